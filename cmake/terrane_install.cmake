@@ -1,0 +1,12 @@
+# The package: find_package(terrane COMPONENTS terrain dem collision render).
+include(CMakePackageConfigHelpers)
+configure_package_config_file(
+    ${CMAKE_CURRENT_LIST_DIR}/terraneConfig.cmake.in
+    ${CMAKE_CURRENT_BINARY_DIR}/terraneConfig.cmake
+    INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/terrane)
+write_basic_package_version_file(
+    ${CMAKE_CURRENT_BINARY_DIR}/terraneConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES
+    ${CMAKE_CURRENT_BINARY_DIR}/terraneConfig.cmake
+    ${CMAKE_CURRENT_BINARY_DIR}/terraneConfigVersion.cmake
+    DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/terrane)

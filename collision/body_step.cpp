@@ -1,0 +1,367 @@
+// SPDX-License-Identifier: MIT
+//
+// Sources:    Mirtich. Timewarp and impulse-based simulation of rigid bodies. PhD thesis 1996, chapters
+//             2 and 3 (conservative advancement, impacts one after the other).
+//             Ericson. Real-Time Collision Detection. 2005, section 9.5 (lowering instead of inflating).
+// Deviations: the gate is lowered a little further after each impact of a substep, so that a body that
+//             was stopped a hair above one gate starts the next piece clear of it. Lowering the surface
+//             by L equals raising the shape by L, which is how the cast is asked; and a body that does
+//             not meet the surface lowered by L is freed by moving up by L, so its depth is at most L.
+#include "body_step.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace terrane::internal {
+namespace {
+
+constexpr int kMaxImpacts = 8;
+constexpr int kMaxPieces = 64;
+/// Gates of a substep: lowered by 8/16 to 15/16 of the tolerance.
+constexpr int kGateCount = 8;
+constexpr double kFirstGate = 8.0 / 16.0;
+constexpr double kGateStep = 1.0 / 16.0;
+/// Where the cast stops above its gate at most, in tolerances. Far below a gate's step, so that a stopped
+/// body is clear of the next gate on slopes up to 86 degrees.
+constexpr double kStopGap = 1.0 / 256.0;
+/// The same at least: a body that is closer than kStopGap may still move away.
+constexpr double kLeastStopGap = 1e-6;
+/// Where bodies rest above the first gate, in tolerances: above every stop, so that sliding is free.
+constexpr double kRestGap = 1.0 / 4.0;
+/// Contacts are looked for this far above the gate, in tolerances.
+constexpr double kContactMargin = 1.0 / 2.0;
+/// A piece of motion turns by at most this, radians.
+constexpr double kMaxTurn = 0.5;
+/// The same for bodies with parts off their origin, whose paths are cast as straight lines: at 3 m from
+/// the centre the arc is within 0.4 mm of its chord.
+constexpr double kMaxTurnOfParts = 0.03;
+/// Bodies come out of the ground at this speed, and no velocity of it stays, m/s.
+constexpr double kRecoverySpeed = 2.0;
+constexpr double kSeparationSpeed = 0.5;
+
+double lowering(const RigidBody& body, int gate) {
+    return body.tolerance * (kFirstGate + kGateStep * gate);
+}
+
+Pose part_pose(const BodyPart& part, const Pose& pose) {
+    return {pose.rotation, pose.translation + rotated(pose.rotation, part.offset_body)};
+}
+
+Pose raised(Pose pose, double height) {
+    pose.translation.z() += height;
+    return pose;
+}
+
+bool turns_matter(const RigidBody& body) {
+    return body.part_count > 1 || !std::holds_alternative<Sphere>(body.parts[0].shape);
+}
+
+/// The contacts of all parts against the surface lowered by a gate.
+struct NearGround {
+    bool resident = true;
+    std::size_t count = 0;
+    double lift = -1.0;  ///< largest of the parts
+    std::array<Contact, kMaxSolverContacts> contacts;
+
+    std::span<const Contact> found() const { return {contacts.data(), count}; }
+
+    /// Smallest gap of the contacts if the surface were lower by `further`; `most` where all are wider.
+    double least_gap(double further, double most) const {
+        double least = most;
+        for (const Contact& contact : found()) {
+            least = std::min(least, contact.normal.z() * further - contact.depth);
+        }
+        return least;
+    }
+};
+
+void look(const RigidBody& body, const Ground& ground, int gate, NearGround& near_out) {
+    near_out.resident = true;
+    near_out.count = 0;
+    near_out.lift = -1.0;
+    for (const BodyPart& part : body.active_parts()) {
+        const std::size_t room = (near_out.contacts.size() - near_out.count);
+        const ContactAnswer answer = find_contacts(
+            part.shape, raised(part_pose(part, body.pose), lowering(body, gate)), ground,
+            kContactMargin * body.tolerance,
+            std::span<Contact>(near_out.contacts.data() + near_out.count, room));
+        if (answer.status == ContactStatus::not_resident) {
+            near_out.resident = false;
+            return;
+        }
+        near_out.lift = std::max(near_out.lift, answer.lift);
+        near_out.count += answer.count;
+    }
+}
+
+/// How low the surface is for a piece of motion, and how near to it the motion ends.
+struct Gate {
+    int index = 0;
+    double stop_gap = 0.0;
+};
+
+/// A gate for a body that was looked at from the gate `from`.
+Gate make_gate(const RigidBody& body, const NearGround& near, int from, int index) {
+    const double most = kStopGap * body.tolerance;
+    const double gap = near.least_gap((index - from) * kGateStep * body.tolerance, 2.0 * most);
+    return {index, std::max(kLeastStopGap * body.tolerance, 0.5 * gap)};
+}
+
+struct GateAnswer {
+    bool resident = true;
+    bool hit = false;
+    double fraction = 1.0;
+};
+
+/// The gate: moves a body along a motion until it would come too close to the lowered surface. Nothing
+/// else in this library changes the pose of a body that is stepped.
+GateAnswer advance(RigidBody& body, const Ground& ground, const Twist& way, const Gate& gate) {
+    const Motion motion{body.pose, way.linear, way.angular};
+    const Pose end = motion.at(1.0);
+    GateAnswer answer;
+    for (const BodyPart& part : body.active_parts()) {
+        Motion path;
+        path.start = raised(part_pose(part, body.pose), lowering(body, gate.index));
+        const bool is_sphere = std::holds_alternative<Sphere>(part.shape);
+        path.translation = part_pose(part, end).translation -
+                           part_pose(part, body.pose).translation;
+        if (!is_sphere) path.rotation_vector = way.angular;
+        const CastAnswer hit =
+            cast(part.shape, path, ground, {.tolerance = gate.stop_gap, .skip_separating = true});
+        if (hit.status == ContactStatus::not_resident || hit.status == ContactStatus::invalid) {
+            return {.resident = false, .hit = false, .fraction = 0.0};
+        }
+        if (!hit.hit) continue;
+        answer.hit = true;
+        answer.fraction = std::min(answer.fraction, hit.fraction);
+    }
+    if (answer.fraction > 0.0) {
+        body.pose = answer.fraction < 1.0 ? motion.at(answer.fraction) : end;
+        body.pose.rotation = orthonormalized(body.pose.rotation);
+    }
+    return answer;
+}
+
+bool spins_freely(const RigidBody& body) {
+    const Eigen::Vector3d& inertia = body.mass.inertia;
+    return inertia.x() == inertia.y() && inertia.y() == inertia.z();
+}
+
+/// The spin at another rotation with the angular momentum of now.
+Eigen::Vector3d spin_at(const RigidBody& body, const Eigen::Matrix3d& rotation,
+                        const Eigen::Vector3d& momentum) {
+    return apply_tensor(rotation, body.mass.inverse_inertia, momentum);
+}
+
+double spin_energy(const RigidBody& body, const Eigen::Matrix3d& rotation,
+                   const Eigen::Vector3d& spin) {
+    return 0.5 * dot(spin, apply_tensor(rotation, body.mass.inertia, spin));
+}
+
+/// One piece of motion through the gate. The spin within it is constant: that of its middle; at its
+/// end the angular momentum is what it was, and the energy no more.
+GateAnswer move_piece(RigidBody& body, const Ground& ground, double duration, const Gate& gate) {
+    const Eigen::Vector3d spin = body.velocity.angular;
+    const bool constant = spins_freely(body) || dot(spin, spin) == 0.0;
+    if (constant) {
+        return advance(body, ground, {body.velocity.linear * duration, spin * duration}, gate);
+    }
+    const Eigen::Matrix3d rotation = body.pose.rotation;
+    const Eigen::Vector3d momentum = apply_tensor(rotation, body.mass.inertia, spin);
+    const double energy = spin_energy(body, rotation, spin);
+    const Motion half{body.pose, Eigen::Vector3d::Zero(), spin * (0.5 * duration)};
+    const Eigen::Vector3d middle_spin = spin_at(body, half.at(1.0).rotation, momentum);
+    const GateAnswer answer = advance(
+        body, ground, {body.velocity.linear * duration, middle_spin * duration}, gate);
+    if (answer.fraction > 0.0) {
+        Eigen::Vector3d& spin_after = body.velocity.angular;
+        spin_after = spin_at(body, body.pose.rotation, momentum);
+        const double energy_after = spin_energy(body, body.pose.rotation, spin_after);
+        if (energy_after > energy) spin_after *= std::sqrt(energy / energy_after);
+    }
+    return answer;
+}
+
+void solve(RigidBody& body, const NearGround& near, int gate, double gravity, double duration) {
+    ContactSolver solver(body.mass, raised(body.pose, lowering(body, gate)));
+    solver.add(near.found());
+    // What gravity gives in four substeps is rest, not a bounce.
+    const ContactSolver::Surface surface{body.friction, body.restitution,
+                                         std::max(0.1, 4.0 * gravity * duration)};
+    solver.solve_velocity(body.velocity, surface, kRestGap * body.tolerance, duration);
+}
+
+/// Opens contacts that are closer than bodies rest, at bounded speed. What this lifts is paid for with
+/// velocity, as far as there is any: contacts give no energy.
+bool separate(RigidBody& body, const Ground& ground, const NearGround& near, const Gate& gate,
+              double gravity, double duration) {
+    const double wanted_gap = 0.75 * kRestGap * body.tolerance;
+    if (near.least_gap(0.0, wanted_gap) >= wanted_gap) return true;
+    ContactSolver solver(body.mass, raised(body.pose, lowering(body, 0)));
+    solver.add(near.found());
+    const double distance = kSeparationSpeed * duration;
+    Twist way = solver.solve_separation(wanted_gap, distance);
+    const double reach = length(way.linear) +
+                          body.radius * length(way.angular);
+    if (!(reach > 0.0)) return true;
+    if (reach > 2.0 * distance) {
+        way.linear *= 2.0 * distance / reach;
+        way.angular *= 2.0 * distance / reach;
+    }
+    const double height = body.pose.translation.z();
+    if (!advance(body, ground, way, gate).resident) return false;
+    const double lifted = body.pose.translation.z() - height;
+    if (lifted > 0.0) {
+        const double energy = kinetic_energy(body.mass, body.pose, body.velocity);
+        const double left = energy - gravity * lifted / body.mass.inverse_mass;
+        const double scale = left > 0.0 ? std::sqrt(left / energy) : 0.0;
+        body.velocity.linear *= scale;
+        body.velocity.angular *= scale;
+    }
+    return true;
+}
+
+/// Depth of the whole body and the way out of its deepest part.
+struct Depth {
+    bool resident = true;
+    double depth = 0.0;
+    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
+};
+
+Depth compute_depth(const RigidBody& body, const Pose& pose, const Ground& ground) {
+    Depth deepest_part;
+    for (const BodyPart& part : body.active_parts()) {
+        const DistanceAnswer answer = signed_distance(part.shape, part_pose(part, pose), ground, 0.0);
+        if (answer.status == ContactStatus::not_resident) deepest_part.resident = false;
+        if (!answer.has_ground || -answer.distance <= deepest_part.depth) continue;
+        deepest_part.depth = -answer.distance;
+        deepest_part.normal = answer.normal;
+    }
+    return deepest_part;
+}
+
+/// A body that was put deeper than any gate: it comes out along the shortest way known at bounded speed,
+/// and has no other motion until then. What is left of a way out bounds the depth, so the depth falls by
+/// what is moved; a new way is taken only where it is shorter than what is left of the old one.
+bool recover(RigidBody& body, const Ground& ground, double duration) {
+    body.velocity = {};
+    const Depth now = compute_depth(body, body.pose, ground);
+    if (!now.resident) return false;
+    double left = length(body.way_out);
+    if (left == 0.0 || now.depth < left) {
+        body.way_out = now.depth * now.normal;
+        left = now.depth;
+    }
+    const double share = left > 0.0 ? std::min(1.0, kRecoverySpeed * duration / left) : 0.0;
+    body.pose.translation += share * body.way_out;
+    body.way_out *= 1.0 - share;
+    return true;
+}
+
+}  // namespace
+
+MassProperties make_mass_properties(const Shape& shape, double mass) {
+    MassProperties properties;
+    properties.inverse_mass = 1.0 / mass;
+    Eigen::Vector3d& inertia = properties.inertia;
+    if (const auto* sphere = std::get_if<Sphere>(&shape)) {
+        inertia.setConstant(0.4 * mass * sphere->radius * sphere->radius);
+    } else if (const auto* capsule = std::get_if<Capsule>(&shape)) {
+        // Volumes over pi r^2: a cylinder of length 2 h, and a sphere cut in two caps.
+        const double r = capsule->radius, h = capsule->half_height;
+        const double cylinder = 2.0 * h, caps = 4.0 / 3.0 * r;
+        const double density = cylinder + caps > 0.0 ? mass / (cylinder + caps) : 0.0;
+        const double across = density * (cylinder * (0.25 * r * r + h * h / 3.0) +
+                                         caps * (0.4 * r * r + h * h + 0.75 * h * r));
+        inertia = {across, across, density * (cylinder * 0.5 + caps * 0.4) * r * r};
+    } else {
+        const Eigen::Vector3d half = std::get<Box>(shape).half_extents;
+        const double xx = half.x() * half.x(), yy = half.y() * half.y(), zz = half.z() * half.z();
+        inertia = Eigen::Vector3d(yy + zz, xx + zz, xx + yy) * (mass / 3.0);
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+        properties.inverse_inertia[axis] = inertia[axis] > 1e-30 ? 1.0 / inertia[axis] : 0.0;
+    }
+    return properties;
+}
+
+SubstepAnswer step_body(RigidBody& body, const Ground& ground, double gravity, double duration) {
+    SubstepAnswer answer;
+    NearGround near;
+    look(body, ground, 0, near);
+    if (!near.resident) return {.resident = false};
+
+    // The lift falls by exactly what the surface is lowered by, so one look places the body.
+    const double gate_step = kGateStep * body.tolerance;
+    double gates_up = std::max(0.0, std::ceil(near.lift / gate_step));
+    const double clear = 2.0 * kStopGap * body.tolerance;
+    if (near.least_gap(0.0, clear) < clear) gates_up += 1.0;
+    const bool deep = near.lift > gate_step * (kGateCount - 1);
+    if (body.is_fresh) body.started_deep = deep;
+    body.is_fresh = false;
+    if (deep) {
+        answer.resident = recover(body, ground, duration);
+        answer.touches = true;
+        answer.lived_time = duration;
+        return answer;
+    }
+    body.started_deep = false;
+    body.way_out.setZero();
+    Gate gate = make_gate(body, near, 0, static_cast<int>(std::min(gates_up, kGateCount - 1.0)));
+
+    answer.touches = near.count > 0;
+    if (answer.touches) {
+        solve(body, near, 0, gravity, duration);
+        if (!separate(body, ground, near, gate, gravity, duration)) return {.resident = false};
+    }
+
+    const bool turns = turns_matter(body);
+    const double max_turn = body.part_count > 1 ? kMaxTurnOfParts : kMaxTurn;
+    double remaining = duration;
+    for (int piece_count = 0; remaining > 0.0; ++piece_count) {
+        const double rate =
+            turns ? length(body.velocity.angular) : 0.0;
+        const bool last = rate * remaining <= max_turn;
+        const double piece = last ? remaining : max_turn / rate;
+        if (piece_count == kMaxPieces || answer.impacts > kMaxImpacts) {
+            answer.lost_time += remaining;
+            break;
+        }
+        const GateAnswer moved = move_piece(body, ground, piece, gate);
+        if (!moved.resident) {
+            answer.resident = false;
+            return answer;
+        }
+        answer.lived_time += moved.fraction * piece;
+        remaining = last ? remaining * (1.0 - moved.fraction) : remaining - moved.fraction * piece;
+        if (!moved.hit) continue;
+
+        ++answer.impacts;
+        answer.touches = true;
+        look(body, ground, gate.index, near);
+        if (!near.resident) return {.resident = false};
+        solve(body, near, gate.index, gravity, std::max(remaining, 0.01 * duration));
+        gate = make_gate(body, near, gate.index, std::min(gate.index + 1, kGateCount - 1));
+    }
+    return answer;
+}
+
+double contact_raise(double tolerance) { return kFirstGate * tolerance; }
+
+CastAnswer cast_part(const Shape& shape, const Motion& motion, const Ground& ground,
+                     double tolerance) {
+    Motion path = motion;
+    path.start = raised(motion.start, contact_raise(tolerance));
+    return cast(shape, path, ground, {.tolerance = kStopGap * tolerance, .skip_separating = false});
+}
+
+double deepest(const RigidBody& body, const Ground& ground, double at_least) {
+    double lift = 0.0;
+    for (const BodyPart& part : body.active_parts()) {
+        lift = std::max(lift, compute_lift(part.shape, part_pose(part, body.pose), ground).lift);
+    }
+    if (lift <= at_least) return at_least;
+    return std::max(at_least, compute_depth(body, body.pose, ground).depth);
+}
+
+}  // namespace terrane::internal

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "local_ground.h"
+#include "local_shape.h"
+
+namespace terrane::internal {
+
+/// A pair of nearest points. Where the sets cross the distance is 0 and the points may be any.
+struct ClosestPair {
+    Eigen::Vector3d on_shape = Eigen::Vector3d::Zero();
+    Eigen::Vector3d on_triangle = Eigen::Vector3d::Zero();
+    double distance = 0.0;
+};
+
+/// Between the segment centre +- core and a triangle.
+ClosestPair find_closest_core(const Eigen::Vector3d& centre, const Eigen::Vector3d& core,
+                              const Triangle& triangle);
+
+/// Between a box and a triangle that do not cross.
+ClosestPair find_closest_box(const LocalShape& box, const Triangle& triangle);
+
+}  // namespace terrane::internal

@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: MIT
+// Sources: S. Gottschalk, M. Lin, D. Manocha. OBBTree. SIGGRAPH 1996 (separating axes).
+// Deviations: one of the polyhedra has no bottom, so that only directions that look up or sideways
+//             count, and its sides add the crosses of the vertical with the box's edges.
+#include "column.h"
+
+#include "closest_points.h"
+
+namespace terrane::internal {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// Height of the triangle's plane over a point, above the point.
+struct Plane {
+    explicit Plane(const Triangle& triangle)
+        : a(triangle.v[0]),
+          slope_x(-triangle.normal[0] / triangle.normal[2]),
+          slope_y(-triangle.normal[1] / triangle.normal[2]) {}
+    double above(const Eigen::Vector3d& p) const {
+        return slope_x * (p[0] - a[0]) + slope_y * (p[1] - a[1]) - (p[2] - a[2]);
+    }
+    Eigen::Vector3d a;
+    double slope_x;
+    double slope_y;
+};
+
+// Twice the area of (a, b, p) in the plane: >= 0 to the left of a to b.
+double left_of(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& p) {
+    return (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]);
+}
+
+bool is_over(const Eigen::Vector3d& p, const Triangle& triangle) {
+    return left_of(triangle.v[0], triangle.v[1], p) >= 0.0 &&
+           left_of(triangle.v[1], triangle.v[2], p) >= 0.0 &&
+           left_of(triangle.v[2], triangle.v[0], p) >= 0.0;
+}
+
+double compute_box_lift(const LocalShape& box, const Triangle& triangle) {
+    const Plane plane(triangle);
+    const Eigen::Vector3d lowest = box.deepest_point(triangle.normal);
+    if (is_over(lowest, triangle)) return plane.above(lowest);
+    double lift = -kInfinity;
+    // The box's edges, cut to what lies over the triangle.
+    for (int i = 0; i < 3; ++i) {
+        const Eigen::Vector3d edge = 2.0 * box.half[i] * box.axes[static_cast<std::size_t>(i)];
+        for (int k = 0; k < 8; ++k) {
+            if ((k >> i & 1) != 0) continue;
+            const Eigen::Vector3d from = box.corner(k);
+            const Eigen::Vector3d to = from + edge;
+            double first = 0.0;
+            double last = 1.0;
+            for (std::size_t j = 0; j < 3; ++j) {
+                const double d0 = left_of(triangle.v[j], triangle.v[(j + 1) % 3], from);
+                const double d1 = left_of(triangle.v[j], triangle.v[(j + 1) % 3], to);
+                if (d0 < 0.0 && d1 < 0.0) last = -1.0;
+                else if (d0 < 0.0) first = std::max(first, d0 / (d0 - d1));
+                else if (d1 < 0.0) last = std::min(last, d0 / (d0 - d1));
+            }
+            if (first > last) continue;
+            lift = std::max({lift, plane.above(from + first * edge), plane.above(from + last * edge)});
+        }
+    }
+    // The triangle's corners, seen straight up from below the box.
+    for (const Eigen::Vector3d& v : triangle.v) {
+        double low = -kInfinity;
+        double high = kInfinity;
+        for (int i = 0; i < 3; ++i) {
+            const Eigen::Vector3d& axis = box.axes[static_cast<std::size_t>(i)];
+            // |level + axis z * z| <= half, z counted from v
+            const double level = dot(axis, v - box.centre);
+            if (axis[2] == 0.0) {
+                if (std::abs(level) > box.half[i]) high = -kInfinity;
+                continue;
+            }
+            const double z0 = (-box.half[i] - level) / axis[2];
+            const double z1 = (box.half[i] - level) / axis[2];
+            low = std::max(low, std::min(z0, z1));
+            high = std::min(high, std::max(z0, z1));
+        }
+        if (low <= high) lift = std::max(lift, -low);
+    }
+    return lift;
+}
+
+// Where s in [-1, 1] maximises linear * s + reach * sqrt(square - (offset + rate * s)^2), among the s
+// where the root exists. False where there is none.
+bool find_round_maximum(double linear, double reach, double square, double offset, double rate,
+                        double& s_out) {
+    if (square < 0.0) return false;
+    double first = -1.0;
+    double last = 1.0;
+    if (rate == 0.0) {
+        if (offset * offset > square) return false;
+        s_out = linear > 0.0 ? 1.0 : (linear < 0.0 ? -1.0 : 0.0);
+        return true;
+    }
+    const double root = std::sqrt(square);
+    first = std::max(first, std::min((-root - offset) / rate, (root - offset) / rate));
+    last = std::min(last, std::max((-root - offset) / rate, (root - offset) / rate));
+    if (first > last) return false;
+    // With d = offset + rate s the maximum of (linear / rate) d + reach sqrt(square - d^2).
+    const double along = linear / rate;
+    const double size = std::sqrt(along * along + reach * reach);
+    const double d = size > 0.0 ? root * (along / size) : 0.0;
+    s_out = std::clamp((d - offset) / rate, first, last);
+    return true;
+}
+
+double compute_round_lift(const LocalShape& shape, const Triangle& triangle) {
+    const Plane plane(triangle);
+    const Eigen::Vector3d& centre = shape.centre;
+    const double radius = shape.radius;
+    double lift = -kInfinity;
+    for (const double s : {-1.0, 1.0}) {
+        const Eigen::Vector3d lowest = centre + s * shape.core - radius * triangle.normal;
+        if (plane.above(lowest) > lift && is_over(lowest, triangle)) lift = plane.above(lowest);
+    }
+    if (lift >= bound_column_lift(shape, triangle)) return lift;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const Eigen::Vector3d& a = triangle.v[i];
+        const Eigen::Vector3d edge = triangle.v[(i + 1) % 3] - a;
+        const double run = std::sqrt(edge[0] * edge[0] + edge[1] * edge[1]);
+        const Eigen::Vector3d along(edge[0] / run, edge[1] / run, 0.0);
+        const Eigen::Vector3d out(along[1], -along[0], 0.0);
+        const Eigen::Vector3d from = centre - a;
+        // The section with the wall over this edge: discs whose centres move with s.
+        const double grade = edge[2] / run;
+        const double distance = dot(out, from);
+        const double rate = dot(out, shape.core);
+        double s = 0.0;
+        const double rise = grade * dot(along, shape.core) - shape.core[2];
+        const double reach = std::sqrt(grade * grade + 1.0);
+        if (find_round_maximum(rise, reach, radius * radius, distance, rate, s)) {
+            const double d = distance + rate * s;
+            const double r = std::sqrt(std::max(0.0, radius * radius - d * d));
+            const double u = dot(along, from) + s * dot(along, shape.core) + r * grade / reach;
+            if (u >= 0.0 && u <= run) {
+                lift = std::max(lift, grade * u - (from[2] + s * shape.core[2] - r / reach));
+            }
+        }
+        // The vertical through the corner.
+        const double core_run =
+            std::sqrt(shape.core[0] * shape.core[0] + shape.core[1] * shape.core[1]);
+        double across = 0.0;
+        double offset = 0.0;
+        if (core_run > 0.0) {
+            across = (from[0] * shape.core[1] - from[1] * shape.core[0]) / core_run;
+            offset = (from[0] * shape.core[0] + from[1] * shape.core[1]) / core_run;
+        } else {
+            across = std::sqrt(from[0] * from[0] + from[1] * from[1]);
+        }
+        if (find_round_maximum(-shape.core[2], 1.0, radius * radius - across * across, offset,
+                               core_run, s)) {
+            const double d = offset + core_run * s;
+            const double r = std::sqrt(std::max(0.0, radius * radius - across * across - d * d));
+            lift = std::max(lift, -(from[2] + s * shape.core[2] - r));
+        }
+    }
+    return lift;
+}
+
+}  // namespace
+
+bool find_core_direction(const LocalShape& shape, const Triangle& triangle, Eigen::Vector3d& n_out) {
+    // Below this distance the direction between nearest points is noise.
+    constexpr double kTiny = 1e-9;
+    const ClosestPair pair = find_closest_core(shape.centre, shape.core, triangle);
+    if (!(pair.distance > kTiny)) return false;
+    n_out = (pair.on_shape - pair.on_triangle) / pair.distance;
+    return n_out[2] >= 0.0;
+}
+
+Separation find_separation(const LocalShape& shape, const Triangle& triangle, bool with_walls) {
+    Separation best;
+    const auto take = [&best](const Eigen::Vector3d& n, double gap) {
+        if (gap > best.gap) best = {n, gap};
+    };
+    visit_tops(shape, triangle, take);
+    if (with_walls) visit_walls(shape, triangle, take);
+    return best;
+}
+
+double compute_column_lift(const LocalShape& shape, const Triangle& triangle) {
+    return shape.is_box ? compute_box_lift(shape, triangle) : compute_round_lift(shape, triangle);
+}
+
+}  // namespace terrane::internal

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <span>
+
+#include <terrane/collision/ground_contact.h>
+
+#include "ground_lift.h"
+
+namespace terrane::internal {
+
+/// Contacts in a local frame, merged as they come: contacts with nearly the same normal are a patch,
+/// and a patch keeps its deepest point and up to three more that span the most.
+class ContactPatches {
+public:
+    void add(const Contact& contact);
+    /// Merges, then sorts: deepest first, ties by place.
+    std::span<const Contact> finish();
+
+private:
+    void merge();
+
+    static constexpr std::size_t kMost = 192;
+    std::array<Contact, kMost> contacts_;
+    std::size_t count_ = 0;
+};
+
+/// Finds all contacts of a shape that is free after moving by `freeing`.
+///
+/// @param margin  gaps up to this are contacts too, metres
+/// @param patches gets contacts of the shape where it is, in the local frame
+///
+/// Returns false where a cell in reach is not resident.
+bool find_patches(const LocalGround& local, const LocalShape& shape, const Eigen::Vector3d& freeing,
+                  double margin, ContactPatches& patches, double& error_out);
+
+}  // namespace terrane::internal

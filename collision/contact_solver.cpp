@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: MIT
+#include "contact_solver.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace terrane::internal {
+namespace {
+
+// A box on four corners converges by about a third an iteration; measured, 100 leave less than 1e-9
+// of the approach in all but wedged poses.
+constexpr int kMaxIterations = 100;
+constexpr int kSeparationIterations = 12;
+constexpr double kRelativeTolerance = 1e-11;
+
+}  // namespace
+
+double kinetic_energy(const MassProperties& mass, const Pose& pose, const Twist& velocity) {
+    return 0.5 * (dot(velocity.linear, velocity.linear) / mass.inverse_mass +
+                  dot(velocity.angular,
+                      apply_tensor(pose.rotation, mass.inertia, velocity.angular)));
+}
+
+ContactSolver::Row ContactSolver::make_row(const Eigen::Vector3d& arm,
+                                           const Eigen::Vector3d& direction) const {
+    Row row;
+    row.direction = direction;
+    row.moment = cross(arm, direction);
+    row.spin = apply_tensor(pose_.rotation, mass_.inverse_inertia, row.moment);
+    row.effective_mass = 1.0 / (mass_.inverse_mass + dot(row.moment, row.spin));
+    return row;
+}
+
+void ContactSolver::add(std::span<const Contact> contacts) {
+    for (const Contact& contact : contacts) {
+        if (count_ == contacts_.size()) return;
+        ContactRows& rows = contacts_[count_++];
+        const Eigen::Vector3d arm = contact.point_world - pose_.translation;
+        const Eigen::Vector3d tangent = any_tangent(contact.normal);
+        rows.normal = make_row(arm, contact.normal);
+        rows.tangent = make_row(arm, tangent);
+        rows.bitangent = make_row(arm, cross(contact.normal, tangent));
+        rows.gap = -contact.depth;
+    }
+}
+
+double ContactSolver::push(ContactRows& contact, Twist& velocity) const {
+    Row& row = contact.normal;
+    const double wanted =
+        row.impulse - row.effective_mass * (speed(row, velocity) + contact.allowed_closing);
+    const double change = std::max(wanted, contact.least_impulse) - row.impulse;
+    row.impulse += change;
+    apply(row, change, velocity);
+    return std::abs(change) / row.effective_mass;
+}
+
+double ContactSolver::rub(ContactRows& contact, double friction, Twist& velocity) const {
+    Row& u = contact.tangent;
+    Row& v = contact.bitangent;
+    const double limit = friction * contact.normal.impulse;
+    double wanted_u = u.impulse - u.effective_mass * speed(u, velocity);
+    double wanted_v = v.impulse - v.effective_mass * speed(v, velocity);
+    const double size = std::sqrt(wanted_u * wanted_u + wanted_v * wanted_v);
+    if (size > limit) {
+        wanted_u *= limit / size;
+        wanted_v *= limit / size;
+    }
+    const double change_u = wanted_u - u.impulse;
+    const double change_v = wanted_v - v.impulse;
+    u.impulse = wanted_u;
+    v.impulse = wanted_v;
+    apply(u, change_u, velocity);
+    apply(v, change_v, velocity);
+    return std::max(std::abs(change_u) / u.effective_mass, std::abs(change_v) / v.effective_mass);
+}
+
+void ContactSolver::iterate(Twist& velocity, double friction, double tolerance) {
+    for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
+        double change = 0.0;
+        if (friction > 0.0) {
+            for (std::size_t i = 0; i < count_; ++i) {
+                change = std::max(change, rub(contacts_[i], friction, velocity));
+            }
+        }
+        for (std::size_t i = 0; i < count_; ++i) {
+            change = std::max(change, push(contacts_[i], velocity));
+        }
+        if (change <= tolerance) return;
+    }
+}
+
+void ContactSolver::solve_velocity(Twist& velocity, const Surface& surface, double rest_gap,
+                                   double duration) {
+    double largest_speed = 0.0;
+    bool closes = false;
+    for (std::size_t i = 0; i < count_; ++i) {
+        ContactRows& contact = contacts_[i];
+        contact.allowed_closing = std::max(0.0, contact.gap - rest_gap) / duration;
+        contact.approach_speed = -speed(contact.normal, velocity);
+        contact.least_impulse = 0.0;
+        contact.normal.impulse = contact.tangent.impulse = contact.bitangent.impulse = 0.0;
+        closes = closes || contact.approach_speed > contact.allowed_closing;
+        largest_speed = std::max(largest_speed, std::abs(contact.approach_speed));
+    }
+    if (!closes) return;
+
+    const Twist before = velocity;
+    const double energy_before = kinetic_energy(mass_, pose_, before);
+    const double tolerance = kRelativeTolerance * std::max(1.0, largest_speed);
+    iterate(velocity, surface.friction, tolerance);
+
+    bool bounces = false;
+    const Twist plastic = velocity;
+    for (std::size_t i = 0; i < count_; ++i) {
+        ContactRows& contact = contacts_[i];
+        if (contact.approach_speed <= surface.bounce_speed ||
+            contact.approach_speed <= contact.allowed_closing) {
+            continue;
+        }
+        contact.least_impulse = (1.0 + surface.restitution) * contact.normal.impulse;
+        bounces = bounces || surface.restitution > 0.0;
+    }
+    if (!bounces) return;
+    iterate(velocity, surface.friction, tolerance);
+    if (kinetic_energy(mass_, pose_, velocity) > energy_before) {
+        velocity.linear = plastic.linear + surface.restitution * (plastic.linear - before.linear);
+        velocity.angular =
+            plastic.angular + surface.restitution * (plastic.angular - before.angular);
+    }
+}
+
+Twist ContactSolver::solve_separation(double wanted_gap, double max_distance) {
+    Twist displacement;
+    bool any = false;
+    for (std::size_t i = 0; i < count_; ++i) {
+        ContactRows& contact = contacts_[i];
+        const double wanted = std::clamp(0.5 * (wanted_gap - contact.gap), 0.0, max_distance);
+        // A contact with gap to spare may close by half of what it has.
+        contact.allowed_closing = wanted > 0.0 ? -wanted : 0.5 * (contact.gap - wanted_gap);
+        contact.least_impulse = 0.0;
+        contact.normal.impulse = 0.0;
+        any = any || wanted > 0.0;
+    }
+    if (!any) return displacement;
+    for (int iteration = 0; iteration < kSeparationIterations; ++iteration) {
+        for (std::size_t i = 0; i < count_; ++i) push(contacts_[i], displacement);
+    }
+    return displacement;
+}
+
+}  // namespace terrane::internal

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "column.h"
+
+namespace terrane::internal {
+
+/// Gaps up to this are touches: what rounding leaves of none, metres.
+inline constexpr double kTouch = 1e-9;
+
+/// The lift of a shape and the triangle that decides it.
+struct GroundLift {
+    double lift = -std::numeric_limits<double>::infinity();
+    Triangle triangle;      ///< set where lift is finite
+    bool is_missing = false;  ///< a cell that the shape's bounds meet is not resident
+    double error_m = 0.0;   ///< largest bound of the cells that were looked at
+};
+
+/// Largest of surface minus z over the shape moved by `d`. Lifts at or below `floor` need not be
+/// found exactly: they come back as minus infinity or as what they are.
+GroundLift find_lift(const LocalGround& local, const LocalShape& shape, const Eigen::Vector3d& d,
+                     double floor = -std::numeric_limits<double>::infinity());
+
+/// A lower bound of the distance between a box with sides along the axes and a prism.
+inline double bound_distance(const Eigen::Vector3d& centre, const Eigen::Vector3d& bounds,
+                             const Prism& prism) {
+    const double x = std::max({0.0, centre[0] - bounds[0] - prism.east, prism.west - centre[0] - bounds[0]});
+    const double y = std::max({0.0, centre[1] - bounds[1] - prism.north, prism.south - centre[1] - bounds[1]});
+    const double z = std::max(0.0, centre[2] - bounds[2] - prism.high);
+    return std::sqrt(x * x + y * y + z * z);
+}
+
+}  // namespace terrane::internal

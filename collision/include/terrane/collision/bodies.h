@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include <terrane/collision/ground_cast.h>
+#include <terrane/terrain/pager.h>
+
+namespace terrane {
+
+struct BodySettings {
+    Shape shape = Sphere{};
+    double mass = 1.0;         ///< kilograms, > 0; the inertia is that of the solid shape
+    double friction = 0.6;     ///< Coulomb, >= 0
+    double restitution = 0.2;  ///< 0 to 1
+    double contact_tolerance = 0.0;  ///< metres; 0: default_contact_tolerance(shape)
+};
+
+/// Why a body did not move in a step, if it did not.
+enum class BodyCondition : std::uint8_t {
+    awake,
+    asleep,      ///< at rest on the ground
+    parked,      ///< the ground that it may meet is not resident: pose and velocity kept
+    left_world,  ///< beyond the ground's extent: in free fall
+};
+
+struct BodyState {
+    Pose pose;
+    Eigen::Vector3d velocity = Eigen::Vector3d::Zero();          ///< of the centre, m/s
+    Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  ///< world axes, rad/s
+    BodyCondition condition = BodyCondition::awake;
+};
+
+struct BodyWorldSettings {
+    Eigen::Vector3d gravity = Eigen::Vector3d(0.0, 0.0, -9.81);
+    double max_substep = 1.0 / 120.0;  ///< steps are cut in equal parts not longer than this, s
+    bool allow_sleep = true;
+};
+
+/// What the last step cost and lost. Counts are of bodies, times of body seconds.
+struct StepReport {
+    std::uint64_t awake = 0;
+    std::uint64_t parked = 0;
+    std::uint64_t left_world = 0;
+    std::uint64_t asleep = 0;
+    std::uint64_t impacts = 0;
+    double lived_time = 0.0;  ///< sum over awake bodies of the time that they moved for
+    double lost_time = 0.0;   ///< sum of what was cut off after too many impacts in one substep
+    double max_depth_m = 0.0;  ///< deepest of any awake body in the contact surface after the step
+    std::uint64_t too_deep = 0;  ///< bodies deeper than their tolerance that did not start so
+};
+
+/// Rigid bodies on the ground. Bodies do not meet each other yet.
+///
+/// Every pose change passes one gate that casts: nothing is ever set from a height lookup. A body
+/// is never deeper than its tolerance in the contact surface; one that was put in deeper comes out
+/// along contact normals at bounded speed and never gets deeper. The same calls give the same bits.
+///
+/// Threads: one at a time.
+class BodyWorld {
+public:
+    static Result<BodyWorld> create(const BodyWorldSettings& settings);
+    BodyWorld(BodyWorld&&) noexcept;
+    BodyWorld& operator=(BodyWorld&&) noexcept;
+    ~BodyWorld();
+
+    /// Adds a body; its index is the count of bodies before.
+    /// Fails with invalid_argument for anything not finite or out of range.
+    Result<std::size_t> add(const BodySettings& settings, const BodyState& state);
+
+    /// Replaces a body's state (a teleport: not a motion, nothing is cast).
+    /// Fails with invalid_argument, and keeps the last good state, for anything not finite.
+    Result<void> set_state(std::size_t body, const BodyState& state);
+
+    std::span<const BodyState> states() const;
+    std::span<const BodySettings> settings() const;
+
+    /// What the bodies ask of a pager, parked ones included. Valid until the next call.
+    std::span<const BodyNeed> needs();
+
+    /// Moves every body by dt seconds, 0 < dt <= 1.
+    StepReport step(const Ground& ground, double dt);
+
+    /// Hash of every state's bits.
+    std::uint64_t state_hash() const;
+
+private:
+    struct State;
+    explicit BodyWorld(std::unique_ptr<State> state);
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace terrane

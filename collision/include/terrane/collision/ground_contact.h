@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+#include <terrane/collision/shapes.h>
+#include <terrane/terrain/ground.h>
+
+namespace terrane {
+
+/// One point where a shape touches the ground, or is closer to it than the margin.
+struct Contact {
+    WorldPos point_world = WorldPos::Zero();  ///< on the shape, its deepest there
+    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, out of the ground, in its normal cone
+    double depth = 0.0;  ///< overlap along `normal`, metres; negative: a gap
+};
+
+/// How complete an answer is. Physics must not run on `not_resident`.
+enum class ContactStatus {
+    complete,      ///< everything was answered; ground that is outside the extent is no ground
+    truncated,     ///< contacts_out was too small: the deepest ones were kept
+    not_resident,  ///< part of the ground that decides is not loaded
+    invalid,       ///< shape or pose is not finite, out of range, or the rotation not orthonormal
+};
+
+struct ContactAnswer {
+    ContactStatus status = ContactStatus::invalid;
+    std::size_t count = 0;  ///< written to contacts_out, deepest first
+    double lift = 0.0;      ///< largest of surface minus z over the shape where they overlap; moving
+                            ///< up by it always frees the shape; <= 0 apart
+    double error_m = 0.0;   ///< largest bound of the cells that were looked at
+};
+
+/// Finds where a shape touches the ground.
+///
+/// The ground is the solid {z <= contact surface}: one-sided, a shape entirely below is pushed up. On
+/// flat and concave edges contacts have a face's normal, on convex ones a normal between the two
+/// faces'. The shape is freed by moving along the normals by the depths (verified: lift <= 1e-9).
+///
+/// @param world_from_shape pose; the rotation must be orthonormal to 1e-6
+/// @param margin           also report gaps up to this, metres, >= 0
+/// @param contacts_out     caller's buffer; at most 4 points a patch of one normal are written
+///
+/// Threads:   any number at once
+/// Allocates: nothing
+ContactAnswer find_contacts(const Shape& shape, const Pose& world_from_shape, const Ground& ground,
+                            double margin, std::span<Contact> contacts_out);
+
+struct DistanceAnswer {
+    ContactStatus status = ContactStatus::invalid;
+    bool has_ground = false;  ///< false where there is no ground within max_distance
+    double distance = 0.0;    ///< signed: the gap; or minus the shortest translation that frees
+    WorldPos point_world = WorldPos::Zero();  ///< nearest (or deepest) point on the shape
+    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< out of the ground
+    double error_m = 0.0;
+};
+
+/// Signed distance of a shape from the ground.
+///
+/// @param max_distance gaps beyond it are not searched, metres
+DistanceAnswer signed_distance(const Shape& shape, const Pose& world_from_shape,
+                               const Ground& ground, double max_distance);
+
+/// Whether a shape and the ground meet, and the lift: largest of surface minus z over the shape's
+/// points that lie over ground; minus infinity where there is no ground below or above the shape.
+struct LiftAnswer {
+    ContactStatus status = ContactStatus::invalid;
+    double lift = 0.0;
+    double error_m = 0.0;
+};
+LiftAnswer compute_lift(const Shape& shape, const Pose& world_from_shape, const Ground& ground);
+
+}  // namespace terrane

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <variant>
+
+#include <terrane/terrain/math.h>
+#include <terrane/terrain/result.h>
+
+namespace terrane {
+
+/// All shapes are closed sets, centred on the body frame's origin; metres.
+struct Sphere {
+    double radius = 0.5;
+};
+
+/// Everything within `radius` of the segment from (0, 0, -half_height) to (0, 0, half_height).
+struct Capsule {
+    double radius = 0.4;
+    double half_height = 0.8;
+};
+
+struct Box {
+    Eigen::Vector3d half_extents = Eigen::Vector3d::Constant(0.5);
+};
+
+using Shape = std::variant<Sphere, Capsule, Box>;
+
+/// Fails with invalid_argument, naming the field and its value, where a size is negative, not
+/// finite, or above 1e5 m. Zero radii, cores and extents are legal.
+Result<void> check(const Shape& shape);
+
+/// Largest distance of a point of the shape from its origin, metres.
+double bounding_radius(const Shape& shape);
+
+/// Half of the shape's extent along its thinnest direction, metres: what tolerances scale with.
+double smallest_half_extent(const Shape& shape);
+
+/// How deep bodies of this shape may be in the contact surface, unless they say otherwise: the
+/// smaller of 1 cm and a tenth of the smallest half extent.
+double default_contact_tolerance(const Shape& shape);
+
+/// Distance that the shape reaches from its origin in a unit direction of the body frame, metres.
+double support_distance(const Shape& shape, const Eigen::Vector3d& direction_body);
+
+}  // namespace terrane

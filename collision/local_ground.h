@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include <terrane/terrain/ground.h>
+
+#include "vector_math.h"
+
+namespace terrane::internal {
+
+/// A triangle of the contact surface, counter-clockwise from above; the ground is everything below.
+struct Triangle {
+    std::array<Eigen::Vector3d, 3> v;
+    Eigen::Vector3d normal;  ///< unit, z > 0
+};
+
+/// Makes a triangle from its corners, counter-clockwise from above.
+inline Triangle make_triangle(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                              const Eigen::Vector3d& c) {
+    const Eigen::Vector3d n = cross(b - a, c - a);
+    return {{a, b, c}, n / length(n)};
+}
+
+/// The vertical prism over a rectangle of cells and under `high`: contains the ground there.
+struct Prism {
+    double west = 0.0, south = 0.0, east = 0.0, north = 0.0, high = 0.0;
+};
+
+/// The ground seen from a point of its lattice near the question. Lattice integers are subtracted
+/// before anything becomes a length, so that bits do not depend on where in the world it is asked.
+class LocalGround {
+public:
+    LocalGround(const Ground& ground, const WorldPos& near_world);
+
+    Eigen::Vector3d to_local(const WorldPos& p_world) const { return p_world - origin_world_; }
+    WorldPos to_world(const Eigen::Vector3d& p) const { return p + origin_world_; }
+    double spacing() const { return spacing_; }
+    const Ground& ground() const { return *ground_; }
+
+    /// Cells that a closed rectangle meets, clamped to the ground's extent.
+    CellRange cells(double west, double south, double east, double north) const;
+
+    Prism prism(const CellRange& cells, std::int32_t high) const;
+    /// The two triangles of a cell whose status is ok.
+    std::array<Triangle, 2> triangles(const GroundCell& cell, std::int64_t column,
+                                      std::int64_t row) const;
+    double x(std::int64_t column) const { return spacing_ * static_cast<double>(column - column_); }
+    double y(std::int64_t row) const { return spacing_ * static_cast<double>(row - row_); }
+    /// Lattice index of a coordinate that x() or y() made.
+    std::int64_t column_of(double x) const {
+        return column_ + static_cast<std::int64_t>(std::floor(x / spacing_ + 0.5));
+    }
+    std::int64_t row_of(double y) const {
+        return row_ + static_cast<std::int64_t>(std::floor(y / spacing_ + 0.5));
+    }
+    double z(std::int32_t height) const { return quantum_ * static_cast<double>(height - base_); }
+
+private:
+    const Ground* ground_;
+    double spacing_;
+    double quantum_;
+    std::int64_t column_ = 0;
+    std::int64_t row_ = 0;
+    std::int64_t base_ = 0;  ///< quanta
+    WorldPos origin_world_;
+};
+
+/// Walks the cells of a range from the blocks down. The visitor has
+///   bool wants(const Prism&)                    whether anything inside can matter
+///   void take(const GroundCell&, column, row)   a cell that is ground
+///   bool miss(const Prism&)                     a cell that is not resident (high is infinite); goes on if true
+template <class Visitor>
+void visit_cells(const LocalGround& local, const CellRange& all, Visitor& visitor) {
+    constexpr std::int64_t kFew = 4;      // cells along a side: not worth asking for their range
+    constexpr std::int64_t kLargest = 128;  // cells: no range is asked of more than a chunk's size
+    if (all.east < all.west || all.north < all.south) return;
+    const bool is_small = all.east - all.west < kFew && all.north - all.south < kFew;
+    const auto visit_each = [&](const CellRange& r) {
+        for (std::int64_t row = r.south; row <= r.north; ++row) {
+            for (std::int64_t column = r.west; column <= r.east; ++column) {
+                const GroundCell cell = local.ground().cell(column, row);
+                if (cell.status == GroundStatus::ok) {
+                    const std::int32_t high = std::max({cell.south_west, cell.south_east,
+                                                        cell.north_west, cell.north_east});
+                    if (visitor.wants(local.prism({column, row, column, row}, high))) {
+                        visitor.take(cell, column, row);
+                    }
+                } else if (cell.status == GroundStatus::not_resident) {
+                    Prism prism = local.prism({column, row, column, row}, 0);
+                    prism.high = std::numeric_limits<double>::infinity();
+                    if (!visitor.miss(prism)) return false;
+                }
+            }
+        }
+        return true;
+    };
+    if (is_small) {
+        visit_each(all);
+        return;
+    }
+    // Squares aligned to powers of two, so that their ranges come from whole blocks.
+    struct Square {
+        std::int64_t west, south, side;
+    };
+    std::array<Square, 32> stack;
+    const auto floor_to = [](std::int64_t index, std::int64_t side) {
+        return index >= 0 ? index / side * side : -((-index + side - 1) / side * side);
+    };
+    for (std::int64_t south = floor_to(all.south, kLargest); south <= all.north; south += kLargest) {
+        for (std::int64_t west = floor_to(all.west, kLargest); west <= all.east; west += kLargest) {
+            std::size_t count = 0;
+            stack[count++] = {west, south, kLargest};
+            while (count > 0) {
+                const Square square = stack[--count];
+                const CellRange r{std::max(square.west, all.west), std::max(square.south, all.south),
+                                  std::min(square.west + square.side - 1, all.east),
+                                  std::min(square.south + square.side - 1, all.north)};
+                if (r.east < r.west || r.north < r.south) continue;
+                const RangeAnswer range = local.ground().range(r);
+                if (range.status == GroundStatus::outside) continue;
+                if (range.status == GroundStatus::ok && !visitor.wants(local.prism(r, range.high))) {
+                    continue;
+                }
+                if (square.side <= 8) {
+                    if (!visit_each(r)) return;
+                    continue;
+                }
+                const std::int64_t half = square.side / 2;
+                stack[count++] = {square.west + half, square.south + half, half};
+                stack[count++] = {square.west, square.south + half, half};
+                stack[count++] = {square.west + half, square.south, half};
+                stack[count++] = {square.west, square.south, half};
+            }
+        }
+    }
+}
+
+}  // namespace terrane::internal

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: MIT
+#include "nearest.h"
+
+namespace terrane::internal {
+namespace {
+
+struct NearestVisitor {
+    const LocalGround& local;
+    const LocalShape& shape;
+    double best;
+    Nearest result;
+
+    bool wants(const Prism& prism) const {
+        return bound_distance(shape.centre, shape.bounds, prism) <= best;
+    }
+    bool miss(const Prism& prism) {
+        if (wants(prism)) result.is_missing = true;
+        return true;
+    }
+    void take(const GroundCell& cell, std::int64_t column, std::int64_t row) {
+        result.error_m = std::max(result.error_m, static_cast<double>(cell.error_m));
+        for (const Triangle& triangle : local.triangles(cell, column, row)) {
+            if (gap_along(triangle.normal, shape, triangle) > best) continue;
+            if (shape.is_box && find_separation(shape, triangle, false).gap > best) continue;
+            const ClosestPair pair = find_closest(shape, triangle);
+            if (pair.distance > best || (result.is_found && pair.distance >= best)) continue;
+            best = pair.distance;
+            result.is_found = true;
+            result.distance = pair.distance;
+            result.on_shape = pair.on_shape;
+            const Eigen::Vector3d apart = pair.on_shape - pair.on_triangle;
+            const double size = length(apart);
+            if (size > kTouch) {
+                result.normal = apart / size;
+            } else {
+                result.normal = find_separation(shape, triangle, false).normal;
+            }
+        }
+    }
+};
+
+}  // namespace
+
+ClosestPair find_closest(const LocalShape& shape, const Triangle& triangle) {
+    if (shape.is_box) return find_closest_box(shape, triangle);
+    ClosestPair pair = find_closest_core(shape.centre, shape.core, triangle);
+    const double distance = pair.distance;
+    if (distance > 0.0) {
+        pair.on_shape += (shape.radius / distance) * (pair.on_triangle - pair.on_shape);
+    }
+    pair.distance = std::max(0.0, distance - shape.radius);
+    return pair;
+}
+
+Nearest find_nearest(const LocalGround& local, const LocalShape& shape, double max_distance) {
+    // Rings that double, so that a far limit costs nothing where the ground is near.
+    Nearest nearest;
+    double reach = std::min(max_distance, local.spacing());
+    for (;;) {
+        NearestVisitor visitor{local, shape, reach, {}};
+        const Eigen::Vector3d low = shape.centre - shape.bounds;
+        const Eigen::Vector3d high = shape.centre + shape.bounds;
+        visit_cells(local, local.cells(low[0] - reach, low[1] - reach, high[0] + reach, high[1] + reach),
+                    visitor);
+        nearest = visitor.result;
+        if (nearest.is_found || nearest.is_missing || reach >= max_distance) return nearest;
+        reach = std::min(max_distance, 4.0 * reach);
+    }
+}
+
+}  // namespace terrane::internal

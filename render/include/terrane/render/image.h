@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <terrane/terrain/result.h>
+
+namespace terrane {
+
+/// 8-bit RGB, row-major from the top.
+struct Image {
+    int width = 0;
+    int height = 0;
+    std::vector<std::uint8_t> rgb;  ///< [height * width * 3]
+};
+
+/// Writes beside the file and renames, so that no half picture is ever seen.
+/// Fails with io, naming the path.
+Result<void> write_png(const Image& image, const std::string& path);
+Result<Image> read_png(const std::string& path);
+
+}  // namespace terrane

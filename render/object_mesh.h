@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+
+#include "gl_object.h"
+
+namespace terrane::internal {
+
+/// A small closed mesh on the device: positions and unit normals, 6 floats a vertex.
+struct ObjectMesh {
+    GlBuffer vertices;
+    GlBuffer indices;  ///< 16 bits
+    std::int32_t index_count = 0;
+};
+
+/// From -1 to 1 along each axis.
+ObjectMesh make_cube();
+/// Of radius 1 around the origin.
+ObjectMesh make_ball();
+
+}  // namespace terrane::internal

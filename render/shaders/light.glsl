@@ -1,0 +1,58 @@
+#version 450 core
+// SPDX-License-Identifier: MIT
+// What all shaders share: the frame's uniforms and the light. Positions end in _eye: metres from the
+// eye, world axes. Colours are linear until display().
+
+layout(std140, binding = 0) uniform Frame {
+    mat4 clip_from_eye;
+    vec4 right;      // xyz: half the picture's width at distance 1
+    vec4 up;         // xyz: half its height
+    vec4 forward;    // xyz
+    vec4 sun;        // xyz: towards the sun, unit
+    vec4 horizon;    // rgb as displayed
+    vec4 zenith;     // rgb as displayed
+    vec4 remainder;  // xyz: the eye minus its lattice point and quantum, metres
+    ivec4 eye_height;  // x high, y low part, quanta
+    vec4 grid;  // x spacing, y quantum, z haze per metre, w radians a pixel spans
+    vec4 tint;  // x low, y 1 / (high - low), z, w: repeats of fine and coarse noise per metre
+} frame;
+
+const vec3 kSunLight = vec3(2.75, 2.40, 1.90);
+const vec3 kSkyLight = vec3(0.26, 0.35, 0.52);
+const vec3 kGroundLight = vec3(0.16, 0.14, 0.10);
+
+// Light of the sun, the sky and the ground around, on a surface that scatters evenly.
+vec3 lit(vec3 albedo, vec3 normal) {
+    float sun = max(dot(normal, frame.sun.xyz), 0.0);
+    float sky = 0.5 + 0.5 * normal.z;
+    return albedo * (kSunLight * sun + mix(kGroundLight, kSkyLight, sky));
+}
+
+// From light to what a screen shows: a soft shoulder, a gamma of 2, which is cheap, some contrast.
+vec3 display(vec3 light) {
+    vec3 shown = sqrt(light / (light + 0.80));
+    return mix(shown, shown * shown * (3.0 - 2.0 * shown), 0.6);
+}
+
+// Of the air towards the sun.
+vec3 glow(vec3 direction) {
+    float towards = max(dot(direction, frame.sun.xyz), 0.0);
+    float towards4 = towards * towards * towards * towards;
+    float towards16 = towards4 * towards4 * towards4 * towards4;
+    float towards48 = towards16 * towards16 * towards16;
+    return vec3(1.0, 0.86, 0.62) * (0.10 * towards4 + 0.22 * towards48);
+}
+
+// What the sky displays in a unit direction.
+vec3 sky(vec3 direction) {
+    float height = max(direction.z, 0.0);
+    vec3 colour = mix(frame.horizon.rgb, frame.zenith.rgb, 1.0 - exp(-3.6 * height));
+    return colour + glow(direction) * (1.0 - colour);
+}
+
+// What is displayed of a surface behind air.
+vec3 behind_air(vec3 colour, vec3 p_eye, float distance) {
+    vec3 along = p_eye / distance;
+    vec3 air = frame.horizon.rgb + glow(along) * (1.0 - frame.horizon.rgb);
+    return mix(air, colour, exp2(-frame.grid.z * distance));
+}

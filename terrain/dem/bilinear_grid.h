@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/dem/dem_heights.h>
+
+#include <cmath>
+#include <cstdint>
+
+namespace terrane::internal {
+
+/// Where a lattice or world coordinate lies between samples: `index` + `fraction`, 0 <= fraction < 1.
+/// Not clamped to the raster.
+struct SamplePlace {
+    std::int64_t index = 0;
+    double fraction = 0.0;
+};
+
+/// How lattice, world and samples of a raster lie to each other; rows count from the south.
+///
+/// *Aligned*: cells are square and a cell is 2^cell_log2 finest spacings, so that every sample is a
+/// lattice point. Otherwise 2^cell_log2 finest spacings are the *base spacing*, the largest such
+/// that is no longer than a cell's shorter side.
+struct BilinearGrid {
+    int columns = 0, rows = 0;
+    double cell_x = 0.0, cell_y = 0.0;
+    double west = 0.0, south = 0.0;  ///< world place of the south-western sample
+    bool aligned = false;
+    int cell_log2 = 0;
+    /// Lattice point of the south-western sample; aligned only, a multiple of 2^cell_log2.
+    LatticePoint first;
+    Lattice lattice;
+
+    double base_spacing() const { return lattice.spacing * static_cast<double>(base_step()); }
+    std::int64_t base_step() const { return std::int64_t{1} << cell_log2; }
+
+    SamplePlace column_at(double x) const { return split((x - west) / cell_x); }
+    SamplePlace row_at(double y) const { return split((y - south) / cell_y); }
+    /// Of lattice indices; not decreasing in the index, so that a region inside another one covers
+    /// no sample that the other one does not.
+    SamplePlace column_at_index(std::int64_t ix) const {
+        return aligned ? split_index(ix - first.x) : column_at(lattice.x(ix));
+    }
+    SamplePlace row_at_index(std::int64_t iy) const {
+        return aligned ? split_index(iy - first.y) : row_at(lattice.y(iy));
+    }
+
+private:
+    static SamplePlace split(double u) {
+        const double whole = std::floor(u);
+        return {static_cast<std::int64_t>(whole), u - whole};
+    }
+    SamplePlace split_index(std::int64_t from_first) const {
+        const std::int64_t whole = from_first >> cell_log2;
+        const double rest = static_cast<double>(from_first - (whole << cell_log2));
+        return {whole, rest / static_cast<double>(base_step())};
+    }
+};
+
+/// Lays a lattice over a raster.
+///
+/// Fails: invalid_argument where the finest spacing is out of range
+Result<BilinearGrid> make_grid(const DemInfo& info, double finest_spacing);
+
+/// Bilinear height between four samples. Exact at the samples and on constant ground.
+inline double bilinear(double south_west, double south_east, double north_west, double north_east,
+                       double fx, double fy) {
+    const double south = south_west + fx * (south_east - south_west);
+    const double north = north_west + fx * (north_east - north_west);
+    return south + fy * (north - south);
+}
+
+}  // namespace terrane::internal

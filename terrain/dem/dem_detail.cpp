@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: MIT
+#include "dem_detail.h"
+
+#include <terrane/terrain/detail_heights.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+namespace terrane::internal {
+namespace {
+
+/// Amplitude over the mean second difference: a sine of half the wavelength of what the samples
+/// show, as fractal ground of gain 1/2 would go on.
+constexpr double kAmplitudeOverBend = 0.5;
+constexpr int kMaxOctaves = 24;
+
+/// Octaves from the cell down, the last no shorter than two finest spacings.
+int octaves_below(double cell, double finest) {
+    int count = 1;
+    for (double wavelength = 0.5 * cell; wavelength >= 2.0 * finest && count < kMaxOctaves;
+         wavelength *= 0.5) {
+        ++count;
+    }
+    return count;
+}
+
+/// Mean size of the second differences, along rows and columns, of the samples of a block.
+double mean_bend(const RasterPatch& patch, int west, int south, int east, int north) {
+    double sum = 0.0;
+    for (int row = south; row <= north; ++row) {
+        for (int column = west; column <= east; ++column) {
+            sum +=
+                0.5 * (std::fabs(patch.bend_x(column, row)) + std::fabs(patch.bend_y(column, row)));
+        }
+    }
+    return sum / ((east - west + 1) * (north - south + 1));
+}
+
+}  // namespace
+
+Result<void> check_detail(const DemSettings& settings) {
+    constexpr double kMostRoughness = 100.0;
+    if (!(settings.detail_roughness >= 0.0 && settings.detail_roughness <= kMostRoughness)) {
+        return fail(ErrorCode::invalid_argument, "detail_roughness must be 0 to 100, got " +
+                                                     std::to_string(settings.detail_roughness));
+    }
+    return {};
+}
+
+Result<std::shared_ptr<const HeightSource>> add_dem_detail(std::shared_ptr<const DemSource> source,
+                                                           const DemSettings& settings) {
+    const BilinearGrid& grid = source->grid();
+    const RasterStore& store = source->store();
+    DetailField field;
+    field.origin_x = grid.west;
+    field.origin_y = grid.south;
+    field.cell_x = grid.cell_x;
+    field.cell_y = grid.cell_y;
+    field.columns = (grid.columns + kBlockSide - 1) / kBlockSide;
+    field.rows = (grid.rows + kBlockSide - 1) / kBlockSide;
+    const double middle = 0.5 * (kBlockSide - 1);
+    field.node_origin_x = grid.west + middle * grid.cell_x;
+    field.node_origin_y = grid.south + middle * grid.cell_y;
+    field.node_spacing_x = kBlockSide * grid.cell_x;
+    field.node_spacing_y = kBlockSide * grid.cell_y;
+
+    RasterPatch patch;
+    patch.column = -1;
+    patch.columns = grid.columns + 2;
+    patch.rows = kBlockSide + 2;
+    patch.samples.resize(static_cast<std::size_t>(patch.columns) *
+                         static_cast<std::size_t>(patch.rows));
+    for (int y = 0; y < field.rows; ++y) {
+        const int south = y * kBlockSide;
+        const int north = std::min(south + kBlockSide, grid.rows) - 1;
+        patch.row = south - 1;
+        if (auto read =
+                store.read(patch.column, patch.row, patch.columns, patch.rows, patch.samples);
+            !read) {
+            return tl::unexpected(read.error());
+        }
+        for (int x = 0; x < field.columns; ++x) {
+            const int west = x * kBlockSide;
+            const int east = std::min(west + kBlockSide, grid.columns) - 1;
+            // What was never surveyed stays smooth.
+            const bool is_outside =
+                (store.voids().flags(west, south, east, north) & cell_outside) != 0;
+            const double amplitude = is_outside ? 0.0
+                                                : settings.detail_roughness * kAmplitudeOverBend *
+                                                      mean_bend(patch, west, south, east, north);
+            field.amplitude.push_back(static_cast<float>(amplitude));
+        }
+    }
+    DetailSettings detail;
+    detail.seed = settings.detail_seed.value_or(1);
+    detail.octave_count = octaves_below(std::min(grid.cell_x, grid.cell_y), grid.lattice.spacing);
+    return add_detail(std::move(source), std::move(field), detail);
+}
+
+}  // namespace terrane::internal

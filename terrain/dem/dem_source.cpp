@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: MIT
+#include "dem_source.h"
+
+#include <terrane/terrain/assert.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace terrane::internal {
+namespace {
+
+/// The raster's outer edges.
+WorldRect extent_of(const DemInfo& info) {
+    const double half_width = 0.5 * info.columns * info.cell_x;
+    const double half_height = 0.5 * info.rows * info.cell_y;
+    return {-half_width, -half_height, half_width, half_height};
+}
+
+}  // namespace
+
+DemSource::DemSource(std::shared_ptr<const RasterStore> store,
+                     std::shared_ptr<const FineSurface> fine,
+                     std::unique_ptr<const BoundTiers> tiers, HeightPyramid pyramid)
+    : HeightSource(fine->grid().lattice, extent_of(store->info())),
+      store_(std::move(store)),
+      fine_(std::move(fine)),
+      tiers_(std::move(tiers)),
+      pyramid_(std::move(pyramid)) {}
+
+Result<std::shared_ptr<const DemSource>> DemSource::create(const std::string& path,
+                                                           double finest_spacing,
+                                                           const StoreSettings& settings) {
+    auto reader = RasterReader::open(path);
+    if (!reader) return tl::unexpected(reader.error());
+    // A spacing that is out of range is told before the raster is read.
+    if (auto grid = make_grid((*reader)->info(), finest_spacing); !grid) {
+        return tl::unexpected(grid.error());
+    }
+    auto opened = RasterStore::open(std::move(*reader), settings);
+    if (!opened) return tl::unexpected(opened.error());
+    std::shared_ptr<const RasterStore> store = std::move(*opened);
+    const auto grid = make_grid(store->info(), finest_spacing);
+    if (!grid) return tl::unexpected(grid.error());
+
+    auto pyramid = HeightPyramid::create(*grid, *store);
+    if (!pyramid) return tl::unexpected(pyramid.error());
+    const auto fine = std::make_shared<const FineSurface>(*grid, store);
+    auto tiers = BoundTiers::create(fine);
+    if (!tiers) return tl::unexpected(tiers.error());
+    return std::shared_ptr<const DemSource>(
+        new DemSource(store, fine, std::move(*tiers), std::move(*pyramid)));
+}
+
+double DemSource::height(double x, double y) const {
+    constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+    if (!std::isfinite(x) || !std::isfinite(y)) return kNaN;
+    // Beyond the edge the surface repeats it: far away it is enough to be a little beyond.
+    const BilinearGrid& g = grid();
+    const WorldRect& e = extent();
+    const double near_x = std::clamp(x, e.west - g.cell_x, e.east + g.cell_x);
+    const double near_y = std::clamp(y, e.south - g.cell_y, e.north + g.cell_y);
+    return fine_->height(g.column_at(near_x), g.row_at(near_y)).value_or(kNaN);
+}
+
+Result<void> DemSource::sample(const SampleGrid& grid, std::span<double> heights_out) const {
+    if (tiers_->has_heights(grid)) {
+        tiers_->sample(grid, heights_out);
+        return {};
+    }
+    // A grid that is much coarser than the raster takes its points one by one.
+    constexpr std::int64_t kFewCells = 16;
+    if (grid.step <= kFewCells * fine_->grid().base_step()) {
+        const auto patch = fine_->patch(grid, 0);
+        if (!patch) return tl::unexpected(patch.error());
+        fine_->sample(*patch, grid, heights_out);
+        return {};
+    }
+    std::size_t at = 0;
+    for (int row = 0; row < grid.rows; ++row) {
+        for (int column = 0; column < grid.columns; ++column) {
+            const auto z =
+                fine_->height(fine_->grid().column_at_index(grid.corner.x + column * grid.step),
+                              fine_->grid().row_at_index(grid.corner.y + row * grid.step));
+            if (!z) return tl::unexpected(z.error());
+            heights_out[at++] = *z;
+        }
+    }
+    return {};
+}
+
+Result<void> DemSource::vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const {
+    TERRANE_ASSERT(grid.corner.x % (2 * grid.step) == 0 && grid.corner.y % (2 * grid.step) == 0,
+                   "the corner of a grid of vertices must be a multiple of twice its step");
+    if (grid.step >= fine_->grid().base_step()) return tiers_->vertex_bounds(grid, bounds_out);
+    const auto patch = fine_->patch(grid, kBoundsMargin);
+    if (!patch) return tl::unexpected(patch.error());
+    fine_->vertex_bounds(*patch, grid, bounds_out);
+    return {};
+}
+
+Result<void> DemSource::cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const {
+    TERRANE_ASSERT(grid.corner.x % grid.step == 0 && grid.corner.y % grid.step == 0,
+                   "the corner of a grid of cells must be a multiple of its step");
+    if (grid.step > fine_->grid().base_step()) return tiers_->cell_bounds(grid, bounds_out);
+    const auto patch = fine_->patch(grid, kBoundsMargin);
+    if (!patch) return tl::unexpected(patch.error());
+    fine_->cell_bounds(*patch, grid, bounds_out);
+    return {};
+}
+
+Result<void> DemSource::cell_flags(const SampleGrid& grid,
+                                   std::span<std::uint8_t> flags_out) const {
+    const BilinearGrid& g = fine_->grid();
+    const DemInfo& raster = info();
+    // Samples that the bilinear surface over a cell is made of, and whether the cell is all beyond
+    // the raster's outer edges, half a cell from its outermost samples.
+    struct Span {
+        int first = 0, last = 0;
+        bool beyond = false;
+    };
+    const auto spans = [](int count, int samples, auto&& place_of) {
+        std::vector<Span> all;
+        for (int i = 0; i + 1 < count; ++i) {
+            const SamplePlace begin = place_of(i), end = place_of(i + 1);
+            const double begin_u = static_cast<double>(begin.index) + begin.fraction;
+            const double end_u = static_cast<double>(end.index) + end.fraction;
+            const std::int64_t last = end.fraction > 0.0 ? end.index + 1 : end.index;
+            Span span;
+            span.first = static_cast<int>(std::clamp<std::int64_t>(begin.index, 0, samples - 1));
+            span.last = static_cast<int>(std::clamp<std::int64_t>(last, 0, samples - 1));
+            span.beyond = end_u <= -0.5 || begin_u >= samples - 0.5;
+            all.push_back(span);
+        }
+        return all;
+    };
+    const auto columns = spans(grid.columns, raster.columns, [&](int i) {
+        return g.column_at_index(grid.corner.x + i * grid.step);
+    });
+    const auto rows = spans(grid.rows, raster.rows,
+                            [&](int i) { return g.row_at_index(grid.corner.y + i * grid.step); });
+    std::size_t at = 0;
+    for (const Span& row : rows) {
+        for (const Span& column : columns) {
+            flags_out[at++] =
+                column.beyond || row.beyond
+                    ? std::uint8_t{cell_outside}
+                    : store_->voids().flags(column.first, row.first, column.last, row.last);
+        }
+    }
+    return {};
+}
+
+HeightInterval DemSource::interval(const WorldRect& rect) const { return pyramid_.interval(rect); }
+
+double DemSource::rise_bound(double distance) const { return pyramid_.rise_bound(distance); }
+
+}  // namespace terrane::internal

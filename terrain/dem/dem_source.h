@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "bound_tiers.h"
+#include "fine_surface.h"
+#include "height_pyramid.h"
+#include "raster_store.h"
+
+#include <terrane/dem/dem_heights.h>
+
+#include <memory>
+
+namespace terrane::internal {
+
+/// The bilinear surface of a raster as a source of heights; immutable once made.
+class DemSource final : public HeightSource {
+public:
+    /// Fails: io; bad_data; invalid_argument where the finest spacing is out of range
+    static Result<std::shared_ptr<const DemSource>> create(const std::string& path,
+                                                           double finest_spacing,
+                                                           const StoreSettings& settings);
+
+    const DemInfo& info() const { return store_->info(); }
+    const BilinearGrid& grid() const { return fine_->grid(); }
+    const RasterStore& store() const { return *store_; }
+
+    double height(double x, double y) const override;
+    Result<void> sample(const SampleGrid& grid, std::span<double> heights_out) const override;
+    Result<void> vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override;
+    Result<void> cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override;
+    Result<void> cell_flags(const SampleGrid& grid,
+                            std::span<std::uint8_t> flags_out) const override;
+    HeightInterval interval(const WorldRect& rect) const override;
+    double rise_bound(double distance) const override;
+
+private:
+    DemSource(std::shared_ptr<const RasterStore> store, std::shared_ptr<const FineSurface> fine,
+              std::unique_ptr<const BoundTiers> tiers, HeightPyramid pyramid);
+
+    std::shared_ptr<const RasterStore> store_;
+    std::shared_ptr<const FineSurface> fine_;
+    std::unique_ptr<const BoundTiers> tiers_;
+    HeightPyramid pyramid_;
+};
+
+}  // namespace terrane::internal

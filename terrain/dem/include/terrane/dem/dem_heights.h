@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include <terrane/terrain/height_source.h>
+
+namespace terrane {
+
+struct DemSettings {
+    /// Finest spacing of the lattice, at most, metres; 0: the raster's own cell. Where the cells
+    /// are square metres, the spacing is a cell over a power of two, so that samples lie on the
+    /// lattice.
+    double finest_spacing = 0.0;
+    /// Adds fractal detail below the raster's own resolution; absent: none.
+    std::optional<std::uint64_t> detail_seed;
+    /// Detail's height over the roughness that the raster has around it.
+    double detail_roughness = 1.0;
+};
+
+/// What a raster is and where it lies.
+struct DemInfo {
+    int columns = 0, rows = 0;
+    double cell_x = 0.0, cell_y = 0.0;   ///< metres
+    double min_m = 0.0, max_m = 0.0;     ///< of the valid samples
+    double nodata_share = 0.0;           ///< of the samples, voids included, 0 to 1
+    double filled_share = 0.0;           ///< of the samples: enclosed voids that were filled
+    std::string crs;                     ///< name of the raster's CRS; "" where it has none
+    bool geographic = false;
+    /// Where world (0, 0) lies in the raster's CRS: easting and northing, or longitude and latitude
+    /// in degrees.
+    double centre_x = 0.0, centre_y = 0.0;
+    /// World metres for one unit of the CRS: x = (X - centre_x) * metres_per_unit_x. For geographic
+    /// rasters a degree at the centre's latitude, on the ellipsoid.
+    double metres_per_unit_x = 1.0, metres_per_unit_y = 1.0;
+    /// Largest relative error of an east-west length, at the raster's northern or southern edge;
+    /// 0 where the CRS is in metres.
+    double scale_error = 0.0;
+};
+
+/// Surveyed heights: the bilinear surface of any raster that GDAL reads. World (0, 0) is the centre
+/// of its outer edges. Cells in degrees become metres by one factor east and one north, those of
+/// the centre: lines stay lines and samples stay on a grid.
+///
+/// Enclosed voids are filled smoothly and flagged; nodata connected to the border, and everything
+/// beyond it, is outside. NaN and infinite samples are nodata.
+///
+/// Rasters that do not fit in memory are read by window.
+class DemHeights {
+public:
+    DemHeights() = delete;
+
+    /// Opens a raster and makes one pass over it for its bounds.
+    ///
+    /// Fails: io where it cannot be opened or read; bad_data for an empty raster, one of a single
+    ///        sample, one without a valid sample; invalid_argument for settings out of range
+    /// Cost:  one pass over the raster
+    static Result<std::shared_ptr<const HeightSource>> open(const std::string& path,
+                                                            const DemSettings& settings,
+                                                            DemInfo* info_out = nullptr);
+};
+
+}  // namespace terrane

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/dem/dem_heights.h>
+
+#include <memory>
+#include <mutex>
+#include <span>
+#include <string>
+
+class GDALDataset;
+class GDALRasterBand;
+
+namespace terrane::internal {
+
+/// The first band of a raster, as metres on a grid of metres. Rows run from south to north here,
+/// whatever the file does.
+class RasterReader {
+public:
+    /// Opens anything GDAL opens. Rotated rasters are seen through a warped, unrotated one.
+    ///
+    /// Fails: io where GDAL cannot open it; bad_data where there are not 2 x 2 samples or the
+    ///        geometry makes no sense
+    static Result<std::unique_ptr<RasterReader>> open(const std::string& path);
+    ~RasterReader();
+    RasterReader(const RasterReader&) = delete;
+    RasterReader& operator=(const RasterReader&) = delete;
+
+    const std::string& path() const { return path_; }
+    /// Size and place; the heights' range and the shares of nodata are not filled in.
+    const DemInfo& info() const { return info_; }
+
+    /// Reads a window: scale, offset and unit applied, NaN where there is no data.
+    ///
+    /// @param samples_out [rows * columns] from the south-west
+    ///
+    /// Fails:   io
+    /// Threads: any; one reads at a time
+    Result<void> read(int column, int row, int columns, int rows,
+                      std::span<float> samples_out) const;
+
+private:
+    struct CloseDataset {
+        void operator()(GDALDataset* dataset) const;
+    };
+
+    RasterReader() = default;
+    Result<void> find_place();
+    Result<void> straighten();
+    void find_height_unit(GDALRasterBand& band);
+
+    std::string path_;
+    DemInfo info_;
+    std::unique_ptr<GDALDataset, CloseDataset> file_;
+    std::unique_ptr<GDALDataset, CloseDataset> warped_;  ///< of file_, and closed before it
+    GDALRasterBand* band_ = nullptr;
+    GDALRasterBand* mask_ = nullptr;  ///< null: every sample is valid
+    double scale_ = 1.0, offset_ = 0.0;
+    bool rows_go_north_ = false, columns_go_west_ = false;
+    mutable std::mutex mutex_;  ///< a GDAL dataset serves one thread at a time
+};
+
+}  // namespace terrane::internal

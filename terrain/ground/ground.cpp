@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: MIT
+#include <terrane/terrain/ground.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <terrane/terrain/assert.h>
+
+namespace terrane {
+namespace {
+
+constexpr int kChunkShift = 7;
+static_assert(1 << kChunkShift == kChunkCells);
+constexpr std::int64_t kBlockCells = kChunkCells / kChunkBlocks;
+
+// The chunk that a cell lies in; rounds down, also below zero.
+ChunkKey key_of(std::int64_t column, std::int64_t row, int level) {
+    return {static_cast<std::int32_t>(column >> kChunkShift),
+            static_cast<std::int32_t>(row >> kChunkShift), static_cast<std::uint8_t>(level)};
+}
+
+}  // namespace
+
+Ground::Ground(std::shared_ptr<const ResidentSet> resident, int contact_level)
+    : resident_(std::move(resident)), level_(contact_level) {
+    TERRANE_ASSERT(resident_ != nullptr, "a ground stands on a resident set");
+    TERRANE_ASSERT(level_ >= 0 && level_ <= lattice().finest_level,
+                   "contact_level must be a level of the lattice");
+    step_ = lattice().step(level_);
+    spacing_ = lattice().level_spacing(level_);
+}
+
+// The quotient may round across a line: the comparison with the line itself decides.
+std::int64_t Ground::column_at(double x) const {
+    auto column = static_cast<std::int64_t>(std::floor((x - lattice().origin_x) / spacing_));
+    if (x < cell_x(column)) --column;
+    if (x >= cell_x(column + 1)) ++column;
+    return column;
+}
+
+std::int64_t Ground::row_at(double y) const {
+    auto row = static_cast<std::int64_t>(std::floor((y - lattice().origin_y) / spacing_));
+    if (y < cell_y(row)) --row;
+    if (y >= cell_y(row + 1)) ++row;
+    return row;
+}
+
+GroundCell Ground::cell(std::int64_t column, std::int64_t row) const {
+    GroundCell cell;
+    const WorldRect& ground = extent();
+    if (cell_x(column) >= ground.east || cell_x(column + 1) <= ground.west ||
+        cell_y(row) >= ground.north || cell_y(row + 1) <= ground.south) {
+        return cell;
+    }
+    const ChunkKey key = key_of(column, row, level_);
+    if (!lattice().contains(key)) return cell;
+    const std::int32_t found = resident_->find(key);
+    if (found == ResidentSet::kNone) {
+        cell.status = GroundStatus::not_resident;
+        return cell;
+    }
+    const Chunk& chunk = *resident_->chunks()[static_cast<std::size_t>(found)];
+    const int i = static_cast<int>(column & (kChunkCells - 1));
+    const int j = static_cast<int>(row & (kChunkCells - 1));
+    const std::uint8_t flags = chunk.flags_at(i, j);
+    if ((flags & cell_outside) != 0) return cell;
+    cell.status = GroundStatus::ok;
+    const std::size_t south_west = sample_index(i, j);
+    cell.south_west = chunk.heights[south_west];
+    cell.south_east = chunk.heights[south_west + 1];
+    cell.north_west = chunk.heights[south_west + kChunkSamples];
+    cell.north_east = chunk.heights[south_west + kChunkSamples + 1];
+    cell.cut_to_north_east = cut_to_north_east(column, row);
+    cell.error_m = chunk.cell_bounds[cell_index(i, j)];
+    cell.filled = (flags & cell_filled) != 0;
+    return cell;
+}
+
+RangeAnswer Ground::range(const CellRange& cells) const {
+    RangeAnswer answer;
+    answer.low = std::numeric_limits<std::int32_t>::max();
+    answer.high = std::numeric_limits<std::int32_t>::min();
+    // only what lies in the extent can be ground
+    const std::int64_t west = std::max(cells.west, column_at(extent().west));
+    const std::int64_t east = std::min(cells.east, column_at(extent().east));
+    const std::int64_t south = std::max(cells.south, row_at(extent().south));
+    const std::int64_t north = std::min(cells.north, row_at(extent().north));
+    for (std::int64_t chunk_row = south >> kChunkShift; chunk_row <= north >> kChunkShift; ++chunk_row) {
+        for (std::int64_t chunk_column = west >> kChunkShift; chunk_column <= east >> kChunkShift;
+             ++chunk_column) {
+            const std::int64_t corner_x = chunk_column << kChunkShift;
+            const std::int64_t corner_y = chunk_row << kChunkShift;
+            const ChunkKey key = key_of(corner_x, corner_y, level_);
+            if (!lattice().contains(key)) continue;
+            const std::int32_t found = resident_->find(key);
+            if (found == ResidentSet::kNone) {
+                answer.status = GroundStatus::not_resident;
+                return answer;
+            }
+            answer.status = GroundStatus::ok;
+            const Chunk& chunk = *resident_->chunks()[static_cast<std::size_t>(found)];
+            const std::int64_t first_column = std::max<std::int64_t>(west - corner_x, 0) / kBlockCells;
+            const std::int64_t last_column =
+                std::min<std::int64_t>(east - corner_x, kChunkCells - 1) / kBlockCells;
+            const std::int64_t first_row = std::max<std::int64_t>(south - corner_y, 0) / kBlockCells;
+            const std::int64_t last_row =
+                std::min<std::int64_t>(north - corner_y, kChunkCells - 1) / kBlockCells;
+            if (first_column == 0 && first_row == 0 && last_column == kChunkBlocks - 1 &&
+                last_row == kChunkBlocks - 1) {
+                answer.low = std::min(answer.low, chunk.low);
+                answer.high = std::max(answer.high, chunk.high);
+                continue;
+            }
+            for (std::int64_t row = first_row; row <= last_row; ++row) {
+                for (std::int64_t column = first_column; column <= last_column; ++column) {
+                    const auto block = static_cast<std::size_t>(row * kChunkBlocks + column);
+                    answer.low = std::min(answer.low, chunk.block_low[block]);
+                    answer.high = std::max(answer.high, chunk.block_high[block]);
+                }
+            }
+        }
+    }
+    return answer;
+}
+
+HeightAnswer Ground::height(double x, double y) const {
+    HeightAnswer answer;
+    if (!std::isfinite(x) || !std::isfinite(y)) return answer;
+    answer.status = GroundStatus::outside;
+    if (!extent().contains(x, y)) return answer;
+
+    // cells are closed: on a line the cell before it answers where the one behind it is no ground
+    const std::int64_t east_column = column_at(x);
+    const std::int64_t north_row = row_at(y);
+    const int columns = x == cell_x(east_column) ? 2 : 1;
+    const int rows = y == cell_y(north_row) ? 2 : 1;
+    for (int i = 0; i < columns * rows; ++i) {
+        const std::int64_t column = east_column - i % columns;
+        const std::int64_t row = north_row - i / columns;
+        const GroundCell cell = this->cell(column, row);
+        if (cell.status == GroundStatus::outside) continue;
+        answer.status = cell.status;
+        if (cell.status != GroundStatus::ok) return answer;
+
+        const double u = std::clamp((x - cell_x(column)) / spacing_, 0.0, 1.0);
+        const double v = std::clamp((y - cell_y(row)) / spacing_, 0.0, 1.0);
+        const double quantum = lattice().quantum;
+        const double to_east = quantum * (static_cast<double>(cell.south_east) - cell.south_west);
+        const double to_north = quantum * (static_cast<double>(cell.north_west) - cell.south_west);
+        const double east_to_north = quantum * (static_cast<double>(cell.north_east) - cell.south_east);
+        const double north_to_east = quantum * (static_cast<double>(cell.north_east) - cell.north_west);
+        double slope_x = to_east;
+        double slope_y = to_north;
+        double rise = 0.0;  // above the south-west corner
+        if (cell.cut_to_north_east) {
+            if (u >= v) slope_y = east_to_north;
+            else slope_x = north_to_east;
+            rise = slope_x * u + slope_y * v;
+        } else if (u + v <= 1.0) {
+            rise = slope_x * u + slope_y * v;
+        } else {
+            slope_x = north_to_east;
+            slope_y = east_to_north;
+            rise = to_east + east_to_north - slope_x * (1.0 - u) - slope_y * (1.0 - v);
+        }
+        answer.height = quantum * static_cast<double>(cell.south_west) + rise;
+        const Eigen::Vector3d up(-slope_x / spacing_, -slope_y / spacing_, 1.0);
+        answer.normal = up / up.norm();
+        answer.error_m = static_cast<double>(cell.error_m);
+        answer.filled = cell.filled;
+        return answer;
+    }
+    return answer;
+}
+
+}  // namespace terrane

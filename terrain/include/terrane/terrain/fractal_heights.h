@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include <terrane/terrain/height_source.h>
+
+namespace terrane {
+
+/// Settings of FractalHeights. Plain data with usable defaults; change what you need:
+/// `FractalSettings{.seed = 7, .octave_count = 12}`.
+struct FractalSettings {
+    std::uint64_t seed = 1;
+    int octave_count = 12;        ///< 1 to 24
+    double amplitude = 800.0;     ///< of the first octave, metres, 0 to 1e5
+    int wavelength_log2 = 12;     ///< the first octave's wavelength is 2^this metres; 0 to 24
+    double gain = 0.5;            ///< amplitude ratio of successive octaves, > 0 to 1
+    int finest_spacing_log2 = 0;  ///< lattice spacing is 2^this metres; -16 to 16
+    int root_size_log2 = 16;      ///< a root square has 2^this metres; at least 7 above the spacing
+    std::int32_t first_root_x = -1;  ///< the world's root squares: see Lattice
+    std::int32_t first_root_y = -1;
+    std::int32_t root_count_x = 2;
+    std::int32_t root_count_y = 2;
+};
+
+/// Fractal ground: a sum of octaves of gradient noise over 64-bit lattice coordinates with exact
+/// fractions, so that a seed gives the same bits at any distance from the origin, with any compiler
+/// at any optimisation level. Its bounds are derived, not measured.
+class FractalHeights {
+public:
+    FractalHeights() = delete;
+
+    /// Fails with invalid_argument, naming the field and its value, for settings out of range.
+    static Result<std::shared_ptr<const HeightSource>> create(const FractalSettings& settings);
+};
+
+}  // namespace terrane

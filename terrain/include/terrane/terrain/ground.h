@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include <terrane/terrain/math.h>
+#include <terrane/terrain/resident_set.h>
+
+namespace terrane {
+
+enum class GroundStatus {
+    ok,            ///< answered
+    miss,          ///< a ray met nothing on its way
+    outside,       ///< no ground there: beyond the extent, or nodata connected to its border
+    not_resident,  ///< ground, but its chunk at contact level is not loaded
+    invalid,       ///< the question is not finite
+};
+
+struct HeightAnswer {
+    GroundStatus status = GroundStatus::invalid;
+    double height = 0.0;  ///< of the contact surface, world z, metres; only where status is ok
+    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< of the contact surface, unit, z > 0
+    double error_m = 0.0;  ///< certified: the true surface is within this of `height`
+    bool filled = false;   ///< over an enclosed void that was filled
+};
+
+struct RayAnswer {
+    GroundStatus status = GroundStatus::invalid;
+    double fraction = 0.0;  ///< of the way from `from` to `to`; only where status is ok
+    WorldPos point_world = WorldPos::Zero();
+    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
+    double error_m = 0.0;  ///< vertical distance of the true surface at the point, at most
+    bool filled = false;
+};
+
+/// One cell of the contact surface: two triangles.
+struct GroundCell {
+    GroundStatus status = GroundStatus::outside;  ///< ok, outside or not_resident
+    /// Heights of the corners in quanta: south-west, south-east, north-west, north-east.
+    std::int32_t south_west = 0, south_east = 0, north_west = 0, north_east = 0;
+    bool cut_to_north_east = false;  ///< see terrane::cut_to_north_east
+    float error_m = 0.0f;
+    bool filled = false;
+};
+
+/// Indices of cells of the contact level, counted from lattice point (0, 0); ends included.
+struct CellRange {
+    std::int64_t west = 0, south = 0, east = -1, north = -1;
+};
+
+/// Heights over a range of cells.
+struct RangeAnswer {
+    GroundStatus status = GroundStatus::outside;  ///< not_resident if any cell is; outside if all are
+    std::int32_t low = 0;   ///< quanta; a lower bound of the surface over the range
+    std::int32_t high = 0;  ///< quanta; an upper bound
+};
+
+/// The contact surface: the triangles of one level of what is resident. What is drawn does not
+/// matter. Cheap to copy; immutable; any number of threads.
+class Ground {
+public:
+    /// Requires 0 <= contact_level <= finest level of the set's lattice.
+    Ground(std::shared_ptr<const ResidentSet> resident, int contact_level);
+
+    const Lattice& lattice() const { return resident_->lattice(); }
+    const WorldRect& extent() const { return resident_->extent(); }
+    int level() const { return level_; }
+    /// Metres between the samples of the contact surface.
+    double spacing() const { return spacing_; }
+
+    /// World coordinate of a cell index's south-west corner, metres: exact steps of the lattice.
+    double cell_x(std::int64_t column) const { return lattice().x(column * step_); }
+    double cell_y(std::int64_t row) const { return lattice().y(row * step_); }
+    /// The cell that a coordinate falls in; on a line, the one to the east or north.
+    std::int64_t column_at(double x) const;
+    std::int64_t row_at(double y) const;
+
+    GroundCell cell(std::int64_t column, std::int64_t row) const;
+    /// Bounds of the surface over a range, from blocks of 8 x 8 cells. Cost: O(blocks + 1).
+    RangeAnswer range(const CellRange& cells) const;
+
+    /// The contact surface over a point.
+    HeightAnswer height(double x, double y) const;
+
+    /// First point on the way from one point to another where the ray meets the surface from above
+    /// or from below; starting exactly in it counts. `not_resident` where unloaded ground comes
+    /// before any hit.
+    RayAnswer ray(const WorldPos& from_world, const WorldPos& to_world) const;
+
+private:
+    std::shared_ptr<const ResidentSet> resident_;
+    int level_ = 0;
+    std::int64_t step_ = 1;
+    double spacing_ = 1.0;
+};
+
+}  // namespace terrane

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+
+#include <terrane/terrain/chunk_key.h>
+#include <terrane/terrain/result.h>
+
+namespace terrane {
+
+/// Cells along the side of a chunk; it has one sample more. A power of two.
+inline constexpr int kChunkCells = 128;
+/// Samples along the side of a chunk.
+inline constexpr int kChunkSamples = kChunkCells + 1;
+
+/// A point of the finest lattice, in finest spacings from the lattice's origin.
+struct LatticePoint {
+    std::int64_t x = 0;
+    std::int64_t y = 0;
+    friend constexpr auto operator<=>(const LatticePoint&, const LatticePoint&) = default;
+};
+
+/// The integers that name every sample of a world, and their places.
+///
+/// A world is a rectangle of root squares. Everything is addressed by integers, so that two chunks
+/// agree on a shared sample because they compute the same integer. Heights are integer multiples
+/// of `quantum`.
+struct Lattice {
+    double origin_x = 0.0;  ///< world x of lattice point (0, 0), metres
+    double origin_y = 0.0;  ///< world y of lattice point (0, 0), metres
+    double spacing = 1.0;   ///< between neighbours of the finest level, metres, > 0
+    double quantum = 0x1p-12;         ///< heights are multiples of it, metres, a power of two
+    int finest_level = 0;             ///< 0 to 24; level 0 is a root square
+    std::int32_t first_root_x = 0;    ///< ChunkKey::x of the westernmost root squares
+    std::int32_t first_root_y = 0;    ///< ChunkKey::y of the southernmost root squares
+    std::int32_t root_count_x = 1;    ///< root squares from west to east, >= 1
+    std::int32_t root_count_y = 1;    ///< root squares from south to north, >= 1
+
+    /// Finest spacings between neighbouring samples of a level.
+    constexpr std::int64_t step(int level) const { return std::int64_t{1} << (finest_level - level); }
+    /// Finest spacings along the side of a chunk of a level.
+    constexpr std::int64_t chunk_side(int level) const { return kChunkCells * step(level); }
+    constexpr double level_spacing(int level) const { return spacing * static_cast<double>(step(level)); }
+    constexpr double root_size() const { return level_spacing(0) * kChunkCells; }
+
+    /// World coordinates of a lattice index: one product and one sum, the same bits everywhere.
+    double x(std::int64_t index) const { return origin_x + spacing * static_cast<double>(index); }
+    double y(std::int64_t index) const { return origin_y + spacing * static_cast<double>(index); }
+
+    /// South-west corner of a chunk.
+    constexpr LatticePoint corner(const ChunkKey& key) const {
+        return {key.x * chunk_side(key.level), key.y * chunk_side(key.level)};
+    }
+
+    /// The world's edges in lattice indices.
+    constexpr std::int64_t west() const { return first_root_x * chunk_side(0); }
+    constexpr std::int64_t south() const { return first_root_y * chunk_side(0); }
+    constexpr std::int64_t east() const { return (first_root_x + root_count_x) * chunk_side(0); }
+    constexpr std::int64_t north() const { return (first_root_y + root_count_y) * chunk_side(0); }
+
+    /// Whether a key names a chunk of this world.
+    constexpr bool contains(const ChunkKey& key) const {
+        if (key.level > finest_level) return false;
+        const std::int64_t per_root = std::int64_t{1} << key.level;
+        return key.x >= first_root_x * per_root && key.y >= first_root_y * per_root &&
+               key.x < (first_root_x + root_count_x) * per_root &&
+               key.y < (first_root_y + root_count_y) * per_root;
+    }
+
+    /// The coarsest level whose spacing is at most `wanted`, metres; the finest where none is.
+    int level_for_spacing(double wanted) const;
+
+    friend bool operator==(const Lattice&, const Lattice&) = default;
+};
+
+/// Fails with invalid_argument, naming the field and its value, where a lattice is out of range.
+Result<void> check(const Lattice& lattice);
+
+/// A rectangle of lattice points, `step` finest spacings apart; row-major, row 0 is the southern
+/// one, column 0 the western one.
+struct SampleGrid {
+    LatticePoint corner;     ///< of the south-western sample; any integers, also outside the world
+    std::int64_t step = 1;   ///< finest spacings between neighbours, a power of two
+    int columns = 0;
+    int rows = 0;
+
+    std::size_t size() const {
+        return static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
+    }
+};
+
+}  // namespace terrane

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include <terrane/terrain/resident_set.h>
+#include <terrane/terrain/view.h>
+
+namespace terrane {
+
+/// A camera that draws.
+struct CameraNeed {
+    View view;
+    Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< metres a second, world axes
+    /// Detail below this many pixels is of no use: TerrainMesh::threshold_px of the last frame.
+    double threshold_px = 1.0;
+};
+
+/// A body that touches ground, or may soon.
+struct BodyNeed {
+    WorldPos centre_world = WorldPos::Zero();
+    Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
+    double radius = 1.0;  ///< bounding, metres
+};
+
+struct PagerSettings {
+    /// Hard ceiling of resident bytes and loads in flight together; at least the roots fit.
+    std::size_t memory_bytes = std::size_t{512} << 20;
+    /// Loader threads; 0 loads inside update(), so that the resident set is a pure function of what
+    /// was asked so far.
+    int worker_count = 1;
+    /// How far ahead motion is followed, seconds, >= 0.
+    double horizon = 2.0;
+    /// Ground queries answer at the coarsest level with at most this spacing, metres; 0: the finest.
+    double contact_spacing = 0.0;
+};
+
+/// Counts since creation, but for the first four.
+struct PagerStats {
+    std::size_t resident_bytes = 0;  ///< of live chunks, those that only old sets hold included
+    std::size_t in_flight_bytes = 0;
+    std::size_t resident_chunks = 0;
+    std::size_t late_chunks = 0;  ///< wanted by the last update(), and not there
+    std::size_t peak_bytes = 0;   ///< resident and in flight together
+    std::uint64_t loaded = 0;
+    std::uint64_t evicted = 0;
+    std::uint64_t cancelled = 0;       ///< queued or in flight, no longer wanted
+    std::uint64_t failed = 0;          ///< loads that the source refused; retried with back-off
+    std::uint64_t refused_needs = 0;   ///< cameras or bodies that were not finite
+    std::uint64_t over_ceiling = 0;    ///< loads put off because the ceiling was reached
+};
+
+/// Keeps resident what cameras draw and bodies touch, under a hard ceiling of bytes.
+///
+/// One thread calls update(), require() and finish(); any thread may hold and read the sets that
+/// resident() returned. Root squares are pinned: the first update() asks for them.
+class Pager {
+public:
+    /// Fails with invalid_argument for settings out of their ranges; out_of_memory where the ceiling
+    /// is below the root squares.
+    static Result<Pager> create(std::shared_ptr<const HeightSource> source,
+                                const PagerSettings& settings);
+
+    Pager(Pager&&) noexcept;
+    Pager& operator=(Pager&&) noexcept;
+    /// Stops the loaders; waits for the loads in flight, one chunk a thread at most.
+    ~Pager();
+
+    /// Takes in what arrived, asks for what is needed next, lets go of what is not. With workers it
+    /// never waits for a load.
+    ///
+    /// @param time_s of this moment, seconds, on any clock that goes forward
+    void update(std::span<const CameraNeed> cameras, std::span<const BodyNeed> bodies,
+                double time_s);
+
+    using Ticket = std::uint64_t;
+
+    /// Asks for all ground of a rectangle at contact level, as before a teleport; pinned until
+    /// release(). Contact goes before drawing, the earliest deadline first.
+    Ticket require(const WorldRect& region, double deadline_s);
+    /// Whether all of it is resident. False for a released ticket.
+    bool is_ready(Ticket ticket) const;
+    void release(Ticket ticket);
+
+    /// Loads until nothing wanted by the last update() is absent, or the ceiling or a failing source
+    /// stops it. Waits; not for frames.
+    void finish();
+
+    /// What is resident. Never null; changes only in update() and finish().
+    std::shared_ptr<const ResidentSet> resident() const;
+
+    /// The level that ground queries answer at.
+    int contact_level() const;
+    PagerStats stats() const;
+
+private:
+    struct State;
+    explicit Pager(std::unique_ptr<State> state);
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace terrane

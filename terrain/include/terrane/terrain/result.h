@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string>
+#include <tl/expected.hpp>
+
+namespace terrane {
+
+enum class ErrorCode {
+    invalid_argument,    ///< a setting or an input value is out of its range
+    io,                  ///< a file is missing, unreadable or cannot be written
+    bad_data,            ///< a file was read, and what it says makes no sense
+    out_of_memory,       ///< a ceiling is too low for the least that is needed
+    device_unavailable,  ///< no EGL device, or not the version that is needed
+};
+
+/// A failure that a correct program can meet. `message` is one English sentence that names the
+/// thing and the value, such as "octave_count must be 1 to 24, got 25".
+struct Error {
+    ErrorCode code = ErrorCode::invalid_argument;
+    std::string message;
+};
+
+template <class T>
+using Result = tl::expected<T, Error>;
+
+/// `return fail(ErrorCode::io, "cannot open " + path);` in a function that returns a Result.
+inline tl::unexpected<Error> fail(ErrorCode code, std::string message) {
+    return tl::unexpected<Error>(Error{code, std::move(message)});
+}
+
+}  // namespace terrane

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include <terrane/terrain/resident_set.h>
+#include <terrane/terrain/view.h>
+
+namespace terrane {
+
+enum class MeshStatus {
+    error_met,       ///< error_px is at most the target
+    budget_reached,  ///< the triangle budget stopped refinement; error_px tells how far it got
+    finest_reached,  ///< the lattice's finest spacing stopped refinement; so does error_px tell
+    not_resident,    ///< wanted chunks are absent, or (no triangles) the roots have not arrived
+    invalid_view,    ///< the view was refused (NaN, field of view out of range): last mesh kept
+};
+
+/// The triangles that are drawn with the samples of one chunk.
+struct MeshChunk {
+    const Chunk* chunk = nullptr;
+    std::uint32_t first_index = 0;  ///< into TerrainMesh::indices
+    std::uint32_t index_count = 0;  ///< 3 a triangle
+};
+
+/// A frame's mesh: indices into the samples of resident chunks. A view of the triangulator's
+/// buffers, valid until the next update().
+struct TerrainMesh {
+    std::shared_ptr<const ResidentSet> resident;  ///< keeps the chunks alive
+    std::span<const MeshChunk> chunks;            ///< coarse to fine
+    std::span<const std::uint16_t> indices;  ///< of samples; triangles counter-clockwise from above
+    std::size_t triangle_count = 0;
+    MeshStatus status = MeshStatus::not_resident;
+    /// Certified: no ground point inside the view's side planes is displayed further than this from
+    /// the true surface, in pixels of the picture's centre.
+    double error_px = 0.0;
+    /// Vertices at or below this priority stayed out; what a pager should fetch for.
+    double threshold_px = 0.0;
+    std::uint64_t refused_views = 0;  ///< since creation
+};
+
+struct TriangulatorSettings {
+    std::size_t triangle_budget = 100'000;  ///< hard limit; at least 2 for each root square
+    double max_error_px = 1.0;              ///< refinement stops below this, > 0
+};
+
+/// Continuous level of detail over resident chunks, by longest-edge bisection.
+///
+/// Guarantees, checked by tests/terrain/triangulator_test.cpp:
+///   - never more than triangle_budget triangles;
+///   - conforming: every inner edge belongs to exactly two triangles, whatever is resident;
+///   - error_px is an upper bound on the screen error measured by brute force;
+///   - the same resident set, settings and view give the same bytes, whatever came before.
+class Triangulator {
+public:
+    /// Fails with invalid_argument where the budget is below 2 triangles for each root square, or
+    /// the target is not > 0.
+    static Result<Triangulator> create(const HeightSource& source,
+                                       const TriangulatorSettings& settings);
+
+    Triangulator(Triangulator&&) noexcept;
+    Triangulator& operator=(Triangulator&&) noexcept;
+    ~Triangulator();
+
+    /// Makes the mesh of a view over what is resident.
+    ///
+    /// Threads: one at a time
+    /// Cost:    O(samples of the chunks that the view refines)
+    TerrainMesh update(std::shared_ptr<const ResidentSet> resident, const View& view);
+
+private:
+    struct State;
+    explicit Triangulator(std::unique_ptr<State> state);
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace terrane

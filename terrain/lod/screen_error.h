@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include <terrane/terrain/chunk.h>
+#include <terrane/terrain/view.h>
+
+namespace terrane::internal {
+
+/// Upper bounds, by level, of how far from a vertex the surface reaches that it answers for.
+///
+/// The radius of a vertex holds every point of the true surface over its diamond and over those of
+/// all its descendants, and |v - child| + radius(child) <= radius(v): so that the distance left
+/// after subtracting it does not grow from parent to child.
+struct Radii {
+    /// By power of two of the spacing, in finest spacings.
+    std::vector<float> centre;
+    std::vector<float> midpoint;
+    /// Around the middle of a cell's cut: holds the true surface over the cell.
+    std::vector<float> cell;
+};
+Radii make_radii(const HeightSource& source);
+
+/// The screen error of vertical deviations from one eye, in pixels of the picture's centre.
+///
+/// Single precision, in one fixed order: a vertex on the border of two chunks gets the same bits from
+/// both. Rounded so that it is an upper bound up to a factor of kRounding.
+class ScreenError {
+public:
+    /// Results are upper bounds once multiplied by this.
+    static constexpr double kRounding = 1.0 + 0x1p-16;
+
+    ScreenError(const View& view, const Lattice& lattice);
+
+    /// Positions of a chunk's columns and rows relative to the eye.
+    struct Axes {
+        std::array<float, kChunkSamples> x;
+        std::array<float, kChunkSamples> y;
+    };
+    Axes axes(const Chunk& chunk) const;
+
+    /// No vertex of the chunk has a larger priority.
+    float upper_bound(const Chunk& chunk, float largest_radius) const;
+
+    /// Whether all of a chunk's samples are inside the view's side planes.
+    enum class Side { inside, crossing };
+    Side side(const Chunk& chunk) const;
+
+    /// Priorities of one row of samples: bound * pixels / distance, weighted down beside the view.
+    ///
+    /// @param radii [kChunkSamples] of the row's vertices
+    void priorities(const Chunk& chunk, const Axes& axes, int row, const float* radii, Side side,
+                    float* priorities_out) const;
+
+    /// Screen error of a bound around a point, 0 where nothing within the radius is in view.
+    float error_in_view(double x, double y, double z, double radius, double bound) const;
+
+private:
+    struct Box {
+        Eigen::Vector3d low, high;
+    };
+    Box box_of(const Chunk& chunk) const;
+
+    Lattice lattice_;
+    WorldPos eye_;
+    double near_ = 1.0;
+    double pixels_ = 1.0;
+    Frustum frustum_;
+};
+
+}  // namespace terrane::internal

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: MIT
+#include <terrane/terrain/chunk.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include <terrane/terrain/assert.h>
+
+namespace terrane {
+namespace {
+
+constexpr std::size_t kSamples = std::size_t{kChunkSamples} * kChunkSamples;
+constexpr std::size_t kCells = std::size_t{kChunkCells} * kChunkCells;
+
+// The sum, rounded outward.
+float add_up(float bound, double half_quantum) {
+    const double sum = static_cast<double>(bound) + half_quantum;
+    const auto rounded = static_cast<float>(sum);
+    return static_cast<double>(rounded) < sum
+               ? std::nextafter(rounded, std::numeric_limits<float>::infinity())
+               : rounded;
+}
+
+Result<void> fill_heights(const HeightSource& source, const SampleGrid& grid, Chunk& chunk) {
+    std::vector<double> metres(kSamples);
+    if (const Result<void> read = source.sample(grid, metres); !read) return read;
+    const double per_quantum = 1.0 / source.lattice().quantum;
+    chunk.heights.resize(kSamples);
+    for (std::size_t i = 0; i < kSamples; ++i) {
+        const double quanta = std::floor(metres[i] * per_quantum + 0.5);
+        // also false for NaN
+        if (!(std::abs(quanta) < 2147483647.0)) {
+            return fail(ErrorCode::bad_data,
+                        "the source gave a height of " + std::to_string(metres[i]) +
+                            " m, which is no 32-bit multiple of the quantum");
+        }
+        chunk.heights[i] = static_cast<std::int32_t>(quanta);
+    }
+    return {};
+}
+
+// Own vertices: those of the chunk's spacing, and in a root all coarser ones.
+Result<void> fill_vertex_bounds(const HeightSource& source, const SampleGrid& grid, Chunk& chunk) {
+    const double half_quantum = 0.5 * source.lattice().quantum;
+    chunk.vertex_bounds.assign(kSamples, 0.0f);
+    std::vector<float> bounds(kSamples);
+    const int coarsest = chunk.key.level == 0 ? kChunkCells / 2 : 1;
+    for (int stride = 1; stride <= coarsest; stride *= 2) {
+        SampleGrid sparse = grid;
+        sparse.step = grid.step * stride;
+        sparse.columns = sparse.rows = kChunkCells / stride + 1;
+        const std::span<float> out(bounds.data(), sparse.size());
+        if (const Result<void> read = source.vertex_bounds(sparse, out); !read) return read;
+        for (int row = 0; row < sparse.rows; ++row) {
+            for (int column = 0; column < sparse.columns; ++column) {
+                if (((row | column) & 1) == 0) continue;  // of a coarser spacing
+                const float bound =
+                    add_up(out[static_cast<std::size_t>(row * sparse.columns + column)], half_quantum);
+                if (!(bound >= 0.0f)) return fail(ErrorCode::bad_data, "the source gave a bound of NaN");
+                chunk.vertex_bounds[sample_index(column * stride, row * stride)] = bound;
+                chunk.max_vertex_bound = std::max(chunk.max_vertex_bound, bound);
+            }
+        }
+    }
+    return {};
+}
+
+Result<void> fill_cells(const HeightSource& source, const SampleGrid& grid, Chunk& chunk) {
+    const double half_quantum = 0.5 * source.lattice().quantum;
+    chunk.cell_bounds.resize(kCells);
+    if (const Result<void> read = source.cell_bounds(grid, chunk.cell_bounds); !read) return read;
+    for (int row = 0; row < kChunkCells; ++row) {
+        for (int column = 0; column < kChunkCells; ++column) {
+            float& bound = chunk.cell_bounds[cell_index(column, row)];
+            bound = add_up(bound, half_quantum);
+            if (!(bound >= 0.0f)) return fail(ErrorCode::bad_data, "the source gave a bound of NaN");
+            const auto quadrant = static_cast<std::size_t>((column >= kChunkCells / 2 ? 1 : 0) +
+                                                           (row >= kChunkCells / 2 ? 2 : 0));
+            chunk.quadrant_bound[quadrant] = std::max(chunk.quadrant_bound[quadrant], bound);
+        }
+    }
+    chunk.cell_flags.resize(kCells);
+    if (const Result<void> read = source.cell_flags(grid, chunk.cell_flags); !read) return read;
+    const auto is_ground = [](std::uint8_t flags) { return flags == cell_ground; };
+    if (std::all_of(chunk.cell_flags.begin(), chunk.cell_flags.end(), is_ground)) {
+        chunk.cell_flags = {};
+    }
+    return {};
+}
+
+void fill_intervals(Chunk& chunk) {
+    constexpr int kBlockCells = kChunkCells / kChunkBlocks;
+    for (int block_row = 0; block_row < kChunkBlocks; ++block_row) {
+        for (int block_column = 0; block_column < kChunkBlocks; ++block_column) {
+            std::int32_t low = std::numeric_limits<std::int32_t>::max();
+            std::int32_t high = std::numeric_limits<std::int32_t>::min();
+            for (int row = 0; row <= kBlockCells; ++row) {
+                for (int column = 0; column <= kBlockCells; ++column) {
+                    const std::int32_t height = chunk.heights[sample_index(
+                        block_column * kBlockCells + column, block_row * kBlockCells + row)];
+                    low = std::min(low, height);
+                    high = std::max(high, height);
+                }
+            }
+            const auto block = static_cast<std::size_t>(block_row * kChunkBlocks + block_column);
+            chunk.block_low[block] = low;
+            chunk.block_high[block] = high;
+        }
+    }
+    chunk.low = *std::min_element(chunk.block_low.begin(), chunk.block_low.end());
+    chunk.high = *std::max_element(chunk.block_high.begin(), chunk.block_high.end());
+}
+
+}  // namespace
+
+std::size_t Chunk::max_bytes() {
+    return sizeof(Chunk) + kSamples * (sizeof(std::int32_t) + sizeof(float)) +
+           kCells * (sizeof(float) + sizeof(std::uint8_t));
+}
+
+std::size_t Chunk::bytes() const {
+    return sizeof(Chunk) + heights.capacity() * sizeof(std::int32_t) +
+           (vertex_bounds.capacity() + cell_bounds.capacity()) * sizeof(float) +
+           cell_flags.capacity();
+}
+
+Result<std::shared_ptr<const Chunk>> make_chunk(const HeightSource& source, const ChunkKey& key) {
+    const Lattice& lattice = source.lattice();
+    TERRANE_ASSERT(lattice.contains(key), "the key must name a chunk of the source's world");
+    auto chunk = std::make_shared<Chunk>();
+    chunk->key = key;
+    chunk->corner = lattice.corner(key);
+    chunk->step = lattice.step(key.level);
+    const SampleGrid grid{chunk->corner, chunk->step, kChunkSamples, kChunkSamples};
+    for (const auto fill : {&fill_heights, &fill_vertex_bounds, &fill_cells}) {
+        if (const Result<void> done = fill(source, grid, *chunk); !done) {
+            return tl::unexpected(done.error());
+        }
+    }
+    fill_intervals(*chunk);
+    return std::shared_ptr<const Chunk>(std::move(chunk));
+}
+
+}  // namespace terrane

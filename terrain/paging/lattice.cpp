@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+#include <terrane/terrain/lattice.h>
+
+#include <cmath>
+#include <string>
+
+namespace terrane {
+
+int Lattice::level_for_spacing(double wanted) const {
+    for (int level = 0; level < finest_level; ++level) {
+        if (level_spacing(level) <= wanted) return level;
+    }
+    return finest_level;
+}
+
+Result<void> check(const Lattice& lattice) {
+    const auto refuse = [](const std::string& what, double value) -> Result<void> {
+        return fail(ErrorCode::invalid_argument, what + ", got " + std::to_string(value));
+    };
+    if (!std::isfinite(lattice.origin_x)) return refuse("origin_x must be finite", lattice.origin_x);
+    if (!std::isfinite(lattice.origin_y)) return refuse("origin_y must be finite", lattice.origin_y);
+    if (!(lattice.spacing > 0.0) || !std::isfinite(lattice.spacing)) {
+        return refuse("spacing must be > 0 m", lattice.spacing);
+    }
+    int exponent = 0;
+    if (!(lattice.quantum > 0.0) || std::frexp(lattice.quantum, &exponent) != 0.5) {
+        return refuse("quantum must be a power of two", lattice.quantum);
+    }
+    if (lattice.finest_level < 0 || lattice.finest_level > 24) {
+        return refuse("finest_level must be 0 to 24", lattice.finest_level);
+    }
+    if (lattice.root_count_x < 1 || lattice.root_count_x > 1024) {
+        return refuse("root_count_x must be 1 to 1024", lattice.root_count_x);
+    }
+    if (lattice.root_count_y < 1 || lattice.root_count_y > 1024) {
+        return refuse("root_count_y must be 1 to 1024", lattice.root_count_y);
+    }
+    // keys of the finest level must fit their 32 bits
+    const std::int64_t limit = (std::int64_t{1} << 31) >> lattice.finest_level;
+    for (const std::int64_t root : {std::int64_t{lattice.first_root_x}, std::int64_t{lattice.first_root_y},
+                                    std::int64_t{lattice.first_root_x} + lattice.root_count_x,
+                                    std::int64_t{lattice.first_root_y} + lattice.root_count_y}) {
+        if (root <= -limit || root >= limit) {
+            return refuse("root squares must lie within 2^31 chunks of the finest level",
+                          static_cast<double>(root));
+        }
+    }
+    return {};
+}
+
+}  // namespace terrane

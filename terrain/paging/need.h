@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <terrane/terrain/pager.h>
+
+namespace terrane::internal {
+
+/// Why a chunk is wanted; smaller goes first.
+enum class NeedClass : std::uint8_t {
+    root,       ///< nothing can be drawn or stood on without
+    contact,    ///< a body or a ticket stands on it, or will
+    drawn,      ///< a camera sees too little detail now
+    predicted,  ///< a camera will, within the horizon
+    none,
+};
+
+/// How much a chunk is wanted. Order: class, then value, larger first.
+struct Need {
+    NeedClass why = NeedClass::none;
+    /// Contact: minus the seconds until it is needed. Cameras: pixels of error that it can remove.
+    double value = 0.0;
+
+    bool is_wanted() const { return why != NeedClass::none; }
+    bool goes_before(const Need& other) const {
+        return why != other.why ? why < other.why : value > other.value;
+    }
+};
+
+/// A rectangle that was asked for by name.
+struct RegionNeed {
+    WorldRect region;
+    double deadline_s = 0.0;
+};
+
+/// Everything that clients want at one moment.
+struct Clients {
+    std::vector<CameraNeed> cameras;
+    std::vector<BodyNeed> bodies;
+    std::vector<RegionNeed> regions;
+    double time_s = 0.0;
+};
+
+/// How much a quadrant of a resident chunk is wanted one level finer.
+///
+/// @param chunk         resident parent of the chunk asked about
+/// @param quadrant      which of its children
+/// @param contact_level chunks finer than it are for drawing only
+Need child_need(const Lattice& lattice, const Chunk& chunk, int quadrant, const Clients& clients,
+                int contact_level, double horizon);
+
+/// Whether a rectangle and a chunk share a point.
+bool overlaps(const Lattice& lattice, const ChunkKey& key, const WorldRect& rect);
+
+}  // namespace terrane::internal

@@ -1,0 +1,402 @@
+// SPDX-License-Identifier: MIT
+//
+// Sources:
+//   P. Cozzi, K. Ring. 3D Engine Design for Virtual Globes, 2011, ch. 12. (replacement by need, parents
+//   stay while children are resident)
+// Deviations: the ceiling is enforced before a load is begun, not after it has arrived; contact asks
+// in its own name and goes first; motion is followed ahead over a horizon.
+#include <terrane/terrain/pager.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <string>
+
+#include "loader.h"
+#include "need.h"
+
+namespace terrane {
+namespace {
+
+using internal::Clients;
+using internal::Need;
+using internal::NeedClass;
+
+// A load must be wanted this much more than what it evicts, or the two would take turns.
+constexpr double kEvictionGain = 1.25;
+constexpr double kFirstRetry = 0.1;  // seconds after the first failure, doubled with each further one
+constexpr double kLastRetry = 10.0;
+// Loads handed to each worker at a time: enough to keep it busy between two updates.
+constexpr std::size_t kQueuePerWorker = 8;
+
+struct Resident {
+    std::shared_ptr<const Chunk> chunk;
+    Need need;
+    int children = 0;
+};
+
+struct Failure {
+    int count = 0;
+    double retry_s = 0.0;
+};
+
+struct Wanted {
+    ChunkKey key;
+    Need need;
+};
+
+bool goes_before(const Wanted& a, const Wanted& b) {
+    if (a.need.goes_before(b.need)) return true;
+    if (b.need.goes_before(a.need)) return false;
+    return a.key < b.key;
+}
+
+// Whether a load for `wanted` may push out something that is needed as `held`.
+bool outweighs(const Need& wanted, const Need& held) {
+    if (!held.is_wanted()) return true;
+    if (wanted.why != held.why) return wanted.why < held.why;
+    return wanted.why != NeedClass::contact && wanted.value > kEvictionGain * held.value;
+}
+
+}  // namespace
+
+struct Pager::State {
+    std::shared_ptr<const HeightSource> source;
+    PagerSettings settings;
+    int contact_level = 0;
+    std::shared_ptr<std::atomic<std::size_t>> live_bytes =
+        std::make_shared<std::atomic<std::size_t>>(0);
+
+    std::map<ChunkKey, Resident> resident;
+    std::map<ChunkKey, Failure> failures;
+    std::map<Ticket, internal::RegionNeed> tickets;
+    Ticket next_ticket = 1;
+    Clients clients;
+    std::vector<Wanted> absent;  // best first
+    std::shared_ptr<const ResidentSet> set;
+    std::uint64_t epoch = 0;
+    bool changed = false;
+    PagerStats stats;
+    std::unique_ptr<internal::Loader> loader;  // last: stopped first
+
+    void take_clients(std::span<const CameraNeed> cameras, std::span<const BodyNeed> bodies,
+                      double time_s);
+    void take_in(const ChunkKey& key, Result<std::shared_ptr<const Chunk>> chunk);
+    void take_finished();
+    void find_wanted();
+    void descend(Resident& parent);
+    bool is_waiting_to_retry(const ChunkKey& key) const;
+    bool make_room(const Need& need, std::size_t reserved_bytes);
+    bool load_batch();
+    void queue_loads();
+    void publish();
+    void count_bytes(std::size_t in_flight_bytes);
+};
+
+// Needs that are not finite are refused, and counted; the other ones go on.
+void Pager::State::take_clients(std::span<const CameraNeed> cameras,
+                                std::span<const BodyNeed> bodies, double time_s) {
+    clients.cameras.clear();
+    clients.bodies.clear();
+    clients.regions.clear();
+    if (std::isfinite(time_s)) clients.time_s = std::max(clients.time_s, time_s);
+    for (const CameraNeed& camera : cameras) {
+        if (check(camera.view) && camera.velocity.allFinite() && camera.threshold_px > 0.0) {
+            clients.cameras.push_back(camera);
+        } else {
+            ++stats.refused_needs;
+        }
+    }
+    for (const BodyNeed& body : bodies) {
+        if (body.centre_world.allFinite() && body.velocity.allFinite() && body.radius >= 0.0 &&
+            std::isfinite(body.radius)) {
+            clients.bodies.push_back(body);
+        } else {
+            ++stats.refused_needs;
+        }
+    }
+    for (const auto& [ticket, region] : tickets) clients.regions.push_back(region);
+}
+
+void Pager::State::take_in(const ChunkKey& key, Result<std::shared_ptr<const Chunk>> chunk) {
+    if (!chunk) {
+        ++stats.failed;
+        Failure& failure = failures[key];
+        failure.retry_s =
+            clients.time_s + std::min(kLastRetry, kFirstRetry * static_cast<double>(1 << std::min(failure.count, 10)));
+        ++failure.count;
+        return;
+    }
+    failures.erase(key);
+    if (key.level > 0) {
+        const auto parent = resident.find(key.parent());
+        // evicted meanwhile: without it the chunk cannot be drawn or found
+        if (parent == resident.end()) {
+            ++stats.cancelled;
+            return;
+        }
+        ++parent->second.children;
+    }
+    ++stats.loaded;
+    resident[key].chunk = std::move(*chunk);
+    changed = true;
+}
+
+void Pager::State::take_finished() {
+    if (!loader) return;
+    for (internal::Loaded& loaded : loader->take_finished()) {
+        take_in(loaded.key, std::move(loaded.chunk));
+    }
+}
+
+bool Pager::State::is_waiting_to_retry(const ChunkKey& key) const {
+    const auto failure = failures.find(key);
+    return failure != failures.end() && clients.time_s < failure->second.retry_s;
+}
+
+// A parent is needed as much as what hangs below it, absent chunks too: or it would be evicted to
+// make room for its own child.
+void Pager::State::descend(Resident& parent) {
+    const Lattice& lattice = source->lattice();
+    const ChunkKey& key = parent.chunk->key;
+    if (key.level == lattice.finest_level) return;
+    for (int quadrant = 0; quadrant < 4; ++quadrant) {
+        const ChunkKey child = key.child(quadrant);
+        Need need = internal::child_need(lattice, *parent.chunk, quadrant, clients, contact_level,
+                                         settings.horizon);
+        const auto found = resident.find(child);
+        if (found != resident.end()) {
+            found->second.need = need;
+            if (need.is_wanted()) descend(found->second);
+            need = found->second.need;
+        } else if (need.is_wanted()) {
+            absent.push_back({child, need});
+        }
+        if (need.goes_before(parent.need)) parent.need = need;
+    }
+}
+
+// Walks down from the roots as far as anybody wants to go.
+void Pager::State::find_wanted() {
+    const Lattice& lattice = source->lattice();
+    absent.clear();
+    for (auto& [key, entry] : resident) entry.need = {};
+    for (std::int32_t y = 0; y < lattice.root_count_y; ++y) {
+        for (std::int32_t x = 0; x < lattice.root_count_x; ++x) {
+            const ChunkKey root{lattice.first_root_x + x, lattice.first_root_y + y, 0};
+            const auto found = resident.find(root);
+            if (found == resident.end()) {
+                absent.push_back({root, {NeedClass::root, 0.0}});
+            } else {
+                found->second.need = {NeedClass::root, 0.0};
+                descend(found->second);
+            }
+        }
+    }
+    std::sort(absent.begin(), absent.end(), goes_before);
+    stats.late_chunks = static_cast<std::size_t>(
+        std::count_if(absent.begin(), absent.end(),
+                      [](const Wanted& wanted) { return wanted.need.why != NeedClass::predicted; }));
+}
+
+// Evicts what is needed least until one more chunk fits. Children go before their parents.
+bool Pager::State::make_room(const Need& need, std::size_t reserved_bytes) {
+    const std::size_t one = Chunk::max_bytes();
+    while (live_bytes->load() + reserved_bytes + one > settings.memory_bytes) {
+        auto victim = resident.end();
+        for (auto candidate = resident.begin(); candidate != resident.end(); ++candidate) {
+            if (candidate->second.children > 0 || !outweighs(need, candidate->second.need)) continue;
+            if (victim == resident.end() ||
+                victim->second.need.goes_before(candidate->second.need)) {
+                victim = candidate;
+            }
+        }
+        if (victim == resident.end()) {
+            ++stats.over_ceiling;
+            return false;
+        }
+        if (victim->first.level > 0) --resident.find(victim->first.parent())->second.children;
+        resident.erase(victim);
+        ++stats.evicted;
+        changed = true;
+        // the bytes come free when nobody holds the old set any more
+        publish();
+    }
+    return true;
+}
+
+// Synchronous: reads everything that is wanted and absent now. False where nothing was read.
+bool Pager::State::load_batch() {
+    bool any = false;
+    for (const Wanted& wanted : std::vector<Wanted>(absent)) {
+        if (is_waiting_to_retry(wanted.key)) continue;
+        // making room for a better one may have evicted its parent
+        if (wanted.key.level > 0 && !resident.contains(wanted.key.parent())) continue;
+        if (!make_room(wanted.need, 0)) break;
+        count_bytes(Chunk::max_bytes());
+        take_in(wanted.key, internal::load_counted(*source, wanted.key, live_bytes));
+        // or the next one of the batch would take it for unwanted
+        if (const auto here = resident.find(wanted.key); here != resident.end()) {
+            here->second.need = wanted.need;
+        }
+        count_bytes(0);
+        any = true;
+    }
+    return any;
+}
+
+void Pager::State::queue_loads() {
+    const std::vector<ChunkKey> begun = loader->begun();
+    const std::size_t most = kQueuePerWorker * static_cast<std::size_t>(settings.worker_count);
+    std::vector<ChunkKey> keys;
+    for (const Wanted& wanted : absent) {
+        if (keys.size() == most) break;
+        if (is_waiting_to_retry(wanted.key)) continue;
+        if (std::find(begun.begin(), begun.end(), wanted.key) != begun.end()) continue;
+        if (wanted.key.level > 0 && !resident.contains(wanted.key.parent())) continue;
+        if (!make_room(wanted.need, (begun.size() + keys.size()) * Chunk::max_bytes())) break;
+        keys.push_back(wanted.key);
+    }
+    count_bytes((begun.size() + keys.size()) * Chunk::max_bytes());
+    stats.cancelled += loader->replace_queue(std::move(keys));
+}
+
+void Pager::State::count_bytes(std::size_t in_flight_bytes) {
+    stats.in_flight_bytes = in_flight_bytes;
+    stats.resident_bytes = live_bytes->load();
+    stats.peak_bytes = std::max(stats.peak_bytes, stats.resident_bytes + in_flight_bytes);
+}
+
+void Pager::State::publish() {
+    if (!changed && set) return;
+    std::vector<std::shared_ptr<const Chunk>> chunks;
+    chunks.reserve(resident.size());
+    for (const auto& [key, entry] : resident) chunks.push_back(entry.chunk);
+    // let go of the old set first: its evicted chunks must not count
+    set.reset();
+    set = std::make_shared<const ResidentSet>(source->lattice(), source->extent(), std::move(chunks),
+                                              ++epoch);
+    changed = false;
+}
+
+Result<Pager> Pager::create(std::shared_ptr<const HeightSource> source,
+                            const PagerSettings& settings) {
+    if (!source) return fail(ErrorCode::invalid_argument, "a pager needs a source");
+    if (const Result<void> good = check(source->lattice()); !good) return tl::unexpected(good.error());
+    if (settings.worker_count < 0 || settings.worker_count > 256) {
+        return fail(ErrorCode::invalid_argument,
+                    "worker_count must be 0 to 256, got " + std::to_string(settings.worker_count));
+    }
+    if (!(settings.horizon >= 0.0) || !std::isfinite(settings.horizon)) {
+        return fail(ErrorCode::invalid_argument,
+                    "horizon must be >= 0 s, got " + std::to_string(settings.horizon));
+    }
+    if (!(settings.contact_spacing >= 0.0)) {
+        return fail(ErrorCode::invalid_argument, "contact_spacing must be >= 0 m, got " +
+                                                     std::to_string(settings.contact_spacing));
+    }
+    const Lattice& lattice = source->lattice();
+    const std::size_t least = Chunk::max_bytes() * static_cast<std::size_t>(lattice.root_count_x) *
+                              static_cast<std::size_t>(lattice.root_count_y);
+    if (settings.memory_bytes < least) {
+        return fail(ErrorCode::out_of_memory,
+                    "memory_bytes must hold the root squares, " + std::to_string(least) + ", got " +
+                        std::to_string(settings.memory_bytes));
+    }
+    auto state = std::make_unique<State>();
+    state->settings = settings;
+    state->contact_level = settings.contact_spacing > 0.0
+                               ? lattice.level_for_spacing(settings.contact_spacing)
+                               : lattice.finest_level;
+    if (settings.worker_count > 0) {
+        state->loader = std::make_unique<internal::Loader>(source, state->live_bytes,
+                                                           settings.worker_count);
+    }
+    state->source = std::move(source);
+    state->publish();
+    return Pager(std::move(state));
+}
+
+Pager::Pager(std::unique_ptr<State> state) : state_(std::move(state)) {}
+Pager::Pager(Pager&&) noexcept = default;
+Pager& Pager::operator=(Pager&&) noexcept = default;
+Pager::~Pager() = default;
+
+void Pager::update(std::span<const CameraNeed> cameras, std::span<const BodyNeed> bodies,
+                   double time_s) {
+    State& state = *state_;
+    state.take_clients(cameras, bodies, time_s);
+    state.take_finished();
+    state.find_wanted();
+    if (state.loader) {
+        state.queue_loads();
+    } else {
+        while (!state.absent.empty() && state.load_batch()) state.find_wanted();
+    }
+    state.publish();
+    if (!state.loader) state.count_bytes(0);
+}
+
+void Pager::finish() {
+    State& state = *state_;
+    if (!state.loader) return;  // update() has done it
+    for (;;) {
+        state.loader->wait();
+        state.take_finished();
+        state.find_wanted();
+        const std::vector<ChunkKey> before = state.loader->begun();
+        state.queue_loads();
+        const bool is_idle = before.empty() && state.stats.in_flight_bytes == 0;
+        if (is_idle) break;
+    }
+    state.publish();
+}
+
+Pager::Ticket Pager::require(const WorldRect& region, double deadline_s) {
+    const Ticket ticket = state_->next_ticket++;
+    const bool is_finite = std::isfinite(region.west) && std::isfinite(region.south) &&
+                           std::isfinite(region.east) && std::isfinite(region.north);
+    if (!is_finite || std::isnan(deadline_s)) {
+        ++state_->stats.refused_needs;
+        return ticket;
+    }
+    state_->tickets[ticket] = {region, deadline_s};
+    return ticket;
+}
+
+bool Pager::is_ready(Ticket ticket) const {
+    const auto found = state_->tickets.find(ticket);
+    if (found == state_->tickets.end()) return false;
+    // down from the roots: each chunk of a level over the region must be there
+    const Lattice& lattice = state_->source->lattice();
+    std::vector<ChunkKey> open;
+    for (std::int32_t y = 0; y < lattice.root_count_y; ++y) {
+        for (std::int32_t x = 0; x < lattice.root_count_x; ++x) {
+            open.push_back({lattice.first_root_x + x, lattice.first_root_y + y, 0});
+        }
+    }
+    while (!open.empty()) {
+        const ChunkKey key = open.back();
+        open.pop_back();
+        if (!internal::overlaps(lattice, key, found->second.region)) continue;
+        if (!state_->resident.contains(key)) return false;
+        if (key.level == state_->contact_level) continue;
+        for (int quadrant = 0; quadrant < 4; ++quadrant) open.push_back(key.child(quadrant));
+    }
+    return true;
+}
+
+void Pager::release(Ticket ticket) { state_->tickets.erase(ticket); }
+
+std::shared_ptr<const ResidentSet> Pager::resident() const { return state_->set; }
+
+int Pager::contact_level() const { return state_->contact_level; }
+
+PagerStats Pager::stats() const {
+    PagerStats stats = state_->stats;
+    stats.resident_bytes = state_->live_bytes->load();
+    stats.resident_chunks = state_->resident.size();
+    return stats;
+}
+
+}  // namespace terrane

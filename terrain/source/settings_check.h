@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/terrain/result.h>
+
+#include <string>
+
+namespace terrane {
+
+/// Fails with invalid_argument, naming the field and its value, unless least <= value <= most.
+template <class Number>
+Result<void> check_range(const char* name, Number value, Number least, Number most) {
+    if (value >= least && value <= most) return {};
+    return fail(ErrorCode::invalid_argument,
+                std::string(name) + " must be " + std::to_string(least) + " to " +
+                    std::to_string(most) + ", got " + std::to_string(value));
+}
+
+/// Of octaves, which both fractals have.
+inline Result<void> check_octaves(int octave_count, double gain) {
+    if (auto ok = check_range("octave_count", octave_count, 1, 24); !ok) return ok;
+    if (gain > 0.0 && gain <= 1.0) return {};
+    return fail(ErrorCode::invalid_argument,
+                "gain must be above 0 and at most 1, got " + std::to_string(gain));
+}
+
+}  // namespace terrane

@@ -1,0 +1,471 @@
+// SPDX-License-Identifier: MIT
+#include <terrane/collision/bodies.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "support/random.h"
+#include "support/table_ground.h"
+
+namespace terrane {
+namespace {
+
+using test::make_test_ground;
+using test::Random;
+using test::TableGroundSettings;
+
+constexpr double kGravity = 9.81;
+constexpr double kMiddle = 64.3;  // of the ground of one root square, off the lattice
+
+BodyWorld make_world(bool allow_sleep = true) {
+    Result<BodyWorld> world = BodyWorld::create({.allow_sleep = allow_sleep});
+    EXPECT_TRUE(world.has_value());
+    return std::move(*world);
+}
+
+BodyState at(const Eigen::Vector3d& place, const Eigen::Vector3d& velocity = {0.0, 0.0, 0.0}) {
+    BodyState state;
+    state.pose.translation = place;
+    state.velocity = velocity;
+    return state;
+}
+
+Eigen::Matrix3d turned(const Eigen::Vector3d& rotation_vector) {
+    return Motion{{}, Eigen::Vector3d::Zero(), rotation_vector}.at(1.0).rotation;
+}
+
+std::vector<Shape> all_shapes() {
+    return {Sphere{0.5}, Capsule{0.4, 0.8}, Box{{1.0, 2.0, 0.5}}};
+}
+
+const char* name_of(const Shape& shape) {
+    return std::holds_alternative<Sphere>(shape)    ? "sphere"
+           : std::holds_alternative<Capsule>(shape) ? "capsule"
+                                                    : "box";
+}
+
+Ground make_flat() {
+    return make_test_ground([](double, double) { return 5.0; }, 1.0, 1);
+}
+
+/// z = slope * x: the triangles are all in one plane.
+Ground make_tilted(double slope) {
+    return make_test_ground([slope](double x, double) { return slope * x; }, 1.0, 2);
+}
+
+double mechanical_energy(const BodyState& state, double inertia) {
+    return 0.5 * state.velocity.squaredNorm() + kGravity * state.pose.translation.z() +
+           0.5 * inertia * state.angular_velocity.squaredNorm();
+}
+
+TEST(BodyWorld, FallsFreelyAsTheIntegratorSays) {
+    const Ground ground = make_flat();
+    for (const double dt : {1.0 / 60.0, 0.1}) {
+        BodyWorld world = make_world();
+        ASSERT_TRUE(world.add({.shape = Sphere{0.5}}, at({kMiddle, kMiddle, 500.0}, {3.0, 0, 0})));
+        const double substeps = std::ceil(dt * 120.0 - 1e-9);
+        const double h = dt / substeps;
+        double z = 500.0, vz = 0.0;
+        for (int step = 0; step < 20; ++step) {
+            const StepReport report = world.step(ground, dt);
+            EXPECT_EQ(report.awake, 1u);
+            EXPECT_NEAR(report.lived_time, dt, 1e-12);
+            for (double i = 0.0; i < substeps; i += 1.0) {
+                vz -= kGravity * h;
+                z += vz * h;
+            }
+            EXPECT_NEAR(world.states()[0].pose.translation.z(), z, 1e-9);
+            EXPECT_NEAR(world.states()[0].pose.translation.x(), kMiddle + 3.0 * dt * (step + 1), 1e-9);
+        }
+    }
+}
+
+TEST(BodyWorld, KeepsAngularMomentumInTheAirAndItsEnergyDoesNotGrow) {
+    const Ground ground = make_flat();
+    BodyWorld world = make_world();
+    const Eigen::Vector3d half(1.0, 2.0, 0.5);
+    BodyState state = at({kMiddle, kMiddle, 4000.0});
+    state.angular_velocity = {3.0, 7.0, 11.0};
+    ASSERT_TRUE(world.add({.shape = Box{half}, .mass = 3.0}, state));
+    const Eigen::Vector3d inertia(half.y() * half.y() + half.z() * half.z(),
+                                  half.x() * half.x() + half.z() * half.z(),
+                                  half.x() * half.x() + half.y() * half.y());
+    const auto momentum = [&](const BodyState& s) {
+        const Eigen::Vector3d spin = s.pose.rotation.transpose() * s.angular_velocity;
+        return Eigen::Vector3d(s.pose.rotation * inertia.cwiseProduct(spin));
+    };
+    const auto energy = [&](const BodyState& s) {
+        const Eigen::Vector3d spin = s.pose.rotation.transpose() * s.angular_velocity;
+        return spin.dot(inertia.cwiseProduct(spin));
+    };
+    const Eigen::Vector3d momentum_before = momentum(state);
+    double energy_before = energy(state);
+    for (int step = 0; step < 600; ++step) {
+        world.step(ground, 1.0 / 60.0);
+        const double energy_now = energy(world.states()[0]);
+        EXPECT_LE(energy_now, energy_before * (1.0 + 1e-12));
+        energy_before = energy_now;
+    }
+    EXPECT_GT(energy_before, 0.99 * energy(state));
+    EXPECT_LT((momentum(world.states()[0]) - momentum_before).norm(), 0.01 * momentum_before.norm());
+}
+
+TEST(BodyWorld, RestsOnAPlaneWithinItsToleranceAndFallsAsleep) {
+    const Ground ground = make_flat();
+    for (const Shape& shape : all_shapes()) {
+        BodyWorld world = make_world();
+        BodyState state = at({kMiddle, kMiddle, 7.5});
+        ASSERT_TRUE(world.add({.shape = shape}, state));
+        StepReport report;
+        for (int step = 0; step < 60 * 8; ++step) {
+            report = world.step(ground, 1.0 / 60.0);
+            EXPECT_EQ(report.too_deep, 0u);
+            EXPECT_EQ(report.lost_time, 0.0);
+        }
+        const BodyState& rest = world.states()[0];
+        const double gap =
+            rest.pose.translation.z() - 5.0 -
+            support_distance(shape, rest.pose.rotation.transpose() * Eigen::Vector3d(0, 0, -1));
+        EXPECT_LE(std::abs(gap), 0.01) << name_of(shape);
+        EXPECT_EQ(rest.condition, BodyCondition::asleep) << name_of(shape);
+        EXPECT_EQ(rest.velocity.norm(), 0.0);
+        EXPECT_EQ(report.asleep, 1u);
+        EXPECT_EQ(report.awake, 0u);
+    }
+}
+
+TEST(BodyWorld, SlidesDownATiltedPlaneAsCoulombSays) {
+    const double slope = 0.5;
+    const double cosine = 1.0 / std::sqrt(1.0 + slope * slope), sine = slope * cosine;
+    const Ground ground = make_tilted(slope);
+    for (const double friction : {0.0, 0.1, 0.3}) {
+        BodyWorld world = make_world();
+        BodyState state;
+        state.pose.rotation = turned({0.0, -std::atan(slope), 0.0});
+        const Eigen::Vector3d normal(-sine, 0.0, cosine);
+        state.pose.translation = Eigen::Vector3d(190.2, 128.6, 190.2 * slope) + 0.5 * normal;
+        ASSERT_TRUE(world.add({.shape = Box{{1.0, 2.0, 0.5}}, .friction = friction}, state));
+        const double seconds = 3.0;
+        for (int step = 0; step < 60 * 3; ++step) world.step(ground, 1.0 / 60.0);
+        const double expected = kGravity * (sine - friction * cosine) * seconds;
+        EXPECT_NEAR(world.states()[0].velocity.norm(), expected, 0.01 * expected + 0.02) << friction;
+        EXPECT_LT(std::abs(world.states()[0].velocity.y()), 0.02);
+    }
+}
+
+TEST(BodyWorld, RollsDownATiltedPlaneAsASolidSphereDoes) {
+    const double slope = 0.3;
+    const double cosine = 1.0 / std::sqrt(1.0 + slope * slope), sine = slope * cosine;
+    const Ground ground = make_tilted(slope);
+    BodyWorld world = make_world();
+    ASSERT_TRUE(world.add({.shape = Sphere{0.5}},
+                          at(Eigen::Vector3d(200.2, 128.6, 200.2 * slope) +
+                             0.5 * Eigen::Vector3d(-sine, 0.0, cosine))));
+    for (int step = 0; step < 60 * 3; ++step) world.step(ground, 1.0 / 60.0);
+    const double expected = 5.0 / 7.0 * kGravity * sine * 3.0;
+    EXPECT_NEAR(world.states()[0].velocity.norm(), expected, 0.01 * expected);
+    EXPECT_NEAR(world.states()[0].angular_velocity.norm() * 0.5, expected, 0.02 * expected);
+}
+
+TEST(BodyWorld, HoldsWithoutCreepingWhereFrictionIsEnough) {
+    const double slope = 0.5;
+    const double cosine = 1.0 / std::sqrt(1.0 + slope * slope), sine = slope * cosine;
+    const Ground ground = make_tilted(slope);
+    BodyWorld world = make_world(false);
+    BodyState state;
+    state.pose.rotation = turned({0.0, -std::atan(slope), 0.0});
+    state.pose.translation = Eigen::Vector3d(128.2, 128.6, 128.2 * slope) +
+                             0.505 * Eigen::Vector3d(-sine, 0.0, cosine);
+    ASSERT_TRUE(world.add({.shape = Box{{1.0, 2.0, 0.5}}, .friction = 0.6}, state));
+    for (int step = 0; step < 60; ++step) world.step(ground, 1.0 / 60.0);
+    const Eigen::Vector3d settled = world.states()[0].pose.translation;
+    for (int step = 0; step < 60 * 10; ++step) world.step(ground, 1.0 / 60.0);
+    EXPECT_LT((world.states()[0].pose.translation - settled).norm(), 1e-3);
+}
+
+TEST(BodyWorld, SlidesOverFlatCellsWithoutLosingSpeedOrGainingEnergy) {
+    const Ground ground = make_flat();
+    for (const Shape& shape : all_shapes()) {
+        BodyWorld world = make_world(false);
+        const double height = std::holds_alternative<Capsule>(shape) ? 1.2 : 0.5;
+        ASSERT_TRUE(world.add({.shape = shape, .friction = 0.0, .restitution = 0.0},
+                              at({20.3, 30.6, 5.0 + height + 0.001}, {3.0, 0.4, 0.0})));
+        for (int step = 0; step < 12; ++step) world.step(ground, 1.0 / 60.0);
+        const Eigen::Vector3d start = world.states()[0].velocity;
+        double energy = mechanical_energy(world.states()[0], 0.1);
+        for (int step = 0; step < 120; ++step) {
+            const StepReport report = world.step(ground, 1.0 / 60.0);
+            EXPECT_EQ(report.lost_time, 0.0);
+            const double now = mechanical_energy(world.states()[0], 0.1);
+            EXPECT_LE(now, energy + 1e-9) << name_of(shape);
+            energy = now;
+        }
+        EXPECT_LT((world.states()[0].velocity - start).norm(), 2e-3) << name_of(shape);
+        EXPECT_NEAR(start.x(), 3.0, 2e-3) << name_of(shape);
+        EXPECT_NEAR(start.y(), 0.4, 2e-3) << name_of(shape);
+    }
+}
+
+TEST(BodyWorld, BouncesToTheHeightThatRestitutionGives) {
+    const Ground ground = make_flat();
+    for (const double restitution : {0.0, 0.5, 0.8, 1.0}) {
+        BodyWorld world = make_world(false);
+        const double drop = 3.0;
+        ASSERT_TRUE(world.add({.shape = Sphere{0.5}, .restitution = restitution},
+                              at({kMiddle, kMiddle, 5.5 + drop})));
+        double highest = 0.0;
+        bool has_bounced = false;
+        for (int step = 0; step < 240 * 2; ++step) {
+            const StepReport report = world.step(ground, 1.0 / 240.0);
+            if (has_bounced && report.impacts > 0) break;
+            has_bounced = has_bounced || report.impacts > 0;
+            if (has_bounced) {
+                highest = std::max(highest, world.states()[0].pose.translation.z() - 5.5);
+            }
+        }
+        ASSERT_TRUE(has_bounced);
+        EXPECT_NEAR(highest, restitution * restitution * drop, 0.03 * drop) << restitution;
+    }
+}
+
+TEST(BodyWorld, GainsNoEnergyInRoughFrictionalImpacts) {
+    Random random(11);
+    const Ground ground = make_test_ground(
+        [](double x, double y) { return 2.0 * std::sin(0.7 * x) * std::sin(0.9 * y); }, 1.0, 1);
+    for (int run = 0; run < 30; ++run) {
+        BodyWorld world = make_world(false);
+        BodyState state = at({random.between(40, 90), random.between(40, 90), 8.0},
+                             {random.between(-20, 20), random.between(-20, 20), random.between(-30, 0)});
+        for (int axis = 0; axis < 3; ++axis) state.angular_velocity[axis] = random.between(-8, 8);
+        const Eigen::Vector3d half(1.0, 2.0, 0.5);
+        ASSERT_TRUE(world.add({.shape = Box{half}, .restitution = 0.7}, state));
+        const Eigen::Vector3d inertia = Eigen::Vector3d(4.25, 1.25, 5.0) / 3.0;
+        const auto energy = [&](const BodyState& s) {
+            const Eigen::Vector3d spin = s.pose.rotation.transpose() * s.angular_velocity;
+            return 0.5 * s.velocity.squaredNorm() + kGravity * s.pose.translation.z() +
+                   0.5 * spin.dot(inertia.cwiseProduct(spin));
+        };
+        double before = energy(world.states()[0]);
+        for (int step = 0; step < 120; ++step) {
+            world.step(ground, 1.0 / 60.0);
+            const double now = energy(world.states()[0]);
+            // Coming out by a tolerance may lift it a little; a blow may not speed it up.
+            EXPECT_LE(now, before + kGravity * 0.012) << "run " << run << " step " << step;
+            before = now;
+        }
+    }
+}
+
+/// Heights by lattice point, for grounds that no smooth function gives.
+std::uint64_t scramble(double x, double y) {
+    std::uint64_t z = static_cast<std::uint64_t>(static_cast<std::int64_t>(x)) * 0x9e3779b97f4a7c15u ^
+                      static_cast<std::uint64_t>(static_cast<std::int64_t>(y)) * 0xc2b2ae3d27d4eb4fu;
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+    return z ^ (z >> 27);
+}
+
+struct RoughGround {
+    const char* name;
+    double (*height)(double, double);
+};
+
+constexpr RoughGround kRoughGrounds[] = {
+    {"hills", [](double x, double y) { return 6.0 * std::sin(0.21 * x) * std::sin(0.17 * y) + 0.3 * x; }},
+    {"noise", [](double x, double y) { return static_cast<double>(scramble(x, y) % 256) / 64.0; }},
+    {"spikes", [](double x, double y) { return scramble(x, y) % 7 == 0 ? 12.0 : 0.0; }},
+    {"walls", [](double x, double) { return static_cast<std::int64_t>(x) % 6 == 0 ? 30.0 : 0.0; }},
+    {"pits", [](double x, double y) { return scramble(x, y) % 5 == 0 ? -40.0 : 0.0; }},
+    {"stairs", [](double x, double y) { return 2.0 * std::floor(x / 4.0) + std::floor(y / 3.0); }},
+};
+
+TEST(BodyWorld, LetsNoBodyFallThroughRoughGroundAtAnySpeedSpinOrStep) {
+    const std::uint64_t seed = 2024;
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    Random random(seed);
+    for (const RoughGround& rough : kRoughGrounds) {
+        const Ground ground = make_test_ground(rough.height, 1.0, 1);
+        for (const Shape& shape : all_shapes()) {
+            for (const double speed : {0.0, 300.0, 3000.0}) {
+                for (const double dt : {1.0 / 60.0, 0.1}) {
+                    BodyWorld world = make_world();
+                    for (int body = 0; body < 12; ++body) {
+                        const double x = random.between(30, 98), y = random.between(30, 98);
+                        BodyState state = at({x, y, 75.0}, {random.between(-0.3, 0.3) * speed,
+                                                            random.between(-0.3, 0.3) * speed, -speed});
+                        state.pose.rotation = turned({random.between(-3, 3), random.between(-3, 3), 0.0});
+                        const double spin = body % 3 == 0 ? 0.0 : body % 3 == 1 ? 5.0 : 100.0;
+                        for (int axis = 0; axis < 3; ++axis) {
+                            state.angular_velocity[axis] = random.between(-spin, spin);
+                        }
+                        ASSERT_TRUE(world.add({.shape = shape}, state));
+                    }
+                    double lived = 0.0, lost = 0.0;
+                    for (double time = 0.0; time < 4.5; time += dt) {
+                        const StepReport report = world.step(ground, dt);
+                        ASSERT_EQ(report.too_deep, 0u)
+                            << rough.name << ' ' << name_of(shape) << " at " << speed << " m/s, dt " << dt
+                            << ", depth " << report.max_depth_m << " m after " << time << " s";
+                        EXPECT_EQ(report.parked, 0u);
+                        lived += report.lived_time;
+                        lost += report.lost_time;
+                    }
+                    EXPECT_LE(lost, 0.05 * (lived + lost))
+                        << rough.name << ' ' << name_of(shape) << " at " << speed << " m/s, dt " << dt;
+                }
+            }
+        }
+    }
+}
+
+TEST(BodyWorld, BringsADeepStartOutWithoutEverGoingDeeperOrGivingItVelocity) {
+    const Ground ground = make_test_ground(
+        [](double x, double y) { return 2.0 * std::sin(0.5 * x) * std::sin(0.4 * y); }, 1.0, 1);
+    for (const Shape& shape : all_shapes()) {
+        for (const double below : {0.3, 1.5, 6.0}) {
+            BodyWorld world = make_world();
+            BodyState state = at({kMiddle, kMiddle, 2.0 - below}, {1.0, 2.0, -30.0});
+            ASSERT_TRUE(world.add({.shape = shape}, state));
+            double depth = -signed_distance(shape, state.pose, ground, 0.0).distance;
+            bool is_out = depth <= 0.01;
+            for (int step = 0; step < 60 * 8; ++step) {
+                const StepReport report = world.step(ground, 1.0 / 60.0);
+                EXPECT_EQ(report.too_deep, 0u);
+                if (is_out) continue;
+                const double now = -signed_distance(shape, world.states()[0].pose, ground, 0.0).distance;
+                EXPECT_LE(now, depth + 1e-6) << name_of(shape) << " from " << below << " m, step " << step;
+                depth = now;
+                is_out = depth <= 0.01;
+                EXPECT_LT(world.states()[0].velocity.norm(), 0.5);
+            }
+            EXPECT_TRUE(is_out) << name_of(shape) << " from " << below << " m";
+        }
+    }
+}
+
+TEST(BodyWorld, ParksOverMissingGroundWithItsStateAndGoesOnWhenItArrives) {
+    const auto flat = [](double, double) { return 5.0; };
+    TableGroundSettings half;
+    half.roots = 2;
+    half.is_resident = [](int column, int) { return column == 0; };
+    const Ground partly = make_test_ground(flat, half);
+    const Ground whole = make_test_ground(flat, 1.0, 2);
+    BodyWorld world = make_world();
+    ASSERT_TRUE(world.add({.shape = Sphere{0.5}}, at({190.0, 64.0, 8.0}, {1.0, 2.0, -3.0})));
+    ASSERT_TRUE(world.add({.shape = Sphere{0.5}}, at({60.0, 64.0, 8.0})));
+    const BodyState before = world.states()[0];
+    for (int step = 0; step < 10; ++step) {
+        const StepReport report = world.step(partly, 1.0 / 60.0);
+        EXPECT_EQ(report.parked, 1u);
+        EXPECT_EQ(report.awake, 1u);
+        EXPECT_EQ(world.states()[0].condition, BodyCondition::parked);
+        EXPECT_EQ(world.states()[0].pose.translation, before.pose.translation);
+        EXPECT_EQ(world.states()[0].velocity, before.velocity);
+        EXPECT_EQ(world.needs().size(), 2u);
+        EXPECT_EQ(world.needs()[0].centre_world, before.pose.translation);
+    }
+    const StepReport report = world.step(whole, 1.0 / 60.0);
+    EXPECT_EQ(report.parked, 0u);
+    EXPECT_EQ(world.states()[0].condition, BodyCondition::awake);
+    EXPECT_LT(world.states()[0].pose.translation.z(), before.pose.translation.z());
+}
+
+TEST(BodyWorld, FallsFreelyBeyondTheWorldAndCountsIt) {
+    const Ground ground = make_flat();
+    BodyWorld world = make_world();
+    ASSERT_TRUE(world.add({.shape = Box{}}, at({120.0, 64.0, 7.0}, {40.0, 0.0, 0.0})));
+    StepReport report;
+    for (int step = 0; step < 120; ++step) report = world.step(ground, 1.0 / 60.0);
+    EXPECT_EQ(report.left_world, 1u);
+    EXPECT_EQ(report.awake, 0u);
+    EXPECT_EQ(world.states()[0].condition, BodyCondition::left_world);
+    EXPECT_LT(world.states()[0].pose.translation.z(), 0.0);
+    EXPECT_GT(world.states()[0].pose.translation.x(), 128.0);
+}
+
+TEST(BodyWorld, NeverComesBackInUnderTheGroundFromBeyondTheWorld) {
+    const Ground ground = make_flat();
+    BodyWorld world = make_world();
+    ASSERT_TRUE(world.add({.shape = Sphere{0.5}}, at({140.0, 64.0, 0.0}, {-30.0, 0.0, 0.0})));
+    for (int step = 0; step < 120; ++step) {
+        const StepReport report = world.step(ground, 1.0 / 60.0);
+        EXPECT_EQ(report.too_deep, 0u);
+        EXPECT_GT(world.states()[0].pose.translation.x(), 127.0);
+    }
+    EXPECT_LT(world.states()[0].pose.translation.z(), -10.0);
+}
+
+TEST(BodyWorld, RefusesWhatIsNotFiniteByNameAndKeepsTheLastGoodState) {
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    BodyWorld world = make_world();
+    const auto expect_named = [](const Error& error, const std::string& field) {
+        EXPECT_EQ(error.code, ErrorCode::invalid_argument);
+        EXPECT_NE(error.message.find(field), std::string::npos) << error.message;
+    };
+    const Result<std::size_t> added = world.add({.mass = nan}, at({0.0, 0.0, 0.0}));
+    ASSERT_FALSE(added.has_value());
+    expect_named(added.error(), "mass");
+    ASSERT_FALSE(world.add({.friction = -1.0}, at({0.0, 0.0, 0.0})).has_value());
+    ASSERT_FALSE(world.add({.restitution = 1.5}, at({0.0, 0.0, 0.0})).has_value());
+    ASSERT_FALSE(world.add({.shape = Sphere{0.0}}, at({0.0, 0.0, 0.0})).has_value());
+    EXPECT_EQ(world.states().size(), 0u);
+
+    ASSERT_TRUE(world.add({}, at({1.0, 2.0, 3.0})));
+    const std::uint64_t hash = world.state_hash();
+    BodyState bad = at({0.0, nan, 0.0});
+    expect_named(world.set_state(0, bad).error(), "pose.translation.y");
+    bad = at({0.0, 0.0, 0.0}, {0.0, 0.0, nan});
+    expect_named(world.set_state(0, bad).error(), "velocity.z");
+    bad = at({0.0, 0.0, 0.0});
+    bad.angular_velocity.x() = nan;
+    expect_named(world.set_state(0, bad).error(), "angular_velocity.x");
+    bad = at({0.0, 0.0, 0.0});
+    bad.pose.rotation(1, 1) = 0.5;
+    expect_named(world.set_state(0, bad).error(), "pose.rotation");
+    bad.pose.rotation = -Eigen::Matrix3d::Identity();
+    expect_named(world.set_state(0, bad).error(), "pose.rotation");
+    EXPECT_EQ(world.state_hash(), hash);
+    EXPECT_FALSE(BodyWorld::create({.gravity = {0.0, 0.0, nan}}).has_value());
+    EXPECT_FALSE(BodyWorld::create({.max_substep = 0.0}).has_value());
+}
+
+TEST(BodyWorld, GivesTheSameBitsForTheSameCalls) {
+    const Ground ground = make_test_ground(kRoughGrounds[1].height, 1.0, 1);
+    const auto run = [&ground] {
+        Random random(5);
+        BodyWorld world = make_world();
+        const std::vector<Shape> shapes = all_shapes();
+        for (int body = 0; body < 30; ++body) {
+            BodyState state = at({random.between(30, 98), random.between(30, 98), 9.0},
+                                 {0.0, 0.0, random.between(-60, 0)});
+            state.angular_velocity = {random.between(-5, 5), random.between(-5, 5), 1.0};
+            EXPECT_TRUE(world.add({.shape = shapes[static_cast<std::size_t>(body % 3)]}, state));
+        }
+        std::uint64_t hash = 0;
+        for (int step = 0; step < 120; ++step) {
+            world.step(ground, 1.0 / 60.0);
+            hash = hash * 31 + world.state_hash();
+        }
+        return hash;
+    };
+    EXPECT_EQ(run(), run());
+}
+
+TEST(BodyWorld, WakesASleeperThatIsMoved) {
+    const Ground ground = make_flat();
+    BodyWorld world = make_world();
+    ASSERT_TRUE(world.add({.shape = Box{}}, at({kMiddle, kMiddle, 5.6})));
+    for (int step = 0; step < 120; ++step) world.step(ground, 1.0 / 60.0);
+    ASSERT_EQ(world.states()[0].condition, BodyCondition::asleep);
+    BodyState moved = world.states()[0];
+    moved.pose.translation.z() += 3.0;
+    ASSERT_TRUE(world.set_state(0, moved));
+    EXPECT_EQ(world.step(ground, 1.0 / 60.0).awake, 1u);
+    EXPECT_LT(world.states()[0].velocity.z(), 0.0);
+}
+
+}  // namespace
+}  // namespace terrane

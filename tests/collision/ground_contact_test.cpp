@@ -1,0 +1,434 @@
+// SPDX-License-Identifier: MIT
+#include <terrane/collision/ground_contact.h>
+
+#include <cstring>
+
+#include <gtest/gtest.h>
+
+#include "collision/ground_oracle.h"
+
+namespace terrane {
+namespace {
+
+using test::make_scenes;
+using test::make_shapes;
+using test::make_test_ground;
+using test::Random;
+using test::Scene;
+
+constexpr std::uint64_t kSeed = 20260101;
+
+Pose pose_at(double x, double y, double z) {
+    Pose pose;
+    pose.translation = {x, y, z};
+    return pose;
+}
+
+Pose moved(Pose pose, const Eigen::Vector3d& d) {
+    pose.translation += d;
+    return pose;
+}
+
+Pose random_pose(Random& random, const Ground& ground, double low, double high) {
+    Pose pose;
+    pose.rotation = random.rotation();
+    const double x = random.between(10.0, 118.0);
+    const double y = random.between(10.0, 118.0);
+    pose.translation = {x, y, ground.height(x, y).height + random.between(low, high)};
+    return pose;
+}
+
+// The shortest translation that satisfies all contacts, by repeated projection (Dykstra).
+Eigen::Vector3d resolve(std::span<const Contact> contacts) {
+    Eigen::Vector3d d = Eigen::Vector3d::Zero();
+    std::vector<double> pushes(contacts.size(), 0.0);
+    for (int round = 0; round < 20000; ++round) {
+        double change = 0.0;
+        for (std::size_t i = 0; i < contacts.size(); ++i) {
+            const double rest = contacts[i].depth - contacts[i].normal.dot(d);
+            const double push = std::max(-pushes[i], rest);
+            pushes[i] += push;
+            d += push * contacts[i].normal;
+            change = std::max(change, std::abs(push));
+        }
+        if (change < 1e-13) break;
+    }
+    return d;
+}
+
+TEST(ComputeLift, OfBoxesIsThatOfClippedFaces) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    Random random(kSeed);
+    for (const Scene& scene : make_scenes()) {
+        SCOPED_TRACE(scene.name);
+        const Ground ground = make_test_ground(scene.height, 1.0, 1);
+        for (int i = 0; i < 60; ++i) {
+            const Box box{{random.between(0.0, 2.0), random.between(0.0, 2.0), random.between(0.0, 1.0)}};
+            const Pose pose = random_pose(random, ground, -2.0, 2.0);
+            double expected = -std::numeric_limits<double>::infinity();
+            for (const test::Corners& corners :
+                 test::make_soup(ground, pose.translation.x() - 3.0, pose.translation.y() - 3.0,
+                                 pose.translation.x() + 3.0, pose.translation.y() + 3.0)) {
+                expected = std::max(expected, test::clip_box_lift(box.half_extents, pose, corners));
+            }
+            EXPECT_NEAR(compute_lift(box, pose, ground).lift, expected, 1e-9);
+        }
+    }
+}
+
+TEST(ComputeLift, OfRoundShapesIsTheLargestOverTheirPoints) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    Random random(kSeed);
+    const std::vector<Scene> scenes = make_scenes();
+    for (const Scene& scene : {scenes[0], scenes[3], scenes[6]}) {
+        SCOPED_TRACE(scene.name);
+        const Ground ground = make_test_ground(scene.height, 1.0, 1);
+        for (const Shape& shape : {Shape(Sphere{0.8}), Shape(Capsule{0.4, 0.8})}) {
+            for (int i = 0; i < 6; ++i) {
+                const Pose pose = random_pose(random, ground, -1.0, 1.5);
+                const double lift = compute_lift(shape, pose, ground).lift;
+                const double sampled = test::sample_round_lift(shape, pose, ground, 160);
+                EXPECT_GE(lift, sampled - 1e-12);
+                EXPECT_LE(lift, sampled + 0.05);
+            }
+        }
+    }
+}
+
+TEST(ComputeLift, IsMinusInfinityOverNoGround) {
+    const Ground ground = make_test_ground([](double, double) { return 0.0; }, 1.0, 1);
+    for (const Shape& shape : make_shapes()) {
+        const LiftAnswer answer = compute_lift(shape, pose_at(-50.0, 60.0, 0.0), ground);
+        EXPECT_EQ(answer.status, ContactStatus::complete);
+        EXPECT_EQ(answer.lift, -std::numeric_limits<double>::infinity());
+    }
+}
+
+TEST(FindContacts, FreeTheShapeWhenResolved) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    Random random(kSeed);
+    for (const Scene& scene : make_scenes()) {
+        SCOPED_TRACE(scene.name);
+        const Ground ground = make_test_ground(scene.height, 1.0, 1);
+        for (const Shape& shape : make_shapes()) {
+            for (int i = 0; i < 40; ++i) {
+                const Pose pose = random_pose(random, ground, -1.0, 1.5);
+                std::array<Contact, 256> contacts;
+                const ContactAnswer answer = find_contacts(shape, pose, ground, 0.0, contacts);
+                ASSERT_EQ(answer.status, ContactStatus::complete);
+                if (answer.lift <= 0.0) continue;
+                ASSERT_GT(answer.count, 0u);
+                const Eigen::Vector3d d = resolve({contacts.data(), answer.count});
+                EXPECT_LE(compute_lift(shape, moved(pose, d), ground).lift, 2e-9);
+                for (std::size_t k = 0; k < answer.count; ++k) {
+                    EXPECT_NEAR(contacts[k].normal.norm(), 1.0, 1e-12);
+                    EXPECT_GT(contacts[k].normal.z(), 0.0);
+                    if (k > 0) {
+                        EXPECT_GE(contacts[k - 1].depth, contacts[k].depth);
+                    }
+                }
+            }
+        }
+    }
+}
+
+TEST(FindContacts, ReportsNothingApart) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    Random random(kSeed + 1);
+    for (const Scene& scene : make_scenes()) {
+        SCOPED_TRACE(scene.name);
+        const Ground ground = make_test_ground(scene.height, 1.0, 1);
+        for (const Shape& shape : make_shapes()) {
+            for (int i = 0; i < 60; ++i) {
+                const Pose pose = random_pose(random, ground, 0.0, 3.0);
+                if (compute_lift(shape, pose, ground).lift > -1e-6) continue;
+                std::array<Contact, 8> contacts;
+                const ContactAnswer answer = find_contacts(shape, pose, ground, 0.0, contacts);
+                for (std::size_t k = 0; k < answer.count; ++k) EXPECT_LE(contacts[k].depth, 1e-8);
+            }
+        }
+    }
+}
+
+TEST(SignedDistance, IsTheShortestOfManyDirectionsWhereShallow) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    Random random(kSeed);
+    for (const Scene& scene : make_scenes()) {
+        SCOPED_TRACE(scene.name);
+        const Ground ground = make_test_ground(scene.height, 1.0, 1);
+        for (const Shape& shape : make_shapes()) {
+            for (int i = 0; i < 30; ++i) {
+                const Pose pose = random_pose(random, ground, -0.5, 1.5);
+                const DistanceAnswer answer = signed_distance(shape, pose, ground, 5.0);
+                if (answer.distance >= 0.0) continue;
+                const double depth = -answer.distance;
+                EXPECT_LE(compute_lift(shape, moved(pose, depth * answer.normal), ground).lift, 1e-9);
+                const bool is_shallow = depth <= 0.2 * smallest_half_extent(shape);
+                const double shorter = is_shallow ? depth - 1e-9 : 0.8 * depth;
+                for (int k = 0; k < 100; ++k) {
+                    Eigen::Vector3d n = random.direction();
+                    if (k >= 50) n = (answer.normal + random.between(0.0, 0.3) * n).normalized();
+                    EXPECT_GT(compute_lift(shape, moved(pose, shorter * n), ground).lift, 0.0)
+                        << "depth " << depth;
+                }
+            }
+        }
+    }
+}
+
+TEST(SignedDistance, ApartIsTheLargestMoveThatStaysFree) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    Random random(kSeed);
+    for (const Scene& scene : make_scenes()) {
+        SCOPED_TRACE(scene.name);
+        const Ground ground = make_test_ground(scene.height, 1.0, 1);
+        for (const Shape& shape : make_shapes()) {
+            for (int i = 0; i < 30; ++i) {
+                const Pose pose = random_pose(random, ground, 0.5, 4.0);
+                const DistanceAnswer answer = signed_distance(shape, pose, ground, 8.0);
+                if (answer.distance <= 0.0) continue;
+                ASSERT_TRUE(answer.has_ground);
+                const double gap = answer.distance;
+                EXPECT_GT(compute_lift(shape, moved(pose, -(gap + 1e-6) * answer.normal), ground).lift, 0.0);
+                for (int k = 0; k < 100; ++k) {
+                    EXPECT_LE(compute_lift(shape, moved(pose, (gap - 1e-9) * random.direction()), ground).lift, 0.0);
+                }
+            }
+        }
+    }
+}
+
+TEST(SignedDistance, OfASphereOverASlopeIsThatOfItsPlane) {
+    const Ground ground = make_test_ground([](double x, double) { return 0.75 * x; }, 1.0, 1);
+    for (const double height : {-20.0, -0.1, 0.3, 0.625, 2.0}) {
+        const DistanceAnswer answer =
+            signed_distance(Sphere{0.5}, pose_at(64.3, 64.4, 0.75 * 64.3 + height), ground, 10.0);
+        EXPECT_NEAR(answer.distance, 0.8 * height - 0.5, 1e-9);
+        EXPECT_NEAR((answer.normal - Eigen::Vector3d(-0.6, 0.0, 0.8)).norm(), 0.0, 1e-9);
+    }
+}
+
+TEST(FindContacts, OfAFlatBoxOnFlatGroundAreItsFourCorners) {
+    const Ground ground = make_test_ground([](double, double) { return 2.0; }, 1.0, 1);
+    std::array<Contact, 8> contacts;
+    const ContactAnswer answer =
+        find_contacts(Box{{3.2, 2.1, 0.5}}, pose_at(64.3, 64.4, 2.49), ground, 0.0, contacts);
+    ASSERT_EQ(answer.count, 4u);
+    for (std::size_t i = 0; i < 4; ++i) {
+        EXPECT_NEAR(contacts[i].depth, 0.01, 1e-12);
+        EXPECT_EQ(contacts[i].normal, Eigen::Vector3d::UnitZ());
+        EXPECT_NEAR(std::abs(contacts[i].point_world.x() - 64.3), 3.2, 1e-12);
+        EXPECT_NEAR(std::abs(contacts[i].point_world.y() - 64.4), 2.1, 1e-12);
+    }
+}
+
+TEST(FindContacts, SeeASpikeUnderTheMiddleOfABoxFace) {
+    const Ground ground = make_test_ground(
+        [](double x, double y) { return x == 64.0 && y == 64.0 ? 1.0 : 0.0; }, 1.0, 1);
+    std::array<Contact, 8> contacts;
+    const ContactAnswer answer =
+        find_contacts(Box{{3.0, 3.0, 0.5}}, pose_at(64.0, 64.0, 1.49), ground, 0.0, contacts);
+    ASSERT_EQ(answer.count, 1u);
+    EXPECT_NEAR(contacts[0].depth, 0.01, 1e-9);
+    EXPECT_NEAR(contacts[0].normal.z(), 1.0, 1e-9);
+    EXPECT_NEAR((contacts[0].point_world - Eigen::Vector3d(64.0, 64.0, 0.99)).norm(), 0.0, 1e-9);
+}
+
+TEST(FindContacts, SeeARidgeUnderTheEdgeOfABox) {
+    const Ground ground = make_test_ground([](double x, double) { return -std::abs(x - 64.0); }, 1.0, 1);
+    Motion turn;
+    turn.rotation_vector = 0.78539816339744831 * Eigen::Vector3d::UnitX();
+    Pose pose = turn.at(1.0);  // stands on an edge along x
+    pose.translation = {64.0, 64.5, std::sqrt(2.0) - 0.01};
+    std::array<Contact, 8> contacts;
+    const ContactAnswer answer = find_contacts(Box{{3.0, 1.0, 1.0}}, pose, ground, 0.0, contacts);
+    ASSERT_GE(answer.count, 1u);
+    EXPECT_NEAR(contacts[0].depth, 0.01, 1e-9);
+    EXPECT_NEAR(contacts[0].normal.z(), 1.0, 1e-9);
+}
+
+TEST(FindContacts, HaveTheFacesNormalOnFlatSeams) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    Random random(kSeed);
+    const Ground ground = make_test_ground([](double, double) { return 0.0; }, 1.0, 2);
+    for (const Shape& shape : make_shapes()) {
+        for (int i = 0; i < 200; ++i) {
+            Pose pose;
+            pose.rotation = random.rotation();
+            // Over corners, edges and the seam of two roots.
+            pose.translation = {128.0 + random.between(-2.0, 2.0), 128.0, 0.0};
+            const double lift = compute_lift(shape, pose, ground).lift;
+            pose.translation.z() = lift - 0.001;
+            std::array<Contact, 64> contacts;
+            const ContactAnswer answer = find_contacts(shape, pose, ground, 0.01, contacts);
+            ASSERT_GE(answer.count, 1u);
+            for (std::size_t k = 0; k < answer.count; ++k) {
+                EXPECT_NEAR(contacts[k].normal.z(), 1.0, 1e-9);
+            }
+            EXPECT_NEAR(contacts[0].depth, 0.001, 1e-9);
+        }
+    }
+}
+
+TEST(FindContacts, PushUpWhatLiesAKilometreBelow) {
+    const Ground ground = make_test_ground(
+        [](double x, double y) { return test::hash_height(x, y); }, 1.0, 1);
+    for (const Shape& shape : make_shapes()) {
+        const Pose pose = pose_at(64.3, 64.4, -1000.0);
+        std::array<Contact, 64> contacts;
+        const ContactAnswer answer = find_contacts(shape, pose, ground, 0.0, contacts);
+        ASSERT_EQ(answer.status, ContactStatus::complete);
+        EXPECT_GT(answer.lift, 1000.0);
+        ASSERT_GE(answer.count, 1u);
+        const DistanceAnswer distance = signed_distance(shape, pose, ground, 1.0);
+        EXPECT_LT(distance.distance, 0.0);
+        EXPECT_LE(compute_lift(shape, moved(pose, -distance.distance * distance.normal), ground).lift, 1e-9);
+    }
+}
+
+TEST(FindContacts, AnswerWhereAShapeHasNoThickness) {
+    const Ground ground = make_test_ground([](double x, double y) { return 0.25 * x + 0.5 * y; }, 1.0, 1);
+    const double surface = 0.25 * 64.3 + 0.5 * 64.4;
+    const double upright = 1.0 / std::sqrt(1.0 + 0.25 * 0.25 + 0.5 * 0.5);
+    for (const Shape& shape : {Shape(Sphere{0.0}), Shape(Capsule{0.0, 0.0}), Shape(Box{{0.0, 0.0, 0.0}})}) {
+        for (const double below : {0.0, 0.01, 30.0}) {
+            const Pose pose = pose_at(64.3, 64.4, surface - below);
+            EXPECT_NEAR(compute_lift(shape, pose, ground).lift, below, 1e-12);
+            EXPECT_NEAR(signed_distance(shape, pose, ground, 1.0).distance, -below * upright, 1e-9);
+        }
+        EXPECT_NEAR(signed_distance(shape, pose_at(64.3, 64.4, surface + 0.5), ground, 1.0).distance,
+                    0.5 * upright, 1e-9);
+    }
+    std::array<Contact, 8> contacts;
+    for (const Shape& shape : {Shape(Capsule{0.0, 1.0}), Shape(Capsule{0.5, 0.0}), Shape(Box{{1.0, 1.0, 0.0}}), Shape(Box{{1.0, 0.0, 0.0}})}) {
+        const ContactAnswer answer = find_contacts(shape, pose_at(64.3, 64.4, surface), ground, 0.0, contacts);
+        EXPECT_EQ(answer.status, ContactStatus::complete);
+        EXPECT_GE(answer.count, 1u);
+    }
+}
+
+TEST(FindContacts, CountExactTouchAsAContactOfDepthZero) {
+    const Ground ground = make_test_ground([](double, double) { return 1.0; }, 1.0, 1);
+    std::array<Contact, 8> contacts;
+    for (const Shape& shape : {Shape(Sphere{0.5}), Shape(Capsule{0.25, 0.25}), Shape(Box{{1.0, 1.0, 0.5}})}) {
+        for (const double x : {64.0, 64.5, 64.3}) {
+            const ContactAnswer answer = find_contacts(shape, pose_at(x, 64.0, 1.5), ground, 0.0, contacts);
+            ASSERT_GE(answer.count, 1u);
+            EXPECT_NEAR(contacts[0].depth, 0.0, 1e-12);
+            EXPECT_EQ(answer.lift, 0.0);
+        }
+    }
+}
+
+TEST(FindContacts, SayTruncatedAndKeepTheDeepest) {
+    const Ground ground = make_test_ground([](double, double) { return 0.0; }, 1.0, 1);
+    Motion turn;
+    turn.rotation_vector = 0.001 * Eigen::Vector3d(1.0, 0.5, 0.0);
+    Pose pose = turn.at(1.0);
+    pose.translation = {64.3, 64.4, 0.49};
+    std::array<Contact, 8> all;
+    std::array<Contact, 2> few;
+    const Box box{{2.0, 1.0, 0.5}};
+    const ContactAnswer complete = find_contacts(box, pose, ground, 0.0, all);
+    const ContactAnswer truncated = find_contacts(box, pose, ground, 0.0, few);
+    ASSERT_EQ(complete.count, 4u);
+    EXPECT_EQ(truncated.status, ContactStatus::truncated);
+    ASSERT_EQ(truncated.count, 2u);
+    EXPECT_EQ(few[0].depth, all[0].depth);
+    EXPECT_EQ(few[1].depth, all[1].depth);
+}
+
+TEST(FindContacts, RefuseWhatIsNotFiniteOrNotARotation) {
+    const Ground ground = make_test_ground([](double, double) { return 0.0; }, 1.0, 1);
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    std::array<Contact, 4> contacts;
+    Pose skewed;
+    skewed.rotation(0, 1) = 1e-3;
+    Pose mirrored;
+    mirrored.rotation(2, 2) = -1.0;
+    EXPECT_EQ(find_contacts(Sphere{}, pose_at(nan, 0, 0), ground, 0.0, contacts).status, ContactStatus::invalid);
+    EXPECT_EQ(find_contacts(Sphere{nan}, Pose{}, ground, 0.0, contacts).status, ContactStatus::invalid);
+    EXPECT_EQ(find_contacts(Sphere{-1.0}, Pose{}, ground, 0.0, contacts).status, ContactStatus::invalid);
+    EXPECT_EQ(find_contacts(Box{}, skewed, ground, 0.0, contacts).status, ContactStatus::invalid);
+    EXPECT_EQ(find_contacts(Box{}, mirrored, ground, 0.0, contacts).status, ContactStatus::invalid);
+    EXPECT_EQ(find_contacts(Box{}, Pose{}, ground, nan, contacts).status, ContactStatus::invalid);
+    EXPECT_EQ(find_contacts(Box{}, Pose{}, ground, -1.0, contacts).status, ContactStatus::invalid);
+    EXPECT_EQ(signed_distance(Box{}, pose_at(0, 0, nan), ground, 1.0).status, ContactStatus::invalid);
+    EXPECT_EQ(signed_distance(Box{}, Pose{}, ground, nan).status, ContactStatus::invalid);
+    EXPECT_EQ(compute_lift(Box{}, pose_at(0, nan, 0), ground).status, ContactStatus::invalid);
+}
+
+TEST(FindContacts, SayNotResidentWhereAChunkIsMissing) {
+    test::TableGroundSettings settings;
+    settings.roots = 2;
+    settings.is_resident = [](int column, int) { return column == 0; };
+    const Ground ground = make_test_ground([](double, double) { return 0.0; }, settings);
+    std::array<Contact, 4> contacts;
+    EXPECT_EQ(find_contacts(Sphere{0.5}, pose_at(64.0, 64.0, 0.4), ground, 0.0, contacts).status, ContactStatus::complete);
+    EXPECT_EQ(find_contacts(Sphere{0.5}, pose_at(128.2, 64.0, 0.4), ground, 0.0, contacts).status, ContactStatus::not_resident);
+    EXPECT_EQ(compute_lift(Sphere{0.5}, pose_at(200.0, 64.0, 0.4), ground).status, ContactStatus::not_resident);
+}
+
+TEST(FindContacts, MeetNoGroundInCellsThatLieOutside) {
+    test::TableGroundSettings settings;
+    settings.is_outside = [](double x, double) { return x > 64.0; };
+    const Ground ground = make_test_ground([](double, double) { return 0.0; }, settings);
+    std::array<Contact, 4> contacts;
+    EXPECT_EQ(find_contacts(Sphere{0.5}, pose_at(70.0, 64.0, -3.0), ground, 0.0, contacts).count, 0u);
+    const ContactAnswer rim = find_contacts(Box{{1.0, 1.0, 0.5}}, pose_at(64.2, 64.0, 0.49), ground, 0.0, contacts);
+    ASSERT_GE(rim.count, 1u);
+    EXPECT_NEAR(contacts[0].depth, 0.01, 1e-9);
+    EXPECT_NEAR(contacts[0].normal.z(), 1.0, 1e-9);
+}
+
+TEST(FindContacts, GiveTheSameBitsTenThousandKilometresOut) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    Random random(kSeed);
+    constexpr std::int32_t kFar = 78125;  // roots of 128 m: 1e7 m
+    const double shift = 128.0 * kFar;
+    const auto height = [](double x, double y) { return test::hash_height(x, y); };
+    test::TableGroundSettings far_settings;
+    far_settings.first_root = kFar;
+    const Ground near = make_test_ground(height, 1.0, 1);
+    const Ground far = make_test_ground(
+        [&](double x, double y) { return height(x - shift, y - shift); }, far_settings);
+    for (const Shape& shape : make_shapes()) {
+        for (int i = 0; i < 100; ++i) {
+            Pose pose = random_pose(random, near, -0.5, 1.5);
+            // Coordinates that both places hold exactly.
+            for (int k = 0; k < 2; ++k) pose.translation[k] = std::floor(pose.translation[k] * 0x1p20) * 0x1p-20;
+            const Pose far_pose = moved(pose, {shift, shift, 0.0});
+            std::array<Contact, 64> a;
+            std::array<Contact, 64> b;
+            const ContactAnswer here = find_contacts(shape, pose, near, 0.01, a);
+            const ContactAnswer there = find_contacts(shape, far_pose, far, 0.01, b);
+            ASSERT_EQ(here.count, there.count);
+            EXPECT_EQ(std::memcmp(&here.lift, &there.lift, sizeof(double)), 0);
+            for (std::size_t k = 0; k < here.count; ++k) {
+                EXPECT_EQ(std::memcmp(&a[k].depth, &b[k].depth, sizeof(double)), 0);
+                EXPECT_EQ(std::memcmp(a[k].normal.data(), b[k].normal.data(), 3 * sizeof(double)), 0);
+            }
+        }
+    }
+}
+
+TEST(FindContacts, AnswerForABoxOverAHundredThousandCells) {
+    test::TableGroundSettings settings;
+    settings.spacing = 0.01;
+    settings.roots = 3;
+    const Ground ground = make_test_ground([](double x, double y) { return 0.01 * test::hash_height(100.0 * x, 100.0 * y); }, settings);
+    Pose pose = pose_at(1.92, 1.92, 0.5);
+    const Box box{{1.6, 1.6, 0.5}};
+    const double lift = compute_lift(box, pose, ground).lift;
+    pose.translation.z() += lift - 0.001;
+    std::array<Contact, 256> contacts;
+    const ContactAnswer answer = find_contacts(box, pose, ground, 0.0, contacts);
+    ASSERT_EQ(answer.status, ContactStatus::complete);
+    ASSERT_GE(answer.count, 1u);
+    EXPECT_NEAR(answer.lift, 0.001, 1e-12);
+    const Eigen::Vector3d d = resolve({contacts.data(), answer.count});
+    EXPECT_LE(compute_lift(box, moved(pose, d), ground).lift, 2e-9);
+}
+
+}  // namespace
+}  // namespace terrane

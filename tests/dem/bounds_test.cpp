@@ -1,0 +1,289 @@
+// SPDX-License-Identifier: MIT
+#include "raster_files.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <random>
+
+namespace terrane::test {
+namespace {
+
+struct Point {
+    std::int64_t x, y;
+};
+using Triangle = std::array<Point, 3>;
+
+/// Brute force: how far the surface leaves a triangle, at `resolution` steps along each side.
+double deviation(const HeightSource& source, const Triangle& t, int resolution) {
+    const Lattice& l = source.lattice();
+    std::array<double, 3> x{}, y{}, z{};
+    for (std::size_t i = 0; i < 3; ++i) {
+        x[i] = l.x(t[i].x);
+        y[i] = l.y(t[i].y);
+        z[i] = source.height(x[i], y[i]);
+    }
+    double largest = 0.0;
+    for (int i = 0; i <= resolution; ++i) {
+        for (int j = 0; i + j <= resolution; ++j) {
+            const double a = static_cast<double>(i) / resolution;
+            const double b = static_cast<double>(j) / resolution;
+            const double c = 1.0 - a - b;
+            const double on_triangle = a * z[0] + b * z[1] + c * z[2];
+            const double truth =
+                source.height(a * x[0] + b * x[1] + c * x[2], a * y[0] + b * y[1] + c * y[2]);
+            largest = std::max(largest, std::fabs(truth - on_triangle));
+        }
+    }
+    return largest;
+}
+
+bool is_even(std::int64_t index) { return (index & 1) == 0; }
+
+/// The two triangles of the square of side `side` with a south-western corner.
+std::array<Triangle, 2> square_triangles(Point sw, std::int64_t side) {
+    const Point se{sw.x + side, sw.y}, nw{sw.x, sw.y + side}, ne{sw.x + side, sw.y + side};
+    if (is_even(sw.x / side + sw.y / side)) return {{{sw, se, ne}, {sw, ne, nw}}};
+    return {{{sw, se, nw}, {se, ne, nw}}};
+}
+
+/// The two triangles of the diamond of a vertex of spacing s.
+std::array<Triangle, 2> diamond(Point v, std::int64_t s) {
+    const bool odd_x = !is_even(v.x / s), odd_y = !is_even(v.y / s);
+    const Point w{v.x - s, v.y}, e{v.x + s, v.y}, n{v.x, v.y + s}, d{v.x, v.y - s};
+    if (odd_x && odd_y) return square_triangles({v.x - s, v.y - s}, 2 * s);
+    if (odd_x) return {{{w, e, n}, {w, e, d}}};
+    return {{{d, n, e}, {d, n, w}}};
+}
+
+struct Grid {
+    SampleGrid grid;
+    std::vector<float> bounds;
+    float at(Point p) const {
+        const std::int64_t column = (p.x - grid.corner.x) / grid.step;
+        const std::int64_t row = (p.y - grid.corner.y) / grid.step;
+        return bounds[static_cast<std::size_t>(row * grid.columns + column)];
+    }
+};
+
+Grid vertex_grid(const HeightSource& source, Point corner, std::int64_t step, int points) {
+    Grid g{{{corner.x, corner.y}, step, points, points}, {}};
+    g.bounds.resize(g.grid.size());
+    EXPECT_TRUE(source.vertex_bounds(g.grid, g.bounds).has_value());
+    return g;
+}
+
+bool is_vertex(Point p, std::int64_t step) { return !is_even(p.x / step) || !is_even(p.y / step); }
+
+/// Random corners, multiples of `multiple`, over the world and a little beyond it.
+class Corners {
+public:
+    Corners(const HeightSource& source, unsigned seed)
+        : lattice_(source.lattice()), random_(seed) {}
+    Point next(std::int64_t multiple) {
+        const auto along = [&](std::int64_t low, std::int64_t high) {
+            const double t = static_cast<double>(random_() % 100001u) / 1e5 * 1.1 - 0.05;
+            const double index = static_cast<double>(low) + t * static_cast<double>(high - low);
+            return static_cast<std::int64_t>(std::floor(index / static_cast<double>(multiple))) *
+                   multiple;
+        };
+        return {along(lattice_.west(), lattice_.east()), along(lattice_.south(), lattice_.north())};
+    }
+
+private:
+    Lattice lattice_;
+    std::mt19937 random_;
+};
+
+/// All steps that chunks and roots ask for.
+std::vector<std::int64_t> steps_of(const HeightSource& source) {
+    std::vector<std::int64_t> steps;
+    for (std::int64_t s = 1; s <= source.lattice().chunk_side(0) / 2; s *= 2) steps.push_back(s);
+    return steps;
+}
+
+constexpr double kSumRounding = 1e-8;
+
+void expect_bounds_hold(const HeightSource& source, unsigned seed, int grids) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    Corners corners(source, seed);
+    for (const std::int64_t step : steps_of(source)) {
+        for (int k = 0; k < grids; ++k) {
+            const Point corner = corners.next(2 * step);
+            const Grid g = vertex_grid(source, corner, step, 7);
+            std::vector<float> cells(36);
+            ASSERT_TRUE(source.cell_bounds(g.grid, cells).has_value());
+            for (int i = 0; i < 49; ++i) {
+                const Point v{corner.x + (i % 7) * step, corner.y + (i / 7) * step};
+                if (!is_vertex(v, step)) {
+                    ASSERT_EQ(g.at(v), 0.0f);
+                    continue;
+                }
+                for (const Triangle& t : diamond(v, step)) {
+                    ASSERT_LE(deviation(source, t, 12), static_cast<double>(g.at(v)) + kSumRounding)
+                        << "vertex " << v.x << ", " << v.y << " of spacing " << step;
+                }
+            }
+            for (int i = 0; i < 36; ++i) {
+                const Point sw{corner.x + (i % 6) * step, corner.y + (i / 6) * step};
+                for (const Triangle& t : square_triangles(sw, step)) {
+                    ASSERT_LE(
+                        deviation(source, t, 12),
+                        static_cast<double>(cells[static_cast<std::size_t>(i)]) + kSumRounding)
+                        << "cell " << sw.x << ", " << sw.y << " of side " << step;
+                }
+            }
+        }
+    }
+}
+
+void expect_bounds_nested(const HeightSource& source, unsigned seed, int grids) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    Corners corners(source, seed);
+    for (const std::int64_t step : steps_of(source)) {
+        for (int k = 0; k < grids; ++k) {
+            const Point corner = corners.next(2 * step);
+            const int points = 17;
+            const Grid g = vertex_grid(source, corner, step, points);
+            // Centres against the midpoints on their edges.
+            for (int row = 1; row < points; row += 2) {
+                for (int column = 1; column < points; column += 2) {
+                    const Point v{corner.x + column * step, corner.y + row * step};
+                    for (const Point child : {Point{v.x - step, v.y}, Point{v.x + step, v.y},
+                                              Point{v.x, v.y - step}, Point{v.x, v.y + step}}) {
+                        ASSERT_GE(g.at(v), g.at(child)) << v.x << ", " << v.y << " of " << step;
+                    }
+                }
+            }
+            if (step == 1) continue;
+            // Midpoints against the centres of half the spacing around them.
+            const std::int64_t half = step / 2;
+            const Grid fine = vertex_grid(source, corner, half, 2 * points - 1);
+            for (int row = 1; row + 1 < points; ++row) {
+                for (int column = 1; column + 1 < points; ++column) {
+                    if (is_even(row) == is_even(column)) continue;
+                    const Point v{corner.x + column * step, corner.y + row * step};
+                    for (const Point child :
+                         {Point{v.x - half, v.y - half}, Point{v.x + half, v.y - half},
+                          Point{v.x - half, v.y + half}, Point{v.x + half, v.y + half}}) {
+                        ASSERT_GE(g.at(v), fine.at(child)) << v.x << ", " << v.y << " of " << step;
+                    }
+                }
+            }
+        }
+    }
+}
+
+void expect_grids_agree(const HeightSource& source, unsigned seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    Corners corners(source, seed);
+    for (const std::int64_t step : steps_of(source)) {
+        const Point corner = corners.next(2 * step);
+        const Grid large = vertex_grid(source, corner, step, 21);
+        const Point inner{corner.x + 6 * step, corner.y + 4 * step};
+        const Grid small = vertex_grid(source, inner, step, 9);
+        for (int i = 0; i < 81; ++i) {
+            const Point v{inner.x + (i % 9) * step, inner.y + (i / 9) * step};
+            ASSERT_EQ(large.at(v), small.at(v)) << v.x << ", " << v.y << " of " << step;
+        }
+        std::vector<double> heights(large.grid.size());
+        ASSERT_TRUE(source.sample(large.grid, heights).has_value());
+        for (std::size_t i = 0; i < heights.size(); i += 5) {
+            const std::int64_t x = corner.x + static_cast<std::int64_t>(i % 21) * step;
+            const std::int64_t y = corner.y + static_cast<std::int64_t>(i / 21) * step;
+            ASSERT_NEAR(heights[i], source.height(source.lattice().x(x), source.lattice().y(y)),
+                        1e-9);
+            double alone = 0.0;
+            ASSERT_TRUE(source.sample({{x, y}, 1, 1, 1}, {&alone, 1}).has_value());
+            ASSERT_EQ(heights[i], alone);
+        }
+    }
+}
+
+struct Case {
+    const char* name;
+    double finest_spacing;
+};
+
+class DemBounds : public testing::TestWithParam<Case> {
+protected:
+    void SetUp() override {
+        const std::string path = real_data(GetParam().name);
+        if (path.empty()) GTEST_SKIP() << GetParam().name << " is not here";
+        DemSettings settings;
+        settings.finest_spacing = GetParam().finest_spacing;
+        const auto opened = DemHeights::open(path, settings);
+        ASSERT_TRUE(opened.has_value()) << opened.error().message;
+        source_ = *opened;
+    }
+    std::shared_ptr<const HeightSource> source_;
+};
+
+TEST_P(DemBounds, HoldAgainstDenseSampling) { expect_bounds_hold(*source_, 21, 6); }
+TEST_P(DemBounds, AreNestedFromLevelToLevel) { expect_bounds_nested(*source_, 22, 6); }
+TEST_P(DemBounds, AreTheSameInEveryGrid) { expect_grids_agree(*source_, 23); }
+
+INSTANTIATE_TEST_SUITE_P(RealRasters, DemBounds,
+                         testing::Values(Case{"sthelens_10m.vrt", 0.0},
+                                         Case{"sthelens_10m.vrt", 1.0},
+                                         Case{"tyrol_avaWog_5m_nodata.tif", 2.0},
+                                         Case{"srtm3_N41E012_rome_1201.tif", 0.0},
+                                         Case{"srtm3_N41E012_rome_1201.tif", 5.0},
+                                         Case{"usgs3dep_maroon_38m.tif", 0.0}));
+
+/// White noise is the worst ground there is.
+std::shared_ptr<const HeightSource> noise(int columns, int rows, double cell_y, double spacing) {
+    RasterSpec spec;
+    spec.columns = columns;
+    spec.rows = rows;
+    spec.transform[5] = -cell_y;
+    std::mt19937 random(4);
+    spec.value = [&random](int, int) { return static_cast<double>(random() % 10000u) / 100.0; };
+    const TemporaryFolder folder;
+    const std::string path = folder.file("noise.tif");
+    write_raster(path, spec);
+    DemSettings settings;
+    settings.finest_spacing = spacing;
+    const auto source = DemHeights::open(path, settings);
+    EXPECT_TRUE(source.has_value());
+    return source ? *source : nullptr;
+}
+
+TEST(DemBoundsOfNoise, HoldAndAreNestedForAnyShapeOfCells) {
+    struct Shape {
+        int columns, rows;
+        double cell_y, spacing;
+    };
+    for (const Shape& shape :
+         {Shape{150, 90, 10.0, 0.0}, Shape{150, 90, 10.0, 1.3}, Shape{80, 200, 14.0, 0.0},
+          Shape{80, 200, 14.0, 2.0}, Shape{90, 90, 3.7, 0.9}, Shape{2, 2, 10.0, 0.1},
+          Shape{3, 40, 11.0, 0.5}}) {
+        const auto source = noise(shape.columns, shape.rows, shape.cell_y, shape.spacing);
+        ASSERT_NE(source, nullptr);
+        SCOPED_TRACE(std::to_string(shape.columns) + " x " + std::to_string(shape.rows));
+        expect_bounds_hold(*source, 31, 8);
+        expect_bounds_nested(*source, 32, 8);
+        expect_grids_agree(*source, 33);
+    }
+}
+
+TEST(DemBoundsOfPlanes, AreNothing) {
+    RasterSpec spec;
+    spec.columns = 100;
+    spec.rows = 70;
+    spec.value = [](int, int) { return 42.5; };
+    const TemporaryFolder folder;
+    const std::string path = folder.file("flat.tif");
+    write_raster(path, spec);
+    const auto source = DemHeights::open(path, {});
+    ASSERT_TRUE(source.has_value());
+    for (const std::int64_t step : steps_of(**source)) {
+        const Grid g = vertex_grid(**source, {0, 0}, step, 9);
+        EXPECT_EQ(*std::max_element(g.bounds.begin(), g.bounds.end()), 0.0f);
+    }
+}
+
+}  // namespace
+}  // namespace terrane::test

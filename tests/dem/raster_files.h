@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/dem/dem_heights.h>
+
+#include <gdal_priv.h>
+
+#include <array>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace terrane::test {
+
+/// A folder of its own, removed at the end.
+class TemporaryFolder {
+public:
+    TemporaryFolder();
+    ~TemporaryFolder();
+    TemporaryFolder(const TemporaryFolder&) = delete;
+    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+    std::string file(const std::string& name) const { return path_ + "/" + name; }
+
+private:
+    std::string path_;
+};
+
+/// What a test raster is written as; heights are what a reader must find, before scale and offset.
+struct RasterSpec {
+    int columns = 0, rows = 0;
+    GDALDataType type = GDT_Float32;
+    std::array<double, 6> transform{1000.0, 10.0, 0.0, 5000.0, 0.0, -10.0};
+    std::string crs = "EPSG:32633";  ///< "": none
+    std::optional<double> nodata;
+    double scale = 1.0, offset = 0.0;
+    std::string unit;
+    bool has_place = true;                             ///< false: no geotransform
+    std::vector<std::uint8_t> mask;                    ///< a mask band of its own; empty: none
+    std::function<double(int column, int row)> value;  ///< rows from the north
+};
+
+/// Writes a GeoTIFF; aborts the test program where it cannot.
+void write_raster(const std::string& path, const RasterSpec& spec);
+
+/// The path of a file of the real data, or "" where it is absent.
+std::string real_data(const std::string& name);
+
+/// World x of a column and y of a row that counts from the north.
+inline double sample_x(const DemInfo& info, int column) {
+    return (column + 0.5 - 0.5 * info.columns) * info.cell_x;
+}
+inline double sample_y(const DemInfo& info, int row) {
+    return (0.5 * info.rows - row - 0.5) * info.cell_y;
+}
+
+}  // namespace terrane::test

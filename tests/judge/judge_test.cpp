@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: MIT
+//
+// A judge that cannot find a fault proves nothing: these traces are broken on purpose.
+#include "judge.h"
+
+#include <cmath>
+#include <cstdio>
+#include <sstream>
+
+#include <gtest/gtest.h>
+
+namespace judge {
+namespace {
+
+Surface make_surface(double (*height)(double, double)) {
+    Surface surface;
+    surface.west = surface.south = -16.0;
+    for (std::int64_t row = 0; row <= 32; ++row) {
+        for (std::int64_t column = 0; column <= 32; ++column) {
+            surface.set_point(column, row,
+                              height(static_cast<double>(column) - 16.0,
+                                     static_cast<double>(row) - 16.0));
+        }
+    }
+    return surface;
+}
+
+double flat(double, double) { return 3.0; }
+double ramp(double x, double) { return x; }
+double spike(double x, double y) { return x == 0.0 && y == 0.0 ? 5.0 : 0.0; }
+double wall(double x, double) { return x >= 0.0 ? 10.0 : 0.0; }
+
+struct Placed {
+    double x, y, z;
+    double qw = 1.0, qx = 0.0, qy = 0.0, qz = 0.0;
+};
+
+Report judge_one(DropShape shape, double (*height)(double, double), const Placed& p) {
+    char line[512];
+    std::snprintf(line, sizeof line, "0,0,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g\n", p.x, p.y, p.z,
+                  p.qw, p.qx, p.qy, p.qz);
+    std::istringstream trace(std::string("step,body,x,y,z,qw,qx,qy,qz\n") + line);
+    return judge_trace(trace, make_surface(height), {.shape = shape});
+}
+
+TEST(Judge, AcceptsBodiesThatRestExactlyOnTheGround) {
+    EXPECT_EQ(judge_one(DropShape::sphere, flat, {0.3, 0.4, 3.5}).too_deep, 0u);
+    EXPECT_EQ(judge_one(DropShape::capsule, flat, {0.3, 0.4, 4.2}).too_deep, 0u);
+    EXPECT_EQ(judge_one(DropShape::box, flat, {0.3, 0.4, 3.5}).too_deep, 0u);
+}
+
+TEST(Judge, FindsABodyOfEveryShapeThatSankTwoCentimetres) {
+    const struct {
+        DropShape shape;
+        double rest;
+    } cases[] = {{DropShape::sphere, 3.5}, {DropShape::capsule, 4.2}, {DropShape::box, 3.5}};
+    for (const auto& c : cases) {
+        const Report report = judge_one(c.shape, flat, {0.3, 0.4, c.rest - 0.02});
+        EXPECT_EQ(report.too_deep, 1u);
+        EXPECT_NEAR(report.max_depth, 0.02, 1e-3);
+        EXPECT_EQ(judge_one(c.shape, flat, {0.3, 0.4, c.rest - 0.009}).too_deep, 0u);
+    }
+}
+
+TEST(Judge, KnowsALyingCapsuleFromAStandingOne) {
+    const double half = std::sqrt(0.5);
+    EXPECT_EQ(judge_one(DropShape::capsule, flat, {0.0, 0.0, 3.4, half, half, 0.0, 0.0}).too_deep, 0u);
+    EXPECT_EQ(judge_one(DropShape::capsule, flat, {0.0, 0.0, 3.38, half, half, 0.0, 0.0}).too_deep, 1u);
+}
+
+TEST(Judge, MeasuresDepthAlongTheShortestWayOutOfASlope) {
+    // 20 cm below touch vertically are 14 cm along the normal of a slope of 45 degrees.
+    const double touch = 0.5 * std::sqrt(2.0);
+    const Report report = judge_one(DropShape::sphere, ramp, {0.3, 0.2, 0.3 + touch - 0.2});
+    EXPECT_NEAR(report.max_lift, 0.2, 1e-9);
+    EXPECT_NEAR(report.max_depth, 0.2 * std::sqrt(0.5), 0.01);
+}
+
+TEST(Judge, FindsASpikeThatPokesIntoTheFlatOfABox) {
+    EXPECT_EQ(judge_one(DropShape::box, spike, {0.1, 0.2, 5.5}).too_deep, 0u);
+    EXPECT_EQ(judge_one(DropShape::box, spike, {0.1, 0.2, 5.45}).too_deep, 1u);
+}
+
+TEST(Judge, FindsABodyInsideAWallThatItsCentreIsClearOf) {
+    // The wall's foot is at x = -1; the sphere at mid height reaches it from x = -0.5 - 0.5 - small.
+    EXPECT_EQ(judge_one(DropShape::sphere, wall, {-1.6, 0.2, 5.0}).too_deep, 0u);
+    EXPECT_EQ(judge_one(DropShape::sphere, wall, {-0.9, 0.2, 5.0}).too_deep, 1u);
+    EXPECT_EQ(judge_one(DropShape::box, wall, {-1.3, 0.2, 5.0}).too_deep, 1u);
+}
+
+TEST(Judge, FindsABodyThatFellFarBelow) {
+    for (const DropShape shape : {DropShape::sphere, DropShape::capsule, DropShape::box}) {
+        EXPECT_EQ(judge_one(shape, flat, {0.0, 0.0, -50.0}).too_deep, 1u);
+    }
+}
+
+TEST(Judge, CutsCellsAsTheParitySays) {
+    // One cell with its north-east corner high: cut to the north-east its middle is half way up.
+    Surface surface;
+    for (int i = 0; i < 4; ++i) surface.set_point(i & 1, i >> 1, i == 3 ? 2.0 : 0.0);
+    Body body;
+    body.radius = 1e-6;
+    body.centre = {0.5, 0.5, 0.5};
+    EXPECT_NEAR(compute_lift(body, surface).value, 0.5, 1e-5);
+    surface.parity = 1;
+    EXPECT_EQ(compute_lift(body, surface).value, 0.0);
+}
+
+TEST(Judge, SaysWhereGroundIsUnknownAndWhereATraceIsBroken) {
+    EXPECT_EQ(judge_one(DropShape::sphere, flat, {40.0, 0.0, 9.0}).unjudged, 1u);
+    for (const char* text :
+         {"", "0,0,1,2,3,1,0,0\n", "0,0,nan,2,3,1,0,0,0\n", "0,0,1,2,3,2,0,0,0\n", "0,-1,1,2,3,1,0,0,0\n"}) {
+        std::istringstream trace(text);
+        EXPECT_FALSE(judge_trace(trace, make_surface(flat), {}).error.empty()) << text;
+    }
+}
+
+}  // namespace
+}  // namespace judge

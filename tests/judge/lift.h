@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+
+#include "surface.h"
+
+namespace judge {
+
+enum class ShapeKind { sphere, capsule, box };
+
+/// A shape at a pose: its centre, and its axes as columns of a rotation.
+struct Body {
+    ShapeKind kind = ShapeKind::sphere;
+    double radius = 0.5;       ///< of a sphere or capsule, metres
+    double half_height = 0.0;  ///< of a capsule's core along its z
+    Vec half_extents;          ///< of a box
+    Vec centre;
+    std::array<Vec, 3> axes{Vec{1, 0, 0}, Vec{0, 1, 0}, Vec{0, 0, 1}};
+
+    double reach() const;   ///< largest distance of a point from the centre
+    double bottom() const;  ///< world z of the lowest point
+};
+
+struct Lift {
+    bool known = true;  ///< false: heights are missing under the body
+    double value = 0.0;  ///< largest of surface minus z over the shape; 0 where they are apart
+};
+
+/// Brute force over every triangle under the body's bounding square.
+Lift compute_lift(const Body& body, const Surface& surface);
+
+/// Length of the shortest translation found that parts the body from the ground, at most its lift.
+/// Searched over many directions: an upper bound of the true depth that is close to it.
+double compute_depth(const Body& body, const Surface& surface, double lift);
+
+}  // namespace judge

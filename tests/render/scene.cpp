@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: MIT
+#include "render/scene.h"
+
+#include <algorithm>
+#include <cstdlib>
+
+#include <gtest/gtest.h>
+
+#include "support/wave_heights.h"
+
+namespace terrane::test {
+namespace {
+
+constexpr double kAmplitude = 12.0;
+constexpr double kWavelength = 90.0;
+
+// Wave heights, moved with the world: the same hills wherever it lies.
+class MovedHeights final : public HeightSource {
+public:
+    MovedHeights(const Lattice& lattice, double east)
+        : HeightSource(lattice, whole_extent(lattice)),
+          base_(lattice, kAmplitude, kWavelength),
+          east_(east) {}
+    double height(double x, double y) const override { return base_.height(x - east_, y); }
+    Result<void> sample(const SampleGrid& grid, std::span<double> heights_out) const override {
+        std::size_t i = 0;
+        for (int row = 0; row < grid.rows; ++row) {
+            for (int column = 0; column < grid.columns; ++column) {
+                heights_out[i++] = height(lattice().x(grid.corner.x + column * grid.step),
+                                          lattice().y(grid.corner.y + row * grid.step));
+            }
+        }
+        return {};
+    }
+    Result<void> vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override {
+        return base_.vertex_bounds(grid, bounds_out);
+    }
+    Result<void> cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override {
+        return base_.cell_bounds(grid, bounds_out);
+    }
+    HeightInterval interval(const WorldRect&) const override { return {-kAmplitude, kAmplitude}; }
+    double rise_bound(double distance) const override { return base_.rise_bound(distance); }
+
+private:
+    WaveHeights base_;
+    double east_;
+};
+
+void add_triangle(Scene& scene, std::size_t a, std::size_t b, std::size_t c) {
+    for (const std::size_t i : {a, b, c}) scene.indices.push_back(static_cast<std::uint16_t>(i));
+}
+
+// A square of two cells by two: eight triangles around its middle, or fewer where an edge lies on
+// the chunk's border, so that only every second border sample is a vertex.
+void add_fan(Scene& scene, int column, int row) {
+    const std::size_t middle = sample_index(column + 1, row + 1);
+    const auto add_edge = [&](int x0, int y0, int x1, int y1, bool is_border) {
+        const std::size_t first = sample_index(column + x0, row + y0);
+        const std::size_t last = sample_index(column + x1, row + y1);
+        const std::size_t between =
+            sample_index(column + (x0 + x1) / 2, row + (y0 + y1) / 2);
+        if (is_border) {
+            add_triangle(scene, first, last, middle);
+        } else {
+            add_triangle(scene, first, between, middle);
+            add_triangle(scene, between, last, middle);
+        }
+    };
+    add_edge(0, 0, 2, 0, row == 0);
+    add_edge(2, 0, 2, 2, column + 2 == kChunkCells);
+    add_edge(2, 2, 0, 2, row + 2 == kChunkCells);
+    add_edge(0, 2, 0, 0, column == 0);
+}
+
+void add_cell(Scene& scene, int column, int row) {
+    const std::size_t south_west = sample_index(column, row);
+    const std::size_t south_east = sample_index(column + 1, row);
+    const std::size_t north_west = sample_index(column, row + 1);
+    const std::size_t north_east = sample_index(column + 1, row + 1);
+    if (cut_to_north_east(column, row)) {
+        add_triangle(scene, south_west, south_east, north_east);
+        add_triangle(scene, south_west, north_east, north_west);
+    } else {
+        add_triangle(scene, south_west, south_east, north_west);
+        add_triangle(scene, south_east, north_east, north_west);
+    }
+}
+
+}  // namespace
+
+TerrainMesh Scene::mesh() const {
+    TerrainMesh mesh;
+    mesh.resident = resident;
+    mesh.chunks = chunks;
+    mesh.indices = indices;
+    mesh.triangle_count = indices.size() / 3;
+    mesh.status = MeshStatus::error_met;
+    return mesh;
+}
+
+double Scene::height(double x, double y) const {
+    const double east = resident->lattice().x(resident->lattice().west());
+    const MovedHeights source(resident->lattice(), east);
+    return source.height(x, y);
+}
+
+Scene make_scene(std::int32_t roots_east) {
+    Lattice lattice;
+    lattice.spacing = 1.0;
+    lattice.finest_level = 1;
+    lattice.first_root_x = roots_east;
+    lattice.root_count_x = 2;
+    const MovedHeights source(lattice, lattice.x(lattice.west()));
+    std::vector<std::shared_ptr<const Chunk>> chunks;
+    for (const ChunkKey& key : {ChunkKey{roots_east, 0, 0}, ChunkKey{roots_east + 1, 0, 0},
+                                ChunkKey{2 * roots_east + 1, 1, 1}}) {
+        Result<std::shared_ptr<const Chunk>> chunk = make_chunk(source, key);
+        EXPECT_TRUE(chunk) << (chunk ? "" : chunk.error().message);
+        if (!chunk) return {};
+        chunks.push_back(std::move(*chunk));
+    }
+
+    Scene scene;
+    for (const std::shared_ptr<const Chunk>& chunk : chunks) {
+        const auto first = static_cast<std::uint32_t>(scene.indices.size());
+        const bool is_fine = chunk->key.level == 1;
+        const bool is_western_root = !is_fine && chunk->key.x == roots_east;
+        for (int row = 0; row < kChunkCells; row += is_fine ? 2 : 1) {
+            for (int column = 0; column < kChunkCells; column += is_fine ? 2 : 1) {
+                if (is_fine) {
+                    add_fan(scene, column, row);
+                } else if (!(is_western_root && column >= kChunkCells / 2 &&
+                             row >= kChunkCells / 2)) {
+                    add_cell(scene, column, row);
+                }
+            }
+        }
+        scene.chunks.push_back(
+            {chunk.get(), first, static_cast<std::uint32_t>(scene.indices.size()) - first});
+    }
+    scene.resident = std::make_shared<const ResidentSet>(lattice, source.extent(), chunks, 1);
+    return scene;
+}
+
+int count_different(const Image& a, const Image& b, int more_than) {
+    if (a.rgb.size() != b.rgb.size()) return -1;
+    int count = 0;
+    for (std::size_t i = 0; i < a.rgb.size(); i += 3) {
+        bool is_different = false;
+        for (std::size_t c = i; c < i + 3; ++c) {
+            is_different = is_different || std::abs(int{a.rgb[c]} - int{b.rgb[c]}) > more_than;
+        }
+        count += is_different ? 1 : 0;
+    }
+    return count;
+}
+
+int largest_difference(const Image& a, const Image& b) {
+    if (a.rgb.size() != b.rgb.size()) return 256;
+    int largest = 0;
+    for (std::size_t i = 0; i < a.rgb.size(); ++i) {
+        largest = std::max(largest, std::abs(int{a.rgb[i]} - int{b.rgb[i]}));
+    }
+    return largest;
+}
+
+}  // namespace terrane::test

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include <terrane/render/image.h>
+#include <terrane/terrain/triangulator.h>
+
+namespace terrane::test {
+
+/// A small world of hills that is drawn without pager or triangulator: two roots side by side, 256 m
+/// each with samples 2 m apart, and one chunk of level 1 (1 m) in the western root's north-east
+/// quadrant. That chunk's triangles and the roots' meet at vertices 2 m apart along its edges, by a
+/// fan of triangles in the chunk.
+struct Scene {
+    std::shared_ptr<const ResidentSet> resident;
+    std::vector<MeshChunk> chunks;
+    std::vector<std::uint16_t> indices;
+
+    TerrainMesh mesh() const;
+    double height(double x, double y) const;  ///< of the source
+};
+
+/// The world's west edge lies `roots_east` root squares (of 256 m) east of the origin.
+Scene make_scene(std::int32_t roots_east = 0);
+
+/// Pixels that differ by more than that in any channel.
+int count_different(const Image& a, const Image& b, int more_than = 0);
+/// Largest difference of a channel.
+int largest_difference(const Image& a, const Image& b);
+
+}  // namespace terrane::test

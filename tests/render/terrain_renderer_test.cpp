@@ -1,0 +1,359 @@
+// SPDX-License-Identifier: MIT
+#include <terrane/render/terrain_renderer.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include "render/scene.h"
+
+namespace terrane {
+namespace {
+
+using test::count_different;
+using test::largest_difference;
+using test::make_scene;
+using test::Scene;
+
+constexpr int kWidth = 320;
+constexpr int kHeight = 180;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+class TerrainRendererTest : public testing::Test {
+protected:
+    void SetUp() override {
+        Result<EglContext> context = EglContext::create(GlChecks::on);
+        if (!context) GTEST_SKIP() << context.error().message;
+        context_ = std::make_unique<EglContext>(std::move(*context));
+    }
+
+    TerrainRenderer make(const RendererSettings& settings = {}) {
+        Result<TerrainRenderer> made =
+            TerrainRenderer::create(*context_, kWidth, kHeight, settings);
+        EXPECT_TRUE(made) << made.error().message;
+        return std::move(*made);
+    }
+
+    Image draw(TerrainRenderer& renderer, const TerrainMesh& mesh, const View& view) {
+        const Result<void> drawn = renderer.draw(mesh, view);
+        EXPECT_TRUE(drawn) << drawn.error().message;
+        return renderer.read();
+    }
+
+    std::unique_ptr<EglContext> context_;
+};
+
+View look(const WorldPos& eye, const WorldPos& target) {
+    return *look_at(eye, target, 1.0, kWidth, kHeight);
+}
+
+// Straight down on the middle of the world, nothing but ground in sight.
+View look_down() { return look({250.0, 130.0, 150.0}, {250.0, 130.0, 0.0}); }
+// Over the hills, the horizon in the middle.
+View look_along() { return look({250.0, 20.0, 40.0}, {250.0, 140.0, 40.0}); }
+
+const std::uint8_t* pixel(const Image& image, int x, int y) {
+    return &image.rgb[3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) +
+                           static_cast<std::size_t>(x))];
+}
+
+TEST_F(TerrainRendererTest, RefusesSizesThatCannotBeAndNamesThem) {
+    for (const auto& [width, height] :
+         {std::pair{0, 10}, std::pair{10, 0}, std::pair{-4, 10}, std::pair{1'000'000, 10},
+          std::pair{10, 2'000'000'000}, std::pair{16'000, 16'000}}) {
+        const Result<TerrainRenderer> made =
+            TerrainRenderer::create(*context_, width, height, {});
+        ASSERT_FALSE(made) << width << " x " << height;
+        EXPECT_EQ(made.error().code, ErrorCode::invalid_argument);
+        EXPECT_NE(made.error().message.find(std::to_string(width) + " x " + std::to_string(height)),
+                  std::string::npos)
+            << made.error().message;
+    }
+}
+
+TEST_F(TerrainRendererTest, RefusesSettingsOutOfRange) {
+    std::vector<RendererSettings> bad(7);
+    bad[0].haze_distance = 0.0;
+    bad[1].haze_distance = std::nan("");
+    bad[2].sun_direction = Eigen::Vector3d::Zero();
+    bad[3].sun_direction.x() = std::nan("");
+    bad[4].tint_high = bad[4].tint_low;
+    bad[5].sample_count = 0;
+    bad[6].tint_low = -kInfinity;
+    for (const RendererSettings& settings : bad) {
+        const Result<TerrainRenderer> made =
+            TerrainRenderer::create(*context_, kWidth, kHeight, settings);
+        ASSERT_FALSE(made);
+        EXPECT_EQ(made.error().code, ErrorCode::invalid_argument);
+    }
+}
+
+TEST_F(TerrainRendererTest, ABadViewOrMeshIsRefusedAndTheLastFrameStays) {
+    const Scene scene = make_scene();
+    TerrainRenderer renderer = make();
+    const Image before = draw(renderer, scene.mesh(), look_along());
+
+    std::vector<View> views(3, look_along());
+    views[0].eye_world.x() = std::nan("");
+    views[1].width_px = 2 * kWidth;
+    views[2].eye_world.z() = 1e300;
+    for (const View& view : views) {
+        const Result<void> drawn = renderer.draw(scene.mesh(), view);
+        ASSERT_FALSE(drawn);
+        EXPECT_EQ(drawn.error().code, ErrorCode::invalid_argument);
+    }
+    TerrainMesh torn = scene.mesh();
+    torn.indices = torn.indices.first(30);
+    TerrainMesh homeless = scene.mesh();
+    homeless.resident = nullptr;
+    const Scene other = make_scene();
+    TerrainMesh foreign = scene.mesh();
+    foreign.resident = other.resident;
+    for (const TerrainMesh& mesh : {torn, homeless, foreign}) {
+        const Result<void> drawn = renderer.draw(mesh, look_down());
+        ASSERT_FALSE(drawn);
+        EXPECT_EQ(drawn.error().code, ErrorCode::invalid_argument);
+    }
+    EXPECT_EQ(count_different(before, renderer.read()), 0);
+}
+
+TEST_F(TerrainRendererTest, AMeshWithoutTrianglesIsSkyThatGetsDeeperUpwards) {
+    TerrainRenderer renderer = make();
+    const Image image = draw(renderer, TerrainMesh{}, look_along());
+    // red fades towards the zenith
+    EXPECT_GT(pixel(image, 10, kHeight / 2)[0], pixel(image, 10, 0)[0] + 20);
+    // the sky is no ground: each row is bluer than red
+    for (int y = 0; y < kHeight / 2; ++y) {
+        ASSERT_GT(pixel(image, 10, y)[2], pixel(image, 10, y)[0]) << y;
+    }
+}
+
+TEST_F(TerrainRendererTest, TheHorizonPartsSkyAndGround) {
+    const Scene scene = make_scene();
+    TerrainRenderer renderer = make();
+    const Image sky = draw(renderer, TerrainMesh{}, look_along());
+    const Image both = draw(renderer, scene.mesh(), look_along());
+    for (int x = 0; x < kWidth; x += 8) {
+        for (int y = 0; y < kHeight / 2 - 2; ++y) {
+            // hills are 12 m high at most, the eye is at 40 m
+            ASSERT_TRUE(std::equal(pixel(sky, x, y), pixel(sky, x, y) + 3, pixel(both, x, y)))
+                << x << ", " << y;
+        }
+        ASSERT_FALSE(std::equal(pixel(sky, x, kHeight - 1), pixel(sky, x, kHeight - 1) + 3,
+                                pixel(both, x, kHeight - 1)))
+            << x;
+    }
+}
+
+// Pixels of a picture of the ground that change with the colour of the sky behind it.
+class CrackTest : public TerrainRendererTest {
+protected:
+    void SetUp() override {
+        TerrainRendererTest::SetUp();
+        if (!context_) return;
+        for (const Colour& colour : {Colour{1.0f, 0.0f, 1.0f}, Colour{0.0f, 1.0f, 0.0f}}) {
+            RendererSettings settings;
+            settings.haze_distance = kInfinity;
+            settings.horizon = settings.zenith = colour;
+            renderers_.push_back(make(settings));
+        }
+    }
+
+    int count_sky_pixels(const TerrainMesh& mesh, const View& view) {
+        const Image purple = draw(renderers_[0], mesh, view);
+        // one of four samples that is sky makes 255 / 4 of difference; rounding of the haze makes 1
+        return count_different(purple, draw(renderers_[1], mesh, view), 8);
+    }
+
+    std::vector<TerrainRenderer> renderers_;
+};
+
+TEST_F(CrackTest, NoSkyShowsThroughClosedGroundWhereLevelsMeet) {
+    const Scene scene = make_scene();
+    EXPECT_EQ(count_sky_pixels(scene.mesh(), look_down()), 0);
+    // around two corners of the fine chunk, from many places, never as far as the world's edge
+    for (int i = 0; i < 24; ++i) {
+        const double turn = 0.26 * i;
+        const double x = i % 2 == 0 ? 128.0 : 256.0;
+        const WorldPos eye(x + 15.3 * std::cos(turn), 128.0 + 13.7 * std::sin(turn),
+                           40.0 + 1.3 * i);
+        const WorldPos target(x + 9.0 * std::sin(2.0 * turn), 128.0, 0.0);
+        EXPECT_EQ(count_sky_pixels(scene.mesh(), look(eye, target)), 0) << "view " << i;
+    }
+}
+
+TEST_F(CrackTest, NoSkyShowsThroughClosedGroundFarFromTheOrigin) {
+    const std::int32_t far_roots = 39'063;
+    const Scene scene = make_scene(far_roots);
+    const double east = 256.0 * far_roots;
+    ASSERT_GT(east, 1e7);
+    for (int i = 0; i < 8; ++i) {
+        const WorldPos eye(east + 190.0 + 7.137 * i, 130.0, 90.0);
+        EXPECT_EQ(count_sky_pixels(scene.mesh(), look(eye, {eye.x() + 1.0, 131.0, 0.0})), 0)
+            << "view " << i;
+    }
+}
+
+TEST_F(CrackTest, OneMissingTriangleIsSeen) {
+    Scene scene = make_scene();
+    // a triangle of the fine chunk near its corner, in the middle of the view
+    scene.chunks[2].first_index += 3;
+    scene.chunks[2].index_count -= 3;
+    const View view = look({129.0, 129.0, 60.0}, {129.0, 129.0, 0.0});
+    EXPECT_GT(count_sky_pixels(scene.mesh(), view), 0);
+}
+
+TEST_F(TerrainRendererTest, APictureTenThousandKilometresAwayIsTheSamePicture) {
+    const std::int32_t far_roots = 39'063;
+    const double east = 256.0 * far_roots;
+    ASSERT_GT(east, 1e7);
+    const Scene near = make_scene();
+    const Scene far = make_scene(far_roots);
+    for (View view : {look_down(), look_along()}) {
+        TerrainRenderer renderer = make();
+        const Image here = draw(renderer, near.mesh(), view);
+        view.eye_world.x() += east;
+        const Image there = draw(renderer, far.mesh(), view);
+        EXPECT_EQ(count_different(here, there), 0);
+    }
+}
+
+TEST_F(TerrainRendererTest, AnEyeThatCreepsFarFromTheOriginMovesThePictureSmoothly) {
+    const std::int32_t far_roots = 39'063;
+    const Scene scene = make_scene(far_roots);
+    TerrainRenderer renderer = make();
+    const double x = 256.0 * far_roots + 100.25;
+    const double z = scene.height(x, 100.0) + 2.0;
+    // A float holds whole metres there: a renderer that rounds world positions stands still and jumps.
+    Image last;
+    int changed = 0;
+    for (int step = 0; step < 12; ++step) {
+        const double creep = 0.0008 * step;
+        const Image image = draw(renderer, scene.mesh(),
+                                 look({x + creep, 100.0, z}, {x + creep, 130.0, z - 8.0}));
+        if (step > 0) {
+            EXPECT_LE(largest_difference(last, image), 40) << "step " << step;
+            changed += count_different(last, image) > 0 ? 1 : 0;
+        }
+        last = image;
+    }
+    EXPECT_GE(changed, 10);
+}
+
+TEST_F(TerrainRendererTest, WireframeDrawsLinesOverTheSameGround) {
+    const Scene scene = make_scene();
+    TerrainRenderer plain = make();
+    const Image ground = draw(plain, scene.mesh(), look_down());
+    RendererSettings settings;
+    settings.wireframe = true;
+    TerrainRenderer lined = make(settings);
+    const Image lines = draw(lined, scene.mesh(), look_down());
+    const int different = count_different(ground, lines);
+    EXPECT_GT(different, kWidth * kHeight / 50);
+    // and the next frame's ground is filled again
+    EXPECT_EQ(count_different(lines, draw(lined, scene.mesh(), look_down())), 0);
+}
+
+TEST_F(TerrainRendererTest, BoxesAndBallsCoverWhatLiesBehindAndHideBehindHills) {
+    const Scene scene = make_scene();
+    TerrainRenderer renderer = make();
+    const Image ground = draw(renderer, scene.mesh(), look_down());
+    DrawnBox box;
+    box.world_from_box.translation = {240.0, 130.0, 30.0};
+    box.half_extents = {6.0, 6.0, 6.0};
+    DrawnSphere ball;
+    ball.centre_world = {270.0, 130.0, 30.0};
+    ball.radius = 6.0;
+    ASSERT_TRUE(renderer.draw(scene.mesh(), look_down(), {&box, 1}, {&ball, 1}));
+    const Image shown = renderer.read();
+    const int covered = count_different(ground, shown);
+    // 12 m at 114 to 126 m are about 16 pixels
+    EXPECT_GT(covered, 350);
+    EXPECT_LT(covered, 900);
+
+    box.world_from_box.translation.z() = -60.0;
+    ball.centre_world.z() = -60.0;
+    ASSERT_TRUE(renderer.draw(scene.mesh(), look_down(), {&box, 1}, {&ball, 1}));
+    EXPECT_EQ(count_different(ground, renderer.read()), 0);
+}
+
+TEST_F(TerrainRendererTest, KeepsBuffersWhileChunksAreResidentAndDropsThemAfterwards) {
+    const Scene scene = make_scene();
+    TerrainRenderer renderer = make();
+    EXPECT_EQ(renderer.buffer_bytes(), 0u);
+    const Image first = draw(renderer, scene.mesh(), look_down());
+    const std::size_t bytes = renderer.buffer_bytes();
+    EXPECT_GT(bytes, 3u * kChunkSamples * kChunkSamples * sizeof(std::int32_t));
+    EXPECT_EQ(count_different(first, draw(renderer, scene.mesh(), look_down())), 0);
+    EXPECT_EQ(renderer.buffer_bytes(), bytes);
+
+    // the fine chunk leaves
+    TerrainMesh coarse;
+    coarse.resident = std::make_shared<const ResidentSet>(
+        scene.resident->lattice(), scene.resident->extent(),
+        std::vector<std::shared_ptr<const Chunk>>(scene.resident->chunks().begin(),
+                                                  scene.resident->chunks().begin() + 2),
+        2);
+    draw(renderer, coarse, look_down());
+    EXPECT_EQ(renderer.buffer_bytes(), bytes / 3 * 2);
+}
+
+TEST_F(TerrainRendererTest, AChunkThatWasLoadedAgainIsNotTakenForItsPredecessor) {
+    Scene scene = make_scene();
+    TerrainRenderer renderer = make();
+    const Image before = draw(renderer, scene.mesh(), look_down());
+    // the same keys, other heights
+    std::vector<std::shared_ptr<const Chunk>> raised;
+    for (const std::shared_ptr<const Chunk>& chunk : scene.resident->chunks()) {
+        auto copy = std::make_shared<Chunk>(*chunk);
+        for (std::int32_t& height : copy->heights) height = -height;
+        raised.push_back(copy);
+    }
+    scene.resident = std::make_shared<const ResidentSet>(scene.resident->lattice(),
+                                                         scene.resident->extent(), raised, 2);
+    for (MeshChunk& chunk : scene.chunks) {
+        chunk.chunk =
+            scene.resident->chunks()[static_cast<std::size_t>(scene.resident->find(chunk.chunk->key))]
+                .get();
+    }
+    TerrainRenderer fresh = make();
+    const Image wanted = draw(fresh, scene.mesh(), look_down());
+    EXPECT_GT(count_different(before, wanted), 1000);
+    EXPECT_EQ(count_different(wanted, draw(renderer, scene.mesh(), look_down())), 0);
+}
+
+TEST_F(TerrainRendererTest, LightHasNoSeamWhereChunksOfALevelMeet) {
+    // the two roots' edge is at x = 256: columns of pixels beside it may differ no more than others
+    const Scene scene = make_scene();
+    TerrainRenderer renderer = make();
+    const Image image = draw(renderer, scene.mesh(), look({256.0, 60.0, 70.0}, {256.0, 60.0, 0.0}));
+    const auto step_at = [&](int x) {
+        double sum = 0.0;
+        for (int y = 0; y < kHeight; ++y) {
+            for (int c = 0; c < 3; ++c) {
+                sum += std::abs(int{pixel(image, x, y)[c]} - int{pixel(image, x - 1, y)[c]});
+            }
+        }
+        return sum;
+    };
+    double largest_beside = 0.0;
+    for (int x = kWidth / 2 - 20; x < kWidth / 2 - 3; ++x) {
+        largest_beside = std::max(largest_beside, step_at(x));
+    }
+    for (int x = kWidth / 2 - 2; x <= kWidth / 2 + 2; ++x) {
+        EXPECT_LE(step_at(x), 1.3 * largest_beside) << "column " << x;
+    }
+}
+
+TEST_F(TerrainRendererTest, OutlivesItsContextObject) {
+    const Scene scene = make_scene();
+    TerrainRenderer renderer = make();
+    context_.reset();
+    const Result<void> drawn = renderer.draw(scene.mesh(), look_down());
+    EXPECT_TRUE(drawn) << drawn.error().message;
+}
+
+}  // namespace
+}  // namespace terrane

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: MIT
+//
+// The heights of a seed, hashed as doubles. They must be the same with every compiler, at every
+// optimisation level and on every processor. Whoever changes them on purpose runs this test, copies
+// the hashes that it prints, and writes the change under "Terrain changes" in CHANGELOG.md.
+#include <terrane/terrain/detail_heights.h>
+#include <terrane/terrain/fractal_heights.h>
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cstdint>
+#include <vector>
+
+namespace terrane {
+namespace {
+
+/// FNV-1a over the bytes of the doubles, the lowest first.
+std::uint64_t hash_of(const std::vector<double>& values) {
+    std::uint64_t hash = 0xcbf29ce484222325u;
+    for (const double value : values) {
+        const std::uint64_t bits = std::bit_cast<std::uint64_t>(value);
+        for (int shift = 0; shift < 64; shift += 8) {
+            hash = (hash ^ ((bits >> shift) & 0xff)) * 0x100000001b3u;
+        }
+    }
+    return hash;
+}
+
+/// Samples of two grids, fine and coarse, and some heights between them, around (place, -place).
+std::vector<double> heights_around(const HeightSource& source, std::int64_t place) {
+    std::vector<double> all;
+    for (const std::int64_t step : {1, 64}) {
+        const SampleGrid grid{{place, -place}, step, 65, 65};
+        std::vector<double> heights(grid.size());
+        EXPECT_TRUE(source.sample(grid, heights).has_value());
+        all.insert(all.end(), heights.begin(), heights.end());
+    }
+    for (int index = 0; index < 1000; ++index) {
+        all.push_back(source.height(static_cast<double>(place) + 0.37 * index,
+                                    static_cast<double>(-place) + 1.91 * index));
+    }
+    return all;
+}
+
+/// The bounds that certify them: promised as well.
+std::vector<double> bounds_around(const HeightSource& source, std::int64_t place) {
+    std::vector<double> all;
+    const std::int64_t corner = place / 16 * 16;
+    const SampleGrid grid{{corner, -corner}, 4, 33, 33};
+    std::vector<float> bounds(grid.size());
+    EXPECT_TRUE(source.vertex_bounds(grid, bounds).has_value());
+    all.insert(all.end(), bounds.begin(), bounds.end());
+    bounds.resize(32 * 32);
+    EXPECT_TRUE(source.cell_bounds(grid, bounds).has_value());
+    all.insert(all.end(), bounds.begin(), bounds.end());
+    all.push_back(source.rise_bound(17.0));
+    return all;
+}
+
+struct Golden {
+    std::uint64_t seed;
+    std::int64_t place;
+    std::uint64_t heights, bounds;
+};
+
+TEST(GoldenHeights, FractalHasTheBitsThatWerePromised) {
+    constexpr Golden kGoldens[] = {
+        {1, 0, 0x02e89ac4ea7c4aedu, 0xbb6fbd833fd48a25u},
+        {1, 10'000'000, 0xfa8457c07d783de4u, 0xe402a48b30b165b2u},
+        {1, -1'000'000'000, 0x4f0238a733f9b158u, 0xa36b573eb8d9c999u},
+        {2, 0, 0x3eb5e807e3599528u, 0xf379d679caa46010u},
+        {2, 10'000'000, 0xf2ac26c0d435c6f2u, 0x9f4d9548594209c3u},
+        {2, -1'000'000'000, 0x19d9c742dd2d9f62u, 0xf2c6e01ddb87dd9au},
+        {0xfedcba9876543210u, 0, 0x3f35932a12c62f01u, 0x4a7dc10e5c2cfd43u},
+        {0xfedcba9876543210u, 10'000'000, 0x00ef83fbfe5d5d64u, 0x2b1087845434cb8cu},
+        {0xfedcba9876543210u, -1'000'000'000, 0x6e09877021026806u, 0x5c58abcce1d5c037u},
+    };
+    for (const Golden& golden : kGoldens) {
+        const auto source = FractalHeights::create({.seed = golden.seed, .gain = 0.53});
+        ASSERT_TRUE(source.has_value());
+        EXPECT_EQ(hash_of(heights_around(**source, golden.place)), golden.heights)
+            << "heights of seed " << golden.seed << " at " << golden.place;
+        EXPECT_EQ(hash_of(bounds_around(**source, golden.place)), golden.bounds)
+            << "bounds of seed " << golden.seed << " at " << golden.place;
+    }
+}
+
+TEST(GoldenHeights, DetailHasTheBitsThatWerePromised) {
+    constexpr Golden kGoldens[] = {{1, 0, 0xf17bc053736d0c17u, 0x31d40e2ff8e460c3u},
+                                   {2, 1000, 0x791252a270a1f92fu, 0x4ef96a7345773356u}};
+    for (const Golden& golden : kGoldens) {
+        const auto base = FractalHeights::create({.seed = golden.seed, .octave_count = 3});
+        ASSERT_TRUE(base.has_value());
+        DetailField field;
+        field.origin_x = 12.5;
+        field.cell_x = 32.0;
+        field.cell_y = 27.3;
+        field.columns = 3;
+        field.rows = 2;
+        field.node_spacing_x = 310.0;
+        field.node_spacing_y = 290.0;
+        field.amplitude = {1.0f, 3.5f, 0.0f, 2.25f, 0.5f, 7.0f};
+        const auto source = add_detail(*base, field, {.seed = golden.seed, .gain = 0.6});
+        ASSERT_TRUE(source.has_value());
+        EXPECT_EQ(hash_of(heights_around(**source, golden.place)), golden.heights)
+            << "heights of seed " << golden.seed << " at " << golden.place;
+        EXPECT_EQ(hash_of(bounds_around(**source, golden.place)), golden.bounds)
+            << "bounds of seed " << golden.seed << " at " << golden.place;
+    }
+}
+
+}  // namespace
+}  // namespace terrane

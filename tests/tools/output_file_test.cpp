@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+#include "output_file.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+namespace terrane::tools {
+namespace {
+
+std::string temporary(const std::string& name) { return testing::TempDir() + "terrane_" + name; }
+
+std::string content_of(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+TEST(OutputFile, AppearsOnlyWhenItIsCommitted) {
+    const std::string path = temporary("output_file");
+    std::filesystem::remove(path);
+    {
+        Result<OutputFile> file = OutputFile::create(path);
+        ASSERT_TRUE(file) << file.error().message;
+        file->write("half");
+        EXPECT_FALSE(std::filesystem::exists(path));
+    }
+    EXPECT_FALSE(std::filesystem::exists(path));
+    EXPECT_FALSE(std::filesystem::exists(path + ".partial"));
+    Result<OutputFile> file = OutputFile::create(path);
+    ASSERT_TRUE(file) << file.error().message;
+    file->write("wh");
+    file->write("ole");
+    ASSERT_TRUE(file->commit());
+    EXPECT_EQ(content_of(path), "whole");
+    EXPECT_FALSE(std::filesystem::exists(path + ".partial"));
+}
+
+TEST(OutputFile, KeepsWhatWasThereWhenItIsNotCommitted) {
+    const std::string path = temporary("output_file_kept");
+    std::ofstream(path) << "old";
+    {
+        Result<OutputFile> file = OutputFile::create(path);
+        ASSERT_TRUE(file);
+        file->write("new");
+    }
+    EXPECT_EQ(content_of(path), "old");
+}
+
+TEST(OutputFile, NamesThePathWhereItCannotBeMade) {
+    for (const char* path : {"/no/such/folder/file", "/", ""}) {
+        const Result<OutputFile> file = OutputFile::create(path);
+        ASSERT_FALSE(file) << path;
+        EXPECT_NE(file.error().message.find(path), std::string::npos);
+    }
+}
+
+TEST(OutputFile, ReportsAFullDisk) {
+    if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
+    Result<OutputFile> file = OutputFile::create("/dev/full");
+    ASSERT_TRUE(file) << file.error().message;
+    file->write(std::string(1 << 20, 'x'));
+    EXPECT_TRUE(file->has_failed());
+    const Result<void> written = file->commit();
+    ASSERT_FALSE(written);
+    EXPECT_NE(written.error().message.find("/dev/full"), std::string::npos);
+    EXPECT_TRUE(std::filesystem::is_character_file("/dev/full"));
+}
+
+}  // namespace
+}  // namespace terrane::tools

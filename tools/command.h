@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/terrain/result.h>
+
+#include <tl/expected.hpp>
+
+#include <functional>
+#include <string>
+#include <utility>
+
+namespace CLI {
+class App;
+}
+
+namespace terrane::tools {
+
+/// What the program returns to the shell.
+enum ExitCode : int {
+    exit_done = 0,
+    exit_failed = 1,  ///< the world did not cooperate: a file, a disk, a device
+    exit_usage = 2,   ///< the command line makes no sense
+};
+
+/// Why a command stopped: one line, without a full stop, that names the thing and the value.
+struct CommandError {
+    ExitCode exit_code = exit_failed;
+    std::string message;
+
+    CommandError(ExitCode code, std::string text) : exit_code(code), message(std::move(text)) {}
+    /// What the libraries report is a failure, not a usage error. Implicit, so that a Result's error
+    /// passes through.
+    CommandError(const Error& error) : message(error.message) {}
+};
+
+/// A value, or the line that ends the program.
+template <class T>
+using CommandResult = tl::expected<T, CommandError>;
+
+/// `return usage_error("--budget must be at least 1, got 0");` in a function that returns a
+/// CommandResult.
+inline tl::unexpected<CommandError> usage_error(std::string message) {
+    return tl::unexpected<CommandError>(CommandError(exit_usage, std::move(message)));
+}
+
+/// `return failure("cannot write " + path);`
+inline tl::unexpected<CommandError> failure(std::string message) {
+    return tl::unexpected<CommandError>(CommandError(exit_failed, std::move(message)));
+}
+
+/// `return pass_on(result.error());` for the Error of a library's Result.
+inline tl::unexpected<CommandError> pass_on(const Error& error) {
+    return tl::unexpected<CommandError>(CommandError(error));
+}
+inline tl::unexpected<CommandError> pass_on(const CommandError& error) {
+    return tl::unexpected<CommandError>(error);
+}
+
+/// What subcommands tell main(): parsing only chooses what to run; it runs when parsing has ended.
+struct CommandContext {
+    std::function<CommandResult<void>()> run;  ///< set by the subcommand that was named
+};
+
+/// Each adds one subcommand with its options. The context must outlive the app's parse() and the call
+/// of run().
+void add_info_command(CLI::App& app, CommandContext& context);
+void add_fly_command(CLI::App& app, CommandContext& context);
+void add_mesh_command(CLI::App& app, CommandContext& context);
+void add_query_command(CLI::App& app, CommandContext& context);
+void add_drop_command(CLI::App& app, CommandContext& context);
+void add_drive_command(CLI::App& app, CommandContext& context);
+
+}  // namespace terrane::tools

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/collision/bodies.h>
+#include <terrane/terrain/ground.h>
+
+#include <cstdint>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+namespace terrane::tools {
+
+enum class DropShape { sphere, capsule, box, mixed };
+
+/// Sphere of radius 0.5; capsule of radius 0.4 and half height 0.8; box of half extents 1, 2, 0.5;
+/// mixed takes turns, by the body's index modulo 3.
+Shape shape_of_body(DropShape shape, std::size_t body);
+
+struct DropLayout {
+    DropShape shape = DropShape::sphere;
+    std::size_t count = 1000;
+    double speed = 0.0;  ///< downward at the start, m/s
+    double spin = 0.0;   ///< rad/s, about an axis of the body's own
+    std::uint64_t seed = 1;
+};
+
+/// The square around the terrain's centre that bodies start over, inside the extent.
+WorldRect drop_area(const DropLayout& layout, const WorldRect& extent);
+
+struct DroppedBody {
+    BodySettings settings;
+    BodyState state;
+};
+
+/// Bodies on a grid over drop_area(), moved and turned by a hash of seed and index, each clear above
+/// the ground below it by 2 to 12 m. The same arguments give the same bits. A place without ground is
+/// left for another one of the area; fewer bodies than asked for come back where none is found.
+///
+/// Requires the area's ground to be resident.
+std::vector<DroppedBody> lay_out(const DropLayout& layout, const Ground& ground);
+
+/// Hash of three numbers, uniform over 64 bits: random numbers without a state, the same everywhere.
+std::uint64_t hash_numbers(std::uint64_t seed, std::uint64_t index, std::uint64_t stream);
+
+}  // namespace terrane::tools

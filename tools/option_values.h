@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/terrain/math.h>
+
+#include <CLI/CLI.hpp>
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace terrane::tools {
+
+/// A picture's size on the command line: 1280x720.
+struct ImageSize {
+    int width_px = 1280;
+    int height_px = 720;
+};
+
+/// The whole text as one finite number, or the quotient of two (1/60); nothing for anything else.
+std::optional<double> parse_number(std::string_view text);
+/// "X,Y,Z", three finite numbers; nothing for anything else.
+std::optional<WorldPos> parse_point(std::string_view text);
+/// "WxH", both 1 to 16384; nothing for anything else.
+std::optional<ImageSize> parse_size(std::string_view text);
+
+/// Options whose values are refused by a line that names the flag, the range and the value: parsing
+/// then throws a CLI::ParseError, which main() makes exit code 2. All refuse NaN and infinity.
+CLI::Option* add_positive(CLI::App& app, const std::string& flag, double& value,
+                          const std::string& help);
+CLI::Option* add_not_negative(CLI::App& app, const std::string& flag, double& value,
+                              const std::string& help);
+CLI::Option* add_finite(CLI::App& app, const std::string& flag, double& value,
+                        const std::string& help);
+CLI::Option* add_in_range(CLI::App& app, const std::string& flag, double& value, double low,
+                          double high, const std::string& help);
+/// A whole number of at least `low` and at most 2^53.
+CLI::Option* add_count(CLI::App& app, const std::string& flag, std::size_t& value, std::size_t low,
+                       const std::string& help);
+CLI::Option* add_point(CLI::App& app, const std::string& flag, std::optional<WorldPos>& value,
+                       const std::string& help);
+CLI::Option* add_size(CLI::App& app, const std::string& flag, ImageSize& value,
+                      const std::string& help);
+
+}  // namespace terrane::tools

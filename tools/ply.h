@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/terrain/math.h>
+#include <terrane/terrain/triangulator.h>
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace terrane::tools {
+
+/// Triangles that share their vertices, in world coordinates.
+struct IndexedMesh {
+    std::vector<WorldPos> vertices_world;
+    /// Counter-clockwise seen from above.
+    std::vector<std::array<std::uint32_t, 3>> triangles;
+};
+
+/// One mesh out of what the chunks of a frame draw. Samples of different chunks are one vertex where
+/// they are one lattice point, so that no comparison of floats decides what is shared.
+IndexedMesh weld(const TerrainMesh& mesh);
+
+/// Binary little-endian PLY: double x, y, z; list uchar uint vertex_indices.
+/// Fails with io, naming the path; nothing is left there then but what was before.
+Result<void> write_ply(const IndexedMesh& mesh, const std::string& path);
+
+}  // namespace terrane::tools

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string_view>
+
+namespace terrane::tools::assets {
+
+// Texts that the build puts into the program: see embed.cmake.
+extern const std::string_view report_html;
+extern const std::string_view report_js;
+extern const std::string_view chart_js;
+
+}  // namespace terrane::tools::assets
