@@ -5,6 +5,8 @@ add_library(terrane_options INTERFACE)
 target_compile_options(terrane_options INTERFACE
     # The same bits with every compiler and processor: no fused multiply-add behind our back.
     -ffp-contract=off
+    # Nobody reads errno or floating-point traps: square roots and choices may become vectors. No bit changes.
+    -fno-math-errno -fno-trapping-math
     -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wnon-virtual-dtor
     -Wold-style-cast -Woverloaded-virtual
     $<$<BOOL:${TERRANE_WARNINGS_AS_ERRORS}>:-Werror>)

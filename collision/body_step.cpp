@@ -15,8 +15,9 @@
 namespace terrane::internal {
 namespace {
 
-constexpr int kMaxImpacts = 8;
-constexpr int kMaxPieces = 64;
+constexpr int kMaxImpacts = 8;    // of a stretch
+constexpr int kMaxPieces = 64;    // of a stretch
+constexpr int kMaxStretches = 32;  // of a substep
 /// Gates of a substep: lowered by 8/16 to 15/16 of the tolerance.
 constexpr int kGateCount = 8;
 constexpr double kFirstGate = 8.0 / 16.0;
@@ -30,6 +31,11 @@ constexpr double kLeastStopGap = 1e-6;
 constexpr double kRestGap = 1.0 / 4.0;
 /// Contacts are looked for this far above the gate, in tolerances.
 constexpr double kContactMargin = 1.0 / 2.0;
+/// A body that touches is looked at again when it has turned by this, radians: contacts are solved for
+/// points that move straight.
+constexpr double kContactTurn = 0.1;
+/// Impacts are solved for at least this share of the time that the body was to move for.
+constexpr double kLeastSolveShare = 0.01;
 /// A piece of motion turns by at most this, radians.
 constexpr double kMaxTurn = 0.5;
 /// The same for bodies with parts off their origin, whose paths are cast as straight lines: at 3 m from
@@ -56,12 +62,19 @@ bool turns_matter(const RigidBody& body) {
     return body.part_count > 1 || !std::holds_alternative<Sphere>(body.parts[0].shape);
 }
 
+double rounding_of(const Shape& shape) {
+    if (const auto* sphere = std::get_if<Sphere>(&shape)) return sphere->radius;
+    if (const auto* capsule = std::get_if<Capsule>(&shape)) return capsule->radius;
+    return 0.0;
+}
+
 /// The contacts of all parts against the surface lowered by a gate.
 struct NearGround {
     bool resident = true;
     std::size_t count = 0;
     double lift = -1.0;  ///< largest of the parts
     std::array<Contact, kMaxSolverContacts> contacts;
+    std::array<double, kMaxSolverContacts> roundings;  ///< radius that the part around a contact is swept by
 
     std::span<const Contact> found() const { return {contacts.data(), count}; }
 
@@ -90,6 +103,8 @@ void look(const RigidBody& body, const Ground& ground, int gate, NearGround& nea
             return;
         }
         near_out.lift = std::max(near_out.lift, answer.lift);
+        std::fill_n(near_out.roundings.begin() + static_cast<std::ptrdiff_t>(near_out.count),
+                    answer.count, rounding_of(part.shape));
         near_out.count += answer.count;
     }
 }
@@ -158,9 +173,11 @@ double spin_energy(const RigidBody& body, const Eigen::Matrix3d& rotation,
     return 0.5 * dot(spin, apply_tensor(rotation, body.mass.inertia, spin));
 }
 
-/// One piece of motion through the gate. The spin within it is constant: that of its middle; at its
-/// end the angular momentum is what it was, and the energy no more.
-GateAnswer move_piece(RigidBody& body, const Ground& ground, double duration, const Gate& gate) {
+/// One piece of motion through the gate. The spin within it is constant: in flight that of its middle, at
+/// contacts that of its start, which is the one that they were solved for. At its end the angular
+/// momentum is what it was, and the energy no more.
+GateAnswer move_piece(RigidBody& body, const Ground& ground, double duration, const Gate& gate,
+                      bool is_flying) {
     const Eigen::Vector3d spin = body.velocity.angular;
     const bool constant = spins_freely(body) || dot(spin, spin) == 0.0;
     if (constant) {
@@ -169,10 +186,12 @@ GateAnswer move_piece(RigidBody& body, const Ground& ground, double duration, co
     const Eigen::Matrix3d rotation = body.pose.rotation;
     const Eigen::Vector3d momentum = apply_tensor(rotation, body.mass.inertia, spin);
     const double energy = spin_energy(body, rotation, spin);
-    const Motion half{body.pose, Eigen::Vector3d::Zero(), spin * (0.5 * duration)};
-    const Eigen::Vector3d middle_spin = spin_at(body, half.at(1.0).rotation, momentum);
-    const GateAnswer answer = advance(
-        body, ground, {body.velocity.linear * duration, middle_spin * duration}, gate);
+    Twist way{body.velocity.linear * duration, spin * duration};
+    if (is_flying) {
+        const Motion half{body.pose, Eigen::Vector3d::Zero(), 0.5 * way.angular};
+        way.angular = spin_at(body, half.at(1.0).rotation, momentum) * duration;
+    }
+    const GateAnswer answer = advance(body, ground, way, gate);
     if (answer.fraction > 0.0) {
         Eigen::Vector3d& spin_after = body.velocity.angular;
         spin_after = spin_at(body, body.pose.rotation, momentum);
@@ -184,7 +203,7 @@ GateAnswer move_piece(RigidBody& body, const Ground& ground, double duration, co
 
 void solve(RigidBody& body, const NearGround& near, int gate, double gravity, double duration) {
     ContactSolver solver(body.mass, raised(body.pose, lowering(body, gate)));
-    solver.add(near.found());
+    solver.add(near.found(), near.roundings);
     // What gravity gives in four substeps is rest, not a bounce.
     const ContactSolver::Surface surface{body.friction, body.restitution,
                                          std::max(0.1, 4.0 * gravity * duration)};
@@ -198,7 +217,7 @@ bool separate(RigidBody& body, const Ground& ground, const NearGround& near, con
     const double wanted_gap = 0.75 * kRestGap * body.tolerance;
     if (near.least_gap(0.0, wanted_gap) >= wanted_gap) return true;
     ContactSolver solver(body.mass, raised(body.pose, lowering(body, 0)));
-    solver.add(near.found());
+    solver.add(near.found(), near.roundings);
     const double distance = kSeparationSpeed * duration;
     Twist way = solver.solve_separation(wanted_gap, distance);
     const double reach = length(way.linear) +
@@ -258,6 +277,82 @@ bool recover(RigidBody& body, const Ground& ground, double duration) {
     return true;
 }
 
+/// The part of a substep between two looks at the ground.
+struct Stretch {
+    bool resident = true;
+    bool touches = false;
+    bool is_last = false;  ///< nothing of the substep is left
+    int impacts = 0;
+    double lived_time = 0.0;
+    double lost_time = 0.0;
+};
+
+/// Looks at the ground, solves what touches it, and moves on. Ends after `duration`; or earlier, where a
+/// body that touches has turned so far that its contacts have to be looked at again.
+Stretch live_stretch(RigidBody& body, const Ground& ground, double gravity, double duration) {
+    NearGround near;
+    look(body, ground, 0, near);
+    if (!near.resident) return {.resident = false};
+
+    // The lift falls by exactly what the surface is lowered by, so one look places the body.
+    const double gate_step = kGateStep * body.tolerance;
+    const double clear = 2.0 * kStopGap * body.tolerance;
+    const bool is_deep = near.lift > gate_step * (kGateCount - 1);
+    if (body.is_fresh) body.started_deep = is_deep;
+    body.is_fresh = false;
+    Stretch stretch;
+    stretch.is_last = true;
+    stretch.touches = is_deep || near.count > 0;
+    if (is_deep) {
+        stretch.resident = recover(body, ground, duration);
+        stretch.lived_time = duration;
+        return stretch;
+    }
+    body.started_deep = false;
+    body.way_out.setZero();
+    const double gates_up = std::max(0.0, std::ceil(near.lift / gate_step)) +
+                            (near.least_gap(0.0, clear) < clear ? 1.0 : 0.0);
+    Gate gate = make_gate(body, near, 0, static_cast<int>(std::min(gates_up, kGateCount - 1.0)));
+
+    const auto rate = [&] { return turns_matter(body) ? length(body.velocity.angular) : 0.0; };
+    double remaining = duration;
+    if (stretch.touches) {
+        const double turn = rate() * remaining;
+        stretch.is_last = turn <= kContactTurn;
+        if (!stretch.is_last) remaining *= kContactTurn / turn;
+        solve(body, near, 0, gravity, remaining);
+        if (!separate(body, ground, near, gate, gravity, remaining)) return {.resident = false};
+    }
+
+    for (int piece_count = 0; remaining > 0.0; ++piece_count) {
+        if (piece_count == kMaxPieces || stretch.impacts > kMaxImpacts) {
+            stretch.lost_time = remaining;
+            return stretch;
+        }
+        const double max_turn = body.part_count > 1 ? kMaxTurnOfParts : kMaxTurn;
+        const double turn = rate() * remaining;
+        const double share = turn > max_turn ? max_turn / turn : 1.0;
+        const GateAnswer moved = move_piece(body, ground, share * remaining, gate, !stretch.touches);
+        if (!moved.resident) return {.resident = false};
+        const double lived = moved.fraction * share * remaining;
+        stretch.lived_time += lived;
+        remaining = moved.fraction * share < 1.0 ? remaining - lived : 0.0;
+        if (!moved.hit) continue;
+
+        ++stretch.impacts;
+        stretch.touches = true;
+        look(body, ground, gate.index, near);
+        if (!near.resident) return {.resident = false};
+        solve(body, near, gate.index, gravity, std::max(remaining, kLeastSolveShare * duration));
+        gate = make_gate(body, near, gate.index, std::min(gate.index + 1, kGateCount - 1));
+        if (lived > 0.0 && rate() * remaining > kContactTurn) {
+            stretch.is_last = false;
+            return stretch;
+        }
+    }
+    return stretch;
+}
+
 }  // namespace
 
 MassProperties make_mass_properties(const Shape& shape, double mass) {
@@ -286,64 +381,23 @@ MassProperties make_mass_properties(const Shape& shape, double mass) {
 }
 
 SubstepAnswer step_body(RigidBody& body, const Ground& ground, double gravity, double duration) {
-    SubstepAnswer answer;
-    NearGround near;
-    look(body, ground, 0, near);
-    if (!near.resident) return {.resident = false};
-
-    // The lift falls by exactly what the surface is lowered by, so one look places the body.
-    const double gate_step = kGateStep * body.tolerance;
-    double gates_up = std::max(0.0, std::ceil(near.lift / gate_step));
-    const double clear = 2.0 * kStopGap * body.tolerance;
-    if (near.least_gap(0.0, clear) < clear) gates_up += 1.0;
-    const bool deep = near.lift > gate_step * (kGateCount - 1);
-    if (body.is_fresh) body.started_deep = deep;
-    body.is_fresh = false;
-    if (deep) {
-        answer.resident = recover(body, ground, duration);
-        answer.touches = true;
-        answer.lived_time = duration;
-        return answer;
-    }
-    body.started_deep = false;
-    body.way_out.setZero();
-    Gate gate = make_gate(body, near, 0, static_cast<int>(std::min(gates_up, kGateCount - 1.0)));
-
-    answer.touches = near.count > 0;
-    if (answer.touches) {
-        solve(body, near, 0, gravity, duration);
-        if (!separate(body, ground, near, gate, gravity, duration)) return {.resident = false};
-    }
-
-    const bool turns = turns_matter(body);
-    const double max_turn = body.part_count > 1 ? kMaxTurnOfParts : kMaxTurn;
+    SubstepAnswer total;
     double remaining = duration;
-    for (int piece_count = 0; remaining > 0.0; ++piece_count) {
-        const double rate =
-            turns ? length(body.velocity.angular) : 0.0;
-        const bool last = rate * remaining <= max_turn;
-        const double piece = last ? remaining : max_turn / rate;
-        if (piece_count == kMaxPieces || answer.impacts > kMaxImpacts) {
-            answer.lost_time += remaining;
+    for (int count = 0; remaining > 0.0; ++count) {
+        if (count == kMaxStretches) {
+            total.lost_time += remaining;
             break;
         }
-        const GateAnswer moved = move_piece(body, ground, piece, gate);
-        if (!moved.resident) {
-            answer.resident = false;
-            return answer;
-        }
-        answer.lived_time += moved.fraction * piece;
-        remaining = last ? remaining * (1.0 - moved.fraction) : remaining - moved.fraction * piece;
-        if (!moved.hit) continue;
-
-        ++answer.impacts;
-        answer.touches = true;
-        look(body, ground, gate.index, near);
-        if (!near.resident) return {.resident = false};
-        solve(body, near, gate.index, gravity, std::max(remaining, 0.01 * duration));
-        gate = make_gate(body, near, gate.index, std::min(gate.index + 1, kGateCount - 1));
+        const Stretch stretch = live_stretch(body, ground, gravity, remaining);
+        total.resident = stretch.resident;
+        if (!stretch.resident) break;
+        total.touches = stretch.touches;
+        total.impacts += static_cast<std::uint64_t>(stretch.impacts);
+        total.lived_time += stretch.lived_time;
+        total.lost_time += stretch.lost_time;
+        remaining = stretch.is_last ? 0.0 : remaining - stretch.lived_time - stretch.lost_time;
     }
-    return answer;
+    return total;
 }
 
 double contact_raise(double tolerance) { return kFirstGate * tolerance; }

@@ -41,11 +41,19 @@ double compute_box_lift(const LocalShape& box, const Triangle& triangle) {
     const Eigen::Vector3d lowest = box.deepest_point(triangle.normal);
     if (is_over(lowest, triangle)) return plane.above(lowest);
     double lift = -kInfinity;
-    // The box's edges, cut to what lies over the triangle.
+    // The edges of the box's underside, cut to what lies over the triangle.
     for (int i = 0; i < 3; ++i) {
         const Eigen::Vector3d edge = 2.0 * box.half[i] * box.axes[static_cast<std::size_t>(i)];
         for (int k = 0; k < 8; ++k) {
             if ((k >> i & 1) != 0) continue;
+            // An edge between two faces that look up has the box below it.
+            const int j0 = (i + 1) % 3;
+            const int j1 = (i + 2) % 3;
+            const auto looks_up = [&](int j) {
+                const double z = box.axes[static_cast<std::size_t>(j)][2];
+                return (k >> j & 1) != 0 ? z > 0.0 : z < 0.0;
+            };
+            if (looks_up(j0) && looks_up(j1)) continue;
             const Eigen::Vector3d from = box.corner(k);
             const Eigen::Vector3d to = from + edge;
             double first = 0.0;

@@ -42,10 +42,20 @@ Separation find_separation(const LocalShape& shape, const Triangle& triangle, bo
 /// minus infinity where there are none. Exact: every feature pair in closed form.
 double compute_column_lift(const LocalShape& shape, const Triangle& triangle);
 
-/// An upper bound of the same that does not look sideways.
+/// An upper bound of the same: each side of the shape that looks down bounds it alone.
 inline double bound_column_lift(const LocalShape& shape, const Triangle& triangle) {
-    return -(dot(triangle.normal, shape.centre - triangle.v[0]) - shape.extent(triangle.normal)) /
-           triangle.normal[2];
+    const Eigen::Vector3d& n = triangle.normal;
+    double bound = (shape.extent(n) - dot(n, shape.centre - triangle.v[0])) / n[2];
+    if (!shape.is_box) return bound;
+    constexpr double kSteep = 1e-3;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const Eigen::Vector3d up = shape.up(i);
+        if (up[2] < kSteep) continue;
+        double highest = -std::numeric_limits<double>::infinity();
+        for (const Eigen::Vector3d& v : triangle.v) highest = std::max(highest, dot(up, v - shape.centre));
+        bound = std::min(bound, (highest + shape.half[static_cast<Eigen::Index>(i)]) / up[2]);
+    }
+    return bound + 1e-12 * (1.0 + std::abs(bound));  // what rounding does to it
 }
 
 /// The direction from a triangle to a core, where they are apart and it looks up or sideways.

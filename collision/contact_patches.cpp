@@ -79,7 +79,7 @@ struct PatchVisitor {
     bool is_missing = false;
 
     bool wants(const Prism& prism) const {
-        return bound_distance(shape.centre, shape.bounds, prism) <= reach;
+        return bound_distance(shape, prism) <= reach;
     }
     bool miss(const Prism& prism) {
         if (!wants(prism)) return true;

@@ -31,8 +31,9 @@ ContactSolver::Row ContactSolver::make_row(const Eigen::Vector3d& arm,
     return row;
 }
 
-void ContactSolver::add(std::span<const Contact> contacts) {
-    for (const Contact& contact : contacts) {
+void ContactSolver::add(std::span<const Contact> contacts, std::span<const double> roundings) {
+    for (std::size_t i = 0; i < contacts.size(); ++i) {
+        const Contact& contact = contacts[i];
         if (count_ == contacts_.size()) return;
         ContactRows& rows = contacts_[count_++];
         const Eigen::Vector3d arm = contact.point_world - pose_.translation;
@@ -40,6 +41,7 @@ void ContactSolver::add(std::span<const Contact> contacts) {
         rows.normal = make_row(arm, contact.normal);
         rows.tangent = make_row(arm, tangent);
         rows.bitangent = make_row(arm, cross(contact.normal, tangent));
+        rows.core_arm = arm + roundings[i] * contact.normal;
         rows.gap = -contact.depth;
     }
 }
@@ -89,25 +91,43 @@ void ContactSolver::iterate(Twist& velocity, double friction, double tolerance) 
     }
 }
 
-void ContactSolver::solve_velocity(Twist& velocity, const Surface& surface, double rest_gap,
-                                   double duration) {
-    double largest_speed = 0.0;
+/// Sets how fast each contact may close. A turning body carries its corners round: where that bends a path
+/// into the ground, the contact has to open by half of the bend, so that it has opened and closed as much by
+/// the end. Returns whether a contact closes faster than it may.
+bool ContactSolver::aim(const Twist& velocity, double rest_gap, double duration) {
+    const Eigen::Vector3d& spin = velocity.angular;
     bool closes = false;
     for (std::size_t i = 0; i < count_; ++i) {
         ContactRows& contact = contacts_[i];
-        contact.allowed_closing = std::max(0.0, contact.gap - rest_gap) / duration;
+        const Eigen::Vector3d& normal = contact.normal.direction;
+        const double bend = dot(spin, spin) * dot(normal, contact.core_arm) -
+                            dot(normal, spin) * dot(spin, contact.core_arm);
+        contact.allowed_closing = std::max(0.0, contact.gap - rest_gap) / duration -
+                                  0.5 * duration * std::max(0.0, bend);
+        const double approach = -speed(contact.normal, velocity);
+        closes = closes || approach > contact.allowed_closing + kRelativeTolerance;
+    }
+    return closes;
+}
+
+void ContactSolver::solve_velocity(Twist& velocity, const Surface& surface, double rest_gap,
+                                   double duration) {
+    if (!aim(velocity, rest_gap, duration)) return;
+    double largest_speed = 0.0;
+    for (std::size_t i = 0; i < count_; ++i) {
+        ContactRows& contact = contacts_[i];
         contact.approach_speed = -speed(contact.normal, velocity);
         contact.least_impulse = 0.0;
         contact.normal.impulse = contact.tangent.impulse = contact.bitangent.impulse = 0.0;
-        closes = closes || contact.approach_speed > contact.allowed_closing;
         largest_speed = std::max(largest_speed, std::abs(contact.approach_speed));
     }
-    if (!closes) return;
 
     const Twist before = velocity;
     const double energy_before = kinetic_energy(mass_, pose_, before);
     const double tolerance = kRelativeTolerance * std::max(1.0, largest_speed);
+    // The blow changes the spin, and with it the bends.
     iterate(velocity, surface.friction, tolerance);
+    if (aim(velocity, rest_gap, duration)) iterate(velocity, surface.friction, tolerance);
 
     bool bounces = false;
     const Twist plastic = velocity;
@@ -120,12 +140,21 @@ void ContactSolver::solve_velocity(Twist& velocity, const Surface& surface, doub
         contact.least_impulse = (1.0 + surface.restitution) * contact.normal.impulse;
         bounces = bounces || surface.restitution > 0.0;
     }
-    if (!bounces) return;
-    iterate(velocity, surface.friction, tolerance);
-    if (kinetic_energy(mass_, pose_, velocity) > energy_before) {
-        velocity.linear = plastic.linear + surface.restitution * (plastic.linear - before.linear);
-        velocity.angular =
-            plastic.angular + surface.restitution * (plastic.angular - before.angular);
+    if (bounces) {
+        iterate(velocity, surface.friction, tolerance);
+        if (kinetic_energy(mass_, pose_, velocity) > energy_before) {
+            velocity.linear =
+                plastic.linear + surface.restitution * (plastic.linear - before.linear);
+            velocity.angular =
+                plastic.angular + surface.restitution * (plastic.angular - before.angular);
+        }
+    }
+    // Opening for a bend costs nothing in truth, and may here: it is paid for by all of the velocity.
+    const double energy_after = kinetic_energy(mass_, pose_, velocity);
+    if (energy_after > energy_before) {
+        const double scale = std::sqrt(energy_before / energy_after);
+        velocity.linear *= scale;
+        velocity.angular *= scale;
     }
 }
 

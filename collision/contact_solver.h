@@ -47,7 +47,8 @@ public:
         : mass_(mass), pose_(world_from_body) {}
 
     /// Takes contacts up to the capacity; their points must belong to the pose of the constructor.
-    void add(std::span<const Contact> contacts);
+    /// @param roundings radius of the sphere that rolls at each contact; 0 for a corner
+    void add(std::span<const Contact> contacts, std::span<const double> roundings);
     bool empty() const { return count_ == 0; }
 
     /// Changes a velocity so that no contact closes to less than `rest_gap` within `duration`:
@@ -68,6 +69,7 @@ private:
     };
     struct ContactRows {
         Row normal, tangent, bitangent;
+        Eigen::Vector3d core_arm = Eigen::Vector3d::Zero();  ///< to the point that turning carries round
         double gap = 0.0;
         double allowed_closing = 0.0;  ///< m/s
         double least_impulse = 0.0;
@@ -82,6 +84,7 @@ private:
         velocity.linear += row.direction * (impulse * mass_.inverse_mass);
         velocity.angular += row.spin * impulse;
     }
+    bool aim(const Twist& velocity, double rest_gap, double duration);
     void iterate(Twist& velocity, double friction, double tolerance);
     double push(ContactRows& contact, Twist& velocity) const;
     double rub(ContactRows& contact, double friction, Twist& velocity) const;

@@ -16,13 +16,18 @@ HalfSpace half_space(const Eigen::Vector3d& n, const LocalShape& shape, const Tr
 }
 
 // From inside: each column that stands in the way is left by its shortest way in the normal cone.
-bool find_from_inside(const LocalGround& local, const LocalShape& shape, Eigen::Vector3d& d_out) {
+// `least_out` is the least translation that frees the shape of one of those columns alone, a lower bound
+// of every answer.
+bool find_from_inside(const LocalGround& local, const LocalShape& shape, Eigen::Vector3d& d_out,
+                      double& least_out) {
     constexpr int kRounds = 24;
     HalfSpaces spaces;
     d_out = Eigen::Vector3d::Zero();
+    least_out = 0.0;
     for (int round = 0; round < kRounds; ++round) {
         const GroundLift lift = find_lift(local, shape, d_out, 0.1 * kFree);
         if (!(lift.lift > 0.1 * kFree)) return true;
+        least_out = std::max(least_out, -find_separation(shape, lift.triangle, true).gap);
         Separation best{lift.triangle.normal,
                         gap_along(lift.triangle.normal, shape, lift.triangle)};
         visit_tops(shape, lift.triangle, [&](const Eigen::Vector3d& n, double gap) {
@@ -83,10 +88,11 @@ Eigen::Vector3d find_freeing(const LocalGround& local, const LocalShape& shape, 
     const Eigen::Vector3d up(0.0, 0.0, lift);
     Eigen::Vector3d best = up;
     Eigen::Vector3d inside;
-    if (find_from_inside(local, shape, inside) && length(inside) < lift) {
+    double least = 0.0;
+    if (find_from_inside(local, shape, inside, least) && length(inside) <= lift) {
+        if (length(inside) <= least * (1.0 + 1e-12) + kFree) return inside;
         best = shorten(local, shape, inside);
     }
-    // A lift of little more than the way that was found leaves nothing to win from above.
     const Eigen::Vector3d from_above = shorten(local, shape, up);
     if (length(from_above) < length(best)) best = from_above;
     if (!(length(best) > 0.2 * shape.smallest)) return best;

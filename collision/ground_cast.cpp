@@ -93,7 +93,38 @@ struct AdvanceVisitor {
     bool is_missing = false;
     double error_m = 0.0;
 
-    bool wants(const Prism& prism) const { return bound_distance(centre, bounds, prism) <= tolerance; }
+    bool wants(const Prism& prism) const {
+        return bound_distance(centre, bounds, prism) <= tolerance && can_meet(prism);
+    }
+
+    // Whether anything in a prism may be met before the shortest time so far.
+    bool can_meet(const Prism& prism) const {
+        const double turning = sweep.spin * sweep.arm;
+        const Eigen::Vector3d& v = sweep.motion.translation;
+        const auto is_later = [&](double gap, double speed) {
+            const double closing = speed + turning;
+            return gap > tolerance && (closing <= 0.0 || gap - tolerance >= step * closing);
+        };
+        const Eigen::Vector3d low = shape.centre - shape.bounds;
+        const Eigen::Vector3d high = shape.centre + shape.bounds;
+        if (is_later(low[2] - prism.high + sink, -v[2]) || is_later(low[0] - prism.east, -v[0]) ||
+            is_later(prism.west - high[0], v[0]) || is_later(low[1] - prism.north, -v[1]) ||
+            is_later(prism.south - high[1], v[1])) {
+            return false;
+        }
+        if (!shape.is_box) return true;
+        for (std::size_t i = 0; i < 3; ++i) {
+            const Eigen::Vector3d n = shape.up(i);
+            const double top =
+                std::max(n[0] * (prism.west - shape.centre[0]), n[0] * (prism.east - shape.centre[0])) +
+                std::max(n[1] * (prism.south - shape.centre[1]), n[1] * (prism.north - shape.centre[1])) +
+                n[2] * (prism.high - shape.centre[2]);
+            if (is_later(sink * n[2] - top - shape.half[static_cast<Eigen::Index>(i)], -dot(n, v))) {
+                return false;
+            }
+        }
+        return true;
+    }
 
     bool miss(const Prism& prism) {
         if (!wants(prism)) return true;
@@ -179,14 +210,19 @@ struct PieceAnswer {
 class Caster {
 public:
     Caster(const Sweep& sweep, const Ground& ground, double tolerance, double sink)
-        : sweep_(sweep), ground_(ground), tolerance_(tolerance), sink_(sink) {}
+        : sweep_(sweep),
+          ground_(ground),
+          local_start_(ground, sweep.motion.start.translation),
+          start_(local_start_.to_local(sweep.motion.start.translation)),
+          tolerance_(tolerance),
+          sink_(sink) {}
 
     // The whole motion, piece by piece; pieces grow while the ground is far below.
     PieceAnswer run() {
         const double travel = length(sweep_.motion.translation);
         const LocalShape start = make_local_shape(sweep_.shape, sweep_.motion.start.rotation);
         const double size = start.bounds.maxCoeff();
-        const double shortest_way = std::max(2.0 * size, 4.0 * ground_.spacing());
+        const double shortest_way = std::max(size, 4.0 * ground_.spacing());
         const double longest_way = 256.0 * ground_.spacing() + shortest_way;
         const double shortest =
             std::min(travel > shortest_way ? shortest_way / travel : 1.0,
@@ -198,8 +234,7 @@ public:
             double end = t + length_of_piece;
             if (end > 1.0 || length_of_piece >= 1.0) end = 1.0;
             if (!(end > t)) return {t, true, false, Eigen::Vector3d::UnitZ()};  // no number in between
-            const LocalGround local(ground_, sweep_.motion.start.translation +
-                                                 0.5 * (t + end) * sweep_.motion.translation);
+            const LocalGround local(local_start_, start_ + 0.5 * (t + end) * sweep_.motion.translation);
             if (is_clear(local, t, end)) {
                 t = end;
                 length_of_piece = std::min(longest, 2.0 * length_of_piece);
@@ -270,6 +305,8 @@ private:
 
     const Sweep& sweep_;
     const Ground& ground_;
+    LocalGround local_start_;
+    Eigen::Vector3d start_;  ///< in that frame
     double tolerance_;
     double sink_;
     double error_m_ = 0.0;

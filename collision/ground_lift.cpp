@@ -75,6 +75,13 @@ GroundLift find_lift(const LocalGround& local, const LocalShape& shape, const Ei
     const Eigen::Vector3d low = moved.centre - moved.bounds;
     const Eigen::Vector3d high = moved.centre + moved.bounds;
     LiftVisitor visitor{local, moved, floor, {}};
+    // The cell under the lowest point first: most others need only be bounded after it.
+    const Eigen::Vector3d lowest = moved.deepest_point(Eigen::Vector3d::UnitZ());
+    const CellRange first = local.cells(lowest[0], lowest[1], lowest[0], lowest[1]);
+    if (first.west <= first.east && first.south <= first.north) {
+        const GroundCell cell = local.ground().cell(first.east, first.north);
+        if (cell.status == GroundStatus::ok) visitor.take(cell, first.east, first.north);
+    }
     visit_cells(local, local.cells(low[0], low[1], high[0], high[1]), visitor);
     return visitor.result;
 }

@@ -30,4 +30,18 @@ inline double bound_distance(const Eigen::Vector3d& centre, const Eigen::Vector3
     return std::sqrt(x * x + y * y + z * z);
 }
 
+/// The same for a shape, which looks along the sides of a box too.
+inline double bound_distance(const LocalShape& shape, const Prism& prism) {
+    double bound = bound_distance(shape.centre, shape.bounds, prism);
+    if (!shape.is_box) return bound;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const Eigen::Vector3d n = shape.up(i);
+        const double top = std::max(n[0] * (prism.west - shape.centre[0]), n[0] * (prism.east - shape.centre[0])) +
+                           std::max(n[1] * (prism.south - shape.centre[1]), n[1] * (prism.north - shape.centre[1])) +
+                           n[2] * (prism.high - shape.centre[2]);
+        bound = std::max(bound, -top - shape.half[static_cast<Eigen::Index>(i)]);
+    }
+    return bound;
+}
+
 }  // namespace terrane::internal

@@ -12,7 +12,23 @@ LocalGround::LocalGround(const Ground& ground, const WorldPos& near_world)
     column_ = ground.column_at(std::clamp(near_world.x(), extent.west, extent.east));
     row_ = ground.row_at(std::clamp(near_world.y(), extent.south, extent.north));
     base_ = static_cast<std::int64_t>(std::floor(std::clamp(near_world.z() / quantum_, -0x1p52, 0x1p52)));
-    origin_world_ = {ground.cell_x(column_), ground.cell_y(row_),
+    place();
+}
+
+LocalGround::LocalGround(const LocalGround& other, const Eigen::Vector3d& near) : LocalGround(other) {
+    // Beyond this no cell and no height can lie.
+    constexpr double kFar = 0x1p40;
+    const auto steps = [&](double p, double step) {
+        return static_cast<std::int64_t>(std::floor(std::clamp(p / step, -kFar, kFar)));
+    };
+    column_ += steps(near[0], spacing_);
+    row_ += steps(near[1], spacing_);
+    base_ += steps(near[2], quantum_);
+    place();
+}
+
+void LocalGround::place() {
+    origin_world_ = {ground_->cell_x(column_), ground_->cell_y(row_),
                      quantum_ * static_cast<double>(base_)};
 }
 

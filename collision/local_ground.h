@@ -35,6 +35,8 @@ struct Prism {
 class LocalGround {
 public:
     LocalGround(const Ground& ground, const WorldPos& near_world);
+    /// The same ground from near a point of another frame: whole cells and quanta away from it.
+    LocalGround(const LocalGround& other, const Eigen::Vector3d& near);
 
     Eigen::Vector3d to_local(const WorldPos& p_world) const { return p_world - origin_world_; }
     WorldPos to_world(const Eigen::Vector3d& p) const { return p + origin_world_; }
@@ -60,6 +62,8 @@ public:
     double z(std::int32_t height) const { return quantum_ * static_cast<double>(height - base_); }
 
 private:
+    void place();
+
     const Ground* ground_;
     double spacing_;
     double quantum_;

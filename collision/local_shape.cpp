@@ -22,14 +22,6 @@ Eigen::Vector3d LocalShape::deepest_point(const Eigen::Vector3d& n) const {
     return p;
 }
 
-Eigen::Vector3d LocalShape::corner(int index) const {
-    Eigen::Vector3d p = centre;
-    for (int i = 0; i < 3; ++i) {
-        p += ((index >> i & 1) != 0 ? half[i] : -half[i]) * axes[static_cast<std::size_t>(i)];
-    }
-    return p;
-}
-
 LocalShape make_local_shape(const Shape& shape, const Eigen::Matrix3d& rotation) {
     LocalShape local;
     local.smallest = smallest_half_extent(shape);
@@ -42,6 +34,11 @@ LocalShape make_local_shape(const Shape& shape, const Eigen::Matrix3d& rotation)
     } else {
         local.is_box = true;
         local.half = std::get<Box>(shape).half_extents;
+        for (std::size_t k = 0; k < 8; ++k) {
+            local.corners[k] = ((k & 1) != 0 ? local.half[0] : -local.half[0]) * local.axes[0] +
+                               ((k & 2) != 0 ? local.half[1] : -local.half[1]) * local.axes[1] +
+                               ((k & 4) != 0 ? local.half[2] : -local.half[2]) * local.axes[2];
+        }
     }
     for (int i = 0; i < 3; ++i) local.bounds[i] = local.extent(Eigen::Vector3d::Unit(i));
     return local;

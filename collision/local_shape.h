@@ -17,6 +17,7 @@ struct LocalShape {
     Eigen::Vector3d core = Eigen::Vector3d::Zero();     ///< from the centre to one end of the core
     std::array<Eigen::Vector3d, 3> axes{};              ///< box: unit
     Eigen::Vector3d half = Eigen::Vector3d::Zero();     ///< box: half extents along them
+    std::array<Eigen::Vector3d, 8> corners{};           ///< box: from the centre
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();
     Eigen::Vector3d bounds = Eigen::Vector3d::Zero();   ///< half extents of the bounding box
     double smallest = 0.0;                              ///< half extent, metres
@@ -29,7 +30,12 @@ struct LocalShape {
     }
     /// Its deepest point against a direction; on a tie the middle of the tied feature.
     Eigen::Vector3d deepest_point(const Eigen::Vector3d& n) const;
-    Eigen::Vector3d corner(int index) const;  ///< box; bits of the index are the signs
+    /// Of a box; bits of the index are the signs.
+    Eigen::Vector3d corner(int index) const { return centre + corners[static_cast<std::size_t>(index)]; }
+    /// The normal of a box's face of one axis that looks up, or level.
+    Eigen::Vector3d up(std::size_t axis) const {
+        return axes[axis][2] < 0.0 ? Eigen::Vector3d(-axes[axis]) : axes[axis];
+    }
 };
 
 LocalShape make_local_shape(const Shape& shape, const Eigen::Matrix3d& rotation);

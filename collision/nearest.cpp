@@ -11,7 +11,7 @@ struct NearestVisitor {
     Nearest result;
 
     bool wants(const Prism& prism) const {
-        return bound_distance(shape.centre, shape.bounds, prism) <= best;
+        return bound_distance(shape, prism) <= best;
     }
     bool miss(const Prism& prism) {
         if (wants(prism)) result.is_missing = true;

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <map>
-#include <memory>
+#include "gl_object.h"
+#include "slope_map.h"
 
 #include <terrane/terrain/resident_set.h>
 
-#include "gl_object.h"
-#include "slope_map.h"
+#include <map>
+#include <memory>
 
 namespace terrane::internal {
 

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include <epoxy/gl.h>
 // epoxy replaces the system's EGL header and must come with it
-#include <epoxy/egl.h>
+#include "gl_error.h"
 
 #include <terrane/render/egl_context.h>
+
+#include <epoxy/egl.h>
 
 #include <array>
 #include <sstream>
 #include <vector>
-
-#include "gl_error.h"
 
 namespace terrane {
 
@@ -54,9 +54,10 @@ std::vector<Candidate> list_displays(std::string& trouble_out) {
         return candidates;
     }
     if (epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_MESA_platform_surfaceless")) {
-        candidates.push_back({"surfaceless", eglGetPlatformDisplayEXT(
-                                                 EGL_PLATFORM_SURFACELESS_MESA,
-                                                 static_cast<void*>(EGL_DEFAULT_DISPLAY), nullptr)});
+        candidates.push_back(
+            {"surfaceless",
+             eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA,
+                                      static_cast<void*>(EGL_DEFAULT_DISPLAY), nullptr)});
     }
     if (epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_device_enumeration") ||
         epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_device_base")) {
@@ -72,7 +73,8 @@ std::vector<Candidate> list_displays(std::string& trouble_out) {
             }
         }
     }
-    if (candidates.empty()) trouble_out = "EGL offers neither the surfaceless nor a device platform";
+    if (candidates.empty())
+        trouble_out = "EGL offers neither the surfaceless nor a device platform";
     return candidates;
 }
 
@@ -103,8 +105,7 @@ std::string open_display(EGLDisplay display, GlChecks checks, EGLContext& contex
                                            EGL_CONTEXT_OPENGL_DEBUG,
                                            checks == GlChecks::on ? EGL_TRUE : EGL_FALSE,
                                            EGL_NONE};
-    const EGLContext context =
-        eglCreateContext(display, config, EGL_NO_CONTEXT, attributes.data());
+    const EGLContext context = eglCreateContext(display, config, EGL_NO_CONTEXT, attributes.data());
     if (context == EGL_NO_CONTEXT) return "no OpenGL 4.5 core context, " + error_text();
     if (eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context) != EGL_TRUE) {
         const std::string trouble = "cannot bind the context, " + error_text();

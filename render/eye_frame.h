@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <array>
-#include <cstdint>
-
 #include <terrane/terrain/chunk.h>
 #include <terrane/terrain/view.h>
+
+#include <array>
+#include <cstdint>
 
 namespace terrane::internal {
 
@@ -27,8 +27,8 @@ inline constexpr int kHeightBits = 16;
 /// chunk it is drawn with: float(integers - eye's integers) * spacing - remainder. So the triangles of
 /// chunks of any level meet bit for bit, and nothing jitters far from the origin.
 struct EyeFrame {
-    std::int64_t x = 0, y = 0;  ///< lattice index
-    std::int64_t height = 0;    ///< quanta
+    std::int64_t x = 0, y = 0;                                       ///< lattice index
+    std::int64_t height = 0;                                         ///< quanta
     double remainder_x = 0.0, remainder_y = 0.0, remainder_z = 0.0;  ///< eye minus those, metres
 };
 

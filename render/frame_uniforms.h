@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <array>
-#include <cstdint>
+#include "eye_frame.h"
 
 #include <terrane/render/terrain_renderer.h>
 
-#include "eye_frame.h"
+#include <array>
+#include <cstdint>
 
 namespace terrane::internal {
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "framebuffer.h"
 
+#include "gl_error.h"
+
 #include <algorithm>
 #include <array>
 #include <string>
-
-#include "gl_error.h"
 
 namespace terrane::internal {
 namespace {
@@ -30,9 +30,9 @@ Result<void> check_size(int width_px, int height_px) {
                         got);
     }
     if (std::int64_t{width_px} * height_px > kMaxPixels) {
-        return fail(ErrorCode::invalid_argument, "the picture must have at most " +
-                                                     std::to_string(kMaxPixels) +
-                                                     " pixels, got " + got);
+        return fail(
+            ErrorCode::invalid_argument,
+            "the picture must have at most " + std::to_string(kMaxPixels) + " pixels, got " + got);
     }
     return {};
 }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "gl_object.h"
+
 #include <terrane/render/image.h>
 #include <terrane/terrain/result.h>
-
-#include "gl_object.h"
 
 namespace terrane::internal {
 

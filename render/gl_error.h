@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <string>
-
 #include <terrane/terrain/result.h>
+
+#include <string>
 
 namespace terrane::internal {
 

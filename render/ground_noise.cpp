@@ -30,15 +30,16 @@ double value_noise(int x, int y, int cells, int octave) {
     const int column = x / width, row = y / width;
     const double u = smooth((x % width + 0.5) / width), v = smooth((y % width + 0.5) / width);
     const int next_column = (column + 1) % cells, next_row = (row + 1) % cells;
-    const double south = std::lerp(random_at(column, row, octave),
-                                   random_at(next_column, row, octave), u);
-    const double north = std::lerp(random_at(column, next_row, octave),
-                                   random_at(next_column, next_row, octave), u);
+    const double south =
+        std::lerp(random_at(column, row, octave), random_at(next_column, row, octave), u);
+    const double north =
+        std::lerp(random_at(column, next_row, octave), random_at(next_column, next_row, octave), u);
     return std::lerp(south, north, v);
 }
 
 std::uint8_t pack(double value) {
-    return static_cast<std::uint8_t>(std::clamp(std::lround((value * 0.5 + 0.5) * 255.0), 0L, 255L));
+    return static_cast<std::uint8_t>(
+        std::clamp(std::lround((value * 0.5 + 0.5) * 255.0), 0L, 255L));
 }
 
 }  // namespace

@@ -26,8 +26,8 @@ struct PngImage {
 
 Result<void> check_image(const Image& image, const std::string& path) {
     if (image.width < 1 || image.height < 1 ||
-        image.rgb.size() != static_cast<std::size_t>(image.width) *
-                                static_cast<std::size_t>(image.height) * 3) {
+        image.rgb.size() !=
+            static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) * 3) {
         return fail(ErrorCode::invalid_argument,
                     "cannot write " + path + ": a picture of " + std::to_string(image.width) +
                         " x " + std::to_string(image.height) + " pixels with " +

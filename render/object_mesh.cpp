@@ -54,12 +54,12 @@ ObjectMesh make_ball() {
     std::vector<float> vertices;
     std::vector<std::uint16_t> indices;
     for (int parallel = 0; parallel <= kParallels; ++parallel) {
-        const double latitude = std::numbers::pi * (static_cast<double>(parallel) / kParallels - 0.5);
+        const double latitude =
+            std::numbers::pi * (static_cast<double>(parallel) / kParallels - 0.5);
         for (int meridian = 0; meridian <= kMeridians; ++meridian) {
             const double longitude = 2.0 * std::numbers::pi * meridian / kMeridians;
             const double normal[3] = {std::cos(latitude) * std::cos(longitude),
-                                      std::cos(latitude) * std::sin(longitude),
-                                      std::sin(latitude)};
+                                      std::cos(latitude) * std::sin(longitude), std::sin(latitude)};
             // the position is the normal
             for (int twice = 0; twice < 2; ++twice) {
                 for (const double n : normal) vertices.push_back(static_cast<float>(n));

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cstdint>
-
 #include "gl_object.h"
+
+#include <cstdint>
 
 namespace terrane::internal {
 

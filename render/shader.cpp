@@ -30,14 +30,14 @@ Result<GlShader> compile(const std::string& name, GLenum stage, std::string_view
     GLint is_good = 0;
     glGetShaderiv(shader.name(), GL_COMPILE_STATUS, &is_good);
     if (is_good == GL_FALSE) {
-        return fail(ErrorCode::device_unavailable,
-                    "the device refused the shader of " + name + ": " +
-                        first_lines(
-                            shader.name(),
-                            [](GLuint o, GLenum p, GLint* v) { glGetShaderiv(o, p, v); },
-                            [](GLuint o, GLsizei n, GLsizei* l, GLchar* t) {
-                                glGetShaderInfoLog(o, n, l, t);
-                            }));
+        return fail(
+            ErrorCode::device_unavailable,
+            "the device refused the shader of " + name + ": " +
+                first_lines(
+                    shader.name(), [](GLuint o, GLenum p, GLint* v) { glGetShaderiv(o, p, v); },
+                    [](GLuint o, GLsizei n, GLsizei* l, GLchar* t) {
+                        glGetShaderInfoLog(o, n, l, t);
+                    }));
     }
     return shader;
 }
@@ -58,14 +58,14 @@ Result<GlProgram> make_program(const std::string& name, std::string_view vertex,
     GLint is_good = 0;
     glGetProgramiv(program.name(), GL_LINK_STATUS, &is_good);
     if (is_good == GL_FALSE) {
-        return fail(ErrorCode::device_unavailable,
-                    "the device refused to link " + name + ": " +
-                        first_lines(
-                            program.name(),
-                            [](GLuint o, GLenum p, GLint* v) { glGetProgramiv(o, p, v); },
-                            [](GLuint o, GLsizei n, GLsizei* l, GLchar* t) {
-                                glGetProgramInfoLog(o, n, l, t);
-                            }));
+        return fail(
+            ErrorCode::device_unavailable,
+            "the device refused to link " + name + ": " +
+                first_lines(
+                    program.name(), [](GLuint o, GLenum p, GLint* v) { glGetProgramiv(o, p, v); },
+                    [](GLuint o, GLsizei n, GLsizei* l, GLchar* t) {
+                        glGetProgramInfoLog(o, n, l, t);
+                    }));
     }
     return program;
 }

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <span>
-#include <string>
-#include <string_view>
+#include "gl_object.h"
 
 #include <terrane/terrain/result.h>
 
-#include "gl_object.h"
+#include <span>
+#include <string>
+#include <string_view>
 
 namespace terrane::internal {
 

@@ -29,8 +29,7 @@ public:
         for (int side = 0; side < 4; ++side) {
             const int level = side_levels[static_cast<std::size_t>(side)];
             if (level < 0) continue;
-            const std::int32_t index =
-                resident.find(ancestor(neighbour(chunk.key, side), level));
+            const std::int32_t index = resident.find(ancestor(neighbour(chunk.key, side), level));
             around_[static_cast<std::size_t>(side)] =
                 resident.chunks()[static_cast<std::size_t>(index)].get();
         }
@@ -101,9 +100,9 @@ std::vector<std::int16_t> make_slope_map(const ResidentSet& resident, const Chun
                               static_cast<std::size_t>(slope_layer_row(layer) + row / baseline);
             for (int column = 0; column <= kChunkCells; column += baseline) {
                 const std::int32_t middle = chunk.heights[sample_index(column, row)];
-                const double east = slope_per_rise * rise(middle, heights.at(column - baseline, row),
-                                                          heights.at(column + baseline, row),
-                                                          baseline);
+                const double east =
+                    slope_per_rise * rise(middle, heights.at(column - baseline, row),
+                                          heights.at(column + baseline, row), baseline);
                 const double north =
                     slope_per_rise * rise(middle, heights.at(column, row - baseline),
                                           heights.at(column, row + baseline), baseline);

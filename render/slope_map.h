@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <terrane/terrain/resident_set.h>
+
 #include <array>
 #include <cstdint>
 #include <vector>
-
-#include <terrane/terrain/resident_set.h>
 
 namespace terrane::internal {
 
@@ -22,7 +22,9 @@ inline constexpr int kSlopeMapWidth = kChunkSamples;
 inline constexpr int kSlopeMapHeight = 2 * kChunkCells - 1 + kSlopeLayers;
 
 /// First row of a layer; layers are stacked from the south.
-constexpr int slope_layer_row(int layer) { return 2 * kChunkCells - (2 * kChunkCells >> layer) + layer; }
+constexpr int slope_layer_row(int layer) {
+    return 2 * kChunkCells - (2 * kChunkCells >> layer) + layer;
+}
 static_assert(slope_layer_row(kSlopeLayers) == kSlopeMapHeight);
 
 /// For each side (west, east, south, north) the level of the finest resident chunk that lies there

@@ -1,11 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <terrane/render/terrain_renderer.h>
-
-#include <cmath>
-#include <string>
-
-#include <terrane/terrain/assert.h>
-
 #include "chunk_cache.h"
 #include "eye_frame.h"
 #include "frame_uniforms.h"
@@ -14,6 +7,12 @@
 #include "ground_noise.h"
 #include "object_mesh.h"
 #include "shader.h"
+
+#include <terrane/render/terrain_renderer.h>
+#include <terrane/terrain/assert.h>
+
+#include <cmath>
+#include <string>
 
 namespace terrane {
 namespace {
@@ -110,7 +109,8 @@ Result<ObjectProgram> make_object_program() {
 // Place in a root square, metres; the noise repeats with it.
 float tile_place(const Lattice& lattice, std::int64_t index) {
     const std::int64_t side = lattice.chunk_side(0);
-    return static_cast<float>(lattice.spacing * static_cast<double>(((index % side) + side) % side));
+    return static_cast<float>(lattice.spacing *
+                              static_cast<double>(((index % side) + side) % side));
 }
 
 void set_chunk(const TerrainProgram& terrain, const Lattice& lattice, const EyeFrame& eye,

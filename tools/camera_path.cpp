@@ -277,7 +277,7 @@ void CameraPath::fit_look(double ahead, bool has_lean) {
             (eye(time + kStep).rate - eye(time - kStep).rate) / (2.0 * kStep * kGravity);
         const Eigen::Vector3d right = Eigen::Vector3d(look[i].y(), -look[i].x(), 0.0).normalized();
         const double side = right.dot(push);
-        lean[i] += right * (0.6 * side / (1.0 + std::abs(side)));
+        lean[i] += right * (0.3 * side / (1.0 + std::abs(side)));
     }
     forward_ = SmoothCurve(-kPad, kStep, smoothed(look, kHalfWidth));
     up_ = SmoothCurve(-kPad, kStep, smoothed(lean, kHalfWidth));

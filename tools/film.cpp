@@ -71,14 +71,15 @@ std::vector<std::string> make_arguments(const std::string& part, int width_px, i
             std::to_string(frames_per_second), "-i", "pipe:0",
             // what goes out: colours as players take films of this size to be
             "-vf", "scale=out_color_matrix=bt709:out_range=tv", "-colorspace", "bt709",
-            "-color_primaries", "bt709", "-color_trc", "bt709", "-an", "-c:v", "libx264",
-            "-preset", "veryfast", "-crf", "18", "-pix_fmt", "yuv420p", "-movflags", "+faststart",
+            "-color_primaries", "bt709", "-color_trc", "bt709", "-an", "-c:v", "libx264", "-preset",
+            "veryfast", "-crf", "18", "-pix_fmt", "yuv420p", "-movflags", "+faststart",
             // with a protocol no name can be taken for an option
             "-f", "mp4", "file:" + part};
 }
 
 // 0 or an errno. The process reads frames from `input` and complains to `complaints`.
-int start(const std::vector<std::string>& arguments, int input, int complaints, pid_t& process_out) {
+int start(const std::vector<std::string>& arguments, int input, int complaints,
+          pid_t& process_out) {
     std::vector<char*> pointers;
     // posix_spawn does not write to them
     for (const std::string& argument : arguments) {
@@ -140,8 +141,8 @@ struct Film::State {
         stop();
         std::remove(part.c_str());
         const std::string said = last_line(complaints.get());
-        return fail(ErrorCode::io, "cannot write '" + path + "': " + cause +
-                                       (said.empty() ? "" : ": " + said));
+        return fail(ErrorCode::io,
+                    "cannot write '" + path + "': " + cause + (said.empty() ? "" : ": " + said));
     }
 };
 
@@ -175,24 +176,22 @@ Result<Film> Film::create(const std::string& path, int width_px, int height_px,
     }
     state->frames = Descriptor(ends[0]);
     const Descriptor input(ends[1]);
-    const int error =
-        start(make_arguments(state->part, width_px, height_px, frames_per_second), input.number(),
-              fileno(state->complaints.get()), state->process);
+    const int error = start(make_arguments(state->part, width_px, height_px, frames_per_second),
+                            input.number(), fileno(state->complaints.get()), state->process);
     if (error != 0) {
         state->process = -1;
         return fail(ErrorCode::io, "cannot write '" + path + "': " +
-                                       (error == ENOENT
-                                            ? "the program ffmpeg is not installed"
-                                            : std::string("ffmpeg does not start: ") +
-                                                  std::strerror(error)));
+                                       (error == ENOENT ? "the program ffmpeg is not installed"
+                                                        : std::string("ffmpeg does not start: ") +
+                                                              std::strerror(error)));
     }
     return Film(std::move(state));
 }
 
 Result<void> Film::add(const Image& frame) {
     State& state = *state_;
-    const std::size_t bytes = static_cast<std::size_t>(state.width_px) *
-                              static_cast<std::size_t>(state.height_px) * 3;
+    const std::size_t bytes =
+        static_cast<std::size_t>(state.width_px) * static_cast<std::size_t>(state.height_px) * 3;
     if (frame.width != state.width_px || frame.height != state.height_px ||
         frame.rgb.size() != bytes) {
         return fail(ErrorCode::invalid_argument,

@@ -14,6 +14,8 @@ in float height_m;
 layout(location = 0) out vec4 colour_out;
 
 const int kLastLayer = 7;
+// Layers finer than what suits a pixel's longer side: at grazing angles that would be a blur.
+const float kSharper = -1.2;
 
 vec2 slope_at(int layer) {
     float row = float(256 - (256 >> layer) + layer);
@@ -24,7 +26,7 @@ vec2 slope_at(int layer) {
 // The ground's normal at the size of this pixel. Depends on distance and direction alone, so that
 // neither triangles nor chunks show in the light.
 vec3 ground_normal(float distance, vec3 along) {
-    float pixel_m = distance * frame.grid.w * inversesqrt(max(abs(along.z), 0.06));
+    float pixel_m = distance * frame.grid.w * inversesqrt(max(abs(along.z), 0.10));
     vec4 inside = vec4(cell, 128.0 - cell);  // west, south, east, north
     vec4 fade = side_layer * (1.0 - smoothstep(0.0, 16.0, inside.xzyw));
     float least = max(max(fade.x, fade.y), max(fade.z, fade.w));
@@ -40,10 +42,10 @@ void main() {
     vec3 normal = ground_normal(distance, along);
 
     // fades before its period shows
-    vec3 fine = (texture(noise, tile_m * frame.tint.z).xyz - 0.5) * exp2(-distance / 220.0);
+    vec3 fine = (texture(noise, tile_m * frame.tint.z, kSharper).xyz - 0.5) * exp2(-distance / 220.0);
     // turned, so that the two periods do not line up
     vec2 turned = vec2(3.0 * tile_m.x + 4.0 * tile_m.y, 3.0 * tile_m.y - 4.0 * tile_m.x);
-    vec3 coarse = texture(noise, turned * frame.tint.w).xyz - 0.5;
+    vec3 coarse = texture(noise, turned * frame.tint.w, kSharper).xyz - 0.5;
 
     float high = (height_m - frame.tint.x) * frame.tint.y + 0.16 * coarse.z + 0.05 * fine.z;
     float steep = 1.0 - normal.z + 0.10 * coarse.z + 0.12 * fine.z;

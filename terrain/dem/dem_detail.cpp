@@ -26,16 +26,25 @@ int octaves_below(double cell, double finest) {
     return count;
 }
 
-/// Mean size of the second differences, along rows and columns, of the samples of a block.
-double mean_bend(const RasterPatch& patch, int west, int south, int east, int north) {
+/// Mean size of the second differences, along rows and columns, of the samples of a block. The
+/// raster's outermost samples have none.
+double mean_bend(const RasterPatch& patch, const BilinearGrid& grid, int west, int south, int east,
+                 int north) {
     double sum = 0.0;
+    int count = 0;
     for (int row = south; row <= north; ++row) {
         for (int column = west; column <= east; ++column) {
-            sum +=
-                0.5 * (std::fabs(patch.bend_x(column, row)) + std::fabs(patch.bend_y(column, row)));
+            if (column > 0 && column + 1 < grid.columns) {
+                sum += std::fabs(patch.bend_x(column, row));
+                ++count;
+            }
+            if (row > 0 && row + 1 < grid.rows) {
+                sum += std::fabs(patch.bend_y(column, row));
+                ++count;
+            }
         }
     }
-    return sum / ((east - west + 1) * (north - south + 1));
+    return count > 0 ? sum / count : 0.0;
 }
 
 }  // namespace
@@ -87,9 +96,10 @@ Result<std::shared_ptr<const HeightSource>> add_dem_detail(std::shared_ptr<const
             // What was never surveyed stays smooth.
             const bool is_outside =
                 (store.voids().flags(west, south, east, north) & cell_outside) != 0;
-            const double amplitude = is_outside ? 0.0
-                                                : settings.detail_roughness * kAmplitudeOverBend *
-                                                      mean_bend(patch, west, south, east, north);
+            const double amplitude = is_outside
+                                         ? 0.0
+                                         : settings.detail_roughness * kAmplitudeOverBend *
+                                               mean_bend(patch, grid, west, south, east, north);
             field.amplitude.push_back(static_cast<float>(amplitude));
         }
     }

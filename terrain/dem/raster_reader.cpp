@@ -135,8 +135,8 @@ Result<void> RasterReader::straighten() {
     const bool placed = dataset->GetGeoTransform(transform.data()) == CE_None;
     const bool rotated = placed && (transform[2] != 0.0 || transform[4] != 0.0);
     if (rotated || (!placed && dataset->GetGCPCount() > 0)) {
-        std::vector<std::string> words = {"-of",      "VRT", "-ot", "Float32",    "-r",
-                                          "bilinear", "-b",  "1",   "-dstnodata", "nan"};
+        std::vector<std::string> words = {"-of", "VRT",      "-ot",        "Float32",
+                                          "-r",  "bilinear", "-dstnodata", "nan"};
         std::vector<char*> arguments;
         for (std::string& word : words) arguments.push_back(word.data());
         arguments.push_back(nullptr);

@@ -88,12 +88,24 @@ ScreenError::Box ScreenError::box_of(const Chunk& chunk) const {
 
 float ScreenError::upper_bound(const Chunk& chunk, float largest_radius) const {
     const Box box = box_of(chunk);
+    const auto radius = static_cast<double>(largest_radius);
     const Eigen::Vector3d apart =
         (box.low - eye_).cwiseMax(eye_ - box.high).cwiseMax(Eigen::Vector3d::Zero());
-    const double distance =
-        std::max(near_, apart.norm() * static_cast<double>(kShorter) * (1.0 - 0x1p-20) -
-                            static_cast<double>(largest_radius));
-    return round_up(1.0001 * static_cast<double>(chunk.max_vertex_bound) * pixels_ / distance);
+    const Eigen::Vector3d far_corner = (box.low - eye_).cwiseAbs().cwiseMax((box.high - eye_).cwiseAbs());
+    const double distance = std::max(near_, apart.norm() * (1.0 - 0x1p-19) - radius);
+    double beside = 0.0;
+    for (const Eigen::Vector3d& normal : frustum_.normals) {
+        // the corner of the box that lies furthest in
+        const Eigen::Vector3d corner(normal.x() > 0.0 ? box.high.x() : box.low.x(),
+                                     normal.y() > 0.0 ? box.high.y() : box.low.y(),
+                                     normal.z() > 0.0 ? box.high.z() : box.low.z());
+        beside = std::max(beside, -(normal.dot(corner - eye_) + radius));
+    }
+    const double weight =
+        std::max(1.0 - static_cast<double>(kWeightSlope) * beside / (far_corner.norm() + radius + near_),
+                 static_cast<double>(kLeastWeight));
+    // the margin is for the rounding of the priorities themselves
+    return round_up(1.0001 * weight * static_cast<double>(chunk.max_vertex_bound) * pixels_ / distance);
 }
 
 ScreenError::Side ScreenError::side(const Chunk& chunk) const {

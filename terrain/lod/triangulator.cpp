@@ -53,11 +53,16 @@ enum Neighbour : std::size_t { west = 0, east = 1, south = 2, north = 3 };
 
 struct Triangulator::State {
     State(const HeightSource& source, const TriangulatorSettings& chosen)
-        : lattice(source.lattice()), settings(chosen), radii(internal::make_radii(source)) {}
+        : lattice(source.lattice()), settings(chosen), radii(internal::make_radii(source)) {
+        for (int level = 0; level <= lattice.finest_level; ++level) {
+            radius_rows.push_back(make_radius_rows(level));
+        }
+    }
 
     Lattice lattice;
     TriangulatorSettings settings;
     Radii radii;
+    std::vector<std::vector<float>> radius_rows;  // by level
 
     // of the frame
     std::shared_ptr<const ResidentSet> resident;
@@ -94,6 +99,7 @@ struct Triangulator::State {
         return slot == ResidentSet::kNone ? nullptr : &open[static_cast<std::size_t>(slot)];
     }
 
+    std::vector<float> make_radius_rows(int level) const;
     void compute_priorities(const ScreenError& screen, float floor);
     void compute_own(const ScreenError& screen, const Chunk& chunk, OpenChunk& into) const;
     void trim_centres(std::size_t index, int stride);
@@ -106,23 +112,34 @@ struct Triangulator::State {
     void emit_undivided_root(const ScreenError& screen, std::size_t index);
 };
 
+// Radii of every row of samples of a level. Rows of one parity are alike below the roots.
+std::vector<float> Triangulator::State::make_radius_rows(int level) const {
+    const int rows = level == 0 ? kChunkSamples : 2;
+    std::vector<float> table;
+    for (int row = 0; row < rows; ++row) {
+        for (int column = 0; column < kChunkSamples; ++column) {
+            const auto both = static_cast<unsigned>(row | column);
+            const int stride = both == 0 ? kChunkCells : 1 << std::countr_zero(both);
+            // vertices of other chunks have a bound of 0 here: their radius does not matter
+            const int own = std::min(stride, level == 0 ? kChunkCells / 2 : 1);
+            const bool is_centre = ((row / own) & (column / own) & 1) != 0;
+            const std::size_t e = exponent(level, own);
+            table.push_back(is_centre ? radii.centre[e] : radii.midpoint[e]);
+        }
+    }
+    return table;
+}
+
 // What a vertex would get from its own bound and distance.
 void Triangulator::State::compute_own(const ScreenError& screen, const Chunk& chunk,
                                       OpenChunk& into) const {
     const ScreenError::Axes axes = screen.axes(chunk);
     const ScreenError::Side side = screen.side(chunk);
-    std::array<float, kChunkSamples> row_radii{};
+    const std::vector<float>& table = radius_rows[chunk.key.level];
     for (int row = 0; row < kChunkSamples; ++row) {
-        for (int column = 0; column < kChunkSamples; ++column) {
-            const auto both = static_cast<unsigned>(row | column);
-            const int stride = both == 0 ? kChunkCells : 1 << std::countr_zero(both);
-            if (stride > coarsest_stride(chunk)) continue;  // of another chunk: its bound here is 0
-            const bool is_centre = ((row / stride) & (column / stride) & 1) != 0;
-            const std::size_t e = exponent(chunk.key.level, stride);
-            row_radii[static_cast<std::size_t>(column)] =
-                is_centre ? radii.centre[e] : radii.midpoint[e];
-        }
-        screen.priorities(chunk, axes, row, row_radii.data(), side, &into.own[sample_index(0, row)]);
+        const int table_row = chunk.key.level == 0 ? row : row % 2;
+        screen.priorities(chunk, axes, row, &table[sample_index(0, table_row)], side,
+                          &into.own[sample_index(0, row)]);
     }
 }
 
@@ -277,7 +294,7 @@ void Triangulator::State::select(const ScreenError& screen) {
                                        static_cast<std::size_t>(lattice.root_count_y);
     const std::size_t budget = settings.triangle_budget - root_triangles;
     // where the last frame ended is a good guess; too high a floor is found out and lowered
-    float floor = std::max(target, 0.75f * last_threshold);
+    float floor = std::max(target, 0.9f * last_threshold);
     for (;;) {
         compute_priorities(screen, floor);
         candidates.clear();
@@ -286,7 +303,7 @@ void Triangulator::State::select(const ScreenError& screen) {
             if (open_index[i] != ResidentSet::kNone) gather(i, floor, weight);
         }
         if (weight > budget || floor == target) break;
-        floor = std::max(target, 0.5f * floor);
+        floor = std::max(target, 0.7f * floor);
     }
     threshold = internal::select_threshold(candidates, budget, floor);
     last_threshold = threshold;

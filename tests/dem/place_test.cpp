@@ -54,7 +54,9 @@ TEST(DemPlace, RootsCoverTheOuterEdgesWithAtMostFourAlongAnAxis) {
                     EXPECT_GE(l.y(l.north()), e.north - 1e-9);
                     EXPECT_NEAR(e.east - e.west, columns * 10.0, 1e-9);
                     EXPECT_NEAR(e.north, rows * cell_y / 2.0, 1e-9);
-                    if (spacing > 0.0) EXPECT_LE(l.spacing, spacing);
+                    if (spacing > 0.0) {
+                        EXPECT_LE(l.spacing, spacing);
+                    }
                     EXPECT_LE(l.spacing, std::min(10.0, cell_y));
                 }
             }

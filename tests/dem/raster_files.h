@@ -9,6 +9,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -46,6 +47,11 @@ void write_raster(const std::string& path, const RasterSpec& spec);
 
 /// The path of a file of the real data, or "" where it is absent.
 std::string real_data(const std::string& name);
+
+/// A number in [0, 1), the same everywhere.
+inline double random_unit(std::mt19937& random) {
+    return static_cast<double>(random() & 0xffffffu) / 16777216.0;
+}
 
 /// World x of a column and y of a row that counts from the north.
 inline double sample_x(const DemInfo& info, int column) {

@@ -46,8 +46,8 @@ TEST_P(DemSurface, HeightsAreTheBilinearOnesOfGdal) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     std::mt19937 random(seed);
     for (int i = 0; i < 2000; ++i) {
-        const double u = (random() % 1000000u) / 1e6 * (info_.columns - 1.001);
-        const double v = (random() % 1000000u) / 1e6 * (info_.rows - 1.001);
+        const double u = random_unit(random) * (info_.columns - 1.001);
+        const double v = random_unit(random) * (info_.rows - 1.001);
         const double x = (u + 0.5 - 0.5 * info_.columns) * info_.cell_x;
         const double y = (0.5 * info_.rows - v - 0.5) * info_.cell_y;
         ASSERT_NEAR(source_->height(x, y), bilinear_of_band(band, u, v), 1e-3) << u << ", " << v;
@@ -61,8 +61,8 @@ TEST_P(DemSurface, IntervalsContainEveryHeight) {
     for (int i = 0; i < 300; ++i) {
         const double size = std::ldexp(info_.cell_x, static_cast<int>(random() % 12u) - 2);
         WorldRect rect;
-        rect.west = e.west + (random() % 1000u) / 1e3 * (e.east - e.west) - 0.5 * size;
-        rect.south = e.south + (random() % 1000u) / 1e3 * (e.north - e.south) - 0.5 * size;
+        rect.west = e.west + random_unit(random) * (e.east - e.west) - 0.5 * size;
+        rect.south = e.south + random_unit(random) * (e.north - e.south) - 0.5 * size;
         rect.east = rect.west + size;
         rect.north = rect.south + size * 0.7;
         const HeightInterval range = source_->interval(rect);
@@ -85,9 +85,9 @@ TEST_P(DemSurface, NoTwoPointsDifferMoreThanTheRiseBound) {
         ASSERT_GE(rise, before) << "not monotone at " << distance;
         before = rise;
         for (int i = 0; i < 300; ++i) {
-            const double x = e.west + (random() % 100000u) / 1e5 * (e.east - e.west);
-            const double y = e.south + (random() % 100000u) / 1e5 * (e.north - e.south);
-            const double angle = (random() % 6283u) / 1e3;
+            const double x = e.west + random_unit(random) * (e.east - e.west);
+            const double y = e.south + random_unit(random) * (e.north - e.south);
+            const double angle = 6.283 * random_unit(random);
             ASSERT_LE(std::fabs(source_->height(x + distance * std::cos(angle),
                                                 y + distance * std::sin(angle)) -
                                 source_->height(x, y)),

@@ -44,8 +44,8 @@ void expect_same(const HeightSource& a, const HeightSource& b) {
     }
     for (int i = 0; i < 200; ++i) {
         const WorldRect& e = a.extent();
-        const double x = e.west + (random() % 1000u) / 1e3 * (e.east - e.west);
-        const double y = e.south + (random() % 1000u) / 1e3 * (e.north - e.south);
+        const double x = e.west + random_unit(random) * (e.east - e.west);
+        const double y = e.south + random_unit(random) * (e.north - e.south);
         EXPECT_EQ(a.height(x, y), b.height(x, y));
     }
     EXPECT_EQ(a.rise_bound(123.0), b.rise_bound(123.0));

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
+#include "gl_error.h"
+
 #include <terrane/render/egl_context.h>
 
 #include <epoxy/gl.h>
 #include <gtest/gtest.h>
-
-#include "gl_error.h"
 
 namespace terrane {
 namespace {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "eye_frame.h"
 
-#include <cmath>
-#include <limits>
+#include "support/random.h"
 
 #include <gtest/gtest.h>
 
-#include "support/random.h"
+#include <cmath>
+#include <limits>
 
 namespace terrane::internal {
 namespace {

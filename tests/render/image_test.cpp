@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include <terrane/render/image.h>
+#include "support/random.h"
 
-#include <filesystem>
-#include <fstream>
+#include <terrane/render/image.h>
 
 #include <gtest/gtest.h>
 
-#include "support/random.h"
+#include <filesystem>
+#include <fstream>
 
 namespace terrane {
 namespace {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "render/scene.h"
 
-#include <algorithm>
-#include <cstdlib>
+#include "support/wave_heights.h"
 
 #include <gtest/gtest.h>
 
-#include "support/wave_heights.h"
+#include <algorithm>
+#include <cstdlib>
 
 namespace terrane::test {
 namespace {
@@ -57,8 +57,7 @@ void add_fan(Scene& scene, int column, int row) {
     const auto add_edge = [&](int x0, int y0, int x1, int y1, bool is_border) {
         const std::size_t first = sample_index(column + x0, row + y0);
         const std::size_t last = sample_index(column + x1, row + y1);
-        const std::size_t between =
-            sample_index(column + (x0 + x1) / 2, row + (y0 + y1) / 2);
+        const std::size_t between = sample_index(column + (x0 + x1) / 2, row + (y0 + y1) / 2);
         if (is_border) {
             add_triangle(scene, first, last, middle);
         } else {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <terrane/render/image.h>
+#include <terrane/terrain/triangulator.h>
+
 #include <cstdint>
 #include <memory>
 #include <vector>
-
-#include <terrane/render/image.h>
-#include <terrane/terrain/triangulator.h>
 
 namespace terrane::test {
 

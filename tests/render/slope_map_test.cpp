@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "slope_map.h"
 
-#include <cmath>
+#include "render/scene.h"
 
 #include <gtest/gtest.h>
 
-#include "render/scene.h"
+#include <cmath>
 
 namespace terrane::internal {
 namespace {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
+#include "render/scene.h"
+
 #include <terrane/render/terrain_renderer.h>
+
+#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-
-#include <gtest/gtest.h>
-
-#include "render/scene.h"
 
 namespace terrane {
 namespace {
@@ -63,8 +63,7 @@ TEST_F(TerrainRendererTest, RefusesSizesThatCannotBeAndNamesThem) {
     for (const auto& [width, height] :
          {std::pair{0, 10}, std::pair{10, 0}, std::pair{-4, 10}, std::pair{1'000'000, 10},
           std::pair{10, 2'000'000'000}, std::pair{16'000, 16'000}}) {
-        const Result<TerrainRenderer> made =
-            TerrainRenderer::create(*context_, width, height, {});
+        const Result<TerrainRenderer> made = TerrainRenderer::create(*context_, width, height, {});
         ASSERT_FALSE(made) << width << " x " << height;
         EXPECT_EQ(made.error().code, ErrorCode::invalid_argument);
         EXPECT_NE(made.error().message.find(std::to_string(width) + " x " + std::to_string(height)),
@@ -231,8 +230,8 @@ TEST_F(TerrainRendererTest, AnEyeThatCreepsFarFromTheOriginMovesThePictureSmooth
     int changed = 0;
     for (int step = 0; step < 12; ++step) {
         const double creep = 0.0008 * step;
-        const Image image = draw(renderer, scene.mesh(),
-                                 look({x + creep, 100.0, z}, {x + creep, 130.0, z - 8.0}));
+        const Image image =
+            draw(renderer, scene.mesh(), look({x + creep, 100.0, z}, {x + creep, 130.0, z - 8.0}));
         if (step > 0) {
             EXPECT_LE(largest_difference(last, image), 40) << "step " << step;
             changed += count_different(last, image) > 0 ? 1 : 0;
@@ -315,7 +314,8 @@ TEST_F(TerrainRendererTest, AChunkThatWasLoadedAgainIsNotTakenForItsPredecessor)
                                                          scene.resident->extent(), raised, 2);
     for (MeshChunk& chunk : scene.chunks) {
         chunk.chunk =
-            scene.resident->chunks()[static_cast<std::size_t>(scene.resident->find(chunk.chunk->key))]
+            scene.resident
+                ->chunks()[static_cast<std::size_t>(scene.resident->find(chunk.chunk->key))]
                 .get();
     }
     TerrainRenderer fresh = make();

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "film.h"
 
+#include <gtest/gtest.h>
+
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <limits>
 #include <optional>
-
-#include <gtest/gtest.h>
 
 namespace terrane::tools {
 namespace {

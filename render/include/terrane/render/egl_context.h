@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <terrane/terrain/result.h>
+
 #include <memory>
 #include <string>
-
-#include <terrane/terrain/result.h>
 
 namespace terrane {
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cstdint>
-#include <memory>
-#include <span>
-
 #include <terrane/render/egl_context.h>
 #include <terrane/render/image.h>
 #include <terrane/terrain/triangulator.h>
+
+#include <cstdint>
+#include <memory>
+#include <span>
 
 namespace terrane {
 
@@ -23,8 +23,8 @@ struct RendererSettings {
     /// Samples a pixel, 1 to 16; fewer where the device has fewer. A software rasteriser takes a
     /// third of the time with 1, and edges are stepped then.
     int sample_count = 4;
-    double tint_low = 0.0;      ///< heights at which the tints of low and
-    double tint_high = 3000.0;  ///< high ground are reached, metres
+    double tint_low = 0.0;                ///< heights at which the tints of low and
+    double tint_high = 3000.0;            ///< high ground are reached, metres
     Colour horizon{0.74f, 0.81f, 0.88f};  ///< sky at the horizon, and haze
     Colour zenith{0.22f, 0.42f, 0.72f};   ///< sky overhead
 };
