@@ -1,36 +1,34 @@
 // SPDX-License-Identifier: MIT
+#include "body_step.h"
+
 #include <terrane/collision/bodies.h>
+#include <terrane/terrain/assert.h>
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <string>
 
-#include <terrane/terrain/assert.h>
-
-#include "body_step.h"
-
 namespace terrane {
 namespace {
 
 using internal::RigidBody;
 
-constexpr double kMaxPlace = 1e9;         // metres
-constexpr double kMaxSpeed = 1e6;         // metres a second
-constexpr double kMaxSpin = 1e6;          // radians a second
-constexpr double kRotationSlack = 1e-6;   // of a rotation's columns from orthonormal
-constexpr double kSleepSpeed = 0.03;      // metres a second, of the fastest point
-constexpr double kSleepDelay = 0.5;       // seconds
-constexpr double kReachTime = 0.1;        // seconds: the longest step that needs() looks ahead for
-constexpr double kRoundingSlack = 1e-9;   // of a substep count, so that 2.0000001 is 2
+constexpr double kMaxPlace = 1e9;        // metres
+constexpr double kMaxSpeed = 1e6;        // metres a second
+constexpr double kMaxSpin = 1e6;         // radians a second
+constexpr double kRotationSlack = 1e-6;  // of a rotation's columns from orthonormal
+constexpr double kSleepSpeed = 0.03;     // metres a second, of the fastest point
+constexpr double kSleepDelay = 0.5;      // seconds
+constexpr double kReachTime = 0.1;       // seconds: the longest step that needs() looks ahead for
+constexpr double kRoundingSlack = 1e-9;  // of a substep count, so that 2.0000001 is 2
 
 std::string spell(double value) { return std::to_string(value); }
 
 Result<void> check_value(const char* name, double value, double low, double high) {
     if (value >= low && value <= high) return {};
-    return fail(ErrorCode::invalid_argument,
-                std::string(name) + " must be " + spell(low) + " to " + spell(high) + ", got " +
-                    spell(value));
+    return fail(ErrorCode::invalid_argument, std::string(name) + " must be " + spell(low) + " to " +
+                                                 spell(high) + ", got " + spell(value));
 }
 
 Result<void> check_vector(const char* name, const Eigen::Vector3d& value, double limit) {
@@ -63,7 +61,8 @@ Result<void> check_rotation(const Eigen::Matrix3d& rotation) {
 }
 
 Result<void> check_state(const BodyState& state) {
-    if (auto ok = check_vector("pose.translation", state.pose.translation, kMaxPlace); !ok) return ok;
+    if (auto ok = check_vector("pose.translation", state.pose.translation, kMaxPlace); !ok)
+        return ok;
     if (auto ok = check_rotation(state.pose.rotation); !ok) return ok;
     if (auto ok = check_vector("velocity", state.velocity, kMaxSpeed); !ok) return ok;
     return check_vector("angular_velocity", state.angular_velocity, kMaxSpin);
@@ -162,9 +161,9 @@ Result<std::size_t> BodyWorld::add(const BodySettings& settings, const BodyState
 
 Result<void> BodyWorld::set_state(std::size_t body, const BodyState& state) {
     if (body >= state_->bodies.size()) {
-        return fail(ErrorCode::invalid_argument,
-                    "body must be below " + std::to_string(state_->bodies.size()) + ", got " +
-                        std::to_string(body));
+        return fail(ErrorCode::invalid_argument, "body must be below " +
+                                                     std::to_string(state_->bodies.size()) +
+                                                     ", got " + std::to_string(body));
     }
     if (auto ok = check_state(state); !ok) return ok;
     state_->bodies[body] = make_body(state_->body_settings[body], state);
@@ -215,8 +214,7 @@ void BodyWorld::State::step_body(std::size_t index, const Ground& ground, double
     internal::SubstepAnswer total;
     for (double done = 0.0; done < substep_count; done += 1.0) {
         body.velocity.linear += settings.gravity * substep;
-        const internal::SubstepAnswer answer =
-            internal::step_body(body, ground, gravity, substep);
+        const internal::SubstepAnswer answer = internal::step_body(body, ground, gravity, substep);
         total.impacts += answer.impacts;
         total.lived_time += answer.lived_time;
         total.lost_time += answer.lost_time;
@@ -244,8 +242,8 @@ void BodyWorld::State::step_body(std::size_t index, const Ground& ground, double
         ++report.awake;
         report.lived_time += total.lived_time;
         report.lost_time += total.lost_time;
-        const double depth = internal::deepest(body, ground,
-                                               std::min(report.max_depth_m, body.tolerance));
+        const double depth =
+            internal::deepest(body, ground, std::min(report.max_depth_m, body.tolerance));
         report.max_depth_m = std::max(report.max_depth_m, depth);
         if (depth > body.tolerance && !body.started_deep) ++report.too_deep;
         fall_asleep_if_quiet(index, total.touches, dt);
@@ -257,8 +255,8 @@ void BodyWorld::State::step_body(std::size_t index, const Ground& ground, double
 
 void BodyWorld::State::fall_asleep_if_quiet(std::size_t index, bool touches, double dt) {
     RigidBody& body = bodies[index];
-    const double speed =
-        internal::length(body.velocity.linear) + body.radius * internal::length(body.velocity.angular);
+    const double speed = internal::length(body.velocity.linear) +
+                         body.radius * internal::length(body.velocity.angular);
     const bool is_quiet =
         settings.allow_sleep && touches && !body.started_deep && speed < kSleepSpeed;
     quiet_times[index] = is_quiet ? quiet_times[index] + dt : 0.0;

@@ -10,18 +10,30 @@
 #include "body_step.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace terrane::internal {
 namespace {
 
-constexpr int kMaxImpacts = 8;    // of a stretch
-constexpr int kMaxPieces = 64;    // of a stretch
+constexpr int kMaxImpacts = 8;     // of a stretch
+constexpr int kMaxPieces = 64;     // of a stretch
 constexpr int kMaxStretches = 32;  // of a substep
-/// Gates of a substep: lowered by 8/16 to 15/16 of the tolerance.
-constexpr int kGateCount = 8;
-constexpr double kFirstGate = 8.0 / 16.0;
-constexpr double kGateStep = 1.0 / 16.0;
+/// How far gates are lowered, in tolerances: from half of it, in ever smaller steps, almost to all of it. There
+/// is a next gate for every body that was stopped at one, so that nothing that moves away is ever held.
+constexpr double kFirstGate = 0.5;
+constexpr double kGateRatio = 0.85;
+constexpr int kGateCount = 48;
+constexpr std::array<double, kGateCount> make_gate_heights() {
+    std::array<double, kGateCount> heights{};
+    double left = 1.0 - kFirstGate;
+    for (double& height : heights) {
+        height = 1.0 - left;
+        left *= kGateRatio;
+    }
+    return heights;
+}
+constexpr std::array<double, kGateCount> kGateHeights = make_gate_heights();
 /// Where the cast stops above its gate at most, in tolerances. Far below a gate's step, so that a stopped
 /// body is clear of the next gate on slopes up to 86 degrees.
 constexpr double kStopGap = 1.0 / 256.0;
@@ -46,7 +58,7 @@ constexpr double kRecoverySpeed = 2.0;
 constexpr double kSeparationSpeed = 0.5;
 
 double lowering(const RigidBody& body, int gate) {
-    return body.tolerance * (kFirstGate + kGateStep * gate);
+    return body.tolerance * kGateHeights[static_cast<std::size_t>(gate)];
 }
 
 Pose part_pose(const BodyPart& part, const Pose& pose) {
@@ -74,7 +86,8 @@ struct NearGround {
     std::size_t count = 0;
     double lift = -1.0;  ///< largest of the parts
     std::array<Contact, kMaxSolverContacts> contacts;
-    std::array<double, kMaxSolverContacts> roundings;  ///< radius that the part around a contact is swept by
+    std::array<double, kMaxSolverContacts>
+        roundings;  ///< radius that the part around a contact is swept by
 
     std::span<const Contact> found() const { return {contacts.data(), count}; }
 
@@ -94,10 +107,10 @@ void look(const RigidBody& body, const Ground& ground, int gate, NearGround& nea
     near_out.lift = -1.0;
     for (const BodyPart& part : body.active_parts()) {
         const std::size_t room = (near_out.contacts.size() - near_out.count);
-        const ContactAnswer answer = find_contacts(
-            part.shape, raised(part_pose(part, body.pose), lowering(body, gate)), ground,
-            kContactMargin * body.tolerance,
-            std::span<Contact>(near_out.contacts.data() + near_out.count, room));
+        const ContactAnswer answer =
+            find_contacts(part.shape, raised(part_pose(part, body.pose), lowering(body, gate)),
+                          ground, kContactMargin * body.tolerance,
+                          std::span<Contact>(near_out.contacts.data() + near_out.count, room));
         if (answer.status == ContactStatus::not_resident) {
             near_out.resident = false;
             return;
@@ -117,9 +130,24 @@ struct Gate {
 
 /// A gate for a body that was looked at from the gate `from`.
 Gate make_gate(const RigidBody& body, const NearGround& near, int from, int index) {
-    const double most = kStopGap * body.tolerance;
-    const double gap = near.least_gap((index - from) * kGateStep * body.tolerance, 2.0 * most);
+    const double further = lowering(body, index) - lowering(body, from);
+    const double gap = near.least_gap(further, 2.0 * kStopGap * body.tolerance);
     return {index, std::max(kLeastStopGap * body.tolerance, 0.5 * gap)};
+}
+
+/// The first gate that a body which was looked at from gate 0 is clear of; kGateCount where there is none.
+/// The lift falls by exactly what the surface is lowered by, so one look is enough.
+int find_gate(const RigidBody& body, const NearGround& near) {
+    const double clear = kStopGap * body.tolerance;
+    int gate = 0;
+    for (; gate < kGateCount; ++gate) {
+        const double further = lowering(body, gate) - lowering(body, 0);
+        if (near.lift > further) continue;
+        if (gate + 1 == kGateCount || near.least_gap(further, clear) >= clear) break;
+        // Further gates are nearer to each other than this: the next one has to do.
+        if (lowering(body, gate + 1) - lowering(body, gate) < 2.0 * clear) break;
+    }
+    return gate;
 }
 
 struct GateAnswer {
@@ -138,8 +166,8 @@ GateAnswer advance(RigidBody& body, const Ground& ground, const Twist& way, cons
         Motion path;
         path.start = raised(part_pose(part, body.pose), lowering(body, gate.index));
         const bool is_sphere = std::holds_alternative<Sphere>(part.shape);
-        path.translation = part_pose(part, end).translation -
-                           part_pose(part, body.pose).translation;
+        path.translation =
+            part_pose(part, end).translation - part_pose(part, body.pose).translation;
         if (!is_sphere) path.rotation_vector = way.angular;
         const CastAnswer hit =
             cast(part.shape, path, ground, {.tolerance = gate.stop_gap, .skip_separating = true});
@@ -220,8 +248,7 @@ bool separate(RigidBody& body, const Ground& ground, const NearGround& near, con
     solver.add(near.found(), near.roundings);
     const double distance = kSeparationSpeed * duration;
     Twist way = solver.solve_separation(wanted_gap, distance);
-    const double reach = length(way.linear) +
-                          body.radius * length(way.angular);
+    const double reach = length(way.linear) + body.radius * length(way.angular);
     if (!(reach > 0.0)) return true;
     if (reach > 2.0 * distance) {
         way.linear *= 2.0 * distance / reach;
@@ -250,7 +277,8 @@ struct Depth {
 Depth compute_depth(const RigidBody& body, const Pose& pose, const Ground& ground) {
     Depth deepest_part;
     for (const BodyPart& part : body.active_parts()) {
-        const DistanceAnswer answer = signed_distance(part.shape, part_pose(part, pose), ground, 0.0);
+        const DistanceAnswer answer =
+            signed_distance(part.shape, part_pose(part, pose), ground, 0.0);
         if (answer.status == ContactStatus::not_resident) deepest_part.resident = false;
         if (!answer.has_ground || -answer.distance <= deepest_part.depth) continue;
         deepest_part.depth = -answer.distance;
@@ -294,10 +322,8 @@ Stretch live_stretch(RigidBody& body, const Ground& ground, double gravity, doub
     look(body, ground, 0, near);
     if (!near.resident) return {.resident = false};
 
-    // The lift falls by exactly what the surface is lowered by, so one look places the body.
-    const double gate_step = kGateStep * body.tolerance;
-    const double clear = 2.0 * kStopGap * body.tolerance;
-    const bool is_deep = near.lift > gate_step * (kGateCount - 1);
+    const int first_gate = find_gate(body, near);
+    const bool is_deep = first_gate == kGateCount;
     if (body.is_fresh) body.started_deep = is_deep;
     body.is_fresh = false;
     Stretch stretch;
@@ -310,9 +336,7 @@ Stretch live_stretch(RigidBody& body, const Ground& ground, double gravity, doub
     }
     body.started_deep = false;
     body.way_out.setZero();
-    const double gates_up = std::max(0.0, std::ceil(near.lift / gate_step)) +
-                            (near.least_gap(0.0, clear) < clear ? 1.0 : 0.0);
-    Gate gate = make_gate(body, near, 0, static_cast<int>(std::min(gates_up, kGateCount - 1.0)));
+    Gate gate = make_gate(body, near, 0, first_gate);
 
     const auto rate = [&] { return turns_matter(body) ? length(body.velocity.angular) : 0.0; };
     double remaining = duration;
@@ -332,7 +356,8 @@ Stretch live_stretch(RigidBody& body, const Ground& ground, double gravity, doub
         const double max_turn = body.part_count > 1 ? kMaxTurnOfParts : kMaxTurn;
         const double turn = rate() * remaining;
         const double share = turn > max_turn ? max_turn / turn : 1.0;
-        const GateAnswer moved = move_piece(body, ground, share * remaining, gate, !stretch.touches);
+        const GateAnswer moved =
+            move_piece(body, ground, share * remaining, gate, !stretch.touches);
         if (!moved.resident) return {.resident = false};
         const double lived = moved.fraction * share * remaining;
         stretch.lived_time += lived;

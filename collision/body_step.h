@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <array>
-#include <cstdint>
-#include <span>
+#include "contact_solver.h"
 
 #include <terrane/collision/ground_cast.h>
 
-#include "contact_solver.h"
+#include <array>
+#include <cstdint>
+#include <span>
 
 namespace terrane::internal {
 
@@ -43,7 +43,8 @@ struct RigidBody {
 MassProperties make_mass_properties(const Shape& shape, double mass);
 
 struct SubstepAnswer {
-    bool resident = true;  ///< false: unloaded ground is in the way; the body may be part of the way
+    bool resident =
+        true;  ///< false: unloaded ground is in the way; the body may be part of the way
     bool touches = false;  ///< was near enough to the ground for contacts
     std::uint64_t impacts = 0;
     double lived_time = 0.0;

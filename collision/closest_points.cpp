@@ -101,7 +101,8 @@ ClosestPair find_closest_core(const Eigen::Vector3d& centre, const Eigen::Vector
     Eigen::Vector3d crossing;
     if (crosses(from, to, triangle, crossing)) return {crossing, crossing, 0.0};
     for (std::size_t i = 0; i < 3; ++i) {
-        take_segments(from, 2.0 * core, triangle.v[i], triangle.v[(i + 1) % 3] - triangle.v[i], best);
+        take_segments(from, 2.0 * core, triangle.v[i], triangle.v[(i + 1) % 3] - triangle.v[i],
+                      best);
     }
     return best;
 }

@@ -61,12 +61,16 @@ double compute_box_lift(const LocalShape& box, const Triangle& triangle) {
             for (std::size_t j = 0; j < 3; ++j) {
                 const double d0 = left_of(triangle.v[j], triangle.v[(j + 1) % 3], from);
                 const double d1 = left_of(triangle.v[j], triangle.v[(j + 1) % 3], to);
-                if (d0 < 0.0 && d1 < 0.0) last = -1.0;
-                else if (d0 < 0.0) first = std::max(first, d0 / (d0 - d1));
-                else if (d1 < 0.0) last = std::min(last, d0 / (d0 - d1));
+                if (d0 < 0.0 && d1 < 0.0)
+                    last = -1.0;
+                else if (d0 < 0.0)
+                    first = std::max(first, d0 / (d0 - d1));
+                else if (d1 < 0.0)
+                    last = std::min(last, d0 / (d0 - d1));
             }
             if (first > last) continue;
-            lift = std::max({lift, plane.above(from + first * edge), plane.above(from + last * edge)});
+            lift =
+                std::max({lift, plane.above(from + first * edge), plane.above(from + last * edge)});
         }
     }
     // The triangle's corners, seen straight up from below the box.
@@ -170,7 +174,8 @@ double compute_round_lift(const LocalShape& shape, const Triangle& triangle) {
 
 }  // namespace
 
-bool find_core_direction(const LocalShape& shape, const Triangle& triangle, Eigen::Vector3d& n_out) {
+bool find_core_direction(const LocalShape& shape, const Triangle& triangle,
+                         Eigen::Vector3d& n_out) {
     // Below this distance the direction between nearest points is noise.
     constexpr double kTiny = 1e-9;
     const ClosestPair pair = find_closest_core(shape.centre, shape.core, triangle);

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <limits>
-
 #include "local_ground.h"
 #include "local_shape.h"
+
+#include <limits>
 
 // A shape against one column: everything on or below a triangle. The ground is the union of its
 // columns, and each is convex.
@@ -12,16 +12,16 @@ namespace terrane::internal {
 
 /// A plane between a shape and a column.
 struct Separation {
-    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, out of the column, z >= 0
+    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();      ///< unit, out of the column, z >= 0
     double gap = -std::numeric_limits<double>::infinity();  ///< along it; negative: overlap
 };
 
 /// How far a shape is from a column along a unit direction with z >= 0; negative: overlap.
-inline double gap_along(const Eigen::Vector3d& n, const LocalShape& shape, const Triangle& triangle) {
+inline double gap_along(const Eigen::Vector3d& n, const LocalShape& shape,
+                        const Triangle& triangle) {
     // Relative to a corner, so that nothing large cancels.
     const Eigen::Vector3d& a = triangle.v[0];
-    const double top = std::max(
-        {0.0, dot(n, triangle.v[1] - a), dot(n, triangle.v[2] - a)});
+    const double top = std::max({0.0, dot(n, triangle.v[1] - a), dot(n, triangle.v[2] - a)});
     return dot(n, shape.centre - a) - shape.extent(n) - top;
 }
 
@@ -52,7 +52,8 @@ inline double bound_column_lift(const LocalShape& shape, const Triangle& triangl
         const Eigen::Vector3d up = shape.up(i);
         if (up[2] < kSteep) continue;
         double highest = -std::numeric_limits<double>::infinity();
-        for (const Eigen::Vector3d& v : triangle.v) highest = std::max(highest, dot(up, v - shape.centre));
+        for (const Eigen::Vector3d& v : triangle.v)
+            highest = std::max(highest, dot(up, v - shape.centre));
         bound = std::min(bound, (highest + shape.half[static_cast<Eigen::Index>(i)]) / up[2]);
     }
     return bound + 1e-12 * (1.0 + std::abs(bound));  // what rounding does to it

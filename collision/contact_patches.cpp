@@ -5,10 +5,10 @@
 //             holds there, and depths are counted back from there.
 #include "contact_patches.h"
 
-#include <algorithm>
-
 #include "closest_points.h"
 #include "normal_cone.h"
+
+#include <algorithm>
 
 namespace terrane::internal {
 namespace {
@@ -32,7 +32,7 @@ double square_distance(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
 // Moves up to four contacts that stand for all of a patch to its front; returns how many.
 std::size_t reduce(std::span<Contact> patch) {
     constexpr double kSamePlace = 1e-20;  // square metres
-    std::size_t kept = 1;  // the deepest comes first
+    std::size_t kept = 1;                 // the deepest comes first
     const Eigen::Vector3d n = patch[0].normal;
     while (kept < 4) {
         double best = 0.0;
@@ -72,15 +72,13 @@ struct PatchVisitor {
     const LocalGround& local;
     const LocalShape& shape;  ///< where it is free
     Eigen::Vector3d freeing;
-    double reach;   ///< gaps up to this are looked at
+    double reach;  ///< gaps up to this are looked at
     double margin;
     ContactPatches& patches;
     double error_m = 0.0;
     bool is_missing = false;
 
-    bool wants(const Prism& prism) const {
-        return bound_distance(shape, prism) <= reach;
-    }
+    bool wants(const Prism& prism) const { return bound_distance(shape, prism) <= reach; }
     bool miss(const Prism& prism) {
         if (!wants(prism)) return true;
         is_missing = true;
@@ -90,8 +88,10 @@ struct PatchVisitor {
         error_m = std::max(error_m, static_cast<double>(cell.error_m));
         for (const Triangle& triangle : local.triangles(cell, column, row)) {
             if (gap_along(triangle.normal, shape, triangle) > reach) continue;
-            if (shape.is_box) pair_box(triangle);
-            else pair_core(triangle);
+            if (shape.is_box)
+                pair_box(triangle);
+            else
+                pair_core(triangle);
         }
     }
 
@@ -247,7 +247,8 @@ void ContactPatches::add(const Contact& contact) {
 
 void ContactPatches::merge() {
     constexpr double kSameNormal = 1.0 - 1e-6;  // cosine of 1.4 milliradians
-    std::sort(contacts_.begin(), contacts_.begin() + static_cast<std::ptrdiff_t>(count_), is_before);
+    std::sort(contacts_.begin(), contacts_.begin() + static_cast<std::ptrdiff_t>(count_),
+              is_before);
     std::size_t kept = 0;
     // Contacts from `kept` on have no patch yet; the first of them is the deepest.
     while (kept < count_) {
@@ -261,15 +262,15 @@ void ContactPatches::merge() {
                         contacts_.begin() + static_cast<std::ptrdiff_t>(i + 1));
             ++end;
         }
-        const std::size_t patch =
-            reduce(std::span<Contact>(contacts_.data() + kept, end - kept));
+        const std::size_t patch = reduce(std::span<Contact>(contacts_.data() + kept, end - kept));
         std::move(contacts_.begin() + static_cast<std::ptrdiff_t>(end),
                   contacts_.begin() + static_cast<std::ptrdiff_t>(count_),
                   contacts_.begin() + static_cast<std::ptrdiff_t>(kept + patch));
         count_ -= end - kept - patch;
         kept += patch;
     }
-    std::sort(contacts_.begin(), contacts_.begin() + static_cast<std::ptrdiff_t>(count_), is_before);
+    std::sort(contacts_.begin(), contacts_.begin() + static_cast<std::ptrdiff_t>(count_),
+              is_before);
 }
 
 std::span<const Contact> ContactPatches::finish() {
@@ -285,7 +286,8 @@ bool find_patches(const LocalGround& local, const LocalShape& shape, const Eigen
     PatchVisitor visitor{local, moved, freeing, reach, margin + kTouch, patches};
     const Eigen::Vector3d low = moved.centre - moved.bounds;
     const Eigen::Vector3d high = moved.centre + moved.bounds;
-    visit_cells(local, local.cells(low[0] - reach, low[1] - reach, high[0] + reach, high[1] + reach),
+    visit_cells(local,
+                local.cells(low[0] - reach, low[1] - reach, high[0] + reach, high[1] + reach),
                 visitor);
     error_out = std::max(error_out, visitor.error_m);
     return !visitor.is_missing;

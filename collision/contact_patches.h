@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <array>
-#include <span>
+#include "ground_lift.h"
 
 #include <terrane/collision/ground_contact.h>
 
-#include "ground_lift.h"
+#include <array>
+#include <span>
 
 namespace terrane::internal {
 

@@ -16,9 +16,9 @@ constexpr double kRelativeTolerance = 1e-11;
 }  // namespace
 
 double kinetic_energy(const MassProperties& mass, const Pose& pose, const Twist& velocity) {
-    return 0.5 * (dot(velocity.linear, velocity.linear) / mass.inverse_mass +
-                  dot(velocity.angular,
-                      apply_tensor(pose.rotation, mass.inertia, velocity.angular)));
+    return 0.5 *
+           (dot(velocity.linear, velocity.linear) / mass.inverse_mass +
+            dot(velocity.angular, apply_tensor(pose.rotation, mass.inertia, velocity.angular)));
 }
 
 ContactSolver::Row ContactSolver::make_row(const Eigen::Vector3d& arm,
@@ -102,8 +102,8 @@ bool ContactSolver::aim(const Twist& velocity, double rest_gap, double duration)
         const Eigen::Vector3d& normal = contact.normal.direction;
         const double bend = dot(spin, spin) * dot(normal, contact.core_arm) -
                             dot(normal, spin) * dot(spin, contact.core_arm);
-        contact.allowed_closing = std::max(0.0, contact.gap - rest_gap) / duration -
-                                  0.5 * duration * std::max(0.0, bend);
+        contact.allowed_closing =
+            std::max(0.0, contact.gap - rest_gap) / duration - 0.5 * duration * std::max(0.0, bend);
         const double approach = -speed(contact.normal, velocity);
         closes = closes || approach > contact.allowed_closing + kRelativeTolerance;
     }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <array>
-#include <span>
+#include "body_math.h"
 
 #include <terrane/collision/ground_contact.h>
 
-#include "body_math.h"
+#include <array>
+#include <span>
 
 // Sources:    Catto. Iterative dynamics with temporal coherence. GDC 2005 (sequential impulses).
 //             Stewart. Rigid-body dynamics with friction and impact. SIAM Review 2000, section 2
@@ -69,7 +69,8 @@ private:
     };
     struct ContactRows {
         Row normal, tangent, bitangent;
-        Eigen::Vector3d core_arm = Eigen::Vector3d::Zero();  ///< to the point that turning carries round
+        Eigen::Vector3d core_arm =
+            Eigen::Vector3d::Zero();  ///< to the point that turning carries round
         double gap = 0.0;
         double allowed_closing = 0.0;  ///< m/s
         double least_impulse = 0.0;

@@ -100,9 +100,14 @@ Eigen::Vector3d find_freeing(const LocalGround& local, const LocalShape& shape, 
     // Deep: sideways offsets on rings, each with the lift that is left there.
     constexpr std::array<double, 5> kRings{0.15, 0.35, 0.55, 0.75, 0.95};
     constexpr double kDiagonal = 0.70710678118654752;
-    constexpr std::array<std::array<double, 2>, 8> kDirections{{{1.0, 0.0}, {kDiagonal, kDiagonal},
-        {0.0, 1.0}, {-kDiagonal, kDiagonal}, {-1.0, 0.0}, {-kDiagonal, -kDiagonal}, {0.0, -1.0},
-        {kDiagonal, -kDiagonal}}};
+    constexpr std::array<std::array<double, 2>, 8> kDirections{{{1.0, 0.0},
+                                                                {kDiagonal, kDiagonal},
+                                                                {0.0, 1.0},
+                                                                {-kDiagonal, kDiagonal},
+                                                                {-1.0, 0.0},
+                                                                {-kDiagonal, -kDiagonal},
+                                                                {0.0, -1.0},
+                                                                {kDiagonal, -kDiagonal}}};
     const double reach = length(best);
     Eigen::Vector3d start = best;
     for (const double ring : kRings) {

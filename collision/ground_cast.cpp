@@ -5,13 +5,13 @@
 // Deviations: each column of the ground is its own convex obstacle with its own normal, so that
 //             ground beside the path does not slow it down. Near contact the bound of the speed is
 //             replaced by the second-order one of each corner, which lets parting contacts pass.
-#include <terrane/collision/ground_cast.h>
-
-#include <algorithm>
-
 #include "contact_patches.h"
 #include "freeing.h"
 #include "nearest.h"
+
+#include <terrane/collision/ground_cast.h>
+
+#include <algorithm>
 
 namespace terrane {
 namespace internal {
@@ -65,8 +65,10 @@ double bound_time(const Sweep& sweep, const LocalShape& shape, const Eigen::Vect
         const double room = gap - rest + extent + dot(n, arm) - radius;
         const double rate = dot(turn, arm) - speed;  // n . (v + w x arm)
         // room + rate t - bend t^2 / 2 = 0
-        const double root = std::sqrt(std::max(0.0, rate * rate + 2.0 * bend * std::max(0.0, room)));
-        const double when = rate < 0.0 ? 2.0 * std::max(0.0, room) / (root - rate) : (rate + root) / bend;
+        const double root =
+            std::sqrt(std::max(0.0, rate * rate + 2.0 * bend * std::max(0.0, room)));
+        const double when =
+            rate < 0.0 ? 2.0 * std::max(0.0, room) / (root - rate) : (rate + root) / bend;
         each = std::min(each, when);
     };
     if (shape.is_box) {
@@ -82,12 +84,12 @@ double bound_time(const Sweep& sweep, const LocalShape& shape, const Eigen::Vect
 struct AdvanceVisitor {
     const LocalGround& local;
     const Sweep& sweep;
-    const LocalShape& shape;   ///< where it is now
-    Eigen::Vector3d centre;    ///< of the bounds of the rest of the piece
+    const LocalShape& shape;  ///< where it is now
+    Eigen::Vector3d centre;   ///< of the bounds of the rest of the piece
     Eigen::Vector3d bounds;
     double tolerance;
-    double sink;               ///< how much lower the ground counts as
-    double step;               ///< shortest time found; starts as what is left of the piece
+    double sink;  ///< how much lower the ground counts as
+    double step;  ///< shortest time found; starts as what is left of the piece
     bool is_hit = false;
     Eigen::Vector3d hit_normal = Eigen::Vector3d::UnitZ();
     bool is_missing = false;
@@ -115,11 +117,13 @@ struct AdvanceVisitor {
         if (!shape.is_box) return true;
         for (std::size_t i = 0; i < 3; ++i) {
             const Eigen::Vector3d n = shape.up(i);
-            const double top =
-                std::max(n[0] * (prism.west - shape.centre[0]), n[0] * (prism.east - shape.centre[0])) +
-                std::max(n[1] * (prism.south - shape.centre[1]), n[1] * (prism.north - shape.centre[1])) +
-                n[2] * (prism.high - shape.centre[2]);
-            if (is_later(sink * n[2] - top - shape.half[static_cast<Eigen::Index>(i)], -dot(n, v))) {
+            const double top = std::max(n[0] * (prism.west - shape.centre[0]),
+                                        n[0] * (prism.east - shape.centre[0])) +
+                               std::max(n[1] * (prism.south - shape.centre[1]),
+                                        n[1] * (prism.north - shape.centre[1])) +
+                               n[2] * (prism.high - shape.centre[2]);
+            if (is_later(sink * n[2] - top - shape.half[static_cast<Eigen::Index>(i)],
+                         -dot(n, v))) {
                 return false;
             }
         }
@@ -137,8 +141,8 @@ struct AdvanceVisitor {
         const auto time = [&](double gap, double speed) {
             return gap <= 0.0 ? 0.0 : gap / (std::abs(speed) + turning + 1e-300);
         };
-        const double when = std::max(time(x, sweep.motion.translation[0]),
-                                     time(y, sweep.motion.translation[1]));
+        const double when =
+            std::max(time(x, sweep.motion.translation[0]), time(y, sweep.motion.translation[1]));
         if (when < step) {
             step = when;
             is_missing = true;
@@ -227,14 +231,19 @@ public:
         const double shortest =
             std::min(travel > shortest_way ? shortest_way / travel : 1.0,
                      sweep_.arm > 0.0 && sweep_.spin > kPieceTurn ? kPieceTurn / sweep_.spin : 1.0);
-        const double longest = std::max(shortest, travel > longest_way ? longest_way / travel : 1.0);
+        const double longest =
+            std::max(shortest, travel > longest_way ? longest_way / travel : 1.0);
         double length_of_piece = longest;
         double t = 0.0;
-        while (t < 1.0) {
+        double last = 1.0;
+        clip(start.bounds.maxCoeff() + sweep_.arm, t, last);
+        while (t < last) {
             double end = t + length_of_piece;
-            if (end > 1.0 || length_of_piece >= 1.0) end = 1.0;
-            if (!(end > t)) return {t, true, false, Eigen::Vector3d::UnitZ()};  // no number in between
-            const LocalGround local(local_start_, start_ + 0.5 * (t + end) * sweep_.motion.translation);
+            if (end > last || length_of_piece >= 1.0) end = last;
+            if (!(end > t))
+                return {t, true, false, Eigen::Vector3d::UnitZ()};  // no number in between
+            const LocalGround local(local_start_,
+                                    start_ + 0.5 * (t + end) * sweep_.motion.translation);
             if (is_clear(local, t, end)) {
                 t = end;
                 length_of_piece = std::min(longest, 2.0 * length_of_piece);
@@ -256,6 +265,33 @@ public:
 private:
     static constexpr double kPieceTurn = 0.5;  // radians
     static constexpr int kSteps = 4000;
+
+    // Cuts a motion down to when it is over the extent and below the highest height that a world can
+    // have: a path of any length costs no more than the ground it passes.
+    void clip(double reach, double& first, double& last) const {
+        const WorldRect& extent = ground_.extent();
+        const Eigen::Vector3d& from = sweep_.motion.start.translation;
+        const Eigen::Vector3d& way = sweep_.motion.translation;
+        const double margin = reach + 2.0 * ground_.spacing();
+        const auto cut = [&](double p, double v, double low, double high) {
+            low -= margin;
+            high += margin;
+            if (v == 0.0) {
+                if (p < low || p > high) last = -1.0;
+                return;
+            }
+            // A hair wider, for what rounding does to the quotients.
+            constexpr double kHair = 1e-9;
+            const double t0 = (low - p) / v;
+            const double t1 = (high - p) / v;
+            first = std::max(first, std::min(t0, t1) * (1.0 - kHair));
+            last = std::min(last, std::max(t0, t1) * (1.0 + kHair));
+        };
+        const double highest = 0x1p31 * ground_.lattice().quantum;
+        cut(from[0], way[0], extent.west, extent.east);
+        cut(from[1], way[1], extent.south, extent.north);
+        cut(from[2], way[2], -kInfinity, highest);
+    }
 
     // Bounds of everything that the shape passes from t to end.
     void bound_piece(const LocalShape& now, double t, double end, Eigen::Vector3d& centre_out,
@@ -295,9 +331,11 @@ private:
             if (visitor.is_hit) return {t, true, false, visitor.hit_normal};
             if (!(visitor.step < end - t)) return {end, false, false, visitor.hit_normal};
             const double next = t + visitor.step;
-            if (visitor.is_missing && !(visitor.step > 0.0)) return {t, false, true, visitor.hit_normal};
+            if (visitor.is_missing && !(visitor.step > 0.0))
+                return {t, false, true, visitor.hit_normal};
             // Steps that no number can hold: the last safe place is the answer.
-            if (!(next > t)) return {t, !visitor.is_missing, visitor.is_missing, visitor.hit_normal};
+            if (!(next > t))
+                return {t, !visitor.is_missing, visitor.is_missing, visitor.hit_normal};
             t = next;
         }
         return {t, true, false, Eigen::Vector3d::UnitZ()};
@@ -363,7 +401,8 @@ CastAnswer cast(const Shape& shape, const Motion& motion, const Ground& ground,
             return answer;
         }
         // Touching counts, whatever rounding made of it.
-        const double touch = 1e-12 * (1.0 + start.centre.cwiseAbs().maxCoeff() + start.bounds.maxCoeff());
+        const double touch =
+            1e-12 * (1.0 + start.centre.cwiseAbs().maxCoeff() + start.bounds.maxCoeff());
         answer.started_in_contact = lift.lift >= -touch;
         if (answer.started_in_contact && settings.skip_separating) {
             sink = find_sink(local, start) + 0.1 * kTouch;
@@ -381,7 +420,8 @@ CastAnswer cast(const Shape& shape, const Motion& motion, const Ground& ground,
     if (end.is_missing) answer.status = ContactStatus::not_resident;
     if (!end.is_hit) return answer;
 
-    // What is met there: the contact that closes fastest, among those that are met first.
+    // What is met there: the deepest contact, or where old contacts are passed over the one that
+    // closes fastest.
     const Pose pose = motion.at(end.t);
     std::array<Contact, 16> contacts;
     const ContactAnswer found = find_contacts(shape, pose, ground, settings.tolerance, contacts);
@@ -391,7 +431,19 @@ CastAnswer cast(const Shape& shape, const Motion& motion, const Ground& ground,
         const LocalShape there = sweep.at(local, end.t);
         answer.contact.point_world = local.to_world(there.deepest_point(end.normal));
     }
-    if (found.count > 0) answer.contact = contacts[0];
+    if (found.count == 0) return answer;
+    answer.contact = contacts[0];
+    if (!answer.started_in_contact || !settings.skip_separating) return answer;
+    double fastest = -kInfinity;
+    for (std::size_t i = 0; i < found.count; ++i) {
+        const Eigen::Vector3d arm = contacts[i].point_world - pose.translation;
+        const double closing =
+            -dot(contacts[i].normal, motion.translation + cross(motion.rotation_vector, arm));
+        if (closing > fastest) {
+            fastest = closing;
+            answer.contact = contacts[i];
+        }
+    }
     return answer;
 }
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include <terrane/collision/ground_contact.h>
-
-#include <algorithm>
-
 #include "contact_patches.h"
 #include "freeing.h"
 #include "half_spaces.h"
 #include "nearest.h"
+
+#include <terrane/collision/ground_contact.h>
+
+#include <algorithm>
 
 namespace terrane {
 namespace internal {
@@ -52,7 +52,8 @@ using namespace internal;
 ContactAnswer find_contacts(const Shape& shape, const Pose& world_from_shape, const Ground& ground,
                             double margin, std::span<Contact> contacts_out) {
     ContactAnswer answer;
-    if (!is_usable(shape, world_from_shape) || !(margin >= 0.0) || !std::isfinite(margin)) return answer;
+    if (!is_usable(shape, world_from_shape) || !(margin >= 0.0) || !std::isfinite(margin))
+        return answer;
     const LocalGround local(ground, world_from_shape.translation);
     LocalShape shape_local = make_local_shape(shape, world_from_shape.rotation);
     shape_local.centre = local.to_local(world_from_shape.translation);
@@ -62,14 +63,15 @@ ContactAnswer find_contacts(const Shape& shape, const Pose& world_from_shape, co
     answer.error_m = lift.error_m;
     answer.status = ContactStatus::not_resident;
     if (lift.is_missing) return answer;
-    const Eigen::Vector3d freeing =
-        lift.lift > kFree ? find_freeing(local, shape_local, lift.lift) : Eigen::Vector3d(0.0, 0.0, 0.0);
+    const Eigen::Vector3d freeing = lift.lift > kFree ? find_freeing(local, shape_local, lift.lift)
+                                                      : Eigen::Vector3d(0.0, 0.0, 0.0);
     ContactPatches patches;
     if (!find_patches(local, shape_local, freeing, margin, patches, answer.error_m)) return answer;
     if (lift.lift > kFree) complete_patches(local, shape_local, lift.lift, patches);
 
     const std::span<const Contact> found = patches.finish();
-    answer.status = found.size() > contacts_out.size() ? ContactStatus::truncated : ContactStatus::complete;
+    answer.status =
+        found.size() > contacts_out.size() ? ContactStatus::truncated : ContactStatus::complete;
     answer.count = std::min(found.size(), contacts_out.size());
     for (std::size_t i = 0; i < answer.count; ++i) {
         contacts_out[i] = found[i];
@@ -106,7 +108,8 @@ DistanceAnswer signed_distance(const Shape& shape, const Pose& world_from_shape,
     answer.status = ContactStatus::complete;
     answer.has_ground = nearest.is_found;
     answer.distance = nearest.is_found ? nearest.distance : max_distance;
-    answer.point_world = nearest.is_found ? local.to_world(nearest.on_shape) : world_from_shape.translation;
+    answer.point_world =
+        nearest.is_found ? local.to_world(nearest.on_shape) : world_from_shape.translation;
     answer.normal = nearest.normal;
     return answer;
 }

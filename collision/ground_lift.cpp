@@ -15,10 +15,13 @@ double bound_bottom(const LocalShape& shape, const Prism& prism) {
     if (shape.is_box) {
         for (std::size_t i = 0; i < 3; ++i) {
             // n looks up; the box lies above the plane n . (p - c) = -half
-            const Eigen::Vector3d n = shape.axes[i][2] < 0.0 ? Eigen::Vector3d(-shape.axes[i]) : shape.axes[i];
+            const Eigen::Vector3d n =
+                shape.axes[i][2] < 0.0 ? Eigen::Vector3d(-shape.axes[i]) : shape.axes[i];
             if (n[2] < 1e-6) continue;
-            const double most = std::max(n[0] * west, n[0] * east) + std::max(n[1] * south, n[1] * north);
-            bottom = std::max(bottom, c[2] + (-shape.half[static_cast<Eigen::Index>(i)] - most) / n[2]);
+            const double most =
+                std::max(n[0] * west, n[0] * east) + std::max(n[1] * south, n[1] * north);
+            bottom =
+                std::max(bottom, c[2] + (-shape.half[static_cast<Eigen::Index>(i)] - most) / n[2]);
         }
         return bottom;
     }

@@ -11,9 +11,9 @@ inline constexpr double kTouch = 1e-9;
 /// The lift of a shape and the triangle that decides it.
 struct GroundLift {
     double lift = -std::numeric_limits<double>::infinity();
-    Triangle triangle;      ///< set where lift is finite
+    Triangle triangle;        ///< set where lift is finite
     bool is_missing = false;  ///< a cell that the shape's bounds meet is not resident
-    double error_m = 0.0;   ///< largest bound of the cells that were looked at
+    double error_m = 0.0;     ///< largest bound of the cells that were looked at
 };
 
 /// Largest of surface minus z over the shape moved by `d`. Lifts at or below `floor` need not be
@@ -24,8 +24,10 @@ GroundLift find_lift(const LocalGround& local, const LocalShape& shape, const Ei
 /// A lower bound of the distance between a box with sides along the axes and a prism.
 inline double bound_distance(const Eigen::Vector3d& centre, const Eigen::Vector3d& bounds,
                              const Prism& prism) {
-    const double x = std::max({0.0, centre[0] - bounds[0] - prism.east, prism.west - centre[0] - bounds[0]});
-    const double y = std::max({0.0, centre[1] - bounds[1] - prism.north, prism.south - centre[1] - bounds[1]});
+    const double x =
+        std::max({0.0, centre[0] - bounds[0] - prism.east, prism.west - centre[0] - bounds[0]});
+    const double y =
+        std::max({0.0, centre[1] - bounds[1] - prism.north, prism.south - centre[1] - bounds[1]});
     const double z = std::max(0.0, centre[2] - bounds[2] - prism.high);
     return std::sqrt(x * x + y * y + z * z);
 }
@@ -36,9 +38,11 @@ inline double bound_distance(const LocalShape& shape, const Prism& prism) {
     if (!shape.is_box) return bound;
     for (std::size_t i = 0; i < 3; ++i) {
         const Eigen::Vector3d n = shape.up(i);
-        const double top = std::max(n[0] * (prism.west - shape.centre[0]), n[0] * (prism.east - shape.centre[0])) +
-                           std::max(n[1] * (prism.south - shape.centre[1]), n[1] * (prism.north - shape.centre[1])) +
-                           n[2] * (prism.high - shape.centre[2]);
+        const double top =
+            std::max(n[0] * (prism.west - shape.centre[0]), n[0] * (prism.east - shape.centre[0])) +
+            std::max(n[1] * (prism.south - shape.centre[1]),
+                     n[1] * (prism.north - shape.centre[1])) +
+            n[2] * (prism.high - shape.centre[2]);
         bound = std::max(bound, -top - shape.half[static_cast<Eigen::Index>(i)]);
     }
     return bound;

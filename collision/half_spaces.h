@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "vector_math.h"
+
 #include <array>
 #include <cstddef>
-
-#include "vector_math.h"
 
 namespace terrane::internal {
 

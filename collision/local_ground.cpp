@@ -11,11 +11,13 @@ LocalGround::LocalGround(const Ground& ground, const WorldPos& near_world)
     const WorldRect& extent = ground.extent();
     column_ = ground.column_at(std::clamp(near_world.x(), extent.west, extent.east));
     row_ = ground.row_at(std::clamp(near_world.y(), extent.south, extent.north));
-    base_ = static_cast<std::int64_t>(std::floor(std::clamp(near_world.z() / quantum_, -0x1p52, 0x1p52)));
+    base_ = static_cast<std::int64_t>(
+        std::floor(std::clamp(near_world.z() / quantum_, -0x1p52, 0x1p52)));
     place();
 }
 
-LocalGround::LocalGround(const LocalGround& other, const Eigen::Vector3d& near) : LocalGround(other) {
+LocalGround::LocalGround(const LocalGround& other, const Eigen::Vector3d& near)
+    : LocalGround(other) {
     // Beyond this no cell and no height can lie.
     constexpr double kFar = 0x1p40;
     const auto steps = [&](double p, double step) {
@@ -39,14 +41,17 @@ CellRange LocalGround::cells(double west, double south, double east, double nort
     const double limit_south = extent.south - origin_world_.y() - spacing_;
     const double limit_north = extent.north - origin_world_.y() + spacing_;
     CellRange none;
-    if (!(west <= limit_east && east >= limit_west && south <= limit_north && north >= limit_south)) {
+    if (!(west <= limit_east && east >= limit_west && south <= limit_north &&
+          north >= limit_south)) {
         return none;
     }
     // A rectangle whose western side lies on a line meets the cells to the west of it too.
     const auto first = [this](double p) {
         return static_cast<std::int64_t>(std::ceil(p / spacing_)) - 1;
     };
-    const auto last = [this](double p) { return static_cast<std::int64_t>(std::floor(p / spacing_)); };
+    const auto last = [this](double p) {
+        return static_cast<std::int64_t>(std::floor(p / spacing_));
+    };
     return {column_ + first(std::max(west, limit_west)), row_ + first(std::max(south, limit_south)),
             column_ + last(std::min(east, limit_east)), row_ + last(std::min(north, limit_north))};
 }

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "vector_math.h"
+
+#include <terrane/terrain/ground.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
-
-#include <terrane/terrain/ground.h>
-
-#include "vector_math.h"
 
 namespace terrane::internal {
 
@@ -79,7 +79,7 @@ private:
 ///   bool miss(const Prism&)                     a cell that is not resident (high is infinite); goes on if true
 template <class Visitor>
 void visit_cells(const LocalGround& local, const CellRange& all, Visitor& visitor) {
-    constexpr std::int64_t kFew = 4;      // cells along a side: not worth asking for their range
+    constexpr std::int64_t kFew = 4;        // cells along a side: not worth asking for their range
     constexpr std::int64_t kLargest = 128;  // cells: no range is asked of more than a chunk's size
     if (all.east < all.west || all.north < all.south) return;
     const bool is_small = all.east - all.west < kFew && all.north - all.south < kFew;
@@ -88,8 +88,8 @@ void visit_cells(const LocalGround& local, const CellRange& all, Visitor& visito
             for (std::int64_t column = r.west; column <= r.east; ++column) {
                 const GroundCell cell = local.ground().cell(column, row);
                 if (cell.status == GroundStatus::ok) {
-                    const std::int32_t high = std::max({cell.south_west, cell.south_east,
-                                                        cell.north_west, cell.north_east});
+                    const std::int32_t high = std::max(
+                        {cell.south_west, cell.south_east, cell.north_west, cell.north_east});
                     if (visitor.wants(local.prism({column, row, column, row}, high))) {
                         visitor.take(cell, column, row);
                     }
@@ -114,19 +114,22 @@ void visit_cells(const LocalGround& local, const CellRange& all, Visitor& visito
     const auto floor_to = [](std::int64_t index, std::int64_t side) {
         return index >= 0 ? index / side * side : -((-index + side - 1) / side * side);
     };
-    for (std::int64_t south = floor_to(all.south, kLargest); south <= all.north; south += kLargest) {
+    for (std::int64_t south = floor_to(all.south, kLargest); south <= all.north;
+         south += kLargest) {
         for (std::int64_t west = floor_to(all.west, kLargest); west <= all.east; west += kLargest) {
             std::size_t count = 0;
             stack[count++] = {west, south, kLargest};
             while (count > 0) {
                 const Square square = stack[--count];
-                const CellRange r{std::max(square.west, all.west), std::max(square.south, all.south),
+                const CellRange r{std::max(square.west, all.west),
+                                  std::max(square.south, all.south),
                                   std::min(square.west + square.side - 1, all.east),
                                   std::min(square.south + square.side - 1, all.north)};
                 if (r.east < r.west || r.north < r.south) continue;
                 const RangeAnswer range = local.ground().range(r);
                 if (range.status == GroundStatus::outside) continue;
-                if (range.status == GroundStatus::ok && !visitor.wants(local.prism(r, range.high))) {
+                if (range.status == GroundStatus::ok &&
+                    !visitor.wants(local.prism(r, range.high))) {
                     continue;
                 }
                 if (square.side <= 8) {

@@ -10,9 +10,7 @@ struct NearestVisitor {
     double best;
     Nearest result;
 
-    bool wants(const Prism& prism) const {
-        return bound_distance(shape, prism) <= best;
-    }
+    bool wants(const Prism& prism) const { return bound_distance(shape, prism) <= best; }
     bool miss(const Prism& prism) {
         if (wants(prism)) result.is_missing = true;
         return true;
@@ -60,7 +58,15 @@ Nearest find_nearest(const LocalGround& local, const LocalShape& shape, double m
         NearestVisitor visitor{local, shape, reach, {}};
         const Eigen::Vector3d low = shape.centre - shape.bounds;
         const Eigen::Vector3d high = shape.centre + shape.bounds;
-        visit_cells(local, local.cells(low[0] - reach, low[1] - reach, high[0] + reach, high[1] + reach),
+        // The cell under the lowest point first, as a bound for the others.
+        const Eigen::Vector3d lowest = shape.deepest_point(Eigen::Vector3d::UnitZ());
+        const CellRange first = local.cells(lowest[0], lowest[1], lowest[0], lowest[1]);
+        if (first.west <= first.east && first.south <= first.north) {
+            const GroundCell cell = local.ground().cell(first.east, first.north);
+            if (cell.status == GroundStatus::ok) visitor.take(cell, first.east, first.north);
+        }
+        visit_cells(local,
+                    local.cells(low[0] - reach, low[1] - reach, high[0] + reach, high[1] + reach),
                     visitor);
         nearest = visitor.result;
         if (nearest.is_found || nearest.is_missing || reach >= max_distance) return nearest;

@@ -14,7 +14,7 @@ struct LatticeIndex {
 // Height of a corner of the contact surface; false where none of its cells is ground.
 bool find_corner(const LocalGround& local, const LatticeIndex& at, Eigen::Vector3d& p_out) {
     for (int k = 0; k < 4; ++k) {
-        const bool is_east = (k & 1) != 0;   // the corner is the cell's eastern one
+        const bool is_east = (k & 1) != 0;  // the corner is the cell's eastern one
         const bool is_north = (k & 2) != 0;
         const GroundCell cell =
             local.ground().cell(at.column - (is_east ? 1 : 0), at.row - (is_north ? 1 : 0));
@@ -33,7 +33,8 @@ bool is_ground(const LocalGround& local, std::int64_t column, std::int64_t row) 
 
 }  // namespace
 
-bool is_in_normal_cone(const LocalGround& local, const Triangle& triangle, const Eigen::Vector3d& n) {
+bool is_in_normal_cone(const LocalGround& local, const Triangle& triangle,
+                       const Eigen::Vector3d& n) {
     // A neighbour may stand out by this much of a cell before it counts as above the plane.
     const double slack = 1e-10 * local.spacing();
     std::array<LatticeIndex, 3> top;
@@ -61,7 +62,8 @@ bool is_in_normal_cone(const LocalGround& local, const Triangle& triangle, const
         // A side of two cells: each triangle's third corner lies across from the odd end.
         const bool first_is_odd = ((top[0].column + top[0].row) & 1) != 0;
         const LatticeIndex odd = first_is_odd ? top[0] : top[1];
-        const LatticeIndex low{std::min(top[0].column, top[1].column), std::min(top[0].row, top[1].row)};
+        const LatticeIndex low{std::min(top[0].column, top[1].column),
+                               std::min(top[0].row, top[1].row)};
         const std::int64_t across_x = dx == 0 ? 1 : 0;
         const std::int64_t across_y = dy == 0 ? 1 : 0;
         return is_ground(local, low.column, low.row) &&

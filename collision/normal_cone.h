@@ -9,6 +9,7 @@ namespace terrane::internal {
 /// highest along it: a face only takes its own normal; an edge or a corner takes a direction if the
 /// triangles around it stay below. Where the ground ends only face normals are taken, because its
 /// sides are no surface.
-bool is_in_normal_cone(const LocalGround& local, const Triangle& triangle, const Eigen::Vector3d& n);
+bool is_in_normal_cone(const LocalGround& local, const Triangle& triangle,
+                       const Eigen::Vector3d& n);
 
 }  // namespace terrane::internal

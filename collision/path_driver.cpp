@@ -3,26 +3,25 @@
 // Sources:    Coulter. Implementation of the pure pursuit path tracking algorithm. CMU-RI-TR-92-01.
 // Deviations: the steering angle of a curvature is a quotient of polynomials, not an arc tangent, so
 //             that its bits do not depend on the C library.
+#include "vector_math.h"
+
 #include <terrane/collision/truck.h>
+#include <terrane/terrain/assert.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include <terrane/terrain/assert.h>
-
-#include "vector_math.h"
-
 namespace terrane {
 namespace {
 
-constexpr double kLookAheadTime = 0.7;      // seconds
-constexpr double kLeastLookAhead = 5.0;     // metres
-constexpr double kMostLookAhead = 25.0;     // metres
-constexpr double kSideAcceleration = 2.5;   // m/s^2 in curves: well below what turns a truck over
-constexpr double kThrottleGain = 0.5;       // of full throttle for each m/s that is missing
-constexpr double kBrakeGain = 0.25;         // of full brake for each m/s too much
-constexpr double kBrakeSlack = 0.5;         // m/s too much that rolling takes off by itself
-constexpr double kDoneDistance = 3.0;       // metres from the last point
+constexpr double kLookAheadTime = 0.7;     // seconds
+constexpr double kLeastLookAhead = 5.0;    // metres
+constexpr double kMostLookAhead = 25.0;    // metres
+constexpr double kSideAcceleration = 2.5;  // m/s^2 in curves: well below what turns a truck over
+constexpr double kThrottleGain = 0.5;      // of full throttle for each m/s that is missing
+constexpr double kBrakeGain = 0.25;        // of full brake for each m/s too much
+constexpr double kBrakeSlack = 0.5;        // m/s too much that rolling takes off by itself
+constexpr double kDoneDistance = 3.0;      // metres from the last point
 
 /// atan(x) to 0.005 rad for |x| <= 1; steeper slopes are taken as 1.
 double steer_of_slope(double x) {
@@ -84,7 +83,8 @@ TruckControls PathDriver::drive(const Truck& truck) {
 
     // The point that is a look-ahead further along the path.
     double left = std::clamp(kLookAheadTime * speed, kLeastLookAhead, kMostLookAhead);
-    Eigen::Vector2d from = points_[next_ - 1] + on_path.along * (points_[next_] - points_[next_ - 1]);
+    Eigen::Vector2d from =
+        points_[next_ - 1] + on_path.along * (points_[next_] - points_[next_ - 1]);
     Eigen::Vector2d target = points_.back();
     for (std::size_t i = next_; i < points_.size(); ++i) {
         const double length = distance_between(from, points_[i]);
@@ -98,7 +98,8 @@ TruckControls PathDriver::drive(const Truck& truck) {
 
     // Seen from the truck, in the world's plane.
     const double flat = std::sqrt(ahead.x() * ahead.x() + ahead.y() * ahead.y());
-    const double fx = flat > 1e-6 ? ahead.x() / flat : 1.0, fy = flat > 1e-6 ? ahead.y() / flat : 0.0;
+    const double fx = flat > 1e-6 ? ahead.x() / flat : 1.0,
+                 fy = flat > 1e-6 ? ahead.y() / flat : 0.0;
     const double tx = target.x() - here.x(), ty = target.y() - here.y();
     const double forward = tx * fx + ty * fy, left_side = ty * fx - tx * fy;
     const double square = std::max(tx * tx + ty * ty, 1.0);
@@ -109,8 +110,7 @@ TruckControls PathDriver::drive(const Truck& truck) {
     const double angle = steer_of_slope(settings.wheelbase * curvature);
     const double steer = settings.max_steer > 0.0 ? angle / settings.max_steer : 0.0;
 
-    const double curve_speed =
-        std::sqrt(kSideAcceleration / std::max(std::abs(curvature), 1e-6));
+    const double curve_speed = std::sqrt(kSideAcceleration / std::max(std::abs(curvature), 1e-6));
     const double wanted = std::min(cruise_speed_, std::max(curve_speed, 1.0));
     TruckControls controls;
     controls.steer = std::clamp(steer, -1.0, 1.0);

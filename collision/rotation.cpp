@@ -4,11 +4,11 @@
 //          Software manual for the elementary functions. 1980, chapter 8 (range reduction).
 // Deviations: sine, cosine and arc tangent are plain Taylor sums over a small range instead of
 //             minimax polynomials: a few terms more, and every coefficient can be checked by eye.
+#include "vector_math.h"
+
 #include <terrane/collision/ground_cast.h>
 
 #include <cmath>
-
-#include "vector_math.h"
 
 namespace terrane {
 namespace {

@@ -27,7 +27,8 @@ Result<void> check(const Shape& shape) {
         return check_size("sphere radius", sphere->radius);
     }
     if (const Capsule* capsule = std::get_if<Capsule>(&shape)) {
-        if (Result<void> radius = check_size("capsule radius", capsule->radius); !radius) return radius;
+        if (Result<void> radius = check_size("capsule radius", capsule->radius); !radius)
+            return radius;
         return check_size("capsule half_height", capsule->half_height);
     }
     const Eigen::Vector3d& half = std::get<Box>(shape).half_extents;

@@ -3,15 +3,14 @@
 // Sources:    Catto. Soft constraints. GDC 2011 (springs and dampers as implicit impulses).
 //             Pacejka. Tire and vehicle dynamics. 2012, section 1.2 (the friction circle).
 // Deviations: tyres have no slip curve: up to the circle they hold, at it they slide.
+#include "body_step.h"
+
 #include <terrane/collision/truck.h>
+#include <terrane/terrain/assert.h>
 
 #include <algorithm>
 #include <cmath>
 #include <string>
-
-#include <terrane/terrain/assert.h>
-
-#include "body_step.h"
 
 namespace terrane {
 namespace {
@@ -23,7 +22,8 @@ using internal::rotated;
 using internal::Twist;
 
 constexpr double kGravity = 9.81;
-constexpr double kMaxSubstep = 1.0 / 240.0;  // a hundredth of the period of the stiffest springs allowed
+constexpr double kMaxSubstep =
+    1.0 / 240.0;  // a hundredth of the period of the stiffest springs allowed
 constexpr double kChassisFriction = 0.5;
 constexpr double kRollingResistance = 0.015;  // of the wheel's load
 /// Springs push along the ground's normal; where that leans further from the wheel's axis than this
@@ -35,9 +35,9 @@ constexpr std::size_t kWheelCount = 4;
 
 Result<void> check_value(const char* name, double value, double low, double high) {
     if (value >= low && value <= high) return {};
-    return fail(ErrorCode::invalid_argument,
-                std::string(name) + " must be " + std::to_string(low) + " to " +
-                    std::to_string(high) + ", got " + std::to_string(value));
+    return fail(ErrorCode::invalid_argument, std::string(name) + " must be " + std::to_string(low) +
+                                                 " to " + std::to_string(high) + ", got " +
+                                                 std::to_string(value));
 }
 
 Result<void> check_settings(const TruckSettings& s) {
@@ -155,8 +155,8 @@ Result<Truck> Truck::create(const TruckSettings& settings, const Pose& start_wor
         part.offset_body = {(wheel < 2 ? 0.5 : -0.5) * settings.wheelbase,
                             (wheel % 2 == 0 ? 0.5 : -0.5) * settings.track,
                             -0.5 * settings.chassis_half_extents.z()};
-        body.radius = std::max(body.radius, internal::length(part.offset_body) +
-                                                settings.wheel_radius);
+        body.radius =
+            std::max(body.radius, internal::length(part.offset_body) + settings.wheel_radius);
         state->wheels[wheel].centre_world =
             start_world.translation + rotated(start_world.rotation, part.offset_body);
     }
@@ -221,8 +221,8 @@ void Truck::State::push_springs(double substep) {
         const double lean = std::max(alignment, kLeastAlignment);
         const Lever lever = make_lever(body, touch.point_world, touch.normal);
         const double give = substep * (stiffness * substep + damping) / (lean * lean);
-        const double wanted = substep * stiffness * touch.compression / lean -
-                              give * speed(lever, velocity);
+        const double wanted =
+            substep * stiffness * touch.compression / lean - give * speed(lever, velocity);
         touch.load_impulse = std::max(0.0, wanted / (1.0 + give / lever.effective_mass));
         apply(body, lever, touch.load_impulse);
     }
@@ -267,8 +267,8 @@ void Truck::State::turn_tyres(double substep) {
                 tyre.brake_impulse - tyre.roll.effective_mass * speed(tyre.roll, body.velocity),
                 -tyre.brake_limit, tyre.brake_limit);
             double roll = tyre.drive + tyre.brake_impulse;
-            double side = tyre.side_impulse -
-                          tyre.side.effective_mass * speed(tyre.side, body.velocity);
+            double side =
+                tyre.side_impulse - tyre.side.effective_mass * speed(tyre.side, body.velocity);
             const double size = std::sqrt(roll * roll + side * side);
             if (size > tyre.limit) {
                 roll *= tyre.limit / size;
@@ -317,8 +317,7 @@ StepReport Truck::step(const Ground& ground, const TruckControls& controls, doub
         body.velocity.linear.z() -= kGravity * substep;
         state.push_springs(substep);
         state.turn_tyres(substep);
-        const internal::SubstepAnswer answer =
-            internal::step_body(body, ground, kGravity, substep);
+        const internal::SubstepAnswer answer = internal::step_body(body, ground, kGravity, substep);
         if (!answer.resident || !state.feel_ground(ground)) return state.park(report, before);
         report.impacts += answer.impacts;
         report.lived_time += answer.lived_time;
@@ -335,9 +334,10 @@ StepReport Truck::step(const Ground& ground, const TruckControls& controls, doub
         touches = touches || touch.on_ground;
         Pose pose;
         pose.translation = touch.centre_world;
-        const DistanceAnswer distance = signed_distance(Sphere{state.settings.wheel_radius}, pose,
-                                                        ground, 0.0);
-        if (distance.has_ground) report.max_depth_m = std::max(report.max_depth_m, -distance.distance);
+        const DistanceAnswer distance =
+            signed_distance(Sphere{state.settings.wheel_radius}, pose, ground, 0.0);
+        if (distance.has_ground)
+            report.max_depth_m = std::max(report.max_depth_m, -distance.distance);
     }
     if (report.max_depth_m > body.tolerance && !body.started_deep) report.too_deep = 1;
 

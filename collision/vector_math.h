@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cmath>
-
 #include <Eigen/Core>
+
+#include <cmath>
 
 // Products with a fixed order of operations, so that no version of Eigen and no vector width changes
 // a bit of a contact.

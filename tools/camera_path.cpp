@@ -12,11 +12,11 @@
 namespace terrane::tools {
 namespace {
 
-constexpr double kStep = 0.25;     // between control points, seconds
-constexpr double kPad = 8.0;       // how far curves go on before and behind the path, seconds
-constexpr double kGravity = 9.81;  // metres a second squared
-constexpr double kDrop = 0.2;      // how steeply a camera looks down: a slope
-constexpr double kClimb = 0.7;     // how much of a climb it follows with its look
+constexpr double kStep = 0.25;           // between control points, seconds
+constexpr double kPad = 8.0;             // how far curves go on before and behind the path, seconds
+constexpr double kGravity = 9.81;        // metres a second squared
+constexpr double kDrop = 0.2;            // how steeply a camera looks down: a slope
+constexpr double kClimb = 0.7;           // how much of a climb it follows with its look
 constexpr double kTrackClearance = 2.0;  // metres that a recorded track keeps from the ground
 
 std::size_t control_count(double duration) {
@@ -32,8 +32,8 @@ Eigen::Vector2d middle(const WorldRect& extent) {
 std::vector<Eigen::Vector3d> make_straight(const WorldRect& extent, double speed, double duration) {
     const double width = extent.east - extent.west;
     const double height = extent.north - extent.south;
-    const Eigen::Vector2d direction = width >= height ? Eigen::Vector2d(1.0, 0.0)
-                                                      : Eigen::Vector2d(0.0, 1.0);
+    const Eigen::Vector2d direction =
+        width >= height ? Eigen::Vector2d(1.0, 0.0) : Eigen::Vector2d(0.0, 1.0);
     const double used = std::min(speed * duration, 0.96 * std::max(width, height));
     const Eigen::Vector2d start = middle(extent) - 0.5 * used * direction;
     std::vector<Eigen::Vector3d> control(control_count(duration));
@@ -91,7 +91,8 @@ Result<void> retime(Track& track, double speed) {
         points.back().time = points[points.size() - 2].time + length / speed;
     }
     if (points.size() < 2) {
-        return fail(ErrorCode::invalid_argument, "a track whose points are all one place has no way");
+        return fail(ErrorCode::invalid_argument,
+                    "a track whose points are all one place has no way");
     }
     track.points = std::move(points);
     track.has_times = true;
@@ -100,11 +101,13 @@ Result<void> retime(Track& track, double speed) {
 
 // Receivers round to a metre or two: the mean over about three seconds on both sides.
 void smooth_recorded(Track& track) {
-    const double mean_step = track.points.back().time / static_cast<double>(track.points.size() - 1);
+    const double mean_step =
+        track.points.back().time / static_cast<double>(track.points.size() - 1);
     std::vector<Eigen::Vector3d> positions;
     for (const TrackPoint& point : track.points) positions.push_back(point.position_world);
     positions = smoothed(positions, static_cast<std::ptrdiff_t>(1.5 / mean_step));
-    for (std::size_t i = 0; i < positions.size(); ++i) track.points[i].position_world = positions[i];
+    for (std::size_t i = 0; i < positions.size(); ++i)
+        track.points[i].position_world = positions[i];
 }
 
 Eigen::Vector3d cross(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
@@ -178,9 +181,8 @@ Result<CameraPath> CameraPath::create(Track track, const HeightSource& source,
 
     double length = 0.0;
     for (std::size_t i = 1; i < track.points.size(); ++i) {
-        length += (track.points[i].position_world - track.points[i - 1].position_world)
-                      .head<2>()
-                      .norm();
+        length +=
+            (track.points[i].position_world - track.points[i - 1].position_world).head<2>().norm();
     }
     const double speed = std::max(1.0, length / path.track_plan_.duration());
     path.has_own_heights_ = track.has_heights && !settings.altitude;
@@ -227,7 +229,8 @@ Result<void> CameraPath::fit_heights(const HeightSource& source, double altitude
         const Eigen::Vector3d p = eye(sample_time(i)).value;
         ground[i] = source.height(p.x(), p.y());
         if (!std::isfinite(ground[i])) {
-            return fail(ErrorCode::io, fmt::format("the terrain cannot be read at {}, {}", p.x(), p.y()));
+            return fail(ErrorCode::io,
+                        fmt::format("the terrain cannot be read at {}, {}", p.x(), p.y()));
         }
     }
     // slower and higher cameras follow less

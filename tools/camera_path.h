@@ -13,12 +13,13 @@ namespace terrane::tools {
 
 struct CameraPathSettings {
     /// Metres a second over the plane, > 0. Absent: a track's own times, or kDefaultSpeed.
-    std::optional<double> speed;
+    std::optional<double> speed = std::nullopt;
     /// Metres above the ground, > 0, kept smooth: see CameraPath. Absent: a track's own heights, or
     /// kDefaultAltitude.
-    std::optional<double> altitude;
-    double start = 0.0;             ///< seconds of a track that are left out at its beginning, >= 0
-    std::optional<double> seconds;  ///< > 0; absent: all of a track, or kDefaultSeconds
+    std::optional<double> altitude = std::nullopt;
+    double start = 0.0;  ///< seconds of a track that are left out at its beginning, >= 0
+    std::optional<double> seconds =
+        std::nullopt;  ///< > 0; absent: all of a track, or kDefaultSeconds
 
     static constexpr double kDefaultSpeed = 100.0;
     static constexpr double kDefaultAltitude = 200.0;
@@ -72,11 +73,11 @@ private:
     void fit_look(double ahead, bool has_lean);
 
     double duration_ = 0.0;
-    double start_ = 0.0;      // of the track
-    SmoothCurve plan_;        // the eye; a built-in's
-    TrackCurve track_plan_;   // the eye; a track's
+    double start_ = 0.0;     // of the track
+    SmoothCurve plan_;       // the eye; a built-in's
+    TrackCurve track_plan_;  // the eye; a track's
     bool has_own_heights_ = false;
-    SmoothCurve heights_;     // z: the eye's height, or what is added to its own
+    SmoothCurve heights_;                   // z: the eye's height, or what is added to its own
     std::optional<WorldPos> target_world_;  // what an orbit looks at
     SmoothCurve forward_;
     SmoothCurve up_;

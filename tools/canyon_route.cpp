@@ -17,9 +17,9 @@
 namespace terrane::tools {
 namespace {
 
-constexpr int kNodes = 192;    // along a side of the grid that is searched
-constexpr int kWindows = 5;    // places along a side that the grid may have
-constexpr int kProbes = 12;    // heights along a side that tell how rough a place is
+constexpr int kNodes = 192;         // along a side of the grid that is searched
+constexpr int kWindows = 5;         // places along a side that the grid may have
+constexpr int kProbes = 12;         // heights along a side that tell how rough a place is
 constexpr double kCheapest = 0.03;  // of a valley floor against a ridge: how far a detour may go
 
 struct Grid {
@@ -94,7 +94,8 @@ std::vector<double> cost_of(const std::vector<double>& height) {
     }
     const double deviation = std::sqrt(squares / static_cast<double>(height.size()));
     for (double& c : cost) {
-        const double rank = deviation > 0.0 ? std::clamp((c / deviation + 1.5) / 3.0, 0.0, 1.0) : 0.5;
+        const double rank =
+            deviation > 0.0 ? std::clamp((c / deviation + 1.5) / 3.0, 0.0, 1.0) : 0.5;
         c = kCheapest + rank * rank;
     }
     return cost;
@@ -218,7 +219,8 @@ Result<std::vector<Eigen::Vector2d>> find_canyon_route(const HeightSource& sourc
     const auto wanted = static_cast<std::size_t>(length / spacing) + 2;
     if (line.size() > wanted) {
         const auto skipped = static_cast<std::ptrdiff_t>((line.size() - wanted) / 2);
-        line = {line.begin() + skipped, line.begin() + skipped + static_cast<std::ptrdiff_t>(wanted)};
+        line = {line.begin() + skipped,
+                line.begin() + skipped + static_cast<std::ptrdiff_t>(wanted)};
     }
     return line;
 }

@@ -7,13 +7,13 @@
 namespace terrane::tools {
 namespace {
 
-constexpr double kBehind = 11.0;     // metres
-constexpr double kAbove = 4.0;       // metres over the vehicle's centre
-constexpr double kTargetAbove = 0.8; // metres over it that the camera looks at
+constexpr double kBehind = 11.0;         // metres
+constexpr double kAbove = 4.0;           // metres over the vehicle's centre
+constexpr double kTargetAbove = 0.8;     // metres over it that the camera looks at
 constexpr double kLeastClearance = 0.6;  // metres from the ground
 constexpr double kCalmClearance = 2.0;   // metres from the ground, smoothed
-constexpr double kTurnTime = 0.6;    // seconds that the heading lags
-constexpr double kHeightTime = 0.25; // seconds that heights lag
+constexpr double kTurnTime = 0.6;        // seconds that the heading lags
+constexpr double kHeightTime = 0.25;     // seconds that heights lag
 
 // First-order lag, stable for any dt.
 double lag(double dt, double time) { return dt / (dt + time); }
@@ -42,8 +42,8 @@ void ChaseCamera::follow(const Pose& pose_world, double dt) {
     eye_world_.x() = wanted.x();
     eye_world_.y() = wanted.y();
     eye_world_.z() += lag(dt, kHeightTime) * (wanted.z() - eye_world_.z());
-    eye_world_.z() = std::max(
-        eye_world_.z(), source_.height(eye_world_.x(), eye_world_.y()) + kLeastClearance);
+    eye_world_.z() =
+        std::max(eye_world_.z(), source_.height(eye_world_.x(), eye_world_.y()) + kLeastClearance);
     velocity_ = (eye_world_ - before) / dt;
 
     const WorldPos target = pose_world.translation + Eigen::Vector3d(0.0, 0.0, kTargetAbove);
@@ -53,8 +53,8 @@ void ChaseCamera::follow(const Pose& pose_world, double dt) {
 }
 
 View ChaseCamera::view(View view) const {
-    const Result<View> looking = look_at(eye_world_, target_world_, view.vertical_fov, view.width_px,
-                                         view.height_px);
+    const Result<View> looking =
+        look_at(eye_world_, target_world_, view.vertical_fov, view.width_px, view.height_px);
     view.eye_world = eye_world_;
     if (looking) {
         view.forward = looking->forward;

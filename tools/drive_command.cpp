@@ -71,8 +71,8 @@ Result<std::vector<Eigen::Vector2d>> find_way(const FlightOptions& options, cons
         points.push_back(p);
     }
     if (points.size() < 2) {
-        return fail(ErrorCode::invalid_argument,
-                    fmt::format("the path '{}' is shorter than {} m", options.path, 2.0 * kSpacing));
+        return fail(ErrorCode::invalid_argument, fmt::format("the path '{}' is shorter than {} m",
+                                                             options.path, 2.0 * kSpacing));
     }
     speed_out = settings.speed.value_or(std::max(1.0, length / duration_out));
     return points;
@@ -93,8 +93,7 @@ Pose start_pose(const HeightSource& source, const std::vector<Eigen::Vector2d>& 
     const double climb = (ground(front, 0.0) - ground(-front, 0.0)) / truck.wheelbase;
     const double tilt = (ground(0.0, side) - ground(0.0, -side)) / truck.track;
     Pose pose;
-    const Eigen::Vector3d forward =
-        Eigen::Vector3d(along.x(), along.y(), climb).normalized();
+    const Eigen::Vector3d forward = Eigen::Vector3d(along.x(), along.y(), climb).normalized();
     const Eigen::Vector3d left_raw(left.x(), left.y(), tilt);
     const Eigen::Vector3d left_world = (left_raw - left_raw.dot(forward) * forward).normalized();
     pose.rotation.col(0) = forward;
@@ -115,9 +114,9 @@ Pose start_pose(const HeightSource& source, const std::vector<Eigen::Vector2d>& 
             lift = std::max(lift, ground(x, y) - (centre + climb * x + tilt * y));
         }
     }
-    pose.translation = WorldPos(start.x(), start.y(), centre + lift) +
-                       pose.rotation.col(2) *
-                           (half.z() + truck.wheel_radius + 0.5 * truck.suspension_travel);
+    pose.translation =
+        WorldPos(start.x(), start.y(), centre + lift) +
+        pose.rotation.col(2) * (half.z() + truck.wheel_radius + 0.5 * truck.suspension_travel);
     return pose;
 }
 
@@ -129,9 +128,10 @@ std::array<DrawnBox, 2> chassis_boxes(const Truck& truck) {
                          float green, float blue) {
         return DrawnBox{{pose.rotation, pose * centre}, extents, red, green, blue};
     };
-    return {box({0.0, 0.0, -0.5 * half.z()}, {half.x(), half.y(), 0.5 * half.z()}, 0.78f, 0.22f, 0.12f),
-            box({0.35 * half.x(), 0.0, 0.5 * half.z()},
-                {0.4 * half.x(), 0.92 * half.y(), 0.5 * half.z()}, 0.85f, 0.80f, 0.72f)};
+    return {
+        box({0.0, 0.0, -0.5 * half.z()}, {half.x(), half.y(), 0.5 * half.z()}, 0.78f, 0.22f, 0.12f),
+        box({0.35 * half.x(), 0.0, 0.5 * half.z()},
+            {0.4 * half.x(), 0.92 * half.y(), 0.5 * half.z()}, 0.85f, 0.80f, 0.72f)};
 }
 
 std::array<DrawnSphere, 4> wheel_spheres(const Truck& truck) {
@@ -149,8 +149,8 @@ int wheels_on_ground(const Truck& truck) {
 }
 
 // One frame's time of driving on what is resident.
-void drive_on(Truck& truck, PathDriver& driver, ChaseCamera& camera, const Ground& ground, double dt,
-              DriveTotals& totals, StepReport& last_out) {
+void drive_on(Truck& truck, PathDriver& driver, ChaseCamera& camera, const Ground& ground,
+              double dt, DriveTotals& totals, StepReport& last_out) {
     const auto steps = static_cast<int>(std::ceil(dt / kLongestStep - 1e-9));
     for (int i = 0; i < steps; ++i) {
         const WorldPos before = truck.chassis().pose.translation;
@@ -203,8 +203,10 @@ Result<DriveTotals> drive(const FlightOptions& options, const HeightSource& sour
 CommandResult<void> run_drive(const FlightOptions& options) {
     if (const CommandResult<void> good = check(options); !good) return good;
     if (!names_track_file(options.path) && !CameraPath::is_built_in(options.path)) {
-        return usage_error("--path must be straight, orbit, canyon or a track file (.csv, .gpx, .igc, "
-                           ".tum), got '" + options.path + "'");
+        return usage_error(
+            "--path must be straight, orbit, canyon or a track file (.csv, .gpx, .igc, "
+            ".tum), got '" +
+            options.path + "'");
     }
     const CommandResult<Terrain> terrain = open_terrain(options.terrain);
     if (!terrain) return pass_on(terrain.error());
@@ -254,9 +256,10 @@ void add_drive_command(CLI::App& app, CommandContext& context) {
     options->path = "straight";
     CLI::App* drive = app.add_subcommand(
         "drive", "Drives a truck along a path on the contact surface, with a camera behind it");
-    drive->add_option("--path", options->path,
-                      "straight, orbit, canyon, or a track: .csv, .gpx, .igc, .tum; its heights are "
-                      "not used")
+    drive
+        ->add_option("--path", options->path,
+                     "straight, orbit, canyon, or a track: .csv, .gpx, .igc, .tum; its heights are "
+                     "not used")
         ->type_name("PATH")
         ->capture_default_str();
     add_positive(*drive, "--speed", options->speed,
@@ -266,10 +269,12 @@ void add_drive_command(CLI::App& app, CommandContext& context) {
                  "How long at most; 20 without it, or as long as the track");
     add_flight_options(*drive, *options);
     drive->footer(
-        "Before the first frame it waits for what that frame needs; after that never: a truck whose\n"
+        "Before the first frame it waits for what that frame needs; after that never: a truck "
+        "whose\n"
         "ground is late is parked until it is there, and that is counted.\n"
         "Example: terrane drive --dem tools/data/jacksboro.tif --seed 7 --video --out out/drive");
-    drive->callback([&context, options] { context.run = [options] { return run_drive(*options); }; });
+    drive->callback(
+        [&context, options] { context.run = [options] { return run_drive(*options); }; });
 }
 
 }  // namespace terrane::tools

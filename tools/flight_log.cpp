@@ -14,11 +14,16 @@ namespace {
 
 const char* name_of(MeshStatus status) {
     switch (status) {
-        case MeshStatus::error_met: return "error_met";
-        case MeshStatus::budget_reached: return "budget_reached";
-        case MeshStatus::finest_reached: return "finest_reached";
-        case MeshStatus::not_resident: return "not_resident";
-        case MeshStatus::invalid_view: return "invalid_view";
+        case MeshStatus::error_met:
+            return "error_met";
+        case MeshStatus::budget_reached:
+            return "budget_reached";
+        case MeshStatus::finest_reached:
+            return "finest_reached";
+        case MeshStatus::not_resident:
+            return "not_resident";
+        case MeshStatus::invalid_view:
+            return "invalid_view";
     }
     return "";
 }
@@ -37,22 +42,23 @@ std::string header(std::span<const std::string> extra_columns) {
 }
 
 std::string csv_line(const FrameRecord& r) {
-    std::string line = fmt::format(
-        "{},{},{},{},{},{},{},{},{:.4f},{},{},{},{},{},{},{},{},{},{},{}", r.time, r.eye_world.x(),
-        r.eye_world.y(), r.eye_world.z(), r.triangles, r.budget, r.error_px,
-        number_or_nothing(r.measured_error_px), r.update_ms, r.paging.resident_chunks,
-        r.paging.resident_bytes, r.paging.late_chunks, number_or_nothing(r.max_pop_px),
-        name_of(r.status), r.threshold_px, number_or_nothing(r.max_near_pop_px),
-        r.holes ? std::to_string(*r.holes) : "", r.paging.in_flight_bytes, r.paging.loaded,
-        r.paging.evicted);
+    std::string line =
+        fmt::format("{},{},{},{},{},{},{},{},{:.4f},{},{},{},{},{},{},{},{},{},{},{}", r.time,
+                    r.eye_world.x(), r.eye_world.y(), r.eye_world.z(), r.triangles, r.budget,
+                    r.error_px, number_or_nothing(r.measured_error_px), r.update_ms,
+                    r.paging.resident_chunks, r.paging.resident_bytes, r.paging.late_chunks,
+                    number_or_nothing(r.max_pop_px), name_of(r.status), r.threshold_px,
+                    number_or_nothing(r.max_near_pop_px), r.holes ? std::to_string(*r.holes) : "",
+                    r.paging.in_flight_bytes, r.paging.loaded, r.paging.evicted);
     for (const double value : r.extra) line += fmt::format(",{}", value);
     return line + "\n";
 }
 
 bool is_frame_name(const std::string& name) {
     return name.size() == frame_name(0).size() && name.starts_with("frame_") &&
-           name.ends_with(".png") &&
-           std::all_of(name.begin() + 6, name.end() - 4, [](char c) { return c >= '0' && c <= '9'; });
+           name.ends_with(".png") && std::all_of(name.begin() + 6, name.end() - 4, [](char c) {
+               return c >= '0' && c <= '9';
+           });
 }
 
 template <class Get>
@@ -161,7 +167,8 @@ nlohmann::ordered_json summarize(std::span<const FrameRecord> frames, std::size_
     summary["update_ms_median"] = percentile(updates, 0.5);
     summary["update_ms_p99"] = percentile(updates, 0.99);
     summary["update_ms_max"] = largest(updates);
-    summary["late_frames"] = count_if([](const FrameRecord& r) { return r.paging.late_chunks > 0; });
+    summary["late_frames"] =
+        count_if([](const FrameRecord& r) { return r.paging.late_chunks > 0; });
     summary["late_chunks_max"] = static_cast<std::size_t>(largest(late));
     summary["not_resident_frames"] =
         count_if([](const FrameRecord& r) { return r.status == MeshStatus::not_resident; });

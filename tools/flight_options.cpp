@@ -28,8 +28,9 @@ void add_flight_options(CLI::App& app, FlightOptions& options) {
         ->type_name("DIR");
     app.add_flag("--png", options.png, "Write every frame as frame_000000.png and so on");
     app.add_flag("--video", options.video, "Write flight.mp4, with ffmpeg");
-    app.add_flag("--realtime", options.realtime,
-                 "Wait for the clock at every frame, so that loaders get the time of a real flight");
+    app.add_flag(
+        "--realtime", options.realtime,
+        "Wait for the clock at every frame, so that loaders get the time of a real flight");
     app.add_flag("--window", options.window, "Show the flight in a window");
     app.add_flag("--json", options.json, "Print the summary as one JSON object, the last line");
 }

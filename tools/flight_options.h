@@ -17,8 +17,8 @@ namespace terrane::tools {
 /// goes.
 struct FlightOptions {
     TerrainOptions terrain;
-    std::string path;  ///< a track file or a built-in
-    double speed = std::numeric_limits<double>::quiet_NaN();    ///< NaN: not given; the same below
+    std::string path;                                         ///< a track file or a built-in
+    double speed = std::numeric_limits<double>::quiet_NaN();  ///< NaN: not given; the same below
     double altitude = std::numeric_limits<double>::quiet_NaN();
     double seconds = std::numeric_limits<double>::quiet_NaN();
     double fps = 30.0;

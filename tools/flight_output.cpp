@@ -17,8 +17,8 @@ Result<FlightOutput> FlightOutput::create(const FlightOptions& options, const He
         const Result<void> ready = prepare_output_folder(options.out);
         if (!ready) return tl::unexpected(ready.error());
     }
-    Result<FlightLog> log = FlightLog::create(has_folder ? options.out + "/frames.csv" : "",
-                                              std::move(extra_columns));
+    Result<FlightLog> log =
+        FlightLog::create(has_folder ? options.out + "/frames.csv" : "", std::move(extra_columns));
     if (!log) return tl::unexpected(log.error());
     FlightOutput output(options, std::move(*log));
     if (options.has_pictures()) {

@@ -17,7 +17,8 @@ void fit_tints(const HeightSource& source, RendererSettings& settings) {
     std::vector<double> heights;
     for (int i = 0; i < kProbes * kProbes; ++i) {
         const double x = extent.west + (extent.east - extent.west) * (i % kProbes + 0.5) / kProbes;
-        const double y = extent.south + (extent.north - extent.south) * (i / kProbes + 0.5) / kProbes;
+        const double y =
+            extent.south + (extent.north - extent.south) * (i / kProbes + 0.5) / kProbes;
         const double height = source.height(x, y);
         if (std::isfinite(height)) heights.push_back(height);
     }
@@ -36,8 +37,8 @@ Result<FlightPictures> FlightPictures::create(const FlightOptions& options,
     if (!context) return tl::unexpected(context.error());
     RendererSettings settings;
     fit_tints(source, settings);
-    Result<TerrainRenderer> renderer = TerrainRenderer::create(
-        *context, options.size.width_px, options.size.height_px, settings);
+    Result<TerrainRenderer> renderer =
+        TerrainRenderer::create(*context, options.size.width_px, options.size.height_px, settings);
     if (!renderer) return tl::unexpected(renderer.error());
     FlightPictures pictures(std::move(*context), std::move(*renderer));
     if (options.png) pictures.picture_folder_ = options.out;

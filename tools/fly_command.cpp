@@ -63,8 +63,7 @@ Result<void> fly(const FlyOptions& options, const CameraPath& path, std::size_t 
         }
         const CameraPose pose = path.at(time);
         const View view = view_at(options, pose);
-        const Result<void> added =
-            output.add(maker.make(view, pose.velocity, {}, time), view);
+        const Result<void> added = output.add(maker.make(view, pose.velocity, {}, time), view);
         if (!added) return added;
     }
     return {};
@@ -73,8 +72,10 @@ Result<void> fly(const FlyOptions& options, const CameraPath& path, std::size_t 
 CommandResult<void> run_fly(const FlyOptions& options) {
     if (const CommandResult<void> good = check(options); !good) return good;
     if (!names_track_file(options.path) && !CameraPath::is_built_in(options.path)) {
-        return usage_error("--path must be straight, orbit, canyon or a track file (.csv, .gpx, .igc, "
-                           ".tum), got '" + options.path + "'");
+        return usage_error(
+            "--path must be straight, orbit, canyon or a track file (.csv, .gpx, .igc, "
+            ".tum), got '" +
+            options.path + "'");
     }
     const CommandResult<Terrain> terrain = open_terrain(options.terrain);
     if (!terrain) return pass_on(terrain.error());
@@ -116,8 +117,7 @@ void add_fly_command(CLI::App& app, CommandContext& context) {
                  "Metres a second; 100 without it, or a track's own times");
     add_positive(*fly, "--altitude", options->altitude,
                  "Metres above the smoothed ground; 200 without it, or a track's own heights");
-    add_positive(*fly, "--seconds", options->seconds,
-                 "How long; 20 without it, or all of a track");
+    add_positive(*fly, "--seconds", options->seconds, "How long; 20 without it, or all of a track");
     add_not_negative(*fly, "--start-s", options->start, "Seconds of a track to leave out");
     add_flight_options(*fly, *options);
     fly->add_flag("--verify", options->verify,

@@ -22,11 +22,20 @@ std::string escaped(std::string_view text) {
     std::string result;
     for (const char c : text) {
         switch (c) {
-            case '&': result += "&amp;"; break;
-            case '<': result += "&lt;"; break;
-            case '>': result += "&gt;"; break;
-            case '"': result += "&quot;"; break;
-            default: result += c;
+            case '&':
+                result += "&amp;";
+                break;
+            case '<':
+                result += "&lt;";
+                break;
+            case '>':
+                result += "&gt;";
+                break;
+            case '"':
+                result += "&quot;";
+                break;
+            default:
+                result += c;
         }
     }
     return result;
@@ -68,8 +77,9 @@ nlohmann::ordered_json make_data(const ReportHeader& header, const FlightLog& lo
     add("triangles", [](const FrameRecord& r) { return static_cast<double>(r.triangles); });
     add("error", [](const FrameRecord& r) { return r.error_px; });
     add("update", [](const FrameRecord& r) { return r.update_ms; });
-    add("resident",
-        [](const FrameRecord& r) { return static_cast<double>(r.paging.resident_bytes) / kMegabyte; });
+    add("resident", [](const FrameRecord& r) {
+        return static_cast<double>(r.paging.resident_bytes) / kMegabyte;
+    });
     add("late", [](const FrameRecord& r) { return static_cast<double>(r.paging.late_chunks); });
     if (!frames.empty() && frames.front().measured_error_px) {
         add("measured", [](const FrameRecord& r) { return r.measured_error_px.value_or(0.0); });

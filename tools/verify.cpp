@@ -50,7 +50,8 @@ Wedge find_wedge(const View& view, const Frustum& frustum) {
     const Eigen::Vector3d right = view.right();
     double low = 0.0, high = 0.0;
     for (int i = 0; i < 4; ++i) {
-        const Eigen::Vector3d corner = view.forward + (i % 2 == 0 ? -half_width : half_width) * right +
+        const Eigen::Vector3d corner = view.forward +
+                                       (i % 2 == 0 ? -half_width : half_width) * right +
                                        (i / 2 == 0 ? -half_height : half_height) * view.up;
         double turn = std::atan2(corner.y(), corner.x()) - middle;
         turn -= 2.0 * std::numbers::pi * std::floor(turn / (2.0 * std::numbers::pi) + 0.5);
@@ -122,11 +123,11 @@ std::optional<double> TriangleHeap::height(double x, double y) const {
     for (const Grid& grid : grids_) {
         const auto column = static_cast<std::int64_t>(std::floor(x / grid.cell));
         const auto row = static_cast<std::int64_t>(std::floor(y / grid.cell));
-        auto entry = std::lower_bound(grid.entries.begin(), grid.entries.end(), std::tie(row, column),
-                                      [](const Entry& e, const auto& key) {
-                                          return std::tie(e.row, e.column) < key;
-                                      });
-        for (; entry != grid.entries.end() && entry->row == row && entry->column == column; ++entry) {
+        auto entry = std::lower_bound(
+            grid.entries.begin(), grid.entries.end(), std::tie(row, column),
+            [](const Entry& e, const auto& key) { return std::tie(e.row, e.column) < key; });
+        for (; entry != grid.entries.end() && entry->row == row && entry->column == column;
+             ++entry) {
             const Triangle& t = triangles_[entry->triangle];
             const double bx = t.b.x() - t.a.x(), by = t.b.y() - t.a.y();
             const double cx = t.c.x() - t.a.x(), cy = t.c.y() - t.a.y();
@@ -198,7 +199,8 @@ Measurement Verifier::measure(TriangleHeap heap, const View& view) {
     double farthest = 0.0;
     for (const double x : {extent.west, extent.east}) {
         for (const double y : {extent.south, extent.north}) {
-            farthest = std::max(farthest, (Eigen::Vector2d(x, y) - view.eye_world.head<2>()).norm());
+            farthest =
+                std::max(farthest, (Eigen::Vector2d(x, y) - view.eye_world.head<2>()).norm());
         }
     }
     const double ground = source_.height(view.eye_world.x(), view.eye_world.y());
@@ -215,9 +217,10 @@ Measurement Verifier::measure(TriangleHeap heap, const View& view) {
                 view.eye_world.y() + distance * std::sin(turn));
     }
 
-    // over the triangles: several rounds where there are few
+    // over the triangles: several rounds where few of them are in view
     double sequence = 0.0;
-    for (int round = 0; round < 64; ++round) {
+    const double most_throws = 16.0 * static_cast<double>(least_points_);
+    while (sequence < most_throws) {
         const std::size_t before_round = result.points;
         for (const TriangleHeap::Triangle& t : heap.triangles()) {
             sequence += 1.0;

@@ -2,7 +2,11 @@
 #include "bound_tiers.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <mutex>
+#include <optional>
+#include <thread>
 
 namespace terrane::internal {
 namespace {
@@ -97,13 +101,31 @@ Result<BoundTier> BoundTiers::make_tier(const BoundTier* finer, int ratio) const
     }
     constexpr int kWindowSide = 512;
     const int side = std::max(8, kWindowSide / ratio);
-    for (int y = 0; y < tier.rows; y += side) {
-        for (int x = 0; x < tier.columns; x += side) {
-            if (auto done = fill_square(finer, ratio, x, y, side, tier); !done) {
-                return tl::unexpected(done.error());
-            }
+    // Squares write to places of their own: any number of threads gives the same tier.
+    const int across = (tier.columns + side - 1) / side;
+    const int count = across * ((tier.rows + side - 1) / side);
+    std::atomic<int> next{0};
+    std::mutex mutex;
+    std::optional<Error> error;
+    const auto work = [&] {
+        for (int i = next++; i < count; i = next++) {
+            const auto done =
+                fill_square(finer, ratio, i % across * side, i / across * side, side, tier);
+            if (done) continue;
+            next = count;
+            const std::lock_guard lock(mutex);
+            error = done.error();
         }
+    };
+    {
+        std::vector<std::jthread> helpers;
+        const int cores = static_cast<int>(std::min(std::thread::hardware_concurrency(), 8u));
+        while (static_cast<int>(helpers.size()) + 1 < std::min(cores, count)) {
+            helpers.emplace_back(work);
+        }
+        work();
     }
+    if (error) return tl::unexpected(*error);
     return tier;
 }
 

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
+#include <terrane/terrain/assert.h>
 #include <terrane/terrain/ground.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-
-#include <terrane/terrain/assert.h>
 
 namespace terrane {
 namespace {
@@ -86,7 +85,8 @@ RangeAnswer Ground::range(const CellRange& cells) const {
     const std::int64_t east = std::min(cells.east, column_at(extent().east));
     const std::int64_t south = std::max(cells.south, row_at(extent().south));
     const std::int64_t north = std::min(cells.north, row_at(extent().north));
-    for (std::int64_t chunk_row = south >> kChunkShift; chunk_row <= north >> kChunkShift; ++chunk_row) {
+    for (std::int64_t chunk_row = south >> kChunkShift; chunk_row <= north >> kChunkShift;
+         ++chunk_row) {
         for (std::int64_t chunk_column = west >> kChunkShift; chunk_column <= east >> kChunkShift;
              ++chunk_column) {
             const std::int64_t corner_x = chunk_column << kChunkShift;
@@ -100,10 +100,12 @@ RangeAnswer Ground::range(const CellRange& cells) const {
             }
             answer.status = GroundStatus::ok;
             const Chunk& chunk = *resident_->chunks()[static_cast<std::size_t>(found)];
-            const std::int64_t first_column = std::max<std::int64_t>(west - corner_x, 0) / kBlockCells;
+            const std::int64_t first_column =
+                std::max<std::int64_t>(west - corner_x, 0) / kBlockCells;
             const std::int64_t last_column =
                 std::min<std::int64_t>(east - corner_x, kChunkCells - 1) / kBlockCells;
-            const std::int64_t first_row = std::max<std::int64_t>(south - corner_y, 0) / kBlockCells;
+            const std::int64_t first_row =
+                std::max<std::int64_t>(south - corner_y, 0) / kBlockCells;
             const std::int64_t last_row =
                 std::min<std::int64_t>(north - corner_y, kChunkCells - 1) / kBlockCells;
             if (first_column == 0 && first_row == 0 && last_column == kChunkBlocks - 1 &&
@@ -148,14 +150,18 @@ HeightAnswer Ground::height(double x, double y) const {
         const double quantum = lattice().quantum;
         const double to_east = quantum * (static_cast<double>(cell.south_east) - cell.south_west);
         const double to_north = quantum * (static_cast<double>(cell.north_west) - cell.south_west);
-        const double east_to_north = quantum * (static_cast<double>(cell.north_east) - cell.south_east);
-        const double north_to_east = quantum * (static_cast<double>(cell.north_east) - cell.north_west);
+        const double east_to_north =
+            quantum * (static_cast<double>(cell.north_east) - cell.south_east);
+        const double north_to_east =
+            quantum * (static_cast<double>(cell.north_east) - cell.north_west);
         double slope_x = to_east;
         double slope_y = to_north;
         double rise = 0.0;  // above the south-west corner
         if (cell.cut_to_north_east) {
-            if (u >= v) slope_y = east_to_north;
-            else slope_x = north_to_east;
+            if (u >= v)
+                slope_y = east_to_north;
+            else
+                slope_x = north_to_east;
             rise = slope_x * u + slope_y * v;
         } else if (u + v <= 1.0) {
             rise = slope_x * u + slope_y * v;

@@ -7,12 +7,12 @@
 // linear over each triangle, and continuous from cell to cell. The first change of its sign is the
 // hit, so a ray cannot slip through an edge or a corner. Blocks of 8 x 8 cells are skipped by their
 // interval of heights.
+#include <terrane/terrain/ground.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
-
-#include <terrane/terrain/ground.h>
 
 namespace terrane {
 namespace {
@@ -36,8 +36,8 @@ struct LastSquare {
 // Calls visit(column, row, enter, leave) for each square of side `size` cells that the ray passes
 // within [enter, leave], in order, until it returns true.
 template <class Visit>
-bool walk(const LocalRay& ray, double enter, double leave, std::int64_t size, const LastSquare& last,
-          Visit visit) {
+bool walk(const LocalRay& ray, double enter, double leave, std::int64_t size,
+          const LastSquare& last, Visit visit) {
     const auto side = static_cast<double>(size);
     const auto square = [&](double p) { return static_cast<std::int64_t>(std::floor(p / side)); };
     std::int64_t column = std::min(square(ray.x + ray.dx * enter), last.column);
@@ -122,7 +122,8 @@ RayAnswer Ground::ray(const WorldPos& from_world, const WorldPos& to_world) cons
             cell = this->cell(column0 + column - 1, row0 + row);
             if (cell.status == GroundStatus::ok) --column;
         }
-        if (cell.status == GroundStatus::outside && ray.dy == 0.0 && ray.y == static_cast<double>(row)) {
+        if (cell.status == GroundStatus::outside && ray.dy == 0.0 &&
+            ray.y == static_cast<double>(row)) {
             cell = this->cell(column0 + column, row0 + row - 1);
             if (cell.status == GroundStatus::ok) --row;
         }
@@ -143,9 +144,10 @@ RayAnswer Ground::ray(const WorldPos& from_world, const WorldPos& to_world) cons
             double z0, slope_x, slope_y;
         };
         // the triangles on the south-eastern or south-western, and on the other, side of the cut
-        const Plane first = cell.cut_to_north_east
-                                ? Plane{south_west, south_east - south_west, north_east - south_east}
-                                : Plane{south_west, south_east - south_west, north_west - south_west};
+        const Plane first =
+            cell.cut_to_north_east
+                ? Plane{south_west, south_east - south_west, north_east - south_east}
+                : Plane{south_west, south_east - south_west, north_west - south_west};
         const Plane second =
             cell.cut_to_north_east
                 ? Plane{south_west, north_east - north_west, north_west - south_west}
@@ -163,7 +165,8 @@ RayAnswer Ground::ray(const WorldPos& from_world, const WorldPos& to_world) cons
         const double cut0 = over_first(t0);
         const double cut1 = over_first(t1);
         const bool crosses = (cut0 > 0.0) != (cut1 > 0.0) && cut0 != cut1;
-        const double middle = crosses ? std::clamp(t0 + (t1 - t0) * (cut0 / (cut0 - cut1)), t0, t1) : t1;
+        const double middle =
+            crosses ? std::clamp(t0 + (t1 - t0) * (cut0 / (cut0 - cut1)), t0, t1) : t1;
         for (int part = 0; part < (crosses ? 2 : 1); ++part) {
             const double begin = part == 0 ? t0 : middle;
             const double end = part == 0 ? middle : t1;
@@ -203,7 +206,8 @@ RayAnswer Ground::ray(const WorldPos& from_world, const WorldPos& to_world) cons
              const std::int64_t west = block_column0 + block_column * kBlockCells;
              const std::int64_t south = block_row0 + block_row * kBlockCells;
              // one cell more on each side, since a rounded crossing may be a hair off
-             const RangeAnswer heights = range({west, south, west + kBlockCells - 1, south + kBlockCells - 1});
+             const RangeAnswer heights =
+                 range({west, south, west + kBlockCells - 1, south + kBlockCells - 1});
              if (heights.status == GroundStatus::ok) {
                  const double lowest = std::min(ray.height(t0), ray.height(t1));
                  const double highest = std::max(ray.height(t0), ray.height(t1));

@@ -91,7 +91,8 @@ float ScreenError::upper_bound(const Chunk& chunk, float largest_radius) const {
     const auto radius = static_cast<double>(largest_radius);
     const Eigen::Vector3d apart =
         (box.low - eye_).cwiseMax(eye_ - box.high).cwiseMax(Eigen::Vector3d::Zero());
-    const Eigen::Vector3d far_corner = (box.low - eye_).cwiseAbs().cwiseMax((box.high - eye_).cwiseAbs());
+    const Eigen::Vector3d far_corner =
+        (box.low - eye_).cwiseAbs().cwiseMax((box.high - eye_).cwiseAbs());
     const double distance = std::max(near_, apart.norm() * (1.0 - 0x1p-19) - radius);
     double beside = 0.0;
     for (const Eigen::Vector3d& normal : frustum_.normals) {
@@ -101,11 +102,12 @@ float ScreenError::upper_bound(const Chunk& chunk, float largest_radius) const {
                                      normal.z() > 0.0 ? box.high.z() : box.low.z());
         beside = std::max(beside, -(normal.dot(corner - eye_) + radius));
     }
-    const double weight =
-        std::max(1.0 - static_cast<double>(kWeightSlope) * beside / (far_corner.norm() + radius + near_),
-                 static_cast<double>(kLeastWeight));
+    const double weight = std::max(
+        1.0 - static_cast<double>(kWeightSlope) * beside / (far_corner.norm() + radius + near_),
+        static_cast<double>(kLeastWeight));
     // the margin is for the rounding of the priorities themselves
-    return round_up(1.0001 * weight * static_cast<double>(chunk.max_vertex_bound) * pixels_ / distance);
+    return round_up(1.0001 * weight * static_cast<double>(chunk.max_vertex_bound) * pixels_ /
+                    distance);
 }
 
 ScreenError::Side ScreenError::side(const Chunk& chunk) const {
@@ -150,7 +152,8 @@ void ScreenError::priorities(const Chunk& chunk, const Axes& axes, int row, cons
         const float from_row = ny * dy;
         for (std::size_t i = 0; i < kChunkSamples; ++i) {
             // a little further in, for the rounding
-            const float in = nx * axes.x[i] + from_row + nz * dz[i] + radii[i] + distance[i] * 0x1p-18f;
+            const float in =
+                nx * axes.x[i] + from_row + nz * dz[i] + radii[i] + distance[i] * 0x1p-18f;
             beside[i] = -in > beside[i] ? -in : beside[i];
         }
     }

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <array>
-#include <vector>
-
 #include <terrane/terrain/chunk.h>
 #include <terrane/terrain/view.h>
+
+#include <array>
+#include <vector>
 
 namespace terrane::internal {
 

@@ -21,7 +21,8 @@ std::size_t bin_of(float priority) {
 float select_threshold(std::vector<Candidate>& candidates, std::size_t budget, float least) {
     // which bin does the budget end in
     std::vector<std::size_t> weights(kBins, 0);
-    for (const Candidate& candidate : candidates) weights[bin_of(candidate.priority)] += candidate.weight;
+    for (const Candidate& candidate : candidates)
+        weights[bin_of(candidate.priority)] += candidate.weight;
     std::size_t used = 0;
     std::size_t bin = kBins;
     while (bin > 0 && used + weights[bin - 1] <= budget) used += weights[--bin];
@@ -29,9 +30,9 @@ float select_threshold(std::vector<Candidate>& candidates, std::size_t budget, f
 
     // and where in that bin
     const std::size_t last = bin - 1;
-    const auto end = std::partition(candidates.begin(), candidates.end(), [&](const Candidate& candidate) {
-        return bin_of(candidate.priority) == last;
-    });
+    const auto end = std::partition(
+        candidates.begin(), candidates.end(),
+        [&](const Candidate& candidate) { return bin_of(candidate.priority) == last; });
     std::sort(candidates.begin(), end,
               [](const Candidate& a, const Candidate& b) { return a.priority > b.priority; });
     for (auto group = candidates.begin(); group != end;) {

@@ -10,33 +10,27 @@
 //
 // A chunk owns the vertices of its own spacing (roots own all coarser ones too), and draws the
 // triangles that its vertices make; each of its centres makes four sides' worth.
+#include "screen_error.h"
+#include "selection.h"
+#include "vertex_priorities.h"
+
+#include <terrane/terrain/assert.h>
 #include <terrane/terrain/triangulator.h>
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <string>
-
-#include <terrane/terrain/assert.h>
-
-#include "screen_error.h"
-#include "selection.h"
 
 namespace terrane {
 namespace {
 
 using internal::Candidate;
-using internal::Radii;
+using internal::ChunkPriorities;
 using internal::ScreenError;
+using internal::VertexPriorities;
 
 constexpr std::size_t kSamples = std::size_t{kChunkSamples} * kChunkSamples;
-
-// Priorities of the vertices of one chunk that the view may refine.
-struct OpenChunk {
-    std::vector<float> own;      // from bound and distance alone
-    std::vector<float> trimmed;  // at most those of the parents
-};
 
 // Sides of the square around a centre, counter-clockwise from the south: the offsets of the corner
 // where the side begins and of its midpoint.
@@ -44,31 +38,21 @@ struct SquareSide {
     int corner_x, corner_y;
     int middle_x, middle_y;
 };
-constexpr std::array<SquareSide, 4> kSides{
-    SquareSide{-1, -1, 0, -1}, SquareSide{1, -1, 1, 0}, SquareSide{1, 1, 0, 1}, SquareSide{-1, 1, -1, 0}};
-
-enum Neighbour : std::size_t { west = 0, east = 1, south = 2, north = 3 };
+constexpr std::array<SquareSide, 4> kSides{SquareSide{-1, -1, 0, -1}, SquareSide{1, -1, 1, 0},
+                                           SquareSide{1, 1, 0, 1}, SquareSide{-1, 1, -1, 0}};
 
 }  // namespace
 
 struct Triangulator::State {
     State(const HeightSource& source, const TriangulatorSettings& chosen)
-        : lattice(source.lattice()), settings(chosen), radii(internal::make_radii(source)) {
-        for (int level = 0; level <= lattice.finest_level; ++level) {
-            radius_rows.push_back(make_radius_rows(level));
-        }
-    }
+        : lattice(source.lattice()), settings(chosen), priorities(source) {}
 
     Lattice lattice;
     TriangulatorSettings settings;
-    Radii radii;
-    std::vector<std::vector<float>> radius_rows;  // by level
 
     // of the frame
     std::shared_ptr<const ResidentSet> resident;
-    std::vector<std::int32_t> open_index;  // by chunk of the set: into `open`, or ResidentSet::kNone
-    std::vector<OpenChunk> open;           // the first `open_count` are in use
-    std::size_t open_count = 0;
+    VertexPriorities priorities;
     std::vector<Candidate> candidates;
     std::vector<MeshChunk> mesh_chunks;
     std::vector<std::uint16_t> indices;
@@ -85,223 +69,29 @@ struct Triangulator::State {
     ErrorLeft left;
     TerrainMesh mesh;
 
-    std::size_t exponent(int level, int stride) const {
-        return static_cast<std::size_t>(lattice.finest_level - level +
-                                        std::countr_zero(static_cast<unsigned>(stride)));
+    const ChunkPriorities& priorities_of(std::size_t index) const {
+        return *priorities.find(static_cast<std::int32_t>(index));
     }
-    static int coarsest_stride(const Chunk& chunk) {
-        return chunk.key.level == 0 ? kChunkCells / 2 : 1;
-    }
-    const Chunk& chunk_at(std::size_t index) const { return *resident->chunks()[index]; }
-    OpenChunk* open_at(std::int32_t index) {
-        if (index == ResidentSet::kNone) return nullptr;
-        const std::int32_t slot = open_index[static_cast<std::size_t>(index)];
-        return slot == ResidentSet::kNone ? nullptr : &open[static_cast<std::size_t>(slot)];
-    }
-
-    std::vector<float> make_radius_rows(int level) const;
-    void compute_priorities(const ScreenError& screen, float floor);
-    void compute_own(const ScreenError& screen, const Chunk& chunk, OpenChunk& into) const;
-    void trim_centres(std::size_t index, int stride);
-    void trim_midpoints(std::size_t index, int stride);
-    void gather(std::size_t index, float floor, std::size_t& weight);
     void select(const ScreenError& screen);
     void emit(const ScreenError& screen);
     void emit_chunk(const ScreenError& screen, std::size_t index);
     void emit_stride(const ScreenError& screen, std::size_t index, int stride);
-    void emit_undivided_root(const ScreenError& screen, std::size_t index);
+    void emit_undivided_root(std::size_t index);
 };
-
-// Radii of every row of samples of a level. Rows of one parity are alike below the roots.
-std::vector<float> Triangulator::State::make_radius_rows(int level) const {
-    const int rows = level == 0 ? kChunkSamples : 2;
-    std::vector<float> table;
-    for (int row = 0; row < rows; ++row) {
-        for (int column = 0; column < kChunkSamples; ++column) {
-            const auto both = static_cast<unsigned>(row | column);
-            const int stride = both == 0 ? kChunkCells : 1 << std::countr_zero(both);
-            // vertices of other chunks have a bound of 0 here: their radius does not matter
-            const int own = std::min(stride, level == 0 ? kChunkCells / 2 : 1);
-            const bool is_centre = ((row / own) & (column / own) & 1) != 0;
-            const std::size_t e = exponent(level, own);
-            table.push_back(is_centre ? radii.centre[e] : radii.midpoint[e]);
-        }
-    }
-    return table;
-}
-
-// What a vertex would get from its own bound and distance.
-void Triangulator::State::compute_own(const ScreenError& screen, const Chunk& chunk,
-                                      OpenChunk& into) const {
-    const ScreenError::Axes axes = screen.axes(chunk);
-    const ScreenError::Side side = screen.side(chunk);
-    const std::vector<float>& table = radius_rows[chunk.key.level];
-    for (int row = 0; row < kChunkSamples; ++row) {
-        const int table_row = chunk.key.level == 0 ? row : row % 2;
-        screen.priorities(chunk, axes, row, &table[sample_index(0, table_row)], side,
-                          &into.own[sample_index(0, row)]);
-    }
-}
-
-// A centre's parents are the corners of its square with an odd index sum: midpoints of twice the
-// spacing, in the same root or in the chunk's parent. The centre of a root square has none.
-void Triangulator::State::trim_centres(std::size_t index, int stride) {
-    const Chunk& chunk = chunk_at(index);
-    OpenChunk& mine = *open_at(static_cast<std::int32_t>(index));
-    const bool is_root = chunk.key.level == 0;
-    const OpenChunk* above = is_root ? &mine : open_at(resident->links(index).parent);
-    const int shift_x = !is_root && (chunk.key.x & 1) != 0 ? kChunkCells / 2 : 0;
-    const int shift_y = !is_root && (chunk.key.y & 1) != 0 ? kChunkCells / 2 : 0;
-    const auto parent_priority = [&](int column, int row) {
-        if (is_root) return mine.trimmed[sample_index(column, row)];
-        return above->trimmed[sample_index(shift_x + column / 2, shift_y + row / 2)];
-    };
-    for (int row = stride; row < kChunkCells; row += 2 * stride) {
-        for (int column = stride; column < kChunkCells; column += 2 * stride) {
-            const std::size_t vertex = sample_index(column, row);
-            float priority = mine.own[vertex];
-            if (above == nullptr) {
-                priority = 0.0f;
-            } else if (2 * stride < kChunkCells) {
-                // index sum of the south-western corner, in units of twice the stride
-                const bool is_even = (((column - stride) + (row - stride)) / (2 * stride)) % 2 == 0;
-                const int other = is_even ? -stride : stride;
-                priority = std::min({priority, parent_priority(column + stride, row + other),
-                                     parent_priority(column - stride, row - other)});
-            }
-            mine.trimmed[vertex] = priority;
-        }
-    }
-}
-
-// A midpoint's parents are the centres on both sides of it; on the world's border there is one.
-void Triangulator::State::trim_midpoints(std::size_t index, int stride) {
-    const Chunk& chunk = chunk_at(index);
-    OpenChunk& mine = *open_at(static_cast<std::int32_t>(index));
-    const ResidentSet::Links& links = resident->links(index);
-    const auto inside = [&](int column, int row) { return mine.trimmed[sample_index(column, row)]; };
-    // the centre across a border of the chunk
-    const auto across = [&](Neighbour side, int column, int row, float otherwise) {
-        const ChunkKey& key = chunk.key;
-        const std::array<ChunkKey, 4> keys{ChunkKey{key.x - 1, key.y, key.level},
-                                           ChunkKey{key.x + 1, key.y, key.level},
-                                           ChunkKey{key.x, key.y - 1, key.level},
-                                           ChunkKey{key.x, key.y + 1, key.level}};
-        if (!lattice.contains(keys[side])) return otherwise;
-        const OpenChunk* other = open_at(links.neighbour[side]);
-        return other == nullptr ? 0.0f : other->trimmed[sample_index(column, row)];
-    };
-    for (int row = 0; row <= kChunkCells; row += stride) {
-        const bool on_side = (row / stride) % 2 != 0;  // of a square: its centres are east and west
-        for (int column = on_side ? 0 : stride; column <= kChunkCells; column += 2 * stride) {
-            float first = 0.0f;
-            float second = 0.0f;
-            if (on_side) {
-                if (column == 0) {
-                    second = inside(stride, row);
-                    first = across(west, kChunkCells - stride, row, second);
-                } else if (column == kChunkCells) {
-                    first = inside(kChunkCells - stride, row);
-                    second = across(east, stride, row, first);
-                } else {
-                    first = inside(column - stride, row);
-                    second = inside(column + stride, row);
-                }
-            } else if (row == 0) {
-                second = inside(column, stride);
-                first = across(south, column, kChunkCells - stride, second);
-            } else if (row == kChunkCells) {
-                first = inside(column, kChunkCells - stride);
-                second = across(north, column, stride, first);
-            } else {
-                first = inside(column, row - stride);
-                second = inside(column, row + stride);
-            }
-            const std::size_t vertex = sample_index(column, row);
-            mine.trimmed[vertex] = std::min({mine.own[vertex], first, second});
-        }
-    }
-}
-
-// Opens every chunk that may have a vertex above the floor, and trims from the roots down.
-void Triangulator::State::compute_priorities(const ScreenError& screen, float floor) {
-    open_index.assign(resident->chunks().size(), ResidentSet::kNone);
-    open_count = 0;
-    std::size_t first = 0;
-    const std::size_t count = resident->chunks().size();
-    while (first < count) {
-        const int level = chunk_at(first).key.level;
-        std::size_t end = first;
-        for (; end < count && chunk_at(end).key.level == level; ++end) {
-            const Chunk& chunk = chunk_at(end);
-            const ResidentSet::Links& links = resident->links(end);
-            if (level > 0) {
-                if (open_index[static_cast<std::size_t>(links.parent)] == ResidentSet::kNone) continue;
-                const float largest = radii.centre[exponent(level, 1)];
-                if (!(screen.upper_bound(chunk, largest) > floor)) continue;
-            }
-            if (open_count == open.size()) {
-                open.push_back({std::vector<float>(kSamples), std::vector<float>(kSamples)});
-            }
-            open_index[end] = static_cast<std::int32_t>(open_count);
-            compute_own(screen, chunk, open[open_count]);
-            std::fill(open[open_count].trimmed.begin(), open[open_count].trimmed.end(), 0.0f);
-            ++open_count;
-        }
-        for (int stride = level == 0 ? kChunkCells / 2 : 1; stride >= 1; stride /= 2) {
-            for (std::size_t i = first; i < end; ++i) {
-                if (open_index[i] != ResidentSet::kNone) trim_centres(i, stride);
-            }
-            for (std::size_t i = first; i < end; ++i) {
-                if (open_index[i] != ResidentSet::kNone) trim_midpoints(i, stride);
-            }
-        }
-        first = end;
-    }
-}
-
-// Collects a chunk's vertices above the floor. Those on a shared border belong to the chunk east or
-// north of it.
-void Triangulator::State::gather(std::size_t index, float floor, std::size_t& weight) {
-    const Chunk& chunk = chunk_at(index);
-    const OpenChunk& mine = *open_at(static_cast<std::int32_t>(index));
-    const std::int64_t side = chunk.step * kChunkCells;
-    const bool at_west = chunk.corner.x == lattice.west();
-    const bool at_east = chunk.corner.x + side == lattice.east();
-    const bool at_south = chunk.corner.y == lattice.south();
-    const bool at_north = chunk.corner.y + side == lattice.north();
-    for (int row = 0; row <= kChunkCells; ++row) {
-        if (row == kChunkCells && !at_north) break;
-        const float* priorities = &mine.trimmed[sample_index(0, row)];
-        const bool on_border_row = (row == 0 && at_south) || row == kChunkCells;
-        for (int column = 0; column < kChunkCells; ++column) {
-            if (!(priorities[column] > floor)) continue;
-            const bool on_border = on_border_row || (column == 0 && at_west);
-            candidates.push_back({priorities[column], on_border ? 1u : 2u});
-            weight += on_border ? 1 : 2;
-        }
-        if (at_east && priorities[kChunkCells] > floor) {
-            candidates.push_back({priorities[kChunkCells], 1});
-            weight += 1;
-        }
-    }
-}
 
 // Finds the threshold: the target, or as low as the budget allows.
 void Triangulator::State::select(const ScreenError& screen) {
-    const auto target = static_cast<float>(settings.max_error_px / (2.0 * ScreenError::kRounding - 1.0));
+    const auto target =
+        static_cast<float>(settings.max_error_px / (2.0 * ScreenError::kRounding - 1.0));
     const std::size_t root_triangles = 2 * static_cast<std::size_t>(lattice.root_count_x) *
                                        static_cast<std::size_t>(lattice.root_count_y);
     const std::size_t budget = settings.triangle_budget - root_triangles;
     // where the last frame ended is a good guess; too high a floor is found out and lowered
     float floor = std::max(target, 0.9f * last_threshold);
     for (;;) {
-        compute_priorities(screen, floor);
+        priorities.compute(resident, screen, floor);
         candidates.clear();
-        std::size_t weight = 0;
-        for (std::size_t i = 0; i < resident->chunks().size(); ++i) {
-            if (open_index[i] != ResidentSet::kNone) gather(i, floor, weight);
-        }
+        const std::size_t weight = priorities.gather(floor, candidates);
         if (weight > budget || floor == target) break;
         floor = std::max(target, 0.7f * floor);
     }
@@ -309,8 +99,8 @@ void Triangulator::State::select(const ScreenError& screen) {
     last_threshold = threshold;
 }
 
-void Triangulator::State::emit_undivided_root(const ScreenError& screen, std::size_t index) {
-    const Chunk& chunk = chunk_at(index);
+void Triangulator::State::emit_undivided_root(std::size_t index) {
+    const Chunk& chunk = *resident->chunks()[index];
     constexpr std::uint16_t south_west = 0;
     constexpr auto south_east = static_cast<std::uint16_t>(kChunkCells);
     constexpr auto north_west = static_cast<std::uint16_t>(kChunkCells * kChunkSamples);
@@ -322,18 +112,17 @@ void Triangulator::State::emit_undivided_root(const ScreenError& screen, std::si
         indices.insert(indices.end(),
                        {south_west, south_east, north_west, south_east, north_east, north_west});
     }
-    static_cast<void>(screen);
-    const OpenChunk& mine = *open_at(static_cast<std::int32_t>(index));
+    const ChunkPriorities& mine = priorities_of(index);
     left.chosen = std::max(left.chosen, mine.own[sample_index(kChunkCells / 2, kChunkCells / 2)]);
 }
 
 // The triangles that the centres of one spacing make, but for those that finer centres divide.
 void Triangulator::State::emit_stride(const ScreenError& screen, std::size_t index, int stride) {
-    const Chunk& chunk = chunk_at(index);
+    const Chunk& chunk = *resident->chunks()[index];
     const ResidentSet::Links& links = resident->links(index);
-    const OpenChunk& mine = *open_at(static_cast<std::int32_t>(index));
+    const ChunkPriorities& mine = priorities_of(index);
     const bool is_finest = chunk.key.level == lattice.finest_level;
-    const auto cell_radius = static_cast<double>(radii.cell[exponent(chunk.key.level, 1)]);
+    const auto cell_radius = static_cast<double>(priorities.cell_radius(chunk.key.level));
     const auto vertex = [](int column, int row) {
         return static_cast<std::uint16_t>(sample_index(column, row));
     };
@@ -347,9 +136,10 @@ void Triangulator::State::emit_stride(const ScreenError& screen, std::size_t ind
             kind = std::max(kind, mine.own[finer]);
             return false;
         }
-        const int quadrant = (west_x >= kChunkCells / 2 ? 1 : 0) + (south_y >= kChunkCells / 2 ? 2 : 0);
+        const int quadrant =
+            (west_x >= kChunkCells / 2 ? 1 : 0) + (south_y >= kChunkCells / 2 ? 2 : 0);
         const std::int32_t child_index = links.child[static_cast<std::size_t>(quadrant)];
-        const OpenChunk* child = open_at(child_index);
+        const ChunkPriorities* child = priorities.find(child_index);
         float own = threshold;  // a resident child that was not opened has nothing above it
         if (child != nullptr) {
             const std::size_t finer = sample_index(2 * (west_x % (kChunkCells / 2)) + 1,
@@ -360,9 +150,10 @@ void Triangulator::State::emit_stride(const ScreenError& screen, std::size_t ind
         // the cell's own bound: around the middle of its cut, which runs through the square's centre
         const int corner_x = centre_x == west_x ? west_x + 1 : west_x;
         const int corner_y = centre_y == south_y ? south_y + 1 : south_y;
-        const double height = 0.5 * lattice.quantum *
-                              (static_cast<double>(chunk.heights[sample_index(centre_x, centre_y)]) +
-                               static_cast<double>(chunk.heights[sample_index(corner_x, corner_y)]));
+        const double height =
+            0.5 * lattice.quantum *
+            (static_cast<double>(chunk.heights[sample_index(centre_x, centre_y)]) +
+             static_cast<double>(chunk.heights[sample_index(corner_x, corner_y)]));
         const double half = 0.5 * lattice.spacing * static_cast<double>(chunk.step);
         const float error = screen.error_in_view(
             lattice.x(chunk.corner.x + west_x * chunk.step) + half,
@@ -382,14 +173,17 @@ void Triangulator::State::emit_stride(const ScreenError& screen, std::size_t ind
         for (int column = stride; column < kChunkCells; column += 2 * stride) {
             if (!(mine.trimmed[sample_index(column, row)] > threshold)) continue;
             const std::uint16_t centre = vertex(column, row);
-            std::array<bool, 4> divided{};  // quarters: south-west, south-east, north-west, north-east
+            std::array<bool, 4>
+                divided{};  // quarters: south-west, south-east, north-west, north-east
             std::array<bool, 4> known{};
             const auto quarter_divided = [&](int corner_x, int corner_y) {
-                const auto quarter = static_cast<std::size_t>((corner_x > 0 ? 1 : 0) + (corner_y > 0 ? 2 : 0));
+                const auto quarter =
+                    static_cast<std::size_t>((corner_x > 0 ? 1 : 0) + (corner_y > 0 ? 2 : 0));
                 if (!known[quarter]) {
                     known[quarter] = true;
-                    divided[quarter] = is_divided(column, row, column + (corner_x > 0 ? 0 : -stride),
-                                                  row + (corner_y > 0 ? 0 : -stride));
+                    divided[quarter] =
+                        is_divided(column, row, column + (corner_x > 0 ? 0 : -stride),
+                                   row + (corner_y > 0 ? 0 : -stride));
                 }
                 return divided[quarter];
             };
@@ -422,14 +216,14 @@ void Triangulator::State::emit_stride(const ScreenError& screen, std::size_t ind
 }
 
 void Triangulator::State::emit_chunk(const ScreenError& screen, std::size_t index) {
-    const Chunk& chunk = chunk_at(index);
+    const Chunk& chunk = *resident->chunks()[index];
     const std::size_t first = indices.size();
-    const OpenChunk& mine = *open_at(static_cast<std::int32_t>(index));
+    const ChunkPriorities& mine = priorities_of(index);
     if (chunk.key.level == 0 &&
         !(mine.trimmed[sample_index(kChunkCells / 2, kChunkCells / 2)] > threshold)) {
-        emit_undivided_root(screen, index);
+        emit_undivided_root(index);
     }
-    for (int stride = coarsest_stride(chunk); stride >= 1; stride /= 2) {
+    for (int stride = VertexPriorities::coarsest_stride(chunk); stride >= 1; stride /= 2) {
         emit_stride(screen, index, stride);
     }
     if (indices.size() == first) return;
@@ -442,14 +236,15 @@ void Triangulator::State::emit(const ScreenError& screen) {
     mesh_chunks.clear();
     left = {};
     for (std::size_t i = 0; i < resident->chunks().size(); ++i) {
-        if (open_index[i] != ResidentSet::kNone) emit_chunk(screen, i);
+        if (priorities.find(static_cast<std::int32_t>(i)) != nullptr) emit_chunk(screen, i);
     }
     TERRANE_ASSERT(indices.size() <= 3 * settings.triangle_budget, "the budget must hold");
 }
 
 Result<Triangulator> Triangulator::create(const HeightSource& source,
                                           const TriangulatorSettings& settings) {
-    if (const Result<void> good = check(source.lattice()); !good) return tl::unexpected(good.error());
+    if (const Result<void> good = check(source.lattice()); !good)
+        return tl::unexpected(good.error());
     const Lattice& lattice = source.lattice();
     const std::size_t least = 2 * static_cast<std::size_t>(lattice.root_count_x) *
                               static_cast<std::size_t>(lattice.root_count_y);
@@ -503,7 +298,8 @@ TerrainMesh Triangulator::update(std::shared_ptr<const ResidentSet> resident, co
         mesh.status = MeshStatus::error_met;
     } else if (state.left.chosen * ScreenError::kRounding > state.settings.max_error_px) {
         mesh.status = MeshStatus::budget_reached;
-    } else if (static_cast<double>(state.left.absent) * ScreenError::kRounding > state.settings.max_error_px) {
+    } else if (static_cast<double>(state.left.absent) * ScreenError::kRounding >
+               state.settings.max_error_px) {
         mesh.status = MeshStatus::not_resident;
     } else {
         mesh.status = MeshStatus::finest_reached;

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
+#include <terrane/terrain/assert.h>
 #include <terrane/terrain/chunk.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
-
-#include <terrane/terrain/assert.h>
 
 namespace terrane {
 namespace {
@@ -32,9 +31,9 @@ Result<void> fill_heights(const HeightSource& source, const SampleGrid& grid, Ch
         const double quanta = std::floor(metres[i] * per_quantum + 0.5);
         // also false for NaN
         if (!(std::abs(quanta) < 2147483647.0)) {
-            return fail(ErrorCode::bad_data,
-                        "the source gave a height of " + std::to_string(metres[i]) +
-                            " m, which is no 32-bit multiple of the quantum");
+            return fail(ErrorCode::bad_data, "the source gave a height of " +
+                                                 std::to_string(metres[i]) +
+                                                 " m, which is no 32-bit multiple of the quantum");
         }
         chunk.heights[i] = static_cast<std::int32_t>(quanta);
     }
@@ -56,9 +55,10 @@ Result<void> fill_vertex_bounds(const HeightSource& source, const SampleGrid& gr
         for (int row = 0; row < sparse.rows; ++row) {
             for (int column = 0; column < sparse.columns; ++column) {
                 if (((row | column) & 1) == 0) continue;  // of a coarser spacing
-                const float bound =
-                    add_up(out[static_cast<std::size_t>(row * sparse.columns + column)], half_quantum);
-                if (!(bound >= 0.0f)) return fail(ErrorCode::bad_data, "the source gave a bound of NaN");
+                const float bound = add_up(
+                    out[static_cast<std::size_t>(row * sparse.columns + column)], half_quantum);
+                if (!(bound >= 0.0f))
+                    return fail(ErrorCode::bad_data, "the source gave a bound of NaN");
                 chunk.vertex_bounds[sample_index(column * stride, row * stride)] = bound;
                 chunk.max_vertex_bound = std::max(chunk.max_vertex_bound, bound);
             }
@@ -75,7 +75,8 @@ Result<void> fill_cells(const HeightSource& source, const SampleGrid& grid, Chun
         for (int column = 0; column < kChunkCells; ++column) {
             float& bound = chunk.cell_bounds[cell_index(column, row)];
             bound = add_up(bound, half_quantum);
-            if (!(bound >= 0.0f)) return fail(ErrorCode::bad_data, "the source gave a bound of NaN");
+            if (!(bound >= 0.0f))
+                return fail(ErrorCode::bad_data, "the source gave a bound of NaN");
             const auto quadrant = static_cast<std::size_t>((column >= kChunkCells / 2 ? 1 : 0) +
                                                            (row >= kChunkCells / 2 ? 2 : 0));
             chunk.quadrant_bound[quadrant] = std::max(chunk.quadrant_bound[quadrant], bound);

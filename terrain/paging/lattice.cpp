@@ -17,8 +17,10 @@ Result<void> check(const Lattice& lattice) {
     const auto refuse = [](const std::string& what, double value) -> Result<void> {
         return fail(ErrorCode::invalid_argument, what + ", got " + std::to_string(value));
     };
-    if (!std::isfinite(lattice.origin_x)) return refuse("origin_x must be finite", lattice.origin_x);
-    if (!std::isfinite(lattice.origin_y)) return refuse("origin_y must be finite", lattice.origin_y);
+    if (!std::isfinite(lattice.origin_x))
+        return refuse("origin_x must be finite", lattice.origin_x);
+    if (!std::isfinite(lattice.origin_y))
+        return refuse("origin_y must be finite", lattice.origin_y);
     if (!(lattice.spacing > 0.0) || !std::isfinite(lattice.spacing)) {
         return refuse("spacing must be > 0 m", lattice.spacing);
     }
@@ -37,9 +39,10 @@ Result<void> check(const Lattice& lattice) {
     }
     // keys of the finest level must fit their 32 bits
     const std::int64_t limit = (std::int64_t{1} << 31) >> lattice.finest_level;
-    for (const std::int64_t root : {std::int64_t{lattice.first_root_x}, std::int64_t{lattice.first_root_y},
-                                    std::int64_t{lattice.first_root_x} + lattice.root_count_x,
-                                    std::int64_t{lattice.first_root_y} + lattice.root_count_y}) {
+    for (const std::int64_t root :
+         {std::int64_t{lattice.first_root_x}, std::int64_t{lattice.first_root_y},
+          std::int64_t{lattice.first_root_x} + lattice.root_count_x,
+          std::int64_t{lattice.first_root_y} + lattice.root_count_y}) {
         if (root <= -limit || root >= limit) {
             return refuse("root squares must lie within 2^31 chunks of the finest level",
                           static_cast<double>(root));

@@ -6,9 +6,11 @@
 
 namespace terrane::internal {
 
-Result<std::shared_ptr<const Chunk>> load_counted(const HeightSource& source, const ChunkKey& key,
-                                                  std::shared_ptr<std::atomic<std::size_t>> live_bytes) {
-    Result<std::shared_ptr<const Chunk>> made = fail(ErrorCode::out_of_memory, "no memory for a chunk");
+Result<std::shared_ptr<const Chunk>> load_counted(
+    const HeightSource& source, const ChunkKey& key,
+    std::shared_ptr<std::atomic<std::size_t>> live_bytes) {
+    Result<std::shared_ptr<const Chunk>> made =
+        fail(ErrorCode::out_of_memory, "no memory for a chunk");
     try {
         made = make_chunk(source, key);
         if (!made) return made;
@@ -95,9 +97,8 @@ std::vector<ChunkKey> Loader::begun() const {
 
 void Loader::wait() {
     std::unique_lock lock(mutex_);
-    changed_.wait(lock, [this] {
-        return !finished_.empty() || (queue_.empty() && reading_.empty());
-    });
+    changed_.wait(lock,
+                  [this] { return !finished_.empty() || (queue_.empty() && reading_.empty()); });
 }
 
 }  // namespace terrane::internal

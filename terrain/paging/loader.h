@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <terrane/terrain/chunk.h>
+
 #include <atomic>
 #include <condition_variable>
 #include <memory>
 #include <mutex>
 #include <thread>
 #include <vector>
-
-#include <terrane/terrain/chunk.h>
 
 namespace terrane::internal {
 
@@ -20,8 +20,9 @@ struct Loaded {
 
 /// Reads a chunk, and keeps what lives counted: every byte of it leaves `live_bytes` when the last
 /// holder lets go of the chunk.
-Result<std::shared_ptr<const Chunk>> load_counted(const HeightSource& source, const ChunkKey& key,
-                                                  std::shared_ptr<std::atomic<std::size_t>> live_bytes);
+Result<std::shared_ptr<const Chunk>> load_counted(
+    const HeightSource& source, const ChunkKey& key,
+    std::shared_ptr<std::atomic<std::size_t>> live_bytes);
 
 /// Threads that read chunks, the first in the queue first.
 ///

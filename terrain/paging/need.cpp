@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "need.h"
 
+#include <terrane/terrain/assert.h>
+
 #include <algorithm>
 #include <cmath>
-
-#include <terrane/terrain/assert.h>
 
 namespace terrane::internal {
 namespace {
@@ -65,9 +65,10 @@ Need camera_need(const CameraNeed& camera, const Box& box, double bound, double 
 Need body_need(const BodyNeed& body, const Box& box, double horizon) {
     const double speed = body.velocity.norm();
     // a piece of the way at a time, each as a ball that holds it
-    const int pieces = std::clamp(static_cast<int>(std::ceil(
-                                      speed * horizon / (0.5 * (box.high.x() - box.low.x()) + body.radius))),
-                                  1, 256);
+    const int pieces =
+        std::clamp(static_cast<int>(std::ceil(speed * horizon /
+                                              (0.5 * (box.high.x() - box.low.x()) + body.radius))),
+                   1, 256);
     for (int i = 0; i < pieces; ++i) {
         const double begin = horizon * i / pieces;
         const double end = horizon * (i + 1) / pieces;
@@ -92,7 +93,8 @@ Need child_need(const Lattice& lattice, const Chunk& chunk, int quadrant, const 
                 int contact_level, double horizon) {
     TERRANE_ASSERT(chunk.key.level < lattice.finest_level, "the finest chunks have no children");
     const ChunkKey key = chunk.key.child(quadrant);
-    const auto bound = static_cast<double>(chunk.quadrant_bound[static_cast<std::size_t>(quadrant)]);
+    const auto bound =
+        static_cast<double>(chunk.quadrant_bound[static_cast<std::size_t>(quadrant)]);
     const WorldRect rect = rect_of(lattice, key);
     // the surface over the child, and a cell around for what only touches it
     const double margin = lattice.level_spacing(key.level);

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <terrane/terrain/pager.h>
+
 #include <span>
 #include <vector>
-
-#include <terrane/terrain/pager.h>
 
 namespace terrane::internal {
 

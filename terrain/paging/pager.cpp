@@ -5,15 +5,15 @@
 //   stay while children are resident)
 // Deviations: the ceiling is enforced before a load is begun, not after it has arrived; contact asks
 // in its own name and goes first; motion is followed ahead over a horizon.
+#include "loader.h"
+#include "need.h"
+
 #include <terrane/terrain/pager.h>
 
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <string>
-
-#include "loader.h"
-#include "need.h"
 
 namespace terrane {
 namespace {
@@ -24,7 +24,8 @@ using internal::NeedClass;
 
 // A load must be wanted this much more than what it evicts, or the two would take turns.
 constexpr double kEvictionGain = 1.25;
-constexpr double kFirstRetry = 0.1;  // seconds after the first failure, doubled with each further one
+constexpr double kFirstRetry =
+    0.1;  // seconds after the first failure, doubled with each further one
 constexpr double kLastRetry = 10.0;
 // Loads handed to each worker at a time: enough to keep it busy between two updates.
 constexpr std::size_t kQueuePerWorker = 8;
@@ -123,7 +124,9 @@ void Pager::State::take_in(const ChunkKey& key, Result<std::shared_ptr<const Chu
         ++stats.failed;
         Failure& failure = failures[key];
         failure.retry_s =
-            clients.time_s + std::min(kLastRetry, kFirstRetry * static_cast<double>(1 << std::min(failure.count, 10)));
+            clients.time_s +
+            std::min(kLastRetry,
+                     kFirstRetry * static_cast<double>(1 << std::min(failure.count, 10)));
         ++failure.count;
         return;
     }
@@ -194,9 +197,9 @@ void Pager::State::find_wanted() {
         }
     }
     std::sort(absent.begin(), absent.end(), goes_before);
-    stats.late_chunks = static_cast<std::size_t>(
-        std::count_if(absent.begin(), absent.end(),
-                      [](const Wanted& wanted) { return wanted.need.why != NeedClass::predicted; }));
+    stats.late_chunks = static_cast<std::size_t>(std::count_if(
+        absent.begin(), absent.end(),
+        [](const Wanted& wanted) { return wanted.need.why != NeedClass::predicted; }));
 }
 
 // Evicts what is needed least until one more chunk fits. Children go before their parents.
@@ -205,7 +208,8 @@ bool Pager::State::make_room(const Need& need, std::size_t reserved_bytes) {
     while (live_bytes->load() + reserved_bytes + one > settings.memory_bytes) {
         auto victim = resident.end();
         for (auto candidate = resident.begin(); candidate != resident.end(); ++candidate) {
-            if (candidate->second.children > 0 || !outweighs(need, candidate->second.need)) continue;
+            if (candidate->second.children > 0 || !outweighs(need, candidate->second.need))
+                continue;
             if (victim == resident.end() ||
                 victim->second.need.goes_before(candidate->second.need)) {
                 victim = candidate;
@@ -274,15 +278,16 @@ void Pager::State::publish() {
     for (const auto& [key, entry] : resident) chunks.push_back(entry.chunk);
     // let go of the old set first: its evicted chunks must not count
     set.reset();
-    set = std::make_shared<const ResidentSet>(source->lattice(), source->extent(), std::move(chunks),
-                                              ++epoch);
+    set = std::make_shared<const ResidentSet>(source->lattice(), source->extent(),
+                                              std::move(chunks), ++epoch);
     changed = false;
 }
 
 Result<Pager> Pager::create(std::shared_ptr<const HeightSource> source,
                             const PagerSettings& settings) {
     if (!source) return fail(ErrorCode::invalid_argument, "a pager needs a source");
-    if (const Result<void> good = check(source->lattice()); !good) return tl::unexpected(good.error());
+    if (const Result<void> good = check(source->lattice()); !good)
+        return tl::unexpected(good.error());
     if (settings.worker_count < 0 || settings.worker_count > 256) {
         return fail(ErrorCode::invalid_argument,
                     "worker_count must be 0 to 256, got " + std::to_string(settings.worker_count));
@@ -299,9 +304,9 @@ Result<Pager> Pager::create(std::shared_ptr<const HeightSource> source,
     const std::size_t least = Chunk::max_bytes() * static_cast<std::size_t>(lattice.root_count_x) *
                               static_cast<std::size_t>(lattice.root_count_y);
     if (settings.memory_bytes < least) {
-        return fail(ErrorCode::out_of_memory,
-                    "memory_bytes must hold the root squares, " + std::to_string(least) + ", got " +
-                        std::to_string(settings.memory_bytes));
+        return fail(ErrorCode::out_of_memory, "memory_bytes must hold the root squares, " +
+                                                  std::to_string(least) + ", got " +
+                                                  std::to_string(settings.memory_bytes));
     }
     auto state = std::make_unique<State>();
     state->settings = settings;
@@ -309,8 +314,8 @@ Result<Pager> Pager::create(std::shared_ptr<const HeightSource> source,
                                ? lattice.level_for_spacing(settings.contact_spacing)
                                : lattice.finest_level;
     if (settings.worker_count > 0) {
-        state->loader = std::make_unique<internal::Loader>(source, state->live_bytes,
-                                                           settings.worker_count);
+        state->loader =
+            std::make_unique<internal::Loader>(source, state->live_bytes, settings.worker_count);
     }
     state->source = std::move(source);
     state->publish();

@@ -72,7 +72,8 @@ Result<View> look_at(const WorldPos& eye_world, const WorldPos& target_world, do
     }
     view.forward = way / distance;
     const bool is_vertical = std::abs(view.forward.x()) + std::abs(view.forward.y()) < 1e-9;
-    const Eigen::Vector3d hint = is_vertical ? Eigen::Vector3d(0.0, 1.0, 0.0) : Eigen::Vector3d(0.0, 0.0, 1.0);
+    const Eigen::Vector3d hint =
+        is_vertical ? Eigen::Vector3d(0.0, 1.0, 0.0) : Eigen::Vector3d(0.0, 0.0, 1.0);
     const Eigen::Vector3d right = unit(cross(view.forward, hint));
     view.up = unit(cross(right, view.forward));
     if (const Result<void> good = check(view); !good) return tl::unexpected(good.error());

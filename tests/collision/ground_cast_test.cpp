@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include <terrane/collision/ground_cast.h>
+#include "collision/ground_oracle.h"
 
-#include <cstring>
+#include <terrane/collision/ground_cast.h>
 
 #include <gtest/gtest.h>
 
-#include "collision/ground_oracle.h"
+#include <cstring>
 
 namespace terrane {
 namespace {
@@ -54,8 +54,9 @@ TEST(Cast, StopsBeforeTheGroundAndWithinTheTolerance) {
         const Ground ground = make_test_ground(scene.height, 1.0, 1);
         for (const Shape& shape : make_shapes()) {
             for (int i = 0; i < 48; ++i) {
-                const Motion motion =
-                    random_motion(random, ground, i % 3 == 0 ? 5.0 : 60.0, std::array<double, 4>{0.0, 0.3, 3.0, 25.0}[static_cast<std::size_t>(i % 4)]);
+                const Motion motion = random_motion(
+                    random, ground, i % 3 == 0 ? 5.0 : 60.0,
+                    std::array<double, 4>{0.0, 0.3, 3.0, 25.0}[static_cast<std::size_t>(i % 4)]);
                 if (compute_lift(shape, motion.start, ground).lift >= 0.0) continue;
                 const CastAnswer answer = cast(shape, motion, ground);
                 ASSERT_EQ(answer.status, ContactStatus::complete);
@@ -77,7 +78,8 @@ TEST(Cast, StopsBeforeTheGroundAndWithinTheTolerance) {
 }
 
 TEST(Cast, MeetsAThinWallAtAnySpeed) {
-    const Ground ground = make_test_ground([](double x, double) { return x == 64.0 ? 50.0 : 0.0; }, 1.0, 1);
+    const Ground ground =
+        make_test_ground([](double x, double) { return x == 64.0 ? 50.0 : 0.0; }, 1.0, 1);
     for (const Shape& shape : make_shapes()) {
         for (const double way : {100.0, 300.0, 1e6}) {
             for (const double spin : {0.0, 2.0, 40.0}) {
@@ -99,8 +101,8 @@ TEST(Cast, FallsAKilometreOntoAPlaneToTheToleranceExactly) {
     for (const double tolerance : {1e-2, 1e-4, 1e-6}) {
         CastSettings settings;
         settings.tolerance = tolerance;
-        const CastAnswer answer =
-            cast(Sphere{0.5}, straight({64.3, 64.4, 1003.5}, {0.0, 0.0, -2000.0}), ground, settings);
+        const CastAnswer answer = cast(
+            Sphere{0.5}, straight({64.3, 64.4, 1003.5}, {0.0, 0.0, -2000.0}), ground, settings);
         ASSERT_TRUE(answer.hit);
         const double gap = 1000.0 - 2000.0 * answer.fraction;
         EXPECT_GE(gap, 0.0);
@@ -116,7 +118,8 @@ TEST(Cast, SlidesOverFlatSeamsWithoutAHit) {
     for (const Shape& shape : make_shapes()) {
         for (int i = 0; i < 60; ++i) {
             Motion motion;
-            motion.start.rotation = i == 0 ? Eigen::Matrix3d(Eigen::Matrix3d::Identity()) : random.rotation();
+            motion.start.rotation =
+                i == 0 ? Eigen::Matrix3d(Eigen::Matrix3d::Identity()) : random.rotation();
             motion.start.translation = {120.0, 120.0 + random.between(0.0, 16.0), 0.0};
             const double lift = compute_lift(shape, motion.start, ground).lift;
             motion.start.translation.z() = lift + 1.01e-4;
@@ -129,7 +132,8 @@ TEST(Cast, SlidesOverFlatSeamsWithoutAHit) {
 
 TEST(Cast, ReportsTouchAndOverlapAtTheStart) {
     const Ground ground = make_test_ground([](double, double) { return 0.0; }, 1.0, 1);
-    for (const Shape& shape : {Shape(Sphere{0.5}), Shape(Capsule{0.25, 0.25}), Shape(Box{{1.0, 1.0, 0.5}})}) {
+    for (const Shape& shape :
+         {Shape(Sphere{0.5}), Shape(Capsule{0.25, 0.25}), Shape(Box{{1.0, 1.0, 0.5}})}) {
         for (const double depth : {0.0, 0.01, 2.0, 1000.0}) {
             const CastAnswer answer =
                 cast(shape, straight({64.3, 64.4, 0.5 - depth}, {1.0, 0.0, 1.0}), ground);
@@ -142,19 +146,23 @@ TEST(Cast, ReportsTouchAndOverlapAtTheStart) {
 }
 
 TEST(Cast, PassesOverSeparatingContactsUntilTheyCloseAgain) {
-    const Ground ground = make_test_ground([](double x, double) { return x > 70.0 ? x - 70.0 : 0.0; }, 1.0, 1);
+    const Ground ground =
+        make_test_ground([](double x, double) { return x > 70.0 ? x - 70.0 : 0.0; }, 1.0, 1);
     CastSettings settings;
     settings.skip_separating = true;
-    for (const Shape& shape : {Shape(Sphere{0.5}), Shape(Capsule{0.25, 0.25}), Shape(Box{{1.0, 1.0, 0.5}})}) {
+    for (const Shape& shape :
+         {Shape(Sphere{0.5}), Shape(Capsule{0.25, 0.25}), Shape(Box{{1.0, 1.0, 0.5}})}) {
         for (const double depth : {0.0, 0.01}) {
             const Eigen::Vector3d from(60.3, 64.4, 0.5 - depth);
             EXPECT_FALSE(cast(shape, straight(from, {0.0, 0.0, 1.0}), ground, settings).hit);
             EXPECT_FALSE(cast(shape, straight(from, {3.0, 2.0, 0.0}), ground, settings).hit);
-            const CastAnswer closing = cast(shape, straight(from, {0.0, 0.0, -1.0}), ground, settings);
+            const CastAnswer closing =
+                cast(shape, straight(from, {0.0, 0.0, -1.0}), ground, settings);
             EXPECT_TRUE(closing.hit);
             EXPECT_TRUE(closing.started_in_contact);
             EXPECT_EQ(closing.fraction, 0.0);
-            const CastAnswer slope = cast(shape, straight(from, {30.0, 0.0, 0.0}), ground, settings);
+            const CastAnswer slope =
+                cast(shape, straight(from, {30.0, 0.0, 0.0}), ground, settings);
             EXPECT_TRUE(slope.hit);
             EXPECT_GT(slope.fraction, 0.25);
             EXPECT_LT(slope.fraction, 0.35);
@@ -177,6 +185,19 @@ TEST(Cast, TurningAwayFromAContactIsNoHit) {
     EXPECT_FALSE(cast(Box{{1.0, 1.0, 0.5}}, motion, ground).hit);
 }
 
+TEST(Cast, OfAbsurdLengthCostsNoMoreThanItsGround) {
+    const Ground ground = make_test_ground([](double, double) { return 0.0; }, 1.0, 1);
+    for (const double way : {1e9, 1e15, 1e100}) {
+        // From far above and from far beside: over within a second, or this test takes forever.
+        const CastAnswer down =
+            cast(Sphere{0.5}, straight({64.3, 64.4, 0.5 * way}, {0.0, 0.0, -way}), ground);
+        EXPECT_TRUE(down.hit);
+        EXPECT_NEAR(down.fraction, 0.5, 1e-8);
+        EXPECT_FALSE(cast(Sphere{0.5}, straight({64.3, 64.4, 9.0}, {way, 0.0, 0.0}), ground).hit);
+        EXPECT_FALSE(cast(Sphere{0.5}, straight({-1e6, 64.4, 9.0}, {-way, way, 0.0}), ground).hit);
+    }
+}
+
 TEST(Cast, OfNoLengthAnswers) {
     const Ground ground = make_test_ground([](double, double) { return 0.0; }, 1.0, 1);
     for (const Shape& shape : make_shapes()) {
@@ -184,7 +205,8 @@ TEST(Cast, OfNoLengthAnswers) {
         EXPECT_EQ(apart.status, ContactStatus::complete);
         EXPECT_FALSE(apart.hit);
         EXPECT_EQ(apart.fraction, 1.0);
-        EXPECT_TRUE(cast(shape, straight({64.3, 64.4, 0.1}, {0.0, 0.0, 0.0}), ground).started_in_contact);
+        EXPECT_TRUE(
+            cast(shape, straight({64.3, 64.4, 0.1}, {0.0, 0.0, 0.0}), ground).started_in_contact);
     }
 }
 
@@ -192,25 +214,30 @@ TEST(Cast, SaysNotResidentWhereUnloadedGroundComesFirst) {
     test::TableGroundSettings settings;
     settings.roots = 2;
     settings.is_resident = [](int column, int) { return column == 0; };
-    const Ground ground = make_test_ground([](double x, double) { return x == 100.0 ? 9.0 : 0.0; }, settings);
+    const Ground ground =
+        make_test_ground([](double x, double) { return x == 100.0 ? 9.0 : 0.0; }, settings);
     for (const Shape& shape : make_shapes()) {
         const CastAnswer wall = cast(shape, straight({64.3, 64.4, 3.0}, {100.0, 0.0, 0.0}), ground);
         EXPECT_EQ(wall.status, ContactStatus::complete);
         EXPECT_TRUE(wall.hit);
-        const CastAnswer unloaded = cast(shape, straight({104.3, 64.4, 3.0}, {100.0, 0.0, 0.0}), ground);
+        const CastAnswer unloaded =
+            cast(shape, straight({104.3, 64.4, 3.0}, {100.0, 0.0, 0.0}), ground);
         EXPECT_EQ(unloaded.status, ContactStatus::not_resident);
         EXPECT_FALSE(unloaded.hit);
         EXPECT_GT(unloaded.fraction, 0.2);
         EXPECT_LT(104.3 + 100.0 * unloaded.fraction, 128.0);
-        EXPECT_EQ(cast(shape, straight({140.3, 64.4, 3.0}, {1.0, 0.0, 0.0}), ground).status, ContactStatus::not_resident);
+        EXPECT_EQ(cast(shape, straight({140.3, 64.4, 3.0}, {1.0, 0.0, 0.0}), ground).status,
+                  ContactStatus::not_resident);
     }
 }
 
 TEST(Cast, RefusesWhatIsNotFinite) {
     const Ground ground = make_test_ground([](double, double) { return 0.0; }, 1.0, 1);
     const double nan = std::numeric_limits<double>::quiet_NaN();
-    EXPECT_EQ(cast(Sphere{}, straight({nan, 0, 0}, {0, 0, 1}), ground).status, ContactStatus::invalid);
-    EXPECT_EQ(cast(Sphere{}, straight({0, 0, 0}, {0, nan, 1}), ground).status, ContactStatus::invalid);
+    EXPECT_EQ(cast(Sphere{}, straight({nan, 0, 0}, {0, 0, 1}), ground).status,
+              ContactStatus::invalid);
+    EXPECT_EQ(cast(Sphere{}, straight({0, 0, 0}, {0, nan, 1}), ground).status,
+              ContactStatus::invalid);
     EXPECT_EQ(cast(Sphere{nan}, Motion{}, ground).status, ContactStatus::invalid);
     Motion spinning;
     spinning.rotation_vector = {nan, 0.0, 0.0};
@@ -227,14 +254,16 @@ TEST(Cast, GivesTheSameBitsTenThousandKilometresOut) {
     const double shift = 128.0 * kFar;
     test::TableGroundSettings far_settings;
     far_settings.first_root = kFar;
-    const Ground near = make_test_ground([](double x, double y) { return test::hash_height(x, y); }, 1.0, 1);
+    const Ground near =
+        make_test_ground([](double x, double y) { return test::hash_height(x, y); }, 1.0, 1);
     const Ground far = make_test_ground(
         [&](double x, double y) { return test::hash_height(x - shift, y - shift); }, far_settings);
     for (const Shape& shape : make_shapes()) {
         for (int i = 0; i < 30; ++i) {
             Motion motion = random_motion(random, near, 30.0, i % 2 == 0 ? 0.0 : 2.0);
             for (int k = 0; k < 3; ++k) {
-                motion.start.translation[k] = std::floor(motion.start.translation[k] * 0x1p20) * 0x1p-20;
+                motion.start.translation[k] =
+                    std::floor(motion.start.translation[k] * 0x1p20) * 0x1p-20;
             }
             Motion far_motion = motion;
             far_motion.start.translation += Eigen::Vector3d(shift, shift, 0.0);

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include <terrane/collision/ground_contact.h>
+#include "collision/ground_oracle.h"
 
-#include <cstring>
+#include <terrane/collision/ground_contact.h>
 
 #include <gtest/gtest.h>
 
-#include "collision/ground_oracle.h"
+#include <cstring>
 
 namespace terrane {
 namespace {
@@ -63,7 +63,8 @@ TEST(ComputeLift, OfBoxesIsThatOfClippedFaces) {
         SCOPED_TRACE(scene.name);
         const Ground ground = make_test_ground(scene.height, 1.0, 1);
         for (int i = 0; i < 60; ++i) {
-            const Box box{{random.between(0.0, 2.0), random.between(0.0, 2.0), random.between(0.0, 1.0)}};
+            const Box box{
+                {random.between(0.0, 2.0), random.between(0.0, 2.0), random.between(0.0, 1.0)}};
             const Pose pose = random_pose(random, ground, -2.0, 2.0);
             double expected = -std::numeric_limits<double>::infinity();
             for (const test::Corners& corners :
@@ -162,7 +163,8 @@ TEST(SignedDistance, IsTheShortestOfManyDirectionsWhereShallow) {
                 const DistanceAnswer answer = signed_distance(shape, pose, ground, 5.0);
                 if (answer.distance >= 0.0) continue;
                 const double depth = -answer.distance;
-                EXPECT_LE(compute_lift(shape, moved(pose, depth * answer.normal), ground).lift, 1e-9);
+                EXPECT_LE(compute_lift(shape, moved(pose, depth * answer.normal), ground).lift,
+                          1e-9);
                 const bool is_shallow = depth <= 0.2 * smallest_half_extent(shape);
                 const double shorter = is_shallow ? depth - 1e-9 : 0.8 * depth;
                 for (int k = 0; k < 100; ++k) {
@@ -189,9 +191,14 @@ TEST(SignedDistance, ApartIsTheLargestMoveThatStaysFree) {
                 if (answer.distance <= 0.0) continue;
                 ASSERT_TRUE(answer.has_ground);
                 const double gap = answer.distance;
-                EXPECT_GT(compute_lift(shape, moved(pose, -(gap + 1e-6) * answer.normal), ground).lift, 0.0);
+                EXPECT_GT(
+                    compute_lift(shape, moved(pose, -(gap + 1e-6) * answer.normal), ground).lift,
+                    0.0);
                 for (int k = 0; k < 100; ++k) {
-                    EXPECT_LE(compute_lift(shape, moved(pose, (gap - 1e-9) * random.direction()), ground).lift, 0.0);
+                    EXPECT_LE(
+                        compute_lift(shape, moved(pose, (gap - 1e-9) * random.direction()), ground)
+                            .lift,
+                        0.0);
                 }
             }
         }
@@ -235,7 +242,8 @@ TEST(FindContacts, SeeASpikeUnderTheMiddleOfABoxFace) {
 }
 
 TEST(FindContacts, SeeARidgeUnderTheEdgeOfABox) {
-    const Ground ground = make_test_ground([](double x, double) { return -std::abs(x - 64.0); }, 1.0, 1);
+    const Ground ground =
+        make_test_ground([](double x, double) { return -std::abs(x - 64.0); }, 1.0, 1);
     Motion turn;
     turn.rotation_vector = 0.78539816339744831 * Eigen::Vector3d::UnitX();
     Pose pose = turn.at(1.0);  // stands on an edge along x
@@ -271,8 +279,8 @@ TEST(FindContacts, HaveTheFacesNormalOnFlatSeams) {
 }
 
 TEST(FindContacts, PushUpWhatLiesAKilometreBelow) {
-    const Ground ground = make_test_ground(
-        [](double x, double y) { return test::hash_height(x, y); }, 1.0, 1);
+    const Ground ground =
+        make_test_ground([](double x, double y) { return test::hash_height(x, y); }, 1.0, 1);
     for (const Shape& shape : make_shapes()) {
         const Pose pose = pose_at(64.3, 64.4, -1000.0);
         std::array<Contact, 64> contacts;
@@ -282,26 +290,33 @@ TEST(FindContacts, PushUpWhatLiesAKilometreBelow) {
         ASSERT_GE(answer.count, 1u);
         const DistanceAnswer distance = signed_distance(shape, pose, ground, 1.0);
         EXPECT_LT(distance.distance, 0.0);
-        EXPECT_LE(compute_lift(shape, moved(pose, -distance.distance * distance.normal), ground).lift, 1e-9);
+        EXPECT_LE(
+            compute_lift(shape, moved(pose, -distance.distance * distance.normal), ground).lift,
+            1e-9);
     }
 }
 
 TEST(FindContacts, AnswerWhereAShapeHasNoThickness) {
-    const Ground ground = make_test_ground([](double x, double y) { return 0.25 * x + 0.5 * y; }, 1.0, 1);
+    const Ground ground =
+        make_test_ground([](double x, double y) { return 0.25 * x + 0.5 * y; }, 1.0, 1);
     const double surface = 0.25 * 64.3 + 0.5 * 64.4;
     const double upright = 1.0 / std::sqrt(1.0 + 0.25 * 0.25 + 0.5 * 0.5);
-    for (const Shape& shape : {Shape(Sphere{0.0}), Shape(Capsule{0.0, 0.0}), Shape(Box{{0.0, 0.0, 0.0}})}) {
+    for (const Shape& shape :
+         {Shape(Sphere{0.0}), Shape(Capsule{0.0, 0.0}), Shape(Box{{0.0, 0.0, 0.0}})}) {
         for (const double below : {0.0, 0.01, 30.0}) {
             const Pose pose = pose_at(64.3, 64.4, surface - below);
             EXPECT_NEAR(compute_lift(shape, pose, ground).lift, below, 1e-12);
             EXPECT_NEAR(signed_distance(shape, pose, ground, 1.0).distance, -below * upright, 1e-9);
         }
-        EXPECT_NEAR(signed_distance(shape, pose_at(64.3, 64.4, surface + 0.5), ground, 1.0).distance,
-                    0.5 * upright, 1e-9);
+        EXPECT_NEAR(
+            signed_distance(shape, pose_at(64.3, 64.4, surface + 0.5), ground, 1.0).distance,
+            0.5 * upright, 1e-9);
     }
     std::array<Contact, 8> contacts;
-    for (const Shape& shape : {Shape(Capsule{0.0, 1.0}), Shape(Capsule{0.5, 0.0}), Shape(Box{{1.0, 1.0, 0.0}}), Shape(Box{{1.0, 0.0, 0.0}})}) {
-        const ContactAnswer answer = find_contacts(shape, pose_at(64.3, 64.4, surface), ground, 0.0, contacts);
+    for (const Shape& shape : {Shape(Capsule{0.0, 1.0}), Shape(Capsule{0.5, 0.0}),
+                               Shape(Box{{1.0, 1.0, 0.0}}), Shape(Box{{1.0, 0.0, 0.0}})}) {
+        const ContactAnswer answer =
+            find_contacts(shape, pose_at(64.3, 64.4, surface), ground, 0.0, contacts);
         EXPECT_EQ(answer.status, ContactStatus::complete);
         EXPECT_GE(answer.count, 1u);
     }
@@ -310,9 +325,11 @@ TEST(FindContacts, AnswerWhereAShapeHasNoThickness) {
 TEST(FindContacts, CountExactTouchAsAContactOfDepthZero) {
     const Ground ground = make_test_ground([](double, double) { return 1.0; }, 1.0, 1);
     std::array<Contact, 8> contacts;
-    for (const Shape& shape : {Shape(Sphere{0.5}), Shape(Capsule{0.25, 0.25}), Shape(Box{{1.0, 1.0, 0.5}})}) {
+    for (const Shape& shape :
+         {Shape(Sphere{0.5}), Shape(Capsule{0.25, 0.25}), Shape(Box{{1.0, 1.0, 0.5}})}) {
         for (const double x : {64.0, 64.5, 64.3}) {
-            const ContactAnswer answer = find_contacts(shape, pose_at(x, 64.0, 1.5), ground, 0.0, contacts);
+            const ContactAnswer answer =
+                find_contacts(shape, pose_at(x, 64.0, 1.5), ground, 0.0, contacts);
             ASSERT_GE(answer.count, 1u);
             EXPECT_NEAR(contacts[0].depth, 0.0, 1e-12);
             EXPECT_EQ(answer.lift, 0.0);
@@ -346,14 +363,18 @@ TEST(FindContacts, RefuseWhatIsNotFiniteOrNotARotation) {
     skewed.rotation(0, 1) = 1e-3;
     Pose mirrored;
     mirrored.rotation(2, 2) = -1.0;
-    EXPECT_EQ(find_contacts(Sphere{}, pose_at(nan, 0, 0), ground, 0.0, contacts).status, ContactStatus::invalid);
-    EXPECT_EQ(find_contacts(Sphere{nan}, Pose{}, ground, 0.0, contacts).status, ContactStatus::invalid);
-    EXPECT_EQ(find_contacts(Sphere{-1.0}, Pose{}, ground, 0.0, contacts).status, ContactStatus::invalid);
+    EXPECT_EQ(find_contacts(Sphere{}, pose_at(nan, 0, 0), ground, 0.0, contacts).status,
+              ContactStatus::invalid);
+    EXPECT_EQ(find_contacts(Sphere{nan}, Pose{}, ground, 0.0, contacts).status,
+              ContactStatus::invalid);
+    EXPECT_EQ(find_contacts(Sphere{-1.0}, Pose{}, ground, 0.0, contacts).status,
+              ContactStatus::invalid);
     EXPECT_EQ(find_contacts(Box{}, skewed, ground, 0.0, contacts).status, ContactStatus::invalid);
     EXPECT_EQ(find_contacts(Box{}, mirrored, ground, 0.0, contacts).status, ContactStatus::invalid);
     EXPECT_EQ(find_contacts(Box{}, Pose{}, ground, nan, contacts).status, ContactStatus::invalid);
     EXPECT_EQ(find_contacts(Box{}, Pose{}, ground, -1.0, contacts).status, ContactStatus::invalid);
-    EXPECT_EQ(signed_distance(Box{}, pose_at(0, 0, nan), ground, 1.0).status, ContactStatus::invalid);
+    EXPECT_EQ(signed_distance(Box{}, pose_at(0, 0, nan), ground, 1.0).status,
+              ContactStatus::invalid);
     EXPECT_EQ(signed_distance(Box{}, Pose{}, ground, nan).status, ContactStatus::invalid);
     EXPECT_EQ(compute_lift(Box{}, pose_at(0, nan, 0), ground).status, ContactStatus::invalid);
 }
@@ -364,9 +385,12 @@ TEST(FindContacts, SayNotResidentWhereAChunkIsMissing) {
     settings.is_resident = [](int column, int) { return column == 0; };
     const Ground ground = make_test_ground([](double, double) { return 0.0; }, settings);
     std::array<Contact, 4> contacts;
-    EXPECT_EQ(find_contacts(Sphere{0.5}, pose_at(64.0, 64.0, 0.4), ground, 0.0, contacts).status, ContactStatus::complete);
-    EXPECT_EQ(find_contacts(Sphere{0.5}, pose_at(128.2, 64.0, 0.4), ground, 0.0, contacts).status, ContactStatus::not_resident);
-    EXPECT_EQ(compute_lift(Sphere{0.5}, pose_at(200.0, 64.0, 0.4), ground).status, ContactStatus::not_resident);
+    EXPECT_EQ(find_contacts(Sphere{0.5}, pose_at(64.0, 64.0, 0.4), ground, 0.0, contacts).status,
+              ContactStatus::complete);
+    EXPECT_EQ(find_contacts(Sphere{0.5}, pose_at(128.2, 64.0, 0.4), ground, 0.0, contacts).status,
+              ContactStatus::not_resident);
+    EXPECT_EQ(compute_lift(Sphere{0.5}, pose_at(200.0, 64.0, 0.4), ground).status,
+              ContactStatus::not_resident);
 }
 
 TEST(FindContacts, MeetNoGroundInCellsThatLieOutside) {
@@ -374,8 +398,10 @@ TEST(FindContacts, MeetNoGroundInCellsThatLieOutside) {
     settings.is_outside = [](double x, double) { return x > 64.0; };
     const Ground ground = make_test_ground([](double, double) { return 0.0; }, settings);
     std::array<Contact, 4> contacts;
-    EXPECT_EQ(find_contacts(Sphere{0.5}, pose_at(70.0, 64.0, -3.0), ground, 0.0, contacts).count, 0u);
-    const ContactAnswer rim = find_contacts(Box{{1.0, 1.0, 0.5}}, pose_at(64.2, 64.0, 0.49), ground, 0.0, contacts);
+    EXPECT_EQ(find_contacts(Sphere{0.5}, pose_at(70.0, 64.0, -3.0), ground, 0.0, contacts).count,
+              0u);
+    const ContactAnswer rim =
+        find_contacts(Box{{1.0, 1.0, 0.5}}, pose_at(64.2, 64.0, 0.49), ground, 0.0, contacts);
     ASSERT_GE(rim.count, 1u);
     EXPECT_NEAR(contacts[0].depth, 0.01, 1e-9);
     EXPECT_NEAR(contacts[0].normal.z(), 1.0, 1e-9);
@@ -396,7 +422,8 @@ TEST(FindContacts, GiveTheSameBitsTenThousandKilometresOut) {
         for (int i = 0; i < 100; ++i) {
             Pose pose = random_pose(random, near, -0.5, 1.5);
             // Coordinates that both places hold exactly.
-            for (int k = 0; k < 2; ++k) pose.translation[k] = std::floor(pose.translation[k] * 0x1p20) * 0x1p-20;
+            for (int k = 0; k < 2; ++k)
+                pose.translation[k] = std::floor(pose.translation[k] * 0x1p20) * 0x1p-20;
             const Pose far_pose = moved(pose, {shift, shift, 0.0});
             std::array<Contact, 64> a;
             std::array<Contact, 64> b;
@@ -406,7 +433,8 @@ TEST(FindContacts, GiveTheSameBitsTenThousandKilometresOut) {
             EXPECT_EQ(std::memcmp(&here.lift, &there.lift, sizeof(double)), 0);
             for (std::size_t k = 0; k < here.count; ++k) {
                 EXPECT_EQ(std::memcmp(&a[k].depth, &b[k].depth, sizeof(double)), 0);
-                EXPECT_EQ(std::memcmp(a[k].normal.data(), b[k].normal.data(), 3 * sizeof(double)), 0);
+                EXPECT_EQ(std::memcmp(a[k].normal.data(), b[k].normal.data(), 3 * sizeof(double)),
+                          0);
             }
         }
     }
@@ -416,7 +444,9 @@ TEST(FindContacts, AnswerForABoxOverAHundredThousandCells) {
     test::TableGroundSettings settings;
     settings.spacing = 0.01;
     settings.roots = 3;
-    const Ground ground = make_test_ground([](double x, double y) { return 0.01 * test::hash_height(100.0 * x, 100.0 * y); }, settings);
+    const Ground ground = make_test_ground(
+        [](double x, double y) { return 0.01 * test::hash_height(100.0 * x, 100.0 * y); },
+        settings);
     Pose pose = pose_at(1.92, 1.92, 0.5);
     const Box box{{1.6, 1.6, 0.5}};
     const double lift = compute_lift(box, pose, ground).lift;

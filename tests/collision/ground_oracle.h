@@ -1,6 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "support/table_ground.h"
+
+#include <terrane/collision/ground_cast.h>
+
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -8,11 +14,6 @@
 #include <limits>
 #include <random>
 #include <vector>
-
-#include <Eigen/Geometry>
-#include <terrane/collision/ground_cast.h>
-
-#include "support/table_ground.h"
 
 // Slow answers that share no method with the library, and what random tests draw from.
 namespace terrane::test {
@@ -60,10 +61,16 @@ inline std::vector<Scene> make_scenes() {
     return {
         {"plane", [](double x, double y) { return 0.25 * x - 0.5 * y; }},
         {"stairs", [](double x, double) { return std::floor(x / 4.0) * 0.5; }},
-        {"spikes", [](double x, double y) { return std::fmod(x, 5.0) == 0.0 && std::fmod(y, 5.0) == 0.0 ? 3.0 : 0.0; }},
+        {"spikes",
+         [](double x, double y) {
+             return std::fmod(x, 5.0) == 0.0 && std::fmod(y, 5.0) == 0.0 ? 3.0 : 0.0;
+         }},
         {"ridges", [](double x, double) { return std::abs(std::fmod(x, 4.0) - 2.0); }},
         {"walls", [](double x, double) { return std::fmod(x, 8.0) == 0.0 ? 5.0 : 0.0; }},
-        {"pits", [](double x, double y) { return std::fmod(x, 6.0) == 0.0 && std::fmod(y, 6.0) == 0.0 ? -4.0 : 0.0; }},
+        {"pits",
+         [](double x, double y) {
+             return std::fmod(x, 6.0) == 0.0 && std::fmod(y, 6.0) == 0.0 ? -4.0 : 0.0;
+         }},
         {"rough", [](double x, double y) { return hash_height(x, y); }},
     };
 }
@@ -81,7 +88,8 @@ inline std::vector<Corners> make_soup(const Ground& ground, double west, double 
     std::vector<Corners> soup;
     const double q = ground.lattice().quantum;
     for (std::int64_t row = ground.row_at(south) - 1; row <= ground.row_at(north); ++row) {
-        for (std::int64_t column = ground.column_at(west) - 1; column <= ground.column_at(east); ++column) {
+        for (std::int64_t column = ground.column_at(west) - 1; column <= ground.column_at(east);
+             ++column) {
             const GroundCell c = ground.cell(column, row);
             if (c.status != GroundStatus::ok) continue;
             const double x0 = ground.cell_x(column), x1 = ground.cell_x(column + 1);
@@ -102,7 +110,8 @@ inline std::vector<Corners> make_soup(const Ground& ground, double west, double 
 
 /// Lift of a box over one triangle: the box's faces are clipped by the triangle's three walls, and
 /// every corner that is left is looked at.
-inline double clip_box_lift(const Eigen::Vector3d& half, const Pose& pose, const Corners& triangle) {
+inline double clip_box_lift(const Eigen::Vector3d& half, const Pose& pose,
+                            const Corners& triangle) {
     const Eigen::Vector3d n = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]);
     double lift = -std::numeric_limits<double>::infinity();
     for (int axis = 0; axis < 3; ++axis) {
@@ -132,8 +141,9 @@ inline double clip_box_lift(const Eigen::Vector3d& half, const Pose& pose, const
                 polygon = kept;
             }
             for (const Eigen::Vector3d& p : polygon) {
-                const double height = triangle[0].z() - (n.x() * (p.x() - triangle[0].x()) +
-                                                         n.y() * (p.y() - triangle[0].y())) / n.z();
+                const double height =
+                    triangle[0].z() -
+                    (n.x() * (p.x() - triangle[0].x()) + n.y() * (p.y() - triangle[0].y())) / n.z();
                 lift = std::max(lift, height - p.z());
             }
         }
@@ -143,7 +153,8 @@ inline double clip_box_lift(const Eigen::Vector3d& half, const Pose& pose, const
 
 /// Largest of surface minus z over points that are spread over a round shape's underside: never more
 /// than the lift, and less by at most the slope times the distance between the points.
-inline double sample_round_lift(const Shape& shape, const Pose& pose, const Ground& ground, int steps) {
+inline double sample_round_lift(const Shape& shape, const Pose& pose, const Ground& ground,
+                                int steps) {
     double radius = 0.0, half = 0.0;
     if (const Sphere* sphere = std::get_if<Sphere>(&shape)) radius = sphere->radius;
     if (const Capsule* capsule = std::get_if<Capsule>(&shape)) {

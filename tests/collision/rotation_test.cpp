@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include <terrane/collision/ground_cast.h>
+#include "collision/ground_oracle.h"
 
-#include <cmath>
+#include <terrane/collision/ground_cast.h>
 
 #include <gtest/gtest.h>
 
-#include "collision/ground_oracle.h"
+#include <cmath>
 
 namespace terrane {
 namespace {
@@ -40,7 +40,9 @@ TEST(MotionAt, StaysOrthonormal) {
 TEST(RotationVectorBetween, IsUndoneByAMotion) {
     test::Random random(9);
     for (int i = 0; i < 2000; ++i) {
-        const double angle = i % 3 == 0 ? 3.14159265358979 : i % 3 == 1 ? 1e-9 : random.between(0.0, 3.14);
+        const double angle = i % 3 == 0   ? 3.14159265358979
+                             : i % 3 == 1 ? 1e-9
+                                          : random.between(0.0, 3.14);
         Motion there;
         there.start.rotation = random.rotation();
         there.rotation_vector = angle * random.direction();

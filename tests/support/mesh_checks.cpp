@@ -51,7 +51,8 @@ std::string find_flaw(const std::vector<SoupTriangle>& soup, const Lattice& latt
     double area = 0.0;
     for (const SoupTriangle& triangle : soup) {
         const double doubled = doubled_area(triangle);
-        if (!(doubled > 0.0)) return "triangle at " + name(triangle[0]) + " is not counter-clockwise";
+        if (!(doubled > 0.0))
+            return "triangle at " + name(triangle[0]) + " is not counter-clockwise";
         area += 0.5 * doubled;
         for (std::size_t corner = 0; corner < 3; ++corner) {
             const SoupVertex& a = triangle[corner];
@@ -64,11 +65,12 @@ std::string find_flaw(const std::vector<SoupTriangle>& soup, const Lattice& latt
     }
     for (const auto& [edge, uses] : edges) {
         const auto& [a, b] = edge;
-        const bool on_border =
-            (a.point.x == b.point.x && (a.point.x == lattice.west() || a.point.x == lattice.east())) ||
-            (a.point.y == b.point.y && (a.point.y == lattice.south() || a.point.y == lattice.north()));
-        const bool is_good = on_border ? uses.first + uses.second == 1
-                                       : uses.first == 1 && uses.second == 1;
+        const bool on_border = (a.point.x == b.point.x &&
+                                (a.point.x == lattice.west() || a.point.x == lattice.east())) ||
+                               (a.point.y == b.point.y &&
+                                (a.point.y == lattice.south() || a.point.y == lattice.north()));
+        const bool is_good =
+            on_border ? uses.first + uses.second == 1 : uses.first == 1 && uses.second == 1;
         if (!is_good) {
             return "edge " + name(a) + " - " + name(b) + " is used " +
                    std::to_string(uses.first + uses.second) + " times";

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <terrane/terrain/triangulator.h>
+
 #include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
-
-#include <terrane/terrain/triangulator.h>
 
 namespace terrane::test {
 

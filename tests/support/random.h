@@ -22,9 +22,7 @@ public:
         return low + (high - low) * (static_cast<double>(bits() >> 11) * 0x1p-53);
     }
     /// In [0, count).
-    int below(int count) {
-        return static_cast<int>(bits() % static_cast<std::uint64_t>(count));
-    }
+    int below(int count) { return static_cast<int>(bits() % static_cast<std::uint64_t>(count)); }
 
 private:
     std::uint64_t state_;

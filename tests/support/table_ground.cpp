@@ -41,14 +41,15 @@ public:
         return {};
     }
 
-    Result<void> cell_flags(const SampleGrid& grid, std::span<std::uint8_t> flags_out) const override {
+    Result<void> cell_flags(const SampleGrid& grid,
+                            std::span<std::uint8_t> flags_out) const override {
         const double half = 0.5 * lattice().spacing * static_cast<double>(grid.step);
         for (int row = 0; row + 1 < grid.rows; ++row) {
             for (int column = 0; column + 1 < grid.columns; ++column) {
                 const double x = lattice().x(grid.corner.x + column * grid.step) + half;
                 const double y = lattice().y(grid.corner.y + row * grid.step) + half;
-                const bool outside =
-                    !extent().contains(x, y) || (settings_.is_outside && settings_.is_outside(x, y));
+                const bool outside = !extent().contains(x, y) ||
+                                     (settings_.is_outside && settings_.is_outside(x, y));
                 flags_out[static_cast<std::size_t>(row * (grid.columns - 1) + column)] =
                     outside ? cell_outside : cell_ground;
             }

@@ -1,25 +1,25 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <functional>
-#include <memory>
-
 #include <terrane/terrain/ground.h>
 #include <terrane/terrain/height_source.h>
+
+#include <functional>
+#include <memory>
 
 namespace terrane::test {
 
 /// Where a test ground lies and how it is cut.
 struct TableGroundSettings {
-    double spacing = 1.0;          ///< between samples, metres
-    int roots = 1;                 ///< root squares along a side; their 128 cells are the chunks
-    double origin_x = 0.0;         ///< world x of lattice point (0, 0), metres
-    double origin_y = 0.0;         ///< world y of lattice point (0, 0), metres
-    std::int32_t first_root = 0;   ///< key of the south-western root square, both ways
-    double quantum = 0x1p-12;      ///< metres
-    float bound = 0.0f;            ///< what every bound of the source says
-    std::function<bool(double, double)> is_outside;   ///< of a cell's centre; none: all is ground
-    std::function<bool(int, int)> is_resident;  ///< of a root by column and row; none: all are
+    double spacing = 1.0;         ///< between samples, metres
+    int roots = 1;                ///< root squares along a side; their 128 cells are the chunks
+    double origin_x = 0.0;        ///< world x of lattice point (0, 0), metres
+    double origin_y = 0.0;        ///< world y of lattice point (0, 0), metres
+    std::int32_t first_root = 0;  ///< key of the south-western root square, both ways
+    double quantum = 0x1p-12;     ///< metres
+    float bound = 0.0f;           ///< what every bound of the source says
+    std::function<bool(double, double)> is_outside;  ///< of a cell's centre; none: all is ground
+    std::function<bool(int, int)> is_resident;       ///< of a root by column and row; none: all are
 };
 
 /// Ground over an analytic height, every chunk resident unless the settings say otherwise. Level 0

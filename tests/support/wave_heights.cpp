@@ -24,7 +24,9 @@ float round_up(double value) {
 }  // namespace
 
 WaveHeights::WaveHeights(const Lattice& lattice, double amplitude, double wavelength)
-    : HeightSource(lattice, whole_extent(lattice)), amplitude_(amplitude), wavelength_(wavelength) {}
+    : HeightSource(lattice, whole_extent(lattice)),
+      amplitude_(amplitude),
+      wavelength_(wavelength) {}
 
 double WaveHeights::height(double x, double y) const {
     return amplitude_ * wave(x / wavelength_) * wave(y / wavelength_);

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <terrane/terrain/height_source.h>
+
 #include <atomic>
 #include <chrono>
 #include <memory>
 #include <thread>
-
-#include <terrane/terrain/height_source.h>
 
 namespace terrane::test {
 
@@ -25,9 +25,9 @@ public:
     double rise_bound(double distance) const override;
 
     mutable std::atomic<int> sample_count{0};
-    std::atomic<int> delay_ms{0};          ///< of each sample()
-    std::atomic<bool> is_broken{false};    ///< sample() fails
-    std::atomic<bool> gives_nan{false};    ///< sample() gives NaN
+    std::atomic<int> delay_ms{0};        ///< of each sample()
+    std::atomic<bool> is_broken{false};  ///< sample() fails
+    std::atomic<bool> gives_nan{false};  ///< sample() gives NaN
 
 private:
     double bound(double longest_edge) const;

@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: MIT
+#include "support/random.h"
+#include "support/wave_heights.h"
+
+#include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/ground.h>
+#include <terrane/terrain/pager.h>
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 #include <optional>
-
-#include <terrane/terrain/fractal_heights.h>
-#include <terrane/terrain/pager.h>
-
-#include "support/random.h"
-#include "support/wave_heights.h"
 
 namespace terrane {
 namespace {
@@ -58,8 +57,10 @@ std::vector<Triangle> triangles_of(const Ground& ground, const CellRange& cells)
                 return Eigen::Vector3d(ground.cell_x(column + i), ground.cell_y(row + j),
                                        ground.lattice().quantum * height);
             };
-            const Eigen::Vector3d sw = corner(0, 0, cell.south_west), se = corner(1, 0, cell.south_east);
-            const Eigen::Vector3d nw = corner(0, 1, cell.north_west), ne = corner(1, 1, cell.north_east);
+            const Eigen::Vector3d sw = corner(0, 0, cell.south_west),
+                                  se = corner(1, 0, cell.south_east);
+            const Eigen::Vector3d nw = corner(0, 1, cell.north_west),
+                                  ne = corner(1, 1, cell.north_east);
             if (cell.cut_to_north_east) {
                 triangles.push_back({sw, se, ne});
                 triangles.push_back({sw, ne, nw});
@@ -75,9 +76,12 @@ std::vector<Triangle> triangles_of(const Ground& ground, const CellRange& cells)
 // Slow and obviously right: solve for the plane and test the sides. Nothing where the point is not
 // over the triangle.
 std::optional<double> height_over(const Triangle& t, double x, double y) {
-    const double det = (t.b.x() - t.a.x()) * (t.c.y() - t.a.y()) - (t.c.x() - t.a.x()) * (t.b.y() - t.a.y());
-    const double u = ((x - t.a.x()) * (t.c.y() - t.a.y()) - (t.c.x() - t.a.x()) * (y - t.a.y())) / det;
-    const double v = ((t.b.x() - t.a.x()) * (y - t.a.y()) - (x - t.a.x()) * (t.b.y() - t.a.y())) / det;
+    const double det =
+        (t.b.x() - t.a.x()) * (t.c.y() - t.a.y()) - (t.c.x() - t.a.x()) * (t.b.y() - t.a.y());
+    const double u =
+        ((x - t.a.x()) * (t.c.y() - t.a.y()) - (t.c.x() - t.a.x()) * (y - t.a.y())) / det;
+    const double v =
+        ((t.b.x() - t.a.x()) * (y - t.a.y()) - (x - t.a.x()) * (t.b.y() - t.a.y())) / det;
     if (u < -1e-12 || v < -1e-12 || u + v > 1.0 + 1e-12) return std::nullopt;
     return t.a.z() + u * (t.b.z() - t.a.z()) + v * (t.c.z() - t.a.z());
 }
@@ -104,7 +108,9 @@ TEST(Ground, AnswersHeightsOfItsTriangles) {
         const double step = 1e-7;
         const HeightAnswer beside = ground.height(x + step, y);
         if (beside.normal == answer.normal) {
-            EXPECT_NEAR(answer.normal.x() + answer.normal.z() * (beside.height - answer.height) / step, 0.0, 1e-6);
+            EXPECT_NEAR(
+                answer.normal.x() + answer.normal.z() * (beside.height - answer.height) / step, 0.0,
+                1e-6);
         }
     }
 }
@@ -134,12 +140,14 @@ TEST(Ground, AnswersOnGridLinesAndOnTheEdgeOfTheExtent) {
     for (const double x : {extent.west, -128.0, 0.0, 17.0, extent.east}) {
         for (const double y : {extent.south, -128.0, 0.0, 17.0, extent.north}) {
             EXPECT_EQ(ground.height(x, y).status, GroundStatus::ok) << x << ", " << y;
-            EXPECT_EQ(ground.ray({x, y, 1000.0}, {x, y, -1000.0}).status, GroundStatus::ok) << x << ", " << y;
+            EXPECT_EQ(ground.ray({x, y, 1000.0}, {x, y, -1000.0}).status, GroundStatus::ok)
+                << x << ", " << y;
         }
     }
     EXPECT_EQ(ground.height(std::nextafter(extent.east, 1e9), 0.0).status, GroundStatus::outside);
     EXPECT_EQ(ground.height(0.0, 1e300).status, GroundStatus::outside);
-    EXPECT_EQ(ground.height(0.0, std::numeric_limits<double>::quiet_NaN()).status, GroundStatus::invalid);
+    EXPECT_EQ(ground.height(0.0, std::numeric_limits<double>::quiet_NaN()).status,
+              GroundStatus::invalid);
 }
 
 TEST(Ground, SaysNotResidentInsteadOfAHeight) {
@@ -159,12 +167,14 @@ TEST(Ground, SaysNotResidentInsteadOfAHeight) {
 }
 
 // First crossing found by looking at every triangle of the area.
-std::optional<double> slow_ray(const std::vector<Triangle>& triangles, const WorldPos& from, const WorldPos& to) {
+std::optional<double> slow_ray(const std::vector<Triangle>& triangles, const WorldPos& from,
+                               const WorldPos& to) {
     std::optional<double> best;
     const Eigen::Vector3d way = to - from;
     for (const Triangle& t : triangles) {
         const Eigen::Vector3d e1 = t.b - t.a, e2 = t.c - t.a, s = from - t.a;
-        const Eigen::Vector3d p(way.y() * e2.z() - way.z() * e2.y(), way.z() * e2.x() - way.x() * e2.z(),
+        const Eigen::Vector3d p(way.y() * e2.z() - way.z() * e2.y(),
+                                way.z() * e2.x() - way.x() * e2.z(),
                                 way.x() * e2.y() - way.y() * e2.x());
         const double det = e1.dot(p);
         if (std::abs(det) < 1e-14) continue;
@@ -173,7 +183,8 @@ std::optional<double> slow_ray(const std::vector<Triangle>& triangles, const Wor
                                 s.x() * e1.y() - s.y() * e1.x());
         const double v = way.dot(q) / det;
         const double fraction = e2.dot(q) / det;
-        if (u < -1e-10 || v < -1e-10 || u + v > 1.0 + 1e-10 || fraction < 0.0 || fraction > 1.0) continue;
+        if (u < -1e-10 || v < -1e-10 || u + v > 1.0 + 1e-10 || fraction < 0.0 || fraction > 1.0)
+            continue;
         if (!best || fraction < *best) best = fraction;
     }
     return best;
@@ -204,7 +215,8 @@ TEST(Ground, MeetsRaysWhereBruteForceDoes) {
         if (!expected) continue;
         ++hits;
         EXPECT_NEAR(answer.fraction, *expected, 1e-9);
-        EXPECT_NEAR(answer.point_world.z(), ground.height(answer.point_world.x(), answer.point_world.y()).height, 1e-8);
+        EXPECT_NEAR(answer.point_world.z(),
+                    ground.height(answer.point_world.x(), answer.point_world.y()).height, 1e-8);
     }
     EXPECT_GT(hits, 500);
 }
@@ -215,7 +227,8 @@ TEST(Ground, MeetsVerticalRaysOverEveryVertexOfAPatch) {
     const Ground ground = world.ground();
     for (int y = -20; y <= 20; ++y) {
         for (int x = -20; x <= 20; ++x) {
-            const RayAnswer answer = ground.ray({1.0 * x, 1.0 * y, 500.0}, {1.0 * x, 1.0 * y, -500.0});
+            const RayAnswer answer =
+                ground.ray({1.0 * x, 1.0 * y, 500.0}, {1.0 * x, 1.0 * y, -500.0});
             ASSERT_EQ(answer.status, GroundStatus::ok);
             EXPECT_NEAR(answer.point_world.z(), ground.height(x, y).height, 1e-9);
         }
@@ -231,9 +244,12 @@ TEST(Ground, AnswersTheSameFarFromTheOrigin) {
     const auto answer_at = [](const Lattice& lattice, double x, double y) {
         const auto source = std::make_shared<test::WaveHeights>(lattice, 20.0, 250.0);
         Pager pager = Pager::create(source, {.worker_count = 0}).value();
-        pager.require({lattice.origin_x, lattice.origin_y, lattice.origin_x + 60, lattice.origin_y + 60}, 0.0);
+        pager.require(
+            {lattice.origin_x, lattice.origin_y, lattice.origin_x + 60, lattice.origin_y + 60},
+            0.0);
         pager.update({}, {}, 0.0);
-        return Ground(pager.resident(), pager.contact_level()).height(lattice.origin_x + x, lattice.origin_y + y);
+        return Ground(pager.resident(), pager.contact_level())
+            .height(lattice.origin_x + x, lattice.origin_y + y);
     };
     const HeightAnswer a = answer_at(near_lattice, 13.25, 40.5);
     const HeightAnswer b = answer_at(far_lattice, 13.25, 40.5);

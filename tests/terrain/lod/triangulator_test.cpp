@@ -1,4 +1,10 @@
 // SPDX-License-Identifier: MIT
+#include "support/mesh_checks.h"
+#include "support/random.h"
+#include "support/wave_heights.h"
+
+#include <terrane/terrain/fractal_heights.h>
+#include <terrane/terrain/pager.h>
 #include <terrane/terrain/triangulator.h>
 
 #include <gtest/gtest.h>
@@ -7,13 +13,6 @@
 #include <limits>
 #include <map>
 #include <numbers>
-
-#include <terrane/terrain/fractal_heights.h>
-#include <terrane/terrain/pager.h>
-
-#include "support/mesh_checks.h"
-#include "support/random.h"
-#include "support/wave_heights.h"
 
 namespace terrane {
 namespace {
@@ -38,8 +37,9 @@ View random_view(Random& random, const HeightSource& source) {
                        random.between(extent.south, extent.north), 0.0);
     WorldPos above = eye;
     above.z() = source.height(eye.x(), eye.y()) + random.between(2.0, 300.0);
-    const WorldPos target = above + WorldPos(random.between(-100.0, 100.0), random.between(-100.0, 100.0),
-                                             random.between(-60.0, 10.0));
+    const WorldPos target =
+        above + WorldPos(random.between(-100.0, 100.0), random.between(-100.0, 100.0),
+                         random.between(-60.0, 10.0));
     return look_at(above, target, random.between(0.3, 1.8), 640, 360).value();
 }
 
@@ -57,7 +57,8 @@ public:
                 add({lattice.first_root_x + x, lattice.first_root_y + y, 0}, share, chunks);
             }
         }
-        return std::make_shared<const ResidentSet>(lattice, source_.extent(), std::move(chunks), ++epoch_);
+        return std::make_shared<const ResidentSet>(lattice, source_.extent(), std::move(chunks),
+                                                   ++epoch_);
     }
 
 private:
@@ -87,8 +88,8 @@ TEST(Triangulator, StaysWatertightAndWithinBudgetWhateverIsResident) {
         const std::array<std::size_t, 5> budgets{8, 9, 500, 5'000, 60'000};
         const std::size_t budget = budgets[static_cast<std::size_t>(state) % budgets.size()];
         Triangulator triangulator =
-            Triangulator::create(*source, {.triangle_budget = budget,
-                                           .max_error_px = random.between(0.2, 20.0)})
+            Triangulator::create(
+                *source, {.triangle_budget = budget, .max_error_px = random.between(0.2, 20.0)})
                 .value();
         const TerrainMesh mesh = triangulator.update(sets.make(), random_view(random, *source));
         EXPECT_LE(mesh.triangle_count, budget);
@@ -127,7 +128,8 @@ TEST(Triangulator, UsesTheBudgetWhenTheTargetIsOutOfReach) {
     pager.update(cameras, {}, 0.0);
     for (const std::size_t budget : {1'000u, 20'000u, 100'000u}) {
         Triangulator triangulator =
-            Triangulator::create(*source, {.triangle_budget = budget, .max_error_px = 0.01}).value();
+            Triangulator::create(*source, {.triangle_budget = budget, .max_error_px = 0.01})
+                .value();
         const TerrainMesh mesh = triangulator.update(pager.resident(), view);
         EXPECT_LE(mesh.triangle_count, budget);
         EXPECT_GE(static_cast<double>(mesh.triangle_count), 0.97 * static_cast<double>(budget));
@@ -178,15 +180,16 @@ TEST(Triangulator, HasAnAnswerForExtremeViews) {
     const Lattice& lattice = source->lattice();
     const double ground = source->height(lattice.x(3), lattice.y(5));
     const std::vector<std::pair<WorldPos, WorldPos>> places{
-        {{0, 0, -5000}, {1, 0, -5000}},                                // under the ground
-        {{lattice.x(3), lattice.y(5), ground}, {50, 50, 0}},           // in a vertex
-        {{1e9, -1e9, 1e9}, {0, 0, 0}},                                 // far away
-        {{0, 0, 500}, {0, 0, 0}},                                      // straight down
-        {{0, 0, 500}, {0, 0, 1000}},                                   // straight up
+        {{0, 0, -5000}, {1, 0, -5000}},                       // under the ground
+        {{lattice.x(3), lattice.y(5), ground}, {50, 50, 0}},  // in a vertex
+        {{1e9, -1e9, 1e9}, {0, 0, 0}},                        // far away
+        {{0, 0, 500}, {0, 0, 0}},                             // straight down
+        {{0, 0, 500}, {0, 0, 1000}},                          // straight up
     };
     for (const auto& [eye, target] : places) {
         for (const double fov : {1e-3, 1.0, 3.14}) {
-            SCOPED_TRACE(testing::Message() << "eye " << eye.transpose() << ", field of view " << fov);
+            SCOPED_TRACE(testing::Message()
+                         << "eye " << eye.transpose() << ", field of view " << fov);
             const View view = look_at(eye, target, fov, 64, 64).value();
             pager.update(std::vector<CameraNeed>{{.view = view}}, {}, 0.0);
             const TerrainMesh mesh = triangulator.update(pager.resident(), view);
@@ -252,13 +255,15 @@ TEST(Triangulator, WorksOnAWorldOfASingleChunk) {
     const View view = look_at({600, 600, 200}, {700, 700, 0}, 1.0, 640, 360).value();
     for (const std::size_t budget : {2u, 3u, 100u, 100'000u}) {
         Triangulator triangulator =
-            Triangulator::create(source, {.triangle_budget = budget, .max_error_px = 0.001}).value();
+            Triangulator::create(source, {.triangle_budget = budget, .max_error_px = 0.001})
+                .value();
         const TerrainMesh mesh = triangulator.update(set, view);
         EXPECT_LE(mesh.triangle_count, budget);
         EXPECT_EQ(find_flaw(make_soup(mesh), lattice), "");
         EXPECT_LE(test::measure_error_px(make_soup(mesh), source, view, 8), mesh.error_px);
     }
-    Triangulator all = Triangulator::create(source, {.triangle_budget = 100'000, .max_error_px = 0.001}).value();
+    Triangulator all =
+        Triangulator::create(source, {.triangle_budget = 100'000, .max_error_px = 0.001}).value();
     const TerrainMesh mesh = all.update(set, view);
     EXPECT_EQ(mesh.triangle_count, 2u * kChunkCells * kChunkCells);
     EXPECT_EQ(mesh.status, MeshStatus::finest_reached);

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: MIT
+#include "support/random.h"
+#include "support/wave_heights.h"
+
 #include <terrane/terrain/chunk.h>
+#include <terrane/terrain/fractal_heights.h>
 
 #include <gtest/gtest.h>
 
 #include <cmath>
-
-#include <terrane/terrain/fractal_heights.h>
-
-#include "support/random.h"
-#include "support/wave_heights.h"
 
 namespace terrane {
 namespace {
@@ -33,7 +32,8 @@ void expect_shared_samples_equal(const Chunk& a, const Chunk& b) {
             if (dx < 0 || dy < 0 || dx % b.step != 0 || dy % b.step != 0) continue;
             if (dx / b.step > kChunkCells || dy / b.step > kChunkCells) continue;
             ASSERT_EQ(a.heights[sample_index(column, row)],
-                      b.heights[sample_index(static_cast<int>(dx / b.step), static_cast<int>(dy / b.step))]);
+                      b.heights[sample_index(static_cast<int>(dx / b.step),
+                                             static_cast<int>(dy / b.step))]);
             ++shared;
         }
     }
@@ -48,12 +48,13 @@ TEST(MakeChunk, GivesNeighboursOfAllLevelPairsTheSameEdge) {
         // chunks that meet at the middle of the world, from the west and from the east
         for (int west = 0; west <= finest; ++west) {
             for (int east = 0; east <= finest; ++east) {
-                SCOPED_TRACE(testing::Message() << "root " << first_root << ", levels " << west << ", " << east);
+                SCOPED_TRACE(testing::Message()
+                             << "root " << first_root << ", levels " << west << ", " << east);
                 const std::int32_t middle = first_root + 1;
                 const Chunk a = **make_chunk(*source, {(middle << west) - 1, middle << west,
                                                        static_cast<std::uint8_t>(west)});
-                const Chunk b = **make_chunk(*source, {middle << east, middle << east,
-                                                       static_cast<std::uint8_t>(east)});
+                const Chunk b = **make_chunk(
+                    *source, {middle << east, middle << east, static_cast<std::uint8_t>(east)});
                 expect_shared_samples_equal(a, b);
             }
         }
@@ -79,7 +80,8 @@ TEST(MakeChunk, RoundsHeightsToTheNearestQuantum) {
     const auto chunk = make_chunk(source, {0, -1, 2}).value();
     const Lattice& lattice = source.lattice();
     for (int i = 0; i < kChunkSamples; i += 7) {
-        const double height = source.height(lattice.x(chunk->corner.x + i), lattice.y(chunk->corner.y + 5));
+        const double height =
+            source.height(lattice.x(chunk->corner.x + i), lattice.y(chunk->corner.y + 5));
         EXPECT_LE(std::abs(lattice.quantum * chunk->heights[sample_index(i, 5)] - height),
                   0.5 * lattice.quantum);
     }
@@ -92,14 +94,16 @@ TEST(MakeChunk, BoundsBlocksAndQuadrantsByTheirSamples) {
     for (int row = 0; row <= kChunkCells; ++row) {
         for (int column = 0; column <= kChunkCells; ++column) {
             const std::int32_t height = chunk->heights[sample_index(column, row)];
-            const auto block = static_cast<std::size_t>(std::min(row / 8, 15) * 16 + std::min(column / 8, 15));
+            const auto block =
+                static_cast<std::size_t>(std::min(row / 8, 15) * 16 + std::min(column / 8, 15));
             EXPECT_LE(chunk->block_low[block], height);
             EXPECT_GE(chunk->block_high[block], height);
         }
     }
     float largest = 0.0f;
     for (const float bound : chunk->cell_bounds) largest = std::max(largest, bound);
-    EXPECT_EQ(*std::max_element(chunk->quadrant_bound.begin(), chunk->quadrant_bound.end()), largest);
+    EXPECT_EQ(*std::max_element(chunk->quadrant_bound.begin(), chunk->quadrant_bound.end()),
+              largest);
     EXPECT_LE(chunk->bytes(), Chunk::max_bytes());
 }
 

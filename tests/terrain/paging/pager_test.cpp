@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: MIT
+#include "support/random.h"
+#include "support/wave_heights.h"
+
 #include <terrane/terrain/pager.h>
 
 #include <gtest/gtest.h>
@@ -6,9 +9,6 @@
 #include <chrono>
 #include <limits>
 #include <thread>
-
-#include "support/random.h"
-#include "support/wave_heights.h"
 
 namespace terrane {
 namespace {
@@ -59,7 +59,8 @@ TEST(Pager, NeverHoldsMoreThanItsCeiling) {
     for (const int workers : {0, 2}) {
         SCOPED_TRACE(testing::Message() << workers << " workers, seed 5");
         const std::size_t ceiling = 40 * Chunk::max_bytes();
-        Pager pager = Pager::create(hills(), {.memory_bytes = ceiling, .worker_count = workers}).value();
+        Pager pager =
+            Pager::create(hills(), {.memory_bytes = ceiling, .worker_count = workers}).value();
         std::shared_ptr<const ResidentSet> held;  // as a triangulator does
         for (int frame = 0; frame < 150; ++frame) {
             const WorldPos eye(random.between(-900, 900), random.between(-900, 900), 40.0);
@@ -148,7 +149,9 @@ TEST(Pager, DropsFromItsQueueWhatATeleportLeavesBehind) {
 }
 
 TEST(Pager, BringsARequiredRegionAtContactLevelAndPinsIt) {
-    Pager pager = Pager::create(hills(), {.memory_bytes = 30 * Chunk::max_bytes(), .worker_count = 0}).value();
+    Pager pager =
+        Pager::create(hills(), {.memory_bytes = 30 * Chunk::max_bytes(), .worker_count = 0})
+            .value();
     const WorldRect region{-200.0, 100.0, -100.0, 250.0};
     const Pager::Ticket ticket = pager.require(region, 1.0);
     EXPECT_FALSE(pager.is_ready(ticket));
@@ -157,14 +160,16 @@ TEST(Pager, BringsARequiredRegionAtContactLevelAndPinsIt) {
     // cameras elsewhere that want more than fits do not push it out
     for (int frame = 0; frame < 30; ++frame) {
         const WorldPos eye(1000.0 - 20.0 * frame, -1000.0, 30.0);
-        pager.update(std::vector<CameraNeed>{camera_at(eye, eye + WorldPos(30, -30, -3))}, {}, 0.1 * frame);
+        pager.update(std::vector<CameraNeed>{camera_at(eye, eye + WorldPos(30, -30, -3))}, {},
+                     0.1 * frame);
         ASSERT_TRUE(pager.is_ready(ticket));
     }
     pager.release(ticket);
     EXPECT_FALSE(pager.is_ready(ticket));
     for (int frame = 0; frame < 30; ++frame) {
         const WorldPos eye(1000.0 - 20.0 * frame, -1000.0, 30.0);
-        pager.update(std::vector<CameraNeed>{camera_at(eye, eye + WorldPos(30, -30, -3))}, {}, 4.0 + frame);
+        pager.update(std::vector<CameraNeed>{camera_at(eye, eye + WorldPos(30, -30, -3))}, {},
+                     4.0 + frame);
     }
     EXPECT_FALSE(pager.is_ready(pager.require(region, 1.0)));
 }
@@ -212,7 +217,8 @@ TEST(Pager, RefusesSettingsOutOfRange) {
     EXPECT_FALSE(Pager::create(hills(), {.worker_count = -1}).has_value());
     EXPECT_FALSE(Pager::create(hills(), {.horizon = -1.0}).has_value());
     EXPECT_FALSE(
-        Pager::create(hills(), {.contact_spacing = std::numeric_limits<double>::quiet_NaN()}).has_value());
+        Pager::create(hills(), {.contact_spacing = std::numeric_limits<double>::quiet_NaN()})
+            .has_value());
 }
 
 }  // namespace

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <terrane/terrain/height_source.h>
+
 #include <cstdint>
 #include <memory>
 #include <vector>
-
-#include <terrane/terrain/height_source.h>
 
 namespace terrane {
 
@@ -15,7 +15,7 @@ struct DetailField {
     double origin_x = 0.0, origin_y = 0.0;  ///< world place of a grid point, metres
     double cell_x = 1.0, cell_y = 1.0;      ///< of the grid, metres: wavelength of the first octave
     int columns = 0, rows = 0;              ///< amplitude nodes, >= 1
-    double node_origin_x = 0.0, node_origin_y = 0.0;  ///< world place of node (0, 0), metres
+    double node_origin_x = 0.0, node_origin_y = 0.0;    ///< world place of node (0, 0), metres
     double node_spacing_x = 1.0, node_spacing_y = 1.0;  ///< between nodes, metres
     /// [rows * columns] from the south-west: amplitude of the first octave, metres, >= 0; bilinear
     /// between nodes, constant beyond them.

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <terrane/terrain/height_source.h>
+
 #include <cstdint>
 #include <memory>
-
-#include <terrane/terrain/height_source.h>
 
 namespace terrane {
 

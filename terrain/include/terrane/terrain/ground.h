@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cstdint>
-#include <memory>
-
 #include <terrane/terrain/math.h>
 #include <terrane/terrain/resident_set.h>
+
+#include <cstdint>
+#include <memory>
 
 namespace terrane {
 
@@ -51,9 +51,10 @@ struct CellRange {
 
 /// Heights over a range of cells.
 struct RangeAnswer {
-    GroundStatus status = GroundStatus::outside;  ///< not_resident if any cell is; outside if all are
-    std::int32_t low = 0;   ///< quanta; a lower bound of the surface over the range
-    std::int32_t high = 0;  ///< quanta; an upper bound
+    GroundStatus status =
+        GroundStatus::outside;  ///< not_resident if any cell is; outside if all are
+    std::int32_t low = 0;       ///< quanta; a lower bound of the surface over the range
+    std::int32_t high = 0;      ///< quanta; an upper bound
 };
 
 /// The contact surface: the triangles of one level of what is resident. What is drawn does not

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <terrane/terrain/lattice.h>
+
 #include <cstdint>
 #include <span>
-
-#include <terrane/terrain/lattice.h>
 
 namespace terrane {
 
@@ -77,7 +77,8 @@ public:
     /// must be a multiple of 2 * step.
     ///
     /// @param bounds_out [grid.size()] metres; 0 at points that are no vertices of that spacing
-    virtual Result<void> vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const = 0;
+    virtual Result<void> vertex_bounds(const SampleGrid& grid,
+                                       std::span<float> bounds_out) const = 0;
 
     /// Certified bounds of the cells of side `grid.step` of a grid.
     ///
@@ -87,7 +88,8 @@ public:
     /// What the cells of a grid are, as bits of CellFlag. Default: all of them ground.
     ///
     /// @param flags_out [(columns - 1) * (rows - 1)]
-    virtual Result<void> cell_flags(const SampleGrid& grid, std::span<std::uint8_t> flags_out) const;
+    virtual Result<void> cell_flags(const SampleGrid& grid,
+                                    std::span<std::uint8_t> flags_out) const;
 
     /// Heights of the true surface over a closed rectangle: contains every one, metres.
     virtual HeightInterval interval(const WorldRect& rect) const = 0;

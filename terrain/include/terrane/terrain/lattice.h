@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cstdint>
-
 #include <terrane/terrain/chunk_key.h>
 #include <terrane/terrain/result.h>
+
+#include <cstdint>
 
 namespace terrane {
 
@@ -26,21 +26,25 @@ struct LatticePoint {
 /// agree on a shared sample because they compute the same integer. Heights are integer multiples
 /// of `quantum`.
 struct Lattice {
-    double origin_x = 0.0;  ///< world x of lattice point (0, 0), metres
-    double origin_y = 0.0;  ///< world y of lattice point (0, 0), metres
-    double spacing = 1.0;   ///< between neighbours of the finest level, metres, > 0
-    double quantum = 0x1p-12;         ///< heights are multiples of it, metres, a power of two
-    int finest_level = 0;             ///< 0 to 24; level 0 is a root square
-    std::int32_t first_root_x = 0;    ///< ChunkKey::x of the westernmost root squares
-    std::int32_t first_root_y = 0;    ///< ChunkKey::y of the southernmost root squares
-    std::int32_t root_count_x = 1;    ///< root squares from west to east, >= 1
-    std::int32_t root_count_y = 1;    ///< root squares from south to north, >= 1
+    double origin_x = 0.0;          ///< world x of lattice point (0, 0), metres
+    double origin_y = 0.0;          ///< world y of lattice point (0, 0), metres
+    double spacing = 1.0;           ///< between neighbours of the finest level, metres, > 0
+    double quantum = 0x1p-12;       ///< heights are multiples of it, metres, a power of two
+    int finest_level = 0;           ///< 0 to 24; level 0 is a root square
+    std::int32_t first_root_x = 0;  ///< ChunkKey::x of the westernmost root squares
+    std::int32_t first_root_y = 0;  ///< ChunkKey::y of the southernmost root squares
+    std::int32_t root_count_x = 1;  ///< root squares from west to east, >= 1
+    std::int32_t root_count_y = 1;  ///< root squares from south to north, >= 1
 
     /// Finest spacings between neighbouring samples of a level.
-    constexpr std::int64_t step(int level) const { return std::int64_t{1} << (finest_level - level); }
+    constexpr std::int64_t step(int level) const {
+        return std::int64_t{1} << (finest_level - level);
+    }
     /// Finest spacings along the side of a chunk of a level.
     constexpr std::int64_t chunk_side(int level) const { return kChunkCells * step(level); }
-    constexpr double level_spacing(int level) const { return spacing * static_cast<double>(step(level)); }
+    constexpr double level_spacing(int level) const {
+        return spacing * static_cast<double>(step(level));
+    }
     constexpr double root_size() const { return level_spacing(0) * kChunkCells; }
 
     /// World coordinates of a lattice index: one product and one sum, the same bits everywhere.
@@ -79,8 +83,8 @@ Result<void> check(const Lattice& lattice);
 /// A rectangle of lattice points, `step` finest spacings apart; row-major, row 0 is the southern
 /// one, column 0 the western one.
 struct SampleGrid {
-    LatticePoint corner;     ///< of the south-western sample; any integers, also outside the world
-    std::int64_t step = 1;   ///< finest spacings between neighbours, a power of two
+    LatticePoint corner;    ///< of the south-western sample; any integers, also outside the world
+    std::int64_t step = 1;  ///< finest spacings between neighbours, a power of two
     int columns = 0;
     int rows = 0;
 

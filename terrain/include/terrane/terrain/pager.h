@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <terrane/terrain/resident_set.h>
+#include <terrane/terrain/view.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
-
-#include <terrane/terrain/resident_set.h>
-#include <terrane/terrain/view.h>
 
 namespace terrane {
 
@@ -47,10 +47,10 @@ struct PagerStats {
     std::size_t peak_bytes = 0;   ///< resident and in flight together
     std::uint64_t loaded = 0;
     std::uint64_t evicted = 0;
-    std::uint64_t cancelled = 0;       ///< queued or in flight, no longer wanted
-    std::uint64_t failed = 0;          ///< loads that the source refused; retried with back-off
-    std::uint64_t refused_needs = 0;   ///< cameras or bodies that were not finite
-    std::uint64_t over_ceiling = 0;    ///< loads put off because the ceiling was reached
+    std::uint64_t cancelled = 0;      ///< queued or in flight, no longer wanted
+    std::uint64_t failed = 0;         ///< loads that the source refused; retried with back-off
+    std::uint64_t refused_needs = 0;  ///< cameras or bodies that were not finite
+    std::uint64_t over_ceiling = 0;   ///< loads put off because the ceiling was reached
 };
 
 /// Keeps resident what cameras draw and bodies touch, under a hard ceiling of bytes.

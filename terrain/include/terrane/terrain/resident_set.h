@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <terrane/terrain/chunk.h>
+
 #include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
 #include <unordered_map>
 #include <vector>
-
-#include <terrane/terrain/chunk.h>
 
 namespace terrane {
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <terrane/terrain/resident_set.h>
+#include <terrane/terrain/view.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
-
-#include <terrane/terrain/resident_set.h>
-#include <terrane/terrain/view.h>
 
 namespace terrane {
 

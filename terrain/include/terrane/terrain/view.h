@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <array>
-
 #include <terrane/terrain/math.h>
 #include <terrane/terrain/result.h>
+
+#include <array>
 
 namespace terrane {
 

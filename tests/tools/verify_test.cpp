@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: MIT
+#include "verify.h"
+
+#include "support/wave_heights.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+namespace terrane::tools {
+namespace {
+
+// Ground at height 0 everywhere, but for what a test says about its cells.
+class FlatHeights final : public HeightSource {
+public:
+    FlatHeights() : FlatHeights(test::small_world(2, 4.0)) {}
+    double height(double, double) const override { return 0.0; }
+    Result<void> sample(const SampleGrid&, std::span<double>) const override { return {}; }
+    Result<void> vertex_bounds(const SampleGrid&, std::span<float>) const override { return {}; }
+    Result<void> cell_bounds(const SampleGrid&, std::span<float>) const override { return {}; }
+    Result<void> cell_flags(const SampleGrid& grid,
+                            std::span<std::uint8_t> flags_out) const override {
+        const bool is_outside = lattice().x(grid.corner.x) >= outside_from;
+        flags_out[0] = is_outside ? cell_outside : cell_ground;
+        return {};
+    }
+    HeightInterval interval(const WorldRect&) const override { return {}; }
+    double rise_bound(double) const override { return 0.0; }
+
+    double outside_from = 1e9;  // x
+
+private:
+    explicit FlatHeights(const Lattice& lattice)
+        : HeightSource(lattice, test::whole_extent(lattice)) {}
+};
+
+// A regular net of triangles over a square around the origin.
+std::vector<TriangleHeap::Triangle> make_net(double half_side, int cells, double height) {
+    std::vector<TriangleHeap::Triangle> net;
+    const double cell = 2.0 * half_side / cells;
+    const auto corner = [&](int i, int j) {
+        return WorldPos(-half_side + i * cell, -half_side + j * cell, height);
+    };
+    for (int i = 0; i < cells; ++i) {
+        for (int j = 0; j < cells; ++j) {
+            net.push_back({corner(i, j), corner(i + 1, j), corner(i + 1, j + 1)});
+            net.push_back({corner(i, j), corner(i + 1, j + 1), corner(i, j + 1)});
+        }
+    }
+    return net;
+}
+
+View from_above(double height) {
+    return look_at(WorldPos(0.0, 0.0, height), WorldPos(0.0, 10.0, 0.0), 1.0, 800, 600).value();
+}
+
+TEST(Verifier, AgreesWithAnAnalyticCase) {
+    // 1 m too high everywhere: the largest screen error is that of the nearest ground in view
+    const FlatHeights ground;
+    Verifier verifier(ground);
+    const View view =
+        look_at(WorldPos(0.0, 0.0, 100.0), WorldPos(0.0, 200.0, 0.0), 0.6, 640, 480).value();
+    const Measurement measured = verifier.measure(TriangleHeap(make_net(1000.0, 50, 1.0)), view);
+    const double down = std::atan(0.5) + 0.3;  // of the lower edge, in the middle
+    const double nearest = 100.0 / std::sin(down);
+    EXPECT_GE(measured.points, 100'000u);
+    EXPECT_EQ(measured.holes, 0u);
+    EXPECT_LE(measured.error_px, view.pixels_per_radian() / nearest + 1e-9);
+    EXPECT_GE(measured.error_px, 0.99 * view.pixels_per_radian() / nearest);
+}
+
+TEST(Verifier, NeverCountsLessThanTheNearDistance) {
+    const FlatHeights ground;
+    Verifier verifier(ground, 20'000);
+    View view = from_above(1.0);
+    view.near_distance = 50.0;
+    const Measurement measured = verifier.measure(TriangleHeap(make_net(100.0, 20, 0.5)), view);
+    EXPECT_NEAR(measured.error_px, 0.5 * view.pixels_per_radian() / 50.0, 1e-9);
+}
+
+TEST(Verifier, FindsOneRaisedVertex) {
+    const FlatHeights ground;
+    std::vector<TriangleHeap::Triangle> net = make_net(500.0, 100, 0.0);
+    const View view = from_above(300.0);
+    EXPECT_EQ(Verifier(ground).measure(TriangleHeap(net), view).error_px, 0.0);
+
+    const WorldPos place(40.0, 100.0, 0.0);
+    int raised = 0;
+    for (TriangleHeap::Triangle& t : net) {
+        for (WorldPos* corner : {&t.a, &t.b, &t.c}) {
+            if (*corner != place) continue;
+            corner->z() = 3.0;
+            ++raised;
+        }
+    }
+    ASSERT_EQ(raised, 6);
+    const double whole = 3.0 * view.pixels_per_radian() / (place - view.eye_world).norm();
+    const double found = Verifier(ground).measure(TriangleHeap(net), view).error_px;
+    EXPECT_GT(found, 0.5 * whole);
+    EXPECT_LE(found, 1.02 * whole);
+}
+
+TEST(Verifier, FindsAHole) {
+    const FlatHeights ground;
+    std::vector<TriangleHeap::Triangle> net = make_net(500.0, 20, 0.0);
+    std::erase_if(net, [](const TriangleHeap::Triangle& t) {
+        return t.a == WorldPos(0.0, 50.0, 0.0) && t.b == WorldPos(50.0, 50.0, 0.0);
+    });
+    EXPECT_GT(Verifier(ground).measure(TriangleHeap(net), from_above(300.0)).holes, 0u);
+}
+
+TEST(Verifier, LeavesOutWhatIsNoGround) {
+    FlatHeights ground;
+    ground.outside_from = 0.0;
+    std::vector<TriangleHeap::Triangle> net = make_net(500.0, 20, 0.0);
+    for (TriangleHeap::Triangle& t : net) {
+        for (WorldPos* corner : {&t.a, &t.b, &t.c}) {
+            if (corner->x() > 0.0) corner->z() = 99.0;
+        }
+    }
+    EXPECT_EQ(Verifier(ground).measure(TriangleHeap(net), from_above(300.0)).error_px, 0.0);
+}
+
+TEST(Verifier, MeasuresMovementUnderFixedPoints) {
+    const FlatHeights ground;
+    Verifier verifier(ground);
+    View view = from_above(300.0);
+    EXPECT_EQ(verifier.measure(TriangleHeap(make_net(1000.0, 20, 0.0)), view).max_pop_px, 0.0);
+    view.eye_world.y() += 1.0;
+    const Measurement moved = verifier.measure(TriangleHeap(make_net(1000.0, 20, 0.25)), view);
+    const double nearest = 300.0;  // straight below is in view
+    EXPECT_LE(moved.max_pop_px, 0.25 * view.pixels_per_radian() / nearest + 1e-9);
+    EXPECT_GE(moved.max_pop_px, 0.25 * view.pixels_per_radian() / (1.02 * nearest));
+    EXPECT_EQ(moved.max_near_pop_px, 0.0);
+    // a jump of the eye is no pop of the ground
+    view.eye_world.y() += 200.0;
+    const Measurement jumped = verifier.measure(TriangleHeap(make_net(1000.0, 20, 0.0)), view);
+    EXPECT_EQ(jumped.max_pop_px, 0.0);
+    EXPECT_GT(jumped.max_near_pop_px, 0.0);
+}
+
+TEST(TriangleHeap, FindsHeightsAmongTrianglesOfAllSizes) {
+    std::vector<TriangleHeap::Triangle> net;
+    for (double size = 1.0; size < 2000.0; size *= 2.0) {
+        const WorldPos corner(size, size, size);
+        net.push_back(
+            {corner, corner + WorldPos(size, 0.0, 0.0), corner + WorldPos(0.0, size, 0.0)});
+    }
+    const TriangleHeap heap(net);
+    for (double size = 1.0; size < 2000.0; size *= 2.0) {
+        EXPECT_EQ(heap.height(1.25 * size, 1.25 * size), size);
+        EXPECT_EQ(heap.height(size, size), size) << "a corner belongs to its triangle";
+        EXPECT_FALSE(heap.height(1.8 * size, 1.8 * size));
+    }
+}
+
+}  // namespace
+}  // namespace terrane::tools
