@@ -37,8 +37,8 @@ constexpr std::array<double, kGateCount> kGateHeights = make_gate_heights();
 /// Where the cast stops above its gate at most, in tolerances. Far below a gate's step, so that a stopped
 /// body is clear of the next gate on slopes up to 86 degrees.
 constexpr double kStopGap = 1.0 / 256.0;
-/// The same at least: a body that is closer than kStopGap may still move away.
-constexpr double kLeastStopGap = 1e-6;
+/// The same at least, metres, little more than rounding: a body that is closer than kStopGap may move away.
+constexpr double kLeastStopGap = 1e-11;
 /// Where bodies rest above the first gate, in tolerances: above every stop, so that sliding is free.
 constexpr double kRestGap = 1.0 / 4.0;
 /// Contacts are looked for this far above the gate, in tolerances.
@@ -132,7 +132,7 @@ struct Gate {
 Gate make_gate(const RigidBody& body, const NearGround& near, int from, int index) {
     const double further = lowering(body, index) - lowering(body, from);
     const double gap = near.least_gap(further, 2.0 * kStopGap * body.tolerance);
-    return {index, std::max(kLeastStopGap * body.tolerance, 0.5 * gap)};
+    return {index, std::max(kLeastStopGap, 0.5 * gap)};
 }
 
 /// The first gate that a body which was looked at from gate 0 is clear of; kGateCount where there is none.

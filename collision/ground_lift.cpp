@@ -25,6 +25,24 @@ double bound_bottom(const LocalShape& shape, const Prism& prism) {
         }
         return bottom;
     }
+    const double run = std::sqrt(shape.core[0] * shape.core[0] + shape.core[1] * shape.core[1]);
+    if (run > 1e-3 * length(shape.core)) {
+        // The endless cylinder around the core: lowest where the rectangle comes nearest to its axis.
+        const double ux = shape.core[0] / run;
+        const double uy = shape.core[1] / run;
+        const double across_low =
+            std::min(-uy * west, -uy * east) + std::min(ux * south, ux * north);
+        const double across_high =
+            std::max(-uy * west, -uy * east) + std::max(ux * south, ux * north);
+        const double across = std::max({0.0, across_low, -across_high});
+        if (across > shape.radius) return std::numeric_limits<double>::infinity();
+        const double slope = shape.core[2] / run;
+        const double along_low = std::min(ux * west, ux * east) + std::min(uy * south, uy * north);
+        const double along_high = std::max(ux * west, ux * east) + std::max(uy * south, uy * north);
+        const double drop =
+            std::sqrt(shape.radius * shape.radius - across * across) * (length(shape.core) / run);
+        bottom = std::max(bottom, c[2] + std::min(slope * along_low, slope * along_high) - drop);
+    }
     // The ball around the whole core, from the rectangle's nearest point.
     const double x = std::max({0.0, west, -east});
     const double y = std::max({0.0, south, -north});

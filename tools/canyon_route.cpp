@@ -17,10 +17,11 @@
 namespace terrane::tools {
 namespace {
 
-constexpr int kNodes = 192;         // along a side of the grid that is searched
-constexpr int kWindows = 5;         // places along a side that the grid may have
-constexpr int kProbes = 12;         // heights along a side that tell how rough a place is
-constexpr double kCheapest = 0.03;  // of a valley floor against a ridge: how far a detour may go
+constexpr int kNodes = 192;            // along a side of the grid that is searched
+constexpr int kWindows = 5;            // places along a side that the grid may have
+constexpr int kProbes = 12;            // heights along a side that tell how rough a place is
+constexpr double kLeastSide = 6000.0;  // metres: a smaller square has slopes, but hardly a valley
+constexpr double kCheapest = 0.03;     // of a valley floor against a ridge: how far a detour may go
 
 struct Grid {
     double west = 0.0, south = 0.0, spacing = 1.0;
@@ -178,13 +179,35 @@ std::vector<Eigen::Vector2d> smoothed_line(const std::vector<Eigen::Vector2d>& l
     return result;
 }
 
+// The piece of `count` points that lies lowest in its surroundings; ties go to the first.
+std::vector<Eigen::Vector2d> cheapest_section(const std::vector<Eigen::Vector2d>& line,
+                                              std::size_t count, const Grid& grid,
+                                              const std::vector<double>& cost) {
+    if (line.size() <= count) return line;
+    std::vector<double> sums{0.0};  // of all points before
+    for (const Eigen::Vector2d& p : line) {
+        const double column = std::floor((p.x() - grid.west) / grid.spacing + 0.5);
+        const double row = std::floor((p.y() - grid.south) / grid.spacing + 0.5);
+        const bool is_known = column >= 0.0 && row >= 0.0 && column < kNodes && row < kNodes;
+        sums.push_back(sums.back() +
+                       (is_known ? cost[node_index(static_cast<int>(column), static_cast<int>(row))]
+                                 : 1.0 + kCheapest));
+    }
+    std::size_t best = 0;
+    for (std::size_t first = 1; first + count <= line.size(); ++first) {
+        if (sums[first + count] - sums[first] < sums[best + count] - sums[best]) best = first;
+    }
+    const auto begin = line.begin() + static_cast<std::ptrdiff_t>(best);
+    return {begin, begin + static_cast<std::ptrdiff_t>(count)};
+}
+
 }  // namespace
 
 Result<std::vector<Eigen::Vector2d>> find_canyon_route(const HeightSource& source, double length,
                                                        double turn_length) {
     const WorldRect& extent = source.extent();
     const double room = 0.94 * std::min(extent.east - extent.west, extent.north - extent.south);
-    const double side = std::min(room, std::max(1.2 * length, 8.0 * turn_length));
+    const double side = std::min(room, std::max({1.2 * length, 8.0 * turn_length, kLeastSide}));
     Grid grid = place_grid(source, side);
     grid.value.resize(std::size_t{kNodes} * kNodes);
     for (int row = 0; row < kNodes; ++row) {
@@ -207,22 +230,14 @@ Result<std::vector<Eigen::Vector2d>> find_canyon_route(const HeightSource& sourc
         line.emplace_back(grid.west + static_cast<double>(node % kNodes) * grid.spacing,
                           grid.south + static_cast<double>(node / kNodes) * grid.spacing);
     }
-    // steps of a grid have corners: smooth over the length of a turn, far beyond what is used at the
-    // ends
+    // steps of a grid have corners: smooth over the length of a turn
     const double spacing = std::max(turn_length / 100.0, grid.spacing / 4.0);
     const auto half_width = static_cast<std::ptrdiff_t>(turn_length / spacing / 6.0) + 1;
     line = resampled(extended(line, 0.5 * length + turn_length), spacing);
     line = smoothed_line(smoothed_line(line, half_width), half_width);
     line = resampled(line, spacing);
 
-    // the middle is what was searched
-    const auto wanted = static_cast<std::size_t>(length / spacing) + 2;
-    if (line.size() > wanted) {
-        const auto skipped = static_cast<std::ptrdiff_t>((line.size() - wanted) / 2);
-        line = {line.begin() + skipped,
-                line.begin() + skipped + static_cast<std::ptrdiff_t>(wanted)};
-    }
-    return line;
+    return cheapest_section(line, static_cast<std::size_t>(length / spacing) + 2, grid, cost);
 }
 
 }  // namespace terrane::tools

@@ -8,7 +8,7 @@ namespace terrane::tools {
 namespace {
 
 constexpr double kBehind = 11.0;         // metres
-constexpr double kAbove = 4.0;           // metres over the vehicle's centre
+constexpr double kAbove = 3.2;           // metres over the vehicle's centre
 constexpr double kTargetAbove = 0.8;     // metres over it that the camera looks at
 constexpr double kLeastClearance = 0.6;  // metres from the ground
 constexpr double kCalmClearance = 2.0;   // metres from the ground, smoothed

@@ -174,6 +174,7 @@ Measurement Verifier::measure(TriangleHeap heap, const View& view) {
     const auto look_at = [&](double x, double y) {
         const double truth = source_.height(x, y);
         const WorldPos p_world(x, y, truth);
+        if (!std::isfinite(truth)) return false;
         if (!is_inside(frustum, view.eye_world, p_world) || !is_ground(x, y)) return false;
         ++result.points;
         const double distance = (p_world - view.eye_world).norm();

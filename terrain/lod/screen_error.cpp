@@ -87,8 +87,23 @@ ScreenError::Box ScreenError::box_of(const Chunk& chunk) const {
 }
 
 float ScreenError::upper_bound(const Chunk& chunk, float largest_radius) const {
-    const Box box = box_of(chunk);
-    const auto radius = static_cast<double>(largest_radius);
+    return upper_bound(box_of(chunk), static_cast<double>(chunk.max_vertex_bound),
+                       static_cast<double>(largest_radius));
+}
+
+float ScreenError::upper_bound(const Chunk& chunk, int area, float largest_radius) const {
+    const Chunk::Area& part = chunk.areas[static_cast<std::size_t>(area)];
+    const std::int64_t west = chunk.corner.x + area % kChunkAreas * kAreaCells * chunk.step;
+    const std::int64_t south = chunk.corner.y + area / kChunkAreas * kAreaCells * chunk.step;
+    const std::int64_t side = kAreaCells * chunk.step;
+    const Box box{
+        {lattice_.x(west), lattice_.y(south), lattice_.quantum * part.low},
+        {lattice_.x(west + side), lattice_.y(south + side), lattice_.quantum * part.high}};
+    return upper_bound(box, static_cast<double>(part.max_vertex_bound),
+                       static_cast<double>(largest_radius));
+}
+
+float ScreenError::upper_bound(const Box& box, double bound, double radius) const {
     const Eigen::Vector3d apart =
         (box.low - eye_).cwiseMax(eye_ - box.high).cwiseMax(Eigen::Vector3d::Zero());
     const Eigen::Vector3d far_corner =
@@ -106,8 +121,7 @@ float ScreenError::upper_bound(const Chunk& chunk, float largest_radius) const {
         1.0 - static_cast<double>(kWeightSlope) * beside / (far_corner.norm() + radius + near_),
         static_cast<double>(kLeastWeight));
     // the margin is for the rounding of the priorities themselves
-    return round_up(1.0001 * weight * static_cast<double>(chunk.max_vertex_bound) * pixels_ /
-                    distance);
+    return round_up(1.0001 * weight * bound * pixels_ / distance);
 }
 
 ScreenError::Side ScreenError::side(const Chunk& chunk) const {
@@ -122,42 +136,46 @@ ScreenError::Side ScreenError::side(const Chunk& chunk) const {
     return Side::inside;
 }
 
-void ScreenError::priorities(const Chunk& chunk, const Axes& axes, int row, const float* radii,
-                             Side side, float* priorities_out) const {
+void ScreenError::priorities(const Chunk& chunk, const Axes& axes, const Span& span,
+                             const float* radii, Side side, float* priorities_out) const {
     const auto pixels = static_cast<float>(pixels_);
     const auto nearest = static_cast<float>(near_);
-    const float dy = axes.y[static_cast<std::size_t>(row)];
-    const std::int32_t* heights = &chunk.heights[sample_index(0, row)];
-    const float* bounds = &chunk.vertex_bounds[sample_index(0, row)];
+    const auto count = static_cast<std::size_t>(span.count);
+    const auto first = static_cast<std::size_t>(span.first);
+    const float dy = axes.y[static_cast<std::size_t>(span.row)];
+    const float* x = &axes.x[first];
+    const std::int32_t* heights = &chunk.heights[sample_index(span.first, span.row)];
+    const float* bounds = &chunk.vertex_bounds[sample_index(span.first, span.row)];
+    radii += first;
+    priorities_out += first;
     std::array<float, kChunkSamples> dz;
     std::array<float, kChunkSamples> distance;
-    for (std::size_t i = 0; i < kChunkSamples; ++i) {
+    for (std::size_t i = 0; i < count; ++i) {
         dz[i] = static_cast<float>(lattice_.quantum * static_cast<double>(heights[i]) - eye_.z());
     }
-    for (std::size_t i = 0; i < kChunkSamples; ++i) {
-        const float dx = axes.x[i];
-        distance[i] = std::sqrt(dx * dx + dy * dy + dz[i] * dz[i]);
+    for (std::size_t i = 0; i < count; ++i) {
+        distance[i] = std::sqrt(x[i] * x[i] + dy * dy + dz[i] * dz[i]);
     }
-    for (std::size_t i = 0; i < kChunkSamples; ++i) {
+    for (std::size_t i = 0; i < count; ++i) {
         const float left = distance[i] * kShorter - radii[i];
         priorities_out[i] = bounds[i] * pixels / (left > nearest ? left : nearest);
     }
     if (side == Side::inside) return;
 
-    std::array<float, kChunkSamples> beside{};  // how far outside the nearest side plane
+    std::array<float, kChunkSamples> beside;  // how far outside the nearest side plane
+    std::fill_n(beside.begin(), count, 0.0f);
     for (const Eigen::Vector3d& normal : frustum_.normals) {
         const auto nx = static_cast<float>(normal.x());
         const auto ny = static_cast<float>(normal.y());
         const auto nz = static_cast<float>(normal.z());
         const float from_row = ny * dy;
-        for (std::size_t i = 0; i < kChunkSamples; ++i) {
+        for (std::size_t i = 0; i < count; ++i) {
             // a little further in, for the rounding
-            const float in =
-                nx * axes.x[i] + from_row + nz * dz[i] + radii[i] + distance[i] * 0x1p-18f;
+            const float in = nx * x[i] + from_row + nz * dz[i] + radii[i] + distance[i] * 0x1p-18f;
             beside[i] = -in > beside[i] ? -in : beside[i];
         }
     }
-    for (std::size_t i = 0; i < kChunkSamples; ++i) {
+    for (std::size_t i = 0; i < count; ++i) {
         const float weight = 1.0f - kWeightSlope * beside[i] / (distance[i] + radii[i] + nearest);
         priorities_out[i] *= weight > kLeastWeight ? weight : kLeastWeight;
     }

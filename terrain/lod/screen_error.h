@@ -41,18 +41,27 @@ public:
     };
     Axes axes(const Chunk& chunk) const;
 
-    /// No vertex of the chunk has a larger priority.
+    /// No vertex of the chunk, or of one of its areas, has a larger priority.
     float upper_bound(const Chunk& chunk, float largest_radius) const;
+    float upper_bound(const Chunk& chunk, int area, float largest_radius) const;
 
     /// Whether all of a chunk's samples are inside the view's side planes.
     enum class Side { inside, crossing };
     Side side(const Chunk& chunk) const;
 
-    /// Priorities of one row of samples: bound * pixels / distance, weighted down beside the view.
+    /// Samples of one row of a chunk.
+    struct Span {
+        int row = 0;
+        int first = 0;  ///< column
+        int count = 0;  ///< at most kAreaCells + 1, or kChunkSamples
+    };
+
+    /// Priorities of part of a row of samples: bound * pixels / distance, weighted down beside the view.
     ///
-    /// @param radii [kChunkSamples] of the row's vertices
-    void priorities(const Chunk& chunk, const Axes& axes, int row, const float* radii, Side side,
-                    float* priorities_out) const;
+    /// @param radii          [kChunkSamples] of the whole row's vertices
+    /// @param priorities_out [kChunkSamples] of the whole row
+    void priorities(const Chunk& chunk, const Axes& axes, const Span& span, const float* radii,
+                    Side side, float* priorities_out) const;
 
     /// Screen error of a bound around a point, 0 where nothing within the radius is in view.
     float error_in_view(double x, double y, double z, double radius, double bound) const;
@@ -62,6 +71,7 @@ private:
         Eigen::Vector3d low, high;
     };
     Box box_of(const Chunk& chunk) const;
+    float upper_bound(const Box& box, double bound, double radius) const;
 
     Lattice lattice_;
     WorldPos eye_;

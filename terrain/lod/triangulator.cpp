@@ -72,6 +72,10 @@ struct Triangulator::State {
     const ChunkPriorities& priorities_of(std::size_t index) const {
         return *priorities.find(static_cast<std::int32_t>(index));
     }
+    // A little less than asked for, so that what is reported after rounding outward meets it.
+    float target_px() const {
+        return static_cast<float>(settings.max_error_px / (2.0 * ScreenError::kRounding - 1.0));
+    }
     void select(const ScreenError& screen);
     void emit(const ScreenError& screen);
     void emit_chunk(const ScreenError& screen, std::size_t index);
@@ -81,8 +85,7 @@ struct Triangulator::State {
 
 // Finds the threshold: the target, or as low as the budget allows.
 void Triangulator::State::select(const ScreenError& screen) {
-    const auto target =
-        static_cast<float>(settings.max_error_px / (2.0 * ScreenError::kRounding - 1.0));
+    const float target = target_px();
     const std::size_t root_triangles = 2 * static_cast<std::size_t>(lattice.root_count_x) *
                                        static_cast<std::size_t>(lattice.root_count_y);
     const std::size_t budget = settings.triangle_budget - root_triangles;
@@ -145,7 +148,8 @@ void Triangulator::State::emit_stride(const ScreenError& screen, std::size_t ind
             const std::size_t finer = sample_index(2 * (west_x % (kChunkCells / 2)) + 1,
                                                    2 * (south_y % (kChunkCells / 2)) + 1);
             if (child->trimmed[finer] > threshold) return true;
-            own = child->own[finer];
+            // 0: in an area that was not looked at, so not above the threshold either
+            if (child->own[finer] > 0.0f) own = child->own[finer];
         }
         // the cell's own bound: around the middle of its cut, which runs through the square's centre
         const int corner_x = centre_x == west_x ? west_x + 1 : west_x;
@@ -169,46 +173,49 @@ void Triangulator::State::emit_stride(const ScreenError& screen, std::size_t ind
         return false;
     };
 
-    for (int row = stride; row < kChunkCells; row += 2 * stride) {
-        for (int column = stride; column < kChunkCells; column += 2 * stride) {
-            if (!(mine.trimmed[sample_index(column, row)] > threshold)) continue;
-            const std::uint16_t centre = vertex(column, row);
-            std::array<bool, 4>
-                divided{};  // quarters: south-west, south-east, north-west, north-east
-            std::array<bool, 4> known{};
-            const auto quarter_divided = [&](int corner_x, int corner_y) {
-                const auto quarter =
-                    static_cast<std::size_t>((corner_x > 0 ? 1 : 0) + (corner_y > 0 ? 2 : 0));
-                if (!known[quarter]) {
-                    known[quarter] = true;
-                    divided[quarter] =
-                        is_divided(column, row, column + (corner_x > 0 ? 0 : -stride),
-                                   row + (corner_y > 0 ? 0 : -stride));
-                }
-                return divided[quarter];
-            };
-            for (std::size_t side = 0; side < 4; ++side) {
-                const SquareSide& begin = kSides[side];
-                const SquareSide& end = kSides[(side + 1) % 4];
-                const int middle_x = column + begin.middle_x * stride;
-                const int middle_y = row + begin.middle_y * stride;
-                const std::size_t middle_index = sample_index(middle_x, middle_y);
-                const std::uint16_t first =
-                    vertex(column + begin.corner_x * stride, row + begin.corner_y * stride);
-                const std::uint16_t last =
-                    vertex(column + end.corner_x * stride, row + end.corner_y * stride);
-                if (!(mine.trimmed[middle_index] > threshold)) {
-                    indices.insert(indices.end(), {first, last, centre});
-                    float& kind = mine.own[middle_index] > threshold ? left.absent : left.chosen;
-                    kind = std::max(kind, mine.own[middle_index]);
-                    continue;
-                }
-                const auto middle = static_cast<std::uint16_t>(middle_index);
-                if (!quarter_divided(begin.corner_x, begin.corner_y)) {
-                    indices.insert(indices.end(), {first, middle, centre});
-                }
-                if (!quarter_divided(end.corner_x, end.corner_y)) {
-                    indices.insert(indices.end(), {middle, last, centre});
+    for (const internal::SampleRange& range : mine.ranges) {
+        for (int row = range.south + stride; row < range.north; row += 2 * stride) {
+            for (int column = range.west + stride; column < range.east; column += 2 * stride) {
+                if (!(mine.trimmed[sample_index(column, row)] > threshold)) continue;
+                const std::uint16_t centre = vertex(column, row);
+                std::array<bool, 4>
+                    divided{};  // quarters: south-west, south-east, north-west, north-east
+                std::array<bool, 4> known{};
+                const auto quarter_divided = [&](int corner_x, int corner_y) {
+                    const auto quarter =
+                        static_cast<std::size_t>((corner_x > 0 ? 1 : 0) + (corner_y > 0 ? 2 : 0));
+                    if (!known[quarter]) {
+                        known[quarter] = true;
+                        divided[quarter] =
+                            is_divided(column, row, column + (corner_x > 0 ? 0 : -stride),
+                                       row + (corner_y > 0 ? 0 : -stride));
+                    }
+                    return divided[quarter];
+                };
+                for (std::size_t side = 0; side < 4; ++side) {
+                    const SquareSide& begin = kSides[side];
+                    const SquareSide& end = kSides[(side + 1) % 4];
+                    const int middle_x = column + begin.middle_x * stride;
+                    const int middle_y = row + begin.middle_y * stride;
+                    const std::size_t middle_index = sample_index(middle_x, middle_y);
+                    const std::uint16_t first =
+                        vertex(column + begin.corner_x * stride, row + begin.corner_y * stride);
+                    const std::uint16_t last =
+                        vertex(column + end.corner_x * stride, row + end.corner_y * stride);
+                    if (!(mine.trimmed[middle_index] > threshold)) {
+                        indices.insert(indices.end(), {first, last, centre});
+                        float& kind =
+                            mine.own[middle_index] > threshold ? left.absent : left.chosen;
+                        kind = std::max(kind, mine.own[middle_index]);
+                        continue;
+                    }
+                    const auto middle = static_cast<std::uint16_t>(middle_index);
+                    if (!quarter_divided(begin.corner_x, begin.corner_y)) {
+                        indices.insert(indices.end(), {first, middle, centre});
+                    }
+                    if (!quarter_divided(end.corner_x, end.corner_y)) {
+                        indices.insert(indices.end(), {middle, last, centre});
+                    }
                 }
             }
         }
@@ -235,6 +242,8 @@ void Triangulator::State::emit(const ScreenError& screen) {
     indices.clear();
     mesh_chunks.clear();
     left = {};
+    // the largest that stayed out is the threshold itself, unless the target set it
+    if (threshold > target_px()) left.chosen = threshold;
     for (std::size_t i = 0; i < resident->chunks().size(); ++i) {
         if (priorities.find(static_cast<std::int32_t>(i)) != nullptr) emit_chunk(screen, i);
     }

@@ -54,22 +54,39 @@ std::vector<float> VertexPriorities::make_radius_rows(int level) const {
     return table;
 }
 
-// What a vertex would get from its own bound and distance.
-void VertexPriorities::compute_own(const ScreenError& screen, const Chunk& chunk,
+// What a vertex would get from its own bound and distance, in the areas that may be above the floor.
+void VertexPriorities::compute_own(const ScreenError& screen, const Chunk& chunk, float floor,
                                    ChunkPriorities& into) const {
+    into.ranges.clear();
+    if (chunk.key.level == 0) {
+        into.ranges.push_back({0, 0, kChunkCells, kChunkCells});
+    } else {
+        const float largest = radii_.centre[exponent(chunk.key.level, 1)];
+        for (int area = 0; area < kChunkAreas * kChunkAreas; ++area) {
+            if (!(screen.upper_bound(chunk, area, largest) > floor)) continue;
+            const int west = area % kChunkAreas * kAreaCells;
+            const int south = area / kChunkAreas * kAreaCells;
+            into.ranges.push_back({west, south, west + kAreaCells, south + kAreaCells});
+        }
+    }
+    std::fill(into.own.begin(), into.own.end(), 0.0f);
+    std::fill(into.trimmed.begin(), into.trimmed.end(), 0.0f);
     const ScreenError::Axes axes = screen.axes(chunk);
     const ScreenError::Side side = screen.side(chunk);
     const std::vector<float>& table = radius_rows_[chunk.key.level];
-    for (int row = 0; row < kChunkSamples; ++row) {
-        const int table_row = chunk.key.level == 0 ? row : row % 2;
-        screen.priorities(chunk, axes, row, &table[sample_index(0, table_row)], side,
-                          &into.own[sample_index(0, row)]);
+    for (const SampleRange& range : into.ranges) {
+        for (int row = range.south; row <= range.north; ++row) {
+            const int table_row = chunk.key.level == 0 ? row : row % 2;
+            screen.priorities(chunk, axes, {row, range.west, range.east - range.west + 1},
+                              &table[sample_index(0, table_row)], side,
+                              &into.own[sample_index(0, row)]);
+        }
     }
 }
 
 // A centre's parents are the corners of its square with an odd index sum: midpoints of twice the
 // spacing, in the same root or in the chunk's parent. The centre of a root square has none.
-void VertexPriorities::trim_centres(std::size_t index, int stride) {
+void VertexPriorities::trim_centres(std::size_t index, const SampleRange& range, int stride) {
     const Chunk& chunk = *resident_->chunks()[index];
     ChunkPriorities& mine = *open(static_cast<std::int32_t>(index));
     const bool is_root = chunk.key.level == 0;
@@ -80,8 +97,8 @@ void VertexPriorities::trim_centres(std::size_t index, int stride) {
         if (is_root) return mine.trimmed[sample_index(column, row)];
         return above->trimmed[sample_index(shift_x + column / 2, shift_y + row / 2)];
     };
-    for (int row = stride; row < kChunkCells; row += 2 * stride) {
-        for (int column = stride; column < kChunkCells; column += 2 * stride) {
+    for (int row = range.south + stride; row < range.north; row += 2 * stride) {
+        for (int column = range.west + stride; column < range.east; column += 2 * stride) {
             const std::size_t vertex = sample_index(column, row);
             float priority = mine.own[vertex];
             if (above == nullptr) {
@@ -99,7 +116,7 @@ void VertexPriorities::trim_centres(std::size_t index, int stride) {
 }
 
 // A midpoint's parents are the centres on both sides of it; on the world's border there is one.
-void VertexPriorities::trim_midpoints(std::size_t index, int stride) {
+void VertexPriorities::trim_midpoints(std::size_t index, const SampleRange& range, int stride) {
     const Chunk& chunk = *resident_->chunks()[index];
     ChunkPriorities& mine = *open(static_cast<std::int32_t>(index));
     const ResidentSet::Links& links = resident_->links(index);
@@ -116,9 +133,10 @@ void VertexPriorities::trim_midpoints(std::size_t index, int stride) {
         const ChunkPriorities* other = open(links.neighbour[side]);
         return other == nullptr ? 0.0f : other->trimmed[sample_index(column, row)];
     };
-    for (int row = 0; row <= kChunkCells; row += stride) {
+    for (int row = range.south; row <= range.north; row += stride) {
         const bool on_side = (row / stride) % 2 != 0;  // of a square: its centres are east and west
-        for (int column = on_side ? 0 : stride; column <= kChunkCells; column += 2 * stride) {
+        for (int column = range.west + (on_side ? 0 : stride); column <= range.east;
+             column += 2 * stride) {
             float first = 0.0f;
             float second = 0.0f;
             if (on_side) {
@@ -168,20 +186,24 @@ void VertexPriorities::compute(std::shared_ptr<const ResidentSet> resident,
                 if (!(screen.upper_bound(chunk, largest) > floor)) continue;
             }
             if (open_count_ == open_.size()) {
-                open_.push_back({std::vector<float>(kSamples), std::vector<float>(kSamples)});
+                open_.push_back({{}, std::vector<float>(kSamples), std::vector<float>(kSamples)});
             }
             slot_[end] = static_cast<std::int32_t>(open_count_);
-            compute_own(screen, chunk, open_[open_count_]);
-            std::fill(open_[open_count_].trimmed.begin(), open_[open_count_].trimmed.end(), 0.0f);
+            compute_own(screen, chunk, floor, open_[open_count_]);
             ++open_count_;
         }
+        const auto for_all_ranges = [&](auto trim) {
+            for (std::size_t i = first; i < end; ++i) {
+                const ChunkPriorities* chunk = find(static_cast<std::int32_t>(i));
+                if (chunk == nullptr) continue;
+                for (const SampleRange& range : chunk->ranges) trim(i, range);
+            }
+        };
         for (int stride = level == 0 ? kChunkCells / 2 : 1; stride >= 1; stride /= 2) {
-            for (std::size_t i = first; i < end; ++i) {
-                if (slot_[i] != ResidentSet::kNone) trim_centres(i, stride);
-            }
-            for (std::size_t i = first; i < end; ++i) {
-                if (slot_[i] != ResidentSet::kNone) trim_midpoints(i, stride);
-            }
+            for_all_ranges(
+                [&](std::size_t i, const SampleRange& range) { trim_centres(i, range, stride); });
+            for_all_ranges(
+                [&](std::size_t i, const SampleRange& range) { trim_midpoints(i, range, stride); });
         }
         first = end;
     }
@@ -199,19 +221,20 @@ std::size_t VertexPriorities::gather_chunk(std::size_t index, float floor,
     const bool at_east = chunk.corner.x + side == lattice_.east();
     const bool at_south = chunk.corner.y == lattice_.south();
     const bool at_north = chunk.corner.y + side == lattice_.north();
-    for (int row = 0; row <= kChunkCells; ++row) {
-        if (row == kChunkCells && !at_north) break;
-        const float* priorities = &mine.trimmed[sample_index(0, row)];
-        const bool on_border_row = (row == 0 && at_south) || row == kChunkCells;
-        for (int column = 0; column < kChunkCells; ++column) {
-            if (!(priorities[column] > floor)) continue;
-            const bool on_border = on_border_row || (column == 0 && at_west);
-            candidates.push_back({priorities[column], on_border ? 1u : 2u});
-            weight += on_border ? 1 : 2;
-        }
-        if (at_east && priorities[kChunkCells] > floor) {
-            candidates.push_back({priorities[kChunkCells], 1});
-            weight += 1;
+    for (const SampleRange& range : mine.ranges) {
+        // the lines at a range's east and north belong to the next range, but on the world's border
+        const int last_row = at_north && range.north == kChunkCells ? range.north : range.north - 1;
+        const int last_column = at_east && range.east == kChunkCells ? range.east : range.east - 1;
+        for (int row = range.south; row <= last_row; ++row) {
+            const float* priorities = &mine.trimmed[sample_index(0, row)];
+            const bool on_border_row = (row == 0 && at_south) || row == kChunkCells;
+            for (int column = range.west; column <= last_column; ++column) {
+                if (!(priorities[column] > floor)) continue;
+                const bool on_border =
+                    on_border_row || (column == 0 && at_west) || column == kChunkCells;
+                candidates.push_back({priorities[column], on_border ? 1u : 2u});
+                weight += on_border ? 1 : 2;
+            }
         }
     }
     return weight;

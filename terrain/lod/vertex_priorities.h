@@ -13,8 +13,16 @@
 
 namespace terrane::internal {
 
+/// Columns and rows of a chunk's samples, ends included.
+struct SampleRange {
+    int west = 0, south = 0, east = 0, north = 0;
+};
+
 /// Priorities of the vertices of one chunk that the view may refine, in pixels.
 struct ChunkPriorities {
+    /// The parts that were looked at: areas of the chunk, or all of it. Elsewhere both are 0, and no
+    /// vertex is above the floor.
+    std::vector<SampleRange> ranges;
     std::vector<float> own;      ///< [kChunkSamples^2] from bound and distance alone
     std::vector<float> trimmed;  ///< [kChunkSamples^2] at most those of the vertex's parents
 };
@@ -51,9 +59,10 @@ private:
     std::size_t exponent(int level, int stride) const;
     std::vector<float> make_radius_rows(int level) const;
     ChunkPriorities* open(std::int32_t index);
-    void compute_own(const ScreenError& screen, const Chunk& chunk, ChunkPriorities& into) const;
-    void trim_centres(std::size_t index, int stride);
-    void trim_midpoints(std::size_t index, int stride);
+    void compute_own(const ScreenError& screen, const Chunk& chunk, float floor,
+                     ChunkPriorities& into) const;
+    void trim_centres(std::size_t index, const SampleRange& range, int stride);
+    void trim_midpoints(std::size_t index, const SampleRange& range, int stride);
     std::size_t gather_chunk(std::size_t index, float floor,
                              std::vector<Candidate>& candidates) const;
 

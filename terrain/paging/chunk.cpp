@@ -114,6 +114,24 @@ void fill_intervals(Chunk& chunk) {
     chunk.high = *std::max_element(chunk.block_high.begin(), chunk.block_high.end());
 }
 
+void fill_areas(Chunk& chunk) {
+    for (int area = 0; area < kChunkAreas * kChunkAreas; ++area) {
+        Chunk::Area& into = chunk.areas[static_cast<std::size_t>(area)];
+        into.low = std::numeric_limits<std::int32_t>::max();
+        into.high = std::numeric_limits<std::int32_t>::min();
+        const int south = area / kChunkAreas * kAreaCells;
+        const int west = area % kChunkAreas * kAreaCells;
+        for (int row = south; row <= south + kAreaCells; ++row) {
+            for (int column = west; column <= west + kAreaCells; ++column) {
+                const std::size_t i = sample_index(column, row);
+                into.low = std::min(into.low, chunk.heights[i]);
+                into.high = std::max(into.high, chunk.heights[i]);
+                into.max_vertex_bound = std::max(into.max_vertex_bound, chunk.vertex_bounds[i]);
+            }
+        }
+    }
+}
+
 }  // namespace
 
 std::size_t Chunk::max_bytes() {
@@ -141,6 +159,7 @@ Result<std::shared_ptr<const Chunk>> make_chunk(const HeightSource& source, cons
         }
     }
     fill_intervals(*chunk);
+    fill_areas(*chunk);
     return std::shared_ptr<const Chunk>(std::move(chunk));
 }
 

@@ -14,6 +14,10 @@ namespace terrane {
 /// Blocks of 8 x 8 cells along the side of a chunk; each has its own interval of heights.
 inline constexpr int kChunkBlocks = kChunkCells / 8;
 
+/// Cells along the side of an area of a chunk: a sixteenth of it, with its own interval and bound.
+inline constexpr int kAreaCells = 32;
+inline constexpr int kChunkAreas = kChunkCells / kAreaCells;
+
 /// One square of heights with the bounds that certify it: the unit of paging. Immutable once made.
 ///
 /// Index of a sample: row * kChunkSamples + column, row 0 south, column 0 west. Index of a cell:
@@ -45,6 +49,13 @@ struct Chunk {
     std::int32_t high = 0;  ///< highest sample
 
     float max_vertex_bound = 0.0f;
+    /// Areas of 32 x 32 cells, row by row from the south-west, edges included.
+    struct Area {
+        std::int32_t low = 0;
+        std::int32_t high = 0;
+        float max_vertex_bound = 0.0f;
+    };
+    std::array<Area, kChunkAreas * kChunkAreas> areas{};
     /// Largest cell bound of each quadrant: what the child there could at most improve on.
     std::array<float, 4> quadrant_bound{};
 
