@@ -56,6 +56,8 @@ constexpr double kMaxTurnOfParts = 0.03;
 /// Bodies come out of the ground at this speed, and no velocity of it stays, m/s.
 constexpr double kRecoverySpeed = 2.0;
 constexpr double kSeparationSpeed = 0.5;
+/// What a body keeps of its velocity when it met more impacts in a stretch than are followed.
+constexpr double kUnfollowedSlowing = 0.5;
 
 double lowering(const RigidBody& body, int gate) {
     return body.tolerance * kGateHeights[static_cast<std::size_t>(gate)];
@@ -244,18 +246,23 @@ bool separate(RigidBody& body, const Ground& ground, const NearGround& near, con
               double gravity, double duration) {
     const double wanted_gap = 0.75 * kRestGap * body.tolerance;
     if (near.least_gap(0.0, wanted_gap) >= wanted_gap) return true;
-    ContactSolver solver(body.mass, raised(body.pose, lowering(body, 0)));
-    solver.add(near.found(), near.roundings);
     const double distance = kSeparationSpeed * duration;
-    Twist way = solver.solve_separation(wanted_gap, distance);
-    const double reach = length(way.linear) + body.radius * length(way.angular);
-    if (!(reach > 0.0)) return true;
-    if (reach > 2.0 * distance) {
-        way.linear *= 2.0 * distance / reach;
-        way.angular *= 2.0 * distance / reach;
-    }
     const double height = body.pose.translation.z();
-    if (!advance(body, ground, way, gate).resident) return false;
+    // A turn may bring another corner in; a translation that opens all contacts brings none.
+    for (const bool may_turn : {true, false}) {
+        ContactSolver solver(body.mass, raised(body.pose, lowering(body, 0)));
+        solver.add(near.found(), near.roundings);
+        Twist way = solver.solve_separation(wanted_gap, distance, may_turn);
+        const double reach = length(way.linear) + body.radius * length(way.angular);
+        if (!(reach > 0.0)) return true;
+        if (reach > 2.0 * distance) {
+            way.linear *= 2.0 * distance / reach;
+            way.angular *= 2.0 * distance / reach;
+        }
+        const GateAnswer moved = advance(body, ground, way, gate);
+        if (!moved.resident) return false;
+        if (moved.fraction > 0.0) break;
+    }
     const double lifted = body.pose.translation.z() - height;
     if (lifted > 0.0) {
         const double energy = kinetic_energy(body.mass, body.pose, body.velocity);
@@ -350,6 +357,11 @@ Stretch live_stretch(RigidBody& body, const Ground& ground, double gravity, doub
 
     for (int piece_count = 0; remaining > 0.0; ++piece_count) {
         if (piece_count == kMaxPieces || stretch.impacts > kMaxImpacts) {
+            // More blows than can be followed: they take energy, or a body that whirls in a crack never ends.
+            if (stretch.impacts > kMaxImpacts) {
+                body.velocity.linear *= kUnfollowedSlowing;
+                body.velocity.angular *= kUnfollowedSlowing;
+            }
             stretch.lost_time = remaining;
             return stretch;
         }

@@ -158,9 +158,8 @@ void ContactSolver::solve_velocity(Twist& velocity, const Surface& surface, doub
     }
 }
 
-Twist ContactSolver::solve_separation(double wanted_gap, double max_distance) {
+Twist ContactSolver::solve_separation(double wanted_gap, double max_distance, bool may_turn) {
     Twist displacement;
-    bool any = false;
     for (std::size_t i = 0; i < count_; ++i) {
         ContactRows& contact = contacts_[i];
         const double wanted = std::clamp(0.5 * (wanted_gap - contact.gap), 0.0, max_distance);
@@ -168,9 +167,11 @@ Twist ContactSolver::solve_separation(double wanted_gap, double max_distance) {
         contact.allowed_closing = wanted > 0.0 ? -wanted : 0.5 * (contact.gap - wanted_gap);
         contact.least_impulse = 0.0;
         contact.normal.impulse = 0.0;
-        any = any || wanted > 0.0;
+        if (may_turn) continue;
+        contact.normal.moment.setZero();
+        contact.normal.spin.setZero();
+        contact.normal.effective_mass = 1.0 / mass_.inverse_mass;
     }
-    if (!any) return displacement;
     for (int iteration = 0; iteration < kSeparationIterations; ++iteration) {
         for (std::size_t i = 0; i < count_; ++i) push(contacts_[i], displacement);
     }

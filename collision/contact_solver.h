@@ -57,7 +57,8 @@ public:
 
     /// The displacement that opens every contact with less than `wanted_gap` half the way to it, and
     /// no contact by more than `max_distance`.
-    Twist solve_separation(double wanted_gap, double max_distance);
+    /// @param may_turn false: by a translation alone
+    Twist solve_separation(double wanted_gap, double max_distance, bool may_turn);
 
 private:
     struct Row {

@@ -34,7 +34,8 @@ double bound_bottom(const LocalShape& shape, const Prism& prism) {
             std::min(-uy * west, -uy * east) + std::min(ux * south, ux * north);
         const double across_high =
             std::max(-uy * west, -uy * east) + std::max(ux * south, ux * north);
-        const double across = std::max({0.0, across_low, -across_high});
+        // A hair nearer, so that rounding loses nothing on a seam.
+        const double across = std::max({0.0, across_low - kTouch, -across_high - kTouch});
         if (across > shape.radius) return std::numeric_limits<double>::infinity();
         const double slope = shape.core[2] / run;
         const double along_low = std::min(ux * west, ux * east) + std::min(uy * south, uy * north);

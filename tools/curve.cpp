@@ -57,7 +57,11 @@ TrackCurve::TrackCurve(const Track& track) {
     for (std::size_t i = 1; i + 1 < count; ++i) {
         const double before = times_[i] - times_[i - 1];
         const double after = times_[i + 1] - times_[i];
-        rates_[i] = (after * slope(i - 1) + before * slope(i)) / (before + after);
+        // who stands before or after a point comes to rest in it, rather than swinging beyond
+        const bool stands = values_[i] == values_[i - 1] || values_[i] == values_[i + 1];
+        rates_[i] =
+            stands ? Eigen::Vector3d::Zero()
+                   : Eigen::Vector3d((after * slope(i - 1) + before * slope(i)) / (before + after));
     }
     if (count == 2) {
         rates_[0] = rates_[1] = slope(0);

@@ -37,8 +37,8 @@ private:
 };
 
 /// Goes through the points of a track: cubic Hermite pieces whose rates at the points are those of
-/// the parabola through a point and its neighbours (Catmull-Rom for uneven times). Stands still
-/// before the first and behind the last point.
+/// the parabola through a point and its neighbours (Catmull-Rom for uneven times), and zero where the
+/// track stands. Stands still before the first and behind the last point.
 class TrackCurve {
 public:
     TrackCurve() = default;

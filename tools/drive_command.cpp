@@ -148,6 +148,26 @@ int wheels_on_ground(const Truck& truck) {
                                           [](const WheelState& wheel) { return wheel.on_ground; }));
 }
 
+void add_step(const StepReport& report, const Truck& truck, DriveTotals& totals) {
+    totals.max_depth_m = std::max(totals.max_depth_m, report.max_depth_m);
+    totals.fell_through += report.too_deep;
+    totals.parked += report.parked;
+    totals.left_world += report.left_world;
+    totals.lived_time += report.lived_time;
+    totals.lost_time += report.lost_time;
+    ++totals.steps;
+    if (report.parked == 0 && wheels_on_ground(truck) == 0) ++totals.airborne;
+}
+
+// Lets the truck down onto its springs, brakes on, before the first frame.
+void put_down(Truck& truck, const Ground& ground, DriveTotals& totals) {
+    constexpr int kSteps = 90;
+    for (int i = 0; i < kSteps; ++i) {
+        add_step(truck.step(ground, {.throttle = 0.0, .brake = 1.0, .steer = 0.0}, kLongestStep),
+                 truck, totals);
+    }
+}
+
 // One frame's time of driving on what is resident.
 void drive_on(Truck& truck, PathDriver& driver, ChaseCamera& camera, const Ground& ground,
               double dt, DriveTotals& totals, StepReport& last_out) {
@@ -156,14 +176,7 @@ void drive_on(Truck& truck, PathDriver& driver, ChaseCamera& camera, const Groun
         const WorldPos before = truck.chassis().pose.translation;
         last_out = truck.step(ground, driver.drive(truck), dt / steps);
         totals.distance_m += (truck.chassis().pose.translation - before).norm();
-        totals.max_depth_m = std::max(totals.max_depth_m, last_out.max_depth_m);
-        totals.fell_through += last_out.too_deep;
-        totals.parked += last_out.parked;
-        totals.left_world += last_out.left_world;
-        totals.lived_time += last_out.lived_time;
-        totals.lost_time += last_out.lost_time;
-        ++totals.steps;
-        if (last_out.parked == 0 && wheels_on_ground(truck) == 0) ++totals.airborne;
+        add_step(last_out, truck, totals);
         camera.follow(truck.chassis().pose, dt / steps);
     }
 }
@@ -172,11 +185,12 @@ Result<DriveTotals> drive(const FlightOptions& options, const HeightSource& sour
                           PathDriver& driver, std::size_t frame_count, FrameMaker& maker,
                           FlightOutput& output) {
     Progress progress("driving");
-    ChaseCamera camera(source, truck.chassis().pose);
     const View picture = make_view(options);
     const std::array first_need{truck.need()};
-    maker.settle(camera.view(picture), first_need);
+    maker.settle(ChaseCamera(source, truck.chassis().pose).view(picture), first_need);
     DriveTotals totals;
+    put_down(truck, Ground(maker.pager().resident(), maker.pager().contact_level()), totals);
+    ChaseCamera camera(source, truck.chassis().pose);
     StepReport last;
     const auto start = std::chrono::steady_clock::now();
     for (std::size_t i = 0; i < frame_count; ++i) {

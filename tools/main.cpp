@@ -38,15 +38,11 @@ int run(int argument_count, char** arguments) {
 
     CommandContext context;
     add_info_command(app, context);
-#if TERRANE_TOOLS_FLY
     add_fly_command(app, context);
-#endif
     add_mesh_command(app, context);
     add_query_command(app, context);
     add_drop_command(app, context);
-#if TERRANE_TOOLS_DRIVE
     add_drive_command(app, context);
-#endif
 
     try {
         app.parse(argument_count, arguments);

@@ -1,0 +1,43 @@
+# Installs the build to a folder, and lets two strangers find it there: README's program, on a machine
+# that has nothing but what heights need, and a simulator that wants every component.
+include(${CMAKE_CURRENT_LIST_DIR}/steps.cmake)
+
+set(prefix ${WORK_DIR}/prefix)
+file(REMOVE_RECURSE ${prefix})
+run(${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${prefix})
+
+# Heights alone neither look for GDAL, PNG or epoxy, nor load them.
+build_project(${CMAKE_CURRENT_LIST_DIR}/readme_example ${WORK_DIR}/readme_example
+    -DCMAKE_PREFIX_PATH=${prefix}
+    -DCMAKE_DISABLE_FIND_PACKAGE_GDAL=ON
+    -DCMAKE_DISABLE_FIND_PACKAGE_PNG=ON
+    -DCMAKE_DISABLE_FIND_PACKAGE_PkgConfig=ON)
+set(foreign "^lib(gdal|png|epoxy|EGL|GL|GLX|GLdispatch|OpenGL)[^a-z]")
+find_loaded_libraries(${WORK_DIR}/readme_example/first_ground loaded)
+list(FILTER loaded INCLUDE REGEX "${foreign}")
+expect_same("libraries that heights load for nothing" "${loaded}" "")
+run(${WORK_DIR}/readme_example/first_ground)
+read_readme_block(text 1 told)
+expect_same("what README's program prints" "${output}" "${told}")
+
+build_project(${CMAKE_CURRENT_LIST_DIR}/stranger ${WORK_DIR}/stranger
+    -DCMAKE_PREFIX_PATH=${prefix} "-DCOMPONENTS=${COMPONENTS}")
+run(${CMAKE_CTEST_COMMAND} --test-dir ${WORK_DIR}/stranger --output-on-failure --no-tests=error)
+if("dem" IN_LIST COMPONENTS)
+    # the check above can fail
+    find_loaded_libraries(${WORK_DIR}/stranger/raster loaded)
+    list(FILTER loaded INCLUDE REGEX "${foreign}")
+    if(NOT loaded MATCHES "libgdal")
+        message(FATAL_ERROR "GDAL was not found in a program that reads rasters")
+    endif()
+endif()
+
+# A component that nobody installed is an error that names it.
+execute_process(
+    COMMAND ${CMAKE_COMMAND} --fresh -S ${CMAKE_CURRENT_LIST_DIR}/stranger -B ${WORK_DIR}/missing
+        -G ${GENERATOR} -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_PREFIX_PATH=${prefix}
+        "-DCOMPONENTS=terrain;no_such_component"
+    RESULT_VARIABLE result OUTPUT_QUIET ERROR_VARIABLE errors)
+if(result EQUAL 0 OR NOT errors MATCHES "no_such_component")
+    message(FATAL_ERROR "a missing component was not named:\n${errors}")
+endif()
