@@ -15,15 +15,15 @@ build_project(${CMAKE_CURRENT_LIST_DIR}/readme_example ${WORK_DIR}/readme_exampl
 set(foreign "^lib(gdal|png|epoxy|EGL|GL|GLX|GLdispatch|OpenGL)[^a-z]")
 find_loaded_libraries(${WORK_DIR}/readme_example/first_ground loaded)
 list(FILTER loaded INCLUDE REGEX "${foreign}")
-expect_same("libraries that heights load for nothing" "${loaded}" "")
+expect_same("the libraries that heights load for nothing" "${loaded}" "")
 run(${WORK_DIR}/readme_example/first_ground)
 read_readme_block(text 1 told)
 expect_same("what README's program prints" "${output}" "${told}")
 
 build_project(${CMAKE_CURRENT_LIST_DIR}/stranger ${WORK_DIR}/stranger
-    -DCMAKE_PREFIX_PATH=${prefix} "-DCOMPONENTS=${COMPONENTS}")
+    -DCMAKE_PREFIX_PATH=${prefix} -DCOMPONENTS=${COMPONENTS})
 run(${CMAKE_CTEST_COMMAND} --test-dir ${WORK_DIR}/stranger --output-on-failure --no-tests=error)
-if("dem" IN_LIST COMPONENTS)
+if(COMPONENTS MATCHES "dem")
     # the check above can fail
     find_loaded_libraries(${WORK_DIR}/stranger/raster loaded)
     list(FILTER loaded INCLUDE REGEX "${foreign}")
@@ -36,8 +36,9 @@ endif()
 execute_process(
     COMMAND ${CMAKE_COMMAND} --fresh -S ${CMAKE_CURRENT_LIST_DIR}/stranger -B ${WORK_DIR}/missing
         -G ${GENERATOR} -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_PREFIX_PATH=${prefix}
-        "-DCOMPONENTS=terrain;no_such_component"
+        -DCOMPONENTS=terrain,no_such_component
     RESULT_VARIABLE result OUTPUT_QUIET ERROR_VARIABLE errors)
 if(result EQUAL 0 OR NOT errors MATCHES "no_such_component")
-    message(FATAL_ERROR "a missing component was not named:\n${errors}")
+    message(NOTICE "${errors}")
+    message(FATAL_ERROR "a missing component was not named")
 endif()

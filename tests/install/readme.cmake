@@ -10,11 +10,14 @@ file(READ ${CMAKE_CURRENT_LIST_DIR}/readme_example/CMakeLists.txt project)
 read_readme_block(cmake 1 shown)
 expect_same("README's project" "${shown}" "${project}")
 
-# Every path that README names exists.
+# Every file and folder that README links to exists.
 file(READ ${SOURCE_DIR}/README.md text)
-string(REGEX MATCHALL "\\]\\([^)#:]+\\)" links "${text}")
+# brackets join what stands between them in a list
+string(REPLACE "[" "<" text "${text}")
+string(REPLACE "]" ">" text "${text}")
+string(REGEX MATCHALL ">\\([^):]+\\)" links "${text}")
 foreach(link IN LISTS links)
-    string(REGEX REPLACE "^\\]\\((.*)\\)$" "\\1" path "${link}")
+    string(REGEX REPLACE "^>\\((.*)\\)$" "\\1" path "${link}")
     if(NOT EXISTS ${SOURCE_DIR}/${path})
         message(FATAL_ERROR "README links to ${path}, which does not exist")
     endif()

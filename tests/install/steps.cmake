@@ -1,7 +1,5 @@
 # Steps of the test scripts in this folder.
 
-string(REPLACE "," ";" COMPONENTS "${COMPONENTS}")
-
 # Runs a command; its output goes to the variable `output`. Stops the test, and shows all of it, where
 # it fails.
 function(run)
@@ -9,7 +7,8 @@ function(run)
         RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE errors)
     if(NOT result EQUAL 0)
         list(JOIN ARGN " " command)
-        message(FATAL_ERROR "failed with ${result}: ${command}\n${output}\n${errors}")
+        message(NOTICE "${output}\n${errors}")
+        message(FATAL_ERROR "failed with ${result}: ${command}")
     endif()
     set(output "${output}" PARENT_SCOPE)
 endfunction()
@@ -58,6 +57,7 @@ endfunction()
 # Stops the test where two texts differ.
 function(expect_same what actual expected)
     if(NOT actual STREQUAL expected)
-        message(FATAL_ERROR "${what}\n--- is\n${actual}\n--- should be\n${expected}")
+        message(NOTICE "--- is\n${actual}\n--- should be\n${expected}")
+        message(FATAL_ERROR "not as it should be: ${what}")
     endif()
 endfunction()

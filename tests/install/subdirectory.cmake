@@ -4,7 +4,7 @@ include(${CMAKE_CURRENT_LIST_DIR}/steps.cmake)
 # The settings that change how Terrane compiles are those of the build that this test belongs to, so
 # that a compiler cache has everything already.
 build_project(${CMAKE_CURRENT_LIST_DIR}/stranger ${WORK_DIR}
-    -DTERRANE_SOURCE=${SOURCE_DIR} "-DCOMPONENTS=${COMPONENTS}"
+    -DTERRANE_SOURCE=${SOURCE_DIR} -DCOMPONENTS=${COMPONENTS}
     -DTERRANE_WARNINGS_AS_ERRORS=ON -DTERRANE_ASSERTS=${ASSERTS} -DTERRANE_SANITIZE=${SANITIZE})
 
 # Somebody else's build gets the libraries, and neither our tests nor our program.
