@@ -39,9 +39,6 @@ struct RigidBody {
     std::span<const BodyPart> active_parts() const { return {parts.data(), part_count}; }
 };
 
-/// Inertia of the solid shape. Fails never; a shape without size has none.
-MassProperties make_mass_properties(const Shape& shape, double mass);
-
 struct SubstepAnswer {
     bool resident =
         true;  ///< false: unloaded ground is in the way; the body may be part of the way

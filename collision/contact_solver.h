@@ -30,6 +30,9 @@ struct MassProperties {
     Eigen::Vector3d inverse_inertia = Eigen::Vector3d::Zero();
 };
 
+/// Inertia of the solid shape. Fails never; a shape without size has none.
+MassProperties make_mass_properties(const Shape& shape, double mass);
+
 double kinetic_energy(const MassProperties& mass, const Pose& pose, const Twist& velocity);
 
 inline constexpr std::size_t kMaxSolverContacts = 64;

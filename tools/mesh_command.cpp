@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "command.h"
-#include "option_values.h"
-#include "ply.h"
-#include "progress.h"
-#include "summary.h"
-#include "terrain_options.h"
+#include "options/option_values.h"
+#include "output/ply.h"
+#include "output/progress.h"
+#include "output/summary.h"
+#include "options/terrain_options.h"
 
 #include <terrane/terrain/pager.h>
 #include <terrane/terrain/triangulator.h>
@@ -82,10 +82,6 @@ CommandResult<TerrainMesh> settle(Pager& pager, Triangulator& triangulator, cons
         wanted_px = std::max(mesh.threshold_px, 0.5 * wanted_px);
     }
     return failure(fmt::format("the mesh did not settle in {} rounds of loading", kMaxRounds));
-}
-
-const char* name_of(MeshStatus status) {
-    return status == MeshStatus::error_met ? "error_met" : "budget_reached";
 }
 
 CommandResult<void> run_mesh(const MeshOptions& options) {

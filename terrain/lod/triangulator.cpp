@@ -250,6 +250,22 @@ void Triangulator::State::emit(const ScreenError& screen) {
     TERRANE_ASSERT(indices.size() <= 3 * settings.triangle_budget, "the budget must hold");
 }
 
+const char* name_of(MeshStatus status) {
+    switch (status) {
+        case MeshStatus::error_met:
+            return "error_met";
+        case MeshStatus::budget_reached:
+            return "budget_reached";
+        case MeshStatus::finest_reached:
+            return "finest_reached";
+        case MeshStatus::not_resident:
+            return "not_resident";
+        case MeshStatus::invalid_view:
+            return "invalid_view";
+    }
+    return "";
+}
+
 Result<Triangulator> Triangulator::create(const HeightSource& source,
                                           const TriangulatorSettings& settings) {
     if (const Result<void> good = check(source.lattice()); !good)

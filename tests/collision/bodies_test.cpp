@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
+#include "support/random.h"
+#include "support/table_ground.h"
+
 #include <terrane/collision/bodies.h>
+
+#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
-
-#include <gtest/gtest.h>
-
-#include "support/random.h"
-#include "support/table_ground.h"
 
 namespace terrane {
 namespace {
@@ -38,9 +38,7 @@ Eigen::Matrix3d turned(const Eigen::Vector3d& rotation_vector) {
     return Motion{{}, Eigen::Vector3d::Zero(), rotation_vector}.at(1.0).rotation;
 }
 
-std::vector<Shape> all_shapes() {
-    return {Sphere{0.5}, Capsule{0.4, 0.8}, Box{{1.0, 2.0, 0.5}}};
-}
+std::vector<Shape> all_shapes() { return {Sphere{0.5}, Capsule{0.4, 0.8}, Box{{1.0, 2.0, 0.5}}}; }
 
 const char* name_of(const Shape& shape) {
     return std::holds_alternative<Sphere>(shape)    ? "sphere"
@@ -79,7 +77,8 @@ TEST(BodyWorld, FallsFreelyAsTheIntegratorSays) {
                 z += vz * h;
             }
             EXPECT_NEAR(world.states()[0].pose.translation.z(), z, 1e-9);
-            EXPECT_NEAR(world.states()[0].pose.translation.x(), kMiddle + 3.0 * dt * (step + 1), 1e-9);
+            EXPECT_NEAR(world.states()[0].pose.translation.x(), kMiddle + 3.0 * dt * (step + 1),
+                        1e-9);
         }
     }
 }
@@ -111,7 +110,8 @@ TEST(BodyWorld, KeepsAngularMomentumInTheAirAndItsEnergyDoesNotGrow) {
         energy_before = energy_now;
     }
     EXPECT_GT(energy_before, 0.99 * energy(state));
-    EXPECT_LT((momentum(world.states()[0]) - momentum_before).norm(), 0.01 * momentum_before.norm());
+    EXPECT_LT((momentum(world.states()[0]) - momentum_before).norm(),
+              0.01 * momentum_before.norm());
 }
 
 TEST(BodyWorld, RestsOnAPlaneWithinItsToleranceAndFallsAsleep) {
@@ -152,7 +152,8 @@ TEST(BodyWorld, SlidesDownATiltedPlaneAsCoulombSays) {
         const double seconds = 3.0;
         for (int step = 0; step < 60 * 3; ++step) world.step(ground, 1.0 / 60.0);
         const double expected = kGravity * (sine - friction * cosine) * seconds;
-        EXPECT_NEAR(world.states()[0].velocity.norm(), expected, 0.01 * expected + 0.02) << friction;
+        EXPECT_NEAR(world.states()[0].velocity.norm(), expected, 0.01 * expected + 0.02)
+            << friction;
         EXPECT_LT(std::abs(world.states()[0].velocity.y()), 0.02);
     }
 }
@@ -162,9 +163,8 @@ TEST(BodyWorld, RollsDownATiltedPlaneAsASolidSphereDoes) {
     const double cosine = 1.0 / std::sqrt(1.0 + slope * slope), sine = slope * cosine;
     const Ground ground = make_tilted(slope);
     BodyWorld world = make_world();
-    ASSERT_TRUE(world.add({.shape = Sphere{0.5}},
-                          at(Eigen::Vector3d(200.2, 128.6, 200.2 * slope) +
-                             0.5 * Eigen::Vector3d(-sine, 0.0, cosine))));
+    ASSERT_TRUE(world.add({.shape = Sphere{0.5}}, at(Eigen::Vector3d(200.2, 128.6, 200.2 * slope) +
+                                                     0.5 * Eigen::Vector3d(-sine, 0.0, cosine))));
     for (int step = 0; step < 60 * 3; ++step) world.step(ground, 1.0 / 60.0);
     const double expected = 5.0 / 7.0 * kGravity * sine * 3.0;
     EXPECT_NEAR(world.states()[0].velocity.norm(), expected, 0.01 * expected);
@@ -178,8 +178,8 @@ TEST(BodyWorld, HoldsWithoutCreepingWhereFrictionIsEnough) {
     BodyWorld world = make_world(false);
     BodyState state;
     state.pose.rotation = turned({0.0, -std::atan(slope), 0.0});
-    state.pose.translation = Eigen::Vector3d(128.2, 128.6, 128.2 * slope) +
-                             0.505 * Eigen::Vector3d(-sine, 0.0, cosine);
+    state.pose.translation =
+        Eigen::Vector3d(128.2, 128.6, 128.2 * slope) + 0.505 * Eigen::Vector3d(-sine, 0.0, cosine);
     ASSERT_TRUE(world.add({.shape = Box{{1.0, 2.0, 0.5}}, .friction = 0.6}, state));
     for (int step = 0; step < 60; ++step) world.step(ground, 1.0 / 60.0);
     const Eigen::Vector3d settled = world.states()[0].pose.translation;
@@ -238,8 +238,9 @@ TEST(BodyWorld, GainsNoEnergyInRoughFrictionalImpacts) {
         [](double x, double y) { return 2.0 * std::sin(0.7 * x) * std::sin(0.9 * y); }, 1.0, 1);
     for (int run = 0; run < 30; ++run) {
         BodyWorld world = make_world(false);
-        BodyState state = at({random.between(40, 90), random.between(40, 90), 8.0},
-                             {random.between(-20, 20), random.between(-20, 20), random.between(-30, 0)});
+        BodyState state =
+            at({random.between(40, 90), random.between(40, 90), 8.0},
+               {random.between(-20, 20), random.between(-20, 20), random.between(-30, 0)});
         for (int axis = 0; axis < 3; ++axis) state.angular_velocity[axis] = random.between(-8, 8);
         const Eigen::Vector3d half(1.0, 2.0, 0.5);
         ASSERT_TRUE(world.add({.shape = Box{half}, .restitution = 0.7}, state));
@@ -262,8 +263,9 @@ TEST(BodyWorld, GainsNoEnergyInRoughFrictionalImpacts) {
 
 /// Heights by lattice point, for grounds that no smooth function gives.
 std::uint64_t scramble(double x, double y) {
-    std::uint64_t z = static_cast<std::uint64_t>(static_cast<std::int64_t>(x)) * 0x9e3779b97f4a7c15u ^
-                      static_cast<std::uint64_t>(static_cast<std::int64_t>(y)) * 0xc2b2ae3d27d4eb4fu;
+    std::uint64_t z =
+        static_cast<std::uint64_t>(static_cast<std::int64_t>(x)) * 0x9e3779b97f4a7c15u ^
+        static_cast<std::uint64_t>(static_cast<std::int64_t>(y)) * 0xc2b2ae3d27d4eb4fu;
     z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
     return z ^ (z >> 27);
 }
@@ -274,7 +276,8 @@ struct RoughGround {
 };
 
 constexpr RoughGround kRoughGrounds[] = {
-    {"hills", [](double x, double y) { return 6.0 * std::sin(0.21 * x) * std::sin(0.17 * y) + 0.3 * x; }},
+    {"hills",
+     [](double x, double y) { return 6.0 * std::sin(0.21 * x) * std::sin(0.17 * y) + 0.3 * x; }},
     {"noise", [](double x, double y) { return static_cast<double>(scramble(x, y) % 256) / 64.0; }},
     {"spikes", [](double x, double y) { return scramble(x, y) % 7 == 0 ? 12.0 : 0.0; }},
     {"walls", [](double x, double) { return static_cast<std::int64_t>(x) % 6 == 0 ? 30.0 : 0.0; }},
@@ -294,9 +297,11 @@ TEST(BodyWorld, LetsNoBodyFallThroughRoughGroundAtAnySpeedSpinOrStep) {
                     BodyWorld world = make_world();
                     for (int body = 0; body < 12; ++body) {
                         const double x = random.between(30, 98), y = random.between(30, 98);
-                        BodyState state = at({x, y, 75.0}, {random.between(-0.3, 0.3) * speed,
-                                                            random.between(-0.3, 0.3) * speed, -speed});
-                        state.pose.rotation = turned({random.between(-3, 3), random.between(-3, 3), 0.0});
+                        BodyState state =
+                            at({x, y, 75.0}, {random.between(-0.3, 0.3) * speed,
+                                              random.between(-0.3, 0.3) * speed, -speed});
+                        state.pose.rotation =
+                            turned({random.between(-3, 3), random.between(-3, 3), 0.0});
                         const double spin = body % 3 == 0 ? 0.0 : body % 3 == 1 ? 5.0 : 100.0;
                         for (int axis = 0; axis < 3; ++axis) {
                             state.angular_velocity[axis] = random.between(-spin, spin);
@@ -307,14 +312,15 @@ TEST(BodyWorld, LetsNoBodyFallThroughRoughGroundAtAnySpeedSpinOrStep) {
                     for (double time = 0.0; time < 4.5; time += dt) {
                         const StepReport report = world.step(ground, dt);
                         ASSERT_EQ(report.too_deep, 0u)
-                            << rough.name << ' ' << name_of(shape) << " at " << speed << " m/s, dt " << dt
-                            << ", depth " << report.max_depth_m << " m after " << time << " s";
+                            << rough.name << ' ' << name_of(shape) << " at " << speed << " m/s, dt "
+                            << dt << ", depth " << report.max_depth_m << " m after " << time
+                            << " s";
                         EXPECT_EQ(report.parked, 0u);
                         lived += report.lived_time;
                         lost += report.lost_time;
                     }
-                    EXPECT_LE(lost, 0.05 * (lived + lost))
-                        << rough.name << ' ' << name_of(shape) << " at " << speed << " m/s, dt " << dt;
+                    EXPECT_LE(lost, 0.05 * (lived + lost)) << rough.name << ' ' << name_of(shape)
+                                                           << " at " << speed << " m/s, dt " << dt;
                 }
             }
         }
@@ -335,10 +341,12 @@ TEST(BodyWorld, BringsADeepStartOutWithoutEverGoingDeeperOrGivingItVelocity) {
                 const StepReport report = world.step(ground, 1.0 / 60.0);
                 EXPECT_EQ(report.too_deep, 0u);
                 if (is_out) continue;
-                const double now = -signed_distance(shape, world.states()[0].pose, ground, 0.0).distance;
+                const double now =
+                    -signed_distance(shape, world.states()[0].pose, ground, 0.0).distance;
                 // From far below the shortest way is searched for: its length is a bound that may waver.
                 const double waver = below > 2.0 ? 0.02 * depth : 1e-6;
-                EXPECT_LE(now, depth + waver) << name_of(shape) << " from " << below << " m, step " << step;
+                EXPECT_LE(now, depth + waver)
+                    << name_of(shape) << " from " << below << " m, step " << step;
                 depth = now;
                 is_out = depth <= 0.01;
                 EXPECT_LT(world.states()[0].velocity.norm(), 0.5);

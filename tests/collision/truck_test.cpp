@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
+#include "support/random.h"
+#include "support/table_ground.h"
+
 #include <terrane/collision/truck.h>
+
+#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-
-#include <gtest/gtest.h>
-
-#include "support/random.h"
-#include "support/table_ground.h"
 
 namespace terrane {
 namespace {
@@ -30,7 +30,8 @@ Truck make_truck(const Pose& start, const TruckSettings& settings = {}) {
 
 /// Hills with bumps as high as half a wheel on them.
 double bumpy(double x, double y) {
-    return 3.0 * std::sin(0.05 * x) * std::sin(0.04 * y) + 0.25 * std::sin(1.3 * x) * std::sin(1.1 * y);
+    return 3.0 * std::sin(0.05 * x) * std::sin(0.04 * y) +
+           0.25 * std::sin(1.3 * x) * std::sin(1.1 * y);
 }
 
 TEST(Truck, SettlesOnItsSpringsAndStaysPut) {
@@ -88,19 +89,23 @@ TEST(PathDriver, TakesTheTruckAlongALineOverBumpsWithoutEverGoingDeep) {
     const Ground ground = make_test_ground(bumpy, 1.0, 2);
     for (const double dt : {1.0 / 60.0, 0.1}) {
         Truck truck = make_truck(pose_at(20.0, 60.0, bumpy(20.0, 60.0) + 1.8));
-        PathDriver driver({{20.0, 60.0}, {120.0, 60.0}, {170.0, 80.0}, {190.0, 130.0}, {190.0, 220.0}}, 8.0);
+        PathDriver driver(
+            {{20.0, 60.0}, {120.0, 60.0}, {170.0, 80.0}, {190.0, 130.0}, {190.0, 220.0}}, 8.0);
         double time = 0.0, off = 0.0;
         for (; time < 90.0 && !driver.is_done(); time += dt) {
             const StepReport report = truck.step(ground, driver.drive(truck), dt);
-            ASSERT_EQ(report.too_deep, 0u) << "depth " << report.max_depth_m << " m at " << time << " s";
+            ASSERT_EQ(report.too_deep, 0u)
+                << "depth " << report.max_depth_m << " m at " << time << " s";
             ASSERT_EQ(report.parked, 0u);
             const Eigen::Vector3d place = truck.chassis().pose.translation;
             if (place.x() < 115.0) off = std::max(off, std::abs(place.y() - 60.0));
         }
-        EXPECT_TRUE(driver.is_done()) << "dt " << dt << " stood at "
-                                      << truck.chassis().pose.translation.transpose();
+        EXPECT_TRUE(driver.is_done())
+            << "dt " << dt << " stood at " << truck.chassis().pose.translation.transpose();
         EXPECT_LT(off, 2.0);
-        EXPECT_LT((truck.chassis().pose.translation.head<2>() - Eigen::Vector2d(190.0, 220.0)).norm(), 6.0);
+        EXPECT_LT(
+            (truck.chassis().pose.translation.head<2>() - Eigen::Vector2d(190.0, 220.0)).norm(),
+            6.0);
         EXPECT_GT(truck.chassis().pose.rotation(2, 2), 0.5) << "turned over";
     }
 }
@@ -111,25 +116,26 @@ TEST(Truck, IsNeverDeepHoweverItIsThrownOntoRoughGround) {
     test::Random random(seed);
     const Ground ground = make_test_ground(
         [](double x, double y) {
-            return 3.0 * std::floor(x / 9.0) + (static_cast<int>(x * 3.0 + y * 5.0) % 4 == 0 ? 1.5 : 0.0);
+            return 3.0 * std::floor(x / 9.0) +
+                   (static_cast<int>(x * 3.0 + y * 5.0) % 4 == 0 ? 1.5 : 0.0);
         },
         1.0, 1);
     for (int run = 0; run < 12; ++run) {
         Pose start = pose_at(random.between(40, 90), random.between(40, 90), 60.0);
-        start.rotation = Motion{{},
-                                Eigen::Vector3d::Zero(),
-                                {random.between(-3, 3), random.between(-3, 3), random.between(-3, 3)}}
-                             .at(1.0)
-                             .rotation;
+        start.rotation =
+            Motion{{},
+                   Eigen::Vector3d::Zero(),
+                   {random.between(-3, 3), random.between(-3, 3), random.between(-3, 3)}}
+                .at(1.0)
+                .rotation;
         Truck truck = make_truck(start);
         double lived = 0.0, lost = 0.0;
         for (int step = 0; step < 60 * 6; ++step) {
-            const TruckControls controls{.throttle = random.between(-1, 1),
-                                         .brake = 0.0,
-                                         .steer = random.between(-1, 1)};
+            const TruckControls controls{
+                .throttle = random.between(-1, 1), .brake = 0.0, .steer = random.between(-1, 1)};
             const StepReport report = truck.step(ground, controls, 1.0 / 60.0);
-            ASSERT_EQ(report.too_deep, 0u) << "run " << run << " step " << step << " depth "
-                                           << report.max_depth_m;
+            ASSERT_EQ(report.too_deep, 0u)
+                << "run " << run << " step " << step << " depth " << report.max_depth_m;
             lived += report.lived_time;
             lost += report.lost_time;
         }

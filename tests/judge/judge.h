@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "lift.h"
+
 #include <cstdint>
 #include <istream>
 #include <string>
-
-#include "lift.h"
 
 namespace judge {
 
@@ -24,13 +24,13 @@ struct Settings {
 struct Report {
     std::uint64_t poses = 0;
     std::uint64_t bodies = 0;
-    std::uint64_t touching = 0;   ///< poses that overlap the ground at all
-    std::uint64_t too_deep = 0;   ///< poses deeper than tolerance + slack
-    std::uint64_t unjudged = 0;   ///< poses with heights missing under them, and not too deep
-    double max_lift = 0.0;        ///< bounds every depth
-    double max_depth = 0.0;       ///< of the poses that were too deep; 0 where none was
-    std::string first_too_deep;   ///< its line of the trace
-    std::string error;            ///< not empty: the trace is malformed, and where
+    std::uint64_t touching = 0;  ///< poses that overlap the ground at all
+    std::uint64_t too_deep = 0;  ///< poses deeper than tolerance + slack
+    std::uint64_t unjudged = 0;  ///< poses with heights missing under them, and not too deep
+    double max_lift = 0.0;       ///< bounds every depth
+    double max_depth = 0.0;      ///< of the poses that were too deep; 0 where none was
+    std::string first_too_deep;  ///< its line of the trace
+    std::string error;           ///< not empty: the trace is malformed, and where
 };
 
 /// Judges every pose of a trace, `step,body,x,y,z,qw,qx,qy,qz` a line after a header.

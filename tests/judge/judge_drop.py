@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 # SPDX-License-Identifier: MIT
 """Drops bodies with `terrane drop --trace` and has the trace judged by trace_judge.
 

@@ -3,11 +3,11 @@
 // A judge that cannot find a fault proves nothing: these traces are broken on purpose.
 #include "judge.h"
 
+#include <gtest/gtest.h>
+
 #include <cmath>
 #include <cstdio>
 #include <sstream>
-
-#include <gtest/gtest.h>
 
 namespace judge {
 namespace {
@@ -17,9 +17,9 @@ Surface make_surface(double (*height)(double, double)) {
     surface.west = surface.south = -16.0;
     for (std::int64_t row = 0; row <= 32; ++row) {
         for (std::int64_t column = 0; column <= 32; ++column) {
-            surface.set_point(column, row,
-                              height(static_cast<double>(column) - 16.0,
-                                     static_cast<double>(row) - 16.0));
+            surface.set_point(
+                column, row,
+                height(static_cast<double>(column) - 16.0, static_cast<double>(row) - 16.0));
         }
     }
     return surface;
@@ -37,8 +37,8 @@ struct Placed {
 
 Report judge_one(DropShape shape, double (*height)(double, double), const Placed& p) {
     char line[512];
-    std::snprintf(line, sizeof line, "0,0,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g\n", p.x, p.y, p.z,
-                  p.qw, p.qx, p.qy, p.qz);
+    std::snprintf(line, sizeof line, "0,0,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g\n", p.x, p.y,
+                  p.z, p.qw, p.qx, p.qy, p.qz);
     std::istringstream trace(std::string("step,body,x,y,z,qw,qx,qy,qz\n") + line);
     return judge_trace(trace, make_surface(height), {.shape = shape});
 }
@@ -64,8 +64,10 @@ TEST(Judge, FindsABodyOfEveryShapeThatSankTwoCentimetres) {
 
 TEST(Judge, KnowsALyingCapsuleFromAStandingOne) {
     const double half = std::sqrt(0.5);
-    EXPECT_EQ(judge_one(DropShape::capsule, flat, {0.0, 0.0, 3.4, half, half, 0.0, 0.0}).too_deep, 0u);
-    EXPECT_EQ(judge_one(DropShape::capsule, flat, {0.0, 0.0, 3.38, half, half, 0.0, 0.0}).too_deep, 1u);
+    EXPECT_EQ(judge_one(DropShape::capsule, flat, {0.0, 0.0, 3.4, half, half, 0.0, 0.0}).too_deep,
+              0u);
+    EXPECT_EQ(judge_one(DropShape::capsule, flat, {0.0, 0.0, 3.38, half, half, 0.0, 0.0}).too_deep,
+              1u);
 }
 
 TEST(Judge, MeasuresDepthAlongTheShortestWayOutOfASlope) {
@@ -108,8 +110,8 @@ TEST(Judge, CutsCellsAsTheParitySays) {
 
 TEST(Judge, SaysWhereGroundIsUnknownAndWhereATraceIsBroken) {
     EXPECT_EQ(judge_one(DropShape::sphere, flat, {40.0, 0.0, 9.0}).unjudged, 1u);
-    for (const char* text :
-         {"", "0,0,1,2,3,1,0,0\n", "0,0,nan,2,3,1,0,0,0\n", "0,0,1,2,3,2,0,0,0\n", "0,-1,1,2,3,1,0,0,0\n"}) {
+    for (const char* text : {"", "0,0,1,2,3,1,0,0\n", "0,0,nan,2,3,1,0,0,0\n",
+                             "0,0,1,2,3,2,0,0,0\n", "0,-1,1,2,3,1,0,0,0\n"}) {
         std::istringstream trace(text);
         EXPECT_FALSE(judge_trace(trace, make_surface(flat), {}).error.empty()) << text;
     }

@@ -197,19 +197,22 @@ Lift compute_lift(const Body& body, const Surface& surface) {
             }
             if (top - bottom <= lift.value) continue;
             const bool cut = surface.is_cut_to_north_east(column, row);
-            const Triangle triangles[2] = {
-                cut ? Triangle{corner[0], corner[1], corner[3]}
-                    : Triangle{corner[0], corner[1], corner[2]},
-                cut ? Triangle{corner[0], corner[3], corner[2]}
-                    : Triangle{corner[1], corner[3], corner[2]}};
+            const Triangle triangles[2] = {cut ? Triangle{corner[0], corner[1], corner[3]}
+                                               : Triangle{corner[0], corner[1], corner[2]},
+                                           cut ? Triangle{corner[0], corner[3], corner[2]}
+                                               : Triangle{corner[1], corner[3], corner[2]}};
             for (const Triangle& t : triangles) {
                 double value = -1e300;
                 switch (body.kind) {
                     case ShapeKind::sphere:
                         value = sphere_over_triangle(body.centre, body.radius, t);
                         break;
-                    case ShapeKind::capsule: value = capsule_over_triangle(body, t); break;
-                    case ShapeKind::box: value = box_over_triangle(body, corners, t); break;
+                    case ShapeKind::capsule:
+                        value = capsule_over_triangle(body, t);
+                        break;
+                    case ShapeKind::box:
+                        value = box_over_triangle(body, corners, t);
+                        break;
                 }
                 lift.value = std::max(lift.value, value);
             }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <array>
-
 #include "surface.h"
+
+#include <array>
 
 namespace judge {
 
@@ -23,7 +23,7 @@ struct Body {
 };
 
 struct Lift {
-    bool known = true;  ///< false: heights are missing under the body
+    bool known = true;   ///< false: heights are missing under the body
     double value = 0.0;  ///< largest of surface minus z over the shape; 0 where they are apart
 };
 

@@ -20,9 +20,11 @@ constexpr const char* kUsage =
     "trace_judge --trace FILE --shape sphere|capsule|box|mixed (--heights FILE | --dem FILE)\n"
     "            [--parity 0|1] [--tolerance M] [--slack M] [--allow-unjudged]\n"
     "\n"
-    "--heights: a text file; first line `spacing west south parity`, then `column row height` a line,\n"
+    "--heights: a text file; first line `spacing west south parity`, then `column row height` a "
+    "line,\n"
     "           as judge_drop.py writes it.\n"
-    "--dem:     a projected raster with square cells; --parity says which way cell (0, 0) from its\n"
+    "--dem:     a projected raster with square cells; --parity says which way cell (0, 0) from "
+    "its\n"
     "           south-western sample is cut (0: south-west to north-east).\n";
 
 int refuse(const std::string& message) {
@@ -63,8 +65,8 @@ bool read_dem(const std::string& path, judge::Surface& surface, std::string& err
     std::vector<double> north_first(static_cast<std::size_t>(columns) *
                                     static_cast<std::size_t>(rows));
     GDALRasterBand* band = raster->GetRasterBand(1);
-    if (band->RasterIO(GF_Read, 0, 0, columns, rows, north_first.data(), columns, rows,
-                       GDT_Float64, 0, 0) != CE_None) {
+    if (band->RasterIO(GF_Read, 0, 0, columns, rows, north_first.data(), columns, rows, GDT_Float64,
+                       0, 0) != CE_None) {
         error = "cannot read " + path;
         return false;
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "camera_path.h"
+#include "track/camera_path.h"
 
 #include "support/wave_heights.h"
 

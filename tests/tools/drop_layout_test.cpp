@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "drop_layout.h"
+#include "drop/drop_layout.h"
 
 #include <terrane/collision/ground_contact.h>
 #include <terrane/terrain/fractal_heights.h>

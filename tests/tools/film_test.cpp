@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "film.h"
+#include "output/film.h"
 
 #include <gtest/gtest.h>
 

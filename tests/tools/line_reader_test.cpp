@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "line_reader.h"
+#include "query/line_reader.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

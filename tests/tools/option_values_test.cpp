@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "option_values.h"
+#include "options/option_values.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "output_file.h"
+#include "output/output_file.h"
 
 #include <gtest/gtest.h>
 

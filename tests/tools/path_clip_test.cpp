@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "path_clip.h"
+#include "query/path_clip.h"
 
 #include "support/random.h"
 

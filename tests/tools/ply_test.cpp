@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "ply.h"
+#include "output/ply.h"
 
 #include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/pager.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "quaternion.h"
+#include "query/quaternion.h"
 
 #include "support/random.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "query_answers.h"
+#include "query/query_answers.h"
 
 #include "support/random.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "query_parsing.h"
+#include "query/query_parsing.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "report.h"
+#include "report/report.h"
 
 #include <gtest/gtest.h>
 

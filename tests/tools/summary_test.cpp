@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "summary.h"
+#include "output/summary.h"
 
 #include <gtest/gtest.h>
 

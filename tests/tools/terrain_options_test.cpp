@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "terrain_options.h"
+#include "options/terrain_options.h"
 
 #include <gtest/gtest.h>
 

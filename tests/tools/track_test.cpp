@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "track.h"
+#include "track/track.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "verify.h"
+#include "flight/verify.h"
 
 #include "support/wave_heights.h"
 

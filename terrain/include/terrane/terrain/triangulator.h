@@ -19,6 +19,9 @@ enum class MeshStatus {
     invalid_view,    ///< the view was refused (NaN, field of view out of range): last mesh kept
 };
 
+/// The enumerator's own name, as programs print it.
+const char* name_of(MeshStatus status);
+
 /// The triangles that are drawn with the samples of one chunk.
 struct MeshChunk {
     const Chunk* chunk = nullptr;

@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: MIT
+#include "command.h"
+#include "drop/drop_layout.h"
+#include "options/option_values.h"
+#include "output/output_file.h"
+#include "output/progress.h"
+#include "query/quaternion.h"
+#include "output/summary.h"
+#include "options/terrain_options.h"
+
+#include <terrane/terrain/pager.h>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <iterator>
+#include <map>
+#include <memory>
+#include <optional>
+
+namespace terrane::tools {
+namespace {
+
+constexpr double kMaxSteps = 1e8;
+
+struct DropOptions {
+    TerrainOptions terrain;
+    DropLayout layout;
+    double dt = 1.0 / 60.0;
+    double seconds = 10.0;
+    double contact_spacing_m = 0.0;
+    double memory_mb = 1024.0;
+    bool no_sleep = false;
+    std::string trace;
+    bool json = false;
+};
+
+/// What steps added up to.
+struct DropTotals {
+    std::uint64_t fell_through = 0;
+    std::uint64_t parked = 0;
+    std::uint64_t left_world = 0;
+    std::uint64_t awake_body_steps = 0;
+    double lived_time = 0.0;
+    double lost_time = 0.0;
+    double max_depth_m = 0.0;
+    std::vector<double> step_ms;
+
+    void add(const StepReport& report, double ms) {
+        fell_through += report.too_deep;
+        parked += report.parked;
+        left_world = report.left_world;  // bodies that are beyond the extent now
+        awake_body_steps += report.awake;
+        lived_time += report.lived_time;
+        lost_time += report.lost_time;
+        max_depth_m = std::max(max_depth_m, report.max_depth_m);
+        step_ms.push_back(ms);
+    }
+};
+
+/// The value that a share of all values is at most. Requires at least one.
+double quantile(std::vector<double> values, double share) {
+    const auto rank =
+        static_cast<std::size_t>(share * static_cast<double>(values.size() - 1) + 0.5);
+    std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(rank),
+                     values.end());
+    return values[rank];
+}
+
+void write_poses(OutputFile& trace, std::size_t step, std::span<const BodyState> states) {
+    fmt::memory_buffer lines;
+    for (std::size_t body = 0; body < states.size(); ++body) {
+        const WorldPos& p_world = states[body].pose.translation;
+        const Quaternion q = quaternion_from_matrix(states[body].pose.rotation);
+        fmt::format_to(std::back_inserter(lines),
+                       "{},{},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g}\n", step,
+                       body, p_world.x(), p_world.y(), p_world.z(), q[0], q[1], q[2], q[3]);
+    }
+    trace.write({lines.data(), lines.size()});
+}
+
+/// Loads the ground of the start and puts the bodies over it.
+CommandResult<BodyWorld> make_world(const DropOptions& options, Pager& pager) {
+    pager.update({}, {}, 0.0);
+    const WorldRect area = drop_area(options.layout, pager.resident()->extent());
+    const double margin = 10.0;  // metres: the widest shape and a cell
+    const Pager::Ticket ticket = pager.require(
+        {area.west - margin, area.south - margin, area.east + margin, area.north + margin}, 0.0);
+    pager.update({}, {}, 0.0);
+    pager.finish();
+    if (pager.stats().failed > 0) return failure("the terrain's heights could not be read");
+    if (!pager.is_ready(ticket)) {
+        return failure(
+            fmt::format("--memory-mb {} is too small for the ground of the start, {} x {} m",
+                        options.memory_mb, area.east - area.west, area.north - area.south));
+    }
+    const std::vector<DroppedBody> bodies =
+        lay_out(options.layout, Ground(pager.resident(), pager.contact_level()));
+    pager.release(ticket);
+    if (bodies.size() != options.layout.count) {
+        return failure(fmt::format(
+            "only {} of {} bodies find ground in the {} x {} m around the "
+            "terrain's centre",
+            bodies.size(), options.layout.count, area.east - area.west, area.north - area.south));
+    }
+    BodyWorldSettings settings;
+    settings.allow_sleep = !options.no_sleep;
+    Result<BodyWorld> world = BodyWorld::create(settings);
+    if (!world) return pass_on(world.error());
+    for (const DroppedBody& body : bodies) {
+        const Result<std::size_t> added = world->add(body.settings, body.state);
+        if (!added) return pass_on(added.error());
+    }
+    return std::move(*world);
+}
+
+CommandResult<DropTotals> simulate(const DropOptions& options, Pager& pager, BodyWorld& world,
+                                   OutputFile* trace) {
+    using Clock = std::chrono::steady_clock;
+    const auto step_count =
+        static_cast<std::size_t>(std::max(1.0, std::floor(options.seconds / options.dt + 0.5)));
+    Progress progress("dropping");
+    DropTotals totals;
+    totals.step_ms.reserve(step_count);
+    if (trace != nullptr) write_poses(*trace, 0, world.states());
+    for (std::size_t step = 1; step <= step_count; ++step) {
+        progress.show(static_cast<double>(step) / static_cast<double>(step_count));
+        pager.update({}, world.needs(), options.dt * static_cast<double>(step));
+        const Ground ground(pager.resident(), pager.contact_level());
+        const Clock::time_point begin = Clock::now();
+        const StepReport report = world.step(ground, options.dt);
+        totals.add(report, std::chrono::duration<double, std::milli>(Clock::now() - begin).count());
+        if (trace == nullptr) continue;
+        write_poses(*trace, step, world.states());
+        if (trace->has_failed()) break;  // commit() says why
+    }
+    return totals;
+}
+
+CommandResult<void> run_drop(const DropOptions& options) {
+    if (options.seconds / options.dt > kMaxSteps) {
+        return usage_error(fmt::format("--seconds {} with --dt {} is more than {} steps",
+                                       options.seconds, options.dt, kMaxSteps));
+    }
+    const CommandResult<Terrain> terrain = open_terrain(options.terrain);
+    if (!terrain) return pass_on(terrain.error());
+    DropOptions with_seed = options;
+    with_seed.layout.seed = options.terrain.seed.value_or(1);
+    // Without workers every step finds the ground that the bodies asked for, so that nothing parks and
+    // no figure depends on time. Two steps ahead is all that is needed then.
+    Result<Pager> pager = Pager::create(
+        terrain->source, {.memory_bytes = static_cast<std::size_t>(options.memory_mb * 0x1p20),
+                          .worker_count = 0,
+                          .horizon = 2.0 * options.dt,
+                          .contact_spacing = options.contact_spacing_m});
+    if (!pager) return pass_on(pager.error());
+    CommandResult<BodyWorld> world = make_world(with_seed, *pager);
+    if (!world) return pass_on(world.error());
+
+    std::optional<OutputFile> trace;
+    if (!options.trace.empty()) {
+        Result<OutputFile> file = OutputFile::create(options.trace);
+        if (!file) return pass_on(file.error());
+        trace.emplace(std::move(*file));
+        trace->write("step,body,x,y,z,qw,qx,qy,qz\n");
+    }
+    const CommandResult<DropTotals> totals =
+        simulate(options, *pager, *world, trace ? &*trace : nullptr);
+    if (!totals) return pass_on(totals.error());
+    if (trace) {
+        const Result<void> written = trace->commit();
+        if (!written) return pass_on(written.error());
+    }
+
+    const double all_time = totals->lived_time + totals->lost_time;
+    nlohmann::ordered_json summary;
+    summary["bodies"] = world->states().size();
+    summary["steps"] = totals->step_ms.size();
+    summary["fell_through"] = totals->fell_through;
+    summary["parked"] = totals->parked;
+    summary["left_world"] = totals->left_world;
+    summary["lost_time_share"] = all_time > 0.0 ? totals->lost_time / all_time : 0.0;
+    summary["awake_body_steps"] = totals->awake_body_steps;
+    summary["max_depth_m"] = totals->max_depth_m;
+    summary["step_ms_median"] = quantile(totals->step_ms, 0.5);
+    summary["step_ms_p99"] = quantile(totals->step_ms, 0.99);
+    summary["peak_bytes"] = pager->stats().peak_bytes;
+    summary["state_hash"] = fmt::format("{:016x}", world->state_hash());
+    print_summary(summary, options.json);
+    return {};
+}
+
+}  // namespace
+
+void add_drop_command(CLI::App& app, CommandContext& context) {
+    const auto options = std::make_shared<DropOptions>();
+    CLI::App* drop = app.add_subcommand(
+        "drop",
+        "Drops bodies onto the ground around the terrain's centre and counts what goes wrong");
+    add_terrain_options(*drop, options->terrain);
+    const std::map<std::string, DropShape> shapes{{"sphere", DropShape::sphere},
+                                                  {"capsule", DropShape::capsule},
+                                                  {"box", DropShape::box},
+                                                  {"mixed", DropShape::mixed}};
+    DropShape* const shape = &options->layout.shape;
+    drop->add_option_function<std::string>(
+            "--shape",
+            [shape, shapes](const std::string& name) {
+                const auto found = shapes.find(name);
+                if (found == shapes.end()) {
+                    throw CLI::ValidationError(
+                        "--shape",
+                        fmt::format("must be sphere, capsule, box or mixed, got '{}'", name));
+                }
+                *shape = found->second;
+            },
+            "sphere (radius 0.5 m), capsule (0.4, half height 0.8), box (half extents 1, 2, 0.5), "
+            "or "
+            "mixed, which takes turns in this order")
+        ->type_name("NAME")
+        ->default_str("sphere");
+    add_count(*drop, "--count", options->layout.count, 1, "Bodies");
+    add_in_range(*drop, "--speed", options->layout.speed, -1e6, 1e6, "Downward at the start, m/s");
+    add_in_range(*drop, "--spin", options->layout.spin, -1e6, 1e6,
+                 "At the start, about an axis of each body's own, rad/s");
+    add_in_range(*drop, "--dt", options->dt, 1e-6, 1.0, "Length of a step, seconds");
+    add_positive(*drop, "--seconds", options->seconds, "Time simulated, seconds");
+    add_not_negative(
+        *drop, "--contact-spacing-m", options->contact_spacing_m,
+        "Bodies touch the coarsest level of at most this spacing, metres; 0: the finest");
+    add_in_range(*drop, "--memory-mb", options->memory_mb, 0.001, 0x1p32,
+                 "Most memory that chunks take, MB of 2^20 bytes");
+    drop->add_flag("--no-sleep", options->no_sleep, "Bodies at rest go on being simulated");
+    drop->add_option("--trace", options->trace,
+                     "CSV of every pose of every body and step, the start being step 0")
+        ->type_name("FILE");
+    drop->add_flag("--json", options->json, "Print one JSON object");
+    drop->footer(
+        "The seed also moves and turns the bodies at the start.\n"
+        "Example: terrane drop --dem tools/data/jacksboro.tif --shape mixed --count 100 --speed "
+        "300");
+    drop->callback([&context, options] { context.run = [options] { return run_drop(*options); }; });
+}
+
+}  // namespace terrane::tools

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: MIT
+//
+// Sources:
+//   G. Steele, D. Lea, C. Flood. Fast Splittable Pseudorandom Number Generators. OOPSLA 2014. (the mix)
+#include "drop/drop_layout.h"
+
+#include "query/quaternion.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace terrane::tools {
+namespace {
+
+constexpr double kPlace = 5.0;      // metres of the square of each body: more than the longest box
+constexpr double kClearance = 2.0;  // metres between the ground and the lowest start
+constexpr double kFurtherUp =
+    10.0;  // metres over which starts are spread, so that not all land at once
+constexpr std::uint64_t kTries = 64;  // places looked at before a body is given up
+
+std::uint64_t mix(std::uint64_t z) {
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+    return z ^ (z >> 31);
+}
+
+/// Uniform numbers of one body, in their order.
+class BodyRandom {
+public:
+    BodyRandom(std::uint64_t seed, std::uint64_t body) : seed_(seed), body_(body) {}
+    /// 0 to 1, 1 left out.
+    double unit() {
+        return static_cast<double>(hash_numbers(seed_, body_, next_++) >> 11) * 0x1p-53;
+    }
+    double within(double low, double high) { return low + (high - low) * unit(); }
+
+    /// Uniform over the directions of a space, by taking points of the cube until one is in the ball.
+    template <std::size_t dimensions>
+    std::array<double, dimensions> direction() {
+        for (;;) {
+            std::array<double, dimensions> v{};
+            double square = 0.0;
+            for (double& component : v) {
+                component = within(-1.0, 1.0);
+                square += component * component;
+            }
+            if (square > 1.0 || square < 0x1p-20) continue;
+            const double length = std::sqrt(square);
+            for (double& component : v) component /= length;
+            return v;
+        }
+    }
+
+private:
+    std::uint64_t seed_, body_, next_ = 0;
+};
+
+/// Highest the contact surface may be under a disc; nothing where part of it is no ground.
+std::optional<double> ground_below(const Ground& ground, double x, double y, double radius) {
+    const CellRange cells{ground.column_at(x - radius), ground.row_at(y - radius),
+                          ground.column_at(x + radius), ground.row_at(y + radius)};
+    if (ground.height(x, y).status != GroundStatus::ok) return std::nullopt;
+    const RangeAnswer range = ground.range(cells);
+    if (range.status != GroundStatus::ok) return std::nullopt;
+    return ground.lattice().quantum * static_cast<double>(range.high);
+}
+
+}  // namespace
+
+std::uint64_t hash_numbers(std::uint64_t seed, std::uint64_t index, std::uint64_t stream) {
+    constexpr std::uint64_t kGolden = 0x9e3779b97f4a7c15u;
+    return mix(mix(mix(seed + kGolden) ^ (index + kGolden)) + stream * kGolden);
+}
+
+Shape shape_of_body(DropShape shape, std::size_t body) {
+    constexpr std::array kTurns{DropShape::sphere, DropShape::capsule, DropShape::box};
+    switch (shape == DropShape::mixed ? kTurns[body % kTurns.size()] : shape) {
+        case DropShape::capsule:
+            return Capsule{.radius = 0.4, .half_height = 0.8};
+        case DropShape::box:
+            return Box{.half_extents = {1.0, 2.0, 0.5}};
+        case DropShape::sphere:
+        case DropShape::mixed:
+            break;
+    }
+    return Sphere{.radius = 0.5};
+}
+
+WorldRect drop_area(const DropLayout& layout, const WorldRect& extent) {
+    const double side = kPlace * std::ceil(std::sqrt(static_cast<double>(layout.count)));
+    const double centre_x = 0.5 * (extent.west + extent.east);
+    const double centre_y = 0.5 * (extent.south + extent.north);
+    const double half_x = 0.5 * std::min(side, extent.east - extent.west);
+    const double half_y = 0.5 * std::min(side, extent.north - extent.south);
+    return {centre_x - half_x, centre_y - half_y, centre_x + half_x, centre_y + half_y};
+}
+
+std::vector<DroppedBody> lay_out(const DropLayout& layout, const Ground& ground) {
+    const WorldRect area = drop_area(layout, ground.extent());
+    const auto columns =
+        static_cast<std::size_t>(std::ceil(std::sqrt(static_cast<double>(layout.count))));
+    const double place_x = (area.east - area.west) / static_cast<double>(columns);
+    const double place_y = (area.north - area.south) / static_cast<double>(columns);
+    std::vector<DroppedBody> bodies;
+    for (std::size_t body = 0; body < layout.count; ++body) {
+        BodyRandom random(layout.seed, body);
+        DroppedBody dropped;
+        dropped.settings.shape = shape_of_body(layout.shape, body);
+        const double radius = bounding_radius(dropped.settings.shape);
+        const auto column = static_cast<double>(body % columns);
+        const auto row = static_cast<double>(body / columns);
+        double x = area.west + (column + random.unit()) * place_x;
+        double y = area.south + (row + random.unit()) * place_y;
+        std::optional<double> below = ground_below(ground, x, y, radius);
+        for (std::uint64_t i = 0; i < kTries && !below; ++i) {
+            x = random.within(area.west, area.east);
+            y = random.within(area.south, area.north);
+            below = ground_below(ground, x, y, radius);
+        }
+        if (!below) continue;
+        const double z = *below + radius + kClearance + random.within(0.0, kFurtherUp);
+        dropped.state.pose.translation = WorldPos(x, y, z);
+        dropped.state.pose.rotation = matrix_from_quaternion(random.direction<4>());
+        dropped.state.velocity = Eigen::Vector3d(0.0, 0.0, -layout.speed);
+        const std::array<double, 3> axis = random.direction<3>();
+        dropped.state.angular_velocity =
+            Eigen::Vector3d(layout.spin * axis[0], layout.spin * axis[1], layout.spin * axis[2]);
+        bodies.push_back(dropped);
+    }
+    return bodies;
+}
+
+}  // namespace terrane::tools

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "output/output_file.h"
+
+#include <terrane/terrain/pager.h>
+#include <terrane/terrain/triangulator.h>
+
+#include <nlohmann/json.hpp>
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace terrane::tools {
+
+/// What one frame of a flight was like.
+struct FrameRecord {
+    double time = 0.0;  ///< seconds of the flight
+    WorldPos eye_world = WorldPos::Zero();
+    std::size_t triangles = 0;
+    std::size_t budget = 0;
+    double error_px = 0.0;
+    double threshold_px = 0.0;
+    MeshStatus status = MeshStatus::not_resident;
+    double update_ms = 0.0;  ///< of Pager::update and Triangulator::update together
+    PagerStats paging;
+    std::optional<double> measured_error_px;  ///< with --verify, like the next three
+    std::optional<double> max_pop_px;
+    std::optional<double> max_near_pop_px;
+    std::optional<std::size_t> holes;
+    std::vector<double> extra;  ///< values of FlightLog's extra columns
+};
+
+/// Makes the folder that a flight is written to, and takes away what an earlier flight left in it under
+/// the names that this one may use, so that nothing old looks like a part of it.
+/// Fails with io, naming the path.
+Result<void> prepare_output_folder(const std::string& path);
+
+/// Name of a picture in such a folder: frame_000042.png.
+std::string frame_name(std::size_t frame);
+
+/// The frames of a flight, and frames.csv as they come; the file has its name when it is whole.
+class FlightLog {
+public:
+    /// @param csv_path      "" for no file
+    /// @param extra_columns names of what FrameRecord::extra holds
+    /// Fails with io where the file cannot be made.
+    static Result<FlightLog> create(const std::string& csv_path,
+                                    std::vector<std::string> extra_columns = {});
+
+    /// Fails with io where the disk takes no more.
+    Result<void> add(FrameRecord record);
+    /// Ends the file. Fails with io.
+    Result<void> commit();
+
+    std::span<const FrameRecord> frames() const { return frames_; }
+    std::span<const std::string> extra_columns() const { return extra_columns_; }
+
+private:
+    FlightLog() = default;
+
+    std::optional<OutputFile> csv_;
+    std::string csv_path_;
+    std::vector<std::string> extra_columns_;
+    std::vector<FrameRecord> frames_;
+};
+
+/// The summary that scripts read: counts, medians and maxima over frames.
+///
+/// @param memory_bytes the pager's ceiling
+nlohmann::ordered_json summarize(std::span<const FrameRecord> frames, std::size_t memory_bytes);
+
+/// The value that a share of the values does not exceed: 0.5 for the median, 0.99. 0 for no values.
+double percentile(std::vector<double> values, double share);
+
+}  // namespace terrane::tools

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+#include "flight/flight_pictures.h"
+
+#include "flight/flight_log.h"
+
+#include <cmath>
+#include <utility>
+#include <vector>
+
+namespace terrane::tools {
+namespace {
+
+// Tints reach over the heights that there are, but for the rarest.
+void fit_tints(const HeightSource& source, RendererSettings& settings) {
+    constexpr int kProbes = 48;
+    const WorldRect& extent = source.extent();
+    std::vector<double> heights;
+    for (int i = 0; i < kProbes * kProbes; ++i) {
+        const double x = extent.west + (extent.east - extent.west) * (i % kProbes + 0.5) / kProbes;
+        const double y =
+            extent.south + (extent.north - extent.south) * (i / kProbes + 0.5) / kProbes;
+        const double height = source.height(x, y);
+        if (std::isfinite(height)) heights.push_back(height);
+    }
+    settings.tint_low = percentile(heights, 0.02);
+    settings.tint_high = std::max(percentile(heights, 0.98), settings.tint_low + 1.0);
+}
+
+}  // namespace
+
+FlightPictures::FlightPictures(EglContext context, TerrainRenderer renderer)
+    : context_(std::move(context)), renderer_(std::move(renderer)) {}
+
+Result<FlightPictures> FlightPictures::create(const FlightOptions& options,
+                                              const HeightSource& source) {
+    Result<EglContext> context = EglContext::create();
+    if (!context) return tl::unexpected(context.error());
+    RendererSettings settings;
+    fit_tints(source, settings);
+    Result<TerrainRenderer> renderer =
+        TerrainRenderer::create(*context, options.size.width_px, options.size.height_px, settings);
+    if (!renderer) return tl::unexpected(renderer.error());
+    FlightPictures pictures(std::move(*context), std::move(*renderer));
+    if (options.png) pictures.picture_folder_ = options.out;
+    if (options.video) {
+        Result<Film> film = Film::create(options.out + "/" + kFilmName, options.size.width_px,
+                                         options.size.height_px, options.fps);
+        if (!film) return tl::unexpected(film.error());
+        pictures.film_.emplace(std::move(*film));
+    }
+    return pictures;
+}
+
+Result<void> FlightPictures::add(std::size_t frame, const TerrainMesh& mesh, const View& view,
+                                 std::span<const DrawnBox> boxes,
+                                 std::span<const DrawnSphere> spheres) {
+    if (const Result<void> drawn = renderer_.draw(mesh, view, boxes, spheres); !drawn) return drawn;
+    const Image image = renderer_.read();
+    if (!picture_folder_.empty()) {
+        const Result<void> written = write_png(image, picture_folder_ + "/" + frame_name(frame));
+        if (!written) return written;
+    }
+    return film_ ? film_->add(image) : Result<void>{};
+}
+
+Result<void> FlightPictures::finish() { return film_ ? film_->finish() : Result<void>{}; }
+
+}  // namespace terrane::tools

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "output/film.h"
+#include "flight/flight_options.h"
+
+#include <terrane/render/terrain_renderer.h>
+
+#include <optional>
+#include <span>
+#include <string>
+
+namespace terrane::tools {
+
+/// Draws frames off screen, and writes them as pictures and into a film, as the options say.
+class FlightPictures {
+public:
+    /// Fails with device_unavailable where nothing can draw, io where the film cannot be made.
+    static Result<FlightPictures> create(const FlightOptions& options, const HeightSource& source);
+
+    /// Draws a frame and writes it. Fails with io.
+    Result<void> add(std::size_t frame, const TerrainMesh& mesh, const View& view,
+                     std::span<const DrawnBox> boxes = {},
+                     std::span<const DrawnSphere> spheres = {});
+
+    /// Ends the film. Fails with io.
+    Result<void> finish();
+
+    const std::string& renderer_name() const { return context_.renderer_name(); }
+
+private:
+    FlightPictures(EglContext context, TerrainRenderer renderer);
+
+    EglContext context_;  // the renderer's objects live in it
+    TerrainRenderer renderer_;
+    std::optional<Film> film_;
+    std::string picture_folder_;  // "" for no pictures
+};
+
+/// Name of the film beside frames.csv.
+inline constexpr const char* kFilmName = "flight.mp4";
+
+}  // namespace terrane::tools

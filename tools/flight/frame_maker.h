@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "flight/flight_log.h"
+#include "flight/flight_options.h"
+#include "flight/verify.h"
+
+#include <terrane/terrain/pager.h>
+#include <terrane/terrain/triangulator.h>
+
+#include <memory>
+#include <optional>
+#include <span>
+
+namespace terrane::tools {
+
+/// A frame that was made. The mesh is valid until the next one.
+struct MadeFrame {
+    TerrainMesh mesh;
+    FrameRecord record;
+};
+
+/// Pager and triangulator in turns, as a simulator runs them, with what each frame cost.
+class FrameMaker {
+public:
+    /// Fails with what Pager and Triangulator say of the budget, the ceiling and the source.
+    static Result<FrameMaker> create(std::shared_ptr<const HeightSource> source,
+                                     const FlightOptions& options);
+
+    /// Waits until everything is there that a first frame can use, or the ceiling stops it: loads
+    /// for a coarse error first and halves it, so that a small budget never loads what only a large
+    /// one could draw.
+    void settle(const View& view, std::span<const BodyNeed> bodies);
+
+    /// Makes the frame of a moment.
+    ///
+    /// @param velocity of the eye, metres a second
+    /// @param time     seconds; not before the frame before
+    MadeFrame make(const View& view, const Eigen::Vector3d& velocity,
+                   std::span<const BodyNeed> bodies, double time);
+
+    const Pager& pager() const { return pager_; }
+
+private:
+    FrameMaker(Pager pager, Triangulator triangulator);
+
+    Pager pager_;
+    Triangulator triangulator_;
+    std::optional<Verifier> verifier_;
+    std::size_t budget_ = 0;
+    double threshold_px_ = 1.0;
+};
+
+}  // namespace terrane::tools

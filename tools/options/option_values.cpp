@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: MIT
+#include "options/option_values.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+#include <functional>
+#include <limits>
+
+namespace terrane::tools {
+namespace {
+
+constexpr int kMaxSide_px = 16384;
+constexpr std::size_t kMaxCount = std::size_t{1} << 53;
+
+/// The whole text as one value of a type that from_chars reads.
+template <class T>
+std::optional<T> parse_whole(std::string_view text) {
+    T value{};
+    const char* end = text.data() + text.size();
+    const auto [rest, error] = std::from_chars(text.data(), end, value);
+    if (error != std::errc() || rest != end) return std::nullopt;
+    return value;
+}
+
+[[noreturn]] void refuse(const std::string& flag, const std::string& wanted,
+                         const std::string& got) {
+    throw CLI::ValidationError(flag, fmt::format("must be {}, got '{}'", wanted, got));
+}
+
+CLI::Option* add_number(CLI::App& app, const std::string& flag, double& value,
+                        const std::string& wanted, const std::function<bool(double)>& is_legal,
+                        const std::string& help) {
+    double* const target = &value;
+    CLI::Option* option = app.add_option_function<std::string>(
+        flag,
+        [target, flag, wanted, is_legal](const std::string& text) {
+            const std::optional<double> number = parse_number(text);
+            if (!number || !is_legal(*number)) refuse(flag, wanted, text);
+            *target = *number;
+        },
+        help);
+    option->default_str(std::isnan(value) ? "" : fmt::format("{}", value));
+    return option->type_name("X");
+}
+
+}  // namespace
+
+std::optional<double> parse_number(std::string_view text) {
+    if (const std::size_t slash = text.find('/'); slash != std::string_view::npos) {
+        const std::optional<double> over = parse_whole<double>(text.substr(0, slash));
+        const std::optional<double> under = parse_whole<double>(text.substr(slash + 1));
+        if (!over || !under || !std::isfinite(*over / *under)) return std::nullopt;
+        return *over / *under;
+    }
+    if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
+    const std::optional<double> value = parse_whole<double>(text);
+    if (!value || !std::isfinite(*value)) return std::nullopt;
+    return value;
+}
+
+std::optional<WorldPos> parse_point(std::string_view text) {
+    WorldPos point_world = WorldPos::Zero();
+    for (int axis = 0; axis < 3; ++axis) {
+        const std::size_t comma = text.find(',');
+        if ((comma == std::string_view::npos) != (axis == 2)) return std::nullopt;
+        const std::optional<double> value = parse_number(text.substr(0, comma));
+        if (!value) return std::nullopt;
+        point_world[axis] = *value;
+        if (axis < 2) text.remove_prefix(comma + 1);
+    }
+    return point_world;
+}
+
+std::optional<ImageSize> parse_size(std::string_view text) {
+    const std::size_t cross = text.find('x');
+    if (cross == std::string_view::npos) return std::nullopt;
+    const std::optional<int> width = parse_whole<int>(text.substr(0, cross));
+    const std::optional<int> height = parse_whole<int>(text.substr(cross + 1));
+    if (!width || !height || *width < 1 || *height < 1 || *width > kMaxSide_px ||
+        *height > kMaxSide_px) {
+        return std::nullopt;
+    }
+    return ImageSize{.width_px = *width, .height_px = *height};
+}
+
+CLI::Option* add_positive(CLI::App& app, const std::string& flag, double& value,
+                          const std::string& help) {
+    return add_number(
+        app, flag, value, "a number above 0", [](double x) { return x > 0.0; }, help);
+}
+
+CLI::Option* add_not_negative(CLI::App& app, const std::string& flag, double& value,
+                              const std::string& help) {
+    return add_number(
+        app, flag, value, "a number of at least 0", [](double x) { return x >= 0.0; }, help);
+}
+
+CLI::Option* add_finite(CLI::App& app, const std::string& flag, double& value,
+                        const std::string& help) {
+    return add_number(
+        app, flag, value, "a finite number", [](double) { return true; }, help);
+}
+
+CLI::Option* add_in_range(CLI::App& app, const std::string& flag, double& value, double low,
+                          double high, const std::string& help) {
+    return add_number(
+        app, flag, value, fmt::format("{} to {}", low, high),
+        [low, high](double x) { return x >= low && x <= high; }, help);
+}
+
+CLI::Option* add_count(CLI::App& app, const std::string& flag, std::size_t& value, std::size_t low,
+                       const std::string& help) {
+    std::size_t* const target = &value;
+    CLI::Option* option = app.add_option_function<std::string>(
+        flag,
+        [target, flag, low](const std::string& text) {
+            const std::optional<std::size_t> number = parse_whole<std::size_t>(text);
+            if (!number || *number < low || *number > kMaxCount) {
+                refuse(flag, fmt::format("a whole number of at least {}", low), text);
+            }
+            *target = *number;
+        },
+        help);
+    return option->default_str(fmt::format("{}", value))->type_name("N");
+}
+
+CLI::Option* add_point(CLI::App& app, const std::string& flag, std::optional<WorldPos>& value,
+                       const std::string& help) {
+    std::optional<WorldPos>* const target = &value;
+    CLI::Option* option = app.add_option_function<std::string>(
+        flag,
+        [target, flag](const std::string& text) {
+            *target = parse_point(text);
+            if (!*target) refuse(flag, "three finite numbers X,Y,Z", text);
+        },
+        help);
+    return option->type_name("X,Y,Z");
+}
+
+CLI::Option* add_size(CLI::App& app, const std::string& flag, ImageSize& value,
+                      const std::string& help) {
+    ImageSize* const target = &value;
+    CLI::Option* option = app.add_option_function<std::string>(
+        flag,
+        [target, flag](const std::string& text) {
+            const std::optional<ImageSize> size = parse_size(text);
+            if (!size) refuse(flag, fmt::format("WxH with both 1 to {}", kMaxSide_px), text);
+            *target = *size;
+        },
+        help);
+    return option->default_str(fmt::format("{}x{}", value.width_px, value.height_px))
+        ->type_name("WxH");
+}
+
+}  // namespace terrane::tools

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: MIT
+#include "options/terrain_options.h"
+
+#include "options/option_values.h"
+
+#include <terrane/terrain/fractal_heights.h>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+namespace terrane::tools {
+namespace {
+
+/// Finer than a fractal's lattice can be, or so coarse that a root square has no chunk.
+constexpr int kFinestLog2 = -15, kCoarsestLog2 = 9;
+
+std::string quoted(const std::string& text) { return "'" + text + "'"; }
+
+CommandResult<Terrain> open_fractal(std::uint64_t seed, double detail_m) {
+    int exponent = 0;
+    std::frexp(detail_m, &exponent);  // detail = mantissa * 2^exponent, mantissa 0.5 to 1
+    const int spacing_log2 = exponent - 1;
+    if (spacing_log2 < kFinestLog2 || spacing_log2 > kCoarsestLog2) {
+        return usage_error(fmt::format("--detail-m of a fractal must be {} to {}, got {}",
+                                       std::ldexp(1.0, kFinestLog2), std::ldexp(1.0, kCoarsestLog2),
+                                       detail_m));
+    }
+    FractalSettings settings;
+    settings.seed = seed;
+    settings.finest_spacing_log2 = spacing_log2;
+    // The first octaves are the same at any spacing; a lattice finer than a metre has more of them,
+    // so that there is something to see between its samples.
+    settings.octave_count =
+        std::clamp(settings.octave_count - spacing_log2, settings.octave_count, 24);
+    Result<std::shared_ptr<const HeightSource>> source = FractalHeights::create(settings);
+    if (!source) return pass_on(source.error());
+    return Terrain{.source = *source, .dem = std::nullopt, .name = fmt::format("seed {}", seed)};
+}
+
+CommandResult<Terrain> open_dem(const TerrainOptions& options) {
+    DemSettings settings;
+    settings.detail_seed = options.seed;
+    settings.finest_spacing = options.detail_m.value_or(options.seed ? 1.0 : 0.0);
+    DemInfo info;
+    Result<std::shared_ptr<const HeightSource>> source =
+        DemHeights::open(options.dem, settings, &info);
+    if (!source) return pass_on(source.error());
+    std::string name = options.dem;
+    if (options.seed) name += fmt::format(" with detail of seed {}", *options.seed);
+    return Terrain{.source = *source, .dem = info, .name = std::move(name)};
+}
+
+CommandResult<std::string> read_text(const std::string& path) {
+    // A folder opens as a stream and then gives nothing: ask first.
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(path, error)) {
+        return failure("cannot open scene " + quoted(path));
+    }
+    std::ifstream file(path, std::ios::binary);
+    std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+    if (!file.good() && !file.eof()) return failure("cannot read scene " + quoted(path));
+    return text;
+}
+
+}  // namespace
+
+void add_terrain_options(CLI::App& app, TerrainOptions& options) {
+    app.add_option("--dem", options.dem, "Raster of heights, in any format that GDAL reads")
+        ->type_name("FILE")
+        ->group("Terrain");
+    std::optional<std::uint64_t>* const seed = &options.seed;
+    CLI::Option* seed_option = app.add_option_function<std::string>(
+        "--seed",
+        [seed](const std::string& text) {
+            std::uint64_t value = 0;
+            const char* end = text.data() + text.size();
+            const auto [rest, error] = std::from_chars(text.data(), end, value);
+            if (error != std::errc() || rest != end) {
+                throw CLI::ValidationError(
+                    "--seed", fmt::format("must be 0 to 18446744073709551615, got '{}'", text));
+            }
+            *seed = value;
+        },
+        "Fractal terrain of this seed; with --dem, fractal detail below the raster's resolution");
+    seed_option->type_name("N")->group("Terrain");
+    CLI::Option* scene_option =
+        app.add_option("--scene", options.scene,
+                       "The same choices in a JSON file, with the keys dem, seed and detail_m");
+    scene_option->type_name("FILE.json")->group("Terrain");
+    scene_option->excludes("--dem")->excludes("--seed");
+    std::optional<double>* const detail = &options.detail_m;
+    app.add_option_function<std::string>(
+           "--detail-m",
+           [detail](const std::string& text) {
+               *detail = parse_number(text);
+               if (!*detail || !(**detail > 0.0)) {
+                   throw CLI::ValidationError(
+                       "--detail-m", fmt::format("must be a number above 0, got '{}'", text));
+               }
+           },
+           "Finest spacing of the ground, metres: without it a raster's own cell, and 1 where "
+           "there "
+           "is a seed")
+        ->type_name("X")
+        ->group("Terrain");
+}
+
+CommandResult<TerrainOptions> parse_scene(const std::string& text, const std::string& path) {
+    const nlohmann::json scene = nlohmann::json::parse(text, nullptr, false);
+    if (!scene.is_object()) return failure("scene " + quoted(path) + " is not a JSON object");
+    TerrainOptions options;
+    for (const auto& [key, value] : scene.items()) {
+        const auto wrong = [&](const char* wanted) {
+            return failure(
+                fmt::format("scene '{}': {} must be {}, got {}", path, key, wanted,
+                            value.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace)));
+        };
+        if (key == "dem") {
+            if (!value.is_string() || value.get<std::string>().empty()) return wrong("a path");
+            const std::string dem = value.get<std::string>();
+            // GDAL's virtual file systems (/vsizip/...) are absolute paths too.
+            options.dem = (std::filesystem::path(path).parent_path() / dem).string();
+        } else if (key == "seed") {
+            if (!value.is_number_unsigned()) return wrong("a whole number of at least 0");
+            options.seed = value.get<std::uint64_t>();
+        } else if (key == "detail_m") {
+            if (!value.is_number() || !(value.get<double>() > 0.0)) return wrong("above 0");
+            options.detail_m = value.get<double>();
+        } else {
+            return failure(fmt::format("scene '{}': unknown key '{}'", path, key));
+        }
+    }
+    if (options.dem.empty() && !options.seed) {
+        return failure("scene " + quoted(path) + " names no terrain: it needs dem, seed or both");
+    }
+    return options;
+}
+
+CommandResult<Terrain> open_terrain(const TerrainOptions& options) {
+    if (options.detail_m && !(std::isfinite(*options.detail_m) && *options.detail_m > 0.0)) {
+        return usage_error(
+            fmt::format("--detail-m must be a number above 0, got {}", *options.detail_m));
+    }
+    if (!options.scene.empty()) {
+        const CommandResult<std::string> text = read_text(options.scene);
+        if (!text) return pass_on(text.error());
+        CommandResult<TerrainOptions> scene = parse_scene(*text, options.scene);
+        if (!scene) return pass_on(scene.error());
+        if (options.detail_m) scene->detail_m = options.detail_m;
+        return open_terrain(*scene);
+    }
+    if (!options.dem.empty()) return open_dem(options);
+    if (options.seed) return open_fractal(*options.seed, options.detail_m.value_or(1.0));
+    return usage_error("no terrain chosen: give --dem FILE, --seed N, both, or --scene FILE.json");
+}
+
+}  // namespace terrane::tools

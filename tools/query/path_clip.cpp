@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+#include "query/path_clip.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace terrane::tools {
+
+std::vector<WorldRect> cut_path(const WorldPos& from_world, const WorldPos& to_world, double reach,
+                                double side, const WorldRect& extent) {
+    const std::array<double, 2> low{extent.west - reach, extent.south - reach};
+    const std::array<double, 2> high{extent.east + reach, extent.north + reach};
+    const std::array<double, 2> from{from_world.x(), from_world.y()};
+    const std::array<double, 2> way{to_world.x() - from_world.x(), to_world.y() - from_world.y()};
+    double enter = 0.0;
+    double leave = 1.0;
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+        if (way[axis] == 0.0) {
+            if (from[axis] < low[axis] || from[axis] > high[axis]) return {};
+            continue;
+        }
+        const double t0 = (low[axis] - from[axis]) / way[axis];
+        const double t1 = (high[axis] - from[axis]) / way[axis];
+        enter = std::max(enter, std::min(t0, t1));
+        leave = std::min(leave, std::max(t0, t1));
+    }
+    if (enter > leave) return {};
+    const double length = (leave - enter) * std::sqrt(way[0] * way[0] + way[1] * way[1]);
+    const auto count = static_cast<std::size_t>(std::max(1.0, std::ceil(length / side)));
+    std::vector<WorldRect> pieces;
+    pieces.reserve(count);
+    for (std::size_t i = 0; i < count; ++i) {
+        const double share = 1.0 / static_cast<double>(count);
+        const double t0 = enter + (leave - enter) * share * static_cast<double>(i);
+        const double t1 = enter + (leave - enter) * share * static_cast<double>(i + 1);
+        const double x0 = from[0] + t0 * way[0], x1 = from[0] + t1 * way[0];
+        const double y0 = from[1] + t0 * way[1], y1 = from[1] + t1 * way[1];
+        pieces.push_back({std::min(x0, x1) - reach, std::min(y0, y1) - reach,
+                          std::max(x0, x1) + reach, std::max(y0, y1) + reach});
+    }
+    return pieces;
+}
+
+double distance_beside(const WorldPos& p_world, const WorldRect& rect) {
+    const double x = std::max({rect.west - p_world.x(), 0.0, p_world.x() - rect.east});
+    const double y = std::max({rect.south - p_world.y(), 0.0, p_world.y() - rect.north});
+    return std::sqrt(x * x + y * y);
+}
+
+}  // namespace terrane::tools

@@ -1,0 +1,287 @@
+// SPDX-License-Identifier: MIT
+#include "query/query_answers.h"
+
+#include "query/path_clip.h"
+
+#include <terrane/collision/ground_cast.h>
+#include <terrane/collision/ground_contact.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+namespace terrane::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t kMaxContacts = 4096;
+
+Json as_array(const Eigen::Vector3d& v) { return Json::array({v.x(), v.y(), v.z()}); }
+
+const char* name_of(GroundStatus status) {
+    switch (status) {
+        case GroundStatus::ok:
+            return "ok";
+        case GroundStatus::miss:
+            return "miss";
+        case GroundStatus::outside:
+            return "outside";
+        case GroundStatus::not_resident:
+            return "not_resident";
+        case GroundStatus::invalid:
+            break;
+    }
+    return "invalid";
+}
+
+/// Writes the status of an answer that cannot be used; false where it can.
+bool write_fault(ContactStatus status, Json& answer) {
+    if (status == ContactStatus::not_resident) {
+        answer["status"] = "not_resident";
+        return true;
+    }
+    if (status == ContactStatus::invalid) {
+        answer["status"] = "invalid";
+        answer["message"] = "the shape or its pose was refused";
+        return true;
+    }
+    return false;
+}
+
+template <class Answer>
+bool is_absent(const Answer& answer) {
+    return answer.status == decltype(answer.status)::not_resident;
+}
+
+/// Asks, and asks again when what was absent around a shape is there.
+template <class Ask>
+auto ask_around(QueryGround& ground, const WorldPos& centre_world, double reach, Ask ask) {
+    auto answer = ask();
+    if (is_absent(answer)) {
+        ground.load({centre_world.x() - reach, centre_world.y() - reach, centre_world.x() + reach,
+                     centre_world.y() + reach});
+        answer = ask();
+    }
+    return answer;
+}
+
+/// Asks along a way, and loads it piece by piece until the answer is there: a way that soon ends at
+/// the ground never loads what lies behind.
+template <class Ask>
+auto ask_along(QueryGround& ground, const WorldPos& from_world, const WorldPos& to_world,
+               double reach, Ask ask) {
+    auto answer = ask();
+    if (!is_absent(answer)) return answer;
+    const double side = ground.ground().spacing() * kChunkCells;
+    const std::vector<WorldRect> pieces =
+        cut_path(from_world, to_world, reach, side, ground.ground().extent());
+    std::size_t batch = 1;
+    for (std::size_t next = 0; next < pieces.size() && is_absent(answer); batch *= 2) {
+        for (std::size_t end = std::min(next + batch, pieces.size()); next < end; ++next) {
+            if (!ground.load(pieces[next])) return ask();
+        }
+        answer = ask();
+    }
+    return answer;
+}
+
+void answer_height(const HeightQuestion& question, QueryGround& ground, Json& answer) {
+    const HeightAnswer found = ask_around(ground, WorldPos(question.x, question.y, 0.0), 0.0, [&] {
+        return ground.ground().height(question.x, question.y);
+    });
+    answer["status"] = name_of(found.status);
+    if (found.status != GroundStatus::ok) return;
+    answer["height"] = found.height;
+    answer["normal"] = as_array(found.normal);
+    answer["error_m"] = found.error_m;
+    if (found.filled) answer["filled"] = true;
+}
+
+void answer_ray(const RayQuestion& question, QueryGround& ground, Json& answer) {
+    const RayAnswer found = ask_along(ground, question.from_world, question.to_world, 0.0, [&] {
+        return ground.ground().ray(question.from_world, question.to_world);
+    });
+    answer["status"] = name_of(found.status);
+    if (found.status == GroundStatus::miss) answer["hit"] = false;
+    if (found.status != GroundStatus::ok) return;
+    answer["hit"] = true;
+    answer["fraction"] = found.fraction;
+    answer["point"] = as_array(found.point_world);
+    answer["normal"] = as_array(found.normal);
+    answer["error_m"] = found.error_m;
+    if (found.filled) answer["filled"] = true;
+}
+
+Json as_json(const Contact& contact) {
+    Json json;
+    json["point"] = as_array(contact.point_world);
+    json["normal"] = as_array(contact.normal);
+    json["depth"] = contact.depth;
+    return json;
+}
+
+/// All contacts of a pose, deepest first.
+ContactAnswer find_all(const Shape& shape, const Pose& pose, const Ground& ground, double margin,
+                       std::vector<Contact>& contacts_out) {
+    contacts_out.resize(64);
+    for (;;) {
+        const ContactAnswer found = find_contacts(shape, pose, ground, margin, contacts_out);
+        if (found.status != ContactStatus::truncated || contacts_out.size() >= kMaxContacts) {
+            contacts_out.resize(found.count);
+            return found;
+        }
+        contacts_out.resize(2 * contacts_out.size());
+    }
+}
+
+void write_contacts(const ContactAnswer& found, const std::vector<Contact>& contacts,
+                    Json& answer) {
+    answer["contacts"] = Json::array();
+    for (const Contact& contact : contacts) answer["contacts"].push_back(as_json(contact));
+    if (found.status == ContactStatus::truncated) answer["truncated"] = true;
+}
+
+void answer_find(const ShapeQuestion& question, double reach, QueryGround& ground, Json& answer) {
+    std::vector<Contact> contacts;
+    const ContactAnswer found =
+        ask_around(ground, question.world_from_shape.translation, reach, [&] {
+            return find_all(question.shape, question.world_from_shape, ground.ground(), 0.0,
+                            contacts);
+        });
+    if (write_fault(found.status, answer)) return;
+    answer["status"] = "ok";
+    answer["hit"] = !contacts.empty();
+    write_contacts(found, contacts, answer);
+    answer["error_m"] = found.error_m;
+}
+
+/// How far from the shape the nearest ground is at most, where the lift says so: straight down. Where
+/// the shape is beside the ground, it is looked for in growing squares.
+void answer_distance(const ShapeQuestion& question, double lift, double reach, QueryGround& ground,
+                     Json& answer) {
+    const WorldPos& centre_world = question.world_from_shape.translation;
+    const WorldRect& extent = ground.ground().extent();
+    const double beside = distance_beside(centre_world, extent);
+    const double spacing = ground.ground().spacing();
+    const bool is_over_ground = std::isfinite(lift);
+    double within = is_over_ground ? std::abs(lift) + spacing : beside + reach + spacing;
+    const double furthest = beside + (extent.east - extent.west) + (extent.north - extent.south) +
+                            std::abs(centre_world.z()) + 1e5;
+    for (;;) {
+        const DistanceAnswer found = ask_around(ground, centre_world, reach + within, [&] {
+            return signed_distance(question.shape, question.world_from_shape, ground.ground(),
+                                   within);
+        });
+        if (write_fault(found.status, answer)) return;
+        if (found.has_ground) {
+            answer["status"] = "ok";
+            answer["distance"] = found.distance;
+            answer["point"] = as_array(found.point_world);
+            answer["normal"] = as_array(found.normal);
+            answer["error_m"] = found.error_m;
+            return;
+        }
+        if (within > furthest) break;
+        within *= 2.0;
+    }
+    answer["status"] = "outside";
+}
+
+void answer_shape(const ShapeQuestion& question, QueryGround& ground, Json& answer) {
+    const WorldPos& centre_world = question.world_from_shape.translation;
+    const double reach = bounding_radius(question.shape);
+    LiftAnswer found{.status = ContactStatus::complete,
+                     .lift = -std::numeric_limits<double>::infinity()};
+    // Far from all ground nothing is asked: cells there have no numbers.
+    if (distance_beside(centre_world, ground.ground().extent()) <= reach) {
+        found = ask_around(ground, centre_world, reach, [&] {
+            return compute_lift(question.shape, question.world_from_shape, ground.ground());
+        });
+    }
+    if (write_fault(found.status, answer)) return;
+    if (question.op == ShapeOp::distance) {
+        answer_distance(question, found.lift, reach, ground, answer);
+        return;
+    }
+    if (!std::isfinite(found.lift)) {
+        answer["status"] = "outside";
+        if (question.op != ShapeOp::pseudodistance) answer["hit"] = false;
+        if (question.op == ShapeOp::find) answer["contacts"] = Json::array();
+        return;
+    }
+    if (question.op == ShapeOp::find) {
+        answer_find(question, reach, ground, answer);
+        return;
+    }
+    answer["status"] = "ok";
+    if (question.op == ShapeOp::test) {
+        answer["hit"] = found.lift >= 0.0;
+    } else {
+        answer["distance"] = -found.lift;
+    }
+    answer["error_m"] = found.error_m;
+}
+
+void answer_cast(const CastQuestion& question, QueryGround& ground, Json& answer) {
+    const Motion motion{
+        .start = question.start,
+        .translation = question.to_world - question.start.translation,
+        .rotation_vector = rotation_vector_between(question.start.rotation, question.to_rotation)};
+    CastSettings settings;
+    settings.skip_separating = question.skip_separating;
+    const double reach = bounding_radius(question.shape) + settings.tolerance;
+    const CastAnswer found =
+        ask_along(ground, question.start.translation, question.to_world, reach,
+                  [&] { return cast(question.shape, motion, ground.ground(), settings); });
+    if (write_fault(found.status, answer)) return;
+    answer["status"] = found.hit ? "ok" : "miss";
+    answer["hit"] = found.hit;
+    if (!found.hit) return;
+    answer["fraction"] = found.fraction;
+    answer["point"] = as_array(found.contact.point_world);
+    answer["normal"] = as_array(found.contact.normal);
+    const Pose touching = motion.at(found.fraction);
+    std::vector<Contact> contacts;
+    const ContactAnswer patch = ask_around(ground, touching.translation, reach, [&] {
+        return find_all(question.shape, touching, ground.ground(), settings.tolerance, contacts);
+    });
+    // The cast has the last word where its touch is a hair beyond what the pose shows.
+    if (contacts.empty()) contacts.push_back(found.contact);
+    write_contacts(patch, contacts, answer);
+    answer["error_m"] = found.error_m;
+}
+
+}  // namespace
+
+nlohmann::ordered_json invalid_answer(const std::string& message) {
+    Json answer;
+    answer["status"] = "invalid";
+    answer["message"] = message;
+    return answer;
+}
+
+nlohmann::ordered_json answer_query(const QueryLine& line, QueryGround& ground) {
+    Json answer;
+    if (line.has_id) answer["id"] = line.id;
+    if (!line.question) {
+        answer.update(invalid_answer(line.question.error()));
+        return answer;
+    }
+    const Question& question = *line.question;
+    if (const auto* height = std::get_if<HeightQuestion>(&question)) {
+        answer_height(*height, ground, answer);
+    } else if (const auto* ray = std::get_if<RayQuestion>(&question)) {
+        answer_ray(*ray, ground, answer);
+    } else if (const auto* shape = std::get_if<ShapeQuestion>(&question)) {
+        answer_shape(*shape, ground, answer);
+    } else if (const auto* swept = std::get_if<CastQuestion>(&question)) {
+        answer_cast(*swept, ground, answer);
+    }
+    ground.let_go();
+    return answer;
+}
+
+}  // namespace terrane::tools

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: MIT
+#include "command.h"
+#include "query/line_reader.h"
+#include "options/option_values.h"
+#include "query/query_answers.h"
+#include "output/summary.h"
+#include "options/terrain_options.h"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+
+namespace terrane::tools {
+namespace {
+
+struct QueryOptions {
+    TerrainOptions terrain;
+    double contact_spacing_m = 0.0;
+    double memory_mb = 1024.0;
+};
+
+CommandResult<void> run_query(const QueryOptions& options) {
+    const CommandResult<Terrain> terrain = open_terrain(options.terrain);
+    if (!terrain) return pass_on(terrain.error());
+    Result<QueryGround> ground = QueryGround::create(
+        terrain->source, {.contact_spacing = options.contact_spacing_m,
+                          .memory_bytes = static_cast<std::size_t>(options.memory_mb * 0x1p20)});
+    if (!ground) return pass_on(ground.error());
+
+    LineReader lines(STDIN_FILENO, [] { std::fflush(stdout); });
+    for (;;) {
+        std::string_view line;
+        const LineReader::Status status = lines.next(line);
+        if (status == LineReader::Status::end) return {};
+        if (status == LineReader::Status::failed) {
+            return failure(fmt::format("cannot read standard input: {}", std::strerror(errno)));
+        }
+        const std::string answer =
+            status == LineReader::Status::too_long
+                ? to_line(invalid_answer(
+                      fmt::format("the line is longer than {} bytes", LineReader::kMaxLine_bytes)))
+                : to_line(answer_query(parse_query(line), *ground));
+        std::fwrite(answer.data(), 1, answer.size(), stdout);
+        std::fputc('\n', stdout);
+        // A full disk: main() says so.
+        if (std::ferror(stdout) != 0) return {};
+    }
+}
+
+}  // namespace
+
+void add_query_command(CLI::App& app, CommandContext& context) {
+    const auto options = std::make_shared<QueryOptions>();
+    CLI::App* query = app.add_subcommand(
+        "query",
+        "Answers questions about the ground: one JSON object a line on standard input, one a line "
+        "out, in order.\n"
+        "  {\"op\":\"height\",\"x\":..,\"y\":..}\n"
+        "  {\"op\":\"ray\",\"from\":[x,y,z],\"to\":[x,y,z]}\n"
+        "  "
+        "{\"op\":\"test\"|\"find\"|\"distance\"|\"pseudodistance\",\"shape\":S,\"position\":[x,y,z]"
+        ","
+        "\"rotation\":[w,x,y,z]}\n"
+        "  "
+        "{\"op\":\"cast\",\"shape\":S,\"position\":..,\"rotation\":..,\"to\":..,\"to_rotation\":..,"
+        "\"skip_separating\":true}\n"
+        "S is {\"sphere\":{\"radius\":r}}, {\"capsule\":{\"radius\":r,\"half_height\":h}} (axis z) "
+        "or "
+        "{\"box\":{\"half_extents\":[x,y,z]}}.\n"
+        "An \"id\" is echoed. A bad line gets status invalid and a message.");
+    add_terrain_options(*query, options->terrain);
+    add_not_negative(*query, "--contact-spacing-m", options->contact_spacing_m,
+                     "Answers come from the coarsest level of at most this spacing, metres; 0: the "
+                     "finest");
+    add_in_range(*query, "--memory-mb", options->memory_mb, 0.001, 0x1p32,
+                 "Most memory that chunks take, MB of 2^20 bytes");
+    query->add_flag("--json")->description("Changes nothing: answers are JSON anyway");
+    query->footer(
+        "Example: echo '{\"op\":\"height\",\"x\":0,\"y\":0}' | terrane query --dem "
+        "tools/data/jacksboro.tif");
+    query->callback(
+        [&context, options] { context.run = [options] { return run_query(*options); }; });
+}
+
+}  // namespace terrane::tools

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+#include "query/query_ground.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace terrane::tools {
+
+QueryGround::QueryGround(Pager pager, std::size_t max_chunks)
+    : pager_(std::move(pager)), max_chunks_(max_chunks) {}
+
+Result<QueryGround> QueryGround::create(std::shared_ptr<const HeightSource> source,
+                                        const QueryGroundSettings& settings) {
+    // Without workers update() loads all that is asked for, so that no answer depends on time.
+    Result<Pager> pager =
+        Pager::create(std::move(source), {.memory_bytes = settings.memory_bytes,
+                                          .worker_count = 0,
+                                          .contact_spacing = settings.contact_spacing});
+    if (!pager) return tl::unexpected<Error>(pager.error());
+    QueryGround made(std::move(*pager), settings.memory_bytes / Chunk::max_bytes());
+    made.pager_.update({}, {}, made.time_s_);
+    made.ground_.emplace(made.pager_.resident(), made.pager_.contact_level());
+    return made;
+}
+
+bool QueryGround::load(const WorldRect& region) {
+    const WorldRect& extent = ground_->extent();
+    const double margin = ground_->spacing();
+    const WorldRect wanted{
+        std::max(region.west - margin, extent.west), std::max(region.south - margin, extent.south),
+        std::min(region.east + margin, extent.east), std::min(region.north + margin, extent.north)};
+    if (!(wanted.west <= wanted.east && wanted.south <= wanted.north)) return true;
+    // What can never fit is not begun.
+    const double side = margin * kChunkCells;
+    const double chunk_count = std::floor((wanted.east - wanted.west) / side) *
+                               std::floor((wanted.north - wanted.south) / side);
+    if (chunk_count > static_cast<double>(max_chunks_)) return false;
+
+    const Pager::Ticket ticket = pager_.require(wanted, time_s_);
+    held_.push_back(ticket);
+    const int level = ground_->level();
+    // The old set must go first: what only it holds counts against the ceiling.
+    ground_.reset();
+    time_s_ += 1.0;
+    pager_.update({}, {}, time_s_);
+    ground_.emplace(pager_.resident(), level);
+    return pager_.is_ready(ticket);
+}
+
+void QueryGround::let_go() {
+    for (const Pager::Ticket ticket : held_) pager_.release(ticket);
+    held_.clear();
+}
+
+}  // namespace terrane::tools
