@@ -10,3 +10,4 @@ install(FILES
     ${CMAKE_CURRENT_BINARY_DIR}/terraneConfig.cmake
     ${CMAKE_CURRENT_BINARY_DIR}/terraneConfigVersion.cmake
     DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/terrane)
+install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/terrane)

@@ -20,7 +20,6 @@ constexpr double kMaxSpin = 1e6;          // radians a second
 constexpr double kRotationSlack = 1e-6;   // of a rotation's columns from orthonormal
 constexpr double kSleepSpeed = 0.03;      // metres a second, of the fastest point
 constexpr double kSleepDelay = 0.5;       // seconds
-constexpr double kUnderAllGround = -1e5;  // metres
 constexpr double kReachTime = 0.1;        // seconds: the longest step that needs() looks ahead for
 constexpr double kRoundingSlack = 1e-9;   // of a substep count, so that 2.0000001 is 2
 
@@ -184,11 +183,7 @@ std::span<const BodyNeed> BodyWorld::needs() {
         // An impact may turn a body anywhere, so the reach of a long step counts in every direction.
         const double speed = internal::length(body.velocity.linear) +
                              body.radius * internal::length(body.velocity.angular);
-        // Contact queries over ground that is not loaded cannot tell how far below it is: it is asked for
-        // at any height of the body, as for one that is under it.
-        const WorldPos below(body.pose.translation.x(), body.pose.translation.y(),
-                             std::min(body.pose.translation.z(), kUnderAllGround));
-        state_->needs[i] = {below, body.velocity.linear,
+        state_->needs[i] = {body.pose.translation, body.velocity.linear,
                             body.radius + body.tolerance + kReachTime * speed};
     }
     return state_->needs;

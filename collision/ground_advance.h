@@ -134,8 +134,10 @@ struct AdvanceVisitor {
         const auto time = [&](double gap, double speed) {
             return gap <= 0.0 ? 0.0 : gap / (std::abs(speed) + turning + 1e-300);
         };
+        const double z = shape.centre[2] - shape.bounds[2] - prism.high;
         const double when =
-            std::max(time(x, sweep.motion.translation[0]), time(y, sweep.motion.translation[1]));
+            std::max({time(x, sweep.motion.translation[0]), time(y, sweep.motion.translation[1]),
+                      time(z, sweep.motion.translation[2])});
         if (when < step) {
             step = when;
             is_missing = true;

@@ -127,7 +127,8 @@ private:
         if (cells.east < cells.west || cells.north < cells.south) return true;
         const RangeAnswer range = ground_.range(cells);
         if (range.status == GroundStatus::outside) return true;
-        return range.status == GroundStatus::ok && low[2] > local.z(range.high) + tolerance_;
+        return range.high != std::numeric_limits<std::int32_t>::max() &&
+               low[2] > local.z(range.high) + tolerance_;
     }
 
     PieceAnswer advance(const LocalGround& local, double t, double end) {
@@ -206,16 +207,16 @@ CastAnswer cast(const Shape& shape, const Motion& motion, const Ground& ground,
     {
         const LocalGround local(ground, motion.start.translation);
         const LocalShape start = sweep.at(local, 0.0);
-        const GroundLift lift = find_lift(local, start, Eigen::Vector3d::Zero());
+        // Touching counts, whatever rounding made of it.
+        const double touch =
+            1e-12 * (1.0 + start.centre.cwiseAbs().maxCoeff() + start.bounds.maxCoeff());
+        const GroundLift lift = find_lift(local, start, Eigen::Vector3d::Zero(), -2.0 * touch);
         answer.error_m = lift.error_m;
         if (lift.is_missing) {
             answer.status = ContactStatus::not_resident;
             answer.fraction = 0.0;
             return answer;
         }
-        // Touching counts, whatever rounding made of it.
-        const double touch =
-            1e-12 * (1.0 + start.centre.cwiseAbs().maxCoeff() + start.bounds.maxCoeff());
         answer.started_in_contact = lift.lift >= -touch;
         if (answer.started_in_contact && settings.skip_separating) {
             sink = find_sink(local, start) + 0.1 * kTouch;

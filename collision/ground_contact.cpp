@@ -58,7 +58,9 @@ ContactAnswer find_contacts(const Shape& shape, const Pose& world_from_shape, co
     LocalShape shape_local = make_local_shape(shape, world_from_shape.rotation);
     shape_local.centre = local.to_local(world_from_shape.translation);
 
-    const GroundLift lift = find_lift(local, shape_local, Eigen::Vector3d::Zero());
+    // further apart than the margin nothing depends on how far
+    const GroundLift lift =
+        find_lift(local, shape_local, Eigen::Vector3d::Zero(), -margin - kTouch);
     answer.lift = lift.lift;
     answer.error_m = lift.error_m;
     answer.status = ContactStatus::not_resident;
@@ -88,7 +90,7 @@ DistanceAnswer signed_distance(const Shape& shape, const Pose& world_from_shape,
     LocalShape shape_local = make_local_shape(shape, world_from_shape.rotation);
     shape_local.centre = local.to_local(world_from_shape.translation);
 
-    const GroundLift lift = find_lift(local, shape_local, Eigen::Vector3d::Zero());
+    const GroundLift lift = find_lift(local, shape_local, Eigen::Vector3d::Zero(), -kTouch);
     answer.error_m = lift.error_m;
     answer.status = ContactStatus::not_resident;
     if (lift.is_missing) return answer;

@@ -76,7 +76,8 @@ private:
 /// Walks the cells of a range from the blocks down. The visitor has
 ///   bool wants(const Prism&)                    whether anything inside can matter
 ///   void take(const GroundCell&, column, row)   a cell that is ground
-///   bool miss(const Prism&)                     a cell that is not resident (high is infinite); goes on if true
+///   bool miss(const Prism&)                     a cell that is not resident, under what is known of its
+///                                               height; goes on if true
 template <class Visitor>
 void visit_cells(const LocalGround& local, const CellRange& all, Visitor& visitor) {
     constexpr std::int64_t kFew = 4;        // cells along a side: not worth asking for their range
@@ -94,8 +95,12 @@ void visit_cells(const LocalGround& local, const CellRange& all, Visitor& visito
                         visitor.take(cell, column, row);
                     }
                 } else if (cell.status == GroundStatus::not_resident) {
-                    Prism prism = local.prism({column, row, column, row}, 0);
-                    prism.high = std::numeric_limits<double>::infinity();
+                    const CellRange only{column, row, column, row};
+                    const std::int32_t high = local.ground().range(only).high;
+                    Prism prism = local.prism(only, high);
+                    if (high == std::numeric_limits<std::int32_t>::max()) {
+                        prism.high = std::numeric_limits<double>::infinity();
+                    }
                     if (!visitor.miss(prism)) return false;
                 }
             }
@@ -128,7 +133,7 @@ void visit_cells(const LocalGround& local, const CellRange& all, Visitor& visito
                 if (r.east < r.west || r.north < r.south) continue;
                 const RangeAnswer range = local.ground().range(r);
                 if (range.status == GroundStatus::outside) continue;
-                if (range.status == GroundStatus::ok &&
+                if (range.high != std::numeric_limits<std::int32_t>::max() &&
                     !visitor.wants(local.prism(r, range.high))) {
                     continue;
                 }

@@ -19,6 +19,51 @@ ChunkKey key_of(std::int64_t column, std::int64_t row, int level) {
             static_cast<std::int32_t>(row >> kChunkShift), static_cast<std::uint8_t>(level)};
 }
 
+struct HeightRange {
+    std::int32_t low = std::numeric_limits<std::int32_t>::min();
+    std::int32_t high = std::numeric_limits<std::int32_t>::max();
+};
+
+// Bounds of the contact surface over a chunk that is not resident: its finest resident ancestor's
+// samples there, and how far the true surface may be from them. Everything, where there is none.
+HeightRange bound_from_ancestors(const ResidentSet& resident, const ChunkKey& key) {
+    for (ChunkKey ancestor = key; ancestor.level > 0;) {
+        ancestor = ancestor.parent();
+        const std::int32_t found = resident.find(ancestor);
+        if (found == ResidentSet::kNone) continue;
+        const Chunk& chunk = *resident.chunks()[static_cast<std::size_t>(found)];
+        // the ancestor's cells over the chunk: one at least
+        const int below = key.level - ancestor.level;
+        const int side = std::max(kChunkCells >> below, 1);
+        const auto cell_of = [&](std::int32_t index, std::int32_t first) {
+            const std::int64_t chunks = index - (std::int64_t{first} << below);
+            return static_cast<int>((chunks * kChunkCells) >> below);
+        };
+        const int west = cell_of(key.x, ancestor.x);
+        const int south = cell_of(key.y, ancestor.y);
+        HeightRange range{std::numeric_limits<std::int32_t>::max(),
+                          std::numeric_limits<std::int32_t>::min()};
+        float bound = 0.0f;
+        for (int row = south; row <= south + side; ++row) {
+            for (int column = west; column <= west + side; ++column) {
+                const std::int32_t height = chunk.heights[sample_index(column, row)];
+                range.low = std::min(range.low, height);
+                range.high = std::max(range.high, height);
+                if (row == south + side || column == west + side) continue;
+                bound = std::max(bound, chunk.cell_bounds[cell_index(column, row)]);
+            }
+        }
+        // one quantum more, for the rounding of the samples that are not here
+        const double margin =
+            std::ceil(static_cast<double>(bound) / resident.lattice().quantum) + 1.0;
+        const auto clamp = [](double quanta) {
+            return static_cast<std::int32_t>(std::clamp(quanta, -2147483648.0, 2147483647.0));
+        };
+        return {clamp(range.low - margin), clamp(range.high + margin)};
+    }
+    return {};
+}
+
 }  // namespace
 
 Ground::Ground(std::shared_ptr<const ResidentSet> resident, int contact_level)
@@ -96,9 +141,12 @@ RangeAnswer Ground::range(const CellRange& cells) const {
             const std::int32_t found = resident_->find(key);
             if (found == ResidentSet::kNone) {
                 answer.status = GroundStatus::not_resident;
-                return answer;
+                const HeightRange coarse = bound_from_ancestors(*resident_, key);
+                answer.low = std::min(answer.low, coarse.low);
+                answer.high = std::max(answer.high, coarse.high);
+                continue;
             }
-            answer.status = GroundStatus::ok;
+            if (answer.status == GroundStatus::outside) answer.status = GroundStatus::ok;
             const Chunk& chunk = *resident_->chunks()[static_cast<std::size_t>(found)];
             const std::int64_t first_column =
                 std::max<std::int64_t>(west - corner_x, 0) / kBlockCells;

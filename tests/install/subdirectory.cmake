@@ -5,7 +5,7 @@ include(${CMAKE_CURRENT_LIST_DIR}/steps.cmake)
 # that a compiler cache has everything already.
 build_project(${CMAKE_CURRENT_LIST_DIR}/stranger ${WORK_DIR}
     -DTERRANE_SOURCE=${SOURCE_DIR} -DCOMPONENTS=${COMPONENTS}
-    -DTERRANE_WARNINGS_AS_ERRORS=ON -DTERRANE_ASSERTS=${ASSERTS} -DTERRANE_SANITIZE=${SANITIZE})
+    -DTERRANE_WARNINGS_AS_ERRORS=ON -DTERRANE_ASSERTS=${ASSERTS})
 
 # Somebody else's build gets the libraries, and neither our tests nor our program.
 foreach(unwanted IN ITEMS terrane/tests terrane/tools)

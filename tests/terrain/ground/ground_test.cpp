@@ -166,6 +166,32 @@ TEST(Ground, SaysNotResidentInsteadOfAHeight) {
     EXPECT_EQ(ground.ray({5000, 15, 10}, {6000, 15, -100}).status, GroundStatus::miss);
 }
 
+// What is not loaded is still bounded, by what is known more coarsely: a body high above need not wait.
+TEST(Ground, BoundsWhatIsNotResidentByItsAncestors) {
+    const World world = rough_world();
+    ASSERT_NE(world.set, nullptr);
+    std::vector<std::shared_ptr<const Chunk>> coarse;
+    for (const auto& chunk : world.set->chunks()) {
+        if (chunk->key.level < world.level) coarse.push_back(chunk);
+    }
+    const Ground absent(std::make_shared<const ResidentSet>(world.source->lattice(),
+                                                            world.source->extent(), coarse, 1),
+                        world.level);
+    const Ground ground = world.ground();
+    Random random(4);
+    for (int i = 0; i < 300; ++i) {
+        const std::int64_t west = random.below(900) - 450, south = random.below(900) - 450;
+        const CellRange cells{west, south, west + random.below(60), south + random.below(60)};
+        const RangeAnswer exact = ground.range(cells);
+        const RangeAnswer bounds = absent.range(cells);
+        ASSERT_EQ(exact.status, GroundStatus::ok);
+        ASSERT_EQ(bounds.status, GroundStatus::not_resident);
+        EXPECT_LE(bounds.low, exact.low);
+        EXPECT_GE(bounds.high, exact.high);
+        EXPECT_LT(bounds.high, std::numeric_limits<std::int32_t>::max());
+    }
+}
+
 // First crossing found by looking at every triangle of the area.
 std::optional<double> slow_ray(const std::vector<Triangle>& triangles, const WorldPos& from,
                                const WorldPos& to) {

@@ -51,10 +51,11 @@ struct CellRange {
 
 /// Heights over a range of cells.
 struct RangeAnswer {
-    GroundStatus status =
-        GroundStatus::outside;  ///< not_resident if any cell is; outside if all are
-    std::int32_t low = 0;       ///< quanta; a lower bound of the surface over the range
-    std::int32_t high = 0;      ///< quanta; an upper bound
+    GroundStatus status = GroundStatus::outside;  ///< not_resident if any cell is; outside if all are
+    /// Bounds of the surface over the range, quanta; where cells are not resident, from coarser
+    /// chunks that are, or all that an integer holds. No bounds where the status is outside.
+    std::int32_t low = 0;
+    std::int32_t high = 0;
 };
 
 /// The contact surface: the triangles of one level of what is resident. What is drawn does not
