@@ -117,7 +117,9 @@ CommandResult<TerrainOptions> parse_scene(const std::string& text, const std::st
     const nlohmann::json scene = nlohmann::json::parse(text, nullptr, false);
     if (!scene.is_object()) return failure("scene " + quoted(path) + " is not a JSON object");
     TerrainOptions options;
-    for (const auto& [key, value] : scene.items()) {
+    for (const auto& item : scene.items()) {
+        const std::string& key = item.key();
+        const nlohmann::json& value = item.value();
         const auto wrong = [&](const char* wanted) {
             return failure(
                 fmt::format("scene '{}': {} must be {}, got {}", path, key, wanted,
