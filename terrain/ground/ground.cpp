@@ -73,6 +73,11 @@ Ground::Ground(std::shared_ptr<const ResidentSet> resident, int contact_level)
                    "contact_level must be a level of the lattice");
     step_ = lattice().step(level_);
     spacing_ = lattice().level_spacing(level_);
+    in_extent_ = {column_at(extent().west), row_at(extent().south), column_at(extent().east),
+                  row_at(extent().north)};
+    // what only touches the edge is beyond it
+    if (cell_x(in_extent_.east) >= extent().east) --in_extent_.east;
+    if (cell_y(in_extent_.north) >= extent().north) --in_extent_.north;
 }
 
 // The quotient may round across a line: the comparison with the line itself decides.
@@ -92,9 +97,8 @@ std::int64_t Ground::row_at(double y) const {
 
 GroundCell Ground::cell(std::int64_t column, std::int64_t row) const {
     GroundCell cell;
-    const WorldRect& ground = extent();
-    if (cell_x(column) >= ground.east || cell_x(column + 1) <= ground.west ||
-        cell_y(row) >= ground.north || cell_y(row + 1) <= ground.south) {
+    if (column < in_extent_.west || column > in_extent_.east || row < in_extent_.south ||
+        row > in_extent_.north) {
         return cell;
     }
     const ChunkKey key = key_of(column, row, level_);
@@ -126,10 +130,11 @@ RangeAnswer Ground::range(const CellRange& cells) const {
     answer.low = std::numeric_limits<std::int32_t>::max();
     answer.high = std::numeric_limits<std::int32_t>::min();
     // only what lies in the extent can be ground
-    const std::int64_t west = std::max(cells.west, column_at(extent().west));
-    const std::int64_t east = std::min(cells.east, column_at(extent().east));
-    const std::int64_t south = std::max(cells.south, row_at(extent().south));
-    const std::int64_t north = std::min(cells.north, row_at(extent().north));
+    const std::int64_t west = std::max(cells.west, in_extent_.west);
+    const std::int64_t east = std::min(cells.east, in_extent_.east);
+    const std::int64_t south = std::max(cells.south, in_extent_.south);
+    const std::int64_t north = std::min(cells.north, in_extent_.north);
+    if (west > east || south > north) return answer;
     for (std::int64_t chunk_row = south >> kChunkShift; chunk_row <= north >> kChunkShift;
          ++chunk_row) {
         for (std::int64_t chunk_column = west >> kChunkShift; chunk_column <= east >> kChunkShift;

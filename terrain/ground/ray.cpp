@@ -188,10 +188,7 @@ RayAnswer Ground::ray(const WorldPos& from_world, const WorldPos& to_world) cons
         return false;
     };
 
-    const std::int64_t east = column_at(extent().east);
-    const std::int64_t north = row_at(extent().north);
-    const LastSquare last_cell{(cell_x(east) == extent().east ? east - 1 : east) - column0,
-                               (cell_y(north) == extent().north ? north - 1 : north) - row0};
+    const LastSquare last_cell{in_extent_.east - column0, in_extent_.north - row0};
     const std::int64_t block_column0 = column0 & ~(kBlockCells - 1);
     const std::int64_t block_row0 = row0 & ~(kBlockCells - 1);
     const std::int64_t shift_x = column0 - block_column0;

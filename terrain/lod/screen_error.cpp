@@ -43,7 +43,6 @@ Radii make_radii(const HeightSource& source) {
     std::vector<double> centre(static_cast<std::size_t>(count));
     std::vector<double> midpoint(centre.size());
     Radii radii;
-    radii.cell.resize(centre.size());
     double below = 0.0;  // radius of a centre of half the spacing
     for (int exponent = -kBelow; exponent < count; ++exponent) {
         const double spacing = std::ldexp(lattice.spacing, exponent);
@@ -54,8 +53,6 @@ Radii make_radii(const HeightSource& source) {
         const auto i = static_cast<std::size_t>(exponent);
         midpoint[i] = of_midpoint;
         centre[i] = of_centre;
-        const double rise = source.rise_bound(2.0 * kDiagonal * spacing) + lattice.quantum;
-        radii.cell[i] = round_up(std::sqrt(0.5 * spacing * spacing + rise * rise));
     }
     for (const double radius : centre) radii.centre.push_back(round_up(radius));
     for (const double radius : midpoint) radii.midpoint.push_back(round_up(radius));
@@ -181,12 +178,19 @@ void ScreenError::priorities(const Chunk& chunk, const Axes& axes, const Span& s
     }
 }
 
-float ScreenError::error_in_view(double x, double y, double z, double radius, double bound) const {
-    const Eigen::Vector3d way(x - eye_.x(), y - eye_.y(), z - eye_.z());
+float ScreenError::error_in_view(const Box& box, double bound) const {
+    const Eigen::Vector3d low = box.low - eye_;
+    const Eigen::Vector3d high = box.high - eye_;
+    const double slack = 1e-9 * (low.cwiseAbs().maxCoeff() + high.cwiseAbs().maxCoeff());
     for (const Eigen::Vector3d& normal : frustum_.normals) {
-        if (normal.dot(way) + radius * (1.0 + 1e-9) < -1e-9 * way.norm()) return 0.0f;
+        // the corner that lies furthest in
+        const Eigen::Vector3d corner(normal.x() > 0.0 ? high.x() : low.x(),
+                                     normal.y() > 0.0 ? high.y() : low.y(),
+                                     normal.z() > 0.0 ? high.z() : low.z());
+        if (normal.dot(corner) < -slack) return 0.0f;
     }
-    return round_up(bound * pixels_ / std::max(near_, way.norm() - radius));
+    const double distance = low.cwiseMax(-high).cwiseMax(Eigen::Vector3d::Zero()).norm();
+    return round_up(bound * pixels_ / std::max(near_, distance));
 }
 
 }  // namespace terrane::internal

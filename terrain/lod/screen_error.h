@@ -18,8 +18,6 @@ struct Radii {
     /// By power of two of the spacing, in finest spacings.
     std::vector<float> centre;
     std::vector<float> midpoint;
-    /// Around the middle of a cell's cut: holds the true surface over the cell.
-    std::vector<float> cell;
 };
 Radii make_radii(const HeightSource& source);
 
@@ -63,13 +61,16 @@ public:
     void priorities(const Chunk& chunk, const Axes& axes, const Span& span, const float* radii,
                     Side side, float* priorities_out) const;
 
-    /// Screen error of a bound around a point, 0 where nothing within the radius is in view.
-    float error_in_view(double x, double y, double z, double radius, double bound) const;
-
-private:
+    /// A box with sides along the axes, world.
     struct Box {
         Eigen::Vector3d low, high;
     };
+
+    /// Largest screen error that a vertical deviation by `bound` can make at a point of a box, 0
+    /// where no point of it is in view. Not more than kRounding below the truth.
+    float error_in_view(const Box& box, double bound) const;
+
+private:
     Box box_of(const Chunk& chunk) const;
     float upper_bound(const Box& box, double bound, double radius) const;
 

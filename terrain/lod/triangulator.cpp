@@ -125,13 +125,12 @@ void Triangulator::State::emit_stride(const ScreenError& screen, std::size_t ind
     const ResidentSet::Links& links = resident->links(index);
     const ChunkPriorities& mine = priorities_of(index);
     const bool is_finest = chunk.key.level == lattice.finest_level;
-    const auto cell_radius = static_cast<double>(priorities.cell_radius(chunk.key.level));
     const auto vertex = [](int column, int row) {
         return static_cast<std::uint16_t>(sample_index(column, row));
     };
 
     // whether a quarter of the square is divided further; if not, what error it leaves
-    const auto is_divided = [&](int centre_x, int centre_y, int west_x, int south_y) {
+    const auto is_divided = [&](int west_x, int south_y) {
         if (stride > 1) {
             const std::size_t finer = sample_index(west_x + stride / 2, south_y + stride / 2);
             if (mine.trimmed[finer] > threshold) return true;
@@ -151,18 +150,19 @@ void Triangulator::State::emit_stride(const ScreenError& screen, std::size_t ind
             // 0: in an area that was not looked at, so not above the threshold either
             if (child->own[finer] > 0.0f) own = child->own[finer];
         }
-        // the cell's own bound: around the middle of its cut, which runs through the square's centre
-        const int corner_x = centre_x == west_x ? west_x + 1 : west_x;
-        const int corner_y = centre_y == south_y ? south_y + 1 : south_y;
-        const double height =
-            0.5 * lattice.quantum *
-            (static_cast<double>(chunk.heights[sample_index(centre_x, centre_y)]) +
-             static_cast<double>(chunk.heights[sample_index(corner_x, corner_y)]));
-        const double half = 0.5 * lattice.spacing * static_cast<double>(chunk.step);
-        const float error = screen.error_in_view(
-            lattice.x(chunk.corner.x + west_x * chunk.step) + half,
-            lattice.y(chunk.corner.y + south_y * chunk.step) + half, height, cell_radius,
-            static_cast<double>(chunk.cell_bounds[cell_index(west_x, south_y)]));
+        // the cell's own bound: the true surface is that near to its two triangles
+        const std::size_t corner = sample_index(west_x, south_y);
+        const auto [low, high] = std::minmax({chunk.heights[corner], chunk.heights[corner + 1],
+                                              chunk.heights[corner + kChunkSamples],
+                                              chunk.heights[corner + kChunkSamples + 1]});
+        const auto bound = static_cast<double>(chunk.cell_bounds[cell_index(west_x, south_y)]);
+        const std::int64_t x = chunk.corner.x + west_x * chunk.step;
+        const std::int64_t y = chunk.corner.y + south_y * chunk.step;
+        const float error =
+            screen.error_in_view({{lattice.x(x), lattice.y(y), lattice.quantum * low - bound},
+                                  {lattice.x(x + chunk.step), lattice.y(y + chunk.step),
+                                   lattice.quantum * high + bound}},
+                                 bound);
         if (is_finest) {
             left.finest = std::max(left.finest, error);
         } else if (child_index == ResidentSet::kNone || own > threshold) {
@@ -186,9 +186,8 @@ void Triangulator::State::emit_stride(const ScreenError& screen, std::size_t ind
                         static_cast<std::size_t>((corner_x > 0 ? 1 : 0) + (corner_y > 0 ? 2 : 0));
                     if (!known[quarter]) {
                         known[quarter] = true;
-                        divided[quarter] =
-                            is_divided(column, row, column + (corner_x > 0 ? 0 : -stride),
-                                       row + (corner_y > 0 ? 0 : -stride));
+                        divided[quarter] = is_divided(column + (corner_x > 0 ? 0 : -stride),
+                                                      row + (corner_y > 0 ? 0 : -stride));
                     }
                     return divided[quarter];
                 };

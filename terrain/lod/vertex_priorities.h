@@ -47,9 +47,6 @@ public:
     /// vertices is above the floor. ResidentSet::kNone is not open.
     const ChunkPriorities* find(std::int32_t index) const;
 
-    /// Around the middle of a cell's cut; holds the true surface over the cell.
-    float cell_radius(int level) const { return radii_.cell[exponent(level, 1)]; }
-
     /// Spacing of the coarsest vertices that a chunk owns, in its own samples.
     static int coarsest_stride(const Chunk& chunk) {
         return chunk.key.level == 0 ? kChunkCells / 2 : 1;

@@ -6,6 +6,14 @@
 
 namespace terrane {
 
+double Lattice::x(std::int64_t index) const {
+    return origin_x + spacing * static_cast<double>(index);
+}
+
+double Lattice::y(std::int64_t index) const {
+    return origin_y + spacing * static_cast<double>(index);
+}
+
 int Lattice::level_for_spacing(double wanted) const {
     for (int level = 0; level < finest_level; ++level) {
         if (level_spacing(level) <= wanted) return level;

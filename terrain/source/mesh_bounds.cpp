@@ -27,7 +27,7 @@
 #include "octave_bounds.h"
 
 #include <terrane/terrain/assert.h>
-#include <terrane/terrain/chunk.h>
+#include <terrane/terrain/lattice.h>
 
 #include <algorithm>
 #include <cmath>

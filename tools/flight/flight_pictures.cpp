@@ -10,6 +10,8 @@
 namespace terrane::tools {
 namespace {
 
+constexpr double kLeastRelief = 1500.0;  // metres from the lowest to the highest tint
+
 // Tints reach over the heights that there are, but for the rarest.
 void fit_tints(const HeightSource& source, RendererSettings& settings) {
     constexpr int kProbes = 48;
@@ -23,7 +25,8 @@ void fit_tints(const HeightSource& source, RendererSettings& settings) {
         if (std::isfinite(height)) heights.push_back(height);
     }
     settings.tint_low = percentile(heights, 0.02);
-    settings.tint_high = std::max(percentile(heights, 0.98), settings.tint_low + 1.0);
+    // low hills get no white tops
+    settings.tint_high = std::max(percentile(heights, 0.98), settings.tint_low + kLeastRelief);
 }
 
 }  // namespace

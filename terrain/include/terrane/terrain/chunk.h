@@ -80,19 +80,12 @@ constexpr std::size_t cell_index(int column, int row) {
     return static_cast<std::size_t>(row) * kChunkCells + static_cast<std::size_t>(column);
 }
 
-/// Whether a cell is cut from its south-west to its north-east corner: where its south-west corner,
-/// counted in cells of its level, has an even index sum. The other cells are cut the other way.
-/// Drawing and contact share this rule.
-constexpr bool cut_to_north_east(std::int64_t column, std::int64_t row) {
-    return ((column + row) & 1) == 0;
-}
-
 /// Reads one chunk from its source.
 ///
 /// Fails:   io where the source fails; bad_data where it gives NaN, infinity, or a height that is
 ///          no 32-bit multiple of the quantum
 /// Threads: any
-/// Cost:    about 5 times the samples of a chunk
+/// Cost:    about 10 times that of the chunk's samples, for the bounds
 Result<std::shared_ptr<const Chunk>> make_chunk(const HeightSource& source, const ChunkKey& key);
 
 }  // namespace terrane

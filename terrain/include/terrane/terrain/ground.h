@@ -51,7 +51,8 @@ struct CellRange {
 
 /// Heights over a range of cells.
 struct RangeAnswer {
-    GroundStatus status = GroundStatus::outside;  ///< not_resident if any cell is; outside if all are
+    GroundStatus status =
+        GroundStatus::outside;  ///< not_resident if any cell is; outside if all are
     /// Bounds of the surface over the range, quanta; where cells are not resident, from coarser
     /// chunks that are, or all that an integer holds. No bounds where the status is outside.
     std::int32_t low = 0;
@@ -95,6 +96,7 @@ private:
     int level_ = 0;
     std::int64_t step_ = 1;
     double spacing_ = 1.0;
+    CellRange in_extent_;  // cells that the extent's inside meets
 };
 
 }  // namespace terrane

@@ -47,9 +47,10 @@ struct Lattice {
     }
     constexpr double root_size() const { return level_spacing(0) * kChunkCells; }
 
-    /// World coordinates of a lattice index: one product and one sum, the same bits everywhere.
-    double x(std::int64_t index) const { return origin_x + spacing * static_cast<double>(index); }
-    double y(std::int64_t index) const { return origin_y + spacing * static_cast<double>(index); }
+    /// World coordinates of a lattice index: one product and one sum. Not inline, so that a caller's
+    /// compiler flags cannot change their bits.
+    double x(std::int64_t index) const;
+    double y(std::int64_t index) const;
 
     /// South-west corner of a chunk.
     constexpr LatticePoint corner(const ChunkKey& key) const {
@@ -79,6 +80,13 @@ struct Lattice {
 
 /// Fails with invalid_argument, naming the field and its value, where a lattice is out of range.
 Result<void> check(const Lattice& lattice);
+
+/// Whether a cell is cut from its south-west to its north-east corner: where its south-west corner,
+/// counted in cells of its level, has an even index sum. The other cells are cut the other way.
+/// Drawing and contact share this rule.
+constexpr bool cut_to_north_east(std::int64_t column, std::int64_t row) {
+    return ((column + row) & 1) == 0;
+}
 
 /// A rectangle of lattice points, `step` finest spacings apart; row-major, row 0 is the southern
 /// one, column 0 the western one.
