@@ -3,34 +3,38 @@
 
 #include <algorithm>
 #include <new>
+#include <utility>
 
 namespace terrane::internal {
 
-Result<std::shared_ptr<const Chunk>> load_counted(
-    const HeightSource& source, const ChunkKey& key,
-    std::shared_ptr<std::atomic<std::size_t>> live_bytes) {
+Result<std::shared_ptr<const Chunk>> load_counted(const HeightSource& source, const ChunkKey& key,
+                                                  std::shared_ptr<ByteCount> bytes) {
     Result<std::shared_ptr<const Chunk>> made =
         fail(ErrorCode::out_of_memory, "no memory for a chunk");
     try {
         made = make_chunk(source, key);
-        if (!made) return made;
-        const std::size_t bytes = (*made)->bytes();
-        live_bytes->fetch_add(bytes);
-        const Chunk* chunk = made->get();
-        made = std::shared_ptr<const Chunk>(
-            chunk, [owner = *made, live_bytes, bytes](const Chunk*) mutable {
-                owner.reset();
-                live_bytes->fetch_sub(bytes);
-            });
+        if (made) {
+            const std::size_t own = (*made)->bytes();
+            const Chunk* chunk = made->get();
+            made = std::shared_ptr<const Chunk>(chunk,
+                                                [owner = *made, bytes, own](const Chunk*) mutable {
+                                                    owner.reset();
+                                                    bytes->fetch_sub(own);
+                                                });
+        }
     } catch (const std::bad_alloc&) {
         made = fail(ErrorCode::out_of_memory, "no memory for a chunk");
     }
     return made;
 }
 
-Loader::Loader(std::shared_ptr<const HeightSource> source,
-               std::shared_ptr<std::atomic<std::size_t>> live_bytes, int worker_count)
-    : source_(std::move(source)), live_bytes_(std::move(live_bytes)) {
+void settle(ByteCount& bytes, const Result<std::shared_ptr<const Chunk>>& loaded) {
+    bytes.fetch_sub(Chunk::max_bytes() - (loaded ? (*loaded)->bytes() : 0));
+}
+
+Loader::Loader(std::shared_ptr<const HeightSource> source, std::shared_ptr<ByteCount> bytes,
+               int worker_count)
+    : source_(std::move(source)), bytes_(std::move(bytes)) {
     for (int i = 0; i < worker_count; ++i) {
         workers_.emplace_back([this](const std::stop_token& stop) { work(stop); });
     }
@@ -48,33 +52,34 @@ void Loader::work(const std::stop_token& stop) {
         const ChunkKey key = queue_.back();
         queue_.pop_back();
         reading_.push_back(key);
+        bytes_->fetch_add(Chunk::max_bytes());
         lock.unlock();
-        Loaded loaded{key, load_counted(*source_, key, live_bytes_)};
+        Loaded loaded{key, load_counted(*source_, key, bytes_)};
         lock.lock();
+        settle(*bytes_, loaded.chunk);
         reading_.erase(std::find(reading_.begin(), reading_.end(), key));
         finished_.push_back(std::move(loaded));
         changed_.notify_all();
     }
 }
 
-std::size_t Loader::replace_queue(std::vector<ChunkKey> keys) {
-    std::size_t dropped = 0;
+std::vector<ChunkKey> Loader::clear_queue() {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(queue_, {});
+}
+
+void Loader::queue(std::vector<ChunkKey> keys) {
+    std::reverse(keys.begin(), keys.end());
     {
         const std::lock_guard lock(mutex_);
-        for (const ChunkKey& old : queue_) {
-            if (std::find(keys.begin(), keys.end(), old) == keys.end()) ++dropped;
-        }
-        // what was begun since the caller looked is not read twice
-        std::erase_if(keys, [this](const ChunkKey& key) {
-            return std::find(reading_.begin(), reading_.end(), key) != reading_.end() ||
-                   std::any_of(finished_.begin(), finished_.end(),
-                               [&](const Loaded& loaded) { return loaded.key == key; });
-        });
-        std::reverse(keys.begin(), keys.end());
         queue_ = std::move(keys);
     }
     queued_.notify_all();
-    return dropped;
+}
+
+Loader::Load Loader::load() const {
+    const std::lock_guard lock(mutex_);
+    return {queue_.size(), reading_.size(), bytes_->load() + queue_.size() * Chunk::max_bytes()};
 }
 
 std::vector<Loaded> Loader::take_finished() {

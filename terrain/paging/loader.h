@@ -18,24 +18,39 @@ struct Loaded {
     Result<std::shared_ptr<const Chunk>> chunk;
 };
 
-/// Reads a chunk, and keeps what lives counted: every byte of it leaves `live_bytes` when the last
-/// holder lets go of the chunk.
-Result<std::shared_ptr<const Chunk>> load_counted(
-    const HeightSource& source, const ChunkKey& key,
-    std::shared_ptr<std::atomic<std::size_t>> live_bytes);
+/// Bytes that chunks take: of each that lives, and Chunk::max_bytes() for each that is being read.
+using ByteCount = std::atomic<std::size_t>;
+
+/// Reads a chunk whose Chunk::max_bytes() were added to the count before. Its own bytes leave the
+/// count when the last holder lets go of it.
+Result<std::shared_ptr<const Chunk>> load_counted(const HeightSource& source, const ChunkKey& key,
+                                                  std::shared_ptr<ByteCount> bytes);
+
+/// Takes from the count what was added to it for a load, but for what the chunk takes itself.
+void settle(ByteCount& bytes, const Result<std::shared_ptr<const Chunk>>& loaded);
 
 /// Threads that read chunks, the first in the queue first.
 ///
 /// Threads: one owner calls everything; the destructor waits for the chunks that are being read.
 class Loader {
 public:
-    Loader(std::shared_ptr<const HeightSource> source,
-           std::shared_ptr<std::atomic<std::size_t>> live_bytes, int worker_count);
+    Loader(std::shared_ptr<const HeightSource> source, std::shared_ptr<ByteCount> bytes,
+           int worker_count);
     ~Loader();
 
-    /// Replaces everything that has not been begun. Returns how many of the old ones were not begun
-    /// and are not among the new.
-    std::size_t replace_queue(std::vector<ChunkKey> keys);
+    /// Takes back everything that was not begun: no load begins before queue() is called again.
+    std::vector<ChunkKey> clear_queue();
+
+    /// What to read next, the first one first. Requires an empty queue.
+    void queue(std::vector<ChunkKey> keys);
+
+    /// What is queued, being read, or finished and not taken.
+    struct Load {
+        std::size_t queued = 0;
+        std::size_t reading = 0;
+        std::size_t bytes = 0;  ///< the count, and what the queue will add to it
+    };
+    Load load() const;
 
     /// Moves out what was finished since the last call, in order of keys.
     std::vector<Loaded> take_finished();
@@ -50,11 +65,11 @@ private:
     void work(const std::stop_token& stop);
 
     std::shared_ptr<const HeightSource> source_;
-    std::shared_ptr<std::atomic<std::size_t>> live_bytes_;
+    std::shared_ptr<ByteCount> bytes_;
     mutable std::mutex mutex_;
     std::condition_variable_any queued_;
     std::condition_variable_any changed_;
-    std::vector<ChunkKey> queue_;  // last one first
+    std::vector<ChunkKey> queue_;  // the first one last
     std::vector<ChunkKey> reading_;
     std::vector<Loaded> finished_;
     std::vector<std::jthread> workers_;  // last: joined first

@@ -65,8 +65,7 @@ struct Pager::State {
     std::shared_ptr<const HeightSource> source;
     PagerSettings settings;
     int contact_level = 0;
-    std::shared_ptr<std::atomic<std::size_t>> live_bytes =
-        std::make_shared<std::atomic<std::size_t>>(0);
+    std::shared_ptr<internal::ByteCount> bytes = std::make_shared<internal::ByteCount>(0);
 
     std::map<ChunkKey, Resident> resident;
     std::map<ChunkKey, Failure> failures;
@@ -87,11 +86,11 @@ struct Pager::State {
     void find_wanted();
     void descend(Resident& parent);
     bool is_waiting_to_retry(const ChunkKey& key) const;
-    bool make_room(const Need& need, std::size_t reserved_bytes);
+    bool make_room(const Need& need, std::size_t queued_count);
     bool load_batch();
-    void queue_loads();
+    bool queue_loads();
     void publish();
-    void count_bytes(std::size_t in_flight_bytes);
+    void count_bytes();
 };
 
 // Needs that are not finite are refused, and counted; the other ones go on.
@@ -203,9 +202,8 @@ void Pager::State::find_wanted() {
 }
 
 // Evicts what is needed least until one more chunk fits. Children go before their parents.
-bool Pager::State::make_room(const Need& need, std::size_t reserved_bytes) {
-    const std::size_t one = Chunk::max_bytes();
-    while (live_bytes->load() + reserved_bytes + one > settings.memory_bytes) {
+bool Pager::State::make_room(const Need& need, std::size_t queued_count) {
+    while (bytes->load() + (queued_count + 1) * Chunk::max_bytes() > settings.memory_bytes) {
         auto victim = resident.end();
         for (auto candidate = resident.begin(); candidate != resident.end(); ++candidate) {
             if (candidate->second.children > 0 || !outweighs(need, candidate->second.need))
@@ -237,38 +235,52 @@ bool Pager::State::load_batch() {
         // making room for a better one may have evicted its parent
         if (wanted.key.level > 0 && !resident.contains(wanted.key.parent())) continue;
         if (!make_room(wanted.need, 0)) break;
-        count_bytes(Chunk::max_bytes());
-        take_in(wanted.key, internal::load_counted(*source, wanted.key, live_bytes));
+        bytes->fetch_add(Chunk::max_bytes());
+        count_bytes();
+        auto loaded = internal::load_counted(*source, wanted.key, bytes);
+        internal::settle(*bytes, loaded);
+        take_in(wanted.key, std::move(loaded));
         // or the next one of the batch would take it for unwanted
         if (const auto here = resident.find(wanted.key); here != resident.end()) {
             here->second.need = wanted.need;
         }
-        count_bytes(0);
         any = true;
     }
     return any;
 }
 
-void Pager::State::queue_loads() {
+// False where nothing is under way any more, and nothing more can be.
+bool Pager::State::queue_loads() {
+    // nothing begins between here and the new queue: what is admitted below stays within the ceiling
+    const std::vector<ChunkKey> old = loader->clear_queue();
     const std::vector<ChunkKey> begun = loader->begun();
+    const auto is_in = [](const std::vector<ChunkKey>& keys, const ChunkKey& key) {
+        return std::find(keys.begin(), keys.end(), key) != keys.end();
+    };
     const std::size_t most = kQueuePerWorker * static_cast<std::size_t>(settings.worker_count);
     std::vector<ChunkKey> keys;
     for (const Wanted& wanted : absent) {
         if (keys.size() == most) break;
-        if (is_waiting_to_retry(wanted.key)) continue;
-        if (std::find(begun.begin(), begun.end(), wanted.key) != begun.end()) continue;
+        if (is_waiting_to_retry(wanted.key) || is_in(begun, wanted.key)) continue;
         if (wanted.key.level > 0 && !resident.contains(wanted.key.parent())) continue;
-        if (!make_room(wanted.need, (begun.size() + keys.size()) * Chunk::max_bytes())) break;
+        if (!make_room(wanted.need, keys.size())) break;
         keys.push_back(wanted.key);
     }
-    count_bytes((begun.size() + keys.size()) * Chunk::max_bytes());
-    stats.cancelled += loader->replace_queue(std::move(keys));
+    for (const ChunkKey& key : old) stats.cancelled += is_in(keys, key) ? 0u : 1u;
+    const bool is_busy = !begun.empty() || !keys.empty();
+    loader->queue(std::move(keys));
+    count_bytes();
+    return is_busy;
 }
 
-void Pager::State::count_bytes(std::size_t in_flight_bytes) {
-    stats.in_flight_bytes = in_flight_bytes;
-    stats.resident_bytes = live_bytes->load();
-    stats.peak_bytes = std::max(stats.peak_bytes, stats.resident_bytes + in_flight_bytes);
+void Pager::State::count_bytes() {
+    if (loader) {
+        const internal::Loader::Load load = loader->load();
+        stats.in_flight_bytes = (load.queued + load.reading) * Chunk::max_bytes();
+        stats.peak_bytes = std::max(stats.peak_bytes, load.bytes);
+    } else {
+        stats.peak_bytes = std::max(stats.peak_bytes, bytes->load());
+    }
 }
 
 void Pager::State::publish() {
@@ -315,7 +327,7 @@ Result<Pager> Pager::create(std::shared_ptr<const HeightSource> source,
                                : lattice.finest_level;
     if (settings.worker_count > 0) {
         state->loader =
-            std::make_unique<internal::Loader>(source, state->live_bytes, settings.worker_count);
+            std::make_unique<internal::Loader>(source, state->bytes, settings.worker_count);
     }
     state->source = std::move(source);
     state->publish();
@@ -339,7 +351,7 @@ void Pager::update(std::span<const CameraNeed> cameras, std::span<const BodyNeed
         while (!state.absent.empty() && state.load_batch()) state.find_wanted();
     }
     state.publish();
-    if (!state.loader) state.count_bytes(0);
+    if (!state.loader) state.count_bytes();
 }
 
 void Pager::finish() {
@@ -349,10 +361,7 @@ void Pager::finish() {
         state.loader->wait();
         state.take_finished();
         state.find_wanted();
-        const std::vector<ChunkKey> before = state.loader->begun();
-        state.queue_loads();
-        const bool is_idle = before.empty() && state.stats.in_flight_bytes == 0;
-        if (is_idle) break;
+        if (!state.queue_loads()) break;
     }
     state.publish();
 }
@@ -399,7 +408,11 @@ int Pager::contact_level() const { return state_->contact_level; }
 
 PagerStats Pager::stats() const {
     PagerStats stats = state_->stats;
-    stats.resident_bytes = state_->live_bytes->load();
+    stats.resident_bytes = state_->bytes->load();
+    if (state_->loader) {
+        const internal::Loader::Load load = state_->loader->load();
+        stats.resident_bytes = load.bytes - (load.queued + load.reading) * Chunk::max_bytes();
+    }
     stats.resident_chunks = state_->resident.size();
     return stats;
 }
