@@ -14,14 +14,14 @@ namespace {
 
 using internal::RigidBody;
 
-constexpr double kMaxPlace = 1e9;         // metres
-constexpr double kMaxSpeed = 1e6;         // metres a second
-constexpr double kMaxSpin = 1e6;          // radians a second
-constexpr double kRotationSlack = 1e-6;   // of a rotation's columns from orthonormal
-constexpr double kSleepSpeed = 0.03;      // metres a second, of the fastest point
-constexpr double kSleepDelay = 0.5;       // seconds
-constexpr double kReachTime = 0.1;        // seconds: the longest step that needs() looks ahead for
-constexpr double kRoundingSlack = 1e-9;   // of a substep count, so that 2.0000001 is 2
+constexpr double kMaxPlace = 1e9;        // metres
+constexpr double kMaxSpeed = 1e6;        // metres a second
+constexpr double kMaxSpin = 1e6;         // radians a second
+constexpr double kRotationSlack = 1e-6;  // of a rotation's columns from orthonormal
+constexpr double kSleepSpeed = 0.03;     // metres a second, of the fastest point
+constexpr double kSleepDelay = 0.5;      // seconds
+constexpr double kReachTime = 0.1;       // seconds: the longest step that needs() looks ahead for
+constexpr double kRoundingSlack = 1e-9;  // of a substep count, so that 2.0000001 is 2
 
 std::string spell(double value) { return std::to_string(value); }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "command.h"
-#include "output/summary.h"
 #include "options/terrain_options.h"
+#include "output/summary.h"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "command.h"
 #include "options/option_values.h"
+#include "options/terrain_options.h"
 #include "output/ply.h"
 #include "output/progress.h"
 #include "output/summary.h"
-#include "options/terrain_options.h"
 
 #include <terrane/terrain/pager.h>
 #include <terrane/terrain/triangulator.h>

@@ -2,11 +2,11 @@
 #include "command.h"
 #include "drop/drop_layout.h"
 #include "options/option_values.h"
+#include "options/terrain_options.h"
 #include "output/output_file.h"
 #include "output/progress.h"
-#include "query/quaternion.h"
 #include "output/summary.h"
-#include "options/terrain_options.h"
+#include "query/quaternion.h"
 
 #include <terrane/terrain/pager.h>
 

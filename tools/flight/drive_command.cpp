@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include "track/camera_path.h"
-#include "track/chase_camera.h"
 #include "command.h"
 #include "flight/flight_options.h"
 #include "flight/flight_output.h"
 #include "flight/frame_maker.h"
 #include "output/progress.h"
 #include "output/summary.h"
+#include "track/camera_path.h"
+#include "track/chase_camera.h"
 #include "track/track.h"
 
 #include <terrane/collision/truck.h>

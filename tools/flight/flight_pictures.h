@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "output/film.h"
 #include "flight/flight_options.h"
+#include "output/film.h"
 
 #include <terrane/render/terrain_renderer.h>
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "command.h"
-#include "query/line_reader.h"
 #include "options/option_values.h"
-#include "query/query_answers.h"
-#include "output/summary.h"
 #include "options/terrain_options.h"
+#include "output/summary.h"
+#include "query/line_reader.h"
+#include "query/query_answers.h"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>

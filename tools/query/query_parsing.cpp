@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "query/query_parsing.h"
 
-#include "query/quaternion.h"
 #include "output/summary.h"
+#include "query/quaternion.h"
 
 #include <fmt/format.h>
 

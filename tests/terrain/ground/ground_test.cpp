@@ -166,6 +166,32 @@ TEST(Ground, SaysNotResidentInsteadOfAHeight) {
     EXPECT_EQ(ground.ray({5000, 15, 10}, {6000, 15, -100}).status, GroundStatus::miss);
 }
 
+TEST(Ground, AnswersTheSameWhileACameraFliesAndWhateverIsDrawn) {
+    const World world = rough_world();
+    ASSERT_NE(world.set, nullptr);
+    const Ground alone = world.ground();
+    for (const int workers : {0, 2}) {
+        Pager pager = Pager::create(world.source, {.worker_count = workers}).value();
+        const Pager::Ticket ticket = pager.require({-60, -60, 60, 60}, 0.0);
+        Random random(6);
+        for (int frame = 0; frame < 40; ++frame) {
+            SCOPED_TRACE(testing::Message() << workers << " workers, seed 6, frame " << frame);
+            const WorldPos eye(random.between(-500, 500), random.between(-500, 500), 90.0);
+            const CameraNeed camera{.view = look_at(eye, {0, 0, 0}, 1.0, 640, 360).value()};
+            pager.update({&camera, 1}, {}, 0.02 * frame);
+            if (frame == 0) pager.finish();
+            ASSERT_TRUE(pager.is_ready(ticket));
+            const Ground ground(pager.resident(), pager.contact_level());
+            for (int i = 0; i < 20; ++i) {
+                const double x = random.between(-60, 60), y = random.between(-60, 60);
+                ASSERT_EQ(ground.height(x, y).height, alone.height(x, y).height);
+                const WorldPos from(x, y, 200.0), to(y, -x, -200.0);
+                ASSERT_EQ(ground.ray(from, to).fraction, alone.ray(from, to).fraction);
+            }
+        }
+    }
+}
+
 // What is not loaded is still bounded, by what is known more coarsely: a body high above need not wait.
 TEST(Ground, BoundsWhatIsNotResidentByItsAncestors) {
     const World world = rough_world();

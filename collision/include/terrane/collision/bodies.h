@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <terrane/collision/ground_cast.h>
+#include <terrane/terrain/pager.h>
+
 #include <cstdint>
 #include <memory>
 #include <span>
 #include <vector>
 
-#include <terrane/collision/ground_cast.h>
-#include <terrane/terrain/pager.h>
-
 namespace terrane {
 
 struct BodySettings {
     Shape shape = Sphere{};
-    double mass = 1.0;         ///< kilograms, > 0; the inertia is that of the solid shape
-    double friction = 0.6;     ///< Coulomb, >= 0
-    double restitution = 0.2;  ///< 0 to 1
+    double mass = 1.0;               ///< kilograms, > 0; the inertia is that of the solid shape
+    double friction = 0.6;           ///< Coulomb, >= 0
+    double restitution = 0.2;        ///< 0 to 1
     double contact_tolerance = 0.0;  ///< metres; 0: default_contact_tolerance(shape)
 };
 
@@ -47,8 +47,8 @@ struct StepReport {
     std::uint64_t left_world = 0;
     std::uint64_t asleep = 0;
     std::uint64_t impacts = 0;
-    double lived_time = 0.0;  ///< sum over awake bodies of the time that they moved for
-    double lost_time = 0.0;   ///< sum of what was cut off after too many impacts in one substep
+    double lived_time = 0.0;   ///< sum over awake bodies of the time that they moved for
+    double lost_time = 0.0;    ///< sum of what was cut off after too many impacts in one substep
     double max_depth_m = 0.0;  ///< deepest of any awake body in the contact surface after the step
     std::uint64_t too_deep = 0;  ///< bodies deeper than their tolerance that did not start so
 };

@@ -32,7 +32,7 @@ struct CastSettings {
 struct CastAnswer {
     ContactStatus status = ContactStatus::invalid;
     bool hit = false;
-    double fraction = 1.0;  ///< of the motion; up to it the shape is not in the ground
+    double fraction = 1.0;            ///< of the motion; up to it the shape is not in the ground
     bool started_in_contact = false;  ///< touch or overlap at t = 0: fraction is 0
     Contact contact;                  ///< deepest at `fraction`
     double error_m = 0.0;

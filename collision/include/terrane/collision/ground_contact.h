@@ -1,19 +1,20 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cstddef>
-#include <span>
-
 #include <terrane/collision/shapes.h>
 #include <terrane/terrain/ground.h>
+
+#include <cstddef>
+#include <span>
 
 namespace terrane {
 
 /// One point where a shape touches the ground, or is closer to it than the margin.
 struct Contact {
     WorldPos point_world = WorldPos::Zero();  ///< on the shape, its deepest there
-    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, out of the ground, in its normal cone
-    double depth = 0.0;  ///< overlap along `normal`, metres; negative: a gap
+    Eigen::Vector3d normal =
+        Eigen::Vector3d::UnitZ();  ///< unit, out of the ground, in its normal cone
+    double depth = 0.0;            ///< overlap along `normal`, metres; negative: a gap
 };
 
 /// How complete an answer is. Physics must not run on `not_resident`.
@@ -27,9 +28,9 @@ enum class ContactStatus {
 struct ContactAnswer {
     ContactStatus status = ContactStatus::invalid;
     std::size_t count = 0;  ///< written to contacts_out, deepest first
-    double lift = 0.0;      ///< largest of surface minus z over the shape where they overlap; moving
-                            ///< up by it always frees the shape; <= 0 apart
-    double error_m = 0.0;   ///< largest bound of the cells that were looked at
+    double lift = 0.0;     ///< largest of surface minus z over the shape where they overlap; moving
+                           ///< up by it always frees the shape; <= 0 apart
+    double error_m = 0.0;  ///< largest bound of the cells that were looked at
 };
 
 /// Finds where a shape touches the ground.
@@ -51,7 +52,7 @@ struct DistanceAnswer {
     ContactStatus status = ContactStatus::invalid;
     bool has_ground = false;  ///< false where there is no ground within max_distance
     double distance = 0.0;    ///< signed: the gap; or minus the shortest translation that frees
-    WorldPos point_world = WorldPos::Zero();  ///< nearest (or deepest) point on the shape
+    WorldPos point_world = WorldPos::Zero();            ///< nearest (or deepest) point on the shape
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< out of the ground
     double error_m = 0.0;
 };

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <variant>
-
 #include <terrane/terrain/math.h>
 #include <terrane/terrain/result.h>
+
+#include <variant>
 
 namespace terrane {
 

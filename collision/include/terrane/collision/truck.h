@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <terrane/collision/bodies.h>
+
 #include <array>
 #include <memory>
-
-#include <terrane/collision/bodies.h>
 
 namespace terrane {
 
@@ -12,12 +12,12 @@ namespace terrane {
 /// the chassis box's centre.
 struct TruckSettings {
     Eigen::Vector3d chassis_half_extents = Eigen::Vector3d(2.4, 1.0, 0.6);
-    double mass = 3500.0;             ///< kilograms, wheels included
-    double wheel_radius = 0.5;        ///< metres
-    double wheelbase = 3.2;           ///< between axles, metres
-    double track = 1.8;               ///< between wheels of an axle, metres
-    double suspension_travel = 0.4;   ///< metres
-    double suspension_hertz = 1.6;    ///< of the body's bounce on its springs
+    double mass = 3500.0;            ///< kilograms, wheels included
+    double wheel_radius = 0.5;       ///< metres
+    double wheelbase = 3.2;          ///< between axles, metres
+    double track = 1.8;              ///< between wheels of an axle, metres
+    double suspension_travel = 0.4;  ///< metres
+    double suspension_hertz = 1.6;   ///< of the body's bounce on its springs
     double damping_ratio = 0.5;
     double tyre_friction = 0.9;
     double max_drive_force = 16'000.0;  ///< newtons, all wheels

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <terrane/terrain/height_source.h>
+
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
-
-#include <terrane/terrain/height_source.h>
 
 namespace terrane {
 
@@ -24,11 +24,11 @@ struct DemSettings {
 /// What a raster is and where it lies.
 struct DemInfo {
     int columns = 0, rows = 0;
-    double cell_x = 0.0, cell_y = 0.0;   ///< metres
-    double min_m = 0.0, max_m = 0.0;     ///< of the valid samples
-    double nodata_share = 0.0;           ///< of the samples, voids included, 0 to 1
-    double filled_share = 0.0;           ///< of the samples: enclosed voids that were filled
-    std::string crs;                     ///< name of the raster's CRS; "" where it has none
+    double cell_x = 0.0, cell_y = 0.0;  ///< metres
+    double min_m = 0.0, max_m = 0.0;    ///< of the valid samples
+    double nodata_share = 0.0;          ///< of the samples, voids included, 0 to 1
+    double filled_share = 0.0;          ///< of the samples: enclosed voids that were filled
+    std::string crs;                    ///< name of the raster's CRS; "" where it has none
     bool geographic = false;
     /// Where world (0, 0) lies in the raster's CRS: easting and northing, or longitude and latitude
     /// in degrees.
