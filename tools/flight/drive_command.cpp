@@ -196,7 +196,7 @@ Result<DriveTotals> drive(const FlightOptions& options, const HeightSource& sour
     for (std::size_t i = 0; i < frame_count; ++i) {
         progress.show(static_cast<double>(i) / static_cast<double>(frame_count));
         const double time = static_cast<double>(i) / options.fps;
-        if (options.realtime) {
+        if (options.waits_for_clock()) {
             std::this_thread::sleep_until(start + std::chrono::duration<double>(time));
         }
         const View view = camera.view(picture);
@@ -207,6 +207,7 @@ Result<DriveTotals> drive(const FlightOptions& options, const HeightSource& sour
         const Result<void> added =
             output.add(std::move(frame), view, chassis_boxes(truck), wheel_spheres(truck));
         if (!added) return tl::unexpected(added.error());
+        if (output.is_closed()) break;
         if (driver.is_done() && truck.chassis().velocity.norm() < 0.1) break;
         const Ground ground(maker.pager().resident(), maker.pager().contact_level());
         drive_on(truck, driver, camera, ground, 1.0 / options.fps, totals, last);

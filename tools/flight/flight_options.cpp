@@ -31,16 +31,13 @@ void add_flight_options(CLI::App& app, FlightOptions& options) {
     app.add_flag(
         "--realtime", options.realtime,
         "Wait for the clock at every frame, so that loaders get the time of a real flight");
-    app.add_flag("--window", options.window, "Show the flight in a window");
+    app.add_flag("--window", options.window, "Show the flight in a window, as long as it is open");
     app.add_flag("--json", options.json, "Print the summary as one JSON object, the last line");
 }
 
 CommandResult<void> check(const FlightOptions& options) {
     constexpr std::size_t kMostThreads = 256;
-    if (options.window) {
-        return usage_error("--window is not in this build; --out DIR with --png or --video draws");
-    }
-    if (options.has_pictures() && options.out.empty()) {
+    if ((options.png || options.video) && options.out.empty()) {
         return usage_error(fmt::format("{} needs --out DIR", options.png ? "--png" : "--video"));
     }
     if (options.threads > kMostThreads) {

@@ -37,7 +37,9 @@ struct FlightOptions {
     bool json = false;
 
     std::size_t memory_bytes() const { return static_cast<std::size_t>(memory_mb * 0x1p20); }
-    bool has_pictures() const { return png || video; }
+    bool has_pictures() const { return png || video || window; }
+    /// Whether frames wait for the clock: somebody watches, or asked for it.
+    bool waits_for_clock() const { return realtime || window; }
 };
 
 /// Adds all of them but --path, --speed, --altitude and --seconds, whose meanings differ.

@@ -26,6 +26,9 @@ public:
     Result<void> add(MadeFrame frame, const View& view, std::span<const DrawnBox> boxes = {},
                      std::span<const DrawnSphere> spheres = {});
 
+    /// Whether the flight was watched in a window that the user closed.
+    bool is_closed() const { return pictures_ && pictures_->is_closed(); }
+
     std::span<const FrameRecord> frames() const { return log_.frames(); }
 
     /// Ends all files, and writes the report: only now have they their names. Completes the summary

@@ -51,6 +51,13 @@ Result<FlightPictures> FlightPictures::create(const FlightOptions& options,
         if (!film) return tl::unexpected(film.error());
         pictures.film_.emplace(std::move(*film));
     }
+    if (options.window) {
+        Result<Window> window =
+            Window::create("terrane", options.size.width_px, options.size.height_px);
+        if (!window) return tl::unexpected(window.error());
+        pictures.window_.emplace(std::move(*window));
+        pictures.context_.make_current();
+    }
     return pictures;
 }
 
@@ -59,6 +66,10 @@ Result<void> FlightPictures::add(std::size_t frame, const TerrainMesh& mesh, con
                                  std::span<const DrawnSphere> spheres) {
     if (const Result<void> drawn = renderer_.draw(mesh, view, boxes, spheres); !drawn) return drawn;
     const Image image = renderer_.read();
+    if (window_) {
+        window_->show(image);
+        context_.make_current();
+    }
     if (!picture_folder_.empty()) {
         const Result<void> written = write_png(image, picture_folder_ + "/" + frame_name(frame));
         if (!written) return written;

@@ -3,6 +3,7 @@
 
 #include "flight/flight_options.h"
 #include "output/film.h"
+#include "output/window.h"
 
 #include <terrane/render/terrain_renderer.h>
 
@@ -12,7 +13,8 @@
 
 namespace terrane::tools {
 
-/// Draws frames off screen, and writes them as pictures and into a film, as the options say.
+/// Draws frames off screen, and writes them as pictures, into a film, and shows them in a window, as
+/// the options say.
 class FlightPictures {
 public:
     /// Fails with device_unavailable where nothing can draw, io where the film cannot be made.
@@ -22,6 +24,9 @@ public:
     Result<void> add(std::size_t frame, const TerrainMesh& mesh, const View& view,
                      std::span<const DrawnBox> boxes = {},
                      std::span<const DrawnSphere> spheres = {});
+
+    /// Whether there is a window, and the user closed it.
+    bool is_closed() const { return window_ && window_->is_closed(); }
 
     /// Ends the film. Fails with io.
     Result<void> finish();
@@ -34,6 +39,7 @@ private:
     EglContext context_;  // the renderer's objects live in it
     TerrainRenderer renderer_;
     std::optional<Film> film_;
+    std::optional<Window> window_;
     std::string picture_folder_;  // "" for no pictures
 };
 

@@ -58,13 +58,14 @@ Result<void> fly(const FlyOptions& options, const CameraPath& path, std::size_t 
     for (std::size_t i = 0; i < frame_count; ++i) {
         progress.show(static_cast<double>(i) / static_cast<double>(frame_count));
         const double time = static_cast<double>(i) / options.fps;
-        if (options.realtime) {
+        if (options.waits_for_clock()) {
             std::this_thread::sleep_until(start + std::chrono::duration<double>(time));
         }
         const CameraPose pose = path.at(time);
         const View view = view_at(options, pose);
         const Result<void> added = output.add(maker.make(view, pose.velocity, {}, time), view);
         if (!added) return added;
+        if (output.is_closed()) break;
     }
     return {};
 }
@@ -92,7 +93,7 @@ CommandResult<void> run_fly(const FlyOptions& options) {
         return pass_on(flown.error());
     }
     nlohmann::ordered_json summary = summarize(output->frames(), options.memory_bytes());
-    summary["seconds"] = path->duration();
+    summary["seconds"] = static_cast<double>(output->frames().size()) / options.fps;
     summary["path"] = options.path;
     summary["terrain"] = terrain->name;
     const Result<void> ended = output->finish("Flight over " + terrain->name, summary);
