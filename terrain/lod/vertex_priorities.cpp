@@ -26,14 +26,18 @@ std::size_t VertexPriorities::exponent(int level, int stride) const {
                                     std::countr_zero(static_cast<unsigned>(stride)));
 }
 
+std::int32_t VertexPriorities::slot_of(std::int32_t index) const {
+    return index == ResidentSet::kNone ? index : slot_[static_cast<std::size_t>(index)];
+}
+
 const ChunkPriorities* VertexPriorities::find(std::int32_t index) const {
-    if (index == ResidentSet::kNone) return nullptr;
-    const std::int32_t slot = slot_[static_cast<std::size_t>(index)];
+    const std::int32_t slot = slot_of(index);
     return slot == ResidentSet::kNone ? nullptr : &open_[static_cast<std::size_t>(slot)];
 }
 
 ChunkPriorities* VertexPriorities::open(std::int32_t index) {
-    return const_cast<ChunkPriorities*>(find(index));
+    const std::int32_t slot = slot_of(index);
+    return slot == ResidentSet::kNone ? nullptr : &open_[static_cast<std::size_t>(slot)];
 }
 
 // Radii of every row of samples of a level. Rows of one parity are alike below the roots.

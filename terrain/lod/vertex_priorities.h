@@ -55,6 +55,7 @@ public:
 private:
     std::size_t exponent(int level, int stride) const;
     std::vector<float> make_radius_rows(int level) const;
+    std::int32_t slot_of(std::int32_t index) const;
     ChunkPriorities* open(std::int32_t index);
     void compute_own(const ScreenError& screen, const Chunk& chunk, float floor,
                      ChunkPriorities& into) const;

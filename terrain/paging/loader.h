@@ -44,7 +44,7 @@ public:
     /// What to read next, the first one first. Requires an empty queue.
     void queue(std::vector<ChunkKey> keys);
 
-    /// What is queued, being read, or finished and not taken.
+    /// How much is under way, seen at one moment.
     struct Load {
         std::size_t queued = 0;
         std::size_t reading = 0;

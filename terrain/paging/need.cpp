@@ -32,28 +32,27 @@ WorldRect rect_of(const Lattice& lattice, const ChunkKey& key) {
 }
 
 // Screen error that a camera would see from a place, were the chunk absent.
-double error_px_from(const View& view, const Frustum& frustum, const Eigen::Vector3d& place,
-                     const Box& box, double bound) {
-    const double distance = std::max(view.near_distance, distance_to(box, place));
-    const double error = bound * view.pixels_per_radian() / distance;
+double error_px_from(const Camera& camera, const Eigen::Vector3d& place, const Box& box,
+                     double bound) {
+    const double distance = std::max(camera.need.view.near_distance, distance_to(box, place));
+    const double error = bound * camera.pixels_per_radian / distance;
     // what lies beside the view is wanted too, but a camera must turn before it counts in full
     const Eigen::Vector3d middle = 0.5 * (box.low + box.high);
     const double radius = 0.5 * (box.high - box.low).norm();
     double beside = 0.0;
-    for (const Eigen::Vector3d& normal : frustum.normals) {
+    for (const Eigen::Vector3d& normal : camera.frustum.normals) {
         beside = std::max(beside, -(normal.dot(middle - place) + radius));
     }
     return error * std::clamp(1.0 - 2.0 * beside / (distance + beside), 0.125, 1.0);
 }
 
-Need camera_need(const CameraNeed& camera, const Box& box, double bound, double horizon) {
-    const Frustum frustum = make_frustum(camera.view);
+Need camera_need(const Camera& camera, const Box& box, double bound, double horizon) {
     Need need;
     for (int i = 0; i < kPlaces; ++i) {
         const double t = horizon * i / (kPlaces - 1);
-        const Eigen::Vector3d place = camera.view.eye_world + t * camera.velocity;
-        const double error = error_px_from(camera.view, frustum, place, box, bound);
-        if (error <= camera.threshold_px) continue;
+        const Eigen::Vector3d place = camera.need.view.eye_world + t * camera.need.velocity;
+        const double error = error_px_from(camera, place, box, bound);
+        if (error <= camera.need.threshold_px) continue;
         const Need here{i == 0 ? NeedClass::drawn : NeedClass::predicted, error};
         if (here.goes_before(need)) need = here;
         if (i == 0) break;
@@ -116,7 +115,7 @@ Need child_need(const Lattice& lattice, const Chunk& chunk, int quadrant, const 
         column.low.z() = -1e12;
         for (const BodyNeed& body : clients.bodies) take(body_need(body, column, horizon));
     }
-    for (const CameraNeed& camera : clients.cameras) take(camera_need(camera, box, bound, horizon));
+    for (const Camera& camera : clients.cameras) take(camera_need(camera, box, bound, horizon));
     return need;
 }
 

@@ -35,9 +35,21 @@ struct RegionNeed {
     double deadline_s = 0.0;
 };
 
+/// A camera, with what follows from its view.
+struct Camera {
+    explicit Camera(const CameraNeed& wanted)
+        : need(wanted),
+          frustum(make_frustum(wanted.view)),
+          pixels_per_radian(wanted.view.pixels_per_radian()) {}
+
+    CameraNeed need;
+    Frustum frustum;
+    double pixels_per_radian;
+};
+
 /// Everything that clients want at one moment.
 struct Clients {
-    std::vector<CameraNeed> cameras;
+    std::vector<Camera> cameras;
     std::vector<BodyNeed> bodies;
     std::vector<RegionNeed> regions;
     double time_s = 0.0;

@@ -102,7 +102,7 @@ void Pager::State::take_clients(std::span<const CameraNeed> cameras,
     if (std::isfinite(time_s)) clients.time_s = std::max(clients.time_s, time_s);
     for (const CameraNeed& camera : cameras) {
         if (check(camera.view) && camera.velocity.allFinite() && camera.threshold_px > 0.0) {
-            clients.cameras.push_back(camera);
+            clients.cameras.emplace_back(camera);
         } else {
             ++stats.refused_needs;
         }

@@ -35,6 +35,7 @@ double WaveHeights::height(double x, double y) const {
 Result<void> WaveHeights::sample(const SampleGrid& grid, std::span<double> heights_out) const {
     ++sample_count;
     if (delay_ms > 0) std::this_thread::sleep_for(std::chrono::milliseconds(delay_ms.load()));
+    is_held.wait(true);
     if (is_broken) return fail(ErrorCode::io, "the source is broken on purpose");
     std::size_t i = 0;
     for (int row = 0; row < grid.rows; ++row) {

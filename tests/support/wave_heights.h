@@ -26,6 +26,7 @@ public:
 
     mutable std::atomic<int> sample_count{0};
     std::atomic<int> delay_ms{0};        ///< of each sample()
+    std::atomic<bool> is_held{false};    ///< sample() does not return while it is set
     std::atomic<bool> is_broken{false};  ///< sample() fails
     std::atomic<bool> gives_nan{false};  ///< sample() gives NaN
 

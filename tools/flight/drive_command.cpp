@@ -217,12 +217,6 @@ Result<DriveTotals> drive(const FlightOptions& options, const HeightSource& sour
 
 CommandResult<void> run_drive(const FlightOptions& options) {
     if (const CommandResult<void> good = check(options); !good) return good;
-    if (!names_track_file(options.path) && !CameraPath::is_built_in(options.path)) {
-        return usage_error(
-            "--path must be straight, orbit, canyon or a track file (.csv, .gpx, .igc, "
-            ".tum), got '" +
-            options.path + "'");
-    }
     const CommandResult<Terrain> terrain = open_terrain(options.terrain);
     if (!terrain) return pass_on(terrain.error());
     double duration = 0.0, speed = 0.0;

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "flight/flight_options.h"
 
+#include "track/camera_path.h"
+#include "track/track.h"
+
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
@@ -37,6 +40,12 @@ void add_flight_options(CLI::App& app, FlightOptions& options) {
 
 CommandResult<void> check(const FlightOptions& options) {
     constexpr std::size_t kMostThreads = 256;
+    if (!names_track_file(options.path) && !CameraPath::is_built_in(options.path)) {
+        return usage_error(
+            "--path must be straight, orbit, canyon or a track file (.csv, .gpx, .igc, "
+            ".tum), got '" +
+            options.path + "'");
+    }
     if ((options.png || options.video) && options.out.empty()) {
         return usage_error(fmt::format("{} needs --out DIR", options.png ? "--png" : "--video"));
     }

@@ -72,12 +72,6 @@ Result<void> fly(const FlyOptions& options, const CameraPath& path, std::size_t 
 
 CommandResult<void> run_fly(const FlyOptions& options) {
     if (const CommandResult<void> good = check(options); !good) return good;
-    if (!names_track_file(options.path) && !CameraPath::is_built_in(options.path)) {
-        return usage_error(
-            "--path must be straight, orbit, canyon or a track file (.csv, .gpx, .igc, "
-            ".tum), got '" +
-            options.path + "'");
-    }
     const CommandResult<Terrain> terrain = open_terrain(options.terrain);
     if (!terrain) return pass_on(terrain.error());
     const Result<CameraPath> path = open_path(options, *terrain);
