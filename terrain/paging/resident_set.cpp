@@ -23,6 +23,7 @@ ResidentSet::ResidentSet(const Lattice& lattice, const WorldRect& extent,
         static_cast<void>(is_new);
     }
 
+    fades_.assign(chunks_.size(), 1.0f);
     links_.resize(chunks_.size());
     std::size_t root_count = 0;
     for (std::size_t i = 0; i < chunks_.size(); ++i) {

@@ -39,6 +39,9 @@ public:
     const Links& links(std::size_t index) const { return links_[index]; }
     /// Index of a chunk in chunks(), or kNone.
     std::int32_t find(const ChunkKey& key) const;
+    /// How far a chunk has faded in, 0 to 1: what it adds to the picture is held back to this share of
+    /// its priority. 0 draws as if the chunk were absent, 1 all of it. Ground does not fade.
+    float fade(std::size_t index) const { return fades_[index]; }
     /// Counts the changes of the pager's set; two sets of one pager with one epoch are equal.
     std::uint64_t epoch() const { return epoch_; }
     /// Whether all root squares are there: nothing can be drawn before.
@@ -49,6 +52,7 @@ private:
     WorldRect extent_;
     std::vector<std::shared_ptr<const Chunk>> chunks_;
     std::vector<Links> links_;
+    std::vector<float> fades_;
     std::unordered_map<ChunkKey, std::int32_t, ChunkKeyHash> index_;
     std::uint64_t epoch_ = 0;
     bool has_roots_ = false;

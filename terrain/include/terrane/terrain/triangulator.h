@@ -27,6 +27,16 @@ struct MeshChunk {
     const Chunk* chunk = nullptr;
     std::uint32_t first_index = 0;  ///< into TerrainMesh::indices
     std::uint32_t index_count = 0;  ///< 3 a triangle
+    /// [kChunkSamples^2] metres added to the heights of the samples that the triangles use, for
+    /// vertices that morph; undefined at other samples. Null where nothing of the chunk morphs.
+    /// Chunks that share a sample have the same bits for it.
+    const float* offsets = nullptr;
+
+    /// World z of a sample as it is displayed: exact, up to the rounding of one sum.
+    double displayed_height(std::size_t sample, double quantum) const {
+        const double height = quantum * static_cast<double>(chunk->heights[sample]);
+        return offsets == nullptr ? height : height + static_cast<double>(offsets[sample]);
+    }
 };
 
 /// A frame's mesh: indices into the samples of resident chunks. A view of the triangulator's
@@ -37,8 +47,8 @@ struct TerrainMesh {
     std::span<const std::uint16_t> indices;  ///< of samples; triangles counter-clockwise from above
     std::size_t triangle_count = 0;
     MeshStatus status = MeshStatus::not_resident;
-    /// Certified: no ground point inside the view's side planes is displayed further than this from
-    /// the true surface, in pixels of the picture's centre.
+    /// Certified, morphing included: no ground point inside the view's side planes is displayed further
+    /// than this from the true surface, in pixels of the picture's centre.
     double error_px = 0.0;
     /// Vertices at or below this priority stayed out; what a pager should fetch for.
     double threshold_px = 0.0;
