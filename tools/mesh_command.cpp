@@ -90,8 +90,9 @@ CommandResult<void> run_mesh(const MeshOptions& options) {
     const Result<View> view = make_view(options, *terrain->source);
     if (!view) return usage_error(view.error().message);
     Result<Triangulator> triangulator = Triangulator::create(
-        *terrain->source,
-        {.triangle_budget = options.budget, .max_error_px = options.max_error_px});
+        *terrain->source, {.triangle_budget = options.budget,
+                           .max_error_px = options.max_error_px,
+                           .morph_ratio = 1.0});  // a single picture has nothing to slide from
     if (!triangulator) return pass_on(triangulator.error());
     PagerSettings paging;
     paging.memory_bytes = static_cast<std::size_t>(options.memory_mb * 0x1p20);

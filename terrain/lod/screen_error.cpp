@@ -3,9 +3,16 @@
 // Sources:
 //   P. Lindstrom, V. Pascucci. Terrain Simplification Simplified: A General Framework for
 //   View-Dependent Out-of-Core Visualization. IEEE TVCG 8(3), 2002. (nested errors and radii)
-// Deviations: radii are constants of a level, from the source's guaranteed rise, instead of stored
-// with each vertex; the error is certified, not measured at the midpoint.
+// Deviations: boxes in place of balls, so that steep ground widens only what is above or below the
+// eye; their sizes are constants of a level; errors are certified, not measured at the midpoint; keys
+// are inverse squares, which cost neither root nor division.
+//
+// Boxes. From a centre of spacing s the midpoints of its square are s away along one axis; from a
+// midpoint of spacing s the centres of spacing s / 2 are s / 2 away along both. So half the width of a
+// centre's box is s + s / 2 + (s + s / 2) / 2 + ... = 3 s, of a midpoint's s / 2 + 3 s / 2 = 2 s.
 #include "screen_error.h"
+
+#include "key_kernels.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,12 +21,10 @@
 namespace terrane::internal {
 namespace {
 
-// Beside the view priorities fall to this share, so that a turning camera does not find bare roots.
-constexpr float kLeastWeight = 1.0f / 16.0f;
-// ... over a margin of a quarter of the distance.
-constexpr float kWeightSlope = 4.0f;
-// Takes up the rounding of distances in single precision.
-constexpr float kShorter = 1.0f - 0x1p-20f;
+// Takes up the rounding of positions in single precision.
+constexpr double kWider = 1.0 + 0x1p-20;
+// Places further away than this are taken for as far, metres: squares must stay finite.
+constexpr double kFarthest = 1e16;
 
 float round_up(double value) {
     const auto rounded = static_cast<float>(value);
@@ -28,35 +33,41 @@ float round_up(double value) {
                : rounded;
 }
 
+float round_down(double value) { return -round_up(-value); }
+
+float place(double metres) { return static_cast<float>(std::clamp(metres, -kFarthest, kFarthest)); }
+
+// The corner of a box that lies furthest along a direction.
+Eigen::Vector3d support(const Eigen::Vector3d& low, const Eigen::Vector3d& high,
+                        const Eigen::Vector3d& along) {
+    return {along.x() > 0.0 ? high.x() : low.x(), along.y() > 0.0 ? high.y() : low.y(),
+            along.z() > 0.0 ? high.z() : low.z()};
+}
+
 }  // namespace
 
-Radii make_radii(const HeightSource& source) {
+Reaches make_reaches(const HeightSource& source) {
     const Lattice& lattice = source.lattice();
-    const auto reach = [&](double distance) {
-        const double rise = source.rise_bound(distance) + lattice.quantum;
-        return std::sqrt(distance * distance + rise * rise);
-    };
     const int count = lattice.finest_level + 8;
     constexpr double kDiagonal = 0.70710678118654757;
     // below the finest spacing the steps shrink by half with each level, or faster, to the quantum
     constexpr int kBelow = 24;
-    std::vector<double> centre(static_cast<std::size_t>(count));
-    std::vector<double> midpoint(centre.size());
-    Radii radii;
-    double below = 0.0;  // radius of a centre of half the spacing
+    Reaches reaches;
+    double below = 0.0;  // height of a centre of half the spacing
     for (int exponent = -kBelow; exponent < count; ++exponent) {
         const double spacing = std::ldexp(lattice.spacing, exponent);
-        const double of_midpoint = reach(kDiagonal * spacing) + below;
-        const double of_centre = reach(spacing) + of_midpoint;
+        const auto rise = [&](double distance) {
+            return source.rise_bound(distance) + lattice.quantum;
+        };
+        const double of_midpoint = rise(kDiagonal * spacing) + below;
+        const double of_centre = rise(spacing) + of_midpoint;
         below = of_centre;
         if (exponent < 0) continue;
-        const auto i = static_cast<std::size_t>(exponent);
-        midpoint[i] = of_midpoint;
-        centre[i] = of_centre;
+        reaches.midpoint.push_back(
+            {round_up(2.0 * spacing * kWider), round_up(of_midpoint * kWider)});
+        reaches.centre.push_back({round_up(3.0 * spacing * kWider), round_up(of_centre * kWider)});
     }
-    for (const double radius : centre) radii.centre.push_back(round_up(radius));
-    for (const double radius : midpoint) radii.midpoint.push_back(round_up(radius));
-    return radii;
+    return reaches;
 }
 
 ScreenError::ScreenError(const View& view, const Lattice& lattice)
@@ -64,16 +75,42 @@ ScreenError::ScreenError(const View& view, const Lattice& lattice)
       eye_(view.eye_world),
       near_(view.near_distance),
       pixels_(view.pixels_per_radian()),
-      frustum_(make_frustum(view)) {}
+      frustum_(make_frustum(view)) {
+    constexpr double kLargestBase = 0x1p30;
+    const double base =
+        std::clamp(std::floor(eye_.z() / lattice.quantum + 0.5), -kLargestBase, kLargestBase);
+    heights_.base = static_cast<std::int32_t>(base);
+    heights_.quantum = static_cast<float>(lattice.quantum);
+    heights_.rest = place(base * lattice.quantum - eye_.z());
+    near_squared_ =
+        std::max(round_down(std::min(near_ * near_, 1e30)), std::numeric_limits<float>::min());
+    for (std::size_t i = 0; i < planes_.size(); ++i) {
+        const Eigen::Vector3d& normal = frustum_.normals[i];
+        planes_[i] = {static_cast<float>(normal.x()), static_cast<float>(normal.y()),
+                      static_cast<float>(normal.z())};
+    }
+}
 
-ScreenError::Axes ScreenError::axes(const Chunk& chunk) const {
-    Axes axes;
+float ScreenError::key_of(double error_px) const {
+    const double ratio = pixels_ / error_px;
+    return static_cast<float>(
+        std::min(ratio * ratio, static_cast<double>(std::numeric_limits<float>::max())));
+}
+
+double ScreenError::error_px_of(float key) const {
+    return pixels_ / std::sqrt(static_cast<double>(key));
+}
+
+double ScreenError::error_px_at(double bound, double distance) const {
+    return bound * pixels_ / std::max(near_, distance);
+}
+
+void ScreenError::fill_axes(const Chunk& chunk, Axes& axes_out) const {
     for (int i = 0; i < kChunkSamples; ++i) {
         const auto k = static_cast<std::size_t>(i);
-        axes.x[k] = static_cast<float>(lattice_.x(chunk.corner.x + i * chunk.step) - eye_.x());
-        axes.y[k] = static_cast<float>(lattice_.y(chunk.corner.y + i * chunk.step) - eye_.y());
+        axes_out.x[k] = place(lattice_.x(chunk.corner.x + i * chunk.step) - eye_.x());
+        axes_out.y[k] = place(lattice_.y(chunk.corner.y + i * chunk.step) - eye_.y());
     }
-    return axes;
 }
 
 ScreenError::Box ScreenError::box_of(const Chunk& chunk) const {
@@ -83,114 +120,54 @@ ScreenError::Box ScreenError::box_of(const Chunk& chunk) const {
              lattice_.quantum * chunk.high}};
 }
 
-float ScreenError::upper_bound(const Chunk& chunk, float largest_radius) const {
-    return upper_bound(box_of(chunk), static_cast<double>(chunk.max_vertex_bound),
-                       static_cast<double>(largest_radius));
-}
-
-float ScreenError::upper_bound(const Chunk& chunk, int area, float largest_radius) const {
+ScreenError::Box ScreenError::box_of_area(const Chunk& chunk, int area) const {
     const Chunk::Area& part = chunk.areas[static_cast<std::size_t>(area)];
     const std::int64_t west = chunk.corner.x + area % kChunkAreas * kAreaCells * chunk.step;
     const std::int64_t south = chunk.corner.y + area / kChunkAreas * kAreaCells * chunk.step;
     const std::int64_t side = kAreaCells * chunk.step;
-    const Box box{
-        {lattice_.x(west), lattice_.y(south), lattice_.quantum * part.low},
-        {lattice_.x(west + side), lattice_.y(south + side), lattice_.quantum * part.high}};
-    return upper_bound(box, static_cast<double>(part.max_vertex_bound),
-                       static_cast<double>(largest_radius));
+    return {{lattice_.x(west), lattice_.y(south), lattice_.quantum * part.low},
+            {lattice_.x(west + side), lattice_.y(south + side), lattice_.quantum * part.high}};
 }
 
-float ScreenError::upper_bound(const Box& box, double bound, double radius) const {
-    const Eigen::Vector3d apart =
-        (box.low - eye_).cwiseMax(eye_ - box.high).cwiseMax(Eigen::Vector3d::Zero());
-    const Eigen::Vector3d far_corner =
-        (box.low - eye_).cwiseAbs().cwiseMax((box.high - eye_).cwiseAbs());
-    const double distance = std::max(near_, apart.norm() * (1.0 - 0x1p-19) - radius);
+float ScreenError::least_key(const Box& box, float largest_bound, const Reach& reach) const {
+    const Eigen::Vector3d margin(static_cast<double>(reach.across),
+                                 static_cast<double>(reach.across), static_cast<double>(reach.up));
+    const Eigen::Vector3d low = box.low - margin - eye_;
+    const Eigen::Vector3d high = box.high + margin - eye_;
+    const double distance_squared =
+        low.cwiseMax(-high).cwiseMax(Eigen::Vector3d::Zero()).squaredNorm();
     double beside = 0.0;
     for (const Eigen::Vector3d& normal : frustum_.normals) {
-        // the corner of the box that lies furthest in
-        const Eigen::Vector3d corner(normal.x() > 0.0 ? box.high.x() : box.low.x(),
-                                     normal.y() > 0.0 ? box.high.y() : box.low.y(),
-                                     normal.z() > 0.0 ? box.high.z() : box.low.z());
-        beside = std::max(beside, -(normal.dot(corner - eye_) + radius));
+        beside = std::max(beside, -normal.dot(support(low, high, normal)));
     }
-    const double weight = std::max(
-        1.0 - static_cast<double>(kWeightSlope) * beside / (far_corner.norm() + radius + near_),
-        static_cast<double>(kLeastWeight));
-    // the margin is for the rounding of the priorities themselves
-    return round_up(1.0001 * weight * bound * pixels_ / distance);
+    const double farthest = low.cwiseAbs().cwiseMax(high.cwiseAbs()).sum() + near_;
+    const double weight = std::max(1.0 - static_cast<double>(kWeightSlope) * beside / farthest,
+                                   static_cast<double>(kLeastWeight));
+    const double wide = static_cast<double>(largest_bound);
+    // the margin is for the rounding of the keys themselves
+    const double key = 0.9999 * std::max(distance_squared, near_ * near_) /
+                       std::max(wide * wide * weight * weight,
+                                static_cast<double>(std::numeric_limits<float>::min()));
+    return static_cast<float>(
+        std::min(key, static_cast<double>(std::numeric_limits<float>::max())));
 }
 
-ScreenError::Side ScreenError::side(const Chunk& chunk) const {
-    const Box box = box_of(chunk);
-    for (const Eigen::Vector3d& normal : frustum_.normals) {
-        // the corner of the box that lies furthest out
-        const Eigen::Vector3d corner(normal.x() > 0.0 ? box.low.x() : box.high.x(),
-                                     normal.y() > 0.0 ? box.low.y() : box.high.y(),
-                                     normal.z() > 0.0 ? box.low.z() : box.high.z());
-        if (normal.dot(corner - eye_) < 0.0) return Side::crossing;
-    }
-    return Side::inside;
+bool ScreenError::is_inside(const Box& box) const {
+    return std::all_of(frustum_.normals.begin(), frustum_.normals.end(),
+                       [&](const Eigen::Vector3d& normal) {
+                           return normal.dot(support(box.low, box.high, -normal) - eye_) >= 0.0;
+                       });
 }
 
-void ScreenError::priorities(const Chunk& chunk, const Axes& axes, const Span& span,
-                             const float* radii, Side side, float* priorities_out) const {
-    const auto pixels = static_cast<float>(pixels_);
-    const auto nearest = static_cast<float>(near_);
-    const auto count = static_cast<std::size_t>(span.count);
-    const auto first = static_cast<std::size_t>(span.first);
-    const float dy = axes.y[static_cast<std::size_t>(span.row)];
-    const float* x = &axes.x[first];
-    const std::int32_t* heights = &chunk.heights[sample_index(span.first, span.row)];
-    const float* bounds = &chunk.vertex_bounds[sample_index(span.first, span.row)];
-    radii += first;
-    priorities_out += first;
-    std::array<float, kChunkSamples> dz;
-    std::array<float, kChunkSamples> distance;
-    for (std::size_t i = 0; i < count; ++i) {
-        dz[i] = static_cast<float>(lattice_.quantum * static_cast<double>(heights[i]) - eye_.z());
-    }
-    for (std::size_t i = 0; i < count; ++i) {
-        distance[i] = std::sqrt(x[i] * x[i] + dy * dy + dz[i] * dz[i]);
-    }
-    for (std::size_t i = 0; i < count; ++i) {
-        const float left = distance[i] * kShorter - radii[i];
-        priorities_out[i] = bounds[i] * pixels / (left > nearest ? left : nearest);
-    }
-    if (side == Side::inside) return;
-
-    std::array<float, kChunkSamples> beside;  // how far outside the nearest side plane
-    std::fill_n(beside.begin(), count, 0.0f);
-    for (const Eigen::Vector3d& normal : frustum_.normals) {
-        const auto nx = static_cast<float>(normal.x());
-        const auto ny = static_cast<float>(normal.y());
-        const auto nz = static_cast<float>(normal.z());
-        const float from_row = ny * dy;
-        for (std::size_t i = 0; i < count; ++i) {
-            // a little further in, for the rounding
-            const float in = nx * x[i] + from_row + nz * dz[i] + radii[i] + distance[i] * 0x1p-18f;
-            beside[i] = -in > beside[i] ? -in : beside[i];
-        }
-    }
-    for (std::size_t i = 0; i < count; ++i) {
-        const float weight = 1.0f - kWeightSlope * beside[i] / (distance[i] + radii[i] + nearest);
-        priorities_out[i] *= weight > kLeastWeight ? weight : kLeastWeight;
-    }
-}
-
-float ScreenError::error_in_view(const Box& box, double bound) const {
+double ScreenError::error_in_view(const Box& box, double bound) const {
     const Eigen::Vector3d low = box.low - eye_;
     const Eigen::Vector3d high = box.high - eye_;
     const double slack = 1e-9 * (low.cwiseAbs().maxCoeff() + high.cwiseAbs().maxCoeff());
     for (const Eigen::Vector3d& normal : frustum_.normals) {
-        // the corner that lies furthest in
-        const Eigen::Vector3d corner(normal.x() > 0.0 ? high.x() : low.x(),
-                                     normal.y() > 0.0 ? high.y() : low.y(),
-                                     normal.z() > 0.0 ? high.z() : low.z());
-        if (normal.dot(corner) < -slack) return 0.0f;
+        if (normal.dot(support(low, high, normal)) < -slack) return 0.0;
     }
     const double distance = low.cwiseMax(-high).cwiseMax(Eigen::Vector3d::Zero()).norm();
-    return round_up(bound * pixels_ / std::max(near_, distance));
+    return error_px_at(bound, distance * (1.0 - 1e-12)) * (1.0 + 1e-12);
 }
 
 }  // namespace terrane::internal

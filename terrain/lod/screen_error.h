@@ -5,80 +5,92 @@
 #include <terrane/terrain/view.h>
 
 #include <array>
+#include <cstdint>
 #include <vector>
 
 namespace terrane::internal {
 
-/// Upper bounds, by level, of how far from a vertex the surface reaches that it answers for.
-///
-/// The radius of a vertex holds every point of the true surface over its diamond and over those of
-/// all its descendants, and |v - child| + radius(child) <= radius(v): so that the distance left
-/// after subtracting it does not grow from parent to child.
-struct Radii {
-    /// By power of two of the spacing, in finest spacings.
-    std::vector<float> centre;
-    std::vector<float> midpoint;
+/// A box around a vertex that holds every point of the true surface over its diamond and the boxes
+/// of all its descendants: so the distance from the eye to it does not shrink from parent to child.
+struct Reach {
+    float across = 0.0f;  ///< half its width, metres
+    float up = 0.0f;      ///< half its height, metres
 };
-Radii make_radii(const HeightSource& source);
 
-/// The screen error of vertical deviations from one eye, in pixels of the picture's centre.
+/// Upper bounds of reaches, by power of two of the vertex's spacing in finest spacings.
+struct Reaches {
+    std::vector<Reach> centre;
+    std::vector<Reach> midpoint;
+};
+Reaches make_reaches(const HeightSource& source);
+
+/// The screen error of vertical deviations from one eye.
 ///
-/// Single precision, in one fixed order: a vertex on the border of two chunks gets the same bits from
-/// both. Rounded so that it is an upper bound up to a factor of kRounding.
+/// What orders vertices is their *key*: the squared distance from the eye to the vertex's reach,
+/// over the square of its bound, raised beside the view. Smaller keys refine first; a key is
+/// (pixels_per_radian / screen error in pixels)^2. Keys are single precision, in one fixed order of
+/// operations: a vertex on the border of two chunks gets the same bits from both.
 class ScreenError {
 public:
-    /// Results are upper bounds once multiplied by this.
+    /// Pixels that follow from keys are upper bounds once multiplied by this.
     static constexpr double kRounding = 1.0 + 0x1p-16;
 
     ScreenError(const View& view, const Lattice& lattice);
 
-    /// Positions of a chunk's columns and rows relative to the eye.
+    float key_of(double error_px) const;
+    double error_px_of(float key) const;
+    /// key_of() what a bound, metres, makes at a distance, metres.
+    double error_px_at(double bound, double distance) const;
+
+    /// Positions of a chunk's columns and rows relative to the eye, metres.
     struct Axes {
         std::array<float, kChunkSamples> x;
         std::array<float, kChunkSamples> y;
     };
-    Axes axes(const Chunk& chunk) const;
+    void fill_axes(const Chunk& chunk, Axes& axes_out) const;
 
-    /// No vertex of the chunk, or of one of its areas, has a larger priority.
-    float upper_bound(const Chunk& chunk, float largest_radius) const;
-    float upper_bound(const Chunk& chunk, int area, float largest_radius) const;
-
-    /// Whether all of a chunk's samples are inside the view's side planes.
-    enum class Side { inside, crossing };
-    Side side(const Chunk& chunk) const;
-
-    /// Samples of one row of a chunk.
-    struct Span {
-        int row = 0;
-        int first = 0;  ///< column
-        int count = 0;  ///< at most kAreaCells + 1, or kChunkSamples
+    /// What turns samples into heights over the eye: quantum * (height - base) + rest.
+    struct Heights {
+        std::int32_t base = 0;
+        float quantum = 1.0f;
+        float rest = 0.0f;
     };
+    const Heights& heights() const { return heights_; }
+    float near_squared() const { return near_squared_; }
 
-    /// Priorities of part of a row of samples: bound * pixels / distance, weighted down beside the view.
-    ///
-    /// @param radii          [kChunkSamples] of the whole row's vertices
-    /// @param priorities_out [kChunkSamples] of the whole row
-    void priorities(const Chunk& chunk, const Axes& axes, const Span& span, const float* radii,
-                    Side side, float* priorities_out) const;
+    /// A side plane of the view.
+    struct Plane {
+        float x = 0.0f, y = 0.0f, z = 0.0f;
+    };
+    const std::array<Plane, 4>& planes() const { return planes_; }
+    float near_distance() const { return static_cast<float>(near_); }
 
     /// A box with sides along the axes, world.
     struct Box {
         Eigen::Vector3d low, high;
     };
+    Box box_of(const Chunk& chunk) const;
+    Box box_of_area(const Chunk& chunk, int area) const;
 
-    /// Largest screen error that a vertical deviation by `bound` can make at a point of a box, 0
-    /// where no point of it is in view. Not more than kRounding below the truth.
-    float error_in_view(const Box& box, double bound) const;
+    /// No vertex in the box with at most this bound and reach has a smaller key.
+    float least_key(const Box& box, float largest_bound, const Reach& reach) const;
+
+    /// Whether a box lies inside all side planes of the view, for certain.
+    bool is_inside(const Box& box) const;
+
+    /// Largest screen error, pixels, that a vertical deviation by `bound` can make at a point of a
+    /// box, 0 where no point of it is in view. Rounded outward.
+    double error_in_view(const Box& box, double bound) const;
 
 private:
-    Box box_of(const Chunk& chunk) const;
-    float upper_bound(const Box& box, double bound, double radius) const;
-
     Lattice lattice_;
     WorldPos eye_;
     double near_ = 1.0;
     double pixels_ = 1.0;
     Frustum frustum_;
+    Heights heights_;
+    float near_squared_ = 1.0f;
+    std::array<Plane, 4> planes_;
 };
 
 }  // namespace terrane::internal

@@ -2,45 +2,156 @@
 #include "selection.h"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 
 namespace terrane::internal {
 namespace {
 
-constexpr int kBinBits = 14;
-constexpr std::size_t kBins = std::size_t{1} << kBinBits;
+// Keys that a worker collects at once. A chunk adds at most its samples.
+constexpr std::size_t kRoom = std::size_t{1} << 17;
+// How far around the guess is looked at first: 1 % in pixels.
+constexpr float kNear = 1.02f;
 
-// Positive floats sort as their bits do; the sign bit is always clear.
-std::size_t bin_of(float priority) {
-    return std::bit_cast<std::uint32_t>(priority) >> (31 - kBinBits);
+// Positive floats sort as their bits do.
+std::uint32_t bits_of(float key) { return std::bit_cast<std::uint32_t>(key); }
+
+float middle(float low, float high) {
+    return std::bit_cast<float>(bits_of(low) + (bits_of(high) - bits_of(low)) / 2);
 }
 
 }  // namespace
 
-float select_threshold(std::vector<Candidate>& candidates, std::size_t budget, float least) {
-    // which bin does the budget end in
-    std::vector<std::size_t> weights(kBins, 0);
-    for (const Candidate& candidate : candidates)
-        weights[bin_of(candidate.priority)] += candidate.weight;
-    std::size_t used = 0;
-    std::size_t bin = kBins;
-    while (bin > 0 && used + weights[bin - 1] <= budget) used += weights[--bin];
-    if (bin == 0) return least;
-
-    // and where in that bin
-    const std::size_t last = bin - 1;
-    const auto end = std::partition(
-        candidates.begin(), candidates.end(),
-        [&](const Candidate& candidate) { return bin_of(candidate.priority) == last; });
-    std::sort(candidates.begin(), end,
-              [](const Candidate& a, const Candidate& b) { return a.priority > b.priority; });
-    for (auto group = candidates.begin(); group != end;) {
-        const float priority = group->priority;
-        for (; group != end && group->priority == priority; ++group) used += group->weight;
-        if (used > budget) return priority;
+Selection::Selection(const Lattice& lattice, int worker_count)
+    : lattice_(lattice), tallies_(static_cast<std::size_t>(worker_count)) {
+    for (Tally& tally : tallies_) {
+        for (auto& keys : tally.inside) keys.resize(kRoom);
     }
-    return least;
+    candidates_.reserve(2 * kRoom * tallies_.size());
+}
+
+void Selection::count_chunk(const OpenChunk& chunk, const KeyKernels& kernels, Tally& tally) const {
+    KeyWindow& inner = tally.window[0];
+    KeyWindow& border = tally.window[1];
+    if (inner.count + OpenChunk::kSamples > kRoom || border.count + OpenChunk::kSamples > kRoom) {
+        tally.is_full = true;
+        inner.count = border.count = 0;
+    }
+    const auto ends = [&](Side side) { return chunk.beyond[side] == OpenChunk::Beyond::world_end; };
+    const int last_row = ends(north) ? kChunkCells : kChunkCells - 1;
+    for (int row = 0; row <= last_row; ++row) {
+        const bool on_border_row = (row == 0 && ends(south)) || row == kChunkCells;
+        OpenChunk::for_each_run(chunk.open_columns(row), [&](int first, int last) {
+            // the line at a run's east belongs to what is beyond, but on the world's border
+            const float* keys = chunk.key_row(row);
+            if (on_border_row) {
+                tally.below += kernels.count(keys + first, last - first + 1, border);
+                return;
+            }
+            int begin = first;
+            if (first == 0 && ends(west)) {
+                tally.below += kernels.count(keys, 1, border);
+                begin = 1;
+            }
+            tally.below += 2 * std::size_t{kernels.count(keys + begin, last - begin, inner)};
+            if (last == kChunkCells && ends(east)) {
+                tally.below += kernels.count(keys + last, 1, border);
+            }
+        });
+    }
+}
+
+// Weight of the keys below `low`; those below `high` are in the windows, unless they are full.
+std::size_t Selection::count(std::span<OpenChunk* const> open, const KeyKernels& kernels, float low,
+                             float high, WorkerTeam& team) {
+    for (Tally& tally : tallies_) {
+        tally.below = 0;
+        tally.is_full = false;
+        for (std::size_t i = 0; i < 2; ++i) {
+            tally.window[i] = {low, high, tally.inside[i].data(), 0};
+        }
+    }
+    team.run(open.size(), [&](std::size_t i, int worker) {
+        count_chunk(*open[i], kernels, tallies_[static_cast<std::size_t>(worker)]);
+    });
+    std::size_t below = 0;
+    for (const Tally& tally : tallies_) below += tally.below;
+    return below;
+}
+
+float Selection::find(std::span<OpenChunk* const> open, const KeyKernels& kernels,
+                      std::size_t budget, float floor, float guess, WorkerTeam& team) {
+    float least = 0.0f;  // weights below it fit
+    float most = floor;  // unless most is the floor, weights below it do not
+    float low = std::clamp(guess / kNear, least, most);
+    float high = std::clamp(guess * kNear, low, most);
+    for (float spread = kNear * kNear;; spread *= spread) {
+        const std::size_t below = count(open, kernels, low, high, team);
+        std::size_t inside = 0;
+        bool is_full = false;
+        for (const Tally& tally : tallies_) {
+            inside += 2 * std::size_t{tally.window[0].count} + tally.window[1].count;
+            is_full |= tally.is_full;
+        }
+        if (below > budget) {
+            most = low;
+            high = low;
+            low = std::max(least, low / spread);
+            if (bits_of(high) - bits_of(least) <= 1) return least;
+        } else if (is_full) {
+            // too many to collect: halve
+            least = low;
+            if (bits_of(high) - bits_of(low) <= 1) return low;
+            const float halfway = middle(low, high);
+            if (count(open, kernels, halfway, halfway, team) > budget) {
+                most = high = halfway;
+            } else {
+                least = low = halfway;
+            }
+        } else if (below + inside <= budget) {
+            if (high == floor) return floor;
+            least = high;
+            low = high;
+            high = std::min(most, high * spread);
+        } else {
+            break;
+        }
+    }
+
+    std::size_t used = 0;
+    for (const Tally& tally : tallies_) used += tally.below;
+    return pick(low, high, used, budget);
+}
+
+// Where in the windows the budget ends: first which bin, then which key of it.
+float Selection::pick(float low, float high, std::size_t used, std::size_t budget) {
+    bins_.fill(0);
+    const float per_key = static_cast<float>(bins_.size()) / (high - low);
+    const auto bin_of = [&](float key) {
+        return std::min(static_cast<std::size_t>((key - low) * per_key), bins_.size() - 1);
+    };
+    const auto for_all = [&](const auto& use) {
+        for (const Tally& tally : tallies_) {
+            for (std::uint32_t i = 0; i < 2; ++i) {
+                for (std::uint32_t k = 0; k < tally.window[i].count; ++k) {
+                    use(tally.inside[i][k], 2 - i);
+                }
+            }
+        }
+    };
+    for_all([&](float key, std::uint32_t weight) { bins_[bin_of(key)] += weight; });
+    std::size_t bin = 0;
+    while (used + bins_[bin] <= budget) used += bins_[bin++];
+    candidates_.clear();
+    for_all([&](float key, std::uint32_t weight) {
+        if (bin_of(key) == bin) candidates_.push_back({key, weight});
+    });
+    std::sort(candidates_.begin(), candidates_.end(),
+              [](const Candidate& a, const Candidate& b) { return a.key < b.key; });
+    for (auto group = candidates_.begin();;) {
+        const float key = group->key;
+        for (; group != candidates_.end() && group->key == key; ++group) used += group->weight;
+        if (used > budget) return key;
+    }
 }
 
 }  // namespace terrane::internal

@@ -1,25 +1,55 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "key_kernels.h"
+#include "open_chunk.h"
+#include "worker_team.h"
+
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace terrane::internal {
 
-/// A vertex that may be active, and how many triangles it adds: 2 inside the world, 1 on its border.
-struct Candidate {
-    float priority = 0.0f;
-    std::uint32_t weight = 0;
-};
+/// Finds the threshold that spends a budget: an exact order statistic of all open vertices' keys.
+///
+/// A vertex weighs as many triangles as it adds: 2 inside the world, 1 on its border. Those on a line
+/// between chunks are counted with the chunk east or north of it.
+class Selection {
+public:
+    Selection(const Lattice& lattice, int worker_count);
 
-/// The smallest of the candidates' priorities tau, or `least`, such that the weights of all
-/// candidates with a priority above it sum to at most `budget`.
-///
-/// Exact: an order statistic, not a bin. Candidates of equal priority are in or out together.
-///
-/// @param candidates all those with a priority above `least`; reordered
-/// Cost: O(candidates)
-float select_threshold(std::vector<Candidate>& candidates, std::size_t budget, float least);
+    /// The largest threshold, at most `floor`, such that vertices with a key below it weigh at most
+    /// `budget` together. Vertices of equal keys are in or out together.
+    ///
+    /// @param guess  where the threshold may be; only costs time where it is not
+    float find(std::span<OpenChunk* const> open, const KeyKernels& kernels, std::size_t budget,
+               float floor, float guess, WorkerTeam& team);
+
+private:
+    // What one worker has counted.
+    struct Tally {
+        std::size_t below = 0;         // weights
+        std::vector<float> inside[2];  // keys of weight 2, of weight 1
+        KeyWindow window[2];
+        bool is_full = false;
+    };
+    struct Candidate {
+        float key = 0.0f;
+        std::uint32_t weight = 0;
+    };
+    void count_chunk(const OpenChunk& chunk, const KeyKernels& kernels, Tally& tally) const;
+    std::size_t count(std::span<OpenChunk* const> open, const KeyKernels& kernels, float low,
+                      float high, WorkerTeam& team);
+
+    Lattice lattice_;
+    std::vector<Tally> tallies_;
+    float pick(float low, float high, std::size_t used, std::size_t budget);
+
+    std::vector<Candidate> candidates_;
+    std::array<std::size_t, 1024> bins_{};
+};
 
 }  // namespace terrane::internal

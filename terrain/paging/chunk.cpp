@@ -22,6 +22,12 @@ float add_up(float bound, double half_quantum) {
                : rounded;
 }
 
+// Rounded down, and a little further: products with it must not come out above 1 / bound^2.
+float inverse_square(float bound) {
+    const double wide = static_cast<double>(bound);
+    return static_cast<float>((1.0 - 0x1p-21) / (wide * wide));
+}
+
 Result<void> fill_heights(const HeightSource& source, const SampleGrid& grid, Chunk& chunk) {
     std::vector<double> metres(kSamples);
     if (const Result<void> read = source.sample(grid, metres); !read) return read;
@@ -43,7 +49,7 @@ Result<void> fill_heights(const HeightSource& source, const SampleGrid& grid, Ch
 // Own vertices: those of the chunk's spacing, and in a root all coarser ones.
 Result<void> fill_vertex_bounds(const HeightSource& source, const SampleGrid& grid, Chunk& chunk) {
     const double half_quantum = 0.5 * source.lattice().quantum;
-    chunk.vertex_bounds.assign(kSamples, 0.0f);
+    chunk.inverse_square_bounds.assign(kSamples, std::numeric_limits<float>::infinity());
     std::vector<float> bounds(kSamples);
     const int coarsest = chunk.key.level == 0 ? kChunkCells / 2 : 1;
     for (int stride = 1; stride <= coarsest; stride *= 2) {
@@ -59,7 +65,20 @@ Result<void> fill_vertex_bounds(const HeightSource& source, const SampleGrid& gr
                     out[static_cast<std::size_t>(row * sparse.columns + column)], half_quantum);
                 if (!(bound >= 0.0f))
                     return fail(ErrorCode::bad_data, "the source gave a bound of NaN");
-                chunk.vertex_bounds[sample_index(column * stride, row * stride)] = bound;
+                const std::size_t i = sample_index(column * stride, row * stride);
+                chunk.inverse_square_bounds[i] = inverse_square(bound);
+                const int last = kChunkAreas - 1;
+                // on a line between areas it belongs to all of them
+                for (int area_row = std::max(0, (row * stride - 1) / kAreaCells);
+                     area_row <= std::min(last, row * stride / kAreaCells); ++area_row) {
+                    for (int area_column = std::max(0, (column * stride - 1) / kAreaCells);
+                         area_column <= std::min(last, column * stride / kAreaCells);
+                         ++area_column) {
+                        Chunk::Area& area =
+                            chunk.areas[static_cast<std::size_t>(area_row * kChunkAreas + area_column)];
+                        area.max_vertex_bound = std::max(area.max_vertex_bound, bound);
+                    }
+                }
                 chunk.max_vertex_bound = std::max(chunk.max_vertex_bound, bound);
             }
         }
@@ -126,13 +145,23 @@ void fill_areas(Chunk& chunk) {
                 const std::size_t i = sample_index(column, row);
                 into.low = std::min(into.low, chunk.heights[i]);
                 into.high = std::max(into.high, chunk.heights[i]);
-                into.max_vertex_bound = std::max(into.max_vertex_bound, chunk.vertex_bounds[i]);
+            }
+        }
+        for (int row = south; row < south + kAreaCells; ++row) {
+            for (int column = west; column < west + kAreaCells; ++column) {
+                into.max_cell_bound =
+                    std::max(into.max_cell_bound, chunk.cell_bounds[cell_index(column, row)]);
             }
         }
     }
 }
 
 }  // namespace
+
+float bound_of(float inverse_square_bound) {
+    const double bound = 1.0 / std::sqrt(static_cast<double>(inverse_square_bound));
+    return std::nextafter(static_cast<float>(bound), std::numeric_limits<float>::infinity());
+}
 
 std::size_t Chunk::max_bytes() {
     return sizeof(Chunk) + kSamples * (sizeof(std::int32_t) + sizeof(float)) +
@@ -141,7 +170,7 @@ std::size_t Chunk::max_bytes() {
 
 std::size_t Chunk::bytes() const {
     return sizeof(Chunk) + heights.capacity() * sizeof(std::int32_t) +
-           (vertex_bounds.capacity() + cell_bounds.capacity()) * sizeof(float) +
+           (inverse_square_bounds.capacity() + cell_bounds.capacity()) * sizeof(float) +
            cell_flags.capacity();
 }
 

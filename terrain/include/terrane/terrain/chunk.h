@@ -14,8 +14,8 @@ namespace terrane {
 /// Blocks of 8 x 8 cells along the side of a chunk; each has its own interval of heights.
 inline constexpr int kChunkBlocks = kChunkCells / 8;
 
-/// Cells along the side of an area of a chunk: a sixteenth of it, with its own interval and bound.
-inline constexpr int kAreaCells = 32;
+/// Cells along the side of an area of a chunk, with its own interval and bounds.
+inline constexpr int kAreaCells = 16;
 inline constexpr int kChunkAreas = kChunkCells / kAreaCells;
 
 /// One square of heights with the bounds that certify it: the unit of paging. Immutable once made.
@@ -30,10 +30,10 @@ struct Chunk {
     /// [kChunkSamples^2] multiples of Lattice::quantum; shared edges are the same integers.
     std::vector<std::int32_t> heights;
 
-    /// [kChunkSamples^2] certified bound e(v), metres, of the vertices that this level owns: those of
-    /// spacing `step`, and in a root chunk all coarser ones too. Zero elsewhere. Includes half a
-    /// quantum.
-    std::vector<float> vertex_bounds;
+    /// [kChunkSamples^2] 1 / e(v)^2, rounded down, of the vertices that this level owns: those of spacing
+    /// `step`, and in a root chunk all coarser ones too. e(v) is the certified bound, metres, half a
+    /// quantum included. Infinite at other samples.
+    std::vector<float> inverse_square_bounds;
 
     /// [kChunkCells^2] certified bound of the two triangles of each cell, metres, half a quantum
     /// included: how far the surface of this level may be from the true one.
@@ -49,11 +49,12 @@ struct Chunk {
     std::int32_t high = 0;  ///< highest sample
 
     float max_vertex_bound = 0.0f;
-    /// Areas of 32 x 32 cells, row by row from the south-west, edges included.
+    /// Areas of 16 x 16 cells, row by row from the south-west, edges included.
     struct Area {
         std::int32_t low = 0;
         std::int32_t high = 0;
         float max_vertex_bound = 0.0f;
+        float max_cell_bound = 0.0f;
     };
     std::array<Area, kChunkAreas * kChunkAreas> areas{};
     /// Largest cell bound of each quadrant: what the child there could at most improve on.
@@ -69,6 +70,9 @@ struct Chunk {
     static std::size_t max_bytes();
     std::size_t bytes() const;
 };
+
+/// A certified bound that 1 / e^2 stands for, rounded up.
+float bound_of(float inverse_square_bound);
 
 /// Index of a sample of a chunk.
 constexpr std::size_t sample_index(int column, int row) {

@@ -50,7 +50,7 @@ struct TerrainMesh {
     /// Certified, morphing included: no ground point inside the view's side planes is displayed further
     /// than this from the true surface, in pixels of the picture's centre.
     double error_px = 0.0;
-    /// Vertices at or below this priority stayed out; what a pager should fetch for.
+    /// Vertices at or below this priority, in pixels, stayed out; what a pager should fetch for.
     double threshold_px = 0.0;
     std::uint64_t refused_views = 0;  ///< since creation
 };
@@ -58,6 +58,13 @@ struct TerrainMesh {
 struct TriangulatorSettings {
     std::size_t triangle_budget = 100'000;  ///< hard limit; at least 2 for each root square
     double max_error_px = 1.0;              ///< refinement stops below this, > 0
+    /// Vertices slide in while their priority rises from the threshold to this many times it, 1 to
+    /// 16. Larger is smoother and needs more triangles for the same error: the displayed surface is off
+    /// by up to sqrt(morph_ratio) thresholds. 1: they appear in place, as for a single picture.
+    double morph_ratio = 1.25;
+    int worker_count = 1;  ///< threads that update() runs on, its caller's included, 1 to 64
+    /// Chunks that update() has room for without allocating: 130 kB each. More are made room for once.
+    std::size_t open_chunks = 256;
 };
 
 /// Continuous level of detail over resident chunks, by longest-edge bisection.
@@ -65,7 +72,8 @@ struct TriangulatorSettings {
 /// Guarantees, checked by tests/terrain/triangulator_test.cpp:
 ///   - never more than triangle_budget triangles;
 ///   - conforming: every inner edge belongs to exactly two triangles, whatever is resident;
-///   - error_px is an upper bound on the screen error measured by brute force;
+///   - error_px is an upper bound on the screen error of the displayed surface, measured by brute force;
+///   - vertices slide in and out as the eye moves (see morph_ratio), and stand flat when they appear;
 ///   - the same resident set, settings and view give the same bytes, whatever came before.
 class Triangulator {
 public:
@@ -80,8 +88,10 @@ public:
 
     /// Makes the mesh of a view over what is resident.
     ///
-    /// Threads: one at a time
-    /// Cost:    O(samples of the chunks that the view refines)
+    /// Threads:   one at a time
+    /// Allocates: nothing, but where more chunks are refined than settings.open_chunks, or more are
+    ///            resident than 16 times that
+    /// Cost:      O(samples of the areas that the view refines)
     TerrainMesh update(std::shared_ptr<const ResidentSet> resident, const View& view);
 
 private:

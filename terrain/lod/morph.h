@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "key_kernels.h"
+#include "open_chunk.h"
+
+namespace terrane::internal {
+
+/// How vertices slide in: a vertex stands at
+///
+///   mean of its displayed ends + share * (its height - mean of its ends' heights),
+///   share = clamp(full * (1 - threshold_px / priority_px), 0, 1), full = ratio / (ratio - 1),
+///
+/// flat where it has just become active, in place where its priority is `ratio` thresholds.
+///
+/// Every set of vertices with a share above some value is closed under parents, so the displayed
+/// surface is a mean of conforming meshes: its error is at most the integral of the priority p over
+/// the share, along the vertices that divide a place. With p = threshold / (1 - share / full)
+/// that is threshold * full * ln(ratio) <= threshold * sqrt(ratio).
+class Morph {
+public:
+    /// @param ratio >= 1; 1: vertices do not morph
+    /// @param threshold_key vertices with keys below it are active
+    Morph(double ratio, float threshold_key);
+
+    bool is_on() const { return is_on_; }
+
+    /// Error of the displayed surface over the threshold, where everything wanted is there.
+    double spread() const { return spread_; }
+
+    /// Bound on the error, in thresholds, where a vertex of a priority of `excess` thresholds is
+    /// missing: by convexity of the integral above.
+    double with_missing(double excess) const;
+
+    /// The same where the missing vertex is there, but its chunk and all below it have faded in by
+    /// `fade` only.
+    double with_fade(double excess, double fade) const;
+
+    /// Fills a chunk's offsets, from its parent's.
+    void slide(OpenChunk& chunk, const KeyKernels& kernels, float quantum) const;
+
+private:
+    void slide_coarse(OpenChunk& root, float quantum) const;
+    void take_from_parent(OpenChunk& chunk) const;
+    double share(double priority) const;
+
+    bool is_on_ = false;
+    double ratio_ = 1.0;
+    double full_ = 1.0;
+    double spread_ = 1.0;
+    float full_share_ = 1.0f;
+    float slope_ = 0.0f;
+};
+
+}  // namespace terrane::internal

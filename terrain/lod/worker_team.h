@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <thread>
+#include <vector>
+
+namespace terrane::internal {
+
+/// Runs loops on several threads. The calling thread takes part: a team of one has no thread of its
+/// own. Allocates nothing after it is made.
+class WorkerTeam {
+public:
+    explicit WorkerTeam(int size);
+    ~WorkerTeam();
+    WorkerTeam(const WorkerTeam&) = delete;
+    WorkerTeam& operator=(const WorkerTeam&) = delete;
+
+    int size() const { return static_cast<int>(threads_.size()) + 1; }
+
+    /// Calls job(index, worker) for every index below count, in any order, each once; returns when all
+    /// are done. Workers are 0 to size() - 1.
+    template <typename Job>
+    void run(std::size_t count, const Job& job) {
+        if (threads_.empty() || count < 2) {
+            for (std::size_t i = 0; i < count; ++i) job(i, 0);
+            return;
+        }
+        start(count, &job, [](const void* context, std::size_t index, int worker) {
+            (*static_cast<const Job*>(context))(index, worker);
+        });
+    }
+
+private:
+    using Call = void (*)(const void* context, std::size_t index, int worker);
+    void start(std::size_t count, const void* context, Call call);
+    void take(int worker);
+    void serve(const std::stop_token& stop, int worker);
+
+    // written by the calling thread before round_ moves on
+    std::size_t count_ = 0;
+    const void* context_ = nullptr;
+    Call call_ = nullptr;
+    alignas(64) std::atomic<std::size_t> next_{0};
+    alignas(64) std::atomic<std::uint32_t> round_{0};
+    alignas(64) std::atomic<std::uint32_t> busy_{0};
+    std::vector<std::jthread> threads_;  // last: stopped first
+};
+
+}  // namespace terrane::internal
