@@ -53,6 +53,11 @@ inline GlTexture make_texture_2d() {
     glCreateTextures(GL_TEXTURE_2D, 1, &name);
     return GlTexture(name);
 }
+inline GlTexture make_texture_2d_array() {
+    GLuint name = 0;
+    glCreateTextures(GL_TEXTURE_2D_ARRAY, 1, &name);
+    return GlTexture(name);
+}
 inline GlVertexArray make_vertex_array() {
     GLuint name = 0;
     glCreateVertexArrays(1, &name);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "chunk_cache.h"
 #include "eye_frame.h"
 #include "frame_uniforms.h"
 #include "framebuffer.h"
 #include "gl_error.h"
+#include "ground_draws.h"
 #include "ground_noise.h"
 #include "object_mesh.h"
 #include "shader.h"
@@ -19,21 +19,9 @@ namespace {
 
 using namespace internal;
 
-// Uniforms of one terrain program; the wireframe lacks some, and OpenGL ignores location -1.
-struct TerrainProgram {
-    GlProgram program;
-    GLint corner = -1, stride = -1, tile = -1, side_layer = -1;
-};
-
 struct ObjectProgram {
     GlProgram program;
     GLint axes = -1, extents = -1, centre = -1, colour = -1;
-};
-
-// What the draw of one chunk needs.
-struct ChunkDraw {
-    const MeshChunk* mesh = nullptr;
-    const DeviceChunk* device = nullptr;
 };
 
 Result<void> check(const RendererSettings& settings) {
@@ -82,18 +70,6 @@ Result<void> check(const TerrainMesh& mesh, const View& view, const Framebuffer&
     return {};
 }
 
-Result<TerrainProgram> make_terrain_program(const std::string& name, std::string_view fragment) {
-    Result<GlProgram> made = make_program(name, terrain_vert, fragment);
-    if (!made) return tl::unexpected(made.error());
-    TerrainProgram terrain;
-    terrain.corner = glGetUniformLocation(made->name(), "corner");
-    terrain.stride = glGetUniformLocation(made->name(), "stride");
-    terrain.tile = glGetUniformLocation(made->name(), "tile");
-    terrain.side_layer = glGetUniformLocation(made->name(), "side_layer");
-    terrain.program = std::move(*made);
-    return terrain;
-}
-
 Result<ObjectProgram> make_object_program() {
     Result<GlProgram> made = make_program("objects", object_vert, object_frag);
     if (!made) return tl::unexpected(made.error());
@@ -106,66 +82,34 @@ Result<ObjectProgram> make_object_program() {
     return object;
 }
 
-// Place in a root square, metres; the noise repeats with it.
-float tile_place(const Lattice& lattice, std::int64_t index) {
-    const std::int64_t side = lattice.chunk_side(0);
-    return static_cast<float>(lattice.spacing *
-                              static_cast<double>(((index % side) + side) % side));
-}
-
-void set_chunk(const TerrainProgram& terrain, const Lattice& lattice, const EyeFrame& eye,
-               const ChunkDraw& draw) {
-    const Chunk& chunk = *draw.mesh->chunk;
-    const SplitInteger x = split(chunk.corner.x - eye.x, kIndexBits);
-    const SplitInteger y = split(chunk.corner.y - eye.y, kIndexBits);
-    const SplitInteger stride = split(chunk.step, kIndexBits);
-    glUniform4i(terrain.corner, x.high, x.low, y.high, y.low);
-    glUniform2i(terrain.stride, stride.high, stride.low);
-    glUniform3f(terrain.tile, tile_place(lattice, chunk.corner.x),
-                tile_place(lattice, chunk.corner.y),
-                static_cast<float>(lattice.spacing * static_cast<double>(chunk.step)));
-    // coarser ground beside a chunk has no finer light than its own level
-    FrameUniforms::Vec4 layers{};
-    for (std::size_t side = 0; side < layers.size(); ++side) {
-        const int level = draw.device->side_levels[side];
-        if (level >= 0) layers[side] = static_cast<float>(chunk.key.level - level);
-    }
-    glUniform4fv(terrain.side_layer, 1, layers.data());
-}
-
 }  // namespace
 
 struct TerrainRenderer::State {
     std::shared_ptr<const void> context;  // first: it must outlive all names below
     RendererSettings settings;
     Framebuffer picture;
-    TerrainProgram ground, wires;
+    GlProgram ground, wires, sky;
     ObjectProgram objects;
-    GlProgram sky;
-    GlVertexArray ground_layout, object_layout, no_layout;
-    GlBuffer frame_uniforms, indices;
+    GlVertexArray object_layout, no_layout;
+    GlBuffer frame_uniforms;
     GlTexture noise;
     ObjectMesh cube, ball;
-    ChunkCache chunks;
-    std::weak_ptr<const ResidentSet> followed;
-    std::vector<ChunkDraw> draws;
+    GroundDraws draws;
 
     explicit State(Framebuffer made) : picture(std::move(made)) {}
 
     Result<void> make_programs();
     void make_buffers();
-    Result<void> collect(const TerrainMesh& mesh);
-    void draw_ground(const TerrainMesh& mesh, const EyeFrame& eye);
-    void draw_chunks(const TerrainProgram& program, const Lattice& lattice, const EyeFrame& eye);
+    void draw_ground();
     void draw_objects(const View& view, std::span<const DrawnBox> boxes,
                       std::span<const DrawnSphere> spheres);
     void draw_sky();
 };
 
 Result<void> TerrainRenderer::State::make_programs() {
-    Result<TerrainProgram> made_ground = make_terrain_program("the terrain", terrain_frag);
+    Result<GlProgram> made_ground = make_program("the terrain", terrain_vert, terrain_frag);
     if (!made_ground) return tl::unexpected(made_ground.error());
-    Result<TerrainProgram> made_wires = make_terrain_program("the wireframe", line_frag);
+    Result<GlProgram> made_wires = make_program("the wireframe", terrain_vert, line_frag);
     if (!made_wires) return tl::unexpected(made_wires.error());
     Result<ObjectProgram> made_objects = make_object_program();
     if (!made_objects) return tl::unexpected(made_objects.error());
@@ -182,16 +126,11 @@ void TerrainRenderer::State::make_buffers() {
     frame_uniforms = make_buffer();
     glNamedBufferStorage(frame_uniforms.name(), sizeof(FrameUniforms), nullptr,
                          GL_DYNAMIC_STORAGE_BIT);
-    indices = make_buffer();
     noise = make_ground_noise();
     cube = make_cube();
     ball = make_ball();
 
     no_layout = make_vertex_array();
-    ground_layout = make_vertex_array();
-    glEnableVertexArrayAttrib(ground_layout.name(), 0);
-    glVertexArrayAttribIFormat(ground_layout.name(), 0, 1, GL_INT, 0);
-    glVertexArrayAttribBinding(ground_layout.name(), 0, 0);
     object_layout = make_vertex_array();
     for (GLuint attribute = 0; attribute < 2; ++attribute) {
         glEnableVertexArrayAttrib(object_layout.name(), attribute);
@@ -201,61 +140,23 @@ void TerrainRenderer::State::make_buffers() {
     }
 }
 
-// Brings every chunk of the mesh to the device, nearest first.
-Result<void> TerrainRenderer::State::collect(const TerrainMesh& mesh) {
-    draws.clear();
-    if (mesh.resident == nullptr) return {};
-    if (followed.lock() != mesh.resident) {
-        chunks.follow(*mesh.resident);
-        followed = mesh.resident;
-    }
-    // the mesh goes from coarse to fine; near ground drawn first hides what lies behind it
-    for (std::size_t i = mesh.chunks.size(); i-- > 0;) {
-        const MeshChunk& chunk = mesh.chunks[i];
-        if (chunk.index_count == 0) continue;
-        const DeviceChunk* device = chunks.find(*mesh.resident, *chunk.chunk);
-        if (device == nullptr) {
-            return fail(ErrorCode::invalid_argument,
-                        "the mesh draws a chunk that is not in its resident set");
-        }
-        draws.push_back({&chunk, device});
-    }
-    return {};
-}
-
-void TerrainRenderer::State::draw_chunks(const TerrainProgram& program, const Lattice& lattice,
-                                         const EyeFrame& eye) {
-    glUseProgram(program.program.name());
-    for (const ChunkDraw& draw : draws) {
-        set_chunk(program, lattice, eye, draw);
-        glBindTextureUnit(0, draw.device->slopes.name());
-        glVertexArrayVertexBuffer(ground_layout.name(), 0, draw.device->heights.name(), 0,
-                                  sizeof(std::int32_t));
-        const std::size_t first_byte = sizeof(std::uint16_t) * draw.mesh->first_index;
-        // GL takes an offset into the index buffer spelled as a pointer
-        glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(draw.mesh->index_count),
-                       GL_UNSIGNED_SHORT, reinterpret_cast<const void*>(first_byte));
-    }
-}
-
-void TerrainRenderer::State::draw_ground(const TerrainMesh& mesh, const EyeFrame& eye) {
-    if (draws.empty()) return;
-    glNamedBufferData(indices.name(), static_cast<GLsizeiptr>(mesh.indices.size_bytes()),
-                      mesh.indices.data(), GL_STREAM_DRAW);
-    glBindVertexArray(ground_layout.name());
-    glVertexArrayElementBuffer(ground_layout.name(), indices.name());
+void TerrainRenderer::State::draw_ground() {
     glBindTextureUnit(1, noise.name());
-    draw_chunks(ground, mesh.resident->lattice(), eye);
-    if (!settings.wireframe) return;
-    glPolygonMode(GL_FRONT_AND_BACK, GL_LINE);
-    glEnable(GL_POLYGON_OFFSET_LINE);
-    glPolygonOffset(1.0f, 4.0f);  // depth is reversed: more is nearer
-    glEnable(GL_BLEND);
-    glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
-    draw_chunks(wires, mesh.resident->lattice(), eye);
-    glDisable(GL_BLEND);
-    glDisable(GL_POLYGON_OFFSET_LINE);
-    glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
+    glUseProgram(ground.name());
+    draws.draw();
+    if (settings.wireframe) {
+        glPolygonMode(GL_FRONT_AND_BACK, GL_LINE);
+        glEnable(GL_POLYGON_OFFSET_LINE);
+        glPolygonOffset(1.0f, 4.0f);  // depth is reversed: more is nearer
+        glEnable(GL_BLEND);
+        glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+        glUseProgram(wires.name());
+        draws.draw();
+        glDisable(GL_BLEND);
+        glDisable(GL_POLYGON_OFFSET_LINE);
+        glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
+    }
+    draws.finish();
 }
 
 void TerrainRenderer::State::draw_objects(const View& view, std::span<const DrawnBox> boxes,
@@ -334,7 +235,7 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
         if (!made) return tl::unexpected(made.error());
         eye = *made;
     }
-    if (const Result<void> collected = state.collect(mesh); !collected) return collected;
+    if (const Result<void> ready = state.draws.prepare(mesh, eye); !ready) return ready;
 
     const FrameUniforms uniforms = make_frame_uniforms(state.settings, lattice, view, eye);
     glNamedBufferSubData(state.frame_uniforms.name(), 0, sizeof(uniforms), &uniforms);
@@ -346,7 +247,7 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
     glDepthFunc(GL_GEQUAL);
     glClearDepth(0.0);
     glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-    state.draw_ground(mesh, eye);
+    state.draw_ground();
     state.draw_objects(view, boxes, spheres);
     // last, where nothing else is: it lies at depth 0
     state.draw_sky();
@@ -357,6 +258,6 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
 
 Image TerrainRenderer::read() const { return state_->picture.read(); }
 
-std::size_t TerrainRenderer::buffer_bytes() const { return state_->chunks.bytes(); }
+std::size_t TerrainRenderer::buffer_bytes() const { return state_->draws.pool().bytes(); }
 
 }  // namespace terrane

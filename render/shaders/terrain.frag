@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: MIT
 
-layout(binding = 0) uniform sampler2D slopes;  // see slope_map.h
-layout(binding = 1) uniform sampler2D noise;   // see ground_noise.h
-
-uniform vec3 tile;
-uniform vec4 side_layer;  // least layer of the slopes at the west, east, south, north edge
+layout(binding = 0) uniform sampler2DArray slopes;  // see slope_map.h
+layout(binding = 1) uniform sampler2D noise;        // see ground_noise.h
 
 in vec3 p_eye;
 in vec2 cell;
 in vec2 tile_m;
 in float height_m;
+flat in vec2 map;         // x: slope map, y: metres between samples
+flat in vec4 side_layer;  // least layer of the slopes at the west, east, south, north edge
 
 layout(location = 0) out vec4 colour_out;
 
@@ -20,7 +19,7 @@ const float kSharper = -1.2;
 vec2 slope_at(int layer) {
     float row = float(256 - (256 >> layer) + layer);
     vec2 texel = cell / float(1 << layer) + vec2(0.5, row + 0.5);
-    return textureLod(slopes, texel / vec2(129.0, 263.0), 0.0).xy;
+    return textureLod(slopes, vec3(texel / vec2(129.0, 263.0), map.x), 0.0).xy;
 }
 
 // The ground's normal at the size of this pixel. Depends on distance and direction alone, so that
@@ -30,7 +29,7 @@ vec3 ground_normal(float distance, vec3 along) {
     vec4 inside = vec4(cell, 128.0 - cell);  // west, south, east, north
     vec4 fade = side_layer * (1.0 - smoothstep(0.0, 16.0, inside.xzyw));
     float least = max(max(fade.x, fade.y), max(fade.z, fade.w));
-    float wanted = clamp(max(log2(pixel_m / tile.z), least), 0.0, float(kLastLayer));
+    float wanted = clamp(max(log2(pixel_m / map.y), least), 0.0, float(kLastLayer));
     int layer = min(int(wanted), kLastLayer - 1);
     vec2 slope = mix(slope_at(layer), slope_at(layer + 1), wanted - float(layer));
     return vec3(slope, sqrt(max(1.0 - dot(slope, slope), 0.0)));

@@ -4,14 +4,22 @@
 
 layout(location = 0) in int height;  // quanta
 
-uniform ivec4 corner;  // lattice index minus the eye's: x high, x low, y high, y low part
-uniform ivec2 stride;  // finest spacings between samples: high, low part
-uniform vec3 tile;     // xy: the corner's place in its root square, z: between samples; metres
+// the same for all samples of a chunk: see ChunkAttributes
+layout(location = 1) in ivec4 corner;  // lattice index minus the eye's: x high, low, y high, low
+layout(location = 2) in ivec4 numbers;  // xy: finest spacings between samples: high, low part;
+                                        // z: sample 0's vertex, w: its offset, or -1
+layout(location = 3) in vec4 tile;  // xy: the corner's place in its root square,
+                                    // z: between samples, metres; w: slope map
+layout(location = 4) in vec4 edges;  // least layer of the slopes at the west, east, south, north edge
+
+layout(std430, binding = 0) readonly buffer Offsets { float offsets[]; };  // metres, of samples that morph
 
 out vec3 p_eye;
 out vec2 cell;       // place in the chunk, in samples
 out vec2 tile_m;     // place in the root square, metres
 out float height_m;  // world z
+flat out vec2 map;         // x: slope map, y: metres between samples
+flat out vec4 side_layer;  // edges
 
 invariant gl_Position;
 
@@ -21,10 +29,10 @@ const int kHeightBits = 16;
 
 // Metres from the eye's lattice point.
 float place(int high, int low, int index) {
-    low += index * stride.y;
+    low += index * numbers.y;
     int carry = (low + (1 << (kIndexBits - 1))) >> kIndexBits;
     low -= carry << kIndexBits;
-    high += index * stride.x + carry;
+    high += index * numbers.x + carry;
     precise float metres =
         float(high) * (frame.grid.x * float(1 << kIndexBits)) + float(low) * frame.grid.x;
     return metres;
@@ -41,13 +49,19 @@ float rise() {
 }
 
 void main() {
-    int row = gl_VertexID / kSamples;
-    int column = gl_VertexID - row * kSamples;
+    int index = gl_VertexID - numbers.z;
+    int row = index / kSamples;
+    int column = index - row * kSamples;
+    float offset = numbers.w < 0 ? 0.0 : offsets[numbers.w + index];
     precise vec3 place_eye = vec3(place(corner.x, corner.y, column), place(corner.z, corner.w, row),
                                   rise()) - frame.remainder.xyz;
+    // the last sum, so that samples that do not morph keep their bits
+    place_eye.z += offset;
     p_eye = place_eye;
     cell = vec2(column, row);
     tile_m = tile.xy + cell * tile.z;
-    height_m = float(height) * frame.grid.y;
+    height_m = float(height) * frame.grid.y + offset;
+    map = tile.wz;
+    side_layer = edges;
     gl_Position = frame.clip_from_eye * vec4(place_eye, 1.0);
 }

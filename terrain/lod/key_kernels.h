@@ -44,15 +44,15 @@ struct KeyWindow {
 /// What a row of morphing vertices is made of.
 struct OffsetRow {
     int count = 0;
-    const float* keys = nullptr;                 ///< [count]
-    const std::int32_t* heights = nullptr;       ///< [count]
-    const std::int32_t* heights_low = nullptr;   ///< [count] of the row before
-    const std::int32_t* heights_high = nullptr;  ///< [count] of the row after
-    const float* offsets_low = nullptr;          ///< [count] of the row before
-    const float* offsets_high = nullptr;         ///< [count] of the row after
-    float* offsets = nullptr;                    ///< [count], those of even samples given
+    const float* keys = nullptr;  ///< [count]
+    const std::int32_t* heights =
+        nullptr;  ///< [count]; odd rows: those beside it are kChunkSamples away
+    /// [count / 2 + 1] offsets of the even samples of this row, or of the row before an odd one
+    const float* coarse = nullptr;
+    const float* coarse_high = nullptr;  ///< the same of the row after an odd one
+    float* offsets = nullptr;            ///< [count]
     float quantum = 1.0f;
-    float full = 1.0f;  ///< share = clamp(full - slope * sqrt(key), 0, 1)
+    float full = 1.0f;  ///< share = clamp(full - slope * key, 0, 1)
     float slope = 0.0f;
     bool first_is_even_square = false;  ///< odd rows: of the square around sample 1
 };
@@ -84,9 +84,9 @@ struct KeyKernels {
     /// 2 i + 1.
     void (*mask)(const float* keys, float threshold, std::uint64_t& even_out,
                  std::uint64_t& odd_out);
-    /// Offsets of the midpoints of an even row, from its even samples'.
+    /// Offsets of an even row, from its even samples'.
     void (*slide_even)(const OffsetRow& row);
-    /// Offsets of midpoints and centres of an odd row, from the even samples' of both rows beside it.
+    /// Offsets of an odd row, from the even samples' of both rows beside it.
     void (*slide_odd)(const OffsetRow& row);
 };
 

@@ -206,56 +206,65 @@ void mask(const float* keys, float threshold, std::uint64_t& even_out, std::uint
     odd_out = odd;
 }
 
+// How far a vertex is from being in place: share - 1.
 inline float share_less_one(float key, float full, float slope) {
-    const float share = full - slope * __builtin_sqrtf(key);
-    const float least = share > 0.0f ? share : 0.0f;
-    return (least < 1.0f ? least : 1.0f) - 1.0f;
+    const float share = larger(full - slope * key, 0.0f);
+    return (share < 1.0f ? share : 1.0f) - 1.0f;
 }
 
 // Displayed = mean of the displayed ends + share * (height - mean of the ends' heights).
-inline float slide(float less_one, float quantum, std::int32_t height, std::int32_t height_a,
+inline float slide(float less_one, float half_quantum, std::int32_t height, std::int32_t height_a,
                    std::int32_t height_b, float offset_a, float offset_b) {
-    const float rise =
-        0.5f * quantum *
-        (static_cast<float>(height - height_a) + static_cast<float>(height - height_b));
+    const float rise = half_quantum * (static_cast<float>(height - height_a) +
+                                       static_cast<float>(height - height_b));
     return 0.5f * (offset_a + offset_b) + less_one * rise;
 }
 
 void slide_even(const OffsetRow& row) {
     const float* __restrict keys = row.keys;
     const std::int32_t* __restrict heights = row.heights;
+    const float* __restrict coarse = row.coarse;
     float* __restrict offsets = row.offsets;
-    for (int i = 1; i < row.count; i += 2) {
-        offsets[i] = slide(share_less_one(keys[i], row.full, row.slope), row.quantum, heights[i],
-                           heights[i - 1], heights[i + 1], offsets[i - 1], offsets[i + 1]);
+    const float full = row.full, slope = row.slope, half_quantum = 0.5f * row.quantum;
+    const int squares = row.count / 2;
+    for (int i = 0; i < squares; ++i) {
+        offsets[2 * i] = coarse[i];
+        offsets[2 * i + 1] =
+            slide(share_less_one(keys[2 * i + 1], full, slope), half_quantum, heights[2 * i + 1],
+                  heights[2 * i], heights[2 * i + 2], coarse[i], coarse[i + 1]);
     }
+    offsets[2 * squares] = coarse[squares];
 }
 
 void slide_odd(const OffsetRow& row) {
     const float* __restrict keys = row.keys;
     const std::int32_t* __restrict heights = row.heights;
-    const std::int32_t* __restrict heights_low = row.heights_low;
-    const std::int32_t* __restrict heights_high = row.heights_high;
-    const float* __restrict offsets_low = row.offsets_low;
-    const float* __restrict offsets_high = row.offsets_high;
+    const std::int32_t* __restrict heights_low = row.heights - kMost;
+    const std::int32_t* __restrict heights_high = row.heights + kMost;
+    const float* __restrict low = row.coarse;
+    const float* __restrict high = row.coarse_high;
     float* __restrict offsets = row.offsets;
-    const float full = row.full, slope = row.slope, quantum = row.quantum;
-    for (int i = 0; i < row.count; i += 2) {
-        offsets[i] = slide(share_less_one(keys[i], full, slope), quantum, heights[i],
-                           heights_low[i], heights_high[i], offsets_low[i], offsets_high[i]);
-    }
+    const float full = row.full, slope = row.slope, half_quantum = 0.5f * row.quantum;
+    const int squares = row.count / 2;
     // an even square's diagonal rises from its south-western corner
     const int even = row.first_is_even_square ? 0 : 1;
-    for (int square = 0; square < row.count / 2; ++square) {
-        const int i = 2 * square + 1;
-        const bool rises = (square & 1) == even;
-        const std::int32_t south = rises ? heights_low[i - 1] : heights_low[i + 1];
-        const std::int32_t north = rises ? heights_high[i + 1] : heights_high[i - 1];
-        const float offset_south = rises ? offsets_low[i - 1] : offsets_low[i + 1];
-        const float offset_north = rises ? offsets_high[i + 1] : offsets_high[i - 1];
-        offsets[i] = slide(share_less_one(keys[i], full, slope), quantum, heights[i], south, north,
-                           offset_south, offset_north);
+    for (int i = 0; i < squares; ++i) {
+        offsets[2 * i] =
+            slide(share_less_one(keys[2 * i], full, slope), half_quantum, heights[2 * i],
+                  heights_low[2 * i], heights_high[2 * i], low[i], high[i]);
+        const std::int32_t low_west = heights_low[2 * i], low_east = heights_low[2 * i + 2];
+        const std::int32_t high_west = heights_high[2 * i], high_east = heights_high[2 * i + 2];
+        const float from_low_west = low[i], from_low_east = low[i + 1];
+        const float from_high_west = high[i], from_high_east = high[i + 1];
+        const bool rises = (i & 1) == even;
+        offsets[2 * i + 1] =
+            slide(share_less_one(keys[2 * i + 1], full, slope), half_quantum, heights[2 * i + 1],
+                  rises ? low_west : low_east, rises ? high_east : high_west,
+                  rises ? from_low_west : from_low_east, rises ? from_high_east : from_high_west);
     }
+    const int last = 2 * squares;
+    offsets[last] = slide(share_less_one(keys[last], full, slope), half_quantum, heights[last],
+                          heights_low[last], heights_high[last], low[squares], high[squares]);
 }
 
 }  // namespace

@@ -9,49 +9,46 @@
 #include "morph.h"
 
 #include <algorithm>
-#include <bit>
-#include <cmath>
+#include <array>
 
 namespace terrane::internal {
 namespace {
 
-// ln(x) for x >= 1, rounded up by at most (ln x)^3 / 24.
-double ln_above(double x) { return (x - 1.0) / std::sqrt(x); }
-
 float share_less_one(float key, float full, float slope) {
-    return std::clamp(full - slope * std::sqrt(key), 0.0f, 1.0f) - 1.0f;
+    return std::clamp(full - slope * key, 0.0f, 1.0f) - 1.0f;
 }
 
 }  // namespace
 
 Morph::Morph(double ratio, float threshold_key) : is_on_(ratio > 1.0), ratio_(ratio) {
     if (!is_on_) return;
-    full_ = ratio / (ratio - 1.0);
-    spread_ = std::sqrt(ratio);
+    full_ = ratio * ratio / (ratio * ratio - 1.0);
+    spread_ = 2.0 * ratio / (ratio + 1.0);
     full_share_ = static_cast<float>(full_);
-    slope_ = static_cast<float>(full_ / std::sqrt(static_cast<double>(threshold_key)));
+    slope_ = full_share_ / threshold_key;
 }
 
-double Morph::share(double priority) const {
-    return std::clamp(full_ * (1.0 - 1.0 / priority), 0.0, 1.0);
+// Priorities in thresholds here and below.
+double Morph::share(double excess) const {
+    return std::clamp(full_ * (1.0 - 1.0 / (excess * excess)), 0.0, 1.0);
+}
+
+double Morph::integral(double from, double to) const {
+    const double low = std::clamp(from, 1.0, ratio_), high = std::clamp(to, 1.0, ratio_);
+    return 2.0 * full_ * std::max(0.0, 1.0 / low - 1.0 / high);
 }
 
 double Morph::with_missing(double excess) const {
-    if (!is_on_ || excess >= ratio_) return std::max(excess, 1.0);
-    if (excess <= 1.0) return spread_;
-    // a chord of a convex function
-    return spread_ + (excess - 1.0) / (ratio_ - 1.0) * (ratio_ - spread_);
+    if (!is_on_) return std::max(excess, 1.0);
+    return std::max(spread_, integral(excess, ratio_) + share(excess) * excess);
 }
 
 double Morph::with_fade(double excess, double fade) const {
-    if (!is_on_) return with_missing(excess);
-    if (excess * fade <= 1.0) return with_missing(excess);
-    // held from its own share down to the faded one, and below it everything counts 1 / fade
-    const double full_share = share(excess);
-    const double faded_share = share(excess * fade);
-    const double above = excess >= ratio_ ? 0.0 : full_ * ln_above(ratio_ / excess);
-    const double below = full_ * ln_above(std::min(excess * fade, ratio_)) / fade;
-    return std::max(spread_, above + (full_share - faded_share) * excess + below);
+    if (!is_on_ || excess * fade <= 1.0) return with_missing(excess);
+    // held from its own share down to the faded one; below that everything counts 1 / fade
+    return std::max(spread_, integral(excess, ratio_) +
+                                 (share(excess) - share(excess * fade)) * excess +
+                                 integral(1.0, excess * fade) / fade);
 }
 
 // The vertices of a root that are coarser than its samples, from the coarsest.
@@ -91,24 +88,25 @@ void Morph::slide_coarse(OpenChunk& root, float quantum) const {
     }
 }
 
-// Coarser samples have the offsets that the parent gives them.
-void Morph::take_from_parent(OpenChunk& chunk) const {
-    const int shift_x = (chunk.chunk->key.x & 1) != 0 ? kChunkCells / 2 : 0;
-    const int shift_y = (chunk.chunk->key.y & 1) != 0 ? kChunkCells / 2 : 0;
-    for (int row = 0; row <= kChunkCells; row += 2) {
-        const float* from = &chunk.parent->offsets[sample_index(shift_x, shift_y + row / 2)];
-        float* to = &chunk.offsets[sample_index(0, row)];
-        OpenChunk::for_each_run(chunk.open_columns(row), [&](int first, int last) {
-            for (int column = first; column <= last; column += 2) to[column] = from[column / 2];
-        });
-    }
-}
-
 void Morph::slide(OpenChunk& chunk, const KeyKernels& kernels, float quantum) const {
+    // coarser samples have the offsets that the parent gives them; a root has made its own
+    constexpr int kCoarse = kChunkCells / 2 + 1;
+    std::array<float, std::size_t{kCoarse} * kCoarse> own;
+    const float* coarse = own.data();
+    std::size_t stride = kCoarse;
     if (chunk.is_root()) {
         slide_coarse(chunk, quantum);
+        for (int row = 0; row < kCoarse; ++row) {
+            for (int column = 0; column < kCoarse; ++column) {
+                own[static_cast<std::size_t>(row * kCoarse + column)] =
+                    chunk.offsets[sample_index(2 * column, 2 * row)];
+            }
+        }
     } else {
-        take_from_parent(chunk);
+        const int shift_x = (chunk.chunk->key.x & 1) != 0 ? kChunkCells / 2 : 0;
+        const int shift_y = (chunk.chunk->key.y & 1) != 0 ? kChunkCells / 2 : 0;
+        coarse = &chunk.parent->offsets[sample_index(shift_x, shift_y)];
+        stride = kChunkSamples;
     }
     OffsetRow part;
     part.quantum = quantum;
@@ -121,14 +119,12 @@ void Morph::slide(OpenChunk& chunk, const KeyKernels& kernels, float quantum) co
             part.keys = &chunk.keys[sample];
             part.heights = &chunk.chunk->heights[sample];
             part.offsets = &chunk.offsets[sample];
+            part.coarse = coarse + static_cast<std::size_t>(row / 2) * stride + first / 2;
             if (row % 2 == 0) {
                 kernels.slide_even(part);
                 return;
             }
-            part.heights_low = part.heights - kChunkSamples;
-            part.heights_high = part.heights + kChunkSamples;
-            part.offsets_low = part.offsets - kChunkSamples;
-            part.offsets_high = part.offsets + kChunkSamples;
+            part.coarse_high = part.coarse + stride;
             part.first_is_even_square = (row / 2 + first / 2) % 2 == 0;
             kernels.slide_odd(part);
         });

@@ -9,14 +9,16 @@ namespace terrane::internal {
 /// How vertices slide in: a vertex stands at
 ///
 ///   mean of its displayed ends + share * (its height - mean of its ends' heights),
-///   share = clamp(full * (1 - threshold_px / priority_px), 0, 1), full = ratio / (ratio - 1),
+///   share = clamp(full * (1 - (threshold_px / priority_px)^2), 0, 1),
+///   full = ratio^2 / (ratio^2 - 1),
 ///
-/// flat where it has just become active, in place where its priority is `ratio` thresholds.
+/// flat where it has just become active, in place where its priority is `ratio` thresholds. The
+/// share is linear in the key.
 ///
 /// Every set of vertices with a share above some value is closed under parents, so the displayed
 /// surface is a mean of conforming meshes: its error is at most the integral of the priority p over
-/// the share, along the vertices that divide a place. With p = threshold / (1 - share / full)
-/// that is threshold * full * ln(ratio) <= threshold * sqrt(ratio).
+/// the share, along the vertices that divide a place. From a share of s(p) to s(q) that is
+/// 2 full threshold^2 (1 / p - 1 / q); over all of it, threshold * 2 ratio / (ratio + 1).
 class Morph {
 public:
     /// @param ratio >= 1; 1: vertices do not morph
@@ -41,8 +43,8 @@ public:
 
 private:
     void slide_coarse(OpenChunk& root, float quantum) const;
-    void take_from_parent(OpenChunk& chunk) const;
-    double share(double priority) const;
+    double share(double excess) const;
+    double integral(double from, double to) const;
 
     bool is_on_ = false;
     double ratio_ = 1.0;

@@ -35,7 +35,8 @@ struct OpenChunk {
 
     /// Areas that may hold a vertex below the floor: bit column of byte row.
     std::array<std::uint8_t, kChunkAreas> open_areas{};
-    bool is_in_view = false;  ///< wholly
+    /// Those of them that are not wholly in view.
+    std::array<std::uint8_t, kChunkAreas> areas_beside{};
     /// Whether a vertex below the floor has been raised: something may be missing here.
     bool is_held = false;
 
@@ -55,13 +56,8 @@ struct OpenChunk {
     bool is_root() const { return chunk->key.level == 0; }
 
     /// Areas that a row of samples touches, a bit for each column of areas.
-    unsigned open_columns(int row) const {
-        const int area = row / kAreaCells;
-        unsigned open = area < kChunkAreas ? open_areas[static_cast<std::size_t>(area)] : 0u;
-        if (row % kAreaCells == 0 && area > 0)
-            open |= open_areas[static_cast<std::size_t>(area - 1)];
-        return open;
-    }
+    unsigned open_columns(int row) const { return columns(open_areas, row); }
+    unsigned columns_beside(int row) const { return columns(areas_beside, row); }
 
     /// Calls part(first, last) for the runs of columns of samples that `columns` covers, ends
     /// included.
@@ -73,6 +69,13 @@ struct OpenChunk {
             part(begin * kAreaCells, end * kAreaCells);
             columns &= ~0u << end;
         }
+    }
+
+    static unsigned columns(const std::array<std::uint8_t, kChunkAreas>& areas, int row) {
+        const int area = row / kAreaCells;
+        unsigned columns = area < kChunkAreas ? areas[static_cast<std::size_t>(area)] : 0u;
+        if (row % kAreaCells == 0 && area > 0) columns |= areas[static_cast<std::size_t>(area - 1)];
+        return columns;
     }
 
     const float* key_row(int row) const { return keys.data() + sample_index(0, row); }

@@ -89,7 +89,7 @@ struct Triangulator::State {
                              (spread * ScreenError::kRounding * ScreenError::kRounding));
     }
     void select(const ResidentSet& resident, const ScreenError& screen);
-    void slide(const Morph& morph);
+    void place(const Morph& morph);
     void emit(const ScreenError& screen, const Morph& morph);
     double fading_error(const ScreenError& screen, const Morph& morph, double threshold_px) const;
     void report(const ScreenError& screen, const Morph& morph);
@@ -111,8 +111,8 @@ void Triangulator::State::select(const ResidentSet& resident, const ScreenError&
     last_threshold = threshold;
 }
 
-// Level by level: offsets build on those of coarser vertices.
-void Triangulator::State::slide(const Morph& morph) {
+// Marks what is active and slides it, level by level: offsets build on those of coarser vertices.
+void Triangulator::State::place(const Morph& morph) {
     const auto quantum = static_cast<float>(lattice.quantum);
     std::span<OpenChunk* const> rest = keys.open();
     while (!rest.empty()) {
@@ -121,17 +121,16 @@ void Triangulator::State::slide(const Morph& morph) {
             return chunk->chunk->key.level != level;
         });
         const auto count = static_cast<std::size_t>(end - rest.begin());
-        team.run(count,
-                 [&](std::size_t i, int) { morph.slide(*rest[i], keys.kernels(), quantum); });
+        team.run(count, [&](std::size_t i, int) {
+            internal::mark_active(*rest[i], keys.kernels(), threshold);
+            if (morph.is_on()) morph.slide(*rest[i], keys.kernels(), quantum);
+        });
         rest = rest.subspan(count);
     }
 }
 
 void Triangulator::State::emit(const ScreenError& screen, const Morph& morph) {
     const std::span<OpenChunk* const> open = keys.open();
-    team.run(open.size(), [&](std::size_t i, int) {
-        internal::mark_active(*open[i], keys.kernels(), threshold);
-    });
     team.run(open.size(), [&](std::size_t i, int) {
         open[i]->triangle_count = internal::count_triangles(*open[i], threshold);
     });
@@ -275,7 +274,7 @@ TerrainMesh Triangulator::update(std::shared_ptr<const ResidentSet> resident, co
     const ScreenError screen(view, state.lattice);
     state.select(*mesh.resident, screen);
     const Morph morph(state.settings.morph_ratio, state.threshold);
-    if (morph.is_on()) state.slide(morph);
+    state.place(morph);
     state.emit(screen, morph);
     mesh.chunks = state.mesh_chunks;
     mesh.indices = {state.indices.data(), 3 * state.triangle_count};

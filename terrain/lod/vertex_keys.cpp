@@ -96,26 +96,26 @@ void VertexKeys::link(const ResidentSet& resident, OpenChunk& chunk) {
 }
 
 void VertexKeys::open_areas(const ScreenError& screen, float floor, OpenChunk& chunk) const {
-    if (chunk.is_root()) {
-        chunk.open_areas.fill(0xff);
-        return;
-    }
     const Reach reach = largest_reach(*chunk.chunk);
+    const bool is_in_view = screen.is_inside(screen.box_of(*chunk.chunk));
     for (int row = 0; row < kChunkAreas; ++row) {
-        unsigned open = 0;
+        unsigned open = 0, beside = 0;
         for (int column = 0; column < kChunkAreas; ++column) {
             const int area = row * kChunkAreas + column;
             const float bound = chunk.chunk->areas[static_cast<std::size_t>(area)].max_vertex_bound;
             const ScreenError::Box box = screen.box_of_area(*chunk.chunk, area);
-            if (screen.least_key(box, bound, reach) < floor) open |= 1u << column;
+            if (!chunk.is_root() && !(screen.least_key(box, bound, reach) < floor)) continue;
+            open |= 1u << column;
+            if (!is_in_view && !screen.is_inside(box)) beside |= 1u << column;
         }
         chunk.open_areas[static_cast<std::size_t>(row)] = static_cast<std::uint8_t>(open);
+        chunk.areas_beside[static_cast<std::size_t>(row)] = static_cast<std::uint8_t>(beside);
     }
 }
 
 void VertexKeys::compute_own_row(const ScreenError& screen, const ScreenError::Axes& axes,
                                  const OpenChunk& chunk, int row, int first, int last,
-                                 float* keys_out) const {
+                                 bool is_in_view, float* keys_out) const {
     const auto at = static_cast<std::size_t>(first);
     const ReachRow& reach = reach_row(chunk.chunk->key.level, row);
     const std::size_t sample = sample_index(first, row);
@@ -132,7 +132,7 @@ void VertexKeys::compute_own_row(const ScreenError& screen, const ScreenError::A
     part.height_rest = screen.heights().rest;
     part.near_squared = screen.near_squared();
     kernels_->own(part, keys_out);
-    if (chunk.is_in_view) return;
+    if (is_in_view) return;
     KeyPlanes planes;
     for (std::size_t i = 0; i < 4; ++i) {
         planes.x[i] = screen.planes()[i].x;
@@ -147,12 +147,21 @@ void VertexKeys::compute_own(const ScreenError& screen, const OpenChunk& chunk,
                              float* keys_out) const {
     ScreenError::Axes axes;
     screen.fill_axes(*chunk.chunk, axes);
-    std::fill_n(keys_out, OpenChunk::kSamples, OpenChunk::kNever);
     for (int row = 0; row < kChunkSamples; ++row) {
-        OpenChunk::for_each_run(chunk.open_columns(row), [&](int first, int last) {
-            compute_own_row(screen, axes, chunk, row, first, last,
-                            keys_out + sample_index(first, row));
-        });
+        if (chunk.open_columns(row) != 0xffu) {
+            std::fill_n(keys_out + sample_index(0, row), kChunkSamples, OpenChunk::kNever);
+        }
+        const unsigned open = chunk.open_columns(row);
+        const unsigned beside = open & chunk.columns_beside(row);
+        const auto compute = [&](unsigned columns, bool is_in_view) {
+            OpenChunk::for_each_run(columns, [&](int first, int last) {
+                compute_own_row(screen, axes, chunk, row, first, last, is_in_view,
+                                keys_out + sample_index(first, row));
+            });
+        };
+        // what lies on a line between areas gets the same bits from both
+        compute(open & ~beside, true);
+        compute(beside, false);
     }
 }
 
@@ -303,7 +312,6 @@ void VertexKeys::compute(const ResidentSet& resident, const ScreenError& screen,
         for (OpenChunk* chunk : here) link(resident, *chunk);
         team.run(here.size(), [&](std::size_t i, int) {
             here[i]->is_held = false;
-            here[i]->is_in_view = screen.is_inside(screen.box_of(*here[i]->chunk));
             open_areas(screen, floor, *here[i]);
             compute_own(screen, *here[i], here[i]->keys.data());
             fade_inside(*here[i]);

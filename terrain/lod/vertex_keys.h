@@ -57,7 +57,7 @@ private:
     void link(const ResidentSet& resident, OpenChunk& chunk);
     void open_areas(const ScreenError& screen, float floor, OpenChunk& chunk) const;
     void compute_own_row(const ScreenError& screen, const ScreenError::Axes& axes,
-                         const OpenChunk& chunk, int row, int first, int last,
+                         const OpenChunk& chunk, int row, int first, int last, bool is_in_view,
                          float* keys_out) const;
     void fade_inside(OpenChunk& chunk) const;
     void trim_inside(OpenChunk& chunk, float floor) const;

@@ -1,4 +1,9 @@
 // SPDX-License-Identifier: MIT
+//
+// Fades. With fade f a vertex of screen error p counts as f p. It shows none of itself up to the
+// threshold t, and above it the share W (1 - t / (f p)), at most all, W = w / (w - 1) for the morph
+// ratio w. So it moves by at most W t d pixels when 1 / f changes by d, whatever p and f are: 1 / f is
+// what changes evenly, and t / f is the screen error that is still held back.
 #include "need.h"
 
 #include <terrane/terrain/assert.h>
@@ -13,6 +18,19 @@ constexpr double kGravity = 9.81;
 // Places on a client's way within the horizon that are looked at, the present one first.
 constexpr int kPlaces = 5;
 
+constexpr double kMorphRatio = 1.25;  // w of the triangulator
+constexpr double kMorphGain = 2.0 * kMorphRatio * kMorphRatio / (kMorphRatio * kMorphRatio - 1.0);
+// What fading may move in one update while little is held back. With 1.5 pixels held back at a
+// threshold of 0.2 the rest takes 26 updates.
+constexpr double kMostMove_px = 0.25;
+// No frame promises anything while more than this is held back: its error is larger. Then a share goes
+// in each update, or a chunk that came late would stay away for too long. From 20 pixels: 30 updates.
+constexpr double kPromised_px = 1.5;
+constexpr double kLateShare = 1.0 / 12.0;
+// Movements of points closer than this many ways of the eye do not count.
+constexpr double kNearWays = 10.0;
+constexpr double kLargestRatio = 1e9;
+
 struct Box {
     Eigen::Vector3d low;
     Eigen::Vector3d high;
@@ -22,6 +40,24 @@ double distance_to(const Box& box, const Eigen::Vector3d& point) {
     const Eigen::Vector3d outside =
         (box.low - point).cwiseMax(point - box.high).cwiseMax(Eigen::Vector3d::Zero());
     return outside.norm();
+}
+
+double farthest_from(const Box& box, const Eigen::Vector3d& point) {
+    const Eigen::Vector3d corner =
+        (box.low - point).cwiseAbs().cwiseMax((box.high - point).cwiseAbs());
+    return corner.norm();
+}
+
+// False where the box lies beside one of the side planes.
+bool may_hold(const Frustum& frustum, const WorldPos& eye, const Box& box) {
+    for (const Eigen::Vector3d& normal : frustum.normals) {
+        // the corner that lies furthest in
+        const Eigen::Vector3d corner(normal.x() > 0.0 ? box.high.x() : box.low.x(),
+                                     normal.y() > 0.0 ? box.high.y() : box.low.y(),
+                                     normal.z() > 0.0 ? box.high.z() : box.low.z());
+        if (normal.dot(corner - eye) < 0.0) return false;
+    }
+    return true;
 }
 
 WorldRect rect_of(const Lattice& lattice, const ChunkKey& key) {
@@ -58,6 +94,35 @@ Need camera_need(const Camera& camera, const Box& box, double bound, double hori
         if (i == 0) break;
     }
     return need;
+}
+
+// Bound over distance, at most, of the vertices of a chunk: the distance is to a box around the vertex
+// that holds its descendants.
+double largest_angle(const Lattice& lattice, const Chunk& chunk, double reach_up,
+                     const View& view) {
+    // half the width of the box: s + s / 2 + s / 2 + s / 4 + ... for a spacing of s
+    const double across = 3.0 * lattice.level_spacing(chunk.key.level);
+    const std::int64_t side = kAreaCells * chunk.step;
+    double largest = 0.0;
+    for (int i = 0; i < kChunkAreas * kChunkAreas; ++i) {
+        const Chunk::Area& area = chunk.areas[static_cast<std::size_t>(i)];
+        const std::int64_t west = chunk.corner.x + i % kChunkAreas * side;
+        const std::int64_t south = chunk.corner.y + i / kChunkAreas * side;
+        const Box box{{lattice.x(west) - across, lattice.y(south) - across,
+                       lattice.quantum * area.low - reach_up},
+                      {lattice.x(west + side) + across, lattice.y(south + side) + across,
+                       lattice.quantum * area.high + reach_up}};
+        const double distance = std::max(view.near_distance, distance_to(box, view.eye_world));
+        largest = std::max(largest, static_cast<double>(area.max_vertex_bound) / distance);
+    }
+    return largest;
+}
+
+// How far 1 / fade may move in one update for one camera.
+double fade_step(double threshold_px, double inverse_fade) {
+    const double even = kMostMove_px / (kMorphGain * threshold_px);
+    if (threshold_px * inverse_fade <= kPromised_px) return even;
+    return std::max(even, kLateShare * inverse_fade);
 }
 
 // When a body may first touch the box; nothing where it passes beside or above.
@@ -117,6 +182,49 @@ Need child_need(const Lattice& lattice, const Chunk& chunk, int quadrant, const 
     }
     for (const Camera& camera : clients.cameras) take(camera_need(camera, box, bound, horizon));
     return need;
+}
+
+Watch watch(const Lattice& lattice, const Chunk& chunk, double reach_up, const Clients& clients,
+            double inverse_fade) {
+    // a vertex moves the surface up to a cell around it
+    const double margin = lattice.level_spacing(chunk.key.level);
+    const auto bound = static_cast<double>(chunk.max_vertex_bound);
+    const WorldRect rect = rect_of(lattice, chunk.key);
+    const Box box{{rect.west - margin, rect.south - margin, lattice.quantum * chunk.low - bound},
+                  {rect.east + margin, rect.north + margin, lattice.quantum * chunk.high + bound}};
+    Watch seen;
+    for (const Camera& camera : clients.cameras) {
+        const View& view = camera.need.view;
+        if (!camera.before) continue;
+        const double way = (view.eye_world - camera.before->eye_world).norm();
+        if (farthest_from(box, view.eye_world) < kNearWays * way) continue;
+        if (!may_hold(camera.frustum, view.eye_world, box) ||
+            !may_hold(camera.before->frustum, camera.before->eye_world, box)) {
+            continue;
+        }
+        constexpr double kWider = 1.001;  // for the rounding of those who draw
+        const double error_px =
+            kWider * camera.pixels_per_radian * largest_angle(lattice, chunk, reach_up, view);
+        const double threshold_px = camera.need.threshold_px;
+        const double step = fade_step(threshold_px, inverse_fade);
+        seen.step = seen.ratio > 0.0 ? std::min(seen.step, step) : step;
+        seen.ratio = std::max(seen.ratio, std::min(kLargestRatio, error_px / threshold_px));
+    }
+    return seen;
+}
+
+double vertical_reach(const HeightSource& source, int level) {
+    const Lattice& lattice = source.lattice();
+    constexpr double kDiagonal = 0.70710678118654757;
+    // below the finest spacing the steps shrink by half with each level, or faster, to the quantum
+    constexpr int kBelow = 24;
+    double reach = 0.0;
+    double spacing = lattice.level_spacing(level);
+    for (int i = level; i <= lattice.finest_level + kBelow; ++i, spacing *= 0.5) {
+        reach += source.rise_bound(spacing) + source.rise_bound(kDiagonal * spacing) +
+                 2.0 * lattice.quantum;
+    }
+    return reach;
 }
 
 }  // namespace terrane::internal

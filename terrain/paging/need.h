@@ -3,6 +3,7 @@
 
 #include <terrane/terrain/pager.h>
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -45,6 +46,13 @@ struct Camera {
     CameraNeed need;
     Frustum frustum;
     double pixels_per_radian;
+
+    /// Where it stood in the update before; nothing where it was not there.
+    struct Before {
+        WorldPos eye_world;
+        Frustum frustum;
+    };
+    std::optional<Before> before;
 };
 
 /// Everything that clients want at one moment.
@@ -62,6 +70,28 @@ struct Clients {
 /// @param contact_level chunks finer than it are for drawing only
 Need child_need(const Lattice& lattice, const Chunk& chunk, int quadrant, const Clients& clients,
                 int contact_level, double horizon);
+
+/// How the coming or going of a chunk would show.
+struct Watch {
+    /// Largest screen error of one of its vertices over the camera's threshold, for the camera where
+    /// that is largest, rounded up; 0 where no camera would see it come or go. A fade of at most
+    /// 1 / ratio hides the chunk.
+    double ratio = 0.0;
+    /// How far 1 / fade may move in one update.
+    double step = 0.0;
+};
+
+/// Looks at a chunk through the cameras that would see it come or go: both their last two views may
+/// hold some of what it moves, further away than ten times the way between the two.
+///
+/// @param reach_up       vertical_reach() of the chunk's level
+/// @param inverse_fade   1 / fade of the chunk now, >= 1
+Watch watch(const Lattice& lattice, const Chunk& chunk, double reach_up, const Clients& clients,
+            double inverse_fade);
+
+/// Half the height, metres, of a box around a vertex of a level that holds the surface over its
+/// diamond and over those of all its descendants.
+double vertical_reach(const HeightSource& source, int level);
 
 /// Whether a rectangle and a chunk share a point.
 bool overlaps(const Lattice& lattice, const ChunkKey& key, const WorldRect& rect);

@@ -4,7 +4,7 @@
 //   P. Cozzi, K. Ring. 3D Engine Design for Virtual Globes, 2011, ch. 12. (replacement by need, parents
 //   stay while children are resident)
 // Deviations: the ceiling is enforced before a load is begun, not after it has arrived; contact asks
-// in its own name and goes first; motion is followed ahead over a horizon.
+// in its own name and goes first; motion is followed ahead over a horizon; chunks fade in and out.
 #include "loader.h"
 #include "need.h"
 
@@ -13,7 +13,9 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <string>
+#include <utility>
 
 namespace terrane {
 namespace {
@@ -29,11 +31,31 @@ constexpr double kFirstRetry =
 constexpr double kLastRetry = 10.0;
 // Loads handed to each worker at a time: enough to keep it busy between two updates.
 constexpr std::size_t kQueuePerWorker = 8;
+// Chunks that fade out at the same time, to make room.
+constexpr std::size_t kMostLeaving = 16;
+// An evicted chunk that somebody holds longer, in updates, is not waited for.
+constexpr std::uint64_t kHeldUpdates = 4;
 
 struct Resident {
     std::shared_ptr<const Chunk> chunk;
     Need need;
     int children = 0;
+    double inverse_fade = 1.0;
+    bool is_new = true;                    // not in a set yet
+    std::optional<internal::Watch> watch;  // of this update, once somebody asked
+};
+
+// A chunk that was let go of: its bytes come free when nobody holds an old set any more.
+struct Evicted {
+    std::weak_ptr<const Chunk> chunk;
+    std::size_t bytes = 0;
+    std::uint64_t update = 0;
+};
+
+enum class Room {
+    free,
+    later,  // enough is about to come free
+    none,
 };
 
 struct Failure {
@@ -59,6 +81,11 @@ bool outweighs(const Need& wanted, const Need& held) {
     return wanted.why != NeedClass::contact && wanted.value > kEvictionGain * held.value;
 }
 
+float fade_of(const Resident& entry) {
+    const auto fade = static_cast<float>(1.0 / entry.inverse_fade);
+    return static_cast<double>(fade) * entry.inverse_fade > 1.0 ? std::nextafter(fade, 0.0f) : fade;
+}
+
 }  // namespace
 
 struct Pager::State {
@@ -72,10 +99,19 @@ struct Pager::State {
     std::map<Ticket, internal::RegionNeed> tickets;
     Ticket next_ticket = 1;
     Clients clients;
-    std::vector<Wanted> absent;  // best first
+    std::vector<std::optional<internal::Camera::Before>> views;  // of the last update, by place
+    std::vector<double> reach_up;                                // by level
+    std::vector<Wanted> absent;                                  // best first
+    std::vector<ChunkKey> leaving;         // they fade out, for loads that wait for their bytes
+    std::vector<ChunkKey> leaving_before;  // ... in the last update
+    std::vector<Evicted> evicted;
+    std::uint64_t update = 0;
+    bool may_jump = false;  // in finish(): nobody looks
     std::shared_ptr<const ResidentSet> set;
+    std::vector<const Resident*> order;  // of the set's chunks
     std::uint64_t epoch = 0;
-    bool changed = false;
+    bool changed = false;  // chunks came or went since the last set
+    bool faded = false;
     PagerStats stats;
     std::unique_ptr<internal::Loader> loader;  // last: stopped first
 
@@ -86,9 +122,15 @@ struct Pager::State {
     void find_wanted();
     void descend(Resident& parent);
     bool is_waiting_to_retry(const ChunkKey& key) const;
-    bool make_room(const Need& need, std::size_t queued_count);
+    const internal::Watch& watch(Resident& entry);
+    bool is_visible(Resident& entry);
+    std::size_t soon_free_bytes();
+    std::map<ChunkKey, Resident>::iterator find_victim(const Need& need);
+    void evict(std::map<ChunkKey, Resident>::iterator victim);
+    Room make_room(const Need& need, std::size_t claim_count);
     bool load_batch();
     bool queue_loads();
+    void fade();
     void publish();
     void count_bytes();
 };
@@ -100,11 +142,16 @@ void Pager::State::take_clients(std::span<const CameraNeed> cameras,
     clients.bodies.clear();
     clients.regions.clear();
     if (std::isfinite(time_s)) clients.time_s = std::max(clients.time_s, time_s);
-    for (const CameraNeed& camera : cameras) {
+    views.resize(cameras.size());
+    for (std::size_t i = 0; i < cameras.size(); ++i) {
+        const CameraNeed& camera = cameras[i];
         if (check(camera.view) && camera.velocity.allFinite() && camera.threshold_px > 0.0) {
-            clients.cameras.emplace_back(camera);
+            internal::Camera& taken = clients.cameras.emplace_back(camera);
+            taken.before = views[i];
+            views[i] = {camera.view.eye_world, taken.frustum};
         } else {
             ++stats.refused_needs;
+            views[i].reset();
         }
     }
     for (const BodyNeed& body : bodies) {
@@ -182,7 +229,10 @@ void Pager::State::descend(Resident& parent) {
 void Pager::State::find_wanted() {
     const Lattice& lattice = source->lattice();
     absent.clear();
-    for (auto& [key, entry] : resident) entry.need = {};
+    for (auto& [key, entry] : resident) {
+        entry.need = {};
+        entry.watch.reset();
+    }
     for (std::int32_t y = 0; y < lattice.root_count_y; ++y) {
         for (std::int32_t x = 0; x < lattice.root_count_x; ++x) {
             const ChunkKey root{lattice.first_root_x + x, lattice.first_root_y + y, 0};
@@ -201,40 +251,113 @@ void Pager::State::find_wanted() {
         [](const Wanted& wanted) { return wanted.need.why != NeedClass::predicted; }));
 }
 
-// Evicts what is needed least until one more chunk fits. Children go before their parents.
-bool Pager::State::make_room(const Need& need, std::size_t queued_count) {
-    while (bytes->load() + (queued_count + 1) * Chunk::max_bytes() > settings.memory_bytes) {
-        auto victim = resident.end();
-        for (auto candidate = resident.begin(); candidate != resident.end(); ++candidate) {
-            if (candidate->second.children > 0 || !outweighs(need, candidate->second.need))
-                continue;
-            if (victim == resident.end() ||
-                victim->second.need.goes_before(candidate->second.need)) {
-                victim = candidate;
-            }
-        }
-        if (victim == resident.end()) {
-            ++stats.over_ceiling;
-            return false;
-        }
-        if (victim->first.level > 0) --resident.find(victim->first.parent())->second.children;
-        resident.erase(victim);
-        ++stats.evicted;
-        changed = true;
-        // the bytes come free when nobody holds the old set any more
-        publish();
+const internal::Watch& Pager::State::watch(Resident& entry) {
+    if (!entry.watch) {
+        const Chunk& chunk = *entry.chunk;
+        entry.watch = internal::watch(source->lattice(), chunk, reach_up[chunk.key.level], clients,
+                                      entry.inverse_fade);
     }
-    return true;
+    return *entry.watch;
+}
+
+// Whether somebody would see it go.
+bool Pager::State::is_visible(Resident& entry) {
+    return !entry.is_new && watch(entry).ratio > entry.inverse_fade;
+}
+
+std::size_t Pager::State::soon_free_bytes() {
+    std::erase_if(evicted, [this](const Evicted& gone) {
+        return gone.chunk.expired() || update > gone.update + kHeldUpdates;
+    });
+    std::size_t sum = 0;
+    for (const Evicted& gone : evicted) sum += gone.bytes;
+    for (const ChunkKey& key : leaving) {
+        const auto found = resident.find(key);
+        if (found != resident.end()) sum += found->second.chunk->bytes();
+    }
+    return sum;
+}
+
+// What is needed least: of what nobody would see go, else of what fades out already, else of all.
+// Children go before their parents.
+std::map<ChunkKey, Resident>::iterator Pager::State::find_victim(const Need& need) {
+    const auto is_in = [](const std::vector<ChunkKey>& keys, const ChunkKey& key) {
+        return std::find(keys.begin(), keys.end(), key) != keys.end();
+    };
+    auto victim = resident.end();
+    int victim_rank = 0;
+    for (auto candidate = resident.begin(); candidate != resident.end(); ++candidate) {
+        Resident& entry = candidate->second;
+        if (entry.children > 0 || !outweighs(need, entry.need)) continue;
+        if (is_in(leaving, candidate->first)) continue;
+        int rank = 0;
+        if (is_visible(entry)) rank = is_in(leaving_before, candidate->first) ? 1 : 2;
+        if (victim == resident.end() || rank < victim_rank ||
+            (rank == victim_rank && victim->second.need.goes_before(entry.need))) {
+            victim = candidate;
+            victim_rank = rank;
+        }
+    }
+    return victim;
+}
+
+void Pager::State::evict(std::map<ChunkKey, Resident>::iterator victim) {
+    const ChunkKey key = victim->first;
+    evicted.push_back({victim->second.chunk, victim->second.chunk->bytes(), update});
+    if (key.level > 0) --resident.find(key.parent())->second.children;
+    resident.erase(victim);
+    std::erase(leaving, key);
+    ++stats.evicted;
+    changed = true;
+    // the bytes come free when nobody holds the old set any more
+    set.reset();
+}
+
+// Evicts until one more chunk fits; what is seen fades out first, unless ground is waiting for it.
+//
+// @param claim_count loads that were let in before and have not begun, and those that wait
+Room Pager::State::make_room(const Need& need, std::size_t claim_count) {
+    const bool is_urgent = need.why <= NeedClass::contact;
+    for (;;) {
+        const std::size_t soon_free = soon_free_bytes();
+        const std::size_t wanted = bytes->load() + (claim_count + 1) * Chunk::max_bytes();
+        if (wanted <= settings.memory_bytes) return Room::free;
+        if (wanted <= settings.memory_bytes + soon_free) {
+            ++stats.over_ceiling;
+            return Room::later;
+        }
+        const auto victim = find_victim(need);
+        const bool has_victim = victim != resident.end();
+        const bool is_seen = has_victim && !may_jump && is_visible(victim->second);
+        const bool must_fade = is_seen && !is_urgent;
+        if (!has_victim || (must_fade && leaving.size() == kMostLeaving)) {
+            ++stats.over_ceiling;
+            return Room::none;
+        }
+        if (must_fade) {
+            leaving.push_back(victim->first);
+        } else {
+            stats.hard_evictions += is_seen ? 1u : 0u;
+            evict(victim);
+        }
+    }
 }
 
 // Synchronous: reads everything that is wanted and absent now. False where nothing was read.
 bool Pager::State::load_batch() {
     bool any = false;
+    std::size_t waiting_count = 0;
+    leaving.clear();
     for (const Wanted& wanted : std::vector<Wanted>(absent)) {
         if (is_waiting_to_retry(wanted.key)) continue;
         // making room for a better one may have evicted its parent
         if (wanted.key.level > 0 && !resident.contains(wanted.key.parent())) continue;
-        if (!make_room(wanted.need, 0)) break;
+        const Room room = make_room(wanted.need, waiting_count);
+        if (room == Room::none) break;
+        if (room == Room::later) {
+            ++waiting_count;
+            continue;
+        }
         bytes->fetch_add(Chunk::max_bytes());
         count_bytes();
         auto loaded = internal::load_counted(*source, wanted.key, bytes);
@@ -259,18 +382,51 @@ bool Pager::State::queue_loads() {
     };
     const std::size_t most = kQueuePerWorker * static_cast<std::size_t>(settings.worker_count);
     std::vector<ChunkKey> keys;
+    std::size_t waiting_count = 0;
+    leaving.clear();
     for (const Wanted& wanted : absent) {
-        if (keys.size() == most) break;
+        if (keys.size() + waiting_count == most) break;
         if (is_waiting_to_retry(wanted.key) || is_in(begun, wanted.key)) continue;
         if (wanted.key.level > 0 && !resident.contains(wanted.key.parent())) continue;
-        if (!make_room(wanted.need, keys.size())) break;
-        keys.push_back(wanted.key);
+        const Room room = make_room(wanted.need, keys.size() + waiting_count);
+        if (room == Room::none) break;
+        if (room == Room::later) {
+            ++waiting_count;
+        } else {
+            keys.push_back(wanted.key);
+        }
     }
     for (const ChunkKey& key : old) stats.cancelled += is_in(keys, key) ? 0u : 1u;
     const bool is_busy = !begun.empty() || !keys.empty();
     loader->queue(std::move(keys));
     count_bytes();
     return is_busy;
+}
+
+// Takes every fade one step on.
+void Pager::State::fade() {
+    stats.fading_chunks = 0;
+    for (auto& [key, entry] : resident) {
+        const bool is_leaving = std::find(leaving.begin(), leaving.end(), key) != leaving.end();
+        const bool is_new = std::exchange(entry.is_new, false);
+        if (entry.inverse_fade == 1.0 && !is_new && !is_leaving) continue;
+        const double before = entry.inverse_fade;
+        if (may_jump || key.level == 0) {
+            entry.inverse_fade = 1.0;
+        } else {
+            const internal::Watch& seen = watch(entry);
+            if (is_new) {
+                entry.inverse_fade = std::max(1.0, seen.ratio);
+            } else if (is_leaving) {
+                entry.inverse_fade = std::max(before, std::min(before + seen.step, seen.ratio));
+            } else {
+                // below what hides it nothing is seen
+                entry.inverse_fade = std::max(1.0, std::min(before, seen.ratio) - seen.step);
+            }
+        }
+        faded = faded || entry.inverse_fade != before;
+        stats.fading_chunks += entry.inverse_fade > 1.0 ? 1u : 0u;
+    }
 }
 
 void Pager::State::count_bytes() {
@@ -284,15 +440,28 @@ void Pager::State::count_bytes() {
 }
 
 void Pager::State::publish() {
-    if (!changed && set) return;
-    std::vector<std::shared_ptr<const Chunk>> chunks;
-    chunks.reserve(resident.size());
-    for (const auto& [key, entry] : resident) chunks.push_back(entry.chunk);
-    // let go of the old set first: its evicted chunks must not count
-    set.reset();
-    set = std::make_shared<const ResidentSet>(source->lattice(), source->extent(),
-                                              std::move(chunks), ++epoch);
+    if (set && !changed && !faded) return;
+    std::vector<float> fades;
+    fades.reserve(resident.size());
+    if (set && !changed) {
+        for (const Resident* entry : order) fades.push_back(fade_of(*entry));
+        set = std::make_shared<const ResidentSet>(*set, std::move(fades), ++epoch);
+    } else {
+        std::vector<std::shared_ptr<const Chunk>> chunks;
+        chunks.reserve(resident.size());
+        for (const auto& [key, entry] : resident) {
+            chunks.push_back(entry.chunk);
+            fades.push_back(fade_of(entry));
+        }
+        set = std::make_shared<const ResidentSet>(source->lattice(), source->extent(),
+                                                  std::move(chunks), fades, ++epoch);
+        order.clear();
+        for (const auto& chunk : set->chunks()) {
+            order.push_back(&resident.find(chunk->key)->second);
+        }
+    }
     changed = false;
+    faded = false;
 }
 
 Result<Pager> Pager::create(std::shared_ptr<const HeightSource> source,
@@ -329,6 +498,9 @@ Result<Pager> Pager::create(std::shared_ptr<const HeightSource> source,
         state->loader =
             std::make_unique<internal::Loader>(source, state->bytes, settings.worker_count);
     }
+    for (int level = 0; level <= lattice.finest_level; ++level) {
+        state->reach_up.push_back(internal::vertical_reach(*source, level));
+    }
     state->source = std::move(source);
     state->publish();
     return Pager(std::move(state));
@@ -342,6 +514,8 @@ Pager::~Pager() = default;
 void Pager::update(std::span<const CameraNeed> cameras, std::span<const BodyNeed> bodies,
                    double time_s) {
     State& state = *state_;
+    ++state.update;
+    state.leaving_before = std::exchange(state.leaving, {});
     state.take_clients(cameras, bodies, time_s);
     state.take_finished();
     state.find_wanted();
@@ -350,20 +524,28 @@ void Pager::update(std::span<const CameraNeed> cameras, std::span<const BodyNeed
     } else {
         while (!state.absent.empty() && state.load_batch()) state.find_wanted();
     }
+    state.fade();
     state.publish();
     if (!state.loader) state.count_bytes();
 }
 
 void Pager::finish() {
     State& state = *state_;
-    if (!state.loader) return;  // update() has done it
-    for (;;) {
-        state.loader->wait();
-        state.take_finished();
-        state.find_wanted();
-        if (!state.queue_loads()) break;
+    state.may_jump = true;
+    if (state.loader) {
+        for (;;) {
+            state.loader->wait();
+            state.take_finished();
+            state.find_wanted();
+            if (!state.queue_loads()) break;
+        }
+    } else {
+        while (!state.absent.empty() && state.load_batch()) state.find_wanted();
     }
+    state.leaving.clear();
+    state.fade();
     state.publish();
+    state.may_jump = false;
 }
 
 Pager::Ticket Pager::require(const WorldRect& region, double deadline_s) {

@@ -21,13 +21,16 @@
 #include "amplitude_field.h"
 #include "mesh_bounds.h"
 #include "noise.h"
+#include "noise_columns.h"
 #include "octave_bounds.h"
 #include "settings_check.h"
+#include "simd_level.h"
 
 #include <terrane/terrain/assert.h>
 #include <terrane/terrain/detail_heights.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <string>
@@ -240,27 +243,39 @@ private:
 
     /// N at the points of a grid.
     std::vector<double> sample_noise(const SampleGrid& grid) const {
-        const std::size_t column_count = static_cast<std::size_t>(grid.columns);
         std::vector<double> sums(grid.size());
-        std::vector<NoiseCoordinate> coordinates(column_count);
-        NoiseColumns columns;
+        for (int west = 0; west < grid.columns; west += internal::kMaxNoiseColumns) {
+            add_noise(grid, west, std::min(internal::kMaxNoiseColumns, grid.columns - west), sums);
+        }
+        return sums;
+    }
+
+    /// The same for `count` columns from column `west` on.
+    void add_noise(const SampleGrid& grid, int west, int count, std::vector<double>& sums) const {
+        NoiseColumns columns(internal::noise_kernels(internal::best_simd_level()));
+        internal::NoiseRow noise_row;
+        std::array<NoiseCoordinate, internal::kMaxNoiseColumns> coordinates;
+        alignas(64) std::array<double, internal::kMaxNoiseColumns> row_sums{};
         for (const Octave& octave : octaves_) {
-            for (int column = 0; column < grid.columns; ++column) {
-                const double u = axis_x_.at_index(grid.corner.x + grid.step * column);
+            for (int column = 0; column < count; ++column) {
+                const double u = axis_x_.at_index(grid.corner.x + grid.step * (west + column));
                 coordinates[static_cast<std::size_t>(column)] =
                     octave_coordinate(u, octave.frequency);
             }
-            columns.assign(octave.keys.x, kAllCells, coordinates);
+            columns.assign(octave.keys.x, kAllCells,
+                           std::span(coordinates).first(static_cast<std::size_t>(count)));
             for (int row = 0; row < grid.rows; ++row) {
                 const double v = axis_y_.at_index(grid.corner.y + grid.step * row);
-                const NoisePlace place =
-                    noise_place(octave.keys.y, kAllCells, octave_coordinate(v, octave.frequency));
-                columns.add_row(place, octave.weight,
-                                std::span(sums).subspan(
-                                    static_cast<std::size_t>(row) * column_count, column_count));
+                double* const out =
+                    &sums[static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.columns) +
+                          static_cast<std::size_t>(west)];
+                columns.find_row(octave.keys.y, kAllCells, octave_coordinate(v, octave.frequency),
+                                 noise_row);
+                std::copy_n(out, count, row_sums.begin());
+                columns.add(noise_row, octave.weight, row_sums.data());
+                std::copy_n(row_sums.begin(), count, out);
             }
         }
-        return sums;
     }
 
     std::shared_ptr<const HeightSource> base_;

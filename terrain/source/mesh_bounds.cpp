@@ -24,7 +24,7 @@
 // the bound of a cell is min(B(sqrt2 S), cap(its middle)).
 #include "mesh_bounds.h"
 
-#include "octave_bounds.h"
+#include "fractal_bounds.h"
 
 #include <terrane/terrain/assert.h>
 #include <terrane/terrain/lattice.h>
@@ -155,11 +155,11 @@ float round_up(double bound) {
     return std::nextafter(nearest, std::numeric_limits<float>::infinity());
 }
 
-SpacingBounds SpacingBounds::make(const OctaveBounds& octaves, double spacing) {
+SpacingBounds SpacingBounds::make(const FractalBounds& fractal, double spacing) {
     // products with powers of two are exact: neighbouring levels pass the same hypotenuse
-    return {octaves.interpolation(kSqrt2 * (2.0 * spacing)), octaves.interpolation(2.0 * spacing),
-            octaves.interpolation(kSqrt2 * spacing),
-            octaves.interpolation(kSqrt2 * (0.5 * spacing))};
+    return {fractal.interpolation(kSqrt2 * (2.0 * spacing)), fractal.interpolation(2.0 * spacing),
+            fractal.interpolation(kSqrt2 * spacing),
+            fractal.interpolation(kSqrt2 * (0.5 * spacing))};
 }
 
 SampleGrid vertex_support(const SampleGrid& grid) {

@@ -7,7 +7,7 @@
 
 namespace terrane {
 
-class OctaveBounds;
+class FractalBounds;
 
 /// The smallest float that is not below a bound.
 float round_up(double bound);
@@ -20,7 +20,7 @@ struct SpacingBounds {
     double half_cell = 0.0;  ///< half cells of side s / 2
 
     /// @param spacing  s, metres
-    static SpacingBounds make(const OctaveBounds& octaves, double spacing);
+    static SpacingBounds make(const FractalBounds& fractal, double spacing);
 };
 
 /// The samples that the bounds of a grid want: at half its step, with a margin around, addressed

@@ -3,7 +3,8 @@
 // Sources: Perlin. Improving Noise. SIGGRAPH 2002 (quintic fade). Hash: the finaliser of Steele, Lea
 // and Flood. Fast Splittable Pseudorandom Number Generators. OOPSLA 2014 (Stafford's mix 13).
 // Deviations: 64-bit nodes, 64 unit gradients, and an order of operations that blends gradients along y
-// first, so that a row of samples within one cell costs three products each.
+// first, so that a row of samples within one cell costs four products each. noise() is for
+// single points; noise_kernels_impl.h does the same for rows, operation by operation.
 //
 // Bounds. In a cell, n(p) = sum over its four nodes c of w_c(p) g_c . (p - c), where
 // w_c = wx wy >= 0 sum to 1, wx being f(t) = 6 t^5 - 15 t^4 + 10 t^3 or 1 - f(t). As |g_c| = 1:
@@ -37,18 +38,11 @@ struct Gradient {
     double x, y;
 };
 
-/// cos((2 k + 1) pi / 64): sixteen directions of a quarter, none along an axis or a diagonal.
-constexpr std::array<double, 16> kCosines = {
-    0.9987954562051724,  0.989176509964781,   0.970031253194544,   0.9415440651830208,
-    0.9039892931234433,  0.8577286100002721,  0.8032075314806449,  0.7409511253549591,
-    0.6715589548470183,  0.5956993044924335,  0.5141027441932217,  0.4275550934302822,
-    0.33688985339222005, 0.24298017990326398, 0.14673047445536175, 0.049067674327418126};
-
 constexpr std::array<Gradient, 64> make_gradients() {
     std::array<Gradient, 64> gradients{};
     for (std::size_t index = 0; index < 64; ++index) {
-        const double x = kCosines[index & 15];
-        const double y = kCosines[15 - (index & 15)];  // sin(a) = cos(pi / 2 - a)
+        const double x = internal::kNoiseCosines[index & 15];
+        const double y = internal::kNoiseCosines[15 - (index & 15)];  // sin(a) = cos(pi / 2 - a)
         gradients[index] = {(index & 16) != 0 ? -x : x, (index & 32) != 0 ? -y : y};
     }
     return gradients;
@@ -58,8 +52,8 @@ constexpr std::array<Gradient, 64> kGradients = make_gradients();
 
 const Gradient& gradient(std::uint64_t x_hash, std::uint64_t y_hash) {
     // both hashes are well mixed; a product and a fold undo the linearity of ^
-    std::uint64_t hash = (x_hash ^ y_hash) * 0xd6e8feb86659fd93u;
-    hash = (hash ^ (hash >> 32)) * 0x9e3779b97f4a7c15u;
+    std::uint64_t hash = (x_hash ^ y_hash) * internal::kNodeFirst;
+    hash = (hash ^ (hash >> 32)) * internal::kNodeSecond;
     return kGradients[hash >> 58];
 }
 
@@ -78,27 +72,40 @@ Blend blend(std::uint64_t x_hash, const NoisePlace& y) {
     return {low.x + y.fade * (high.x - low.x), low_offset + y.fade * (high_offset - low_offset)};
 }
 
-// The one expression that both a single point and a row evaluate.
-inline double blend_along_x(const Blend& low, const Blend& high, double fraction, double fade) {
+double blend_along_x(const Blend& low, const Blend& high, double fraction, double fade) {
     const double from_low = low.slope * fraction + low.offset;
     const double from_high = high.slope * (fraction - 1.0) + high.offset;
     return from_low + fade * (from_high - from_low);
 }
 
-double quintic_fade(double t) { return t * t * t * (t * (t * 6.0 - 15.0) + 10.0); }
-
 }  // namespace
 
 std::uint64_t mix64(std::uint64_t value) {
-    value = (value ^ (value >> 30)) * 0xbf58476d1ce4e5b9u;
-    value = (value ^ (value >> 27)) * 0x94d049bb133111ebu;
+    value = (value ^ (value >> 30)) * internal::kMixFirst;
+    value = (value ^ (value >> 27)) * internal::kMixSecond;
     return value ^ (value >> 31);
 }
+
+double quintic_fade(double t) { return t * t * t * (t * (t * 6.0 - 15.0) + 10.0); }
 
 NoiseKeys NoiseKeys::make(std::uint64_t seed, int octave) {
     const std::uint64_t key =
         mix64(mix64(seed + 0x9e3779b97f4a7c15u) + static_cast<std::uint64_t>(octave));
     return {mix64(key ^ 0x243f6a8885a308d3u), mix64(key ^ 0x13198a2e03707344u)};
+}
+
+NoiseCoordinate noise_coordinate(const internal::NoiseAxis& axis, std::uint64_t units,
+                                 double rest) {
+    const std::uint64_t shifted = units + axis.offset;
+    const std::uint64_t inside = shifted & ((std::uint64_t{1} << axis.shift) - 1);
+    const double fraction =
+        (static_cast<double>(static_cast<std::int64_t>(inside)) + rest) * axis.cells_per_unit;
+    return {shifted >> axis.shift, fraction};
+}
+
+NoisePlace noise_place(const internal::NoiseAxis& axis, std::uint64_t units, double rest) {
+    return noise_place(axis.key, ~std::uint64_t{0} >> axis.shift,
+                       noise_coordinate(axis, units, rest));
 }
 
 NoisePlace noise_place(std::uint64_t axis_key, std::uint64_t cell_mask,
@@ -110,39 +117,6 @@ NoisePlace noise_place(std::uint64_t axis_key, std::uint64_t cell_mask,
 
 double noise(const NoisePlace& x, const NoisePlace& y) {
     return blend_along_x(blend(x.low_hash, y), blend(x.high_hash, y), x.fraction, x.fade);
-}
-
-void NoiseColumns::assign(std::uint64_t axis_key, std::uint64_t cell_mask,
-                          std::span<const NoiseCoordinate> coordinates) {
-    runs_.clear();
-    fractions_.clear();
-    fades_.clear();
-    NoisePlace place;
-    for (const NoiseCoordinate& coordinate : coordinates) {
-        const int index = static_cast<int>(fractions_.size());
-        if (runs_.empty() || coordinate.cell != place.cell) {
-            const bool follows = !runs_.empty() && coordinate.cell == place.cell + 1;
-            place = noise_place(axis_key, cell_mask, coordinate);
-            runs_.push_back({place.low_hash, place.high_hash, index, index, follows});
-        }
-        runs_.back().end = index + 1;
-        fractions_.push_back(coordinate.fraction);
-        fades_.push_back(quintic_fade(coordinate.fraction));
-    }
-}
-
-void NoiseColumns::add_row(const NoisePlace& y, double amplitude, std::span<double> sums) const {
-    const double* const fractions = fractions_.data();
-    const double* const fades = fades_.data();
-    double* const out = sums.data();
-    Blend high;
-    for (const Run& run : runs_) {
-        const Blend low = run.follows ? high : blend(run.low_hash, y);
-        high = blend(run.high_hash, y);
-        for (int column = run.first; column < run.end; ++column) {
-            out[column] += amplitude * blend_along_x(low, high, fractions[column], fades[column]);
-        }
-    }
 }
 
 }  // namespace terrane

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "noise_kernels.h"
+
 #include <cstdint>
-#include <span>
-#include <vector>
 
 namespace terrane {
 
@@ -31,6 +31,11 @@ struct NoiseCoordinate {
     double fraction = 0.0;   ///< from there, in cells, 0 to 1
 };
 
+/// Where a coordinate lies on an octave over integer units.
+///
+/// @param rest  beyond the whole units, 0 to 1
+NoiseCoordinate noise_coordinate(const internal::NoiseAxis& axis, std::uint64_t units, double rest);
+
 /// A coordinate with all that the noise wants to know about it, for one octave and axis.
 struct NoisePlace {
     std::uint64_t cell = 0;
@@ -44,30 +49,12 @@ struct NoisePlace {
 /// @param cell_mask  node indices are taken modulo cell_mask + 1, a power of two or 2^64
 NoisePlace noise_place(std::uint64_t axis_key, std::uint64_t cell_mask, NoiseCoordinate coordinate);
 
+NoisePlace noise_place(const internal::NoiseAxis& axis, std::uint64_t units, double rest);
+
+/// 6 t^5 - 15 t^4 + 10 t^3.
+double quintic_fade(double t);
+
 /// Gradient noise: zero at the nodes, twice continuously differentiable, within +-kNoiseSup.
 double noise(const NoisePlace& x, const NoisePlace& y);
-
-/// Columns of a grid on one octave: noise_place() of each, laid out for speed.
-class NoiseColumns {
-public:
-    void assign(std::uint64_t axis_key, std::uint64_t cell_mask,
-                std::span<const NoiseCoordinate> coordinates);
-
-    /// Adds amplitude * noise(column, y) to each column's sum: the same bits as noise().
-    ///
-    /// @param sums [number of columns]
-    void add_row(const NoisePlace& y, double amplitude, std::span<double> sums) const;
-
-private:
-    /// Consecutive columns in one cell.
-    struct Run {
-        std::uint64_t low_hash = 0, high_hash = 0;
-        int first = 0, end = 0;
-        bool follows = false;  ///< its lower node is the upper node of the run before
-    };
-    std::vector<Run> runs_;
-    std::vector<double> fractions_;
-    std::vector<double> fades_;
-};
 
 }  // namespace terrane

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <limits>
 
 namespace terrane::test {
 namespace {
@@ -134,11 +135,36 @@ Scene make_scene(std::int32_t roots_east) {
                 }
             }
         }
-        scene.chunks.push_back(
-            {chunk.get(), first, static_cast<std::uint32_t>(scene.indices.size()) - first});
+        scene.chunks.push_back({chunk.get(), first,
+                                static_cast<std::uint32_t>(scene.indices.size()) - first, nullptr});
     }
     scene.resident = std::make_shared<const ResidentSet>(lattice, source.extent(), chunks, 1);
     return scene;
+}
+
+float offset_at(std::int64_t x, std::int64_t y) {
+    if (x > 250) return 0.0f;
+    // thirds, so that sums are rounded
+    return static_cast<float>((x * 37 + y * 101) % 64 - 32) / 48.0f;
+}
+
+void add_offsets(Scene& scene) {
+    const Lattice& lattice = scene.resident->lattice();
+    scene.offsets.clear();
+    scene.offsets.reserve(scene.chunks.size());
+    for (MeshChunk& drawn : scene.chunks) {
+        const Chunk& chunk = *drawn.chunk;
+        if (chunk.key.level == 0 && chunk.key.x != lattice.first_root_x) continue;
+        std::vector<float>& offsets = scene.offsets.emplace_back(
+            std::size_t{kChunkSamples} * kChunkSamples, std::numeric_limits<float>::quiet_NaN());
+        for (std::uint32_t i = 0; i < drawn.index_count; ++i) {
+            const std::uint16_t sample = scene.indices[drawn.first_index + i];
+            const std::int64_t x = chunk.corner.x + sample % kChunkSamples * chunk.step;
+            const std::int64_t y = chunk.corner.y + sample / kChunkSamples * chunk.step;
+            offsets[sample] = offset_at(x - lattice.west(), y - lattice.south());
+        }
+        drawn.offsets = offsets.data();
+    }
 }
 
 int count_different(const Image& a, const Image& b, int more_than) {

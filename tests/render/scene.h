@@ -18,6 +18,7 @@ struct Scene {
     std::shared_ptr<const ResidentSet> resident;
     std::vector<MeshChunk> chunks;
     std::vector<std::uint16_t> indices;
+    std::vector<std::vector<float>> offsets;  ///< that chunks point to
 
     TerrainMesh mesh() const;
     double height(double x, double y) const;  ///< of the source
@@ -25,6 +26,12 @@ struct Scene {
 
 /// The world's west edge lies `roots_east` root squares (of 256 m) east of the origin.
 Scene make_scene(std::int32_t roots_east = 0);
+
+/// Makes the vertices of the western root and of the fine chunk morph, by up to 2 m, but for those
+/// near the eastern root, which morphs nowhere. Offsets of samples that no triangle uses are NaN.
+void add_offsets(Scene& scene);
+/// What add_offsets() gives a lattice point, counted from the world's south-west corner.
+float offset_at(std::int64_t x, std::int64_t y);
 
 /// Pixels that differ by more than that in any channel.
 int count_different(const Image& a, const Image& b, int more_than = 0);

@@ -195,6 +195,47 @@ TEST_F(CrackTest, NoSkyShowsThroughClosedGroundFarFromTheOrigin) {
     }
 }
 
+TEST_F(CrackTest, NoSkyShowsThroughGroundThatMorphsWhereLevelsMeet) {
+    for (const std::int32_t roots_east : {0, 39'063}) {
+        Scene scene = make_scene(roots_east);
+        test::add_offsets(scene);
+        const double west = 256.0 * roots_east;
+        for (int i = 0; i < 12; ++i) {
+            const double turn = 0.52 * i;
+            const WorldPos eye(west + 128.0 + 15.3 * std::cos(turn), 128.0 + 13.7 * std::sin(turn),
+                               40.0 + 2.6 * i);
+            const WorldPos target(west + 128.0 + 9.0 * std::sin(2.0 * turn), 128.0, 0.0);
+            EXPECT_EQ(count_sky_pixels(scene.mesh(), look(eye, target)), 0) << "view " << i;
+        }
+    }
+}
+
+TEST_F(CrackTest, AnOffsetThatOneChunkLacksTearsTheGround) {
+    Scene scene = make_scene();
+    test::add_offsets(scene);
+    // the fine chunk's southern edge: the root beside it goes on with its own
+    for (int column = 0; column <= kChunkCells; column += 2) {
+        scene.offsets[1][sample_index(column, 0)] -= 4.0f;
+    }
+    const double z = scene.height(180.0, 128.0);
+    const View view = look({180.0, 140.0, z + 4.0}, {180.0, 128.0, z - 2.0});
+    EXPECT_GT(count_sky_pixels(scene.mesh(), view), 0);
+}
+
+TEST_F(TerrainRendererTest, OffsetsMoveTheGroundAndZerosLeaveEveryPixel) {
+    Scene scene = make_scene();
+    TerrainRenderer renderer = make();
+    const Image still = draw(renderer, scene.mesh(), look_along());
+    test::add_offsets(scene);
+    EXPECT_GT(count_different(still, draw(renderer, scene.mesh(), look_along())), 1000);
+    for (std::vector<float>& offsets : scene.offsets) {
+        for (float& offset : offsets) offset = 0.0f;
+    }
+    EXPECT_EQ(count_different(still, draw(renderer, scene.mesh(), look_along())), 0);
+    for (MeshChunk& chunk : scene.chunks) chunk.offsets = nullptr;
+    EXPECT_EQ(count_different(still, draw(renderer, scene.mesh(), look_along())), 0);
+}
+
 TEST_F(CrackTest, OneMissingTriangleIsSeen) {
     Scene scene = make_scene();
     // a triangle of the fine chunk near its corner, in the middle of the view

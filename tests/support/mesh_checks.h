@@ -10,25 +10,39 @@
 
 namespace terrane::test {
 
-/// A vertex as the integers that name it.
+/// A vertex as the integers that name it, and what is added to its height while it morphs.
 struct SoupVertex {
     LatticePoint point;
     std::int32_t height = 0;  ///< quanta
-    friend constexpr auto operator<=>(const SoupVertex&, const SoupVertex&) = default;
+    float offset = 0.0f;      ///< metres
 };
 using SoupTriangle = std::array<SoupVertex, 3>;
+
+/// Where a vertex is displayed, world: the same bits as MeshChunk::displayed_height().
+WorldPos displayed(const SoupVertex& vertex, const Lattice& lattice);
 
 /// All triangles of a mesh, whatever chunks they are drawn with.
 std::vector<SoupTriangle> make_soup(const TerrainMesh& mesh);
 
 /// What is wrong with a mesh of a whole world, in one line, or "" where nothing is: each inner edge
-/// in exactly two triangles (in opposite directions), each border edge in one, one height for each
-/// lattice point, triangles counter-clockwise from above, and their areas sum to the world's.
+/// in exactly two triangles (in opposite directions), each border edge in one, one height and one
+/// offset, bit for bit, for each lattice point, no point outside the world, triangles
+/// counter-clockwise from above, and their areas, as integers, sum to the world's.
+///
+/// Cost: O(triangles); 1e6 of them take less than a second
 std::string find_flaw(const std::vector<SoupTriangle>& soup, const Lattice& lattice);
 
-/// Largest screen error over points of the true surface in the view's side planes, by brute force:
-/// `per_triangle` points in each triangle (corners apart), against source.height().
+/// The same for a frame, without a copy of its triangles; and its counts and ranges must agree.
+std::string find_flaw(const TerrainMesh& mesh);
+
+/// Largest screen error of what is displayed over points of the true surface in the view's side
+/// planes, by brute force: `per_triangle` points in each triangle (corners apart), against
+/// source.height().
 double measure_error_px(const std::vector<SoupTriangle>& soup, const HeightSource& source,
                         const View& view, int per_triangle);
+
+/// The same over a net of per_side x per_side points in each cell of the finest lattice.
+double measure_error_px_everywhere(const std::vector<SoupTriangle>& soup,
+                                   const HeightSource& source, const View& view, int per_side);
 
 }  // namespace terrane::test

@@ -70,13 +70,71 @@ TEST(Weld, MakesOneMeshOfAllChunksWithoutACrack) {
     EXPECT_EQ(mesh.vertices_world.size() + mesh.triangles.size(), edge_count + 1);
 }
 
-TEST(Weld, PutsVerticesOnTheSurface) {
+TEST(Weld, PutsVerticesWhereTheyAreDisplayed) {
     const Frame frame = make_frame(2'000);
-    const IndexedMesh mesh = weld(frame.mesh);
-    for (const WorldPos& p_world : mesh.vertices_world) {
-        EXPECT_NEAR(p_world.z(), frame.source->height(p_world.x(), p_world.y()),
-                    frame.source->lattice().quantum);
+    const Lattice& lattice = frame.source->lattice();
+    std::map<std::pair<double, double>, double> shown;
+    for (const MeshChunk& part : frame.mesh.chunks) {
+        for (std::uint32_t i = 0; i < part.index_count; ++i) {
+            const std::uint16_t sample = frame.mesh.indices[part.first_index + i];
+            const Chunk& chunk = *part.chunk;
+            shown[{lattice.x(chunk.corner.x + chunk.step * (sample % kChunkSamples)),
+                   lattice.y(chunk.corner.y + chunk.step * (sample / kChunkSamples))}] =
+                part.displayed_height(sample, lattice.quantum);
+        }
     }
+    const IndexedMesh mesh = weld(frame.mesh);
+    ASSERT_EQ(mesh.vertices_world.size(), shown.size());
+    for (const WorldPos& p_world : mesh.vertices_world) {
+        EXPECT_EQ(p_world.z(), (shown[{p_world.x(), p_world.y()}]));
+    }
+}
+
+// One chunk drawn in two halves, each with its own copy of the offsets.
+struct TwoHalves {
+    TwoHalves() {
+        const std::shared_ptr<const HeightSource> source =
+            FractalHeights::create({.seed = 3, .root_count_x = 1, .root_count_y = 1}).value();
+        const ChunkKey root{source->lattice().first_root_x, source->lattice().first_root_y, 0};
+        chunk = make_chunk(*source, root).value();
+        mesh.resident = std::make_shared<const ResidentSet>(
+            source->lattice(), source->extent(), std::vector<std::shared_ptr<const Chunk>>{chunk},
+            1);
+        const auto last = static_cast<std::uint16_t>(kChunkCells);
+        const auto north_west = static_cast<std::uint16_t>(sample_index(0, kChunkCells));
+        const auto north_east = static_cast<std::uint16_t>(sample_index(kChunkCells, kChunkCells));
+        indices = {0, last, north_east, 0, north_east, north_west};
+        offsets.assign(2, std::vector<float>(chunk->heights.size(), 0.0f));
+        offsets[0][north_east] = offsets[1][north_east] = -3.25f;
+        parts = {{chunk.get(), 0, 3, offsets[0].data()}, {chunk.get(), 3, 3, offsets[1].data()}};
+        mesh.chunks = parts;
+        mesh.indices = indices;
+        mesh.triangle_count = 2;
+    }
+
+    std::shared_ptr<const Chunk> chunk;
+    std::vector<std::uint16_t> indices;
+    std::vector<std::vector<float>> offsets;
+    std::vector<MeshChunk> parts;
+    TerrainMesh mesh;
+};
+
+TEST(Weld, SharesAVertexThatMorphsInSeveralChunks) {
+    const TwoHalves halves;
+    const IndexedMesh mesh = weld(halves.mesh);
+    ASSERT_EQ(mesh.vertices_world.size(), 4u);
+    const std::size_t north_east = sample_index(kChunkCells, kChunkCells);
+    const double height = halves.mesh.resident->lattice().quantum *
+                          static_cast<double>(halves.chunk->heights[north_east]);
+    EXPECT_EQ(mesh.vertices_world[2].z(), height - 3.25);
+}
+
+TEST(Weld, ShowsACrackWhereChunksDisagreeAboutAnOffset) {
+    TwoHalves halves;
+    halves.offsets[1][sample_index(kChunkCells, kChunkCells)] = -3.5f;
+    const IndexedMesh mesh = weld(halves.mesh);
+    ASSERT_EQ(mesh.vertices_world.size(), 5u);
+    EXPECT_NE(mesh.triangles[0][2], mesh.triangles[1][1]);
 }
 
 TEST(Weld, GivesNothingForAFrameWithoutTriangles) {

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "flight/verify.h"
 
+#include "support/random.h"
 #include "support/wave_heights.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <optional>
 #include <vector>
 
 namespace terrane::tools {
@@ -132,12 +135,62 @@ TEST(Verifier, MeasuresMovementUnderFixedPoints) {
     const double nearest = 300.0;  // straight below is in view
     EXPECT_LE(moved.max_pop_px, 0.25 * view.pixels_per_radian() / nearest + 1e-9);
     EXPECT_GE(moved.max_pop_px, 0.25 * view.pixels_per_radian() / (1.02 * nearest));
-    EXPECT_EQ(moved.max_near_pop_px, 0.0);
+    EXPECT_EQ(moved.max_pop_elsewhere_px, 0.0);
     // a jump of the eye is no pop of the ground
     view.eye_world.y() += 200.0;
     const Measurement jumped = verifier.measure(TriangleHeap(make_net(1000.0, 20, 0.0)), view);
     EXPECT_EQ(jumped.max_pop_px, 0.0);
-    EXPECT_GT(jumped.max_near_pop_px, 0.0);
+    EXPECT_GT(jumped.max_pop_elsewhere_px, 0.0);
+}
+
+TEST(Verifier, HoldsOnlyFramesToTheLimitThatCertifyALittle) {
+    const FlatHeights ground;
+    const View view = from_above(300.0);
+    const double pop = 0.25 * view.pixels_per_radian() / 300.0;
+    for (const double certified_px : {1.5, 1.6}) {
+        Verifier verifier(ground, 20'000);
+        // the frame before may certify anything
+        verifier.measure(TriangleHeap(make_net(1000.0, 20, 0.0)), view, 50.0);
+        const Measurement moved =
+            verifier.measure(TriangleHeap(make_net(1000.0, 20, 0.25)), view, certified_px);
+        const bool has_limit = certified_px <= 1.5;
+        EXPECT_NEAR(has_limit ? moved.max_pop_px : moved.max_pop_elsewhere_px, pop, 0.01 * pop);
+        EXPECT_EQ(has_limit ? moved.max_pop_elsewhere_px : moved.max_pop_px, 0.0);
+    }
+}
+
+TEST(Verifier, FindsTheMovementOfASingleVertexExactly) {
+    const FlatHeights ground;
+    const View view = from_above(300.0);
+    const std::vector<TriangleHeap::Triangle> flat = make_net(500.0, 100, 0.0);
+    std::vector<TriangleHeap::Triangle> raised = flat;
+    const WorldPos place(40.0, 100.0, 0.0);
+    for (TriangleHeap::Triangle& t : raised) {
+        for (WorldPos* corner : {&t.a, &t.b, &t.c}) {
+            if (*corner == place) corner->z() = 0.5;
+        }
+    }
+    const double whole = 0.5 * view.pixels_per_radian() / (place - view.eye_world).norm();
+    for (const bool comes : {true, false}) {
+        Verifier verifier(ground, 1'000);
+        verifier.measure(TriangleHeap(comes ? flat : raised), view);
+        const Measurement moved = verifier.measure(TriangleHeap(comes ? raised : flat), view);
+        EXPECT_NEAR(moved.max_pop_px, whole, 1e-9 * whole);
+    }
+    // a vertex that goes and leaves its place in the middle of a triangle
+    Verifier verifier(ground, 1'000);
+    verifier.measure(TriangleHeap(raised), view);
+    EXPECT_NEAR(verifier.measure(TriangleHeap(make_net(500.0, 3, 0.0)), view).max_pop_px, whole,
+                1e-9 * whole);
+}
+
+TEST(Verifier, TakesAHeightThatIsNoNumberForAHole) {
+    const FlatHeights ground;
+    std::vector<TriangleHeap::Triangle> net = make_net(500.0, 20, 0.0);
+    for (TriangleHeap::Triangle& t : net) {
+        if (t.a == WorldPos(0.0, 50.0, 0.0)) t.a.z() = std::nan("");
+    }
+    EXPECT_GT(Verifier(ground).measure(TriangleHeap(net), from_above(300.0)).holes, 0u);
 }
 
 TEST(TriangleHeap, FindsHeightsAmongTrianglesOfAllSizes) {
@@ -153,6 +206,59 @@ TEST(TriangleHeap, FindsHeightsAmongTrianglesOfAllSizes) {
         EXPECT_EQ(heap.height(size, size), size) << "a corner belongs to its triangle";
         EXPECT_FALSE(heap.height(1.8 * size, 1.8 * size));
     }
+}
+
+TEST(TriangleHeap, ListsEveryVertexOnce) {
+    EXPECT_EQ(TriangleHeap(make_net(100.0, 7, 1.0)).vertices().size(), 64u);
+    EXPECT_TRUE(TriangleHeap(std::vector<TriangleHeap::Triangle>{}).vertices().empty());
+    EXPECT_FALSE(TriangleHeap(std::vector<TriangleHeap::Triangle>{}).height(1.0, 2.0));
+}
+
+TEST(TriangleHeap, AgreesWithALookAtEveryTriangle) {
+    // a net whose cells are of one size, thrown over by others: random triangles of random sizes
+    test::Random random(5);
+    std::vector<TriangleHeap::Triangle> net;
+    for (int i = 0; i < 400; ++i) {
+        const double size = std::exp2(random.between(-3.0, 7.0));
+        const auto corner = [&] {
+            return WorldPos(random.between(-1.0, 1.0) * size, random.between(-1.0, 1.0) * size,
+                            random.between(0.0, 10.0));
+        };
+        net.push_back({corner(), corner(), corner()});
+    }
+    const TriangleHeap heap(net);
+    for (int i = 0; i < 2000; ++i) {
+        const double reach = std::exp2(random.between(-4.0, 8.0));
+        const double x = random.between(-reach, reach), y = random.between(-reach, reach);
+        std::optional<double> highest;
+        for (const TriangleHeap::Triangle& t : net) {
+            if (const std::optional<double> z = TriangleHeap({t}).height(x, y)) {
+                highest = std::max(highest.value_or(*z), *z);
+            }
+        }
+        ASSERT_EQ(heap.height(x, y), highest) << "seed 5, point " << x << ", " << y;
+    }
+}
+
+TEST(TriangleHeap, TakesDisplayedHeights) {
+    Lattice lattice;
+    const test::WaveHeights source(lattice, 3.0, 500.0);
+    const std::shared_ptr<const Chunk> chunk = make_chunk(source, {0, 0, 0}).value();
+    std::vector<float> offsets(chunk->heights.size(), 0.0f);
+    const auto corner = static_cast<std::uint16_t>(sample_index(kChunkCells, 0));
+    offsets[corner] = 1.5f;
+    const std::vector<std::uint16_t> indices{
+        0, corner, static_cast<std::uint16_t>(sample_index(kChunkCells, kChunkCells))};
+    const std::vector<MeshChunk> parts{{chunk.get(), 0, 3, offsets.data()}};
+    TerrainMesh mesh;
+    mesh.resident = std::make_shared<const ResidentSet>(
+        lattice, source.extent(), std::vector<std::shared_ptr<const Chunk>>{chunk}, 1);
+    mesh.chunks = parts;
+    mesh.indices = indices;
+    mesh.triangle_count = 1;
+    const double x = lattice.x(kChunkCells);
+    EXPECT_EQ(TriangleHeap::from(mesh).height(x, 0.0),
+              parts[0].displayed_height(corner, lattice.quantum));
 }
 
 }  // namespace

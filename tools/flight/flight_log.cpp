@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "flight/flight_log.h"
 
+#include "flight/verify.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,7 +14,8 @@
 namespace terrane::tools {
 namespace {
 
-std::string number_or_nothing(const std::optional<double>& value) {
+template <class Number>
+std::string number_or_nothing(const std::optional<Number>& value) {
     return value ? fmt::format("{}", *value) : "";
 }
 
@@ -20,20 +23,21 @@ std::string header(std::span<const std::string> extra_columns) {
     std::string line =
         "time_s,eye_x_m,eye_y_m,eye_z_m,triangles,budget,error_px,measured_error_px,update_ms,"
         "chunks_resident,resident_bytes,late_chunks,max_pop_px,"
-        "status,threshold_px,max_near_pop_px,holes,in_flight_bytes,chunks_loaded,chunks_evicted";
+        "status,threshold_px,max_pop_elsewhere_px,points,holes,in_flight_bytes,chunks_loaded,"
+        "chunks_evicted";
     for (const std::string& name : extra_columns) line += "," + name;
     return line + "\n";
 }
 
 std::string csv_line(const FrameRecord& r) {
-    std::string line =
-        fmt::format("{},{},{},{},{},{},{},{},{:.4f},{},{},{},{},{},{},{},{},{},{},{}", r.time,
-                    r.eye_world.x(), r.eye_world.y(), r.eye_world.z(), r.triangles, r.budget,
-                    r.error_px, number_or_nothing(r.measured_error_px), r.update_ms,
-                    r.paging.resident_chunks, r.paging.resident_bytes, r.paging.late_chunks,
-                    number_or_nothing(r.max_pop_px), name_of(r.status), r.threshold_px,
-                    number_or_nothing(r.max_near_pop_px), r.holes ? std::to_string(*r.holes) : "",
-                    r.paging.in_flight_bytes, r.paging.loaded, r.paging.evicted);
+    std::string line = fmt::format(
+        "{},{},{},{},{},{},{},{},{:.4f},{},{},{},{},{},{},{},{},{},{},{},{}", r.time,
+        r.eye_world.x(), r.eye_world.y(), r.eye_world.z(), r.triangles, r.budget, r.error_px,
+        number_or_nothing(r.measured_error_px), r.update_ms, r.paging.resident_chunks,
+        r.paging.resident_bytes, r.paging.late_chunks, number_or_nothing(r.max_pop_px),
+        name_of(r.status), r.threshold_px, number_or_nothing(r.max_pop_elsewhere_px),
+        number_or_nothing(r.points), number_or_nothing(r.holes), r.paging.in_flight_bytes,
+        r.paging.loaded, r.paging.evicted);
     for (const double value : r.extra) line += fmt::format(",{}", value);
     return line + "\n";
 }
@@ -145,6 +149,14 @@ nlohmann::ordered_json summarize(std::span<const FrameRecord> frames, std::size_
             count_if([](const FrameRecord& r) { return *r.measured_error_px > r.error_px; });
         summary["max_pop_px"] =
             largest(values_of(frames, [](const FrameRecord& r) { return *r.max_pop_px; }));
+        summary["pop_frames"] =
+            count_if([](const FrameRecord& r) { return *r.max_pop_px > kPopLimit_px; });
+        summary["max_pop_elsewhere_px"] = largest(values_of(
+            frames, [](const FrameRecord& r) { return r.max_pop_elsewhere_px.value_or(0.0); }));
+        const auto points =
+            values_of(frames, [](const FrameRecord& r) { return r.points.value_or(0); });
+        summary["points_min"] =
+            static_cast<std::size_t>(*std::min_element(points.begin(), points.end()));
         summary["holes"] = static_cast<std::size_t>(
             largest(values_of(frames, [](const FrameRecord& r) { return *r.holes; })));
     }

@@ -26,9 +26,10 @@ struct FrameRecord {
     MeshStatus status = MeshStatus::not_resident;
     double update_ms = 0.0;  ///< of Pager::update and Triangulator::update together
     PagerStats paging;
-    std::optional<double> measured_error_px;  ///< with --verify, like the next three
+    std::optional<double> measured_error_px;  ///< with --verify, like the next four
     std::optional<double> max_pop_px;
-    std::optional<double> max_near_pop_px;
+    std::optional<double> max_pop_elsewhere_px;
+    std::optional<std::size_t> points;
     std::optional<std::size_t> holes;
     std::vector<double> extra;  ///< values of FlightLog's extra columns
 };

@@ -71,7 +71,8 @@ MadeFrame FrameMaker::make(const View& view, const Eigen::Vector3d& velocity,
         const Measurement measured = verifier_->measure(frame.mesh, view);
         record.measured_error_px = measured.error_px;
         record.max_pop_px = measured.max_pop_px;
-        record.max_near_pop_px = measured.max_near_pop_px;
+        record.max_pop_elsewhere_px = measured.max_pop_elsewhere_px;
+        record.points = measured.points;
         record.holes = measured.holes;
     }
     return frame;

@@ -3,10 +3,9 @@
 
 #include "options/option_values.h"
 
-#include <terrane/terrain/fractal_heights.h>
-
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -15,6 +14,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <string_view>
 
 namespace terrane::tools {
 namespace {
@@ -24,7 +24,17 @@ constexpr int kFinestLog2 = -15, kCoarsestLog2 = 9;
 
 std::string quoted(const std::string& text) { return "'" + text + "'"; }
 
-CommandResult<Terrain> open_fractal(std::uint64_t seed, double detail_m) {
+/// As FractalKind numbers them.
+constexpr std::string_view kFractalKinds[] = {"fbm", "ridged", "hybrid", "warped"};
+
+std::optional<FractalKind> parse_fractal_kind(std::string_view text) {
+    const auto* const found = std::ranges::find(kFractalKinds, text);
+    if (found == std::end(kFractalKinds)) return std::nullopt;
+    return static_cast<FractalKind>(found - std::begin(kFractalKinds));
+}
+
+CommandResult<Terrain> open_fractal(const TerrainOptions& options) {
+    const double detail_m = options.detail_m.value_or(1.0);
     int exponent = 0;
     std::frexp(detail_m, &exponent);  // detail = mantissa * 2^exponent, mantissa 0.5 to 1
     const int spacing_log2 = exponent - 1;
@@ -34,7 +44,8 @@ CommandResult<Terrain> open_fractal(std::uint64_t seed, double detail_m) {
                                        detail_m));
     }
     FractalSettings settings;
-    settings.seed = seed;
+    settings.seed = *options.seed;
+    settings.kind = options.fractal.value_or(settings.kind);
     settings.finest_spacing_log2 = spacing_log2;
     // The first octaves are the same at any spacing; a lattice finer than a metre has more of them,
     // so that there is something to see between its samples.
@@ -42,7 +53,11 @@ CommandResult<Terrain> open_fractal(std::uint64_t seed, double detail_m) {
         std::clamp(settings.octave_count - spacing_log2, settings.octave_count, 24);
     Result<std::shared_ptr<const HeightSource>> source = FractalHeights::create(settings);
     if (!source) return pass_on(source.error());
-    return Terrain{.source = *source, .dem = std::nullopt, .name = fmt::format("seed {}", seed)};
+    std::string name = fmt::format("seed {}", settings.seed);
+    if (settings.kind != FractalKind::fbm) {
+        name += fmt::format(" ({})", kFractalKinds[static_cast<std::size_t>(settings.kind)]);
+    }
+    return Terrain{.source = *source, .dem = std::nullopt, .name = std::move(name)};
 }
 
 CommandResult<Terrain> open_dem(const TerrainOptions& options) {
@@ -91,11 +106,26 @@ void add_terrain_options(CLI::App& app, TerrainOptions& options) {
         },
         "Fractal terrain of this seed; with --dem, fractal detail below the raster's resolution");
     seed_option->type_name("N")->group("Terrain");
-    CLI::Option* scene_option =
-        app.add_option("--scene", options.scene,
-                       "The same choices in a JSON file, with the keys dem, seed and detail_m");
+    std::optional<FractalKind>* const fractal = &options.fractal;
+    CLI::Option* fractal_option = app.add_option_function<std::string>(
+        "--fractal",
+        [fractal](const std::string& text) {
+            *fractal = parse_fractal_kind(text);
+            if (!*fractal) {
+                throw CLI::ValidationError(
+                    "--fractal",
+                    fmt::format("must be {}, got '{}'", fmt::join(kFractalKinds, ", "), text));
+            }
+        },
+        "Kind of the fractal, with --seed and no --dem: the same roughness everywhere, sharp "
+        "ridges, "
+        "smooth valleys below rough heights, or folds; fbm unless said");
+    fractal_option->type_name("KIND")->group("Terrain");
+    CLI::Option* scene_option = app.add_option(
+        "--scene", options.scene,
+        "The same choices in a JSON file, with the keys dem, seed, fractal and detail_m");
     scene_option->type_name("FILE.json")->group("Terrain");
-    scene_option->excludes("--dem")->excludes("--seed");
+    scene_option->excludes("--dem")->excludes("--seed")->excludes("--fractal");
     std::optional<double>* const detail = &options.detail_m;
     app.add_option_function<std::string>(
            "--detail-m",
@@ -133,6 +163,9 @@ CommandResult<TerrainOptions> parse_scene(const std::string& text, const std::st
         } else if (key == "seed") {
             if (!value.is_number_unsigned()) return wrong("a whole number of at least 0");
             options.seed = value.get<std::uint64_t>();
+        } else if (key == "fractal") {
+            if (value.is_string()) options.fractal = parse_fractal_kind(value.get<std::string>());
+            if (!options.fractal) return wrong("fbm, ridged, hybrid or warped");
         } else if (key == "detail_m") {
             if (!value.is_number() || !(value.get<double>() > 0.0)) return wrong("above 0");
             options.detail_m = value.get<double>();
@@ -159,8 +192,11 @@ CommandResult<Terrain> open_terrain(const TerrainOptions& options) {
         if (options.detail_m) scene->detail_m = options.detail_m;
         return open_terrain(*scene);
     }
+    if (options.fractal && !(options.seed && options.dem.empty())) {
+        return usage_error("--fractal goes with --seed and without --dem");
+    }
     if (!options.dem.empty()) return open_dem(options);
-    if (options.seed) return open_fractal(*options.seed, options.detail_m.value_or(1.0));
+    if (options.seed) return open_fractal(options);
     return usage_error("no terrain chosen: give --dem FILE, --seed N, both, or --scene FILE.json");
 }
 

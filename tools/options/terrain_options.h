@@ -4,7 +4,7 @@
 #include "command.h"
 
 #include <terrane/dem/dem_heights.h>
-#include <terrane/terrain/height_source.h>
+#include <terrane/terrain/fractal_heights.h>
 
 #include <cstdint>
 #include <memory>
@@ -15,13 +15,14 @@ namespace terrane::tools {
 
 /// Which terrain, as every subcommand is told: --dem, --seed, both, or --scene.
 struct TerrainOptions {
-    std::string dem;                    ///< path of a raster; "" for none
-    std::optional<std::uint64_t> seed;  ///< of the fractal, or of the detail on the raster
-    std::string scene;                  ///< path of a JSON file; "" for none
-    std::optional<double> detail_m;     ///< finest spacing, metres
+    std::string dem;                     ///< path of a raster; "" for none
+    std::optional<std::uint64_t> seed;   ///< of the fractal, or of the detail on the raster
+    std::optional<FractalKind> fractal;  ///< fbm unless said; only without a raster
+    std::string scene;                   ///< path of a JSON file; "" for none
+    std::optional<double> detail_m;      ///< finest spacing, metres
 };
 
-/// Adds --dem, --seed, --scene and --detail-m. `options` must outlive the parse.
+/// Adds --dem, --seed, --fractal, --scene and --detail-m. `options` must outlive the parse.
 void add_terrain_options(CLI::App& app, TerrainOptions& options);
 
 /// A terrain that was chosen on the command line.
@@ -31,8 +32,8 @@ struct Terrain {
     std::string name;            ///< what a person would call it: the raster's path, the seed
 };
 
-/// What a scene file says, and nothing else: {"dem": "file.tif", "seed": 7, "detail_m": 1}. A
-/// raster's path counts from the scene file's folder.
+/// What a scene file says, and nothing else: {"dem": "file.tif", "seed": 7, "detail_m": 1} or
+/// {"seed": 7, "fractal": "ridged"}. A raster's path counts from the scene file's folder.
 ///
 /// @param path where the text came from: for messages, and for that folder
 CommandResult<TerrainOptions> parse_scene(const std::string& text, const std::string& path);

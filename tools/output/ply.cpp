@@ -12,10 +12,18 @@
 namespace terrane::tools {
 namespace {
 
-struct PointHash {
-    std::size_t operator()(const LatticePoint& point) const {
-        std::uint64_t h = static_cast<std::uint64_t>(point.x) * 0x9e3779b97f4a7c15u;
-        h = (h ^ (h >> 29) ^ static_cast<std::uint64_t>(point.y)) * 0xbf58476d1ce4e5b9u;
+// A sample as it is displayed. Chunks that disagree about a height, by whatever little, do not share
+// the vertex: the crack is in the file for everybody to see.
+struct Shown {
+    LatticePoint point;
+    std::uint64_t height_bits = 0;
+    friend bool operator==(const Shown&, const Shown&) = default;
+};
+
+struct ShownHash {
+    std::size_t operator()(const Shown& shown) const {
+        std::uint64_t h = static_cast<std::uint64_t>(shown.point.x) * 0x9e3779b97f4a7c15u;
+        h = (h ^ (h >> 29) ^ static_cast<std::uint64_t>(shown.point.y)) * 0xbf58476d1ce4e5b9u;
         return static_cast<std::size_t>(h ^ (h >> 32));
     }
 };
@@ -36,7 +44,8 @@ IndexedMesh weld(const TerrainMesh& mesh) {
     if (mesh.triangle_count == 0) return welded;
     const Lattice& lattice = mesh.resident->lattice();
     // Looked up, never iterated: vertices are numbered in the order in which triangles meet them.
-    std::unordered_map<LatticePoint, std::uint32_t, PointHash> numbers;
+    std::unordered_map<Shown, std::uint32_t, ShownHash> numbers;
+    numbers.reserve(mesh.triangle_count);
     welded.triangles.reserve(mesh.triangle_count);
     for (const MeshChunk& part : mesh.chunks) {
         const Chunk& chunk = *part.chunk;
@@ -45,11 +54,13 @@ IndexedMesh weld(const TerrainMesh& mesh) {
             const int row = sample / kChunkSamples;
             const LatticePoint point{chunk.corner.x + chunk.step * column,
                                      chunk.corner.y + chunk.step * row};
+            // adding zero makes the two zeros one
+            const double height = part.displayed_height(sample, lattice.quantum) + 0.0;
             const auto next = static_cast<std::uint32_t>(welded.vertices_world.size());
-            const auto [place, is_new] = numbers.try_emplace(point, next);
+            const auto [place, is_new] =
+                numbers.try_emplace({point, std::bit_cast<std::uint64_t>(height)}, next);
             if (is_new) {
-                welded.vertices_world.emplace_back(lattice.x(point.x), lattice.y(point.y),
-                                                   lattice.quantum * chunk.heights[sample]);
+                welded.vertices_world.emplace_back(lattice.x(point.x), lattice.y(point.y), height);
             }
             return place->second;
         };

@@ -86,6 +86,30 @@ TEST(GoldenHeights, FractalHasTheBitsThatWerePromised) {
     }
 }
 
+TEST(GoldenHeights, EveryKindHasTheBitsThatWerePromised) {
+    struct KindGolden {
+        FractalKind kind;
+        Golden golden;
+    };
+    constexpr KindGolden kGoldens[] = {
+        {FractalKind::ridged, {1, 0, 0x85d1611eb708869bu, 0xa2eeed70faf66f5du}},
+        {FractalKind::ridged, {2, -1'000'000'000, 0xe5c0ba325f1dbd44u, 0xb7c53b6fd8fc42d6u}},
+        {FractalKind::hybrid, {1, 0, 0x430e3ddead8b03cfu, 0x31f7939e175f8162u}},
+        {FractalKind::hybrid, {2, -1'000'000'000, 0x84cd16760ecb7c4bu, 0x9a8fa3bca522447bu}},
+        {FractalKind::warped, {1, 0, 0xa91b12fe69a19f5eu, 0x4355cae90b7af05fu}},
+        {FractalKind::warped, {2, -1'000'000'000, 0xdfa7237ec23dcd8du, 0xd8918a17396d66ddu}},
+    };
+    for (const auto& [kind, golden] : kGoldens) {
+        const auto source =
+            FractalHeights::create({.seed = golden.seed, .kind = kind, .gain = 0.53});
+        ASSERT_TRUE(source.has_value());
+        EXPECT_EQ(hash_of(heights_around(**source, golden.place)), golden.heights)
+            << "heights of kind " << static_cast<int>(kind) << " at " << golden.place;
+        EXPECT_EQ(hash_of(bounds_around(**source, golden.place)), golden.bounds)
+            << "bounds of kind " << static_cast<int>(kind) << " at " << golden.place;
+    }
+}
+
 TEST(GoldenHeights, DetailHasTheBitsThatWerePromised) {
     constexpr Golden kGoldens[] = {{1, 0, 0xf17bc053736d0c17u, 0x4e35871fb2e7419au},
                                    {2, 1000, 0x791252a270a1f92fu, 0xfa9ae695f19ffe01u}};

@@ -194,29 +194,6 @@ TEST(Noise, IsContinuousWhereNodesWrap) {
     EXPECT_NEAR(before, after, 1e-11);
 }
 
-TEST(Noise, RowsHaveTheBitsOfSinglePoints) {
-    constexpr std::uint64_t kSeed = 12;
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    test::Random random(kSeed);
-    for (const double step : {0.01, 0.25, 0.7, 1.0, 1.5, 4.0, 1e5}) {
-        const NoiseKeys keys = NoiseKeys::make(random.bits(), 0);
-        const double west = random.between(-5e5, 5e5);
-        std::vector<NoiseCoordinate> coordinates;
-        for (int column = 0; column < 100; ++column) {
-            coordinates.push_back(coordinate(west + step * column));
-        }
-        NoiseColumns columns;
-        columns.assign(keys.x, kAllCells, coordinates);
-        const NoisePlace y = noise_place(keys.y, kAllCells, coordinate(random.between(0.0, 1.0)));
-        std::vector<double> sums(coordinates.size(), 1.0);
-        columns.add_row(y, 3.0, sums);
-        for (std::size_t column = 0; column < sums.size(); ++column) {
-            const NoisePlace x = noise_place(keys.x, kAllCells, coordinates[column]);
-            EXPECT_EQ(sums[column], 1.0 + 3.0 * noise(x, y)) << "step " << step;
-        }
-    }
-}
-
 TEST(Noise, SeedsOctavesAxesAndDistantCellsDiffer) {
     std::set<double> seen;
     for (std::uint64_t seed = 0; seed < 10; ++seed) {

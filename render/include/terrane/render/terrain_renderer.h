@@ -46,9 +46,10 @@ struct DrawnSphere {
 /// Draws meshes of a Triangulator off screen.
 ///
 /// Keeps the heights and slopes of each chunk that was drawn on the device for as long as the chunk
-/// is resident. Positions relative to the eye are subtracted in integers before they become float:
-/// nothing jitters far from the origin, and chunks of different levels meet bit for bit. Light follows
-/// the samples at the size of a pixel, not the triangles.
+/// is resident; indices, and offsets where the mesh morphs, are sent every frame. Positions relative
+/// to the eye are subtracted in integers before they become float: nothing jitters far from the
+/// origin, and chunks of different levels meet bit for bit, morphing included. Light follows the
+/// samples at the size of a pixel, not the triangles.
 ///
 /// Threads: the one whose context is current, from create() to the destructor.
 class TerrainRenderer {
@@ -66,8 +67,8 @@ public:
     ///
     /// Fails with invalid_argument for a view that check(view) refuses, whose size is not the
     /// renderer's, or whose eye is more than 2^49 lattice spacings away, and for a mesh whose chunks
-    /// are not those of its resident set or whose indices end early; device_unavailable for errors of OpenGL. Then
-    /// the last frame stays.
+    /// are not those of its resident set or whose indices end early; device_unavailable for errors
+    /// of OpenGL. Then the last frame stays.
     Result<void> draw(const TerrainMesh& mesh, const View& view,
                       std::span<const DrawnBox> boxes = {},
                       std::span<const DrawnSphere> spheres = {});
@@ -75,7 +76,8 @@ public:
     /// The last frame.
     Image read() const;
 
-    /// Bytes that chunks take on the device now.
+    /// Bytes that heights and slopes of chunks take on the device now. They stand in a pool that
+    /// doubles when it is full and is given back when it is empty: it may take more.
     std::size_t buffer_bytes() const;
 
 private:

@@ -8,14 +8,33 @@
 
 namespace terrane {
 
+/// How the octaves of a fractal make its heights, from noise n of amplitude a; every kind has
+/// certified bounds.
+enum class FractalKind : std::uint8_t {
+    fbm,     ///< sum of a n: the same roughness everywhere, heights of both signs
+    ridged,  ///< sharp crests where the noise crosses zero; heights from 0 to the sum of a
+    hybrid,  ///< smooth valleys below rough heights; heights from 0 to the sum of a
+    warped,  ///< fbm whose places are moved about by noise first: folds and winding valleys
+};
+
 /// Settings of FractalHeights. Plain data with usable defaults; change what you need:
 /// `FractalSettings{.seed = 7, .octave_count = 12}`.
 struct FractalSettings {
     std::uint64_t seed = 1;
-    int octave_count = 12;        ///< 1 to 24
-    double amplitude = 800.0;     ///< of the first octave, metres, 0 to 1e5
-    int wavelength_log2 = 12;     ///< the first octave's wavelength is 2^this metres; 0 to 24
-    double gain = 0.5;            ///< amplitude ratio of successive octaves, > 0 to 1
+    FractalKind kind = FractalKind::fbm;
+    int octave_count = 12;     ///< 1 to 24
+    double amplitude = 800.0;  ///< of the first octave, metres, 0 to 1e5
+    int wavelength_log2 = 12;  ///< the first octave's wavelength is 2^this metres; 0 to 24
+    double gain = 0.5;         ///< amplitude ratio of successive octaves, > 0 to 1
+    /// Ridged and hybrid: how much of an octave's amplitude hangs on the height of the octave before it,
+    /// 0 (nothing) to 1 (all of it: beside a deep valley's floor everything finer is flat).
+    double heterogeneity = 0.75;
+    /// Ridged: a crest is round where the noise is within this share of its range around zero, 1/64 to 1.
+    /// Sharper crests need finer triangles: curvature grows with the inverse.
+    double crest_rounding = 0.25;
+    /// Warped: how far the noise moves places, in amplitudes of its first octave over wavelength, 0 to 1.
+    /// Slopes grow with 1 + 6 warp at most (gain 0.5), so more of it loosens bounds.
+    double warp = 0.1;
     int finest_spacing_log2 = 0;  ///< lattice spacing is 2^this metres; -16 to 16
     int root_size_log2 = 16;      ///< a root square has 2^this metres; at least 7 above the spacing
     std::int32_t first_root_x = -1;  ///< the world's root squares: see Lattice
@@ -24,7 +43,7 @@ struct FractalSettings {
     std::int32_t root_count_y = 2;
 };
 
-/// Fractal ground: a sum of octaves of gradient noise over 64-bit lattice coordinates with exact
+/// Fractal ground: octaves of gradient noise over 64-bit lattice coordinates with exact
 /// fractions, so that a seed gives the same bits at any distance from the origin, with any compiler
 /// at any optimisation level. Its bounds are derived, not measured.
 class FractalHeights {

@@ -11,7 +11,7 @@
 
 namespace terrane {
 
-/// A camera that draws.
+/// A camera that draws. From update to update it is known by its place in the list.
 struct CameraNeed {
     View view;
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< metres a second, world axes
@@ -38,22 +38,34 @@ struct PagerSettings {
     double contact_spacing = 0.0;
 };
 
-/// Counts since creation, but for the first four.
+/// Counts since creation, but for the first five.
 struct PagerStats {
     std::size_t resident_bytes = 0;  ///< of live chunks, those that only old sets hold included
     std::size_t in_flight_bytes = 0;
     std::size_t resident_chunks = 0;
-    std::size_t late_chunks = 0;  ///< wanted by the last update(), and not there
-    std::size_t peak_bytes = 0;   ///< resident and in flight together
+    std::size_t late_chunks = 0;    ///< wanted by the last update(), and not there
+    std::size_t fading_chunks = 0;  ///< with a fade below 1
+    std::size_t peak_bytes = 0;     ///< resident and in flight together
     std::uint64_t loaded = 0;
     std::uint64_t evicted = 0;
-    std::uint64_t cancelled = 0;      ///< queued or in flight, no longer wanted
-    std::uint64_t failed = 0;         ///< loads that the source refused; retried with back-off
-    std::uint64_t refused_needs = 0;  ///< cameras or bodies that were not finite
-    std::uint64_t over_ceiling = 0;   ///< loads put off because the ceiling was reached
+    std::uint64_t cancelled = 0;       ///< queued or in flight, no longer wanted
+    std::uint64_t failed = 0;          ///< loads that the source refused; retried with back-off
+    std::uint64_t refused_needs = 0;   ///< cameras or bodies that were not finite
+    std::uint64_t over_ceiling = 0;    ///< loads put off because the ceiling was reached
+    std::uint64_t hard_evictions = 0;  ///< of chunks in view, for ground that could not wait
 };
 
 /// Keeps resident what cameras draw and bodies touch, under a hard ceiling of bytes.
+///
+/// Chunks come and go without a jump in the picture: what a camera would see appear begins with a fade
+/// at which it does not show, and fades in with each update(); what it would see vanish fades out
+/// first, and what is to take its place waits. In one update() that moves the picture by at most 0.25
+/// pixels, where 1.5 or less are held back; of more than that a twelfth goes at a time. So a chunk that
+/// can remove 1.5 pixels is there after 26 updates at a threshold of 0.2, one of 20 pixels after 56. A
+/// chunk shows at once where nobody sees it come: a camera's last view did not hold it, or the eye went
+/// more than a tenth of the way to it. Fades go by updates, not by time: an update is a frame, and it
+/// is between two frames that a jump is seen. Ground takes no part in it. Roots, and loads for contact,
+/// do not wait, but evict at once.
 ///
 /// One thread calls update(), require() and finish(); any thread may hold and read the sets that
 /// resident() returned. Root squares are pinned: the first update() asks for them.
@@ -86,7 +98,7 @@ public:
     void release(Ticket ticket);
 
     /// Loads until nothing wanted by the last update() is absent, or the ceiling or a failing source
-    /// stops it. Waits; not for frames.
+    /// stops it, and fades everything in. Waits; not for frames.
     void finish();
 
     /// What is resident. Never null; changes only in update() and finish().

@@ -14,8 +14,9 @@ namespace terrane {
 
 /// The chunks that were resident at one moment: immutable, shared by drawing and contact.
 ///
-/// Every chunk's parent is in the set too (roots have none). Order: level, then y, then x. Threads:
-/// any number of readers; lives as long as anybody holds it.
+/// Every chunk's parent is in the set too (roots have none). Order: level, then y, then x. Sets that
+/// differ only in their fades share everything else. Threads: any number of readers; lives as long as
+/// anybody holds it.
 class ResidentSet {
 public:
     static constexpr std::int32_t kNone = -1;
@@ -28,34 +29,59 @@ public:
                                               kNone};  ///< same level: west, east, south, north
     };
 
-    /// Requires every chunk's parent among the chunks, and no chunk twice.
+    /// All of it faded in. Requires every chunk's parent among the chunks, and no chunk twice.
     ResidentSet(const Lattice& lattice, const WorldRect& extent,
                 std::vector<std::shared_ptr<const Chunk>> chunks, std::uint64_t epoch);
 
-    const Lattice& lattice() const { return lattice_; }
+    /// @param fades [chunks.size()] in the order of the chunks as they are given, 0 to 1
+    ResidentSet(const Lattice& lattice, const WorldRect& extent,
+                std::vector<std::shared_ptr<const Chunk>> chunks, std::span<const float> fades,
+                std::uint64_t epoch);
+
+    /// The chunks of another set with other fades. Shares the chunks; costs one vector.
+    ///
+    /// @param fades [same.chunks().size()] in the order of same.chunks(), 0 to 1
+    ResidentSet(const ResidentSet& same, std::vector<float> fades, std::uint64_t epoch);
+
+    const Lattice& lattice() const { return structure_->lattice; }
     /// Ground lies inside it; what is drawn beyond is no ground.
-    const WorldRect& extent() const { return extent_; }
-    std::span<const std::shared_ptr<const Chunk>> chunks() const { return chunks_; }
-    const Links& links(std::size_t index) const { return links_[index]; }
+    const WorldRect& extent() const { return structure_->extent; }
+    std::span<const std::shared_ptr<const Chunk>> chunks() const { return structure_->chunks; }
+    const Links& links(std::size_t index) const { return structure_->links[index]; }
     /// Index of a chunk in chunks(), or kNone.
     std::int32_t find(const ChunkKey& key) const;
     /// How far a chunk has faded in, 0 to 1: what it adds to the picture is held back to this share of
     /// its priority. 0 draws as if the chunk were absent, 1 all of it. Ground does not fade.
     float fade(std::size_t index) const { return fades_[index]; }
-    /// Counts the changes of the pager's set; two sets of one pager with one epoch are equal.
+    /// [chunks().size()] of fade().
+    std::span<const float> fades() const { return fades_; }
+    /// Counts the changes of the pager's set, those of fades too; two sets of one pager with one epoch
+    /// are equal.
     std::uint64_t epoch() const { return epoch_; }
+    /// Whether the two share their chunks and so differ at most in fades. One comparison: false for
+    /// equal chunks that were put together apart.
+    bool has_same_chunks(const ResidentSet& other) const { return structure_ == other.structure_; }
     /// Whether all root squares are there: nothing can be drawn before.
-    bool has_roots() const { return has_roots_; }
+    bool has_roots() const { return structure_->has_roots; }
 
 private:
-    Lattice lattice_;
-    WorldRect extent_;
-    std::vector<std::shared_ptr<const Chunk>> chunks_;
-    std::vector<Links> links_;
+    struct Structure {
+        Lattice lattice;
+        WorldRect extent;
+        std::vector<std::shared_ptr<const Chunk>> chunks;
+        std::vector<Links> links;
+        std::unordered_map<ChunkKey, std::int32_t, ChunkKeyHash> index;
+        bool has_roots = false;
+
+        std::int32_t find(const ChunkKey& key) const;
+    };
+    static std::shared_ptr<const Structure> make_structure(
+        const Lattice& lattice, const WorldRect& extent,
+        std::vector<std::shared_ptr<const Chunk>> chunks);
+
+    std::shared_ptr<const Structure> structure_;
     std::vector<float> fades_;
-    std::unordered_map<ChunkKey, std::int32_t, ChunkKeyHash> index_;
     std::uint64_t epoch_ = 0;
-    bool has_roots_ = false;
 };
 
 }  // namespace terrane

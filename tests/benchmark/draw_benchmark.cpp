@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: MIT
+//
+// Time to draw a mesh, against the same triangles as one plain draw.
+//
+//   draw_benchmark [--smoke] [--rounds N] [--size WxH] [--samples N] [--morph] [BUDGET ...]
+//
+// (a) TerrainRenderer::draw(): indices and whatever else changes sent to the device, one command for
+//     all chunks, the sky, the resolve.
+// (b) glDrawElements, once: the same triangles in the same order, 32-bit indices into one buffer of
+//     finished vertices, both on the device already. The same target (size, samples, formats), state,
+//     uniforms, textures and fragment shader, the same sky and resolve; its vertex shader only
+//     multiplies by the matrix. So the ratio judges everything that (a) does beside rasterising.
+//
+// With --morph every chunk has offsets, made up here: the most that (a) can have to send.
+//
+// Both are timed by the wall clock from one glFinish() to the next, in turns; the medians are compared.
+// Where the device is no software rasteriser its own timer is read as well: a software rasteriser's
+// timer stops before the work is done. Both pictures are compared first, so that a mistake in (b)
+// cannot pass for speed.
+#include "render/plain_draw.h"
+
+#include <terrane/render/terrain_renderer.h>
+#include <terrane/terrain/fractal_heights.h>
+#include <terrane/terrain/pager.h>
+
+#include <epoxy/gl.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace terrane {
+namespace {
+
+struct Options {
+    std::vector<std::size_t> budgets{10'000, 100'000, 1'000'000};
+    int rounds = 101;
+    int width_px = 1280, height_px = 720;
+    int sample_count = 4;
+    bool morph = false;
+};
+
+template <class T>
+T must(Result<T> result) {
+    if (result) return std::move(*result);
+    std::fprintf(stderr, "draw_benchmark: %s\n", result.error().message.c_str());
+    std::exit(1);
+}
+void must(const Result<void>& result) {
+    if (result) return;
+    std::fprintf(stderr, "draw_benchmark: %s\n", result.error().message.c_str());
+    std::exit(1);
+}
+
+double median(std::vector<double> values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+// Wall clock of one drawing, milliseconds.
+double time_ms(const std::function<void()>& draw) {
+    glFinish();
+    const auto start = std::chrono::steady_clock::now();
+    draw();
+    glFinish();
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+        .count();
+}
+
+// The device's own clock of one drawing, milliseconds.
+double device_ms(const std::function<void()>& draw) {
+    GLuint query = 0;
+    glGenQueries(1, &query);
+    glBeginQuery(GL_TIME_ELAPSED, query);
+    draw();
+    glEndQuery(GL_TIME_ELAPSED);
+    GLuint64 nanoseconds = 0;
+    glGetQueryObjectui64v(query, GL_QUERY_RESULT, &nanoseconds);
+    glDeleteQueries(1, &query);
+    return 1e-6 * static_cast<double>(nanoseconds);
+}
+
+// Pixels that differ by more than 8 of 255 in a channel.
+int count_different(const Image& a, const Image& b) {
+    int count = 0;
+    for (std::size_t i = 0; i < a.rgb.size(); i += 3) {
+        bool is_different = false;
+        for (std::size_t c = i; c < i + 3; ++c) {
+            is_different = is_different || std::abs(int{a.rgb[c]} - int{b.rgb[c]}) > 8;
+        }
+        count += is_different ? 1 : 0;
+    }
+    return count;
+}
+
+struct Comparison {
+    double renderer_ms = 0.0, plain_ms = 0.0;
+};
+Comparison compare(int rounds, const std::function<double(const std::function<void()>&)>& time,
+                   const std::function<void()>& renderer, const std::function<void()>& plain) {
+    std::vector<double> renderer_ms, plain_ms;
+    for (int round = 0; round < rounds; ++round) {
+        // each first in every other round: neither always profits from what the other left
+        if (round % 2 == 0) renderer_ms.push_back(time(renderer));
+        plain_ms.push_back(time(plain));
+        if (round % 2 == 1) renderer_ms.push_back(time(renderer));
+    }
+    return {median(std::move(renderer_ms)), median(std::move(plain_ms))};
+}
+
+bool is_software(const std::string& renderer) {
+    return renderer.find("llvmpipe") != std::string::npos ||
+           renderer.find("softpipe") != std::string::npos ||
+           renderer.find("SWR") != std::string::npos;
+}
+
+// False where the two pictures are not of the same thing.
+bool run(EglContext& context, const Options& options, std::size_t budget) {
+    const std::shared_ptr<const HeightSource> source =
+        must(FractalHeights::create({.seed = 7, .finest_spacing_log2 = -1}));
+    Pager pager =
+        must(Pager::create(source, {.memory_bytes = std::size_t{1} << 30, .worker_count = 0}));
+    TriangulatorSettings wanted;
+    wanted.triangle_budget = budget;
+    wanted.max_error_px = 0.25;
+    Triangulator triangulator = must(Triangulator::create(*source, wanted));
+    WorldPos eye(321.5, -1234.25, 0.0);
+    eye.z() = source->height(eye.x(), eye.y()) + 120.0;
+    const View view = must(look_at(eye, eye + WorldPos(700.0, 700.0, -180.0), 1.0471975511965976,
+                                   options.width_px, options.height_px));
+    TerrainMesh mesh;
+    double threshold_px = wanted.max_error_px;
+    // the pager fetches for the threshold of the last mesh
+    for (int i = 0; i < 6; ++i) {
+        const CameraNeed need{.view = view, .threshold_px = threshold_px};
+        pager.update({&need, 1}, {}, 0.1 * i);
+        pager.finish();
+        mesh = triangulator.update(pager.resident(), view);
+        threshold_px = mesh.threshold_px;
+    }
+    std::vector<MeshChunk> morphing(mesh.chunks.begin(), mesh.chunks.end());
+    std::vector<std::vector<float>> offsets;
+    for (MeshChunk& chunk : morphing) {
+        if (!options.morph) break;
+        offsets.emplace_back(std::size_t{kChunkSamples} * kChunkSamples);
+        for (std::size_t i = 0; i < offsets.back().size(); ++i) {
+            offsets.back()[i] = 0.01f * static_cast<float>(i % 16);
+        }
+        chunk.offsets = offsets.back().data();
+    }
+    mesh.chunks = morphing;
+    RendererSettings settings;
+    settings.tint_low = -800.0;
+    settings.tint_high = 1200.0;
+    settings.sample_count = options.sample_count;
+    TerrainRenderer renderer =
+        must(TerrainRenderer::create(context, options.width_px, options.height_px, settings));
+    const test::PlainDraw plain = must(test::PlainDraw::create(mesh, view, settings));
+
+    const auto draw_renderer = [&] { must(renderer.draw(mesh, view)); };
+    const auto draw_plain = [&] { plain.draw(); };
+    draw_renderer();
+    draw_plain();
+    const int different = count_different(renderer.read(), plain.read());
+    std::size_t chunk_count = 0, morphing_count = 0;
+    for (const MeshChunk& chunk : mesh.chunks) {
+        chunk_count += chunk.index_count > 0 ? 1 : 0;
+        morphing_count += chunk.offsets != nullptr ? 1 : 0;
+    }
+    std::printf("%9zu %9zu %7zu %9zu %10d", mesh.triangle_count, plain.vertex_count(), chunk_count,
+                morphing_count, different);
+    const Comparison wall = compare(options.rounds, time_ms, draw_renderer, draw_plain);
+    std::printf(" %9.3f %9.3f %7.3f", wall.renderer_ms, wall.plain_ms,
+                wall.renderer_ms / wall.plain_ms);
+    if (!is_software(context.renderer_name())) {
+        const Comparison device = compare(options.rounds, device_ms, draw_renderer, draw_plain);
+        std::printf(" %9.3f %9.3f %7.3f", device.renderer_ms, device.plain_ms,
+                    device.renderer_ms / device.plain_ms);
+    }
+    std::printf("\n");
+    std::fflush(stdout);
+    return different <= options.width_px * options.height_px / 1000;
+}
+
+// False for arguments that are none.
+bool parse(int count, char** arguments, Options& options_out) {
+    std::vector<std::size_t> budgets;
+    for (int i = 1; i < count; ++i) {
+        const std::string argument = arguments[i];
+        const std::string value = i + 1 < count ? arguments[i + 1] : "";
+        if (argument == "--smoke") {
+            options_out.rounds = 3;
+            budgets = {10'000};
+            continue;
+        }
+        if (argument == "--morph") {
+            options_out.morph = true;
+            continue;
+        }
+        if (argument.starts_with("--")) ++i;
+        if (argument == "--rounds" && std::atoi(value.c_str()) > 0) {
+            options_out.rounds = std::atoi(value.c_str());
+        } else if (argument == "--samples" && std::atoi(value.c_str()) > 0) {
+            options_out.sample_count = std::atoi(value.c_str());
+        } else if (argument == "--size" &&
+                   std::sscanf(value.c_str(), "%dx%d", &options_out.width_px,
+                               &options_out.height_px) == 2) {
+            continue;
+        } else if (std::atoll(argument.c_str()) > 0) {
+            budgets.push_back(static_cast<std::size_t>(std::atoll(argument.c_str())));
+        } else {
+            return false;
+        }
+    }
+    if (!budgets.empty()) options_out.budgets = budgets;
+    return true;
+}
+
+}  // namespace
+}  // namespace terrane
+
+int main(int argc, char** argv) {
+    using namespace terrane;
+    Options options;
+    if (!parse(argc, argv, options)) {
+        std::fprintf(stderr,
+                     "draw_benchmark [--smoke] [--rounds N] [--size WxH] [--samples N] [--morph] "
+                     "[BUDGET ...]\n");
+        return 2;
+    }
+    Result<EglContext> context = EglContext::create();
+    if (!context) {
+        std::printf("skipped: %s\n", context.error().message.c_str());
+        return 0;
+    }
+    std::printf("%s, %d x %d, %d samples, median of %d; ms: (a) renderer, (b) one plain draw\n",
+                context->renderer_name().c_str(), options.width_px, options.height_px,
+                options.sample_count, options.rounds);
+    std::printf(
+        "triangles  vertices  chunks  morphing  differing   wall (a)  wall (b)   ratio"
+        "  device (a), (b), ratio\n");
+    bool is_good = true;
+    for (const std::size_t budget : options.budgets) {
+        is_good = run(*context, options, budget) && is_good;
+    }
+    if (!is_good) std::fprintf(stderr, "draw_benchmark: the two pictures differ\n");
+    return is_good ? 0 : 1;
+}

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: MIT
+// P4: level of detail changes without a pop. Flies slowly and fast, turns on the spot and on the way,
+// with memory to spare and with so little that chunks come and go all the time, and judges every frame
+// with the verifier of `terrane fly --verify`.
+#include "flight/verify.h"
+
+#include <terrane/dem/dem_heights.h>
+#include <terrane/terrain/fractal_heights.h>
+#include <terrane/terrain/pager.h>
+#include <terrane/terrain/triangulator.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <optional>
+#include <ostream>
+#include <string>
+
+namespace terrane {
+namespace {
+
+constexpr int kFrames = 30 * TERRANE_FLIGHT_FACTOR;
+constexpr double kFrameTime = 1.0 / 30.0;
+constexpr std::size_t kPoints = 10'000;  // a frame; vertices come on top
+constexpr double kTarget_px = 1.0;
+
+struct Flight {
+    const char* ground;  // fractal, jacksboro
+    double speed;        // metres a second
+    double turn_deg;     // a second
+    double memory;       // ceiling over what the first view wants; 0: none
+};
+
+void PrintTo(const Flight& flight, std::ostream* out) {
+    *out << flight.ground << ", " << flight.speed << " m/s, " << flight.turn_deg << " degrees/s, "
+         << (flight.memory > 0.0 ? "little memory" : "memory to spare");
+}
+
+std::shared_ptr<const HeightSource> open_ground(const std::string& name) {
+    if (name == "fractal") {
+        return FractalHeights::create({.seed = 17,
+                                       .octave_count = 7,
+                                       .amplitude = 160.0,
+                                       .wavelength_log2 = 10,
+                                       .root_size_log2 = 12})
+            .value();
+    }
+    return DemHeights::open(TERRANE_SOURCE_DIR "/tools/data/jacksboro.tif",
+                            {.finest_spacing = 4.0, .detail_seed = std::nullopt})
+        .value();
+}
+
+// Turned about the vertical by steps that no sine of a C library decides about.
+Eigen::Vector3d heading_at(const Flight& flight, int frame) {
+    constexpr double kRadian = 0.017453292519943295;
+    const double half = 0.5 * flight.turn_deg * kRadian * kFrameTime;
+    const double q = half * (1.0 + half * half / 3.0);
+    const double cosine = (1.0 - q * q) / (1.0 + q * q), sine = 2.0 * q / (1.0 + q * q);
+    Eigen::Vector3d heading(0.8, 0.6, 0.0);
+    for (int i = 0; i < frame; ++i) {
+        heading = {cosine * heading.x() - sine * heading.y(),
+                   sine * heading.x() + cosine * heading.y(), 0.0};
+    }
+    return heading;
+}
+
+struct Outcome {
+    int limited_frames = 0;  // that the limit holds for
+    int uncertified_frames = 0;
+    int over_budget_frames = 0;
+    std::size_t holes = 0;
+    double max_pop_px = 0.0;
+    int worst_frame = 0;
+    double max_pop_elsewhere_px = 0.0;
+    double max_error_px = 0.0;
+    PagerStats paging;
+};
+
+class Plane {
+public:
+    explicit Plane(const Flight& flight) : flight_(flight) {}
+    Outcome fly(double morph_ratio);
+
+private:
+    View view_at(int frame) const {
+        const Eigen::Vector3d way = heading_at(flight_, frame) - Eigen::Vector3d(0.0, 0.0, 0.25);
+        return look_at(eye_, eye_ + way, 1.0, 640, 360).value();
+    }
+
+    // Loads what the first view can use, as programs do before they fly.
+    double settle(Pager& pager, Triangulator& triangulator) const {
+        double threshold_px = 1024.0;
+        for (int round = 0; round < 32; ++round) {
+            const CameraNeed camera{.view = view_at(0), .threshold_px = threshold_px};
+            pager.update({&camera, 1}, {}, 0.0);
+            pager.finish();
+            const double reached_px =
+                triangulator.update(pager.resident(), camera.view).threshold_px;
+            if (reached_px >= threshold_px || pager.stats().late_chunks > 0) break;
+            threshold_px = std::max(reached_px, 0.5 * threshold_px);
+        }
+        return threshold_px;
+    }
+
+    Flight flight_;
+    WorldPos eye_ = WorldPos::Zero();
+};
+
+Outcome Plane::fly(double morph_ratio) {
+    const auto source = open_ground(flight_.ground);
+    eye_ = {-300.0, -200.0, 0.0};
+    eye_.z() = source->height(eye_.x(), eye_.y()) + 140.0;
+    const TriangulatorSettings settings{
+        .triangle_budget = 60'000, .max_error_px = kTarget_px, .morph_ratio = morph_ratio};
+    PagerSettings paging{.worker_count = 0};
+    if (flight_.memory > 0.0) {
+        Pager ample = Pager::create(source, paging).value();
+        Triangulator triangulator = Triangulator::create(*source, settings).value();
+        settle(ample, triangulator);
+        paging.memory_bytes = static_cast<std::size_t>(
+            flight_.memory * static_cast<double>(ample.stats().resident_bytes));
+    }
+    Pager pager = Pager::create(source, paging).value();
+    Triangulator triangulator = Triangulator::create(*source, settings).value();
+    double threshold_px = settle(pager, triangulator);
+
+    Outcome outcome;
+    tools::Verifier verifier(*source, kPoints);
+    for (int frame = 0; frame < kFrames; ++frame) {
+        const Eigen::Vector3d velocity = flight_.speed * heading_at(flight_, frame);
+        const CameraNeed camera{
+            .view = view_at(frame), .velocity = velocity, .threshold_px = threshold_px};
+        pager.update({&camera, 1}, {}, frame * kFrameTime);
+        const TerrainMesh mesh = triangulator.update(pager.resident(), camera.view);
+        threshold_px = mesh.threshold_px;
+        outcome.over_budget_frames += mesh.triangle_count <= settings.triangle_budget ? 0 : 1;
+        const tools::Measurement seen = verifier.measure(mesh, camera.view);
+        outcome.limited_frames += mesh.error_px <= tools::kPopErrorLimit_px ? 1 : 0;
+        outcome.uncertified_frames += seen.error_px <= mesh.error_px ? 0 : 1;
+        outcome.holes += seen.holes;
+        if (seen.max_pop_px > outcome.max_pop_px) outcome.worst_frame = frame;
+        outcome.max_pop_px = std::max(outcome.max_pop_px, seen.max_pop_px);
+        outcome.max_pop_elsewhere_px =
+            std::max(outcome.max_pop_elsewhere_px, seen.max_pop_elsewhere_px);
+        outcome.max_error_px = std::max(outcome.max_error_px, mesh.error_px);
+        eye_ += kFrameTime * velocity;
+    }
+    outcome.paging = pager.stats();
+    return outcome;
+}
+
+class Flights : public testing::TestWithParam<Flight> {};
+
+TEST_P(Flights, ShowNoPops) {
+    const Outcome outcome = Plane(GetParam()).fly(TriangulatorSettings{}.morph_ratio);
+    std::printf(
+        "%s: largest movement %.3f px (frame %d; limit %.1f in %d of %d frames), elsewhere %.3f "
+        "px, certified %.3f px at most, %llu chunks loaded, %llu evicted\n",
+        testing::PrintToString(GetParam()).c_str(), outcome.max_pop_px, outcome.worst_frame,
+        tools::kPopLimit_px, outcome.limited_frames, kFrames, outcome.max_pop_elsewhere_px,
+        outcome.max_error_px, static_cast<unsigned long long>(outcome.paging.loaded),
+        static_cast<unsigned long long>(outcome.paging.evicted));
+    EXPECT_LE(outcome.max_pop_px, tools::kPopLimit_px);
+    EXPECT_GT(outcome.limited_frames, kFrames / 4);
+    EXPECT_EQ(outcome.over_budget_frames, 0);
+    EXPECT_EQ(outcome.uncertified_frames, 0);
+    EXPECT_EQ(outcome.holes, 0u);
+}
+
+// What the others would look like if the judge were blind.
+TEST(Flight, WithoutMorphingPops) {
+    const Outcome outcome = Plane({"fractal", 300.0, 0.0, 0.0}).fly(1.0);
+    EXPECT_GT(outcome.max_pop_px, tools::kPopLimit_px);
+    EXPECT_EQ(outcome.uncertified_frames, 0);
+}
+
+std::vector<Flight> all_flights() {
+    std::vector<Flight> flights;
+    for (const char* ground : {"fractal", "jacksboro"}) {
+        for (const double memory : {0.0, 1.05}) {
+            for (const double speed : {1.0, 10.0, 100.0, 300.0}) {
+                flights.push_back({ground, speed, 0.0, memory});
+            }
+            flights.push_back({ground, 0.0, 90.0, memory});
+            flights.push_back({ground, 100.0, 90.0, memory});
+        }
+    }
+    return flights;
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Flights, testing::ValuesIn(all_flights()));
+
+}  // namespace
+}  // namespace terrane
