@@ -30,14 +30,14 @@ static_assert(sizeof(ChunkAttributes) == 64);
 
 /// Takes a mesh to the device and draws it, one command for all chunks of a page.
 ///
-/// Heights and slopes stay in a ChunkPool; indices, offsets and what differs between chunks are streamed.
-/// Chunks are drawn from near to far: from the finest level to the coarsest.
+/// Heights and slopes stay in a ChunkPool; indices, offsets and what differs between chunks are
+/// streamed. Chunks are drawn from near to far: from the finest level to the coarsest.
 class GroundDraws {
 public:
     /// @param max_page_slots see ChunkPool
     explicit GroundDraws(int max_page_slots = ChunkPool::largest_page());
 
-    /// Brings a mesh to the device. Nothing changes for draw() where it fails.
+    /// Brings a mesh to the device, for draw(), which must not be called where it fails.
     /// Fails with invalid_argument where the mesh draws a chunk that its resident set does not hold,
     /// device_unavailable where the device has no memory left.
     Result<void> prepare(const TerrainMesh& mesh, const EyeFrame& eye);

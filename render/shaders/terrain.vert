@@ -10,14 +10,15 @@ layout(location = 2) in ivec4 numbers;  // xy: finest spacings between samples: 
                                         // z: sample 0's vertex, w: its offset, or -1
 layout(location = 3) in vec4 tile;  // xy: the corner's place in its root square,
                                     // z: between samples, metres; w: slope map
-layout(location = 4) in vec4 edges;  // least layer of the slopes at the west, east, south, north edge
+layout(location = 4) in vec4 edges;  // least layer of the slopes at west, east, south, north edge
 
-layout(std430, binding = 0) readonly buffer Offsets { float offsets[]; };  // metres, of samples that morph
+// metres, of the samples of chunks where something morphs
+layout(std430, binding = 0) readonly buffer Offsets { float offsets[]; };
 
 out vec3 p_eye;
-out vec2 cell;       // place in the chunk, in samples
-out vec2 tile_m;     // place in the root square, metres
-out float height_m;  // world z
+out vec2 cell;             // place in the chunk, in samples
+out vec2 tile_m;           // place in the root square, metres
+out float height_m;        // world z
 flat out vec2 map;         // x: slope map, y: metres between samples
 flat out vec4 side_layer;  // edges
 

@@ -28,8 +28,9 @@ struct KeyRow {
     float near_squared = 1.0f;
 };
 
-/// The side planes of a view, for rows that are not wholly inside it.
+/// Side planes of a view, for rows that are not wholly inside it.
 struct KeyPlanes {
+    int count = 0;
     float x[4] = {}, y[4] = {}, z[4] = {};
     float near_distance = 1.0f;
 };

@@ -47,7 +47,7 @@ void weigh(const KeyRow& row, const KeyPlanes& planes, float* __restrict keys) {
         z[i] = static_cast<float>(heights[i] - row.height_base) * row.quantum + row.height_rest;
         beside[i] = 0.0f;
     }
-    for (int plane = 0; plane < 4; ++plane) {
+    for (int plane = 0; plane < planes.count; ++plane) {
         const float nx = planes.x[plane], ny = planes.y[plane], nz = planes.z[plane];
         const float flat = __builtin_fabsf(nx) + __builtin_fabsf(ny);
         const float steep = __builtin_fabsf(nz);

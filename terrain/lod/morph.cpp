@@ -70,16 +70,15 @@ void Morph::slide_coarse(OpenChunk& root, float quantum) const {
     };
     const bool root_rises = cut_to_north_east(root.chunk->key.x, root.chunk->key.y);
     for (int stride = kChunkCells / 2; stride > 1; stride /= 2) {
-        for (int row = stride; row < kChunkCells; row += 2 * stride) {
-            for (int column = stride; column < kChunkCells; column += 2 * stride) {
-                const bool rises = stride == kChunkCells / 2
-                                       ? root_rises
-                                       : ((column / stride + row / stride) / 2) % 2 == 1;
+        bool row_rises = stride < kChunkCells / 2 || root_rises;
+        for (int row = stride; row < kChunkCells; row += 2 * stride, row_rises = !row_rises) {
+            bool rises = row_rises;
+            for (int column = stride; column < kChunkCells; column += 2 * stride, rises = !rises) {
                 slide(column, row, stride, rises ? stride : -stride);
             }
         }
-        for (int row = 0; row <= kChunkCells; row += stride) {
-            const bool is_centre_row = (row / stride) % 2 != 0;
+        bool is_centre_row = false;
+        for (int row = 0; row <= kChunkCells; row += stride, is_centre_row = !is_centre_row) {
             for (int column = is_centre_row ? 0 : stride; column <= kChunkCells;
                  column += 2 * stride) {
                 slide(column, row, is_centre_row ? 0 : stride, is_centre_row ? stride : 0);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "key_kernels.h"
+
 #include <terrane/terrain/resident_set.h>
 
 #include <array>
@@ -35,6 +37,7 @@ struct OpenChunk {
 
     /// Areas that may hold a vertex below the floor: bit column of byte row.
     std::array<std::uint8_t, kChunkAreas> open_areas{};
+    KeyPlanes planes;  ///< of the view, that the chunk is not wholly inside of
     /// Those of them that are not wholly in view.
     std::array<std::uint8_t, kChunkAreas> areas_beside{};
     /// Whether a vertex below the floor has been raised: something may be missing here.

@@ -12,8 +12,6 @@
 // centre's box is s + s / 2 + (s + s / 2) / 2 + ... = 3 s, of a midpoint's s / 2 + 3 s / 2 = 2 s.
 #include "screen_error.h"
 
-#include "key_kernels.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -84,11 +82,6 @@ ScreenError::ScreenError(const View& view, const Lattice& lattice)
     heights_.rest = place(base * lattice.quantum - eye_.z());
     near_squared_ =
         std::max(round_down(std::min(near_ * near_, 1e30)), std::numeric_limits<float>::min());
-    for (std::size_t i = 0; i < planes_.size(); ++i) {
-        const Eigen::Vector3d& normal = frustum_.normals[i];
-        planes_[i] = {static_cast<float>(normal.x()), static_cast<float>(normal.y()),
-                      static_cast<float>(normal.z())};
-    }
 }
 
 float ScreenError::key_of(double error_px) const {
@@ -152,11 +145,17 @@ float ScreenError::least_key(const Box& box, float largest_bound, const Reach& r
         std::min(key, static_cast<double>(std::numeric_limits<float>::max())));
 }
 
-bool ScreenError::is_inside(const Box& box) const {
-    return std::all_of(frustum_.normals.begin(), frustum_.normals.end(),
-                       [&](const Eigen::Vector3d& normal) {
-                           return normal.dot(support(box.low, box.high, -normal) - eye_) >= 0.0;
-                       });
+KeyPlanes ScreenError::planes_across(const Box& box) const {
+    KeyPlanes planes;
+    planes.near_distance = static_cast<float>(near_);
+    for (const Eigen::Vector3d& normal : frustum_.normals) {
+        if (normal.dot(support(box.low, box.high, -normal) - eye_) >= 0.0) continue;
+        planes.x[planes.count] = static_cast<float>(normal.x());
+        planes.y[planes.count] = static_cast<float>(normal.y());
+        planes.z[planes.count] = static_cast<float>(normal.z());
+        ++planes.count;
+    }
+    return planes;
 }
 
 double ScreenError::error_in_view(const Box& box, double bound) const {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "key_kernels.h"
+
 #include <terrane/terrain/chunk.h>
 #include <terrane/terrain/view.h>
 
@@ -58,13 +60,6 @@ public:
     const Heights& heights() const { return heights_; }
     float near_squared() const { return near_squared_; }
 
-    /// A side plane of the view.
-    struct Plane {
-        float x = 0.0f, y = 0.0f, z = 0.0f;
-    };
-    const std::array<Plane, 4>& planes() const { return planes_; }
-    float near_distance() const { return static_cast<float>(near_); }
-
     /// A box with sides along the axes, world.
     struct Box {
         Eigen::Vector3d low, high;
@@ -75,8 +70,10 @@ public:
     /// No vertex in the box with at most this bound and reach has a smaller key.
     float least_key(const Box& box, float largest_bound, const Reach& reach) const;
 
-    /// Whether a box lies inside all side planes of the view, for certain.
-    bool is_inside(const Box& box) const;
+    /// Side planes of the view that a box does not lie wholly inside of, for certain: the others do
+    /// not matter to vertices in it.
+    KeyPlanes planes_across(const Box& box) const;
+    bool is_inside(const Box& box) const { return planes_across(box).count == 0; }
 
     /// Largest screen error, pixels, that a vertical deviation by `bound` can make at a point of a
     /// box, 0 where no point of it is in view. Rounded outward.
@@ -90,7 +87,6 @@ private:
     Frustum frustum_;
     Heights heights_;
     float near_squared_ = 1.0f;
-    std::array<Plane, 4> planes_;
 };
 
 }  // namespace terrane::internal

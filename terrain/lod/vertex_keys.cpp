@@ -97,7 +97,8 @@ void VertexKeys::link(const ResidentSet& resident, OpenChunk& chunk) {
 
 void VertexKeys::open_areas(const ScreenError& screen, float floor, OpenChunk& chunk) const {
     const Reach reach = largest_reach(*chunk.chunk);
-    const bool is_in_view = screen.is_inside(screen.box_of(*chunk.chunk));
+    chunk.planes = screen.planes_across(screen.box_of(*chunk.chunk));
+    const bool is_in_view = chunk.planes.count == 0;
     for (int row = 0; row < kChunkAreas; ++row) {
         unsigned open = 0, beside = 0;
         for (int column = 0; column < kChunkAreas; ++column) {
@@ -133,14 +134,7 @@ void VertexKeys::compute_own_row(const ScreenError& screen, const ScreenError::A
     part.near_squared = screen.near_squared();
     kernels_->own(part, keys_out);
     if (is_in_view) return;
-    KeyPlanes planes;
-    for (std::size_t i = 0; i < 4; ++i) {
-        planes.x[i] = screen.planes()[i].x;
-        planes.y[i] = screen.planes()[i].y;
-        planes.z[i] = screen.planes()[i].z;
-    }
-    planes.near_distance = screen.near_distance();
-    kernels_->weigh(part, planes, keys_out);
+    kernels_->weigh(part, chunk.planes, keys_out);
 }
 
 void VertexKeys::compute_own(const ScreenError& screen, const OpenChunk& chunk,
@@ -243,11 +237,11 @@ void VertexKeys::trim_borders(OpenChunk& chunk, float floor) const {
 // The centre of a root square has no parents.
 void VertexKeys::trim_root_centres(OpenChunk& root, int stride, float floor) const {
     if (stride == kChunkCells / 2) return;
-    for (int row = stride; row < kLast; row += 2 * stride) {
-        for (int column = stride; column < kLast; column += 2 * stride) {
-            // index sum of the south-western corner, in units of twice the stride
-            const bool is_even = ((column / stride + row / stride) / 2) % 2 == 1;
-            const int other = is_even ? -stride : stride;
+    // the parents are the corners of odd index sum, in units of twice the stride
+    int row_other = -stride;
+    for (int row = stride; row < kLast; row += 2 * stride, row_other = -row_other) {
+        int other = row_other;
+        for (int column = stride; column < kLast; column += 2 * stride, other = -other) {
             const float parents = std::max(root.keys[sample_index(column + stride, row + other)],
                                            root.keys[sample_index(column - stride, row - other)]);
             float& key = root.keys[sample_index(column, row)];
@@ -259,8 +253,8 @@ void VertexKeys::trim_root_centres(OpenChunk& root, int stride, float floor) con
 
 // Midpoints of a spacing coarser than the root's own samples, those on its sides included.
 void VertexKeys::trim_root_midpoints(OpenChunk& root, int stride, float floor) const {
-    for (int row = 0; row <= kLast; row += stride) {
-        const bool is_centre_row = (row / stride) % 2 != 0;
+    bool is_centre_row = false;
+    for (int row = 0; row <= kLast; row += stride, is_centre_row = !is_centre_row) {
         for (int column = is_centre_row ? 0 : stride; column <= kLast; column += 2 * stride) {
             const std::size_t sample = sample_index(column, row);
             if (is_centre_row && column == 0) {

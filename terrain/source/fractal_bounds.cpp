@@ -1,36 +1,37 @@
 // SPDX-License-Identifier: MIT
 //
-// A point p of a right triangle of hypotenuse l is sum w_i v_i of its corners, w_i >= 0 of sum 1, and
-// sum w_i |p - v_i|^2 <= r^2 with r = l / 2 (octave_bounds.cpp). For a function f let
+// A point p of a right triangle of hypotenuse l is sum w_i v_i of its corners, w_i >= 0 of sum 1,
+// and sum w_i |p - v_i|^2 <= r^2 with r = l / 2 (octave_bounds.cpp). For a function f let
 //
 //   spread(f) bound (sum w_i |f(p) - f(v_i)|^2)^(1/2),   bend(f) bound |f(p) - sum w_i f(v_i)|
 //
-// over all such points and triangles. By Cauchy and Schwarz bend <= spread, and neither is above the
-// length of an interval that f stays in. From octaves to heights, with d_i = f(v_i) - f(p):
+// over all such points and triangles. By Cauchy and Schwarz bend <= spread, and neither is above
+// the length of an interval that f stays in. From octaves to heights, with d_i = f(v_i) - f(p):
 //
 //   noise of a place q:  d_i = grad n . (q_i - q) + R_i, |R_i| <= curvature / 2 |q_i - q|^2, so
 //                        spread <= slope spread(q),
 //                        bend <= slope bend(q) + curvature / 2 spread(q)^2
 //   the place p itself:  spread <= r, bend = 0, as the interpolation of a place is exact
-//   q = p + (wx, wy):    sums of vectors: spread(q) <= r + sqrt2 spread(w), bend(q) <= sqrt2 bend(w),
+//   q = p + (wx, wy):    spread(q) <= r + sqrt2 spread(w), bend(q) <= sqrt2 bend(w) as vectors,
 //                        w either of the two ways, which have octaves of the same amplitudes
 //   a f + b g:           spread and bend are at most |a| times f's plus |b| times g's (Minkowski)
 //   s(f):                s(f(v_i)) - s(f(p)) = s' d_i + R_i, |R_i| <= sup |s''| / 2 d_i^2, so
 //                        spread <= sup |s'| spread(f),
 //                        bend <= sup |s'| bend(f) + sup |s''| / 2 spread(f)^2
-//   f g:                 f g at v_i less f g at p is f(p) e_i + g(p) d_i + d_i e_i, e_i being g's d_i, so
+//   f g:                 with e_i for g's d_i, f g differs by f(p) e_i + g(p) d_i + d_i e_i, so
 //                        spread <= sup |f| spread(g) + sup |g| spread(f),
 //                        bend <= sup |f| bend(g) + sup |g| bend(f) + spread(f) spread(g)
 //
-// s' needs to be Lipschitz only: a crest's round part may meet its flanks with a jump of s''. For ridges
-// |s'| <= sqrt2 and |s''| <= 2 / c, c the crest; for the hybrid |s'| = 1 / sqrt2 and s'' = 0. The weighted
-// values v = w s of a multifractal lie between 0 and 1, and w' = 1 - k + k v: with slope S of an octave's
-// s, that of v is at most S (1 + k / 2 + k^2 / 4 + ...) <= 2 S. (A weight of 2 v cut off at 1, as is usual,
-// would make that S times the number of octaves.)
+// s' needs to be Lipschitz only: a crest's round part may meet its flanks with a jump of s''. For
+// ridges |s'| <= sqrt2 and |s''| <= 2 / c, c the crest; for the hybrid |s'| = 1 / sqrt2 and
+// s'' = 0. The weighted values v = w s of a multifractal lie between 0 and 1, and the next weight is
+// 1 - k + k v: with slope S of an octave's s, that of v is at most S (1 + k / 2 + k^2 / 4 + ...), so
+// at most 2 S. (A weight of 2 v cut off at 1, as is usual, would make it S times the number of
+// octaves.)
 //
-// The same recursion bounds the difference of f at two points r apart, by what it calls spread: each of
-// its steps holds for a single d_i. Sums, products and minima of non-decreasing functions of r are
-// non-decreasing, in floating point as well.
+// The same recursion bounds the difference of f at two points r apart, by what it calls spread:
+// each of its steps holds for a single d_i. Sums, products and minima of non-decreasing functions
+// of r are non-decreasing, in floating point as well.
 #include "fractal_bounds.h"
 
 #include "fractal_surface.h"
@@ -92,8 +93,8 @@ FractalBounds::FractalBounds(const FractalSurface& surface)
     if (kind_ == FractalKind::fbm || kind_ == FractalKind::warped) {
         range_ = {-sums_.sup(), sums_.sup()};
         if (kind_ == FractalKind::fbm) return;
-        // Ways come out within 2^-43 of the sum of their amplitudes, along each of two axes, and are
-        // rounded to 2^-53 of themselves; a deviation has three places.
+        // Ways come out within 2^-43 of the sum of their amplitudes, along each of two axes, and
+        // are rounded to 2^-53 of themselves; a deviation has three places.
         double way = 0.0;
         for (const OctaveScale& octave : warp_) way += octave.amplitude;
         rounding_ = 3.0 * sums_.rise(0x1p-42 * way);
@@ -101,8 +102,9 @@ FractalBounds::FractalBounds(const FractalSurface& surface)
     }
     double amplitude_sum = 0.0;
     for (const OctaveScale& octave : octaves_) amplitude_sum += octave.amplitude;
-    // Shape and weight take ten operations on numbers up to 1 after the noise; their errors add up over
-    // at most 24 octaves to less than 2^-43 of the amplitudes' sum. A deviation has three heights.
+    // Shape and weight take ten operations on numbers up to 1 after the noise; their errors add up
+    // over at most 24 octaves to less than 2^-43 of the amplitudes' sum. A deviation has three
+    // heights.
     rounding_ = 0x1p-41 * amplitude_sum;
     range_ = {-rounding_, (amplitude_sum + rounding_) * kOutward};
 }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 //
-// Sources: Musgrave, Kolb, Mace. The Synthesis and Rendering of Eroded Fractal Terrains. SIGGRAPH 1989,
-// and Ebert, Musgrave, Peachey, Perlin, Worley. Texturing and Modeling. 3rd edition, 2003, chapter 16
-// (ridged and hybrid multifractals); Quilez. Domain warping. 2002.
-// Deviations: a crest is round, 1 - |n| there; a weight is a linear function of the octave's weighted
-// value instead of a multiple that is cut off at 1, so that its slope grows from octave to octave no
-// faster than the octaves' own; the hybrid's first octave is weighted like the others. All for the sake
-// of bounds: see fractal_bounds.cpp.
+// Sources: Musgrave, Kolb, Mace. The Synthesis and Rendering of Eroded Fractal Terrains. SIGGRAPH
+// 1989, and Ebert, Musgrave, Peachey, Perlin, Worley. Texturing and Modeling. 3rd edition, 2003,
+// chapter 16 (ridged and hybrid multifractals); Quilez. Domain warping. 2002.
+// Deviations: a crest is round, 1 - |n| there; a weight is a linear function of the octave's
+// weighted value instead of a multiple that is cut off at 1, so that its slope grows from octave to
+// octave no faster than the octaves' own; the hybrid's first octave is weighted like the others.
+// All for the sake of bounds: see fractal_bounds.cpp.
 #include "fractal_surface.h"
 
 #include "noise.h"
@@ -52,8 +52,8 @@ FixedCoordinate to_fixed(double metres) {
     return {static_cast<std::uint64_t>(static_cast<std::int64_t>(whole)), units - whole};
 }
 
-/// Shifts an octave by any number of cells and a fraction between 1/4 and 3/4: at 0 and 1 all samples
-/// of a lattice coarser than the octave would be nodes, where noise is zero.
+/// Shifts an octave by any number of cells and a fraction between 1/4 and 3/4: at 0 and 1 all
+/// samples of a lattice coarser than the octave would be nodes, where noise is zero.
 std::uint64_t make_offset(std::uint64_t hash, int shift) {
     const std::uint64_t half = std::uint64_t{1} << (shift - 1), quarter = half >> 1;
     return (hash & half) != 0 ? hash & ~quarter : hash | quarter;
@@ -63,7 +63,8 @@ NoiseAxis make_axis(std::uint64_t key, int shift) {
     return {key, make_offset(mix64(key), shift), shift, std::ldexp(1.0, -shift)};
 }
 
-/// @param first_number  of the noise that the seed names; the others follow at a distance of `stride`
+/// @param first_number  of the noise that the seed names; the others follow at a distance of
+/// `stride`
 std::vector<NoiseOctave> make_octaves(const FractalSettings& settings, int count, double amplitude,
                                       int first_number, int stride) {
     std::vector<NoiseOctave> octaves;
@@ -94,7 +95,8 @@ double shaped(FractalKind kind, double noise, const internal::MultifractalShape&
     return 1.0 - (height + crest * (crest * shape.half_over_crest - 1.0));
 }
 
-/// A piece of a grid that stays in the processor's nearest cache while octave after octave passes over it.
+/// A piece of a grid that stays in the processor's nearest cache while octave after octave passes
+/// over it.
 struct Tile {
     static constexpr int kMaxRows = 32;
     using Rows = double[kMaxRows][kMaxNoiseColumns];

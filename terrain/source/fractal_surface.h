@@ -27,7 +27,8 @@ struct UnitGrid {
 ///
 /// fbm:     h = sum a_i n_i
 /// warped:  the same at (x + wx, y + wy), both of them sums of kWarpOctaves octaves
-/// ridged:  h = sum a_i v_i, v_i = w_i s(n_i), w_0 = 1, w_(i+1) = 1 - k + k v_i, k the heterogeneity;
+/// ridged:  h = sum a_i v_i, v_i = w_i s(n_i), w_0 = 1, w_(i+1) = 1 - k + k v_i,
+///          k the heterogeneity,
 ///          s(n) = 1 - m(sqrt2 n), m(t) = |t| - c / 2 beyond the crest c, t^2 / (2 c) within
 /// hybrid:  the same with s(n) = 1/2 + n / sqrt2
 class FractalSurface {
@@ -48,7 +49,7 @@ public:
     double height(double x, double y) const;
 
     /// Heights of a grid, row-major from the south-west: the bits of height() at every level.
-    /// Allocates nothing, takes about 120 KiB of stack.
+    /// Allocates nothing, takes about 100 KiB of stack.
     void sample(const UnitGrid& grid, internal::SimdLevel level,
                 std::span<double> heights_out) const;
 

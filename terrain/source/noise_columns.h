@@ -12,8 +12,8 @@ namespace terrane {
 /// Columns of a grid on one octave of noise, and a row of samples across them: the same bits as
 /// noise() at every level. Large and without pointers: lives on the stack, allocates nothing.
 ///
-/// assign() the columns, then for each row find_row() and one of the sums. Find a row before adding the
-/// one before it: see NoiseRow.
+/// assign() the columns, then for each row find_row() and one of the sums. Find a row before adding
+/// the one before it: see NoiseRow.
 class NoiseColumns {
 public:
     explicit NoiseColumns(const internal::NoiseKernels& kernels) : kernels_(kernels) {}

@@ -49,6 +49,17 @@ struct NoiseNodes {
     alignas(64) double y[kMax];
 };
 
+/// How a group of lanes finds its nodes.
+struct NoiseGroup {
+    enum Way : int {
+        as_before,  ///< all lanes in one cell, which is that of the group before
+        near,       ///< lower and upper nodes are among as many as there are lanes, from `first` on
+        scattered,  ///< each lane for itself
+    };
+    int first;
+    Way way;
+};
+
 /// What kernels keep about the columns of a grid on one octave. Written before it is read.
 struct NoiseColumnData {
     int column_count;  ///< a multiple of kNoiseGroup
@@ -60,12 +71,9 @@ struct NoiseColumnData {
     alignas(64) uint64_t cells[kMaxNoiseColumns];
     alignas(64) double fractions[kMaxNoiseColumns];
     alignas(64) double fades[kMaxNoiseColumns];
-    bool is_direct;  ///< every column's lower node has the column's number
-    /// Else: the node that a group of lanes counts its own from, and their lower nodes from there, as
-    /// the level's kernel likes it. Complemented where those and the upper ones do not all lie
-    /// within as many nodes as there are lanes.
-    int firsts[kMaxNoiseColumns];
-    alignas(64) uint64_t lanes[kMaxNoiseColumns];
+    bool is_direct;                       ///< every column's lower node has the column's number
+    NoiseGroup groups[kMaxNoiseColumns];  ///< else, of each group of lanes
+    alignas(64) uint64_t lanes[kMaxNoiseColumns];  ///< lower nodes, as the level's kernel likes it
     alignas(64) uint64_t hashes[NoiseNodes::kMax];
     NoiseNodes nodes[2];  ///< of the rows of nodes below and above a row of samples
 };

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// The loops of NoiseKernels, for whatever vectors the including source is compiled for. Lanes do what
-// noise() in noise.cpp does, operation by operation. Everything here has internal linkage, and the
-// intrinsics are always inlined: nothing with wide instructions can reach other code.
+// The loops of NoiseKernels, for whatever vectors the including source is compiled for. Lanes do
+// what noise() in noise.cpp does, operation by operation. Everything here has internal linkage, and
+// the intrinsics are always inlined: nothing with wide instructions can reach other code.
 //
 // TERRANE_NOISE_KERNELS is the name of the table that the including source defines.
 #include "noise_points_impl.h"

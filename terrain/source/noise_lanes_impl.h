@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Part of noise_kernels_impl.h: vectors as wide as the including source may have, and the noise of a
-// vector of places.
+// Part of noise_kernels_impl.h: vectors as wide as the including source may have, and the noise of
+// a vector of places.
 #pragma once
 
 #include "noise_kernels.h"

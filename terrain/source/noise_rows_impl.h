@@ -30,8 +30,13 @@ void find_lanes(NoiseColumnData& columns) {
         const uint64_t low = (cells[column] - cells[0]) & mask;
         const uint64_t last = (cells[column + kLanes - 1] - cells[0]) & mask;
         if (last + 1 >= first + kLanes) first = low;
-        const bool fits = last + 1 < first + kLanes;
-        columns.firsts[column / kLanes] = fits ? static_cast<int>(first) : -1;
+        NoiseGroup& group = columns.groups[column / kLanes];
+        group.first = static_cast<int>(first);
+        if (column > 0 && cells[column - kLanes] == cells[column + kLanes - 1]) {
+            group.way = NoiseGroup::as_before;
+        } else {
+            group.way = last + 1 < first + kLanes ? NoiseGroup::near : NoiseGroup::scattered;
+        }
         const Words nodes = (load(cells + column) - cells[0]) & mask;
         store(columns.lanes + column, make_lanes(nodes - first));
     }
@@ -137,27 +142,25 @@ void for_each_noise(const NoiseColumnData& columns, const NoiseRow& row, Use use
         }
         return;
     }
-    // neighbouring groups mostly find their nodes in the same registers
     int first = 0;
     Doubles slopes = load(row.slopes), offsets = load(row.offsets);
+    Blend low{}, high{};
     for (int column = 0; column < count; column += kLanes) {
-        const int wanted = columns.firsts[column / kLanes];
-        if (wanted < 0) {
-            const Blend low = {gather(row.slopes, columns, column),
-                               gather(row.offsets, columns, column)};
-            const Blend high = {gather(row.slopes + 1, columns, column),
-                                gather(row.offsets + 1, columns, column)};
-            use(column, noise_of(column, low, high));
-            continue;
+        const NoiseGroup group = columns.groups[column / kLanes];
+        if (group.way == NoiseGroup::near) {
+            if (group.first != first) {
+                first = group.first;
+                slopes = load(row.slopes + first);
+                offsets = load(row.offsets + first);
+            }
+            const Words lanes = load(columns.lanes + column);
+            low = {pick(slopes, lanes), pick(offsets, lanes)};
+            high = {pick_next(slopes, lanes), pick_next(offsets, lanes)};
+        } else if (group.way == NoiseGroup::scattered) {
+            low = {gather(row.slopes, columns, column), gather(row.offsets, columns, column)};
+            high = {gather(row.slopes + 1, columns, column),
+                    gather(row.offsets + 1, columns, column)};
         }
-        if (wanted != first) {
-            first = wanted;
-            slopes = load(row.slopes + first);
-            offsets = load(row.offsets + first);
-        }
-        const Words lanes = load(columns.lanes + column);
-        const Blend low = {pick(slopes, lanes), pick(offsets, lanes)};
-        const Blend high = {pick_next(slopes, lanes), pick_next(offsets, lanes)};
         use(column, noise_of(column, low, high));
     }
 }

@@ -4,17 +4,17 @@
 //
 //   draw_benchmark [--smoke] [--rounds N] [--size WxH] [--samples N] [--morph] [BUDGET ...]
 //
-// (a) TerrainRenderer::draw(): indices and whatever else changes sent to the device, one command for
-//     all chunks, the sky, the resolve.
-// (b) glDrawElements, once: the same triangles in the same order, 32-bit indices into one buffer of
-//     finished vertices, both on the device already. The same target (size, samples, formats), state,
-//     uniforms, textures and fragment shader, the same sky and resolve; its vertex shader only
-//     multiplies by the matrix. So the ratio judges everything that (a) does beside rasterising.
+// (a) TerrainRenderer::draw(): indices and whatever else changes sent to the device, one command
+//     for all chunks, the sky, the resolve.
+// (b) glDrawElements, once: the same triangles in the same order, 32-bit indices into one buffer
+//     of finished vertices, both on the device already. The same target (size, samples, formats),
+//     state, uniforms, textures and fragment shader, the same sky and resolve; its vertex shader
+//     only multiplies by the matrix. So the ratio judges all that (a) does beside rasterising.
 //
 // With --morph every chunk has offsets, made up here: the most that (a) can have to send.
 //
-// Both are timed by the wall clock from one glFinish() to the next, in turns; the medians are compared.
-// Where the device is no software rasteriser its own timer is read as well: a software rasteriser's
+// Both are timed by the wall clock from one glFinish() to the next, in turns; the medians are
+// compared. Where the device is no software rasteriser its own timer is read as well: a software rasteriser's
 // timer stops before the work is done. Both pictures are compared first, so that a mistake in (b)
 // cannot pass for speed.
 #include "render/plain_draw.h"

@@ -112,12 +112,10 @@ Places make_places(bool quick) {
     }
 #endif
     places.push_back(make_fractal("fractal fbm", FractalKind::fbm, 1));
-    if (!quick) {
-        places.push_back(make_fractal("fractal fbm seed 2", FractalKind::fbm, 2));
-        places.push_back(make_fractal("fractal ridged", FractalKind::ridged, 1));
-        places.push_back(make_fractal("fractal hybrid", FractalKind::hybrid, 1));
-        places.push_back(make_fractal("fractal warped", FractalKind::warped, 1));
-    }
+    if (!quick) places.push_back(make_fractal("fractal fbm seed 2", FractalKind::fbm, 2));
+    places.push_back(make_fractal("fractal ridged", FractalKind::ridged, 1));
+    places.push_back(make_fractal("fractal hybrid", FractalKind::hybrid, 1));
+    places.push_back(make_fractal("fractal warped", FractalKind::warped, 1));
     return made;
 }
 

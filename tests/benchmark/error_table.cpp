@@ -14,6 +14,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <set>
+#include <string>
 
 namespace terrane::bench {
 namespace {
@@ -154,8 +155,12 @@ void print_perspective(const Place& place, double morph_ratio) {
     }
 }
 
-int run(bool quick, std::uint64_t seed) {
-    const Places places = make_places(quick);
+int run(bool quick, std::uint64_t seed, const std::string& only) {
+    Places places = make_places(quick);
+    for (std::vector<Place>* list : {&places.tables, &places.grounds}) {
+        std::erase_if(
+            *list, [&](const Place& place) { return place.name.find(only) == std::string::npos; });
+    }
 
     std::printf("%s\n\n", describe_machine().c_str());
     std::printf("Triangles at an equal vertical error, that of our mesh at the samples, metres\n");
@@ -192,15 +197,18 @@ int run(bool quick, std::uint64_t seed) {
 int main(int count, char** arguments) {
     bool quick = false;
     std::uint64_t seed = 1;
+    std::string only;
     for (int i = 1; i < count; ++i) {
         if (std::strcmp(arguments[i], "--quick") == 0) {
             quick = true;
         } else if (std::strcmp(arguments[i], "--seed") == 0 && i + 1 < count) {
             seed = std::strtoull(arguments[++i], nullptr, 10);
+        } else if (std::strcmp(arguments[i], "--only") == 0 && i + 1 < count) {
+            only = arguments[++i];
         } else {
-            std::fputs("usage: error_table [--quick] [--seed N]\n", stderr);
+            std::fputs("usage: error_table [--quick] [--seed N] [--only PART_OF_A_NAME]\n", stderr);
             return 2;
         }
     }
-    return terrane::bench::run(quick, seed);
+    return terrane::bench::run(quick, seed, only);
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Samples a second of fractals, on one thread, at every level of vector instructions that the machine
-// has. Names: kind, level, grid, octaves, and the spacing as a share of the coarsest wavelength: 512 m,
-// so that 1/512 is a grid of 1 m.
+// Samples a second of fractals, on one thread, at every level of vector instructions that the
+// machine has. Names: kind, level, grid, octaves, and the spacing as a share of the coarsest
+// wavelength: 512 m, so that 1/512 is a grid of 1 m.
 #include "fractal_surface.h"
 #include "simd_level.h"
 

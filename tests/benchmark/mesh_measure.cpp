@@ -14,7 +14,7 @@ constexpr int kMostCells = 8;   // of a triangle's width, with 4 x 4 points each
 constexpr int kMostParts = 64;  // of a leg
 constexpr int kFractalParts = 12;
 constexpr std::size_t kRefined = 256;
-constexpr int kRefinement = 4;
+constexpr int kRefinement = 4, kFractalRefinement = 8;
 
 /// A displayed triangle; the parts of a table's triangle meet all samples inside it where they are
 /// a multiple of twice its width.
@@ -131,7 +131,8 @@ Measured measure_densely(const TerrainMesh& mesh, const HeightSource& source, co
         worst.pop_back();
     });
     for (const Candidate& candidate : worst) {
-        const int parts = kRefinement * parts_of(candidate.shown, is_fractal);
+        const int parts =
+            (is_fractal ? kFractalRefinement : kRefinement) * parts_of(candidate.shown, is_fractal);
         measured.error_px =
             std::max(measured.error_px, eye.measure(candidate.shown, parts, measured.points));
     }

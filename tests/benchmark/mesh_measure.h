@@ -17,7 +17,8 @@ struct Measured {
 
 /// Looks at 4 x 4 points a cell of the finest level in triangles up to 8 cells wide, at the corners
 /// of up to 64 x 64 parts of larger ones; on fractal ground, whose finest cells are too many, at
-/// those of 12 x 12 parts. The worst 256 triangles get four times as many each way.
+/// those of 12 x 12 parts. The worst 256 triangles get four times as many each way, on fractal
+/// ground eight times.
 Measured measure_densely(const TerrainMesh& mesh, const HeightSource& source, const View& view,
                          bool is_fractal);
 

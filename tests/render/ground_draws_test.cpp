@@ -202,7 +202,8 @@ TEST_F(GroundDrawsTest, AnOffsetIsOneSumAfterAllElse) {
     Scene scene = make_scene(39'063);
     GroundDraws draws;
     const double west = 256.0 * 39'063;
-    const View view = look({west + 131.137, 87.71, 29.013}, {west + 190.0, 140.0, 0.0});
+    // among the hills: sums that change their exponent tell the order of rounding
+    const View view = look({west + 131.137, 87.71, 2.0131}, {west + 190.0, 140.0, 0.0});
     const std::vector<Vertex> still = capture(draws, scene, view);
     add_offsets(scene);
     const std::vector<Vertex> moved = capture(draws, scene, view);

@@ -208,7 +208,9 @@ TEST(OddView, GetsAWholeMeshWithinBudgetAndCertificate) {
                     const double reach = std::max(100.0, 1e-3 * eye.norm());
                     const View view = look_at(eye, eye + reach * way, fov, 64, 48).value();
                     Triangulator triangulator =
-                        Triangulator::create(world().source, {.triangle_budget = budget}).value();
+                        Triangulator::create(world().source,
+                                             {.triangle_budget = budget, .open_chunks = 4})
+                            .value();
                     const TerrainMesh mesh = triangulator.update(world().resident, view);
                     ASSERT_NE(mesh.status, MeshStatus::invalid_view);
                     EXPECT_LE(mesh.triangle_count, budget);

@@ -32,6 +32,9 @@ TEST(GoldenMesh, IsTheSameWithEveryCompilerAtEveryLevel) {
             hash.add(part.chunk->key.y);
             hash.add(part.chunk->key.level);
             hash.add(part.index_count);
+            for (std::uint32_t i = 0; i < part.index_count; ++i) {
+                hash.add(part.offsets[mesh.indices[part.first_index + i]]);
+            }
         }
         hash.add_all(mesh.indices);
         hash.add(mesh.error_px);

@@ -209,8 +209,8 @@ TEST(FractalBounds, WithoutWarpTheyAreThoseOfTheSum) {
     }
 }
 
-// Sampling hardly ever meets the worst case of all octaves at once, so that it would not miss a term
-// that is left out: here every term counts.
+// Sampling hardly ever meets the worst case of all octaves at once, so that it would not miss a
+// term that is left out: here every term counts.
 TEST(FractalBounds, TinyTrianglesBendAsTheChainAndProductRulesSay) {
     constexpr double kWavelength = 512.0, kAmplitude = 100.0, kGain = 0.5, kTiny = 0.05;
     constexpr double kSlope = kNoiseSlope / kWavelength;

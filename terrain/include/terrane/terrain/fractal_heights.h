@@ -26,14 +26,15 @@ struct FractalSettings {
     double amplitude = 800.0;  ///< of the first octave, metres, 0 to 1e5
     int wavelength_log2 = 12;  ///< the first octave's wavelength is 2^this metres; 0 to 24
     double gain = 0.5;         ///< amplitude ratio of successive octaves, > 0 to 1
-    /// Ridged and hybrid: how much of an octave's amplitude hangs on the height of the octave before it,
-    /// 0 (nothing) to 1 (all of it: beside a deep valley's floor everything finer is flat).
+    /// Ridged and hybrid: how much of an octave's amplitude hangs on the height of the octave
+    /// before it, 0 (nothing) to 1 (all of it: beside a deep valley's floor everything finer is
+    /// flat).
     double heterogeneity = 0.75;
-    /// Ridged: a crest is round where the noise is within this share of its range around zero, 1/64 to 1.
-    /// Sharper crests need finer triangles: curvature grows with the inverse.
+    /// Ridged: a crest is round where the noise is within this share of its range around zero, 1/64
+    /// to 1. Sharper crests need finer triangles: curvature grows with the inverse.
     double crest_rounding = 0.25;
-    /// Warped: how far the noise moves places, in amplitudes of its first octave over wavelength, 0 to 1.
-    /// Slopes grow with 1 + 6 warp at most (gain 0.5), so more of it loosens bounds.
+    /// Warped: how far the noise moves places, in amplitudes of its first octave over wavelength, 0
+    /// to 1. Slopes grow with 1 + 6 warp at most (gain 0.5), so more of it loosens bounds.
     double warp = 0.1;
     int finest_spacing_log2 = 0;  ///< lattice spacing is 2^this metres; -16 to 16
     int root_size_log2 = 16;      ///< a root square has 2^this metres; at least 7 above the spacing

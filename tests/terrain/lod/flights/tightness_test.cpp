@@ -22,7 +22,7 @@ namespace {
 using test::Random;
 
 constexpr std::uint64_t kSeed = 71;
-constexpr int kViews = 2 * TERRANE_VIEW_FACTOR;
+constexpr int kViews = TERRANE_VIEW_FACTOR;
 constexpr double kLeast_px = 0.5;  // below it nobody asks
 
 struct Ground {
