@@ -63,7 +63,8 @@ struct Triangulator::State {
           keys(source, internal::best_simd_level(), chosen.open_chunks),
           selection(source.lattice(), team.size()),
           errors_left(static_cast<std::size_t>(team.size())),
-          indices(3 * chosen.triangle_budget) {
+          // not touched before it is needed
+          indices(std::make_unique_for_overwrite<std::uint16_t[]>(3 * chosen.triangle_budget)) {
         mesh_chunks.reserve(chosen.open_chunks);
     }
 
@@ -78,7 +79,7 @@ struct Triangulator::State {
     float threshold = 0.0f;
     std::vector<ErrorLeft> errors_left;  // by worker
     std::vector<MeshChunk> mesh_chunks;
-    std::vector<std::uint16_t> indices;
+    std::unique_ptr<std::uint16_t[]> indices;  // [3 * triangle_budget]
     std::size_t triangle_count = 0;
     TerrainMesh mesh;
 
@@ -149,7 +150,7 @@ void Triangulator::State::emit(const ScreenError& screen, const Morph& morph) {
     team.run(open.size(), [&](std::size_t i, int worker) {
         const OpenChunk& chunk = *open[i];
         if (chunk.triangle_count == 0) return;
-        internal::emit_triangles(chunk, threshold, indices.data() + 3 * chunk.first_triangle);
+        internal::emit_triangles(chunk, threshold, indices.get() + 3 * chunk.first_triangle);
         internal::find_error_left(chunk, keys, screen, threshold,
                                   errors_left[static_cast<std::size_t>(worker)]);
     });
@@ -164,7 +165,9 @@ double Triangulator::State::fading_error(const ScreenError& screen, const Morph&
         double most_px = 0.0;
         float factor = 1.0f;
         for (const OpenChunk* above = chunk; above != nullptr; above = above->parent) {
-            if (above->fade_factor == 1.0f) continue;
+            // what has nothing below the threshold is open by the floor alone
+            if (above->fade_factor == 1.0f || !(keys.least_key(screen, *above) < threshold))
+                continue;
             factor = std::max(factor, above->fade_factor);
             const auto bound = static_cast<double>(above->chunk->max_vertex_bound);
             ScreenError::Box box = screen.box_of(*above->chunk);
@@ -172,6 +175,7 @@ double Triangulator::State::fading_error(const ScreenError& screen, const Morph&
             box.high.z() += bound;
             most_px = std::max(most_px, screen.error_in_view(box, bound));
         }
+        if (most_px == 0.0) continue;
         const double fade = 1.0 / std::sqrt(static_cast<double>(factor));
         error_px = std::max(error_px, threshold_px * morph.with_fade(most_px / threshold_px, fade));
     }
@@ -277,7 +281,7 @@ TerrainMesh Triangulator::update(std::shared_ptr<const ResidentSet> resident, co
     state.place(morph);
     state.emit(screen, morph);
     mesh.chunks = state.mesh_chunks;
-    mesh.indices = {state.indices.data(), 3 * state.triangle_count};
+    mesh.indices = {state.indices.get(), 3 * state.triangle_count};
     mesh.triangle_count = state.triangle_count;
     state.report(screen, morph);
     return mesh;

@@ -37,6 +37,12 @@ public:
     /// @param keys_out [OpenChunk::kSamples]
     void compute_own(const ScreenError& screen, const OpenChunk& chunk, float* keys_out) const;
 
+    /// No vertex of an open chunk has a smaller key of its own.
+    float least_key(const ScreenError& screen, const OpenChunk& chunk) const {
+        return screen.least_key(screen.box_of(*chunk.chunk), chunk.chunk->max_vertex_bound,
+                                largest_reach(*chunk.chunk));
+    }
+
     const KeyKernels& kernels() const { return *kernels_; }
     const Lattice& lattice() const { return lattice_; }
 

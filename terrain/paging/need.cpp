@@ -18,7 +18,7 @@ constexpr double kGravity = 9.81;
 // Places on a client's way within the horizon that are looked at, the present one first.
 constexpr int kPlaces = 5;
 
-constexpr double kMorphRatio = 1.25;  // w of the triangulator
+constexpr double kMorphRatio = 1.15;  // w of the triangulator
 constexpr double kMorphGain = 2.0 * kMorphRatio * kMorphRatio / (kMorphRatio * kMorphRatio - 1.0);
 // What fading may move in one update while little is held back. With 1.5 pixels held back at a
 // threshold of 0.2 the rest takes 26 updates.
