@@ -11,7 +11,6 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <limits>
 
 namespace terrane::internal {
 namespace {
@@ -19,31 +18,16 @@ namespace {
 /// Longest leg of a triangle, in cells.
 constexpr int kMaxLeg = 128;
 
-struct Range {
-    double low = std::numeric_limits<double>::infinity();
-    double high = -std::numeric_limits<double>::infinity();
-    void add(double value) {
-        low = value < low ? value : low;
-        high = value > high ? value : high;
-    }
-    double deviation() const { return std::max(high, -low); }
-};
-
-/// A right triangle with its legs along the axes: corner, signs of the legs, their length, and the
-/// plane's heights at the corner and at the ends of the leg along x and of the one along y.
-struct RightTriangle {
-    int x, y;
-    int sign_x, sign_y;
-    int leg;
-    double at_corner, at_x_end, at_y_end;
-};
-
 /// Range of surface minus plane over a triangle.
 ///
 /// A cell inside: the surface's bilinear part minus a plane is extreme at the cell's corners. A cell
 /// that the hypotenuse cuts from corner to corner: at its three corners inside, or on the hypotenuse,
 /// where it is a parabola.
 void add_triangle(const DiamondWindow& window, const RightTriangle& t, Range& range) {
+    if (window.kinked) {
+        window.kinked->add_triangle(t, range);
+        return;
+    }
     const double slope_x = (t.at_x_end - t.at_corner) / t.leg;
     const double slope_y = (t.at_y_end - t.at_corner) / t.leg;
     const double* corner = window.heights.data() + window.at(t.x, t.y);
@@ -140,7 +124,7 @@ float edge_deviation(const DiamondWindow& window, int x, int y, int n, bool alon
                                                  {x, y, 1, -1, n, middle, east, south}}};
     Range range;
     for (const RightTriangle& quarter : quarters) {
-        if (n == 1) {
+        if (n == 1 && !window.kinked) {
             add_small_triangle(window, quarter, range);
         } else {
             add_triangle(window, quarter, range);
@@ -204,6 +188,10 @@ float square_deviation(const DiamondWindow& window, int x, int y, int n) {
 }
 
 HeightInterval bilinear_deviation(const DiamondWindow& window, int x, int y, int n) {
+    if (window.kinked) {
+        const Range range = window.kinked->bilinear_deviation(x, y, n);
+        return {range.low, range.high};
+    }
     const auto height = [&](int i, int j) { return window.heights[window.at(i, j)]; };
     const double south_west = height(x, y), south_east = height(x + n, y);
     const double north_west = height(x, y + n), north_east = height(x + n, y + n);

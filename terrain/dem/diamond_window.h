@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "kinked_surface.h"
+
 #include <terrane/terrain/height_source.h>
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 namespace terrane::internal {
@@ -24,8 +27,11 @@ struct DiamondWindow {
     std::vector<double> heights;            ///< [rows * columns]
 
     /// [(rows - 1) * (columns - 1)] least and greatest of the true surface minus the bilinear
-    /// interpolation of a cell's corners. Empty: the surface is that interpolation.
+    /// interpolation of a cell's corners. Empty: the surface is that interpolation, or `kinked`.
     std::vector<float> cell_low, cell_high;
+
+    /// The surface over the window, where its cells hold parts of several raster cells; else null.
+    std::shared_ptr<const KinkedSurface> kinked;
 
     /// [(rows - 1) * (columns - 1)] bound of the vertex in the middle of each cell, which belongs to
     /// a finer lattice. Empty: there is none.

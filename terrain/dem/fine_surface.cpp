@@ -22,6 +22,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 namespace terrane::internal {
 namespace {
@@ -244,65 +245,12 @@ void FineSurface::vertex_bounds(const RasterPatch& patch, const SampleGrid& grid
     }
 }
 
-void FineSurface::cell_ranges(const RasterPatch& patch, const SampleGrid& grid,
-                              std::span<float> low_out, std::span<float> high_out) const {
-    const std::vector<SamplePlace> columns = places(grid.corner.x, grid.step, grid.columns, true);
-    const std::vector<SamplePlace> rows = places(grid.corner.y, grid.step, grid.rows, false);
-    const double side = grid_.lattice.spacing * static_cast<double>(grid.step);
-    // Depth of the kink of a unit jump that a grid line inside a cell makes; 0 where there is none.
-    const auto kink_depth = [side](const SamplePlace& begin, const SamplePlace& end) {
-        if (last_cell(end) <= begin.index) return 0.0;
-        const double before = 1.0 - begin.fraction;
-        const double after = static_cast<double>(end.index - begin.index) - 1.0 + end.fraction;
-        return side * (before / (before + after)) * (after / (before + after));
-    };
-    std::size_t at = 0;
-    for (std::size_t r = 0; r + 1 < rows.size(); ++r) {
-        const SamplePlace& south = rows[r];
-        const SamplePlace& north = rows[r + 1];
-        const double depth_y = kink_depth(south, north) / grid_.cell_y;
-        for (std::size_t c = 0; c + 1 < columns.size(); ++c, ++at) {
-            const SamplePlace& west = columns[c];
-            const SamplePlace& east = columns[c + 1];
-            const double depth_x = kink_depth(west, east) / grid_.cell_x;
-            // A valley's floor lies below its chord, a ridge's crest above it.
-            double low = 0.0, high = 0.0;
-            if (depth_x > 0.0) {
-                double valley = 0.0, ridge = 0.0;
-                for (std::int64_t i = south.index; i <= sample_after(north); ++i) {
-                    const double bend = patch.bend_x(west.index + 1, i);
-                    valley = std::max(valley, bend);
-                    ridge = std::max(ridge, -bend);
-                }
-                low += valley * depth_x;
-                high += ridge * depth_x;
-            }
-            if (depth_y > 0.0) {
-                double valley = 0.0, ridge = 0.0;
-                for (std::int64_t i = west.index; i <= sample_after(east); ++i) {
-                    const double bend = patch.bend_y(i, south.index + 1);
-                    valley = std::max(valley, bend);
-                    ridge = std::max(ridge, -bend);
-                }
-                low += valley * depth_y;
-                high += ridge * depth_y;
-            }
-            low_out[at] = -round_outward(low);
-            high_out[at] = round_outward(high);
-        }
-    }
-}
-
 void FineSurface::cell_bounds(const RasterPatch& patch, const SampleGrid& grid,
                               std::span<float> bounds_out) const {
     std::vector<double> heights(grid.size());
     sample(patch, grid, heights);
-    std::vector<float> low, high;
-    if (!grid_.aligned) {
-        low.resize(bounds_out.size());
-        high.resize(bounds_out.size());
-        cell_ranges(patch, grid, low, high);
-    }
+    std::optional<KinkedSurface> kinked;
+    if (!grid_.aligned) kinked.emplace(grid_, grid, patch);
     std::size_t at = 0;
     for (int row = 0; row + 1 < grid.rows; ++row) {
         for (int column = 0; column + 1 < grid.columns; ++column, ++at) {
@@ -310,18 +258,28 @@ void FineSurface::cell_bounds(const RasterPatch& patch, const SampleGrid& grid,
                 static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.columns) +
                 static_cast<std::size_t>(column);
             const std::size_t above = corner + static_cast<std::size_t>(grid.columns);
-            const double twist =
-                heights[corner] - heights[corner + 1] - heights[above] + heights[above + 1];
-            // The bilinear part lies to one side of both triangles: which one, the cut decides.
+            const double south_west = heights[corner], south_east = heights[corner + 1];
+            const double north_west = heights[above], north_east = heights[above + 1];
+            if (!kinked) {
+                const double twist = south_west - south_east - north_west + north_east;
+                bounds_out[at] = round_outward(0.25 * std::fabs(twist));
+                continue;
+            }
             const std::int64_t parity =
                 (grid.corner.x / grid.step + column) + (grid.corner.y / grid.step + row);
-            const double bow = 0.25 * ((parity & 1) == 0 ? -twist : twist);
-            double below = std::max(-bow, 0.0), beyond = std::max(bow, 0.0);
-            if (!low.empty()) {
-                below -= static_cast<double>(low[at]);
-                beyond += static_cast<double>(high[at]);
+            Range range;
+            if ((parity & 1) == 0) {
+                kinked->add_triangle(
+                    {column + 1, row, -1, 1, 1, south_east, south_west, north_east}, range);
+                kinked->add_triangle(
+                    {column, row + 1, 1, -1, 1, north_west, north_east, south_west}, range);
+            } else {
+                kinked->add_triangle({column, row, 1, 1, 1, south_west, south_east, north_west},
+                                     range);
+                kinked->add_triangle(
+                    {column + 1, row + 1, -1, -1, 1, north_east, north_west, south_east}, range);
             }
-            bounds_out[at] = round_outward(std::max(below, beyond));
+            bounds_out[at] = round_outward(range.deviation());
         }
     }
 }
@@ -342,9 +300,7 @@ Result<DiamondWindow> FineSurface::base_window(std::int64_t first_x, std::int64_
     const std::size_t cells =
         static_cast<std::size_t>(columns - 1) * static_cast<std::size_t>(rows - 1);
     if (!grid_.aligned) {
-        window.cell_low.resize(cells);
-        window.cell_high.resize(cells);
-        cell_ranges(*patch, grid, window.cell_low, window.cell_high);
+        window.kinked = std::make_shared<const KinkedSurface>(grid_, grid, *patch);
     }
     if (step > 1) {
         window.middle_bounds.resize(cells);

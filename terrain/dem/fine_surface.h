@@ -3,6 +3,7 @@
 
 #include "bilinear_grid.h"
 #include "diamond_window.h"
+#include "raster_patch.h"
 #include "raster_store.h"
 
 #include <cstdint>
@@ -15,30 +16,6 @@ namespace terrane::internal {
 /// Samples that bounds need beyond those around their grid: what lies below a vertex reaches one and
 /// a half cells, second differences one sample more.
 inline constexpr int kBoundsMargin = 4;
-
-/// A rectangle of samples, repeated beyond the raster's edge.
-struct RasterPatch {
-    std::int64_t column = 0, row = 0;  ///< of the south-western sample
-    int columns = 0, rows = 0;
-    std::vector<float> samples;
-
-    double at(std::int64_t c, std::int64_t r) const {
-        return static_cast<double>(
-            samples[static_cast<std::size_t>(r - row) * static_cast<std::size_t>(columns) +
-                    static_cast<std::size_t>(c - column)]);
-    }
-    /// Second differences over a sample's neighbours.
-    double bend_x(std::int64_t c, std::int64_t r) const {
-        return at(c - 1, r) - 2.0 * at(c, r) + at(c + 1, r);
-    }
-    double bend_y(std::int64_t c, std::int64_t r) const {
-        return at(c, r - 1) - 2.0 * at(c, r) + at(c, r + 1);
-    }
-    /// South-west - south-east - north-west + north-east of a raster cell.
-    double twist(std::int64_t c, std::int64_t r) const {
-        return at(c, r) - at(c + 1, r) - at(c, r + 1) + at(c + 1, r + 1);
-    }
-};
 
 /// The bilinear surface between samples, and its bounds up to the base spacing.
 class FineSurface {
@@ -81,9 +58,6 @@ private:
                                     bool along_x) const;
     std::vector<Reach> reaches(std::int64_t first, std::int64_t step, int count, std::int64_t reach,
                                bool along_x) const;
-    /// Least and greatest of the surface minus the bilinear interpolation of each cell's corners.
-    void cell_ranges(const RasterPatch& patch, const SampleGrid& grid, std::span<float> low_out,
-                     std::span<float> high_out) const;
     float aligned_bound(const RasterPatch& patch, LatticePoint v, std::int64_t step) const;
     /// Bounds of a grid of vertices of one spacing and kind: all centres, or all midpoints of edges
     /// along the same axis.

@@ -27,6 +27,15 @@ void child_row(const OpenChunk& chunk, int cell_row, std::uint64_t& west_out,
     east_out = east_child == nullptr ? 0 : east_child->centre[row];
 }
 
+// Eight centres of a row are an area's: those bytes that are not zero, a bit each.
+std::uint8_t bytes_in_use(std::uint64_t word) {
+    unsigned used = 0;
+    for (unsigned byte = 0; byte < 8; ++byte) {
+        used |= static_cast<unsigned>((word >> (8 * byte) & 0xff) != 0) << byte;
+    }
+    return static_cast<std::uint8_t>(used);
+}
+
 }  // namespace
 
 void mark_active(OpenChunk& chunk, const KeyKernels& kernels, float threshold) {
@@ -44,6 +53,12 @@ void mark_active(OpenChunk& chunk, const KeyKernels& kernels, float threshold) {
         const float* keys = chunk.key_row(2 * line + 1);
         kernels.mask(keys, threshold, chunk.along_y[i], chunk.centre[i]);
         chunk.along_y_east |= static_cast<std::uint64_t>(keys[kChunkCells] < threshold) << line;
+    }
+    constexpr int kAreaCentres = kAreaCells / 2;
+    for (std::size_t area = 0; area < kChunkAreas; ++area) {
+        std::uint64_t any = 0;
+        for (std::size_t i = 0; i < kAreaCentres; ++i) any |= chunk.centre[kAreaCentres * area + i];
+        chunk.active_areas[area] = bytes_in_use(any);
     }
 }
 

@@ -42,9 +42,11 @@ void weigh(const KeyRow& row, const KeyPlanes& planes, float* __restrict keys) {
     const std::int32_t* __restrict heights = row.heights;
     const float* __restrict across = row.across;
     const float* __restrict up = row.up;
-    float z[kMost], beside[kMost];
+    const float y = __builtin_fabsf(row.y);
+    float z[kMost], far[kMost], beside[kMost];
     for (int i = 0; i < count; ++i) {
         z[i] = static_cast<float>(heights[i] - row.height_base) * row.quantum + row.height_rest;
+        far[i] = __builtin_fabsf(x[i]) + y + __builtin_fabsf(z[i]);
         beside[i] = 0.0f;
     }
     for (int plane = 0; plane < planes.count; ++plane) {
@@ -53,18 +55,15 @@ void weigh(const KeyRow& row, const KeyPlanes& planes, float* __restrict keys) {
         const float steep = __builtin_fabsf(nz);
         const float from_y = ny * row.y;
         for (int i = 0; i < count; ++i) {
-            const float far =
-                __builtin_fabsf(x[i]) + __builtin_fabsf(row.y) + __builtin_fabsf(z[i]);
             // a little further in, for the rounding
-            const float in =
-                nx * x[i] + from_y + nz * z[i] + flat * across[i] + steep * up[i] + far * 0x1p-18f;
+            const float in = nx * x[i] + from_y + nz * z[i] + flat * across[i] + steep * up[i] +
+                             far[i] * 0x1p-18f;
             beside[i] = larger(-in, beside[i]);
         }
     }
     for (int i = 0; i < count; ++i) {
-        const float far = __builtin_fabsf(x[i]) + __builtin_fabsf(row.y) + __builtin_fabsf(z[i]) +
-                          2.0f * across[i] + up[i] + planes.near_distance;
-        const float weight = larger(1.0f - kWeightSlope * beside[i] / far, kLeastWeight);
+        const float reach = far[i] + 2.0f * across[i] + up[i] + planes.near_distance;
+        const float weight = larger(1.0f - kWeightSlope * beside[i] / reach, kLeastWeight);
         keys[i] = keys[i] / (weight * weight);
     }
 }

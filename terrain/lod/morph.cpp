@@ -112,7 +112,7 @@ void Morph::slide(OpenChunk& chunk, const KeyKernels& kernels, float quantum) co
     part.full = full_share_;
     part.slope = slope_;
     for (int row = 0; row <= kChunkCells; ++row) {
-        OpenChunk::for_each_run(chunk.open_columns(row), [&](int first, int last) {
+        OpenChunk::for_each_run(chunk.active_columns(row), [&](int first, int last) {
             const std::size_t sample = sample_index(first, row);
             part.count = last - first + 1;
             part.keys = &chunk.keys[sample];

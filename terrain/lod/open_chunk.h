@@ -53,6 +53,9 @@ struct OpenChunk {
     std::array<std::uint64_t, kChunkCells / 2> along_y{};
     std::uint64_t along_y_east = 0;  ///< bit: row
 
+    /// Areas with an active centre: bit column of byte row. Nothing else of the chunk is drawn.
+    std::array<std::uint8_t, kChunkAreas> active_areas{};
+
     std::size_t triangle_count = 0;
     std::size_t first_triangle = 0;
 
@@ -60,6 +63,7 @@ struct OpenChunk {
 
     /// Areas that a row of samples touches, a bit for each column of areas.
     unsigned open_columns(int row) const { return columns(open_areas, row); }
+    unsigned active_columns(int row) const { return columns(active_areas, row); }
     unsigned columns_beside(int row) const { return columns(areas_beside, row); }
 
     /// Calls part(first, last) for the runs of columns of samples that `columns` covers, ends

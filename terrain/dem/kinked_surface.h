@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "bilinear_grid.h"
+#include "raster_patch.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+namespace terrane::internal {
+
+/// Least and greatest of what was added.
+struct Range {
+    double low = std::numeric_limits<double>::infinity();
+    double high = -std::numeric_limits<double>::infinity();
+    void add(double value) {
+        low = value < low ? value : low;
+        high = value > high ? value : high;
+    }
+    void add(const Range& other) {
+        low = std::min(low, other.low);
+        high = std::max(high, other.high);
+    }
+    double deviation() const { return std::max(high, -low); }
+};
+
+/// A right triangle with its legs along the axes: corner, signs of the legs, their length, and the
+/// plane's heights at the corner and at the ends of the leg along x and of the one along y.
+struct RightTriangle {
+    int x, y;
+    int sign_x, sign_y;
+    int leg;
+    double at_corner, at_x_end, at_y_end;
+};
+
+/// The bilinear surface of a raster whose samples are no lattice points, seen from a grid of lattice
+/// points. Points count from the grid's corner, in its steps; values depend on the address alone.
+///
+/// The lines between raster cells are x = line_x(k), y = line_y(m); samples lie where they cross.
+class KinkedSurface {
+public:
+    /// @param patch the samples around `points`, one more line on every side
+    KinkedSurface(const BilinearGrid& grid, const SampleGrid& points, RasterPatch patch);
+
+    /// Adds the range of surface minus plane over a triangle; both meet at the hypotenuse's ends.
+    void add_triangle(const RightTriangle& t, Range& range) const;
+
+    /// Range of the surface minus the bilinear interpolation of the corners of the square of side n
+    /// whose south-western corner is point (x, y).
+    Range bilinear_deviation(int x, int y, int n) const;
+
+private:
+    /// The lines along one axis, in steps from the lattice's origin, and among the points.
+    struct Axis {
+        std::int64_t first = 0;               ///< the first point
+        double per_cell = 1.0;                ///< raster cells in a step
+        std::vector<double> lines;            ///< increasing
+        std::vector<int> at_or_after, after;  ///< [points] the first line there
+
+        double point(int i) const { return static_cast<double>(first + i); }
+    };
+    /// @param place_of  place of the line of an index, in steps from the lattice's origin
+    template <typename PlaceOf>
+    static Axis make_axis(std::int64_t first, int points, std::int64_t first_line, int lines,
+                          double per_cell, PlaceOf&& place_of);
+
+    double sample(int c, int r) const {
+        return static_cast<double>(
+            patch_.samples[static_cast<std::size_t>(r) * static_cast<std::size_t>(patch_.columns) +
+                           static_cast<std::size_t>(c)]);
+    }
+    double on_row(int y, int c) const {
+        return on_rows_[static_cast<std::size_t>(y) * static_cast<std::size_t>(patch_.columns) +
+                        static_cast<std::size_t>(c)];
+    }
+    double on_column(int x, int r) const {
+        return on_columns_[static_cast<std::size_t>(x) * static_cast<std::size_t>(patch_.rows) +
+                           static_cast<std::size_t>(r)];
+    }
+    double height(int c, int r, double x, double y) const;
+    double point_height(int x, int y) const;
+    /// Surface minus chord along the diagonal of n steps east of (x, y), north or south.
+    Range diagonal(int x, int y, int n, bool north) const;
+
+    RasterPatch patch_;
+    Axis x_, y_;
+    /// Surface where a row of points crosses the lines along y, and a column those along x.
+    std::vector<double> on_rows_, on_columns_;
+};
+
+}  // namespace terrane::internal
