@@ -29,6 +29,7 @@ struct MeshOptions {
     ImageSize size;
     std::size_t budget = 100'000;
     double max_error_px = 1.0;
+    double morph_ratio = 1.0;  // a single picture has nothing to slide from
     double memory_mb = 1024.0;
     std::string out;
     bool json = false;
@@ -89,10 +90,10 @@ CommandResult<void> run_mesh(const MeshOptions& options) {
     if (!terrain) return pass_on(terrain.error());
     const Result<View> view = make_view(options, *terrain->source);
     if (!view) return usage_error(view.error().message);
-    Result<Triangulator> triangulator = Triangulator::create(
-        *terrain->source, {.triangle_budget = options.budget,
-                           .max_error_px = options.max_error_px,
-                           .morph_ratio = 1.0});  // a single picture has nothing to slide from
+    Result<Triangulator> triangulator =
+        Triangulator::create(*terrain->source, {.triangle_budget = options.budget,
+                                                .max_error_px = options.max_error_px,
+                                                .morph_ratio = options.morph_ratio});
     if (!triangulator) return pass_on(triangulator.error());
     PagerSettings paging;
     paging.memory_bytes = static_cast<std::size_t>(options.memory_mb * 0x1p20);
@@ -138,6 +139,10 @@ void add_mesh_command(CLI::App& app, CommandContext& context) {
     add_count(*mesh, "--budget", options->budget, 1, "Most triangles");
     add_positive(*mesh, "--max-error-px", options->max_error_px,
                  "Refinement stops below this screen error, pixels");
+    add_in_range(
+        *mesh, "--morph-ratio", options->morph_ratio, 1.0, 16.0,
+        "Vertices slide in while their priority grows by this factor, as in a flight; 1: they "
+        "stand in place");
     add_in_range(*mesh, "--memory-mb", options->memory_mb, 0.001, 0x1p32,
                  "Most memory that chunks take, MB of 2^20 bytes");
     mesh->add_option("--out", options->out,

@@ -223,6 +223,10 @@ HeightInterval bilinear_deviation(const DiamondWindow& window, int x, int y, int
 void compute_bounds(DiamondWindow& window, int first_n, int last_n) {
     window.bounds.resize(window.heights.size(), 0.0f);
     for (int n = first_n; n <= last_n; n *= 2) {
+        if (window.kinked) {
+            window.kinked->keep_diagonals(n);
+            window.kinked->keep_diagonals(2 * n);
+        }
         // Midpoints first: they are the centres' children.
         for (const bool along_x : {true, false}) {
             for (int y = first_multiple(window.first_y, n, !along_x); y + n < window.rows;

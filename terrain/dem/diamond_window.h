@@ -31,7 +31,7 @@ struct DiamondWindow {
     std::vector<float> cell_low, cell_high;
 
     /// The surface over the window, where its cells hold parts of several raster cells; else null.
-    std::shared_ptr<const KinkedSurface> kinked;
+    std::shared_ptr<KinkedSurface> kinked;
 
     /// [(rows - 1) * (columns - 1)] bound of the vertex in the middle of each cell, which belongs to
     /// a finer lattice. Empty: there is none.

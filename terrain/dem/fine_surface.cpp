@@ -250,7 +250,10 @@ void FineSurface::cell_bounds(const RasterPatch& patch, const SampleGrid& grid,
     std::vector<double> heights(grid.size());
     sample(patch, grid, heights);
     std::optional<KinkedSurface> kinked;
-    if (!grid_.aligned) kinked.emplace(grid_, grid, patch);
+    if (!grid_.aligned) {
+        kinked.emplace(grid_, grid, patch);
+        kinked->keep_diagonals(1);
+    }
     std::size_t at = 0;
     for (int row = 0; row + 1 < grid.rows; ++row) {
         for (int column = 0; column + 1 < grid.columns; ++column, ++at) {
@@ -300,7 +303,7 @@ Result<DiamondWindow> FineSurface::base_window(std::int64_t first_x, std::int64_
     const std::size_t cells =
         static_cast<std::size_t>(columns - 1) * static_cast<std::size_t>(rows - 1);
     if (!grid_.aligned) {
-        window.kinked = std::make_shared<const KinkedSurface>(grid_, grid, *patch);
+        window.kinked = std::make_shared<KinkedSurface>(grid_, grid, *patch);
     }
     if (step > 1) {
         window.middle_bounds.resize(cells);

@@ -9,6 +9,7 @@
 // are visited; rounding apart, the bound is the greatest deviation itself.
 #include "kinked_surface.h"
 
+#include <bit>
 #include <cmath>
 #include <utility>
 
@@ -68,17 +69,36 @@ KinkedSurface::KinkedSurface(const BilinearGrid& grid, const SampleGrid& points,
             on_columns_.push_back(west + part * (sample(c + 1, r) - west));
         }
     }
+    heights_.reserve(points.size());
+    for (int y = 0; y < points.rows; ++y) {
+        for (int x = 0; x < points.columns; ++x) {
+            heights_.push_back(height(x_.after[static_cast<std::size_t>(x)] - 1,
+                                      y_.after[static_cast<std::size_t>(y)] - 1, x_.point(x),
+                                      y_.point(y)));
+        }
+    }
 }
 
-double KinkedSurface::height(int c, int r, double x, double y) const {
-    const double fx = (x - x_.lines[static_cast<std::size_t>(c)]) * x_.per_cell;
-    const double fy = (y - y_.lines[static_cast<std::size_t>(r)]) * y_.per_cell;
-    return bilinear(sample(c, r), sample(c + 1, r), sample(c, r + 1), sample(c + 1, r + 1), fx, fy);
-}
-
-double KinkedSurface::point_height(int x, int y) const {
-    return height(x_.after[static_cast<std::size_t>(x)] - 1,
-                  y_.after[static_cast<std::size_t>(y)] - 1, x_.point(x), y_.point(y));
+void KinkedSurface::keep_diagonals(int n) {
+    if (std::countr_zero(static_cast<unsigned>(n)) < static_cast<int>(diagonals_.size())) return;
+    const int columns = static_cast<int>(x_.after.size()), rows = static_cast<int>(y_.after.size());
+    const auto to_multiple = [n](std::int64_t first) {
+        return static_cast<int>(-first & (std::int64_t{n} - 1));
+    };
+    Diagonals kept;
+    kept.x = to_multiple(x_.first);
+    kept.y = to_multiple(y_.first);
+    kept.columns = std::max(0, (columns - 1 - kept.x) / n);
+    const int count = std::max(0, (rows - 1 - kept.y) / n);
+    kept.ranges.reserve(static_cast<std::size_t>(kept.columns) * static_cast<std::size_t>(count));
+    for (int row = 0; row < count; ++row) {
+        for (int column = 0; column < kept.columns; ++column) {
+            const int x = kept.x + column * n, y = kept.y + row * n;
+            const bool north = (((x_.first + x) / n + (y_.first + y) / n) & 1) == 0;
+            kept.ranges.push_back(diagonal(x, north ? y : y + n, n, north));
+        }
+    }
+    diagonals_.push_back(std::move(kept));
 }
 
 Range KinkedSurface::diagonal(int x, int y, int n, bool north) const {
@@ -97,7 +117,7 @@ Range KinkedSurface::diagonal(int x, int y, int n, bool north) const {
         const double next = std::min(end, std::min(to_x, to_y));
         const double next_y = north ? y0 + next : y0 - next;
         const double next_difference =
-            height(c, r, x0 + next, next_y) - (begin_height + slope * next);
+            next < end ? height(c, r, x0 + next, next_y) - (begin_height + slope * next) : 0.0;
         range.add(next_difference);
         // The parabola's height over the middle of its chord, four times.
         const double length = next - t;
@@ -122,7 +142,16 @@ void KinkedSurface::add_triangle(const RightTriangle& t, Range& range) const {
     const bool east = t.sign_x > 0, north = t.sign_y > 0;
     const int x_end = t.x + t.sign_x * t.leg, y_end = t.y + t.sign_y * t.leg;
     range.add(point_height(t.x, t.y) - t.at_corner);
-    range.add(diagonal(std::min(t.x, x_end), east ? y_end : t.y, t.leg, east != north));
+    const int west = std::min(t.x, x_end);
+    const auto side_log2 = static_cast<std::size_t>(std::countr_zero(static_cast<unsigned>(t.leg)));
+    if (side_log2 < diagonals_.size()) {
+        const Diagonals& kept = diagonals_[side_log2];
+        const int column = (west - kept.x) >> side_log2;
+        const int row = (std::min(t.y, y_end) - kept.y) >> side_log2;
+        range.add(kept.ranges[static_cast<std::size_t>(row * kept.columns + column)]);
+    } else {
+        range.add(diagonal(west, east ? y_end : t.y, t.leg, east != north));
+    }
 
     // Over the plane, from the corner, in steps.
     const double x0 = x_.point(t.x), y0 = y_.point(t.y);

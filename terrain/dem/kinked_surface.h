@@ -38,11 +38,17 @@ struct RightTriangle {
 /// The bilinear surface of a raster whose samples are no lattice points, seen from a grid of lattice
 /// points. Points count from the grid's corner, in its steps; values depend on the address alone.
 ///
-/// The lines between raster cells are x = line_x(k), y = line_y(m); samples lie where they cross.
+/// Lines part the raster cells from each other; samples lie where they cross.
+/// Threads: const calls from several at once; keep_diagonals() alone.
 class KinkedSurface {
 public:
     /// @param patch the samples around `points`, one more line on every side
     KinkedSurface(const BilinearGrid& grid, const SampleGrid& points, RasterPatch patch);
+
+    /// Keeps what the surface does along the diagonals of the squares of side n at multiples of n,
+    /// those that join corners of even index sum. From then on a triangle with legs of n must be half
+    /// of such a square. In order: n = 1, 2, 4 ...
+    void keep_diagonals(int n);
 
     /// Adds the range of surface minus plane over a triangle; both meet at the hypotenuse's ends.
     void add_triangle(const RightTriangle& t, Range& range) const;
@@ -52,6 +58,12 @@ public:
     Range bilinear_deviation(int x, int y, int n) const;
 
 private:
+    /// Of the squares of one side that lie among the points.
+    struct Diagonals {
+        int x = 0, y = 0;  ///< the south-western square's corner
+        int columns = 0;
+        std::vector<Range> ranges;
+    };
     /// The lines along one axis, in steps from the lattice's origin, and among the points.
     struct Axis {
         std::int64_t first = 0;               ///< the first point
@@ -79,8 +91,19 @@ private:
         return on_columns_[static_cast<std::size_t>(x) * static_cast<std::size_t>(patch_.rows) +
                            static_cast<std::size_t>(r)];
     }
-    double height(int c, int r, double x, double y) const;
-    double point_height(int x, int y) const;
+    double height(int c, int r, double x, double y) const {
+        const double fx = (x - x_.lines[static_cast<std::size_t>(c)]) * x_.per_cell;
+        const double fy = (y - y_.lines[static_cast<std::size_t>(r)]) * y_.per_cell;
+        const float* south =
+            patch_.samples.data() + static_cast<std::ptrdiff_t>(r) * patch_.columns + c;
+        const float* north = south + patch_.columns;
+        return bilinear(static_cast<double>(south[0]), static_cast<double>(south[1]),
+                        static_cast<double>(north[0]), static_cast<double>(north[1]), fx, fy);
+    }
+    double point_height(int x, int y) const {
+        return heights_[static_cast<std::size_t>(y) * x_.after.size() +
+                        static_cast<std::size_t>(x)];
+    }
     /// Surface minus chord along the diagonal of n steps east of (x, y), north or south.
     Range diagonal(int x, int y, int n, bool north) const;
 
@@ -88,6 +111,8 @@ private:
     Axis x_, y_;
     /// Surface where a row of points crosses the lines along y, and a column those along x.
     std::vector<double> on_rows_, on_columns_;
+    std::vector<double> heights_;       ///< at the points
+    std::vector<Diagonals> diagonals_;  ///< of side 1, 2, 4 ...
 };
 
 }  // namespace terrane::internal

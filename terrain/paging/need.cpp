@@ -18,8 +18,9 @@ constexpr double kGravity = 9.81;
 // Places on a client's way within the horizon that are looked at, the present one first.
 constexpr int kPlaces = 5;
 
-constexpr double kMorphRatio = 1.15;  // w of the triangulator
-constexpr double kMorphGain = 2.0 * kMorphRatio * kMorphRatio / (kMorphRatio * kMorphRatio - 1.0);
+// A relative step of a priority at the threshold moves a vertex by so many thresholds: see lod/morph.h.
+constexpr double kMorphGain =
+    2.0 * kDefaultMorphRatio * kDefaultMorphRatio / (kDefaultMorphRatio * kDefaultMorphRatio - 1.0);
 // What fading may move in one update while little is held back. With 1.5 pixels held back at a
 // threshold of 0.2 the rest takes 26 updates.
 constexpr double kMostMove_px = 0.25;

@@ -269,6 +269,43 @@ TEST(DemBoundsOfNoise, HoldAndAreNestedForAnyShapeOfCells) {
     }
 }
 
+/// Counts the cells whose bound is more than 1.15 times what dense sampling finds.
+void expect_cell_bounds_tight(const HeightSource& source, unsigned seed, std::int64_t step) {
+    SCOPED_TRACE("seed " + std::to_string(seed) + ", step " + std::to_string(step));
+    Corners corners(source, seed);
+    int cells = 0, loose = 0;
+    double bound_sum = 0.0, truth_sum = 0.0;
+    for (int k = 0; k < 6; ++k) {
+        const Point corner = corners.next(2 * step);
+        const SampleGrid grid{{corner.x, corner.y}, step, 9, 9};
+        std::vector<float> bounds(64);
+        ASSERT_TRUE(source.cell_bounds(grid, bounds).has_value());
+        for (int i = 0; i < 64; ++i) {
+            const Point sw{corner.x + (i % 8) * step, corner.y + (i / 8) * step};
+            const auto triangles = square_triangles(sw, step);
+            const double truth =
+                std::max(deviation(source, triangles[0], 16), deviation(source, triangles[1], 16));
+            const double bound = static_cast<double>(bounds[static_cast<std::size_t>(i)]);
+            ASSERT_LE(truth, bound + kSumRounding) << sw.x << ", " << sw.y;
+            if (truth < 1e-3) continue;
+            ++cells;
+            if (bound > 1.15 * truth) ++loose;
+            bound_sum += bound;
+            truth_sum += truth;
+        }
+    }
+    EXPECT_GT(cells, 100);
+    EXPECT_LE(loose, cells / 10) << "of " << cells;
+    EXPECT_LE(bound_sum, 1.06 * truth_sum);
+}
+
+TEST(DemBoundsOffTheLattice, AreTheGreatestDeviationNotASumOfKinks) {
+    // Cells of 10 m by 14 m under a lattice of 9.97 m: every cell holds lines between raster cells.
+    const auto source = noise(150, 120, 14.0, 0.0);
+    ASSERT_NE(source, nullptr);
+    for (const std::int64_t step : {1, 2, 4, 8}) expect_cell_bounds_tight(*source, 41, step);
+}
+
 TEST(DemBoundsOfPlanes, AreNothing) {
     RasterSpec spec;
     spec.columns = 100;

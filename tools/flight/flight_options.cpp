@@ -21,6 +21,10 @@ void add_flight_options(CLI::App& app, FlightOptions& options) {
     add_count(app, "--budget", options.budget, 1, "Most triangles a frame");
     add_positive(app, "--max-error-px", options.max_error_px,
                  "Refinement stops below this screen error, pixels");
+    add_in_range(
+        app, "--morph-ratio", options.morph_ratio, 1.0, 16.0,
+        "Vertices slide in while their priority grows by this factor; larger is smoother and "
+        "takes more triangles, 1 pops");
     add_in_range(app, "--memory-mb", options.memory_mb, 0.001, 0x1p32,
                  "Ceiling of the memory that chunks take, MB of 2^20 bytes");
     add_count(app, "--threads", options.threads, 0,

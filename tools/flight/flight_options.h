@@ -5,6 +5,7 @@
 #include "options/option_values.h"
 #include "options/terrain_options.h"
 
+#include <terrane/terrain/resident_set.h>
 #include <terrane/terrain/view.h>
 
 #include <cstddef>
@@ -26,6 +27,7 @@ struct FlightOptions {
     double fov_deg = 60.0;
     std::size_t budget = 100'000;
     double max_error_px = 1.0;
+    double morph_ratio = kDefaultMorphRatio;
     double memory_mb = 512.0;
     std::size_t threads = 1;
     std::string out;  ///< a folder; "" for none

@@ -13,8 +13,10 @@ FrameMaker::FrameMaker(Pager pager, Triangulator triangulator)
 
 Result<FrameMaker> FrameMaker::create(std::shared_ptr<const HeightSource> source,
                                       const FlightOptions& options) {
-    Result<Triangulator> triangulator = Triangulator::create(
-        *source, {.triangle_budget = options.budget, .max_error_px = options.max_error_px});
+    Result<Triangulator> triangulator =
+        Triangulator::create(*source, {.triangle_budget = options.budget,
+                                       .max_error_px = options.max_error_px,
+                                       .morph_ratio = options.morph_ratio});
     if (!triangulator) return tl::unexpected(triangulator.error());
     PagerSettings settings;
     settings.memory_bytes = options.memory_bytes();

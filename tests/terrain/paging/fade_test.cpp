@@ -19,7 +19,8 @@ using Set = std::shared_ptr<const ResidentSet>;
 using test::WaveHeights;
 
 // What pager.h promises.
-constexpr double kMorphGain = 2.0 * 1.15 * 1.15 / (1.15 * 1.15 - 1.0);  // at the default ratio
+constexpr double kMorphGain = 2.0 * 1.15 * 1.15 / (1.15 * 1.15 - 1.0);
+static_assert(kDefaultMorphRatio == 1.15);
 constexpr double kMostMove_px = 0.25;
 constexpr double kPromised_px = 1.5;
 constexpr double kLateShare = 1.0 / 12.0;

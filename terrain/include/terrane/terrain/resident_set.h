@@ -12,6 +12,9 @@
 
 namespace terrane {
 
+/// What TriangulatorSettings::morph_ratio is unless set; chunks fade at a pace that suits it.
+inline constexpr double kDefaultMorphRatio = 1.15;
+
 /// The chunks that were resident at one moment: immutable, shared by drawing and contact.
 ///
 /// Every chunk's parent is in the set too (roots have none). Order: level, then y, then x. Sets that
