@@ -41,7 +41,7 @@ public:
 
     float key_of(double error_px) const;
     double error_px_of(float key) const;
-    /// key_of() what a bound, metres, makes at a distance, metres.
+    /// What a vertical deviation, metres, makes at a distance, metres.
     double error_px_at(double bound, double distance) const;
 
     /// Positions of a chunk's columns and rows relative to the eye, metres.

@@ -22,7 +22,7 @@ constexpr int kPlaces = 5;
 constexpr double kMorphGain =
     2.0 * kDefaultMorphRatio * kDefaultMorphRatio / (kDefaultMorphRatio * kDefaultMorphRatio - 1.0);
 // What fading may move in one update while little is held back. With 1.5 pixels held back at a
-// threshold of 0.2 the rest takes 26 updates.
+// threshold of 0.2 the rest takes 43 updates.
 constexpr double kMostMove_px = 0.25;
 // No frame promises anything while more than this is held back: its error is larger. Then a share goes
 // in each update, or a chunk that came late would stay away for too long. From 20 pixels: 30 updates.

@@ -61,7 +61,7 @@ struct PagerStats {
 /// at which it does not show, and fades in with each update(); what it would see vanish fades out
 /// first, and what is to take its place waits. In one update() that moves the picture by at most 0.25
 /// pixels, where 1.5 or less are held back; of more than that a twelfth goes at a time. So a chunk that
-/// can remove 1.5 pixels is there after 26 updates at a threshold of 0.2, one of 20 pixels after 56. A
+/// can remove 1.5 pixels is there after 43 updates at a threshold of 0.2, one of 20 pixels after 73. A
 /// chunk shows at once where nobody sees it come: a camera's last view did not hold it, or the eye went
 /// more than a tenth of the way to it. Fades go by updates, not by time: an update is a frame, and it
 /// is between two frames that a jump is seen. Ground takes no part in it. Roots, and loads for contact,

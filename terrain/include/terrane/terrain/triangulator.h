@@ -60,7 +60,8 @@ struct TriangulatorSettings {
     double max_error_px = 1.0;              ///< refinement stops below this, > 0
     /// Vertices slide in while their priority rises from the threshold to this many times it, 1 to
     /// 16. Larger is smoother and needs more triangles for the same error: the displayed surface is off
-    /// by up to 2 * morph_ratio / (morph_ratio + 1) thresholds. 1: they appear in place, as for a single picture.
+    /// by up to 2 * morph_ratio / (morph_ratio + 1) thresholds. 1: they appear in place, as for a
+    /// single picture.
     double morph_ratio = kDefaultMorphRatio;
     int worker_count = 1;  ///< threads that update() runs on, its caller's included, 1 to 64
     /// Chunks that update() has room for without allocating: 130 kB each. More are made room for once.
