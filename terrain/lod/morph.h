@@ -31,7 +31,7 @@ public:
     double spread() const { return spread_; }
 
     /// Bound on the error, in thresholds, where a vertex of a priority of `excess` thresholds is
-    /// missing: by convexity of the integral above.
+    /// missing: what is divided before it has at least its priority, and so at least its share.
     double with_missing(double excess) const;
 
     /// The same where the missing vertex is there, but its chunk and all below it have faded in by

@@ -21,8 +21,7 @@ float middle(float low, float high) {
 
 }  // namespace
 
-Selection::Selection(const Lattice& lattice, int worker_count)
-    : lattice_(lattice), tallies_(static_cast<std::size_t>(worker_count)) {
+Selection::Selection(int worker_count) : tallies_(static_cast<std::size_t>(worker_count)) {
     for (Tally& tally : tallies_) {
         for (auto& keys : tally.inside) keys.resize(kRoom);
     }
@@ -82,8 +81,9 @@ float Selection::find(std::span<OpenChunk* const> open, const KeyKernels& kernel
                       std::size_t budget, float floor, float guess, WorkerTeam& team) {
     float least = 0.0f;  // weights below it fit
     float most = floor;  // unless most is the floor, weights below it do not
-    float low = std::clamp(guess / kNear, least, most);
-    float high = std::clamp(guess * kNear, low, most);
+    const float middle_key = guess > 0.0f ? guess : floor;
+    float low = std::clamp(middle_key / kNear, least, most);
+    float high = std::clamp(middle_key * kNear, low, most);
     for (float spread = kNear * kNear;; spread *= spread) {
         const std::size_t below = count(open, kernels, low, high, team);
         std::size_t inside = 0;
@@ -98,14 +98,17 @@ float Selection::find(std::span<OpenChunk* const> open, const KeyKernels& kernel
             low = std::max(least, low / spread);
             if (bits_of(high) - bits_of(least) <= 1) return least;
         } else if (is_full) {
-            // too many to collect: halve
-            least = low;
-            if (bits_of(high) - bits_of(low) <= 1) return low;
-            const float halfway = middle(low, high);
+            // too many to collect: halve; where they are all of one key, they are in or out together
+            const bool is_one_key = bits_of(high) - bits_of(low) <= 1;
+            const float halfway = is_one_key ? high : middle(low, high);
             if (count(open, kernels, halfway, halfway, team) > budget) {
+                if (is_one_key) return low;
                 most = high = halfway;
+            } else if (halfway == floor) {
+                return floor;
             } else {
                 least = low = halfway;
+                if (is_one_key) high = std::min(most, high * spread);
             }
         } else if (below + inside <= budget) {
             if (high == floor) return floor;

@@ -19,12 +19,12 @@ namespace terrane::internal {
 /// between chunks are counted with the chunk east or north of it.
 class Selection {
 public:
-    Selection(const Lattice& lattice, int worker_count);
+    explicit Selection(int worker_count);
 
     /// The largest threshold, at most `floor`, such that vertices with a key below it weigh at most
     /// `budget` together. Vertices of equal keys are in or out together.
     ///
-    /// @param guess  where the threshold may be; only costs time where it is not
+    /// @param guess  where the threshold may be, 0 if unknown; only costs time where it is not
     float find(std::span<OpenChunk* const> open, const KeyKernels& kernels, std::size_t budget,
                float floor, float guess, WorkerTeam& team);
 
@@ -44,10 +44,9 @@ private:
     std::size_t count(std::span<OpenChunk* const> open, const KeyKernels& kernels, float low,
                       float high, WorkerTeam& team);
 
-    Lattice lattice_;
-    std::vector<Tally> tallies_;
     float pick(float low, float high, std::size_t used, std::size_t budget);
 
+    std::vector<Tally> tallies_;
     std::vector<Candidate> candidates_;
     std::array<std::size_t, 1024> bins_{};
 };

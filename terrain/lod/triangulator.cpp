@@ -61,7 +61,7 @@ struct Triangulator::State {
           settings(chosen),
           team(std::max(1, chosen.worker_count)),
           keys(source, internal::best_simd_level(), chosen.open_chunks),
-          selection(source.lattice(), team.size()),
+          selection(team.size()),
           errors_left(static_cast<std::size_t>(team.size())),
           // not touched before it is needed
           indices(std::make_unique_for_overwrite<std::uint16_t[]>(3 * chosen.triangle_budget)) {
@@ -170,9 +170,13 @@ double Triangulator::State::fading_error(const ScreenError& screen, const Morph&
                 continue;
             factor = std::max(factor, above->fade_factor);
             const auto bound = static_cast<double>(above->chunk->max_vertex_bound);
+            // diamonds of the vertices on its sides reach beyond it
+            const internal::Reach reach = keys.largest_reach(*above->chunk);
+            const Eigen::Vector3d margin(reach.across, reach.across,
+                                         static_cast<double>(reach.up) + bound);
             ScreenError::Box box = screen.box_of(*above->chunk);
-            box.low.z() -= bound;
-            box.high.z() += bound;
+            box.low -= margin;
+            box.high += margin;
             most_px = std::max(most_px, screen.error_in_view(box, bound));
         }
         if (most_px == 0.0) continue;

@@ -43,6 +43,9 @@ public:
                                 largest_reach(*chunk.chunk));
     }
 
+    /// Of a chunk's own vertices.
+    Reach largest_reach(const Chunk& chunk) const;
+
     const KeyKernels& kernels() const { return *kernels_; }
     const Lattice& lattice() const { return lattice_; }
 
@@ -57,7 +60,6 @@ private:
     };
     std::size_t exponent(int level, int stride) const;
     const ReachRow& reach_row(int level, int row) const;
-    Reach largest_reach(const Chunk& chunk) const;
     OpenChunk* find(std::int32_t index) const;
     void open_chunk(const ResidentSet& resident, std::size_t index);
     void link(const ResidentSet& resident, OpenChunk& chunk);
