@@ -4,85 +4,95 @@
 namespace terrane::internal {
 namespace {
 
-constexpr int kCentres = kChunkCells / 2;  // in a row
+constexpr std::uint64_t kFirstColumn = 0x0101010101010101u;
+constexpr std::uint64_t kFirstRow = 0xffu;
 
-// The even bits of a word, together in its lower half.
-std::uint64_t even_bits(std::uint64_t word) {
-    word &= 0x5555555555555555u;
-    word = (word | (word >> 1)) & 0x3333333333333333u;
-    word = (word | (word >> 2)) & 0x0f0f0f0f0f0f0f0fu;
-    word = (word | (word >> 4)) & 0x00ff00ff00ff00ffu;
-    word = (word | (word >> 8)) & 0x0000ffff0000ffffu;
-    return (word | (word >> 16)) & 0x00000000ffffffffu;
+// Bit i of a byte becomes the first bit of row i.
+std::uint64_t to_column(std::uint64_t byte) {
+    std::uint64_t column = 0;
+    for (unsigned i = 0; i < 8; ++i) column |= (byte >> i & 1) << (8 * i);
+    return column;
 }
 
-// Centres of the children over one row of the chunk's cells, west and east half.
-void child_row(const OpenChunk& chunk, int cell_row, std::uint64_t& west_out,
-               std::uint64_t& east_out) {
-    const std::size_t quadrant = cell_row < kCentres ? 0 : 2;
-    const auto row = static_cast<std::size_t>(cell_row % kCentres);
-    const OpenChunk* west_child = chunk.child[quadrant];
-    const OpenChunk* east_child = chunk.child[quadrant + 1];
-    west_out = west_child == nullptr ? 0 : west_child->centre[row];
-    east_out = east_child == nullptr ? 0 : east_child->centre[row];
+// Every second bit of every second row of 8 x 8, together: 4 x 4, in the first rows and columns.
+std::uint64_t every_second(std::uint64_t bits) {
+    bits &= 0x0055005500550055u;
+    bits = (bits | bits >> 1) & 0x0033003300330033u;
+    bits = (bits | bits >> 2) & 0x000f000f000f000fu;
+    bits = (bits | bits >> 8) & 0x00000f0f00000f0fu;
+    return (bits | bits >> 16) & 0x000000000f0f0f0fu;
 }
 
-// Eight centres of a row are an area's: those bytes that are not zero, a bit each.
-std::uint8_t bytes_in_use(std::uint64_t word) {
-    unsigned used = 0;
-    for (unsigned byte = 0; byte < 8; ++byte) {
-        used |= static_cast<unsigned>((word >> (8 * byte) & 0xff) != 0) << byte;
+// Bits of midpoints on an area's eastern side, in the first column.
+std::uint64_t east_side(const OpenChunk& chunk, int area) {
+    if (is_world_end(chunk, area, east)) {
+        return to_column(chunk.east_bits >> (area / kChunkAreas * kAreaSquares) & kFirstRow);
     }
-    return static_cast<std::uint8_t>(used);
+    const AreaPlace place = beside(chunk, area, east);
+    return place.chunk == nullptr ? 0 : place.chunk->bits_of(place.area).along_y & kFirstColumn;
+}
+
+// Of those on its northern side, in the first row.
+std::uint64_t north_side(const OpenChunk& chunk, int area) {
+    if (is_world_end(chunk, area, north)) {
+        return chunk.north_bits >> (area % kChunkAreas * kAreaSquares) & kFirstRow;
+    }
+    const AreaPlace place = beside(chunk, area, north);
+    return place.chunk == nullptr ? 0 : place.chunk->bits_of(place.area).along_x & kFirstRow;
+}
+
+// Which quarters the children's centres divide.
+void find_divided(const OpenChunk& chunk, int area, AreaBits& bits) {
+    constexpr int kHalf = kChunkAreas / 2;
+    const int column = area % kChunkAreas, row = area / kChunkAreas;
+    const OpenChunk* child =
+        chunk.child[static_cast<std::size_t>(column / kHalf + 2 * (row / kHalf))];
+    if (child == nullptr) return;
+    for (int part = 0; part < 4; ++part) {
+        const int x = part % 2, y = part / 2;
+        const int below = (row % kHalf * 2 + y) * kChunkAreas + column % kHalf * 2 + x;
+        const std::uint64_t centres = child->bits_of(below).centre;
+        if (centres == 0) continue;
+        const int shift = 4 * x + 32 * y;
+        bits.divided[0] |= every_second(centres) << shift;
+        bits.divided[1] |= every_second(centres >> 1) << shift;
+        bits.divided[2] |= every_second(centres >> 9) << shift;
+        bits.divided[3] |= every_second(centres >> 8) << shift;
+    }
 }
 
 }  // namespace
 
 void mark_active(OpenChunk& chunk, const KeyKernels& kernels, float threshold) {
-    chunk.along_y_east = 0;
-    std::uint64_t unused = 0;
-    for (int line = 0; line <= kCentres; ++line) {
-        const auto i = static_cast<std::size_t>(line);
-        chunk.along_x[i] = 0;
-        if (chunk.open_columns(2 * line) != 0) {
-            kernels.mask(chunk.key_row(2 * line), threshold, unused, chunk.along_x[i]);
-        }
-        if (line == kCentres) break;
-        chunk.along_y[i] = chunk.centre[i] = 0;
-        if (chunk.open_columns(2 * line + 1) == 0) continue;
-        const float* keys = chunk.key_row(2 * line + 1);
-        kernels.mask(keys, threshold, chunk.along_y[i], chunk.centre[i]);
-        chunk.along_y_east |= static_cast<std::uint64_t>(keys[kChunkCells] < threshold) << line;
-    }
-    constexpr int kAreaCentres = kAreaCells / 2;
-    for (std::size_t area = 0; area < kChunkAreas; ++area) {
-        std::uint64_t any = 0;
-        for (std::size_t i = 0; i < kAreaCentres; ++i) any |= chunk.centre[kAreaCentres * area + i];
-        chunk.active_areas[area] = bytes_in_use(any);
-    }
+    chunk.bits.fill({});
+    chunk.active_areas = 0;
+    for_each_area(chunk.open_areas, [&](int area) {
+        const OpenChunk::Keys& keys = chunk.keys_of(area);
+        OpenChunk::Bits& bits = chunk.bits[static_cast<std::size_t>(area)];
+        bits.centre = kernels.mask(keys[AreaVertices::centre].data(), threshold);
+        if (bits.centre == 0) return;  // midpoints need one
+        bits.along_x = kernels.mask(keys[AreaVertices::along_x].data(), threshold);
+        bits.along_y = kernels.mask(keys[AreaVertices::along_y].data(), threshold);
+        chunk.active_areas |= std::uint64_t{1} << area;
+    });
+    const auto of_side = [&](Side side, const auto& keys) {
+        return chunk.ends(side) ? kernels.mask(keys.data(), threshold) : std::uint64_t{0};
+    };
+    chunk.east_bits = of_side(east, chunk.east_keys);
+    chunk.north_bits = of_side(north, chunk.north_keys);
 }
 
-SquareRow square_row(const OpenChunk& chunk, int row) {
-    const auto i = static_cast<std::size_t>(row);
-    SquareRow squares;
-    squares.centre = chunk.centre[i];
-    if (squares.centre == 0) return squares;
-    squares.split[0] = chunk.along_x[i];
-    squares.split[1] = (chunk.along_y[i] >> 1) | (((chunk.along_y_east >> row) & 1) << 63);
-    squares.split[2] = chunk.along_x[i + 1];
-    squares.split[3] = chunk.along_y[i];
-    std::uint64_t west_half = 0, east_half = 0;
-    child_row(chunk, 2 * row, west_half, east_half);
-    if ((west_half | east_half) != 0) {
-        squares.divided[0] = even_bits(west_half) | (even_bits(east_half) << 32);
-        squares.divided[1] = even_bits(west_half >> 1) | (even_bits(east_half >> 1) << 32);
-    }
-    child_row(chunk, 2 * row + 1, west_half, east_half);
-    if ((west_half | east_half) != 0) {
-        squares.divided[3] = even_bits(west_half) | (even_bits(east_half) << 32);
-        squares.divided[2] = even_bits(west_half >> 1) | (even_bits(east_half >> 1) << 32);
-    }
-    return squares;
+AreaBits area_bits(const OpenChunk& chunk, int area) {
+    const OpenChunk::Bits& own = chunk.bits_of(area);
+    AreaBits bits;
+    if (own.centre == 0) return bits;
+    bits.centre = own.centre;
+    bits.split[0] = own.along_x;
+    bits.split[1] = (own.along_y >> 1 & ~(kFirstColumn << 7)) | east_side(chunk, area) << 7;
+    bits.split[2] = own.along_x >> 8 | north_side(chunk, area) << 56;
+    bits.split[3] = own.along_y;
+    find_divided(chunk, area, bits);
+    return bits;
 }
 
 }  // namespace terrane::internal

@@ -11,16 +11,17 @@ namespace terrane::internal {
 /// Sets the bits of a chunk's active vertices: those with keys below the threshold.
 void mark_active(OpenChunk& chunk, const KeyKernels& kernels, float threshold);
 
-/// The squares of one row of a chunk's centres, bit i for centre i: which exist, which of their sides
-/// are split, which of their quarters are divided further by a child's centre.
-struct SquareRow {
+/// The squares of an area, bit i for square i: which have an active centre, which of their sides are
+/// split, which of their quarters are divided further by a child's centre.
+struct AreaBits {
     std::uint64_t centre = 0;
     /// South, east, north, west.
     std::uint64_t split[4] = {};
     /// South-west, south-east, north-east, north-west; divided quarters have both sides split.
     std::uint64_t divided[4] = {};
 };
-/// Needs the bits of the chunk and of its open children.
-SquareRow square_row(const OpenChunk& chunk, int row);
+/// Needs the bits of the chunk, its neighbours and its open children. All zero where the area has no
+/// active centre.
+AreaBits area_bits(const OpenChunk& chunk, int area);
 
 }  // namespace terrane::internal

@@ -18,7 +18,6 @@
 namespace terrane::internal {
 namespace {
 
-constexpr int kCentres = kChunkCells / 2;
 constexpr std::size_t kMostIndices = 24;  // of a square: eight triangles
 
 // Sides of a square, counter-clockwise from the south: where the side begins and its midpoint, as seen
@@ -113,35 +112,37 @@ private:
     std::uint16_t* end_;
 };
 
-void emit_row(const SquareRow& squares, int row, Writer& writer) {
-    for (unsigned byte = 0; byte < 8; ++byte) {
+void emit_area(const OpenChunk& chunk, int area, Writer& writer) {
+    const AreaBits bits = area_bits(chunk, area);
+    const int west = area % kChunkAreas * kAreaCells, south = area / kChunkAreas * kAreaCells;
+    for (int row = 0; row < kAreaSquares; ++row) {
         const auto of = [&](std::uint64_t word) {
-            return kSpread[static_cast<std::size_t>(word >> (8 * byte) & 0xff)];
+            return static_cast<std::size_t>(word >> (kAreaSquares * row) & 0xff);
         };
-        auto centres = static_cast<unsigned>(squares.centre >> (8 * byte) & 0xff);
+        auto centres = static_cast<unsigned>(of(bits.centre));
         if (centres == 0) continue;
         std::uint64_t words = 0;
         for (unsigned k = 0; k < 4; ++k) {
-            words |= of(squares.split[k]) << k;
-            words |= of(squares.divided[k]) << (4 + k);
+            words |= kSpread[of(bits.split[k])] << k;
+            words |= kSpread[of(bits.divided[k])] << (4 + k);
         }
+        const auto first = static_cast<std::uint16_t>(sample_index(west + 1, south + 2 * row + 1));
         for (; centres != 0; centres &= centres - 1) {
-            const int bit = std::countr_zero(centres);
-            const auto word = static_cast<std::size_t>(words >> (8 * bit) & 0xff);
-            const int column = static_cast<int>(8 * byte) + bit;
-            writer.add(kShapes[word],
-                       static_cast<std::uint16_t>(sample_index(2 * column + 1, 2 * row + 1)));
+            const int column = std::countr_zero(centres);
+            writer.add(kShapes[static_cast<std::size_t>(words >> (8 * column) & 0xff)],
+                       static_cast<std::uint16_t>(first + 2 * column));
         }
     }
 }
 
-// Calls use(word, centre) for the active centres of a root that are coarser than its samples.
+// Calls use(word, column, row, stride) for the active centres of a root that are coarser than its
+// samples.
 template <typename Use>
 void for_coarse_squares(const OpenChunk& root, float threshold, const Use& use) {
     const auto is_active = [&](int column, int row) {
-        return root.keys[sample_index(column, row)] < threshold;
+        return root.key_at(column, row) < threshold;
     };
-    for (int stride = kCentres; stride > 1; stride /= 2) {
+    for (int stride = kChunkSquares; stride > 1; stride /= 2) {
         for (int row = stride; row < kChunkCells; row += 2 * stride) {
             for (int column = stride; column < kChunkCells; column += 2 * stride) {
                 if (!is_active(column, row)) continue;
@@ -163,7 +164,7 @@ void for_coarse_squares(const OpenChunk& root, float threshold, const Use& use) 
 }
 
 bool is_undivided(const OpenChunk& root, float threshold) {
-    return !(root.keys[sample_index(kCentres, kCentres)] < threshold);
+    return !(root.key_at(kChunkSquares, kChunkSquares) < threshold);
 }
 
 void emit_root(const OpenChunk& root, float threshold, Writer& writer) {
@@ -202,29 +203,25 @@ std::size_t count_triangles(const OpenChunk& chunk, float threshold) {
         for_coarse_squares(chunk, threshold,
                            [&](unsigned word, int, int, int) { count += kShapes[word].count / 3; });
     }
-    for (int row = 0; row < kCentres; ++row) {
-        const SquareRow squares = square_row(chunk, row);
-        if (squares.centre == 0) continue;
+    for_each_area(chunk.active_areas, [&](int area) {
+        const AreaBits bits = area_bits(chunk, area);
         const auto number = [&](std::uint64_t word) {
-            return static_cast<std::size_t>(std::popcount(word & squares.centre));
+            return static_cast<std::size_t>(std::popcount(word & bits.centre));
         };
-        count += 4 * number(squares.centre);
+        count += 4 * number(bits.centre);
         for (std::size_t k = 0; k < 4; ++k) {
-            count += number(squares.split[k]);
+            count += number(bits.split[k]);
             // a divided quarter takes away half of each of its two sides
-            count -= 2 * number(squares.divided[k]);
+            count -= 2 * number(bits.divided[k]);
         }
-    }
+    });
     return count;
 }
 
 void emit_triangles(const OpenChunk& chunk, float threshold, std::uint16_t* indices_out) {
     Writer writer(indices_out, 3 * chunk.triangle_count);
     if (chunk.is_root()) emit_root(chunk, threshold, writer);
-    for (int row = 0; row < kCentres; ++row) {
-        const SquareRow squares = square_row(chunk, row);
-        if (squares.centre != 0) emit_row(squares, row, writer);
-    }
+    for_each_area(chunk.active_areas, [&](int area) { emit_area(chunk, area, writer); });
 }
 
 }  // namespace terrane::internal

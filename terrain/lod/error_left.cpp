@@ -14,8 +14,6 @@
 namespace terrane::internal {
 namespace {
 
-constexpr int kCentres = kChunkCells / 2;
-
 struct HeightRange {
     std::int32_t low, high;
     explicit HeightRange(std::int32_t height) : low(height), high(height) {}
@@ -38,12 +36,10 @@ private:
     double error_of(int west, int south, int east, int north, const HeightRange& heights,
                     double bound) const;
     double look_at_cell(int column, int row, double most) const;
-    double look_at_cell_row(int row, double most) const;
-    double look_at_vertex(int column, int row, int stride, bool is_centre, double most) const;
+    double look_at_area(int area, double most) const;
+    double look_at_vertex(int column, int row, int stride, float own_key, double most) const;
     bool has_parent(int column, int row, int stride, bool is_centre) const;
-    bool is_active(int column, int row) const {
-        return chunk_.keys[sample_index(column, row)] < threshold_;
-    }
+    bool is_active(int column, int row) const { return chunk_.key_at(column, row) < threshold_; }
     std::int32_t height(int column, int row) const {
         return chunk_.chunk->heights[sample_index(column, row)];
     }
@@ -52,7 +48,6 @@ private:
     const VertexKeys& keys_;
     const ScreenError& screen_;
     float threshold_;
-    std::array<double, kChunkAreas * kChunkAreas> pixels_per_metre_{};  // at most, in view
 };
 
 // Over a rectangle of the chunk's samples.
@@ -77,52 +72,41 @@ double Search::look_at_cell(int column, int row, double most) const {
     return std::max(most, error_of(column, row, column + 1, row + 1, heights, bound));
 }
 
-// The cells of one row of squares that are drawn undivided, over children that are not there.
-double Search::look_at_cell_row(int row, double most) const {
-    const SquareRow squares = square_row(chunk_, row);
+// The cells of an area that are drawn undivided, over a child that is not there.
+double Search::look_at_area(int area, double most) const {
+    const Chunk& chunk = *chunk_.chunk;
+    const auto at_most =
+        static_cast<double>(chunk.areas[static_cast<std::size_t>(area)].max_cell_bound);
+    ScreenError::Box box = screen_.box_of_area(chunk, area);
+    box.low.z() -= at_most;
+    box.high.z() += at_most;
+    const double pixels_per_metre = screen_.error_in_view(box, 1.0) * (1.0 + 1e-12);
+    if (!(at_most * pixels_per_metre > most)) return most;
+    const AreaBits bits = area_bits(chunk_, area);
+    const int west = area % kChunkAreas * kAreaCells, south = area / kChunkAreas * kAreaCells;
     constexpr std::array<int, 4> kEast{0, 1, 1, 0}, kNorth{0, 0, 1, 1};
     for (std::size_t k = 0; k < 4; ++k) {
         // both sides of the quarter are split, or it is no cell yet
         std::uint64_t cells =
-            squares.centre & squares.split[k] & squares.split[(k + 3) % 4] & ~squares.divided[k];
-        const int cell_row = 2 * row + kNorth[k];
-        const std::size_t half = cell_row < kCentres ? 0 : 2;
-        constexpr std::uint64_t kWestHalf = 0xffffffffu;
-        if (!chunk_.is_absent[half]) cells &= ~kWestHalf;
-        if (!chunk_.is_absent[half + 1]) cells &= kWestHalf;
+            bits.centre & bits.split[k] & bits.split[(k + 3) % 4] & ~bits.divided[k];
         for (; cells != 0; cells &= cells - 1) {
-            const int column = 2 * std::countr_zero(cells) + kEast[k];
-            const auto area =
-                static_cast<std::size_t>(cell_row / kAreaCells * kChunkAreas + column / kAreaCells);
-            const auto bound =
-                static_cast<double>(chunk_.chunk->cell_bounds[cell_index(column, cell_row)]);
-            if (bound * pixels_per_metre_[area] > most) {
-                most = look_at_cell(column, cell_row, most);
-            }
+            const int square = std::countr_zero(cells);
+            const int column = west + 2 * (square % kAreaSquares) + kEast[k];
+            const int row = south + 2 * (square / kAreaSquares) + kNorth[k];
+            const auto bound = static_cast<double>(chunk.cell_bounds[cell_index(column, row)]);
+            if (bound * pixels_per_metre > most) most = look_at_cell(column, row, most);
         }
     }
     return most;
 }
 
 double Search::look_at_cells(double most) {
-    const Chunk& chunk = *chunk_.chunk;
-    for (int row = 0; row < kChunkAreas; ++row) {
-        bool any = false;
-        for (int column = 0; column < kChunkAreas; ++column) {
-            const auto area = static_cast<std::size_t>(row * kChunkAreas + column);
-            const auto bound = static_cast<double>(chunk.areas[area].max_cell_bound);
-            pixels_per_metre_[area] = 0.0;
-            if ((chunk_.open_areas[static_cast<std::size_t>(row)] >> column & 1) == 0) continue;
-            ScreenError::Box box = screen_.box_of_area(chunk, static_cast<int>(area));
-            box.low.z() -= bound;
-            box.high.z() += bound;
-            pixels_per_metre_[area] = screen_.error_in_view(box, 1.0) * (1.0 + 1e-12);
-            any = any || bound * pixels_per_metre_[area] > most;
-        }
-        if (!any) continue;
-        constexpr int kRows = kAreaCells / 2;
-        for (int i = row * kRows; i < (row + 1) * kRows; ++i) most = look_at_cell_row(i, most);
-    }
+    constexpr int kHalf = kChunkAreas / 2;
+    for_each_area(chunk_.active_areas, [&](int area) {
+        const int quadrant = area % kChunkAreas / kHalf + 2 * (area / kChunkAreas / kHalf);
+        if (!chunk_.is_absent[static_cast<std::size_t>(quadrant)]) return;
+        most = look_at_area(area, most);
+    });
     return most;
 }
 
@@ -137,23 +121,31 @@ bool Search::has_parent(int column, int row, int stride, bool is_centre) const {
         return (is_inside(column - to_x, row - to_y) && is_active(column - to_x, row - to_y)) ||
                (is_inside(column + to_x, row + to_y) && is_active(column + to_x, row + to_y));
     }
-    if (chunk_.is_root()) {
-        if (stride == kCentres) return true;
+    if (chunk_.is_root() && stride > 1) {
+        if (stride == kChunkSquares) return true;
         const bool is_even = ((column / stride + row / stride) / 2) % 2 == 1;
         const int other = is_even ? -stride : stride;
         return is_active(column + stride, row + other) || is_active(column - stride, row - other);
     }
-    const int shift_x = (chunk_.chunk->key.x & 1) != 0 ? kCentres : 0;
-    const int shift_y = (chunk_.chunk->key.y & 1) != 0 ? kCentres : 0;
+    // corners of the square, as samples of the coarser spacing
+    const OpenChunk& owner = chunk_.is_root() ? chunk_ : *chunk_.parent;
+    const ChunkKey& key = chunk_.chunk->key;
+    const int scale = chunk_.is_root() ? 2 : 1;
+    const int shift_x = !chunk_.is_root() && (key.x & 1) != 0 ? kChunkSquares : 0;
+    const int shift_y = !chunk_.is_root() && (key.y & 1) != 0 ? kChunkSquares : 0;
     const bool is_even = (column / 2 + row / 2) % 2 == 0;
     const int x = shift_x + column / 2, y = shift_y + row / 2;
-    const std::vector<float>& parents = chunk_.parent->keys;
-    const std::size_t a = is_even ? sample_index(x + 1, y) : sample_index(x, y);
-    const std::size_t b = is_even ? sample_index(x, y + 1) : sample_index(x + 1, y + 1);
-    return parents[a] < threshold_ || parents[b] < threshold_;
+    const auto is_corner_active = [&](int to_x, int to_y) {
+        return owner.key_at(scale * (x + to_x), scale * (y + to_y)) < threshold_;
+    };
+    return is_even ? is_corner_active(1, 0) || is_corner_active(0, 1)
+                   : is_corner_active(0, 0) || is_corner_active(1, 1);
 }
 
-double Search::look_at_vertex(int column, int row, int stride, bool is_centre, double most) const {
+// Where a vertex is wanted, but not active.
+double Search::look_at_vertex(int column, int row, int stride, float own_key, double most) const {
+    if (!(own_key < threshold_) || is_active(column, row)) return most;
+    const bool is_centre = ((column / stride) & (row / stride) & 1) != 0;
     if (!has_parent(column, row, stride, is_centre)) return most;
     const int west = std::max(column - stride, 0), east = std::min(column + stride, kChunkCells);
     const int south = std::max(row - stride, 0), north = std::min(row + stride, kChunkCells);
@@ -168,25 +160,44 @@ double Search::look_at_vertex(int column, int row, int stride, bool is_centre, d
         heights.take(height(column, south));
         heights.take(height(column, north));
     }
-    const auto bound = static_cast<double>(
-        bound_of(chunk_.chunk->inverse_square_bounds[sample_index(column, row)]));
+    const auto bound =
+        static_cast<double>(bound_of(chunk_.chunk->inverse_square_bound(column, row)));
     return std::max(most, error_of(west, south, east, north, heights, bound));
 }
 
 // Vertices that are wanted, but held back by parents that are not there.
 double Search::look_at_held(double most) const {
-    std::array<float, OpenChunk::kSamples> own;
-    keys_.compute_own(screen_, chunk_, own.data());
-    for (int stride = VertexKeys::coarsest_stride(*chunk_.chunk); stride >= 1; stride /= 2) {
-        for (int row = 0; row <= kChunkCells; row += stride) {
-            const bool is_centre_row = (row / stride) % 2 != 0;
-            for (int column = is_centre_row ? 0 : stride; column <= kChunkCells;
-                 column += is_centre_row ? stride : 2 * stride) {
-                const std::size_t sample = sample_index(column, row);
-                if (!(own[sample] < threshold_) || is_active(column, row)) continue;
-                const bool is_centre = is_centre_row && (column / stride) % 2 != 0;
-                most = look_at_vertex(column, row, stride, is_centre, most);
+    for_each_area(chunk_.open_areas, [&](int area) {
+        const int west = area % kChunkAreas * kAreaCells, south = area / kChunkAreas * kAreaCells;
+        for (const auto kind :
+             {AreaVertices::centre, AreaVertices::along_x, AreaVertices::along_y}) {
+            std::array<float, AreaVertices::kSquares> own;
+            keys_.own_keys(screen_, chunk_, area, kind, own.data());
+            const int to_x = kind == AreaVertices::along_y ? 0 : 1;
+            const int to_y = kind == AreaVertices::along_x ? 0 : 1;
+            for (int i = 0; i < static_cast<int>(own.size()); ++i) {
+                most = look_at_vertex(west + 2 * (i % kAreaSquares) + to_x,
+                                      south + 2 * (i / kAreaSquares) + to_y, 1,
+                                      own[static_cast<std::size_t>(i)], most);
             }
+        }
+    });
+    for (const Side side : {east, north}) {
+        if (chunk_.beyond[side] == OpenChunk::Beyond::resident) continue;
+        for (int i = 0; i < kChunkSquares; ++i) {
+            const int along = 2 * i + 1;
+            most = look_at_vertex(side == east ? kChunkCells : along,
+                                  side == east ? along : kChunkCells, 1,
+                                  keys_.own_side_key(screen_, chunk_, side, i), most);
+        }
+    }
+    if (!chunk_.is_root()) return most;
+    for (int row = 0; row <= kChunkSquares; ++row) {
+        for (int column = 0; column <= kChunkSquares; ++column) {
+            const float own = keys_.own_coarse_key(screen_, chunk_, column, row);
+            if (!(own < threshold_)) continue;
+            const int stride = 2 << std::countr_zero(static_cast<unsigned>(column | row));
+            most = look_at_vertex(2 * column, 2 * row, stride, own, most);
         }
     }
     return most;

@@ -1,110 +1,121 @@
 // SPDX-License-Identifier: MIT
 //
 // The body of key_kernels_*.cpp: included once by each, which names TERRANE_KERNELS. Plain loops that
-// compilers vectorise; only the masks are written out. Everything is of internal linkage: see
-// simd_level.h.
+// compilers vectorise; only the masks and the parents of centres are written out. Everything is of
+// internal linkage: see simd_level.h.
 #include "key_kernels.h"
+#include "vertex_slide.h"
 
 #if defined(__x86_64__)
 #include <immintrin.h>
 #endif
 
+#include <cstring>
+#include <limits>
+
 namespace terrane::internal {
 namespace {
 
-constexpr int kMost = 129;  // samples in a row
+constexpr int kSide = 8;  // vertices of a kind in a row of an area
+constexpr int kAll = kSide * kSide;
+constexpr std::size_t kRow = 129;  // samples in a row of a chunk
 
-inline float larger(float a, float b) { return a > b ? a : b; }
+using Row = float __attribute__((vector_size(4 * kSide)));
+using IntRow = std::int32_t __attribute__((vector_size(4 * kSide)));
 
-void own(const KeyRow& row, float* __restrict keys_out) {
-    const int count = row.count;
-    const float* __restrict x = row.x;
-    const std::int32_t* __restrict heights = row.heights;
-    const float* __restrict inverse = row.inverse_square_bounds;
-    const float* __restrict across = row.across;
-    const float* __restrict up = row.up;
-    const float y = row.y < 0.0f ? -row.y : row.y;
-    const std::int32_t base = row.height_base;
-    const float quantum = row.quantum, rest = row.height_rest, near_squared = row.near_squared;
-    for (int i = 0; i < count; ++i) {
-        const float z = static_cast<float>(heights[i] - base) * quantum + rest;
-        const float from_x = larger(__builtin_fabsf(x[i]) - across[i], 0.0f);
-        const float from_y = larger(y - across[i], 0.0f);
-        const float from_z = larger(__builtin_fabsf(z) - up[i], 0.0f);
-        const float squared = from_x * from_x + from_y * from_y + from_z * from_z;
-        keys_out[i] = larger(squared, near_squared) * inverse[i];
+template <typename Vector, typename Value>
+Vector load(const Value* from) {
+    Vector value;
+    std::memcpy(&value, from, sizeof value);
+    return value;
+}
+void store(float* to, Row value) { std::memcpy(to, &value, sizeof value); }
+
+void own(const VertexGroup& group, const EyeHeights& eye, float* keys_out) {
+    const Row x_squared = gap_squared(load<Row>(group.x), group.across);
+    for (int row = 0; row < kSide; ++row) {
+        const float y_squared = gap_squared(group.y[row], group.across);
+        const Row z = over_eye<Row>(load<IntRow>(group.heights + kSide * row), eye);
+        const Row inverse = load<Row>(group.inverse_square_bounds + kSide * row);
+        store(keys_out + kSide * row,
+              vertex_key(x_squared + y_squared, z, group.up, inverse, eye.near_squared));
     }
 }
 
-void weigh(const KeyRow& row, const KeyPlanes& planes, float* __restrict keys) {
-    const int count = row.count;
-    const float* __restrict x = row.x;
-    const std::int32_t* __restrict heights = row.heights;
-    const float* __restrict across = row.across;
-    const float* __restrict up = row.up;
-    const float y = __builtin_fabsf(row.y);
-    float z[kMost], far[kMost], beside[kMost];
-    for (int i = 0; i < count; ++i) {
-        z[i] = static_cast<float>(heights[i] - row.height_base) * row.quantum + row.height_rest;
-        far[i] = __builtin_fabsf(x[i]) + y + __builtin_fabsf(z[i]);
-        beside[i] = 0.0f;
+void weigh(const VertexGroup& group, const EyeHeights& eye, const KeyPlanes& planes, float* keys) {
+    const Row x = load<Row>(group.x);
+    for (int row = 0; row < kSide; ++row) {
+        const float y = group.y[row];
+        const Row z = over_eye<Row>(load<IntRow>(group.heights + kSide * row), eye);
+        const Row far = absolute(x) + absolute(y) + absolute(z);
+        const Row outside = outside_view(x, y, z, far, group.across, group.up, planes);
+        store(keys + kSide * row,
+              load<Row>(keys + kSide * row) /
+                  squared_weight(outside, far, group.across, group.up, planes.near_distance));
     }
-    for (int plane = 0; plane < planes.count; ++plane) {
-        const float nx = planes.x[plane], ny = planes.y[plane], nz = planes.z[plane];
-        const float flat = __builtin_fabsf(nx) + __builtin_fabsf(ny);
-        const float steep = __builtin_fabsf(nz);
-        const float from_y = ny * row.y;
-        for (int i = 0; i < count; ++i) {
-            // a little further in, for the rounding
-            const float in = nx * x[i] + from_y + nz * z[i] + flat * across[i] + steep * up[i] +
-                             far[i] * 0x1p-18f;
-            beside[i] = larger(-in, beside[i]);
+}
+
+template <bool kEast>
+bool trim_quarter(const ParentSides& parents, float floor, float* keys) {
+    const Row limit = spread<Row>(floor);
+    IntRow held{};
+    for (int b = 0; b < kSide / 2; ++b) {
+        const Row sides = load<Row>(parents.along_y + kSide * (parents.row + b));
+        const Row beyond = load<Row>(parents.east + kSide * (parents.row + b));
+        const Row from_x = kEast ? __builtin_shufflevector(sides, beyond, 4, 5, 5, 6, 6, 7, 7, 8)
+                                 : __builtin_shufflevector(sides, sides, 0, 1, 1, 2, 2, 3, 3, 4);
+        for (int half = 0; half < 2; ++half) {
+            const int line = parents.row + b + half;
+            const Row across =
+                load<Row>(line < kSide ? parents.along_x + kSide * line : parents.north);
+            const Row from_y =
+                kEast ? __builtin_shufflevector(across, across, 4, 4, 5, 5, 6, 6, 7, 7)
+                      : __builtin_shufflevector(across, across, 0, 0, 1, 1, 2, 2, 3, 3);
+            float* const row = keys + kSide * (2 * b + half);
+            const Row most = larger(from_x, from_y), key = load<Row>(row);
+            held |= (key < limit) & (key < most);
+            store(row, larger(key, most));
         }
     }
+    std::int32_t any = 0;
+    for (int i = 0; i < kSide; ++i) any |= held[i];
+    return any != 0;
+}
+
+bool trim_centres(const ParentSides& parents, float floor, float* keys) {
+    return parents.column == 0 ? trim_quarter<false>(parents, floor, keys)
+                               : trim_quarter<true>(parents, floor, keys);
+}
+
+// Raises keys[i] to the larger of two parents'.
+inline int trim(float* __restrict keys, int count, const float* __restrict a,
+                const float* __restrict b, float floor) {
+    int held = 0;
     for (int i = 0; i < count; ++i) {
-        const float reach = far[i] + 2.0f * across[i] + up[i] + planes.near_distance;
-        const float weight = larger(1.0f - kWeightSlope * beside[i] / reach, kLeastWeight);
-        keys[i] = keys[i] / (weight * weight);
-    }
-}
-
-bool trim_centres(float* __restrict keys, int count, const float* __restrict south,
-                  const float* __restrict north, bool even_first, float floor) {
-    float parents[kMost / 2 + 1];
-    const int squares = count / 2;
-    // the parents are the corners of odd index sum: south-east and north-west of an even square
-    const int even = even_first ? 0 : 1;
-    for (int i = 0; i < squares; ++i) {
-        const float rising = larger(south[i], north[i + 1]);
-        const float falling = larger(south[i + 1], north[i]);
-        parents[i] = (i & 1) == even ? falling : rising;
-    }
-    int held = 0;
-    for (int i = 0; i < squares; ++i) {
-        const float key = keys[2 * i + 1];
-        held |= static_cast<int>(key < floor) & static_cast<int>(key < parents[i]);
-        keys[2 * i + 1] = larger(key, parents[i]);
-    }
-    return held != 0;
-}
-
-bool trim_between(float* __restrict keys, int count, float floor) {
-    int held = 0;
-    for (int i = 2; i < count - 1; i += 2) {
-        const float parents = larger(keys[i - 1], keys[i + 1]);
+        const float parents = larger(a[i], b[i]);
         held |= static_cast<int>(keys[i] < floor) & static_cast<int>(keys[i] < parents);
         keys[i] = larger(keys[i], parents);
     }
+    return held;
+}
+
+bool trim_along_x(const float* centres, const float* south, float floor, float* keys) {
+    int held = trim(keys, kSide, centres, south, floor);
+    held |= trim(keys + kSide, kAll - kSide, centres + kSide, centres, floor);
     return held != 0;
 }
 
-bool trim_across(float* __restrict keys, int count, const float* __restrict south,
-                 const float* __restrict north, float floor) {
-    int held = 0;
-    for (int i = 1; i < count; i += 2) {
-        const float parents = larger(south[i], north[i]);
-        held |= static_cast<int>(keys[i] < floor) & static_cast<int>(keys[i] < parents);
-        keys[i] = larger(keys[i], parents);
+bool trim_along_y(const float* centres, const float* west, float floor, float* keys) {
+    // the first column apart: its western parents are in the other area
+    float first[kSide];
+    for (int row = 0; row < kSide; ++row) {
+        first[row] = keys[kSide * row];
+        keys[kSide * row] = std::numeric_limits<float>::infinity();
+    }
+    int held = trim(keys + 1, kAll - 1, centres + 1, centres, floor);
+    for (int row = 0; row < kSide; ++row) {
+        held |= trim(first + row, 1, centres + kSide * row, west + kSide * row + kSide - 1, floor);
+        keys[kSide * row] = first[row];
     }
     return held != 0;
 }
@@ -164,112 +175,92 @@ std::uint32_t count(const float* keys, int count, KeyWindow& window) {
     return below;
 }
 
-void mask(const float* keys, float threshold, std::uint64_t& even_out, std::uint64_t& odd_out) {
-    std::uint64_t even = 0, odd = 0;
-#if defined(__AVX2__)
+std::uint64_t mask(const float* keys, float threshold) {
+    std::uint64_t bits = 0;
+#if defined(__AVX512F__)
+    const __m512 limit = _mm512_set1_ps(threshold);
+    for (int i = 0; i < kAll / 16; ++i) {
+        const __mmask16 part =
+            _mm512_cmp_ps_mask(_mm512_loadu_ps(keys + 16 * i), limit, _CMP_LT_OQ);
+        bits |= static_cast<std::uint64_t>(part) << (16 * i);
+    }
+#elif defined(__AVX2__)
     const __m256 limit = _mm256_set1_ps(threshold);
-    for (int i = 0; i < 8; ++i) {
-        // lanes 0 2 | 8 10 | 4 6 | 12 14 of sixteen, then in order
-        const __m256 first = _mm256_loadu_ps(keys + 16 * i);
-        const __m256 second = _mm256_loadu_ps(keys + 16 * i + 8);
-        const auto pick = [&](__m256 mixed) {
-            const __m256 ordered = _mm256_castpd_ps(
-                _mm256_permute4x64_pd(_mm256_castps_pd(mixed), _MM_SHUFFLE(3, 1, 2, 0)));
-            return static_cast<std::uint64_t>(static_cast<unsigned>(
-                _mm256_movemask_ps(_mm256_cmp_ps(ordered, limit, _CMP_LT_OQ))));
-        };
-        even |= pick(_mm256_shuffle_ps(first, second, _MM_SHUFFLE(2, 0, 2, 0))) << (8 * i);
-        odd |= pick(_mm256_shuffle_ps(first, second, _MM_SHUFFLE(3, 1, 3, 1))) << (8 * i);
+    for (int i = 0; i < kAll / 8; ++i) {
+        const __m256 part = _mm256_cmp_ps(_mm256_loadu_ps(keys + 8 * i), limit, _CMP_LT_OQ);
+        bits |= static_cast<std::uint64_t>(static_cast<unsigned>(_mm256_movemask_ps(part)))
+                << (8 * i);
     }
 #elif defined(__SSE2__)
     const __m128 limit = _mm_set1_ps(threshold);
-    for (int i = 0; i < 16; ++i) {
-        const __m128 first = _mm_loadu_ps(keys + 8 * i);
-        const __m128 second = _mm_loadu_ps(keys + 8 * i + 4);
-        const __m128 evens = _mm_shuffle_ps(first, second, _MM_SHUFFLE(2, 0, 2, 0));
-        const __m128 odds = _mm_shuffle_ps(first, second, _MM_SHUFFLE(3, 1, 3, 1));
-        even |= static_cast<std::uint64_t>(
-                    static_cast<unsigned>(_mm_movemask_ps(_mm_cmplt_ps(evens, limit))))
-                << (4 * i);
-        odd |= static_cast<std::uint64_t>(
-                   static_cast<unsigned>(_mm_movemask_ps(_mm_cmplt_ps(odds, limit))))
-               << (4 * i);
+    for (int i = 0; i < kAll / 4; ++i) {
+        const __m128 part = _mm_cmplt_ps(_mm_loadu_ps(keys + 4 * i), limit);
+        bits |= static_cast<std::uint64_t>(static_cast<unsigned>(_mm_movemask_ps(part))) << (4 * i);
     }
 #else
-    for (int i = 0; i < 64; ++i) {
-        even |= static_cast<std::uint64_t>(keys[2 * i] < threshold) << i;
-        odd |= static_cast<std::uint64_t>(keys[2 * i + 1] < threshold) << i;
-    }
+    for (int i = 0; i < kAll; ++i) bits |= static_cast<std::uint64_t>(keys[i] < threshold) << i;
 #endif
-    even_out = even;
-    odd_out = odd;
+    return bits;
 }
 
-// How far a vertex is from being in place: share - 1.
-inline float share_less_one(float key, float full, float slope) {
-    const float share = larger(full - slope * key, 0.0f);
-    return (share < 1.0f ? share : 1.0f) - 1.0f;
-}
+// A row of samples of an area: even ones, odd ones, and the even ones' neighbours to the east.
+struct HeightRow {
+    IntRow even, odd, next;
 
-// Displayed = mean of the displayed ends + share * (height - mean of the ends' heights).
-inline float slide(float less_one, float half_quantum, std::int32_t height, std::int32_t height_a,
-                   std::int32_t height_b, float offset_a, float offset_b) {
-    const float rise = half_quantum * (static_cast<float>(height - height_a) +
-                                       static_cast<float>(height - height_b));
-    return 0.5f * (offset_a + offset_b) + less_one * rise;
-}
-
-void slide_even(const OffsetRow& row) {
-    const float* __restrict keys = row.keys;
-    const std::int32_t* __restrict heights = row.heights;
-    const float* __restrict coarse = row.coarse;
-    float* __restrict offsets = row.offsets;
-    const float full = row.full, slope = row.slope, half_quantum = 0.5f * row.quantum;
-    const int squares = row.count / 2;
-    for (int i = 0; i < squares; ++i) {
-        offsets[2 * i] = coarse[i];
-        offsets[2 * i + 1] =
-            slide(share_less_one(keys[2 * i + 1], full, slope), half_quantum, heights[2 * i + 1],
-                  heights[2 * i], heights[2 * i + 2], coarse[i], coarse[i + 1]);
+    explicit HeightRow(const std::int32_t* row) {
+        const auto low = load<IntRow>(row), high = load<IntRow>(row + kSide);
+        even = __builtin_shufflevector(low, high, 0, 2, 4, 6, 8, 10, 12, 14);
+        odd = __builtin_shufflevector(low, high, 1, 3, 5, 7, 9, 11, 13, 15);
+        const IntRow last = row[2 * kSide] - IntRow{};
+        next = __builtin_shufflevector(even, last, 1, 2, 3, 4, 5, 6, 7, 8);
     }
-    offsets[2 * squares] = coarse[squares];
+};
+
+void store_row(float* to, Row even, Row odd) {
+    store(to, __builtin_shufflevector(even, odd, 0, 8, 1, 9, 2, 10, 3, 11));
+    store(to + kSide, __builtin_shufflevector(even, odd, 4, 12, 5, 13, 6, 14, 7, 15));
 }
 
-void slide_odd(const OffsetRow& row) {
-    const float* __restrict keys = row.keys;
-    const std::int32_t* __restrict heights = row.heights;
-    const std::int32_t* __restrict heights_low = row.heights - kMost;
-    const std::int32_t* __restrict heights_high = row.heights + kMost;
-    const float* __restrict low = row.coarse;
-    const float* __restrict high = row.coarse_high;
-    float* __restrict offsets = row.offsets;
-    const float full = row.full, slope = row.slope, half_quantum = 0.5f * row.quantum;
-    const int squares = row.count / 2;
-    // an even square's diagonal rises from its south-western corner
-    const int even = row.first_is_even_square ? 0 : 1;
-    for (int i = 0; i < squares; ++i) {
-        offsets[2 * i] =
-            slide(share_less_one(keys[2 * i], full, slope), half_quantum, heights[2 * i],
-                  heights_low[2 * i], heights_high[2 * i], low[i], high[i]);
-        const std::int32_t low_west = heights_low[2 * i], low_east = heights_low[2 * i + 2];
-        const std::int32_t high_west = heights_high[2 * i], high_east = heights_high[2 * i + 2];
-        const float from_low_west = low[i], from_low_east = low[i + 1];
-        const float from_high_west = high[i], from_high_east = high[i + 1];
-        const bool rises = (i & 1) == even;
-        offsets[2 * i + 1] =
-            slide(share_less_one(keys[2 * i + 1], full, slope), half_quantum, heights[2 * i + 1],
-                  rises ? low_west : low_east, rises ? high_east : high_west,
-                  rises ? from_low_west : from_low_east, rises ? from_high_east : from_high_west);
+Row less_one(const float* keys, const SlideShare& share) {
+    return share_less_one(load<Row>(keys), share);
+}
+
+void slide_area(const AreaSlide& area) {
+    const float half_quantum = 0.5f * area.quantum;
+    const auto in_row = [](int row) { return kRow * static_cast<std::size_t>(row); };
+    HeightRow south(area.heights);
+    for (int row = 0; row < kSide; ++row) {
+        const HeightRow middle(area.heights + in_row(2 * row + 1));
+        const HeightRow north(area.heights + in_row(2 * row + 2));
+        const float* coarse = area.coarse + static_cast<std::size_t>(row) * area.coarse_stride;
+        const Row low = load<Row>(coarse), low_next = load<Row>(coarse + 1);
+        const Row high = load<Row>(coarse + area.coarse_stride);
+        const Row high_next = load<Row>(coarse + area.coarse_stride + 1);
+        float* const even = area.offsets + in_row(2 * row);
+        store_row(even, low,
+                  slide(less_one(area.along_x + kSide * row, area.share), half_quantum, south.odd,
+                        south.even, south.next, low, low_next));
+        even[2 * kSide] = coarse[kSide];
+        // an even square's diagonal rises from its south-western corner
+        const IntRow first_rises{-1, 0, -1, 0, -1, 0, -1, 0};
+        const IntRow rises = row % 2 == 0 ? first_rises : ~first_rises;
+        store_row(even + kRow,
+                  slide(less_one(area.along_y + kSide * row, area.share), half_quantum, middle.even,
+                        south.even, north.even, low, high),
+                  slide(less_one(area.centre + kSide * row, area.share), half_quantum, middle.odd,
+                        rises ? south.even : south.next, rises ? north.next : north.even,
+                        rises ? low : low_next, rises ? high_next : high));
+        south = north;
     }
-    const int last = 2 * squares;
-    offsets[last] = slide(share_less_one(keys[last], full, slope), half_quantum, heights[last],
-                          heights_low[last], heights_high[last], low[squares], high[squares]);
+    const float* last = area.coarse + kSide * area.coarse_stride;
+    float* const to = area.offsets + in_row(2 * kSide);
+    for (int i = 0; i <= kSide; ++i) to[2 * i] = last[i];
 }
 
 }  // namespace
 
 extern const KeyKernels TERRANE_KERNELS;
-const KeyKernels TERRANE_KERNELS = {&own,   &weigh, &trim_centres, &trim_between, &trim_across,
-                                    &count, &mask,  &slide_even,   &slide_odd};
+const KeyKernels TERRANE_KERNELS = {&own,          &weigh, &trim_centres, &trim_along_x,
+                                    &trim_along_y, &count, &mask,         &slide_area};
 
 }  // namespace terrane::internal

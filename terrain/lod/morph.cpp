@@ -8,24 +8,18 @@
 // displayed, not where they will be; the morphing surface has a certificate of its own.
 #include "morph.h"
 
+#include "vertex_slide.h"
+
 #include <algorithm>
 #include <array>
 
 namespace terrane::internal {
-namespace {
-
-float share_less_one(float key, float full, float slope) {
-    return std::clamp(full - slope * key, 0.0f, 1.0f) - 1.0f;
-}
-
-}  // namespace
-
 Morph::Morph(double ratio, float threshold_key) : is_on_(ratio > 1.0), ratio_(ratio) {
     if (!is_on_) return;
     full_ = ratio * ratio / (ratio * ratio - 1.0);
     spread_ = 2.0 * ratio / (ratio + 1.0);
-    full_share_ = static_cast<float>(full_);
-    slope_ = full_share_ / threshold_key;
+    share_of_.full = static_cast<float>(full_);
+    share_of_.slope = share_of_.full / threshold_key;
 }
 
 // Priorities in thresholds here and below.
@@ -51,22 +45,27 @@ double Morph::with_fade(double excess, double fade) const {
                                  integral(1.0, excess * fade) / fade);
 }
 
+// A vertex of a chunk, one at a time, from the offsets of its ends: those (to_x, to_y) away, and as far
+// the other way.
+void Morph::slide_vertex(OpenChunk& chunk, float quantum, float key, int column, int row, int to_x,
+                         int to_y) const {
+    const std::vector<std::int32_t>& heights = chunk.chunk->heights;
+    const std::size_t here = sample_index(column, row);
+    const std::size_t a = sample_index(column - to_x, row - to_y);
+    const std::size_t b = sample_index(column + to_x, row + to_y);
+    chunk.offsets[here] =
+        internal::slide(share_less_one(key, share_of_), 0.5f * quantum, heights[here], heights[a],
+                        heights[b], chunk.offsets[a], chunk.offsets[b]);
+}
+
 // The vertices of a root that are coarser than its samples, from the coarsest.
 void Morph::slide_coarse(OpenChunk& root, float quantum) const {
-    const std::vector<std::int32_t>& heights = root.chunk->heights;
     for (const int corner : {0, kChunkCells}) {
         root.offsets[sample_index(corner, 0)] = root.offsets[sample_index(corner, kChunkCells)] =
             0.0f;
     }
     const auto slide = [&](int column, int row, int to_x, int to_y) {
-        const std::size_t here = sample_index(column, row);
-        const std::size_t a = sample_index(column - to_x, row - to_y);
-        const std::size_t b = sample_index(column + to_x, row + to_y);
-        const float rise = 0.5f * quantum *
-                           (static_cast<float>(heights[here] - heights[a]) +
-                            static_cast<float>(heights[here] - heights[b]));
-        root.offsets[here] = 0.5f * (root.offsets[a] + root.offsets[b]) +
-                             share_less_one(root.keys[here], full_share_, slope_) * rise;
+        slide_vertex(root, quantum, root.key_at(column, row), column, row, to_x, to_y);
     };
     const bool root_rises = cut_to_north_east(root.chunk->key.x, root.chunk->key.y);
     for (int stride = kChunkCells / 2; stride > 1; stride /= 2) {
@@ -87,47 +86,67 @@ void Morph::slide_coarse(OpenChunk& root, float quantum) const {
     }
 }
 
-void Morph::slide(OpenChunk& chunk, const KeyKernels& kernels, float quantum) const {
-    // coarser samples have the offsets that the parent gives them; a root has made its own
-    constexpr int kCoarse = kChunkCells / 2 + 1;
-    std::array<float, std::size_t{kCoarse} * kCoarse> own;
-    const float* coarse = own.data();
-    std::size_t stride = kCoarse;
-    if (chunk.is_root()) {
-        slide_coarse(chunk, quantum);
-        for (int row = 0; row < kCoarse; ++row) {
-            for (int column = 0; column < kCoarse; ++column) {
-                own[static_cast<std::size_t>(row * kCoarse + column)] =
-                    chunk.offsets[sample_index(2 * column, 2 * row)];
+// Midpoints on the eastern and northern side: the world's end, or first samples of a neighbour, which
+// gives them the same bits.
+void Morph::slide_sides(OpenChunk& chunk, float quantum) const {
+    constexpr int kLastArea = kChunkAreas - 1;
+    for_each_area(chunk.active_areas, [&](int area) {
+        const int column = area % kChunkAreas, row = area / kChunkAreas;
+        for (int i = 1; i < kAreaCells; i += 2) {
+            if (column == kLastArea) {
+                const int at = row * kAreaCells + i;
+                slide_vertex(chunk, quantum, chunk.key_at(kChunkCells, at), kChunkCells, at, 0, 1);
+            }
+            if (row == kLastArea) {
+                const int at = column * kAreaCells + i;
+                slide_vertex(chunk, quantum, chunk.key_at(at, kChunkCells), at, kChunkCells, 1, 0);
             }
         }
-    } else {
-        const int shift_x = (chunk.chunk->key.x & 1) != 0 ? kChunkCells / 2 : 0;
-        const int shift_y = (chunk.chunk->key.y & 1) != 0 ? kChunkCells / 2 : 0;
-        coarse = &chunk.parent->offsets[sample_index(shift_x, shift_y)];
-        stride = kChunkSamples;
-    }
-    OffsetRow part;
+    });
+}
+
+void Morph::slide(OpenChunk& chunk, const KeyKernels& kernels, float quantum) const {
+    if (chunk.is_root()) slide_coarse(chunk, quantum);
+    AreaSlide part;
     part.quantum = quantum;
-    part.full = full_share_;
-    part.slope = slope_;
-    for (int row = 0; row <= kChunkCells; ++row) {
-        OpenChunk::for_each_run(chunk.active_columns(row), [&](int first, int last) {
-            const std::size_t sample = sample_index(first, row);
-            part.count = last - first + 1;
-            part.keys = &chunk.keys[sample];
-            part.heights = &chunk.chunk->heights[sample];
-            part.offsets = &chunk.offsets[sample];
-            part.coarse = coarse + static_cast<std::size_t>(row / 2) * stride + first / 2;
-            if (row % 2 == 0) {
-                kernels.slide_even(part);
-                return;
+    part.share = share_of_;
+    const auto slide_area = [&](int area) {
+        const int west = area % kChunkAreas * kAreaCells, south = area / kChunkAreas * kAreaCells;
+        const OpenChunk::Keys& keys = chunk.keys_of(area);
+        part.centre = keys[AreaVertices::centre].data();
+        part.along_x = keys[AreaVertices::along_x].data();
+        part.along_y = keys[AreaVertices::along_y].data();
+        part.heights = &chunk.chunk->heights[sample_index(west, south)];
+        part.offsets = &chunk.offsets[sample_index(west, south)];
+        // coarser samples have the offsets that the parent gives them; a root has made its own
+        constexpr std::size_t kSide = kAreaSquares + 1;
+        std::array<float, kSide * kSide> own;
+        if (chunk.is_root()) {
+            for (std::size_t i = 0; i < own.size(); ++i) {
+                own[i] = part.offsets[2 * (i / kSide * kChunkSamples + i % kSide)];
             }
-            part.coarse_high = part.coarse + stride;
-            part.first_is_even_square = (row / 2 + first / 2) % 2 == 0;
-            kernels.slide_odd(part);
-        });
-    }
+            part.coarse = own.data();
+            part.coarse_stride = kSide;
+        } else {
+            const ChunkKey& key = chunk.chunk->key;
+            const int shift_x = (key.x & 1) != 0 ? kChunkSquares : 0;
+            const int shift_y = (key.y & 1) != 0 ? kChunkSquares : 0;
+            part.coarse =
+                &chunk.parent->offsets[sample_index(shift_x + west / 2, shift_y + south / 2)];
+            part.coarse_stride = kChunkSamples;
+        }
+        kernels.slide(part);
+    };
+    for_each_area(chunk.active_areas, slide_area, [&](int area) {
+        const int west = area % kChunkAreas * kAreaCells, south = area / kChunkAreas * kAreaCells;
+        for (int row = south; row < south + kAreaCells; ++row) {
+            constexpr std::size_t kBytes = (kAreaCells + 1) * sizeof(float);
+            fetch(&chunk.chunk->heights[sample_index(west, row)], kBytes);
+            fetch(&chunk.offsets[sample_index(west, row)], kBytes);
+        }
+        fetch(&chunk.keys_of(area), sizeof(OpenChunk::Keys));
+    });
+    slide_sides(chunk, quantum);
 }
 
 }  // namespace terrane::internal

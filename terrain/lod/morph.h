@@ -42,7 +42,10 @@ public:
     void slide(OpenChunk& chunk, const KeyKernels& kernels, float quantum) const;
 
 private:
+    void slide_vertex(OpenChunk& chunk, float quantum, float key, int column, int row, int to_x,
+                      int to_y) const;
     void slide_coarse(OpenChunk& root, float quantum) const;
+    void slide_sides(OpenChunk& chunk, float quantum) const;
     double share(double excess) const;
     double integral(double from, double to) const;
 
@@ -50,8 +53,7 @@ private:
     double ratio_ = 1.0;
     double full_ = 1.0;
     double spread_ = 1.0;
-    float full_share_ = 1.0f;
-    float slope_ = 0.0f;
+    SlideShare share_of_;
 };
 
 }  // namespace terrane::internal

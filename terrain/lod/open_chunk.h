@@ -16,13 +16,34 @@ namespace terrane::internal {
 /// Sides of a chunk, in the order of ResidentSet::Links::neighbour.
 enum Side : std::size_t { west = 0, east = 1, south = 2, north = 3 };
 
-/// One chunk that the view may refine, and what a frame knows of it.
+/// Positions of a chunk's columns and rows relative to the eye, metres.
+struct ChunkAxes {
+    /// Of even samples, the last one included, and of odd ones.
+    struct Axis {
+        std::array<float, kChunkSquares + 1> even;
+        std::array<float, kChunkSquares> odd;
+    };
+    Axis x, y;
+};
+
+/// One chunk that the view may refine, and what a frame knows of it: keys and bits of its own
+/// vertices, by area as in AreaVertices.
 struct OpenChunk {
     static constexpr std::size_t kSamples = std::size_t{kChunkSamples} * kChunkSamples;
+    static constexpr std::size_t kAreas = std::size_t{kChunkAreas} * kChunkAreas;
+    static constexpr std::size_t kCoarseSide = kChunkSquares + 1;
     /// Key of a vertex that cannot be active.
     static constexpr float kNever = std::numeric_limits<float>::infinity();
+    using Keys = AreaVertices::PerVertex<float>;
+    struct alignas(64) AreaKeys {
+        Keys of;
+    };
+    /// Bit i for square i.
+    struct Bits {
+        std::uint64_t centre = 0, along_x = 0, along_y = 0;
+    };
 
-    OpenChunk() : keys(kSamples, kNever), offsets(kSamples, 0.0f) {}
+    OpenChunk() : keys(kAreas), offsets(kSamples, 0.0f) {}
 
     const Chunk* chunk = nullptr;
     std::int32_t index = ResidentSet::kNone;  ///< in the resident set
@@ -32,61 +53,81 @@ struct OpenChunk {
     std::array<bool, 4> is_absent{};          ///< by quadrant: no child there to open
     /// Beyond a side there is no world; or a world, but no chunk.
     enum class Beyond : std::uint8_t { world_end, absent, resident };
-    std::array<Beyond, 4> beyond{};
-    float fade_factor = 1.0f;  ///< keys are raised by it: 1 / fade^2
+    std::array<Beyond, 4> beyond{};  ///< by Side
+    float fade_factor = 1.0f;        ///< keys are raised by it: 1 / fade^2
 
-    /// Areas that may hold a vertex below the floor: bit column of byte row.
-    std::array<std::uint8_t, kChunkAreas> open_areas{};
-    KeyPlanes planes;  ///< of the view, that the chunk is not wholly inside of
-    /// Those of them that are not wholly in view.
-    std::array<std::uint8_t, kChunkAreas> areas_beside{};
+    ChunkAxes axes;
+    KeyPlanes planes;                ///< of the view, that the chunk is not wholly inside of
+    std::uint64_t open_areas = 0;    ///< bit: area; those that may hold a vertex below the floor
+    std::uint64_t areas_beside = 0;  ///< those of them that are not wholly in view
     /// Whether a vertex below the floor has been raised: something may be missing here.
     bool is_held = false;
 
-    std::vector<float> keys;     ///< [kSamples], at least those of the parents
-    std::vector<float> offsets;  ///< [kSamples] see MeshChunk
+    /// [kAreas] at least those of the parents; undefined in areas that are not open.
+    std::vector<AreaKeys> keys;
+    /// Of the midpoints on the eastern and northern side, as in Chunk::east_bounds, where no chunk
+    /// lies beyond: others are the neighbours'.
+    std::array<float, kChunkSquares> east_keys, north_keys;
+    std::vector<float> coarse_keys;  ///< of a root, as Chunk::coarse_bounds; else empty
+    std::vector<float> offsets;      ///< [kSamples] see MeshChunk
 
-    /// Active vertices, a bit each: centres by row, midpoints of west-east edges (along_x) by line, of
-    /// south-north edges (along_y) by row, the easternmost of those apart.
-    std::array<std::uint64_t, kChunkCells / 2> centre{};
-    std::array<std::uint64_t, kChunkCells / 2 + 1> along_x{};
-    std::array<std::uint64_t, kChunkCells / 2> along_y{};
-    std::uint64_t along_y_east = 0;  ///< bit: row
-
-    /// Areas with an active centre: bit column of byte row. Nothing else of the chunk is drawn.
-    std::array<std::uint8_t, kChunkAreas> active_areas{};
+    /// Of active vertices; 0 in areas that are not open.
+    std::array<Bits, kAreas> bits{};
+    std::uint64_t east_bits = 0, north_bits = 0;
+    std::uint64_t active_areas = 0;  ///< with an active centre: nothing else of the chunk is drawn
 
     std::size_t triangle_count = 0;
     std::size_t first_triangle = 0;
 
     bool is_root() const { return chunk->key.level == 0; }
+    bool ends(Side side) const { return beyond[side] == Beyond::world_end; }
+    bool is_open(int area) const { return (open_areas >> area & 1) != 0; }
 
-    /// Areas that a row of samples touches, a bit for each column of areas.
-    unsigned open_columns(int row) const { return columns(open_areas, row); }
-    unsigned active_columns(int row) const { return columns(active_areas, row); }
-    unsigned columns_beside(int row) const { return columns(areas_beside, row); }
+    const Keys& keys_of(int area) const { return keys[static_cast<std::size_t>(area)].of; }
+    Keys& keys_of(int area) { return keys[static_cast<std::size_t>(area)].of; }
+    const Bits& bits_of(int area) const { return bits[static_cast<std::size_t>(area)]; }
 
-    /// Calls part(first, last) for the runs of columns of samples that `columns` covers, ends
-    /// included.
-    template <typename Part>
-    static void for_each_run(unsigned columns, const Part& part) {
-        while (columns != 0) {
-            const int begin = std::countr_zero(columns);
-            const int end = begin + std::countr_one(columns >> begin);
-            part(begin * kAreaCells, end * kAreaCells);
-            columns &= ~0u << end;
-        }
-    }
-
-    static unsigned columns(const std::array<std::uint8_t, kChunkAreas>& areas, int row) {
-        const int area = row / kAreaCells;
-        unsigned columns = area < kChunkAreas ? areas[static_cast<std::size_t>(area)] : 0u;
-        if (row % kAreaCells == 0 && area > 0) columns |= areas[static_cast<std::size_t>(area - 1)];
-        return columns;
-    }
-
-    const float* key_row(int row) const { return keys.data() + sample_index(0, row); }
-    float* key_row(int row) { return keys.data() + sample_index(0, row); }
+    /// Key of the vertex at a sample; kNever where another chunk owns it, or nothing is open.
+    float key_at(int column, int row) const;
 };
+
+/// Calls use(area) for the areas of a set.
+template <typename Use>
+void for_each_area(std::uint64_t areas, const Use& use) {
+    for (; areas != 0; areas &= areas - 1) use(std::countr_zero(areas));
+}
+
+/// The same; asks for an area's memory by fetch(area) while the one before it is worked on.
+template <typename Use, typename Fetch>
+void for_each_area(std::uint64_t areas, const Use& use, const Fetch& fetch) {
+    if (areas != 0) fetch(std::countr_zero(areas));
+    while (areas != 0) {
+        const int area = std::countr_zero(areas);
+        areas &= areas - 1;
+        if (areas != 0) fetch(std::countr_zero(areas));
+        use(area);
+    }
+}
+
+/// Asks for memory that is going to be read.
+inline void fetch(const void* from, std::size_t bytes) {
+    constexpr std::size_t kCacheLine = 64;
+    const auto* line = static_cast<const char*>(from);
+    for (std::size_t i = 0; i < bytes; i += kCacheLine) __builtin_prefetch(line + i);
+}
+
+/// An area of a chunk, or of the one beside it.
+struct AreaPlace {
+    const OpenChunk* chunk = nullptr;  ///< null where there is none
+    int area = 0;
+
+    bool is_open() const { return chunk != nullptr && chunk->is_open(area); }
+};
+
+/// What lies beside an area.
+AreaPlace beside(const OpenChunk& chunk, int area, Side side);
+
+/// Whether nothing lies there because the world ends.
+bool is_world_end(const OpenChunk& chunk, int area, Side side);
 
 }  // namespace terrane::internal

@@ -80,7 +80,7 @@ ScreenError::ScreenError(const View& view, const Lattice& lattice)
     heights_.base = static_cast<std::int32_t>(base);
     heights_.quantum = static_cast<float>(lattice.quantum);
     heights_.rest = place(base * lattice.quantum - eye_.z());
-    near_squared_ =
+    heights_.near_squared =
         std::max(round_down(std::min(near_ * near_, 1e30)), std::numeric_limits<float>::min());
 }
 
@@ -98,11 +98,13 @@ double ScreenError::error_px_at(double bound, double distance) const {
     return bound * pixels_ / std::max(near_, distance);
 }
 
-void ScreenError::fill_axes(const Chunk& chunk, Axes& axes_out) const {
+void ScreenError::fill_axes(const Chunk& chunk, ChunkAxes& axes_out) const {
     for (int i = 0; i < kChunkSamples; ++i) {
-        const auto k = static_cast<std::size_t>(i);
-        axes_out.x[k] = place(lattice_.x(chunk.corner.x + i * chunk.step) - eye_.x());
-        axes_out.y[k] = place(lattice_.y(chunk.corner.y + i * chunk.step) - eye_.y());
+        const auto k = static_cast<std::size_t>(i / 2);
+        const float x = place(lattice_.x(chunk.corner.x + i * chunk.step) - eye_.x());
+        const float y = place(lattice_.y(chunk.corner.y + i * chunk.step) - eye_.y());
+        (i % 2 == 0 ? axes_out.x.even[k] : axes_out.x.odd[k]) = x;
+        (i % 2 == 0 ? axes_out.y.even[k] : axes_out.y.odd[k]) = y;
     }
 }
 

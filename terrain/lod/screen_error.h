@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "key_kernels.h"
+#include "open_chunk.h"
+#include "vertex_key.h"
 
 #include <terrane/terrain/chunk.h>
 #include <terrane/terrain/view.h>
@@ -31,7 +32,7 @@ Reaches make_reaches(const HeightSource& source);
 /// What orders vertices is their *key*: the squared distance from the eye to the vertex's reach,
 /// over the square of its bound, raised beside the view. Smaller keys refine first; a key is
 /// (pixels_per_radian / screen error in pixels)^2. Keys are single precision, in one fixed order of
-/// operations: a vertex on the border of two chunks gets the same bits from both.
+/// operations.
 class ScreenError {
 public:
     /// Pixels that follow from keys are upper bounds once multiplied by this.
@@ -44,21 +45,8 @@ public:
     /// What a vertical deviation, metres, makes at a distance, metres.
     double error_px_at(double bound, double distance) const;
 
-    /// Positions of a chunk's columns and rows relative to the eye, metres.
-    struct Axes {
-        std::array<float, kChunkSamples> x;
-        std::array<float, kChunkSamples> y;
-    };
-    void fill_axes(const Chunk& chunk, Axes& axes_out) const;
-
-    /// What turns samples into heights over the eye: quantum * (height - base) + rest.
-    struct Heights {
-        std::int32_t base = 0;
-        float quantum = 1.0f;
-        float rest = 0.0f;
-    };
-    const Heights& heights() const { return heights_; }
-    float near_squared() const { return near_squared_; }
+    void fill_axes(const Chunk& chunk, ChunkAxes& axes_out) const;
+    const EyeHeights& eye_heights() const { return heights_; }
 
     /// A box with sides along the axes, world.
     struct Box {
@@ -85,8 +73,7 @@ private:
     double near_ = 1.0;
     double pixels_ = 1.0;
     Frustum frustum_;
-    Heights heights_;
-    float near_squared_ = 1.0f;
+    EyeHeights heights_;
 };
 
 }  // namespace terrane::internal

@@ -35,27 +35,53 @@ void Selection::count_chunk(const OpenChunk& chunk, const KeyKernels& kernels, T
         tally.is_full = true;
         inner.count = border.count = 0;
     }
-    const auto ends = [&](Side side) { return chunk.beyond[side] == OpenChunk::Beyond::world_end; };
-    const int last_row = ends(north) ? kChunkCells : kChunkCells - 1;
-    for (int row = 0; row <= last_row; ++row) {
-        const bool on_border_row = (row == 0 && ends(south)) || row == kChunkCells;
-        OpenChunk::for_each_run(chunk.open_columns(row), [&](int first, int last) {
-            // the line at a run's east belongs to what is beyond, but on the world's border
-            const float* keys = chunk.key_row(row);
-            if (on_border_row) {
-                tally.below += kernels.count(keys + first, last - first + 1, border);
-                return;
-            }
-            int begin = first;
-            if (first == 0 && ends(west)) {
-                tally.below += kernels.count(keys, 1, border);
-                begin = 1;
-            }
-            tally.below += 2 * std::size_t{kernels.count(keys + begin, last - begin, inner)};
-            if (last == kChunkCells && ends(east)) {
-                tally.below += kernels.count(keys + last, 1, border);
-            }
-        });
+    const auto count_inner = [&](const float* keys, std::size_t number) {
+        tally.below += 2 * std::size_t{kernels.count(keys, static_cast<int>(number), inner)};
+    };
+    const auto count_border = [&](const float* keys, std::size_t number) {
+        tally.below += kernels.count(keys, static_cast<int>(number), border);
+    };
+    for_each_area(chunk.open_areas, [&](int area) {
+        const OpenChunk::Keys& keys = chunk.keys_of(area);
+        constexpr std::size_t kSquares = AreaVertices::kSquares;
+        const bool south_ends = is_world_end(chunk, area, south);
+        const bool west_ends = is_world_end(chunk, area, west);
+        if (!south_ends && !west_ends) {
+            count_inner(keys[0].data(), AreaVertices::kKinds * kSquares);
+            return;
+        }
+        count_inner(keys[AreaVertices::centre].data(), kSquares);
+        const float* along_x = keys[AreaVertices::along_x].data();
+        const std::size_t first = south_ends ? kAreaSquares : 0;
+        count_border(along_x, first);
+        count_inner(along_x + first, kSquares - first);
+        for (std::size_t i = 0; i < kSquares; i += kAreaSquares) {
+            const float* along_y = keys[AreaVertices::along_y].data() + i;
+            const std::size_t outer = west_ends ? 1 : 0;
+            count_border(along_y, outer);
+            count_inner(along_y + outer, kAreaSquares - outer);
+        }
+    });
+    if (chunk.ends(east)) count_border(chunk.east_keys.data(), chunk.east_keys.size());
+    if (chunk.ends(north)) count_border(chunk.north_keys.data(), chunk.north_keys.size());
+    if (chunk.is_root()) count_coarse(chunk, kernels, tally);
+}
+
+// A line between roots counts with the one east or north of it.
+void Selection::count_coarse(const OpenChunk& root, const KeyKernels& kernels, Tally& tally) const {
+    constexpr int kLast = kChunkSquares;
+    const auto side = static_cast<int>(OpenChunk::kCoarseSide);
+    for (int row = 0; row <= kLast; ++row) {
+        if (row == kLast && !root.ends(north)) break;
+        const float* keys = root.coarse_keys.data() + row * side;
+        if ((row == 0 && root.ends(south)) || row == kLast) {
+            tally.below += kernels.count(keys, side, tally.window[1]);
+            continue;
+        }
+        const int first = root.ends(west) ? 1 : 0;
+        tally.below += kernels.count(keys, first, tally.window[1]);
+        tally.below += 2 * std::size_t{kernels.count(keys + first, kLast - first, tally.window[0])};
+        if (root.ends(east)) tally.below += kernels.count(keys + kLast, 1, tally.window[1]);
     }
 }
 

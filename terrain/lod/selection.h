@@ -15,8 +15,7 @@ namespace terrane::internal {
 
 /// Finds the threshold that spends a budget: an exact order statistic of all open vertices' keys.
 ///
-/// A vertex weighs as many triangles as it adds: 2 inside the world, 1 on its border. Those on a line
-/// between chunks are counted with the chunk east or north of it.
+/// A vertex weighs as many triangles as it adds: 2 inside the world, 1 on its border.
 class Selection {
 public:
     explicit Selection(int worker_count);
@@ -41,6 +40,7 @@ private:
         std::uint32_t weight = 0;
     };
     void count_chunk(const OpenChunk& chunk, const KeyKernels& kernels, Tally& tally) const;
+    void count_coarse(const OpenChunk& root, const KeyKernels& kernels, Tally& tally) const;
     std::size_t count(std::span<OpenChunk* const> open, const KeyKernels& kernels, float low,
                       float high, WorkerTeam& team);
 

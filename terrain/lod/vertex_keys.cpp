@@ -7,48 +7,129 @@
 namespace terrane::internal {
 namespace {
 
-constexpr int kLast = kChunkCells;  // column or row of a chunk's far sides
+constexpr auto kSquares = static_cast<int>(AreaVertices::kSquares);
+constexpr int kLastRow = kSquares - kAreaSquares;  // first square of an area's northernmost row
+
+using Line = std::array<float, AreaVertices::kSquares>;
+constexpr Line filled(float key) {
+    Line line{};
+    for (float& value : line) value = key;
+    return line;
+}
+// Keys of vertices that are not there: those below wait for ever, or for nothing at the world's end.
+constexpr Line kAbsent = filled(OpenChunk::kNever);
+constexpr Line kNothing = filled(0.0f);
+
+const float* keys_beside(const OpenChunk& chunk, int area, Side side, AreaVertices::Kind kind) {
+    const AreaPlace place = beside(chunk, area, side);
+    return place.is_open() ? place.chunk->keys_of(place.area)[kind].data() : kAbsent.data();
+}
+
+const float* centres_beside(const OpenChunk& chunk, int area, Side side) {
+    if (is_world_end(chunk, area, side)) return kNothing.data();
+    return keys_beside(chunk, area, side, AreaVertices::centre);
+}
+
+// The parents of an area's centres, of the next coarser chunk.
+struct Parents {
+    ParentSides sides;
+    Line along_x, along_y;  // where they have to be gathered
+
+    Parents(const OpenChunk& chunk, int area) {
+        sides.north = sides.east = kAbsent.data();
+        if (chunk.is_root()) {
+            gather(chunk, area);
+        } else {
+            find(chunk, area);
+        }
+    }
+
+private:
+    void gather(const OpenChunk& root, int area) {
+        const auto west = static_cast<std::size_t>(area % kChunkAreas * kAreaSquares);
+        const auto south = static_cast<std::size_t>(area / kChunkAreas * kAreaSquares);
+        const auto at = [&](std::size_t column, std::size_t row) {
+            return root.coarse_keys[(south + row) * OpenChunk::kCoarseSide + west + column];
+        };
+        constexpr std::size_t kHalf = kAreaSquares / 2;
+        for (std::size_t j = 0; j <= kHalf; ++j) {
+            for (std::size_t i = 0; i <= kHalf; ++i) {
+                const std::size_t square = j * kAreaSquares + i;
+                along_x[square] = i < kHalf ? at(2 * i + 1, 2 * j) : OpenChunk::kNever;
+                along_y[square] = j < kHalf ? at(2 * i, 2 * j + 1) : OpenChunk::kNever;
+            }
+            for (std::size_t i = kHalf + 1; i < kAreaSquares; ++i) {
+                along_x[j * kAreaSquares + i] = along_y[j * kAreaSquares + i] = OpenChunk::kNever;
+            }
+        }
+        sides.along_x = along_x.data();
+        sides.along_y = along_y.data();
+    }
+
+    void find(const OpenChunk& chunk, int area) {
+        const OpenChunk& parent = *chunk.parent;
+        const auto [shift_x, shift_y] = shift_in_parent(chunk);
+        const int column = area % kChunkAreas, row = area / kChunkAreas;
+        const int above = (shift_y + row / 2) * kChunkAreas + shift_x + column / 2;
+        sides.column = column % 2 * (kAreaSquares / 2);
+        sides.row = row % 2 * (kAreaSquares / 2);
+        sides.along_x = sides.along_y = kAbsent.data();
+        if (parent.is_open(above)) {
+            sides.along_x = parent.keys_of(above)[AreaVertices::along_x].data();
+            sides.along_y = parent.keys_of(above)[AreaVertices::along_y].data();
+        }
+        if (sides.row != 0) {
+            sides.north =
+                is_world_end(parent, above, north)
+                    ? &parent
+                           .north_keys[static_cast<std::size_t>(above % kChunkAreas * kAreaSquares)]
+                    : keys_beside(parent, above, north, AreaVertices::along_x);
+        }
+        if (sides.column != 0 && is_world_end(parent, above, east)) {
+            const auto first = static_cast<std::size_t>(above / kChunkAreas * kAreaSquares);
+            along_y = kAbsent;
+            for (std::size_t i = 0; i < kAreaSquares; ++i) {
+                along_y[i * kAreaSquares] = parent.east_keys[first + i];
+            }
+            sides.east = along_y.data();
+        } else if (sides.column != 0) {
+            sides.east = keys_beside(parent, above, east, AreaVertices::along_y);
+        }
+    }
+
+    // Areas from the parent's south-western corner.
+    struct Shift {
+        int x, y;
+    };
+    static Shift shift_in_parent(const OpenChunk& chunk) {
+        const ChunkKey& key = chunk.chunk->key;
+        return {(key.x & 1) != 0 ? kChunkAreas / 2 : 0, (key.y & 1) != 0 ? kChunkAreas / 2 : 0};
+    }
+};
 
 }  // namespace
 
 VertexKeys::VertexKeys(const HeightSource& source, SimdLevel simd, std::size_t open_chunks)
     : lattice_(source.lattice()), reaches_(make_reaches(source)), kernels_(&key_kernels(simd)) {
-    for (int level = 0; level <= lattice_.finest_level; ++level) {
-        // rows of one parity are alike below the roots
-        std::vector<ReachRow>& rows = reach_rows_.emplace_back(level == 0 ? kChunkSamples : 2);
-        for (int row = 0; row < static_cast<int>(rows.size()); ++row) {
-            for (int column = 0; column < kChunkSamples; ++column) {
-                const auto both = static_cast<unsigned>(row | column);
-                const int stride = both == 0 ? kChunkCells : 1 << std::countr_zero(both);
-                // vertices of other chunks have no key here: their reach does not matter
-                const int own = std::min(stride, level == 0 ? kChunkCells / 2 : 1);
-                const bool is_centre = ((row / own) & (column / own) & 1) != 0;
-                const std::size_t e = exponent(level, own);
-                const Reach reach = is_centre ? reaches_.centre[e] : reaches_.midpoint[e];
-                rows[static_cast<std::size_t>(row)].across[static_cast<std::size_t>(column)] =
-                    reach.across;
-                rows[static_cast<std::size_t>(row)].up[static_cast<std::size_t>(column)] = reach.up;
-            }
-        }
-    }
     pool_.reserve(open_chunks);
     for (std::size_t i = 0; i < open_chunks; ++i) pool_.push_back(std::make_unique<OpenChunk>());
     open_.resize(open_chunks);
     by_index_.reserve(16 * open_chunks);
+    const std::size_t roots = static_cast<std::size_t>(lattice_.root_count_x) *
+                              static_cast<std::size_t>(lattice_.root_count_y);
+    for (std::size_t i = 0; i < std::min(roots, open_chunks); ++i) {
+        pool_[i]->coarse_keys.reserve(OpenChunk::kCoarseSide * OpenChunk::kCoarseSide);
+    }
 }
 
-std::size_t VertexKeys::exponent(int level, int stride) const {
-    return static_cast<std::size_t>(lattice_.finest_level - level +
-                                    std::countr_zero(static_cast<unsigned>(stride)));
-}
-
-const VertexKeys::ReachRow& VertexKeys::reach_row(int level, int row) const {
-    return reach_rows_[static_cast<std::size_t>(level)]
-                      [static_cast<std::size_t>(level == 0 ? row : row % 2)];
+Reach VertexKeys::reach(const Chunk& chunk, int stride, bool is_centre) const {
+    const auto exponent = static_cast<std::size_t>(lattice_.finest_level - chunk.key.level +
+                                                   std::countr_zero(static_cast<unsigned>(stride)));
+    return is_centre ? reaches_.centre[exponent] : reaches_.midpoint[exponent];
 }
 
 Reach VertexKeys::largest_reach(const Chunk& chunk) const {
-    return reaches_.centre[exponent(chunk.key.level, coarsest_stride(chunk))];
+    return reach(chunk, chunk.key.level == 0 ? kChunkCells / 2 : 1, true);
 }
 
 OpenChunk* VertexKeys::find(std::int32_t index) const {
@@ -65,6 +146,7 @@ void VertexKeys::open_chunk(const ResidentSet& resident, std::size_t index) {
     by_index_[index] = &chunk;
     chunk.chunk = resident.chunks()[index].get();
     chunk.index = static_cast<std::int32_t>(index);
+    chunk.is_held = false;
     const float fade = chunk.is_root() ? 1.0f : resident.fade(index);
     chunk.fade_factor = fade < 1.0f ? 1.0f / (fade * fade) : 1.0f;
 }
@@ -99,184 +181,142 @@ void VertexKeys::open_areas(const ScreenError& screen, float floor, OpenChunk& c
     const Reach reach = largest_reach(*chunk.chunk);
     chunk.planes = screen.planes_across(screen.box_of(*chunk.chunk));
     const bool is_in_view = chunk.planes.count == 0;
-    for (int row = 0; row < kChunkAreas; ++row) {
-        unsigned open = 0, beside = 0;
-        for (int column = 0; column < kChunkAreas; ++column) {
-            const int area = row * kChunkAreas + column;
-            const float bound = chunk.chunk->areas[static_cast<std::size_t>(area)].max_vertex_bound;
-            const ScreenError::Box box = screen.box_of_area(*chunk.chunk, area);
-            if (!chunk.is_root() && !(screen.least_key(box, bound, reach) < floor)) continue;
-            open |= 1u << column;
-            if (!is_in_view && !screen.is_inside(box)) beside |= 1u << column;
-        }
-        chunk.open_areas[static_cast<std::size_t>(row)] = static_cast<std::uint8_t>(open);
-        chunk.areas_beside[static_cast<std::size_t>(row)] = static_cast<std::uint8_t>(beside);
+    chunk.open_areas = chunk.areas_beside = 0;
+    for (int area = 0; area < kChunkAreas * kChunkAreas; ++area) {
+        const float bound = chunk.chunk->areas[static_cast<std::size_t>(area)].max_vertex_bound;
+        const ScreenError::Box box = screen.box_of_area(*chunk.chunk, area);
+        if (!chunk.is_root() && !(screen.least_key(box, bound, reach) < floor)) continue;
+        chunk.open_areas |= std::uint64_t{1} << area;
+        if (!is_in_view && !screen.is_inside(box)) chunk.areas_beside |= std::uint64_t{1} << area;
     }
 }
 
-void VertexKeys::compute_own_row(const ScreenError& screen, const ScreenError::Axes& axes,
-                                 const OpenChunk& chunk, int row, int first, int last,
-                                 bool is_in_view, float* keys_out) const {
-    const auto at = static_cast<std::size_t>(first);
-    const ReachRow& reach = reach_row(chunk.chunk->key.level, row);
-    const std::size_t sample = sample_index(first, row);
-    KeyRow part;
-    part.count = last - first + 1;
-    part.x = &axes.x[at];
-    part.y = axes.y[static_cast<std::size_t>(row)];
-    part.heights = &chunk.chunk->heights[sample];
-    part.inverse_square_bounds = &chunk.chunk->inverse_square_bounds[sample];
-    part.across = &reach.across[at];
-    part.up = &reach.up[at];
-    part.height_base = screen.heights().base;
-    part.quantum = screen.heights().quantum;
-    part.height_rest = screen.heights().rest;
-    part.near_squared = screen.near_squared();
-    kernels_->own(part, keys_out);
-    if (is_in_view) return;
-    kernels_->weigh(part, chunk.planes, keys_out);
-}
-
-void VertexKeys::compute_own(const ScreenError& screen, const OpenChunk& chunk,
-                             float* keys_out) const {
-    ScreenError::Axes axes;
-    screen.fill_axes(*chunk.chunk, axes);
-    for (int row = 0; row < kChunkSamples; ++row) {
-        if (chunk.open_columns(row) != 0xffu) {
-            std::fill_n(keys_out + sample_index(0, row), kChunkSamples, OpenChunk::kNever);
-        }
-        const unsigned open = chunk.open_columns(row);
-        const unsigned beside = open & chunk.columns_beside(row);
-        const auto compute = [&](unsigned columns, bool is_in_view) {
-            OpenChunk::for_each_run(columns, [&](int first, int last) {
-                compute_own_row(screen, axes, chunk, row, first, last, is_in_view,
-                                keys_out + sample_index(first, row));
-            });
-        };
-        // what lies on a line between areas gets the same bits from both
-        compute(open & ~beside, true);
-        compute(beside, false);
+void VertexKeys::own_keys(const ScreenError& screen, const OpenChunk& chunk, int area,
+                          AreaVertices::Kind kind, float* keys_out) const {
+    const AreaVertices& vertices = chunk.chunk->vertices[static_cast<std::size_t>(area)];
+    const auto column = static_cast<std::size_t>(area % kChunkAreas * kAreaSquares);
+    const auto row = static_cast<std::size_t>(area / kChunkAreas * kAreaSquares);
+    const Reach reach_of_kind = reach(*chunk.chunk, 1, kind == AreaVertices::centre);
+    VertexGroup group;
+    group.inverse_square_bounds = vertices.inverse_square_bounds[kind].data();
+    group.heights = vertices.heights[kind].data();
+    group.x =
+        kind == AreaVertices::along_y ? &chunk.axes.x.even[column] : &chunk.axes.x.odd[column];
+    group.y = kind == AreaVertices::along_x ? &chunk.axes.y.even[row] : &chunk.axes.y.odd[row];
+    group.across = reach_of_kind.across;
+    group.up = reach_of_kind.up;
+    kernels_->own(group, screen.eye_heights(), keys_out);
+    if ((chunk.areas_beside >> area & 1) != 0) {
+        kernels_->weigh(group, screen.eye_heights(), chunk.planes, keys_out);
     }
 }
 
-// The lines on a chunk's sides fade with the neighbours, too: in trim_border_midpoint().
-void VertexKeys::fade_inside(OpenChunk& chunk) const {
-    if (chunk.fade_factor == 1.0f) return;
-    for (int row = 1; row < kLast; ++row) {
-        for (int column = 1; column < kLast; ++column) {
-            chunk.keys[sample_index(column, row)] *= chunk.fade_factor;
-        }
-    }
+// The key of one vertex, the same way.
+float VertexKeys::own_key(const ScreenError& screen, const OpenChunk& chunk, int column, int row,
+                          float inverse_square_bound, const Reach& reach) const {
+    const auto place = [](const ChunkAxes::Axis& axis, int i) {
+        const auto k = static_cast<std::size_t>(i / 2);
+        return i % 2 == 0 ? axis.even[k] : axis.odd[k];
+    };
+    const float x = place(chunk.axes.x, column), y = place(chunk.axes.y, row);
+    const EyeHeights& eye = screen.eye_heights();
+    const float z = over_eye<float>(chunk.chunk->heights[sample_index(column, row)], eye);
+    const float flat = gap_squared(x, reach.across) + gap_squared(y, reach.across);
+    const float key = vertex_key(flat, z, reach.up, inverse_square_bound, eye.near_squared);
+    const float far = absolute(x) + absolute(y) + absolute(z);
+    const float outside = outside_view(x, y, z, far, reach.across, reach.up, chunk.planes);
+    return key / squared_weight(outside, far, reach.across, reach.up, chunk.planes.near_distance);
 }
 
-// Raises keys to those of the parents, but for midpoints on the chunk's sides.
-void VertexKeys::trim_inside(OpenChunk& chunk, float floor) const {
-    const Chunk& heights = *chunk.chunk;
-    const int shift_x = (heights.key.x & 1) != 0 ? kChunkCells / 2 : 0;
-    const int shift_y = (heights.key.y & 1) != 0 ? kChunkCells / 2 : 0;
-    bool held = false;
-    for (int row = 1; row < kLast; row += 2) {
-        OpenChunk::for_each_run(chunk.open_columns(row), [&](int first, int last) {
-            float* keys = chunk.key_row(row) + first;
-            const int count = last - first + 1;
-            if (!chunk.is_root()) {
-                const float* south = chunk.parent->key_row(shift_y + row / 2) + shift_x + first / 2;
-                held |= kernels_->trim_centres(keys, count, south, south + kChunkSamples,
-                                               (row / 2 + first / 2) % 2 == 0, floor);
+float VertexKeys::own_side_key(const ScreenError& screen, const OpenChunk& chunk, Side side,
+                               int i) const {
+    const bool is_east = side == east;
+    const auto& bounds = is_east ? chunk.chunk->east_bounds : chunk.chunk->north_bounds;
+    return own_key(screen, chunk, is_east ? kChunkCells : 2 * i + 1,
+                   is_east ? 2 * i + 1 : kChunkCells, bounds[static_cast<std::size_t>(i)],
+                   reach(*chunk.chunk, 1, false));
+}
+
+// Kinds first to last of an area's vertices, which are one after the other.
+void VertexKeys::fetch_kinds(const OpenChunk& chunk, int area, std::size_t first,
+                             std::size_t last) const {
+    const AreaVertices& vertices = chunk.chunk->vertices[static_cast<std::size_t>(area)];
+    const std::size_t bytes = (last - first + 1) * sizeof(vertices.heights[0]);
+    fetch(&vertices.inverse_square_bounds[first], bytes);
+    fetch(&vertices.heights[first], bytes);
+    fetch(&chunk.keys_of(area)[first], bytes);
+}
+
+void VertexKeys::find_centres(const ScreenError& screen, float floor, OpenChunk& chunk) const {
+    const auto find = [&](int area) {
+        float* keys = chunk.keys_of(area)[AreaVertices::centre].data();
+        own_keys(screen, chunk, area, AreaVertices::centre, keys);
+        if (chunk.fade_factor != 1.0f) {
+            for (int i = 0; i < kSquares; ++i) keys[i] *= chunk.fade_factor;
+        }
+        const Parents parents(chunk, area);
+        chunk.is_held |= kernels_->trim_centres(parents.sides, floor, keys);
+    };
+    for_each_area(chunk.open_areas, find, [&](int area) {
+        fetch_kinds(chunk, area, AreaVertices::centre, AreaVertices::centre);
+    });
+}
+
+void VertexKeys::find_midpoints(const ScreenError& screen, float floor, OpenChunk& chunk) const {
+    // what lies on a line between chunks fades with both
+    const auto fade_beside = [&](int area, Side side) {
+        const AreaPlace place = beside(chunk, area, side);
+        return place.chunk == nullptr ? chunk.fade_factor
+                                      : std::max(chunk.fade_factor, place.chunk->fade_factor);
+    };
+    const auto find = [&](int area) {
+        OpenChunk::Keys& keys = chunk.keys_of(area);
+        float* along_x = keys[AreaVertices::along_x].data();
+        float* along_y = keys[AreaVertices::along_y].data();
+        own_keys(screen, chunk, area, AreaVertices::along_x, along_x);
+        own_keys(screen, chunk, area, AreaVertices::along_y, along_y);
+        const float from_south = fade_beside(area, south), from_west = fade_beside(area, west);
+        if (std::max(from_south, from_west) != 1.0f) {
+            for (int i = 0; i < kSquares; ++i) {
+                along_x[i] *= i < kAreaSquares ? from_south : chunk.fade_factor;
+                along_y[i] *= i % kAreaSquares == 0 ? from_west : chunk.fade_factor;
             }
-            // between open areas and closed ones: nothing beyond is below the floor
-            if (first > 0) keys[0] = std::max(keys[0], std::max(keys[-1], keys[1]));
-            held |= kernels_->trim_between(keys, count, floor);
-            if (last < kLast) {
-                keys[count - 1] = std::max(keys[count - 1], std::max(keys[count - 2], keys[count]));
-            }
-        });
-    }
-    for (int row = 2; row < kLast; row += 2) {
-        OpenChunk::for_each_run(chunk.open_columns(row), [&](int first, int last) {
-            held |= kernels_->trim_across(chunk.key_row(row) + first, last - first + 1,
-                                          chunk.key_row(row - 1) + first,
-                                          chunk.key_row(row + 1) + first, floor);
-        });
-    }
-    chunk.is_held |= held;
-}
-
-// The midpoint at `sample` of a chunk's side; its parents are the centres at `inside`, and at
-// `across` of the neighbour. On the world's border there is one.
-void VertexKeys::trim_border_midpoint(OpenChunk& chunk, Side side, std::size_t sample,
-                                      std::size_t inside, std::size_t across, float floor) const {
-    float factor = chunk.fade_factor;
-    float parents = chunk.keys[inside];
-    if (chunk.beyond[side] == OpenChunk::Beyond::absent) {
-        parents = OpenChunk::kNever;
-    } else if (chunk.beyond[side] == OpenChunk::Beyond::resident) {
-        const OpenChunk* other = chunk.neighbour[side];
-        parents = other == nullptr ? OpenChunk::kNever : std::max(parents, other->keys[across]);
-        if (other != nullptr) factor = std::max(factor, other->fade_factor);
-    }
-    const float key = factor * chunk.keys[sample];
-    // beyond a closed chunk's side nothing is below the floor
-    chunk.is_held |= key < floor && key < parents;
-    chunk.keys[sample] = std::max(key, parents);
-}
-
-void VertexKeys::trim_borders(OpenChunk& chunk, float floor) const {
-    for (int i = 1; i < kLast; i += 2) {
-        trim_border_midpoint(chunk, west, sample_index(0, i), sample_index(1, i),
-                             sample_index(kLast - 1, i), floor);
-        trim_border_midpoint(chunk, east, sample_index(kLast, i), sample_index(kLast - 1, i),
-                             sample_index(1, i), floor);
-        trim_border_midpoint(chunk, south, sample_index(i, 0), sample_index(i, 1),
-                             sample_index(i, kLast - 1), floor);
-        trim_border_midpoint(chunk, north, sample_index(i, kLast), sample_index(i, kLast - 1),
-                             sample_index(i, 1), floor);
-    }
-}
-
-// The centre of a root square has no parents.
-void VertexKeys::trim_root_centres(OpenChunk& root, int stride, float floor) const {
-    if (stride == kChunkCells / 2) return;
-    // the parents are the corners of odd index sum, in units of twice the stride
-    int row_other = -stride;
-    for (int row = stride; row < kLast; row += 2 * stride, row_other = -row_other) {
-        int other = row_other;
-        for (int column = stride; column < kLast; column += 2 * stride, other = -other) {
-            const float parents = std::max(root.keys[sample_index(column + stride, row + other)],
-                                           root.keys[sample_index(column - stride, row - other)]);
-            float& key = root.keys[sample_index(column, row)];
-            root.is_held |= key < floor && key < parents;
-            key = std::max(key, parents);
         }
-    }
+        const float* centres = keys[AreaVertices::centre].data();
+        const float* to_south = centres_beside(chunk, area, south) + kLastRow;
+        const float* to_west = centres_beside(chunk, area, west);
+        chunk.is_held |= kernels_->trim_along_x(centres, to_south, floor, along_x);
+        chunk.is_held |= kernels_->trim_along_y(centres, to_west, floor, along_y);
+    };
+    for_each_area(chunk.open_areas, find, [&](int area) {
+        fetch_kinds(chunk, area, AreaVertices::along_x, AreaVertices::along_y);
+    });
+    find_sides(screen, floor, chunk);
 }
 
-// Midpoints of a spacing coarser than the root's own samples, those on its sides included.
-void VertexKeys::trim_root_midpoints(OpenChunk& root, int stride, float floor) const {
-    bool is_centre_row = false;
-    for (int row = 0; row <= kLast; row += stride, is_centre_row = !is_centre_row) {
-        for (int column = is_centre_row ? 0 : stride; column <= kLast; column += 2 * stride) {
-            const std::size_t sample = sample_index(column, row);
-            if (is_centre_row && column == 0) {
-                trim_border_midpoint(root, west, sample, sample_index(stride, row),
-                                     sample_index(kLast - stride, row), floor);
-            } else if (is_centre_row && column == kLast) {
-                trim_border_midpoint(root, east, sample, sample_index(kLast - stride, row),
-                                     sample_index(stride, row), floor);
-            } else if (row == 0) {
-                trim_border_midpoint(root, south, sample, sample_index(column, stride),
-                                     sample_index(column, kLast - stride), floor);
-            } else if (row == kLast) {
-                trim_border_midpoint(root, north, sample, sample_index(column, kLast - stride),
-                                     sample_index(column, stride), floor);
-            } else {
-                const std::size_t step = is_centre_row
-                                             ? static_cast<std::size_t>(stride)
-                                             : static_cast<std::size_t>(stride) * kChunkSamples;
-                const float parents = std::max(root.keys[sample - step], root.keys[sample + step]);
-                root.is_held |= root.keys[sample] < floor && root.keys[sample] < parents;
-                root.keys[sample] = std::max(root.keys[sample], parents);
+// Midpoints where no chunk lies beyond: at the world's end they have one parent, elsewhere they wait for
+// the neighbour, which would own them.
+void VertexKeys::find_sides(const ScreenError& screen, float floor, OpenChunk& chunk) const {
+    for (const Side side : {east, north}) {
+        if (chunk.beyond[side] == OpenChunk::Beyond::resident) continue;
+        auto& keys = side == east ? chunk.east_keys : chunk.north_keys;
+        for (int i = 0; i < kChunkSquares; ++i) {
+            const int along = i / kAreaSquares, square = i % kAreaSquares;
+            const int area = side == east ? along * kChunkAreas + kChunkAreas - 1
+                                          : (kChunkAreas - 1) * kChunkAreas + along;
+            float& key = keys[static_cast<std::size_t>(i)];
+            key = OpenChunk::kNever;
+            if (!chunk.is_open(area)) continue;
+            const int inside =
+                side == east ? square * kAreaSquares + kAreaSquares - 1 : kLastRow + square;
+            float parent = OpenChunk::kNever;
+            if (chunk.ends(side)) {
+                parent =
+                    chunk.keys_of(area)[AreaVertices::centre][static_cast<std::size_t>(inside)];
             }
+            const float own = chunk.fade_factor * own_side_key(screen, chunk, side, i);
+            chunk.is_held |= own < floor && own < parent;
+            key = std::max(own, parent);
         }
     }
 }
@@ -304,22 +344,13 @@ void VertexKeys::compute(const ResidentSet& resident, const ScreenError& screen,
         const std::span<OpenChunk* const> here = open().subspan(first_open);
         if (here.empty()) break;
         for (OpenChunk* chunk : here) link(resident, *chunk);
+        if (level == 0) find_coarse_keys(screen, floor, here);
         team.run(here.size(), [&](std::size_t i, int) {
-            here[i]->is_held = false;
+            if (level > 0) screen.fill_axes(*here[i]->chunk, here[i]->axes);
             open_areas(screen, floor, *here[i]);
-            compute_own(screen, *here[i], here[i]->keys.data());
-            fade_inside(*here[i]);
-            if (level > 0) trim_inside(*here[i], floor);
+            find_centres(screen, floor, *here[i]);
         });
-        if (level == 0) {
-            for (int stride = kChunkCells / 2; stride >= 1; stride /= 2) {
-                for (OpenChunk* root : here) trim_root_centres(*root, stride, floor);
-                if (stride == 1) break;
-                for (OpenChunk* root : here) trim_root_midpoints(*root, stride, floor);
-            }
-            for (OpenChunk* root : here) trim_inside(*root, floor);
-        }
-        team.run(here.size(), [&](std::size_t i, int) { trim_borders(*here[i], floor); });
+        team.run(here.size(), [&](std::size_t i, int) { find_midpoints(screen, floor, *here[i]); });
     }
 }
 

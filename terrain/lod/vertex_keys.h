@@ -17,7 +17,8 @@ namespace terrane::internal {
 /// Keys of all vertices that may be below a floor, for one view of one resident set.
 ///
 /// A vertex has at least the key of its parents, and none where a parent is not resident: so every set
-/// of vertices below a threshold is closed under parents, and its mesh conforms.
+/// of vertices below a threshold is closed under parents, and its mesh conforms. Every vertex has one
+/// key, kept by the chunk that it is the first sample of, from the south-west.
 class VertexKeys {
 public:
     /// @param open_chunks  room is made for so many at once
@@ -33,9 +34,15 @@ public:
     /// Coarse to fine, in the order of the resident set.
     std::span<OpenChunk* const> open() const { return {open_.data(), open_count_}; }
 
-    /// Keys of a chunk's vertices from their own bounds and distances, in its open areas.
-    /// @param keys_out [OpenChunk::kSamples]
-    void compute_own(const ScreenError& screen, const OpenChunk& chunk, float* keys_out) const;
+    /// Keys from the vertices' own bounds and distances, not raised to the parents': of an area,
+    /// @param keys_out [AreaVertices::kSquares]
+    void own_keys(const ScreenError& screen, const OpenChunk& chunk, int area,
+                  AreaVertices::Kind kind, float* keys_out) const;
+    /// of the i-th midpoint on the eastern or northern side,
+    float own_side_key(const ScreenError& screen, const OpenChunk& chunk, Side side, int i) const;
+    /// and of a root's vertex of a coarser spacing. Column and row count its even samples.
+    float own_coarse_key(const ScreenError& screen, const OpenChunk& root, int column,
+                         int row) const;
 
     /// No vertex of an open chunk has a smaller key of its own.
     float least_key(const ScreenError& screen, const OpenChunk& chunk) const {
@@ -49,36 +56,27 @@ public:
     const KeyKernels& kernels() const { return *kernels_; }
     const Lattice& lattice() const { return lattice_; }
 
-    /// Spacing of the coarsest vertices that a chunk owns, in its own samples.
-    static int coarsest_stride(const Chunk& chunk) {
-        return chunk.key.level == 0 ? kChunkCells / 2 : 1;
-    }
-
 private:
-    struct ReachRow {
-        std::array<float, kChunkSamples> across, up;
-    };
-    std::size_t exponent(int level, int stride) const;
-    const ReachRow& reach_row(int level, int row) const;
+    Reach reach(const Chunk& chunk, int stride, bool is_centre) const;
+    float own_key(const ScreenError& screen, const OpenChunk& chunk, int column, int row,
+                  float inverse_square_bound, const Reach& reach) const;
     OpenChunk* find(std::int32_t index) const;
     void open_chunk(const ResidentSet& resident, std::size_t index);
     void link(const ResidentSet& resident, OpenChunk& chunk);
     void open_areas(const ScreenError& screen, float floor, OpenChunk& chunk) const;
-    void compute_own_row(const ScreenError& screen, const ScreenError::Axes& axes,
-                         const OpenChunk& chunk, int row, int first, int last, bool is_in_view,
-                         float* keys_out) const;
-    void fade_inside(OpenChunk& chunk) const;
-    void trim_inside(OpenChunk& chunk, float floor) const;
-    void trim_borders(OpenChunk& chunk, float floor) const;
-    void trim_root_centres(OpenChunk& root, int stride, float floor) const;
-    void trim_root_midpoints(OpenChunk& root, int stride, float floor) const;
-    void trim_border_midpoint(OpenChunk& chunk, Side side, std::size_t sample, std::size_t inside,
-                              std::size_t across, float floor) const;
+    void fetch_kinds(const OpenChunk& chunk, int area, std::size_t first, std::size_t last) const;
+    void find_centres(const ScreenError& screen, float floor, OpenChunk& chunk) const;
+    void find_midpoints(const ScreenError& screen, float floor, OpenChunk& chunk) const;
+    void find_sides(const ScreenError& screen, float floor, OpenChunk& chunk) const;
+
+    void find_coarse_keys(const ScreenError& screen, float floor,
+                          std::span<OpenChunk* const> roots) const;
+    void trim_coarse_centres(OpenChunk& root, int stride, float floor) const;
+    void trim_coarse_midpoints(OpenChunk& root, int stride, float floor) const;
 
     Lattice lattice_;
     Reaches reaches_;
     const KeyKernels* kernels_;
-    std::vector<std::vector<ReachRow>> reach_rows_;  // by level
     std::vector<std::unique_ptr<OpenChunk>> pool_;
     std::vector<OpenChunk*> open_;
     std::size_t open_count_ = 0;

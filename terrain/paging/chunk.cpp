@@ -46,12 +46,44 @@ Result<void> fill_heights(const HeightSource& source, const SampleGrid& grid, Ch
     return {};
 }
 
+// Where the bound of a sample's vertex is kept; null where a coarser chunk owns it. Of a chunk, const
+// or not.
+template <typename AnyChunk>
+auto bound_at(AnyChunk& chunk, int column, int row) -> decltype(chunk.coarse_bounds.data()) {
+    const auto of_square = [](int sample) { return static_cast<std::size_t>(sample / 2); };
+    if (((column | row) & 1) == 0) {
+        if (chunk.coarse_bounds.empty()) return nullptr;
+        return &chunk.coarse_bounds[of_square(row) * (kChunkSquares + 1) + of_square(column)];
+    }
+    if (column == kChunkCells) return &chunk.east_bounds[of_square(row)];
+    if (row == kChunkCells) return &chunk.north_bounds[of_square(column)];
+    const auto [area, kind, square] = AreaVertices::find(column, row);
+    return &chunk.vertices[area].inverse_square_bounds[kind][square];
+}
+
+// On a line between areas it belongs to all of them.
+void raise_areas(Chunk& chunk, int column, int row, float bound) {
+    const int last = kChunkAreas - 1;
+    for (int y = std::max(0, (row - 1) / kAreaCells); y <= std::min(last, row / kAreaCells); ++y) {
+        for (int x = std::max(0, (column - 1) / kAreaCells);
+             x <= std::min(last, column / kAreaCells); ++x) {
+            Chunk::Area& area = chunk.areas[static_cast<std::size_t>(y * kChunkAreas + x)];
+            area.max_vertex_bound = std::max(area.max_vertex_bound, bound);
+        }
+    }
+}
+
 // Own vertices: those of the chunk's spacing, and in a root all coarser ones.
 Result<void> fill_vertex_bounds(const HeightSource& source, const SampleGrid& grid, Chunk& chunk) {
     const double half_quantum = 0.5 * source.lattice().quantum;
-    chunk.inverse_square_bounds.assign(kSamples, std::numeric_limits<float>::infinity());
+    chunk.vertices.resize(std::size_t{kChunkAreas} * kChunkAreas);
+    const bool is_root = chunk.key.level == 0;
+    if (is_root) {
+        chunk.coarse_bounds.assign(std::size_t{kChunkSquares + 1} * (kChunkSquares + 1),
+                                   std::numeric_limits<float>::infinity());
+    }
     std::vector<float> bounds(kSamples);
-    const int coarsest = chunk.key.level == 0 ? kChunkCells / 2 : 1;
+    const int coarsest = is_root ? kChunkCells / 2 : 1;
     for (int stride = 1; stride <= coarsest; stride *= 2) {
         SampleGrid sparse = grid;
         sparse.step = grid.step * stride;
@@ -65,22 +97,17 @@ Result<void> fill_vertex_bounds(const HeightSource& source, const SampleGrid& gr
                     out[static_cast<std::size_t>(row * sparse.columns + column)], half_quantum);
                 if (!(bound >= 0.0f))
                     return fail(ErrorCode::bad_data, "the source gave a bound of NaN");
-                const std::size_t i = sample_index(column * stride, row * stride);
-                chunk.inverse_square_bounds[i] = inverse_square(bound);
-                const int last = kChunkAreas - 1;
-                // on a line between areas it belongs to all of them
-                for (int area_row = std::max(0, (row * stride - 1) / kAreaCells);
-                     area_row <= std::min(last, row * stride / kAreaCells); ++area_row) {
-                    for (int area_column = std::max(0, (column * stride - 1) / kAreaCells);
-                         area_column <= std::min(last, column * stride / kAreaCells);
-                         ++area_column) {
-                        Chunk::Area& area =
-                            chunk.areas[static_cast<std::size_t>(area_row * kChunkAreas + area_column)];
-                        area.max_vertex_bound = std::max(area.max_vertex_bound, bound);
-                    }
-                }
+                *bound_at(chunk, column * stride, row * stride) = inverse_square(bound);
+                raise_areas(chunk, column * stride, row * stride, bound);
                 chunk.max_vertex_bound = std::max(chunk.max_vertex_bound, bound);
             }
+        }
+    }
+    for (int row = 0; row < kChunkCells; ++row) {
+        for (int column = row % 2 == 0 ? 1 : 0; column < kChunkCells;
+             column += row % 2 == 0 ? 2 : 1) {
+            const auto [area, kind, square] = AreaVertices::find(column, row);
+            chunk.vertices[area].heights[kind][square] = chunk.heights[sample_index(column, row)];
         }
     }
     return {};
@@ -163,14 +190,22 @@ float bound_of(float inverse_square_bound) {
     return std::nextafter(static_cast<float>(bound), std::numeric_limits<float>::infinity());
 }
 
+float Chunk::inverse_square_bound(int column, int row) const {
+    const float* bound = bound_at(*this, column, row);
+    return bound == nullptr ? std::numeric_limits<float>::infinity() : *bound;
+}
+
 std::size_t Chunk::max_bytes() {
-    return sizeof(Chunk) + kSamples * (sizeof(std::int32_t) + sizeof(float)) +
+    return sizeof(Chunk) + kSamples * sizeof(std::int32_t) +
+           std::size_t{kChunkAreas} * kChunkAreas * sizeof(AreaVertices) +
+           std::size_t{kChunkSquares + 1} * (kChunkSquares + 1) * sizeof(float) +
            kCells * (sizeof(float) + sizeof(std::uint8_t));
 }
 
 std::size_t Chunk::bytes() const {
     return sizeof(Chunk) + heights.capacity() * sizeof(std::int32_t) +
-           (inverse_square_bounds.capacity() + cell_bounds.capacity()) * sizeof(float) +
+           vertices.capacity() * sizeof(AreaVertices) +
+           (coarse_bounds.capacity() + cell_bounds.capacity()) * sizeof(float) +
            cell_flags.capacity();
 }
 

@@ -68,8 +68,8 @@ TEST(MakeChunk, GivesNeighboursTheSameBoundsOnTheirEdge) {
         const auto west = make_chunk(*source, {-1, 0, level}).value();
         const auto east = make_chunk(*source, {0, 0, level}).value();
         for (int row = 0; row < kChunkSamples; ++row) {
-            EXPECT_EQ(west->inverse_square_bounds[sample_index(kChunkCells, row)],
-                      east->inverse_square_bounds[sample_index(0, row)])
+            EXPECT_EQ(west->inverse_square_bound(kChunkCells, row),
+                      east->inverse_square_bound(0, row))
                 << "level " << int{level} << ", row " << row;
         }
     }

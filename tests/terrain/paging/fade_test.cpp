@@ -482,7 +482,9 @@ TEST(Fade, IsTheSameForTheSameUpdates) {
 
 // A set that somebody keeps for two frames, as a triangulator does, holds evicted bytes.
 TEST(Fade, EvictsNoMoreForBytesThatAreAboutToComeFree) {
-    const std::size_t ceiling = 60 * Chunk::max_bytes();
+    // what chunks of hills take, which have no flags, and what one more may take: it has to be full
+    const std::size_t each = make_chunk(*hills(), {0, 0, 1}).value()->bytes();
+    const std::size_t ceiling = 56 * each + Chunk::max_bytes();
     Pager pager = Pager::create(hills(), {.memory_bytes = ceiling, .worker_count = 0}).value();
     const std::vector<CameraNeed> here{camera_at({0, 0, 300}, {500, 300, 0}, 0.2)};
     for (int i = 0; i < 3; ++i) pager.update(here, {}, 0.01 * i);

@@ -18,6 +18,37 @@ inline constexpr int kChunkBlocks = kChunkCells / 8;
 inline constexpr int kAreaCells = 16;
 inline constexpr int kChunkAreas = kChunkCells / kAreaCells;
 
+/// Squares of 2 x 2 cells along the side of an area, and of a chunk.
+inline constexpr int kAreaSquares = kAreaCells / 2;
+inline constexpr int kChunkSquares = kChunkCells / 2;
+
+/// The vertices of a chunk's own spacing, as the triangulator reads them: three for each square of
+/// an area. Index of a square: row * kAreaSquares + column, from the south-west.
+struct AreaVertices {
+    /// In the middle of a square; on its southern side; on its western side. Midpoints on an area's
+    /// east and north are the next area's.
+    enum Kind : std::size_t { centre = 0, along_x = 1, along_y = 2 };
+    static constexpr std::size_t kKinds = 3;
+    static constexpr std::size_t kSquares = std::size_t{kAreaSquares} * kAreaSquares;
+    template <typename Value>
+    using PerVertex = std::array<std::array<Value, kSquares>, kKinds>;
+
+    struct Place {
+        std::size_t area, kind, square;
+    };
+    /// Of an own vertex by its sample, columns and rows below kChunkCells, not both even.
+    static constexpr Place find(int column, int row) {
+        const int area = row / kAreaCells * (kChunkCells / kAreaCells) + column / kAreaCells;
+        const int square = row % kAreaCells / 2 * kAreaSquares + column % kAreaCells / 2;
+        const Kind kind = row % 2 == 0 ? along_x : column % 2 == 0 ? along_y : centre;
+        return {static_cast<std::size_t>(area), kind, static_cast<std::size_t>(square)};
+    }
+
+    /// 1 / e(v)^2, rounded down. e(v) is the certified bound, metres, half a quantum included.
+    alignas(64) PerVertex<float> inverse_square_bounds;
+    PerVertex<std::int32_t> heights;  ///< multiples of Lattice::quantum, again
+};
+
 /// One square of heights with the bounds that certify it: the unit of paging. Immutable once made.
 ///
 /// Index of a sample: row * kChunkSamples + column, row 0 south, column 0 west. Index of a cell:
@@ -30,10 +61,15 @@ struct Chunk {
     /// [kChunkSamples^2] multiples of Lattice::quantum; shared edges are the same integers.
     std::vector<std::int32_t> heights;
 
-    /// [kChunkSamples^2] 1 / e(v)^2, rounded down, of the vertices that this level owns: those of spacing
-    /// `step`, and in a root chunk all coarser ones too. e(v) is the certified bound, metres, half a
-    /// quantum included. Infinite at other samples.
-    std::vector<float> inverse_square_bounds;
+    /// [kChunkAreas^2] row by row from the south-west.
+    std::vector<AreaVertices> vertices;
+    /// [kChunkSquares] 1 / e(v)^2 of the midpoints on the chunk's eastern side from the south, and on
+    /// its northern side from the west: the same as the neighbours have.
+    std::array<float, kChunkSquares> east_bounds{};
+    std::array<float, kChunkSquares> north_bounds{};
+    /// Root chunks: [(kChunkSquares + 1)^2] 1 / e(v)^2 of the vertices of coarser spacings, of every
+    /// second sample of every second row. Empty in others.
+    std::vector<float> coarse_bounds;
 
     /// [kChunkCells^2] certified bound of the two triangles of each cell, metres, half a quantum
     /// included: how far the surface of this level may be from the true one.
@@ -59,6 +95,9 @@ struct Chunk {
     std::array<Area, kChunkAreas * kChunkAreas> areas{};
     /// Largest cell bound of each quadrant: what the child there could at most improve on.
     std::array<float, 4> quadrant_bound{};
+
+    /// 1 / e(v)^2 of the vertex at a sample. Infinite where a coarser chunk owns it.
+    float inverse_square_bound(int column, int row) const;
 
     std::uint8_t flags_at(int column, int row) const {
         return cell_flags.empty()
