@@ -76,7 +76,7 @@ void mark_active(OpenChunk& chunk, const KeyKernels& kernels, float threshold) {
         chunk.active_areas |= std::uint64_t{1} << area;
     });
     const auto of_side = [&](Side side, const auto& keys) {
-        return chunk.ends(side) ? kernels.mask(keys.data(), threshold) : std::uint64_t{0};
+        return chunk.ends[side] ? kernels.mask(keys.data(), threshold) : std::uint64_t{0};
     };
     chunk.east_bits = of_side(east, chunk.east_keys);
     chunk.north_bits = of_side(north, chunk.north_keys);

@@ -37,8 +37,12 @@ private:
                     double bound) const;
     double look_at_cell(int column, int row, double most) const;
     double look_at_area(int area, double most) const;
+    double look_at_held_area(int area, double most) const;
+    double look_at_held_sides(double most) const;
+    double look_at_held_coarse(double most) const;
     double look_at_vertex(int column, int row, int stride, float own_key, double most) const;
-    bool has_parent(int column, int row, int stride, bool is_centre) const;
+    double look_at_midpoint(int column, int row, int stride, double bound, double most) const;
+    bool has_parent(int column, int row, int stride) const;
     bool is_active(int column, int row) const { return chunk_.key_at(column, row) < threshold_; }
     std::int32_t height(int column, int row) const {
         return chunk_.chunk->heights[sample_index(column, row)];
@@ -110,17 +114,8 @@ double Search::look_at_cells(double most) {
     return most;
 }
 
-// Whether a triangle is drawn that the vertex would split, with this chunk's samples or above.
-bool Search::has_parent(int column, int row, int stride, bool is_centre) const {
-    if (!is_centre) {
-        const bool along_x = (column / stride) % 2 != 0;
-        const int to_x = along_x ? 0 : stride, to_y = along_x ? stride : 0;
-        const auto is_inside = [](int x, int y) {
-            return x >= 0 && y >= 0 && x <= kChunkCells && y <= kChunkCells;
-        };
-        return (is_inside(column - to_x, row - to_y) && is_active(column - to_x, row - to_y)) ||
-               (is_inside(column + to_x, row + to_y) && is_active(column + to_x, row + to_y));
-    }
+// Whether a triangle is drawn that a centre would split, with this chunk's samples or above.
+bool Search::has_parent(int column, int row, int stride) const {
     if (chunk_.is_root() && stride > 1) {
         if (stride == kChunkSquares) return true;
         const bool is_even = ((column / stride + row / stride) / 2) % 2 == 1;
@@ -145,53 +140,94 @@ bool Search::has_parent(int column, int row, int stride, bool is_centre) const {
 // Where a vertex is wanted, but not active.
 double Search::look_at_vertex(int column, int row, int stride, float own_key, double most) const {
     if (!(own_key < threshold_) || is_active(column, row)) return most;
-    const bool is_centre = ((column / stride) & (row / stride) & 1) != 0;
-    if (!has_parent(column, row, stride, is_centre)) return most;
-    const int west = std::max(column - stride, 0), east = std::min(column + stride, kChunkCells);
-    const int south = std::max(row - stride, 0), north = std::min(row + stride, kChunkCells);
-    HeightRange heights(height(column, row));
-    if (is_centre) {
-        for (const int x : {west, east}) {
-            for (const int y : {south, north}) heights.take(height(x, y));
-        }
-    } else {
-        heights.take(height(west, row));
-        heights.take(height(east, row));
-        heights.take(height(column, south));
-        heights.take(height(column, north));
-    }
     const auto bound =
         static_cast<double>(bound_of(chunk_.chunk->inverse_square_bound(column, row)));
+    if (((column / stride) & (row / stride) & 1) == 0) {
+        return look_at_midpoint(column, row, stride, bound, most);
+    }
+    if (!has_parent(column, row, stride)) return most;
+    const int west = column - stride, east = column + stride;
+    const int south = row - stride, north = row + stride;
+    HeightRange heights(height(column, row));
+    for (const int x : {west, east}) {
+        for (const int y : {south, north}) heights.take(height(x, y));
+    }
     return std::max(most, error_of(west, south, east, north, heights, bound));
+}
+
+// The triangles on both sides of the edge that a midpoint would split, where they are drawn: by their
+// apexes, which may be a neighbour's.
+double Search::look_at_midpoint(int column, int row, int stride, double bound, double most) const {
+    const bool along_x = (column / stride) % 2 != 0;
+    const int to_x = along_x ? 0 : stride, to_y = along_x ? stride : 0;
+    HeightRange edge(height(column, row));
+    edge.take(height(column - to_y, row - to_x));
+    edge.take(height(column + to_y, row + to_x));
+    for (const int side : {-1, 1}) {
+        const int apex_x = column + side * to_x, apex_y = row + side * to_y;
+        const OpenChunk* owner = apex_x < 0             ? chunk_.neighbour[west]
+                                 : apex_x > kChunkCells ? chunk_.neighbour[east]
+                                 : apex_y < 0           ? chunk_.neighbour[south]
+                                 : apex_y > kChunkCells ? chunk_.neighbour[north]
+                                                        : &chunk_;
+        const auto wrap = [](int i) {
+            return i < 0 ? i + kChunkCells : i > kChunkCells ? i - kChunkCells : i;
+        };
+        const int x = wrap(apex_x), y = wrap(apex_y);
+        if (owner == nullptr || !(owner->key_at(x, y) < threshold_)) continue;
+        HeightRange heights = edge;
+        heights.take(owner->chunk->heights[sample_index(x, y)]);
+        most =
+            std::max(most, error_of(std::min(column - to_y, apex_x), std::min(row - to_x, apex_y),
+                                    std::max(column + to_y, apex_x), std::max(row + to_x, apex_y),
+                                    heights, bound));
+    }
+    return most;
+}
+
+double Search::look_at_held_area(int area, double most) const {
+    const int west = area % kChunkAreas * kAreaCells, south = area / kChunkAreas * kAreaCells;
+    const OpenChunk::Bits& bits = chunk_.bits_of(area);
+    for (const auto& [kind, active] : {std::pair{AreaVertices::centre, bits.centre},
+                                       std::pair{AreaVertices::along_x, bits.along_x},
+                                       std::pair{AreaVertices::along_y, bits.along_y}}) {
+        alignas(64) std::array<float, AreaVertices::kSquares> own;
+        keys_.own_keys(chunk_, area, kind, own.data());
+        const int to_x = kind == AreaVertices::along_y ? 0 : 1;
+        const int to_y = kind == AreaVertices::along_x ? 0 : 1;
+        std::uint64_t held = keys_.kernels().mask(own.data(), threshold_ / kNestMargin) & ~active;
+        for (; held != 0; held &= held - 1) {
+            const int square = std::countr_zero(held);
+            most = look_at_vertex(west + 2 * (square % kAreaSquares) + to_x,
+                                  south + 2 * (square / kAreaSquares) + to_y, 1,
+                                  own[static_cast<std::size_t>(square)], most);
+        }
+    }
+    return most;
 }
 
 // Vertices that are wanted, but held back by parents that are not there.
 double Search::look_at_held(double most) const {
-    for_each_area(chunk_.open_areas, [&](int area) {
-        const int west = area % kChunkAreas * kAreaCells, south = area / kChunkAreas * kAreaCells;
-        for (const auto kind :
-             {AreaVertices::centre, AreaVertices::along_x, AreaVertices::along_y}) {
-            std::array<float, AreaVertices::kSquares> own;
-            keys_.own_keys(screen_, chunk_, area, kind, own.data());
-            const int to_x = kind == AreaVertices::along_y ? 0 : 1;
-            const int to_y = kind == AreaVertices::along_x ? 0 : 1;
-            for (int i = 0; i < static_cast<int>(own.size()); ++i) {
-                most = look_at_vertex(west + 2 * (i % kAreaSquares) + to_x,
-                                      south + 2 * (i / kAreaSquares) + to_y, 1,
-                                      own[static_cast<std::size_t>(i)], most);
-            }
-        }
-    });
+    for_each_area(chunk_.held_areas, [&](int area) { most = look_at_held_area(area, most); });
+    if (chunk_.is_side_held) most = look_at_held_sides(most);
+    if (chunk_.is_coarse_held) most = look_at_held_coarse(most);
+    return most;
+}
+
+double Search::look_at_held_sides(double most) const {
     for (const Side side : {east, north}) {
-        if (chunk_.beyond[side] == OpenChunk::Beyond::resident) continue;
+        if (chunk_.neighbour[side] != nullptr) continue;
         for (int i = 0; i < kChunkSquares; ++i) {
             const int along = 2 * i + 1;
             most = look_at_vertex(side == east ? kChunkCells : along,
                                   side == east ? along : kChunkCells, 1,
-                                  keys_.own_side_key(screen_, chunk_, side, i), most);
+                                  keys_.own_side_key(chunk_, side, i), most);
         }
     }
-    if (!chunk_.is_root()) return most;
+    return most;
+}
+
+double Search::look_at_held_coarse(double most) const {
     for (int row = 0; row <= kChunkSquares; ++row) {
         for (int column = 0; column <= kChunkSquares; ++column) {
             const float own = keys_.own_coarse_key(screen_, chunk_, column, row);
@@ -213,7 +249,7 @@ void find_error_left(const OpenChunk& chunk, const VertexKeys& keys, const Scree
         std::find(chunk.is_absent.begin(), chunk.is_absent.end(), true) != chunk.is_absent.end();
     double& of_cells = is_finest ? left.finest : left.absent;
     if (any_absent) of_cells = search.look_at_cells(of_cells);
-    if (chunk.is_held) left.absent = search.look_at_held(left.absent);
+    left.absent = search.look_at_held(left.absent);
 }
 
 }  // namespace terrane::internal

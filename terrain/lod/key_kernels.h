@@ -13,11 +13,11 @@ namespace terrane::internal {
 /// Vertices of one kind in an area, 8 rows of 8 from the south-west.
 struct VertexGroup {
     const float* inverse_square_bounds = nullptr;  ///< [64]
-    const std::int32_t* heights = nullptr;         ///< [64] quanta
+    const std::int16_t* low = nullptr;             ///< [64] of the reaches, see EyeHeights
+    const std::int16_t* high = nullptr;            ///< [64]
     const float* x = nullptr;                      ///< [8] metres from the eye, by column
     const float* y = nullptr;                      ///< [8] by row
-    float across = 0.0f;                           ///< of the vertices' reaches
-    float up = 0.0f;
+    float across = 0.0f;                           ///< half the width of the reaches
 };
 
 /// Keys of the midpoints around a quarter of an area, which are the parents of the centres of the
@@ -62,7 +62,7 @@ struct KeyKernels {
                   float* keys);
     /// Raises the keys of centres to their parents': of a square's sides in the next coarser area,
     /// those two that are also sides of the coarser centre's quarter.
-    /// @return whether any key below `floor` was raised
+    /// @return whether any key below `floor` was raised by more than kNestMargin
     bool (*trim_centres)(const ParentSides& parents, float floor, float* keys);
     /// Raises the keys of midpoints to those of the centres on both sides.
     /// @param south [8] the last row of centres in the area to the south

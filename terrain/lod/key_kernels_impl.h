@@ -21,6 +21,7 @@ constexpr int kAll = kSide * kSide;
 constexpr std::size_t kRow = 129;  // samples in a row of a chunk
 
 using Row = float __attribute__((vector_size(4 * kSide)));
+using ShortRow = std::int16_t __attribute__((vector_size(2 * kSide)));
 using IntRow = std::int32_t __attribute__((vector_size(4 * kSide)));
 
 template <typename Vector, typename Value>
@@ -35,29 +36,28 @@ void own(const VertexGroup& group, const EyeHeights& eye, float* keys_out) {
     const Row x_squared = gap_squared(load<Row>(group.x), group.across);
     for (int row = 0; row < kSide; ++row) {
         const float y_squared = gap_squared(group.y[row], group.across);
-        const Row z = over_eye<Row>(load<IntRow>(group.heights + kSide * row), eye);
+        const Row low = over_eye<Row>(load<ShortRow>(group.low + kSide * row), eye);
+        const Row high = over_eye<Row>(load<ShortRow>(group.high + kSide * row), eye);
         const Row inverse = load<Row>(group.inverse_square_bounds + kSide * row);
         store(keys_out + kSide * row,
-              vertex_key(x_squared + y_squared, z, group.up, inverse, eye.near_squared));
+              vertex_key(x_squared + y_squared, low, high, inverse, eye.near_squared));
     }
 }
 
 void weigh(const VertexGroup& group, const EyeHeights& eye, const KeyPlanes& planes, float* keys) {
     const Row x = load<Row>(group.x);
     for (int row = 0; row < kSide; ++row) {
-        const float y = group.y[row];
-        const Row z = over_eye<Row>(load<IntRow>(group.heights + kSide * row), eye);
-        const Row far = absolute(x) + absolute(y) + absolute(z);
-        const Row outside = outside_view(x, y, z, far, group.across, group.up, planes);
+        const Row low = over_eye<Row>(load<ShortRow>(group.low + kSide * row), eye);
+        const Row high = over_eye<Row>(load<ShortRow>(group.high + kSide * row), eye);
         store(keys + kSide * row,
               load<Row>(keys + kSide * row) /
-                  squared_weight(outside, far, group.across, group.up, planes.near_distance));
+                  squared_weight(x, group.y[row], low, high, group.across, planes));
     }
 }
 
 template <bool kEast>
 bool trim_quarter(const ParentSides& parents, float floor, float* keys) {
-    const Row limit = spread<Row>(floor);
+    const Row limit = spread<Row>(floor / kNestMargin);
     IntRow held{};
     for (int b = 0; b < kSide / 2; ++b) {
         const Row sides = load<Row>(parents.along_y + kSide * (parents.row + b));
@@ -73,7 +73,7 @@ bool trim_quarter(const ParentSides& parents, float floor, float* keys) {
                       : __builtin_shufflevector(across, across, 0, 0, 1, 1, 2, 2, 3, 3);
             float* const row = keys + kSide * (2 * b + half);
             const Row most = larger(from_x, from_y), key = load<Row>(row);
-            held |= (key < limit) & (key < most);
+            held |= (key < limit) & (key * kNestMargin < most);
             store(row, larger(key, most));
         }
     }
@@ -90,10 +90,12 @@ bool trim_centres(const ParentSides& parents, float floor, float* keys) {
 // Raises keys[i] to the larger of two parents'.
 inline int trim(float* __restrict keys, int count, const float* __restrict a,
                 const float* __restrict b, float floor) {
+    const float limit = floor / kNestMargin;
     int held = 0;
     for (int i = 0; i < count; ++i) {
         const float parents = larger(a[i], b[i]);
-        held |= static_cast<int>(keys[i] < floor) & static_cast<int>(keys[i] < parents);
+        held |=
+            static_cast<int>(keys[i] < limit) & static_cast<int>(keys[i] * kNestMargin < parents);
         keys[i] = larger(keys[i], parents);
     }
     return held;

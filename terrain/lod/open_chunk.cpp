@@ -26,7 +26,7 @@ AreaPlace beside(const OpenChunk& chunk, int area, Side side) {
 bool is_world_end(const OpenChunk& chunk, int area, Side side) {
     const int column = area % kChunkAreas + kSteps[side].column;
     const int row = area / kChunkAreas + kSteps[side].row;
-    return !is_inside(column, row) && chunk.ends(side);
+    return !is_inside(column, row) && chunk.ends[side];
 }
 
 float OpenChunk::key_at(int column, int row) const {
@@ -35,8 +35,8 @@ float OpenChunk::key_at(int column, int row) const {
         if (!is_root()) return kNever;
         return coarse_keys[of_square(row) * kCoarseSide + of_square(column)];
     }
-    if (column == kChunkCells && ends(east)) return east_keys[of_square(row)];
-    if (row == kChunkCells && ends(north)) return north_keys[of_square(column)];
+    if (column == kChunkCells && ends[east]) return east_keys[of_square(row)];
+    if (row == kChunkCells && ends[north]) return north_keys[of_square(column)];
     const OpenChunk* owner = this;
     if (column == kChunkCells || row == kChunkCells) {
         owner = neighbour[column == kChunkCells ? east : north];

@@ -51,22 +51,23 @@ struct OpenChunk {
     std::array<OpenChunk*, 4> child{};        ///< by quadrant; null where not open
     std::array<OpenChunk*, 4> neighbour{};    ///< by Side; null where not open
     std::array<bool, 4> is_absent{};          ///< by quadrant: no child there to open
-    /// Beyond a side there is no world; or a world, but no chunk.
-    enum class Beyond : std::uint8_t { world_end, absent, resident };
-    std::array<Beyond, 4> beyond{};  ///< by Side
-    float fade_factor = 1.0f;        ///< keys are raised by it: 1 / fade^2
+    std::array<bool, 4> ends{};               ///< by Side: the world ends there
+    float fade_factor = 1.0f;                 ///< keys are raised by it: 1 / fade^2
 
     ChunkAxes axes;
+    EyeHeights eye_heights;
     KeyPlanes planes;                ///< of the view, that the chunk is not wholly inside of
     std::uint64_t open_areas = 0;    ///< bit: area; those that may hold a vertex below the floor
     std::uint64_t areas_beside = 0;  ///< those of them that are not wholly in view
-    /// Whether a vertex below the floor has been raised: something may be missing here.
-    bool is_held = false;
+    /// Areas with a vertex below the floor that has been raised: something may be missing there.
+    std::uint64_t held_areas = 0;
+    bool is_side_held = false;    ///< the same of those on the eastern and northern side,
+    bool is_coarse_held = false;  ///< and of a root's coarser ones
 
     /// [kAreas] at least those of the parents; undefined in areas that are not open.
     std::vector<AreaKeys> keys;
-    /// Of the midpoints on the eastern and northern side, as in Chunk::east_bounds, where no chunk
-    /// lies beyond: others are the neighbours'.
+    /// Of the midpoints on the eastern and northern side, as in Chunk::east_bounds, where no open
+    /// chunk lies beyond: others are the neighbours'.
     std::array<float, kChunkSquares> east_keys, north_keys;
     std::vector<float> coarse_keys;  ///< of a root, as Chunk::coarse_bounds; else empty
     std::vector<float> offsets;      ///< [kSamples] see MeshChunk
@@ -80,7 +81,6 @@ struct OpenChunk {
     std::size_t first_triangle = 0;
 
     bool is_root() const { return chunk->key.level == 0; }
-    bool ends(Side side) const { return beyond[side] == Beyond::world_end; }
     bool is_open(int area) const { return (open_areas >> area & 1) != 0; }
 
     const Keys& keys_of(int area) const { return keys[static_cast<std::size_t>(area)].of; }

@@ -20,7 +20,7 @@ std::size_t coarse_index(int column, int row) {
 
 // Raises a key to those of its parents.
 void trim(OpenChunk& root, float& key, float parents, float floor) {
-    root.is_held |= key < floor && key < parents;
+    root.is_coarse_held |= key < floor && key < parents;
     key = std::max(key, parents);
 }
 
@@ -32,9 +32,11 @@ float VertexKeys::own_coarse_key(const ScreenError& screen, const OpenChunk& roo
     const int stride = 1 << std::countr_zero(both);
     if (both == 0 || stride > kCoarsest) return OpenChunk::kNever;
     const bool is_centre = ((row / stride) & (column / stride) & 1) != 0;
-    return own_key(screen, root, 2 * column, 2 * row,
-                   root.chunk->coarse_bounds[coarse_index(column, row)],
-                   reach(*root.chunk, 2 * stride, is_centre));
+    const Reach around = reach(*root.chunk, 2 * stride, is_centre);
+    const std::int32_t height = root.chunk->heights[sample_index(2 * column, 2 * row)];
+    const float z = screen.height_over_eye(lattice_.quantum * height);
+    return own_key(root, 2 * column, 2 * row, z - around.up, z + around.up, around.across,
+                   root.chunk->coarse_bounds[coarse_index(column, row)]);
 }
 
 // The centre of a root square has no parents.
@@ -61,7 +63,7 @@ void VertexKeys::trim_coarse_midpoints(OpenChunk& root, int stride, float floor)
              {std::pair{west, column < 0}, std::pair{east, column > kSide},
               std::pair{south, row < 0}, std::pair{north, row > kSide}}) {
             if (!is_beyond) continue;
-            if (root.ends(side)) return 0.0f;
+            if (root.ends[side]) return 0.0f;
             owner = root.neighbour[side];
         }
         if (owner == nullptr) return OpenChunk::kNever;
@@ -83,6 +85,7 @@ void VertexKeys::find_coarse_keys(const ScreenError& screen, float floor,
                                   std::span<OpenChunk* const> roots) const {
     for (OpenChunk* root : roots) {
         screen.fill_axes(*root->chunk, root->axes);
+        root->eye_heights = screen.eye_heights(*root->chunk);
         root->planes = screen.planes_across(screen.box_of(*root->chunk));
         root->coarse_keys.resize(OpenChunk::kCoarseSide * OpenChunk::kCoarseSide);
         for (int row = 0; row <= kSide; ++row) {

@@ -42,6 +42,13 @@ Eigen::Vector3d support(const Eigen::Vector3d& low, const Eigen::Vector3d& high,
             along.z() > 0.0 ? high.z() : low.z()};
 }
 
+ScreenError::Box around(const ScreenError::Box& samples, const HeightInterval& heights,
+                        float across) {
+    const auto margin = static_cast<double>(across);
+    return {{samples.low.x() - margin, samples.low.y() - margin, heights.low},
+            {samples.high.x() + margin, samples.high.y() + margin, heights.high}};
+}
+
 }  // namespace
 
 Reaches make_reaches(const HeightSource& source) {
@@ -74,13 +81,7 @@ ScreenError::ScreenError(const View& view, const Lattice& lattice)
       near_(view.near_distance),
       pixels_(view.pixels_per_radian()),
       frustum_(make_frustum(view)) {
-    constexpr double kLargestBase = 0x1p30;
-    const double base =
-        std::clamp(std::floor(eye_.z() / lattice.quantum + 0.5), -kLargestBase, kLargestBase);
-    heights_.base = static_cast<std::int32_t>(base);
-    heights_.quantum = static_cast<float>(lattice.quantum);
-    heights_.rest = place(base * lattice.quantum - eye_.z());
-    heights_.near_squared =
+    near_squared_ =
         std::max(round_down(std::min(near_ * near_, 1e30)), std::numeric_limits<float>::min());
 }
 
@@ -96,6 +97,12 @@ double ScreenError::error_px_of(float key) const {
 
 double ScreenError::error_px_at(double bound, double distance) const {
     return bound * pixels_ / std::max(near_, distance);
+}
+
+float ScreenError::height_over_eye(double height) const { return place(height - eye_.z()); }
+
+EyeHeights ScreenError::eye_heights(const Chunk& chunk) const {
+    return {chunk.reach_unit, height_over_eye(chunk.reach_base), near_squared_};
 }
 
 void ScreenError::fill_axes(const Chunk& chunk, ChunkAxes& axes_out) const {
@@ -124,11 +131,9 @@ ScreenError::Box ScreenError::box_of_area(const Chunk& chunk, int area) const {
             {lattice_.x(west + side), lattice_.y(south + side), lattice_.quantum * part.high}};
 }
 
-float ScreenError::least_key(const Box& box, float largest_bound, const Reach& reach) const {
-    const Eigen::Vector3d margin(static_cast<double>(reach.across),
-                                 static_cast<double>(reach.across), static_cast<double>(reach.up));
-    const Eigen::Vector3d low = box.low - margin - eye_;
-    const Eigen::Vector3d high = box.high + margin - eye_;
+float ScreenError::least_key(const Box& reach, float largest_bound) const {
+    const Eigen::Vector3d low = reach.low - eye_;
+    const Eigen::Vector3d high = reach.high - eye_;
     const double distance_squared =
         low.cwiseMax(-high).cwiseMax(Eigen::Vector3d::Zero()).squaredNorm();
     double beside = 0.0;
@@ -145,6 +150,14 @@ float ScreenError::least_key(const Box& box, float largest_bound, const Reach& r
                                 static_cast<double>(std::numeric_limits<float>::min()));
     return static_cast<float>(
         std::min(key, static_cast<double>(std::numeric_limits<float>::max())));
+}
+
+ScreenError::Box ScreenError::reach_of(const Chunk& chunk, float across) const {
+    return around(box_of(chunk), chunk.reach(), across);
+}
+
+ScreenError::Box ScreenError::reach_of_area(const Chunk& chunk, int area, float across) const {
+    return around(box_of_area(chunk, area), chunk.reach_of_area(area), across);
 }
 
 KeyPlanes ScreenError::planes_across(const Box& box) const {

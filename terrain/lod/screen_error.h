@@ -35,8 +35,9 @@ Reaches make_reaches(const HeightSource& source);
 /// operations.
 class ScreenError {
 public:
-    /// Pixels that follow from keys are upper bounds once multiplied by this.
-    static constexpr double kRounding = 1.0 + 0x1p-16;
+    /// Pixels that follow from keys are upper bounds once multiplied by this: the root of
+    /// kNestMargin, and the rounding of keys.
+    static constexpr double kRounding = 1.0 + 0x1p-10 + 0x1p-16;
 
     ScreenError(const View& view, const Lattice& lattice);
 
@@ -46,7 +47,8 @@ public:
     double error_px_at(double bound, double distance) const;
 
     void fill_axes(const Chunk& chunk, ChunkAxes& axes_out) const;
-    const EyeHeights& eye_heights() const { return heights_; }
+    EyeHeights eye_heights(const Chunk& chunk) const;
+    float height_over_eye(double height) const;
 
     /// A box with sides along the axes, world.
     struct Box {
@@ -54,9 +56,12 @@ public:
     };
     Box box_of(const Chunk& chunk) const;
     Box box_of_area(const Chunk& chunk, int area) const;
+    /// Holds the reaches of a chunk's own vertices, or of an area's, half as wide as `across`.
+    Box reach_of(const Chunk& chunk, float across) const;
+    Box reach_of_area(const Chunk& chunk, int area, float across) const;
 
-    /// No vertex in the box with at most this bound and reach has a smaller key.
-    float least_key(const Box& box, float largest_bound, const Reach& reach) const;
+    /// No vertex with a reach in the box and at most this bound has a smaller key.
+    float least_key(const Box& reach, float largest_bound) const;
 
     /// Side planes of the view that a box does not lie wholly inside of, for certain: the others do
     /// not matter to vertices in it.
@@ -73,7 +78,7 @@ private:
     double near_ = 1.0;
     double pixels_ = 1.0;
     Frustum frustum_;
-    EyeHeights heights_;
+    float near_squared_ = 1.0f;
 };
 
 }  // namespace terrane::internal

@@ -62,8 +62,8 @@ void Selection::count_chunk(const OpenChunk& chunk, const KeyKernels& kernels, T
             count_inner(along_y + outer, kAreaSquares - outer);
         }
     });
-    if (chunk.ends(east)) count_border(chunk.east_keys.data(), chunk.east_keys.size());
-    if (chunk.ends(north)) count_border(chunk.north_keys.data(), chunk.north_keys.size());
+    if (chunk.ends[east]) count_border(chunk.east_keys.data(), chunk.east_keys.size());
+    if (chunk.ends[north]) count_border(chunk.north_keys.data(), chunk.north_keys.size());
     if (chunk.is_root()) count_coarse(chunk, kernels, tally);
 }
 
@@ -72,16 +72,16 @@ void Selection::count_coarse(const OpenChunk& root, const KeyKernels& kernels, T
     constexpr int kLast = kChunkSquares;
     const auto side = static_cast<int>(OpenChunk::kCoarseSide);
     for (int row = 0; row <= kLast; ++row) {
-        if (row == kLast && !root.ends(north)) break;
+        if (row == kLast && !root.ends[north]) break;
         const float* keys = root.coarse_keys.data() + row * side;
-        if ((row == 0 && root.ends(south)) || row == kLast) {
+        if ((row == 0 && root.ends[south]) || row == kLast) {
             tally.below += kernels.count(keys, side, tally.window[1]);
             continue;
         }
-        const int first = root.ends(west) ? 1 : 0;
+        const int first = root.ends[west] ? 1 : 0;
         tally.below += kernels.count(keys, first, tally.window[1]);
         tally.below += 2 * std::size_t{kernels.count(keys + first, kLast - first, tally.window[0])};
-        if (root.ends(east)) tally.below += kernels.count(keys + kLast, 1, tally.window[1]);
+        if (root.ends[east]) tally.below += kernels.count(keys + kLast, 1, tally.window[1]);
     }
 }
 

@@ -171,12 +171,9 @@ double Triangulator::State::fading_error(const ScreenError& screen, const Morph&
             factor = std::max(factor, above->fade_factor);
             const auto bound = static_cast<double>(above->chunk->max_vertex_bound);
             // diamonds of the vertices on its sides reach beyond it
-            const internal::Reach reach = keys.largest_reach(*above->chunk);
-            const Eigen::Vector3d margin(reach.across, reach.across,
-                                         static_cast<double>(reach.up) + bound);
-            ScreenError::Box box = screen.box_of(*above->chunk);
-            box.low -= margin;
-            box.high += margin;
+            ScreenError::Box box = keys.reach_of(screen, *above->chunk);
+            box.low.z() -= bound;
+            box.high.z() += bound;
             most_px = std::max(most_px, screen.error_in_view(box, bound));
         }
         if (most_px == 0.0) continue;

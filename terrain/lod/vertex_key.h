@@ -12,11 +12,14 @@ inline constexpr float kLeastWeight = 1.0f / 16.0f;
 // over a margin of about a quarter of the distance.
 inline constexpr float kWeightSlope = 6.0f;
 
-/// What turns samples into heights over the eye: quantum * (height - base) + rest.
+/// A vertex whose key is raised to its parents' by no more than this is not held back: reaches nest up to
+/// their rounding, and reported errors allow for it.
+inline constexpr float kNestMargin = 1.0f + 0x1p-9f;
+
+/// What turns heights of reaches into metres over the eye: unit * height + base.
 struct EyeHeights {
-    std::int32_t base = 0;
-    float quantum = 1.0f;
-    float rest = 0.0f;
+    float unit = 1.0f;
+    float base = 0.0f;
     float near_squared = 1.0f;  ///< of the view
 };
 
@@ -61,46 +64,45 @@ inline Number gap_squared(Number from_eye, float reach) {
     const Number gap = larger(absolute(from_eye) - reach, Number{});
     return gap * gap;
 }
+template <typename Number>
+inline Number height_gap_squared(Number low, Number high) {
+    const Number gap = larger(larger(low, -high), Number{});
+    return gap * gap;
+}
 
 template <typename Number, typename Height>
 inline Number over_eye(Height height, const EyeHeights& eye) {
-    return to_number<Number>(height - eye.base) * eye.quantum + eye.rest;
+    return to_number<Number>(height) * eye.unit + eye.base;
 }
 
 /// The squared distance from the eye to a vertex's reach over the square of its bound.
 /// @param flat_squared  that along x and y
+/// @param low, high     of the reach, over the eye
 template <typename Number>
-inline Number vertex_key(Number flat_squared, Number z, float up, Number inverse_square_bound,
+inline Number vertex_key(Number flat_squared, Number low, Number high, Number inverse_square_bound,
                          float near_squared) {
-    return larger(flat_squared + gap_squared(z, up), spread<Number>(near_squared)) *
+    return larger(flat_squared + height_gap_squared(low, high), spread<Number>(near_squared)) *
            inverse_square_bound;
 }
 
-/// What a key is divided by beside the view: the square of a weight.
-/// @param outside  how far the reach lies outside of the view, metres
-/// @param far      sum of the vertex's coordinates from the eye, absolute
+/// What a key is divided by beside the view: the square of a weight, which falls with the distance
+/// from the view to the reach.
 template <typename Number>
-inline Number squared_weight(Number outside, Number far, float across, float up,
-                             float near_distance) {
-    const Number reach = far + (2.0f * across + up + near_distance);
-    const Number weight =
-        larger(1.0f - kWeightSlope * outside / reach, spread<Number>(kLeastWeight));
-    return weight * weight;
-}
-
-/// How far a reach lies outside of the view, or 0.
-template <typename Number>
-inline Number outside_view(Number x, float y, Number z, Number far, float across, float up,
-                           const KeyPlanes& planes) {
+inline Number squared_weight(Number x, float y, Number low, Number high, float across,
+                             const KeyPlanes& planes) {
+    const Number far = absolute(x) + absolute(y) + larger(absolute(low), absolute(high));
     Number outside{};
     for (int i = 0; i < planes.count; ++i) {
         const float nx = planes.x[i], ny = planes.y[i], nz = planes.z[i];
-        const float size = (absolute(nx) + absolute(ny)) * across + absolute(nz) * up;
+        const float from_y = ny * y + (absolute(nx) + absolute(ny)) * across;
         // a little further in, for the rounding
-        const Number inside = nx * x + nz * z + (ny * y + size) + far * 0x1p-18f;
+        const Number inside = nx * x + from_y + (nz > 0.0f ? nz * high : nz * low) + far * 0x1p-18f;
         outside = larger(-inside, outside);
     }
-    return outside;
+    const Number reach = far + (2.0f * across + planes.near_distance);
+    const Number weight =
+        larger(1.0f - kWeightSlope * outside / reach, spread<Number>(kLeastWeight));
+    return weight * weight;
 }
 
 }  // namespace

@@ -128,10 +128,6 @@ Reach VertexKeys::reach(const Chunk& chunk, int stride, bool is_centre) const {
     return is_centre ? reaches_.centre[exponent] : reaches_.midpoint[exponent];
 }
 
-Reach VertexKeys::largest_reach(const Chunk& chunk) const {
-    return reach(chunk, chunk.key.level == 0 ? kChunkCells / 2 : 1, true);
-}
-
 OpenChunk* VertexKeys::find(std::int32_t index) const {
     return index == ResidentSet::kNone ? nullptr : by_index_[static_cast<std::size_t>(index)];
 }
@@ -146,7 +142,8 @@ void VertexKeys::open_chunk(const ResidentSet& resident, std::size_t index) {
     by_index_[index] = &chunk;
     chunk.chunk = resident.chunks()[index].get();
     chunk.index = static_cast<std::int32_t>(index);
-    chunk.is_held = false;
+    chunk.held_areas = 0;
+    chunk.is_side_held = chunk.is_coarse_held = false;
     const float fade = chunk.is_root() ? 1.0f : resident.fade(index);
     chunk.fade_factor = fade < 1.0f ? 1.0f / (fade * fade) : 1.0f;
 }
@@ -163,9 +160,7 @@ void VertexKeys::link(const ResidentSet& resident, OpenChunk& chunk) {
         ChunkKey{key.x, key.y - 1, key.level}, ChunkKey{key.x, key.y + 1, key.level}};
     for (std::size_t side = 0; side < 4; ++side) {
         chunk.neighbour[side] = find(links.neighbour[side]);
-        chunk.beyond[side] = !lattice_.contains(beyond[side])  ? OpenChunk::Beyond::world_end
-                             : is_there(links.neighbour[side]) ? OpenChunk::Beyond::resident
-                                                               : OpenChunk::Beyond::absent;
+        chunk.ends[side] = !lattice_.contains(beyond[side]);
     }
     for (std::size_t quadrant = 0; quadrant < 4; ++quadrant) {
         chunk.child[quadrant] = nullptr;
@@ -178,91 +173,96 @@ void VertexKeys::link(const ResidentSet& resident, OpenChunk& chunk) {
 }
 
 void VertexKeys::open_areas(const ScreenError& screen, float floor, OpenChunk& chunk) const {
-    const Reach reach = largest_reach(*chunk.chunk);
+    const float across = reach(*chunk.chunk, 1, true).across;
     chunk.planes = screen.planes_across(screen.box_of(*chunk.chunk));
     const bool is_in_view = chunk.planes.count == 0;
     chunk.open_areas = chunk.areas_beside = 0;
     for (int area = 0; area < kChunkAreas * kChunkAreas; ++area) {
         const float bound = chunk.chunk->areas[static_cast<std::size_t>(area)].max_vertex_bound;
-        const ScreenError::Box box = screen.box_of_area(*chunk.chunk, area);
-        if (!chunk.is_root() && !(screen.least_key(box, bound, reach) < floor)) continue;
-        chunk.open_areas |= std::uint64_t{1} << area;
-        if (!is_in_view && !screen.is_inside(box)) chunk.areas_beside |= std::uint64_t{1} << area;
+        if (!chunk.is_root()) {
+            const ScreenError::Box reach = screen.reach_of_area(*chunk.chunk, area, across);
+            if (!(screen.least_key(reach, bound) < floor)) continue;
+        }
+        const std::uint64_t bit = std::uint64_t{1} << area;
+        chunk.open_areas |= bit;
+        if (is_in_view || screen.is_inside(screen.box_of_area(*chunk.chunk, area))) continue;
+        chunk.areas_beside |= bit;
     }
 }
 
-void VertexKeys::own_keys(const ScreenError& screen, const OpenChunk& chunk, int area,
-                          AreaVertices::Kind kind, float* keys_out) const {
+void VertexKeys::own_keys(const OpenChunk& chunk, int area, AreaVertices::Kind kind,
+                          float* keys_out) const {
     const AreaVertices& vertices = chunk.chunk->vertices[static_cast<std::size_t>(area)];
     const auto column = static_cast<std::size_t>(area % kChunkAreas * kAreaSquares);
     const auto row = static_cast<std::size_t>(area / kChunkAreas * kAreaSquares);
-    const Reach reach_of_kind = reach(*chunk.chunk, 1, kind == AreaVertices::centre);
     VertexGroup group;
     group.inverse_square_bounds = vertices.inverse_square_bounds[kind].data();
-    group.heights = vertices.heights[kind].data();
+    group.low = vertices.low[kind].data();
+    group.high = vertices.high[kind].data();
     group.x =
         kind == AreaVertices::along_y ? &chunk.axes.x.even[column] : &chunk.axes.x.odd[column];
     group.y = kind == AreaVertices::along_x ? &chunk.axes.y.even[row] : &chunk.axes.y.odd[row];
-    group.across = reach_of_kind.across;
-    group.up = reach_of_kind.up;
-    kernels_->own(group, screen.eye_heights(), keys_out);
+    group.across = reach(*chunk.chunk, 1, kind == AreaVertices::centre).across;
+    kernels_->own(group, chunk.eye_heights, keys_out);
     if ((chunk.areas_beside >> area & 1) != 0) {
-        kernels_->weigh(group, screen.eye_heights(), chunk.planes, keys_out);
+        kernels_->weigh(group, chunk.eye_heights, chunk.planes, keys_out);
     }
 }
 
 // The key of one vertex, the same way.
-float VertexKeys::own_key(const ScreenError& screen, const OpenChunk& chunk, int column, int row,
-                          float inverse_square_bound, const Reach& reach) const {
+float VertexKeys::own_key(const OpenChunk& chunk, int column, int row, float low, float high,
+                          float across, float inverse_square_bound) const {
     const auto place = [](const ChunkAxes::Axis& axis, int i) {
         const auto k = static_cast<std::size_t>(i / 2);
         return i % 2 == 0 ? axis.even[k] : axis.odd[k];
     };
     const float x = place(chunk.axes.x, column), y = place(chunk.axes.y, row);
-    const EyeHeights& eye = screen.eye_heights();
-    const float z = over_eye<float>(chunk.chunk->heights[sample_index(column, row)], eye);
-    const float flat = gap_squared(x, reach.across) + gap_squared(y, reach.across);
-    const float key = vertex_key(flat, z, reach.up, inverse_square_bound, eye.near_squared);
-    const float far = absolute(x) + absolute(y) + absolute(z);
-    const float outside = outside_view(x, y, z, far, reach.across, reach.up, chunk.planes);
-    return key / squared_weight(outside, far, reach.across, reach.up, chunk.planes.near_distance);
+    const float flat = gap_squared(x, across) + gap_squared(y, across);
+    const float key =
+        vertex_key(flat, low, high, inverse_square_bound, chunk.eye_heights.near_squared);
+    return key / squared_weight(x, y, low, high, across, chunk.planes);
 }
 
-float VertexKeys::own_side_key(const ScreenError& screen, const OpenChunk& chunk, Side side,
-                               int i) const {
+float VertexKeys::own_side_key(const OpenChunk& chunk, Side side, int i) const {
     const bool is_east = side == east;
-    const auto& bounds = is_east ? chunk.chunk->east_bounds : chunk.chunk->north_bounds;
-    return own_key(screen, chunk, is_east ? kChunkCells : 2 * i + 1,
-                   is_east ? 2 * i + 1 : kChunkCells, bounds[static_cast<std::size_t>(i)],
-                   reach(*chunk.chunk, 1, false));
+    const Chunk::SideVertices& vertices =
+        is_east ? chunk.chunk->east_side : chunk.chunk->north_side;
+    const auto k = static_cast<std::size_t>(i);
+    return own_key(chunk, is_east ? kChunkCells : 2 * i + 1, is_east ? 2 * i + 1 : kChunkCells,
+                   over_eye<float>(vertices.low[k], chunk.eye_heights),
+                   over_eye<float>(vertices.high[k], chunk.eye_heights),
+                   reach(*chunk.chunk, 1, false).across, vertices.inverse_square_bounds[k]);
 }
 
 // Kinds first to last of an area's vertices, which are one after the other.
 void VertexKeys::fetch_kinds(const OpenChunk& chunk, int area, std::size_t first,
                              std::size_t last) const {
     const AreaVertices& vertices = chunk.chunk->vertices[static_cast<std::size_t>(area)];
-    const std::size_t bytes = (last - first + 1) * sizeof(vertices.heights[0]);
+    const std::size_t bytes = (last - first + 1) * sizeof(vertices.inverse_square_bounds[0]);
     fetch(&vertices.inverse_square_bounds[first], bytes);
-    fetch(&vertices.heights[first], bytes);
+    fetch(&vertices.low[first], bytes / 2);
+    fetch(&vertices.high[first], bytes / 2);
     fetch(&chunk.keys_of(area)[first], bytes);
 }
 
-void VertexKeys::find_centres(const ScreenError& screen, float floor, OpenChunk& chunk) const {
+void VertexKeys::find_centres(float floor, OpenChunk& chunk) const {
     const auto find = [&](int area) {
         float* keys = chunk.keys_of(area)[AreaVertices::centre].data();
-        own_keys(screen, chunk, area, AreaVertices::centre, keys);
+        own_keys(chunk, area, AreaVertices::centre, keys);
         if (chunk.fade_factor != 1.0f) {
             for (int i = 0; i < kSquares; ++i) keys[i] *= chunk.fade_factor;
         }
         const Parents parents(chunk, area);
-        chunk.is_held |= kernels_->trim_centres(parents.sides, floor, keys);
+        if (kernels_->trim_centres(parents.sides, floor, keys)) {
+            chunk.held_areas |= std::uint64_t{1} << area;
+        }
     };
     for_each_area(chunk.open_areas, find, [&](int area) {
         fetch_kinds(chunk, area, AreaVertices::centre, AreaVertices::centre);
     });
 }
 
-void VertexKeys::find_midpoints(const ScreenError& screen, float floor, OpenChunk& chunk) const {
+void VertexKeys::find_midpoints(float floor, OpenChunk& chunk) const {
     // what lies on a line between chunks fades with both
     const auto fade_beside = [&](int area, Side side) {
         const AreaPlace place = beside(chunk, area, side);
@@ -273,8 +273,8 @@ void VertexKeys::find_midpoints(const ScreenError& screen, float floor, OpenChun
         OpenChunk::Keys& keys = chunk.keys_of(area);
         float* along_x = keys[AreaVertices::along_x].data();
         float* along_y = keys[AreaVertices::along_y].data();
-        own_keys(screen, chunk, area, AreaVertices::along_x, along_x);
-        own_keys(screen, chunk, area, AreaVertices::along_y, along_y);
+        own_keys(chunk, area, AreaVertices::along_x, along_x);
+        own_keys(chunk, area, AreaVertices::along_y, along_y);
         const float from_south = fade_beside(area, south), from_west = fade_beside(area, west);
         if (std::max(from_south, from_west) != 1.0f) {
             for (int i = 0; i < kSquares; ++i) {
@@ -285,20 +285,21 @@ void VertexKeys::find_midpoints(const ScreenError& screen, float floor, OpenChun
         const float* centres = keys[AreaVertices::centre].data();
         const float* to_south = centres_beside(chunk, area, south) + kLastRow;
         const float* to_west = centres_beside(chunk, area, west);
-        chunk.is_held |= kernels_->trim_along_x(centres, to_south, floor, along_x);
-        chunk.is_held |= kernels_->trim_along_y(centres, to_west, floor, along_y);
+        const bool is_x_held = kernels_->trim_along_x(centres, to_south, floor, along_x);
+        const bool is_y_held = kernels_->trim_along_y(centres, to_west, floor, along_y);
+        if (is_x_held || is_y_held) chunk.held_areas |= std::uint64_t{1} << area;
     };
     for_each_area(chunk.open_areas, find, [&](int area) {
         fetch_kinds(chunk, area, AreaVertices::along_x, AreaVertices::along_y);
     });
-    find_sides(screen, floor, chunk);
+    find_sides(floor, chunk);
 }
 
-// Midpoints where no chunk lies beyond: at the world's end they have one parent, elsewhere they wait for
-// the neighbour, which would own them.
-void VertexKeys::find_sides(const ScreenError& screen, float floor, OpenChunk& chunk) const {
+// Midpoints where no open chunk lies beyond: at the world's end they have one parent, elsewhere they wait
+// for the neighbour, which would own them.
+void VertexKeys::find_sides(float floor, OpenChunk& chunk) const {
     for (const Side side : {east, north}) {
-        if (chunk.beyond[side] == OpenChunk::Beyond::resident) continue;
+        if (chunk.neighbour[side] != nullptr) continue;
         auto& keys = side == east ? chunk.east_keys : chunk.north_keys;
         for (int i = 0; i < kChunkSquares; ++i) {
             const int along = i / kAreaSquares, square = i % kAreaSquares;
@@ -310,12 +311,12 @@ void VertexKeys::find_sides(const ScreenError& screen, float floor, OpenChunk& c
             const int inside =
                 side == east ? square * kAreaSquares + kAreaSquares - 1 : kLastRow + square;
             float parent = OpenChunk::kNever;
-            if (chunk.ends(side)) {
+            if (chunk.ends[side]) {
                 parent =
                     chunk.keys_of(area)[AreaVertices::centre][static_cast<std::size_t>(inside)];
             }
-            const float own = chunk.fade_factor * own_side_key(screen, chunk, side, i);
-            chunk.is_held |= own < floor && own < parent;
+            const float own = chunk.fade_factor * own_side_key(chunk, side, i);
+            chunk.is_side_held |= own < floor && own < parent;
             key = std::max(own, parent);
         }
     }
@@ -335,8 +336,8 @@ void VertexKeys::compute(const ResidentSet& resident, const ScreenError& screen,
             if (level > 0) {
                 if (find(resident.links(first).parent) == nullptr) continue;
                 if (!(resident.fade(first) > 0.0f)) continue;
-                const float least = screen.least_key(screen.box_of(chunk), chunk.max_vertex_bound,
-                                                     largest_reach(chunk));
+                const float least =
+                    screen.least_key(reach_of(screen, chunk), chunk.max_vertex_bound);
                 if (!(least < floor)) continue;
             }
             open_chunk(resident, first);
@@ -346,11 +347,12 @@ void VertexKeys::compute(const ResidentSet& resident, const ScreenError& screen,
         for (OpenChunk* chunk : here) link(resident, *chunk);
         if (level == 0) find_coarse_keys(screen, floor, here);
         team.run(here.size(), [&](std::size_t i, int) {
-            if (level > 0) screen.fill_axes(*here[i]->chunk, here[i]->axes);
+            screen.fill_axes(*here[i]->chunk, here[i]->axes);
+            here[i]->eye_heights = screen.eye_heights(*here[i]->chunk);
             open_areas(screen, floor, *here[i]);
-            find_centres(screen, floor, *here[i]);
+            find_centres(floor, *here[i]);
         });
-        team.run(here.size(), [&](std::size_t i, int) { find_midpoints(screen, floor, *here[i]); });
+        team.run(here.size(), [&](std::size_t i, int) { find_midpoints(floor, *here[i]); });
     }
 }
 

@@ -36,38 +36,37 @@ public:
 
     /// Keys from the vertices' own bounds and distances, not raised to the parents': of an area,
     /// @param keys_out [AreaVertices::kSquares]
-    void own_keys(const ScreenError& screen, const OpenChunk& chunk, int area,
-                  AreaVertices::Kind kind, float* keys_out) const;
+    void own_keys(const OpenChunk& chunk, int area, AreaVertices::Kind kind, float* keys_out) const;
     /// of the i-th midpoint on the eastern or northern side,
-    float own_side_key(const ScreenError& screen, const OpenChunk& chunk, Side side, int i) const;
+    float own_side_key(const OpenChunk& chunk, Side side, int i) const;
     /// and of a root's vertex of a coarser spacing. Column and row count its even samples.
     float own_coarse_key(const ScreenError& screen, const OpenChunk& root, int column,
                          int row) const;
 
     /// No vertex of an open chunk has a smaller key of its own.
     float least_key(const ScreenError& screen, const OpenChunk& chunk) const {
-        return screen.least_key(screen.box_of(*chunk.chunk), chunk.chunk->max_vertex_bound,
-                                largest_reach(*chunk.chunk));
+        return screen.least_key(reach_of(screen, *chunk.chunk), chunk.chunk->max_vertex_bound);
     }
-
-    /// Of a chunk's own vertices.
-    Reach largest_reach(const Chunk& chunk) const;
+    /// Holds the reaches of a chunk's vertices, but for the coarser ones of a root.
+    ScreenError::Box reach_of(const ScreenError& screen, const Chunk& chunk) const {
+        return screen.reach_of(chunk, reach(chunk, 1, true).across);
+    }
 
     const KeyKernels& kernels() const { return *kernels_; }
     const Lattice& lattice() const { return lattice_; }
 
 private:
     Reach reach(const Chunk& chunk, int stride, bool is_centre) const;
-    float own_key(const ScreenError& screen, const OpenChunk& chunk, int column, int row,
-                  float inverse_square_bound, const Reach& reach) const;
+    float own_key(const OpenChunk& chunk, int column, int row, float low, float high, float across,
+                  float inverse_square_bound) const;
     OpenChunk* find(std::int32_t index) const;
     void open_chunk(const ResidentSet& resident, std::size_t index);
     void link(const ResidentSet& resident, OpenChunk& chunk);
     void open_areas(const ScreenError& screen, float floor, OpenChunk& chunk) const;
     void fetch_kinds(const OpenChunk& chunk, int area, std::size_t first, std::size_t last) const;
-    void find_centres(const ScreenError& screen, float floor, OpenChunk& chunk) const;
-    void find_midpoints(const ScreenError& screen, float floor, OpenChunk& chunk) const;
-    void find_sides(const ScreenError& screen, float floor, OpenChunk& chunk) const;
+    void find_centres(float floor, OpenChunk& chunk) const;
+    void find_midpoints(float floor, OpenChunk& chunk) const;
+    void find_sides(float floor, OpenChunk& chunk) const;
 
     void find_coarse_keys(const ScreenError& screen, float floor,
                           std::span<OpenChunk* const> roots) const;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
+#include "chunk_reaches.h"
+
 #include <terrane/terrain/assert.h>
-#include <terrane/terrain/chunk.h>
 
 #include <algorithm>
 #include <cmath>
@@ -9,6 +10,10 @@
 
 namespace terrane {
 namespace {
+
+using internal::kReachCells;
+using internal::kWideCells;
+using internal::kWideSamples;
 
 constexpr std::size_t kSamples = std::size_t{kChunkSamples} * kChunkSamples;
 constexpr std::size_t kCells = std::size_t{kChunkCells} * kChunkCells;
@@ -28,20 +33,33 @@ float inverse_square(float bound) {
     return static_cast<float>((1.0 - 0x1p-21) / (wide * wide));
 }
 
-Result<void> fill_heights(const HeightSource& source, const SampleGrid& grid, Chunk& chunk) {
-    std::vector<double> metres(kSamples);
-    if (const Result<void> read = source.sample(grid, metres); !read) return read;
+// A chunk's samples and cells with those around it, as they are read.
+struct Surroundings {
+    SampleGrid grid;
+    std::vector<double> heights;
+    std::vector<float> bounds;
+};
+
+Result<void> fill_heights(const HeightSource& source, Surroundings& wide, Chunk& chunk) {
+    wide.heights.resize(wide.grid.size());
+    if (const Result<void> read = source.sample(wide.grid, wide.heights); !read) return read;
     const double per_quantum = 1.0 / source.lattice().quantum;
     chunk.heights.resize(kSamples);
-    for (std::size_t i = 0; i < kSamples; ++i) {
-        const double quanta = std::floor(metres[i] * per_quantum + 0.5);
-        // also false for NaN
-        if (!(std::abs(quanta) < 2147483647.0)) {
-            return fail(ErrorCode::bad_data, "the source gave a height of " +
-                                                 std::to_string(metres[i]) +
-                                                 " m, which is no 32-bit multiple of the quantum");
+    for (int row = 0; row < kWideSamples; ++row) {
+        for (int column = 0; column < kWideSamples; ++column) {
+            const double metres =
+                wide.heights[static_cast<std::size_t>(row * kWideSamples + column)];
+            const double quanta = std::floor(metres * per_quantum + 0.5);
+            // also false for NaN
+            if (!(std::abs(quanta) < 2147483647.0)) {
+                return fail(ErrorCode::bad_data,
+                            "the source gave a height of " + std::to_string(metres) +
+                                " m, which is no 32-bit multiple of the quantum");
+            }
+            const int x = column - kReachCells, y = row - kReachCells;
+            if (x < 0 || y < 0 || x >= kChunkSamples || y >= kChunkSamples) continue;
+            chunk.heights[sample_index(x, y)] = static_cast<std::int32_t>(quanta);
         }
-        chunk.heights[i] = static_cast<std::int32_t>(quanta);
     }
     return {};
 }
@@ -55,8 +73,8 @@ auto bound_at(AnyChunk& chunk, int column, int row) -> decltype(chunk.coarse_bou
         if (chunk.coarse_bounds.empty()) return nullptr;
         return &chunk.coarse_bounds[of_square(row) * (kChunkSquares + 1) + of_square(column)];
     }
-    if (column == kChunkCells) return &chunk.east_bounds[of_square(row)];
-    if (row == kChunkCells) return &chunk.north_bounds[of_square(column)];
+    if (column == kChunkCells) return &chunk.east_side.inverse_square_bounds[of_square(row)];
+    if (row == kChunkCells) return &chunk.north_side.inverse_square_bounds[of_square(column)];
     const auto [area, kind, square] = AreaVertices::find(column, row);
     return &chunk.vertices[area].inverse_square_bounds[kind][square];
 }
@@ -74,7 +92,8 @@ void raise_areas(Chunk& chunk, int column, int row, float bound) {
 }
 
 // Own vertices: those of the chunk's spacing, and in a root all coarser ones.
-Result<void> fill_vertex_bounds(const HeightSource& source, const SampleGrid& grid, Chunk& chunk) {
+Result<void> fill_vertex_bounds(const HeightSource& source, const Surroundings& wide,
+                                Chunk& chunk) {
     const double half_quantum = 0.5 * source.lattice().quantum;
     chunk.vertices.resize(std::size_t{kChunkAreas} * kChunkAreas);
     const bool is_root = chunk.key.level == 0;
@@ -85,8 +104,9 @@ Result<void> fill_vertex_bounds(const HeightSource& source, const SampleGrid& gr
     std::vector<float> bounds(kSamples);
     const int coarsest = is_root ? kChunkCells / 2 : 1;
     for (int stride = 1; stride <= coarsest; stride *= 2) {
-        SampleGrid sparse = grid;
-        sparse.step = grid.step * stride;
+        SampleGrid sparse = wide.grid;
+        sparse.corner = chunk.corner;
+        sparse.step = chunk.step * stride;
         sparse.columns = sparse.rows = kChunkCells / stride + 1;
         const std::span<float> out(bounds.data(), sparse.size());
         if (const Result<void> read = source.vertex_bounds(sparse, out); !read) return read;
@@ -103,31 +123,29 @@ Result<void> fill_vertex_bounds(const HeightSource& source, const SampleGrid& gr
             }
         }
     }
-    for (int row = 0; row < kChunkCells; ++row) {
-        for (int column = row % 2 == 0 ? 1 : 0; column < kChunkCells;
-             column += row % 2 == 0 ? 2 : 1) {
-            const auto [area, kind, square] = AreaVertices::find(column, row);
-            chunk.vertices[area].heights[kind][square] = chunk.heights[sample_index(column, row)];
-        }
-    }
     return {};
 }
 
-Result<void> fill_cells(const HeightSource& source, const SampleGrid& grid, Chunk& chunk) {
+Result<void> fill_cells(const HeightSource& source, Surroundings& wide, Chunk& chunk) {
     const double half_quantum = 0.5 * source.lattice().quantum;
+    wide.bounds.resize(std::size_t{kWideCells} * kWideCells);
+    if (const Result<void> read = source.cell_bounds(wide.grid, wide.bounds); !read) return read;
     chunk.cell_bounds.resize(kCells);
-    if (const Result<void> read = source.cell_bounds(grid, chunk.cell_bounds); !read) return read;
-    for (int row = 0; row < kChunkCells; ++row) {
-        for (int column = 0; column < kChunkCells; ++column) {
-            float& bound = chunk.cell_bounds[cell_index(column, row)];
+    for (int row = 0; row < kWideCells; ++row) {
+        for (int column = 0; column < kWideCells; ++column) {
+            float& bound = wide.bounds[static_cast<std::size_t>(row * kWideCells + column)];
             bound = add_up(bound, half_quantum);
             if (!(bound >= 0.0f))
                 return fail(ErrorCode::bad_data, "the source gave a bound of NaN");
-            const auto quadrant = static_cast<std::size_t>((column >= kChunkCells / 2 ? 1 : 0) +
-                                                           (row >= kChunkCells / 2 ? 2 : 0));
+            const int x = column - kReachCells, y = row - kReachCells;
+            if (x < 0 || y < 0 || x >= kChunkCells || y >= kChunkCells) continue;
+            chunk.cell_bounds[cell_index(x, y)] = bound;
+            const auto quadrant = static_cast<std::size_t>((x >= kChunkCells / 2 ? 1 : 0) +
+                                                           (y >= kChunkCells / 2 ? 2 : 0));
             chunk.quadrant_bound[quadrant] = std::max(chunk.quadrant_bound[quadrant], bound);
         }
     }
+    const SampleGrid grid{chunk.corner, chunk.step, kChunkSamples, kChunkSamples};
     chunk.cell_flags.resize(kCells);
     if (const Result<void> read = source.cell_flags(grid, chunk.cell_flags); !read) return read;
     const auto is_ground = [](std::uint8_t flags) { return flags == cell_ground; };
@@ -216,12 +234,22 @@ Result<std::shared_ptr<const Chunk>> make_chunk(const HeightSource& source, cons
     chunk->key = key;
     chunk->corner = lattice.corner(key);
     chunk->step = lattice.step(key.level);
-    const SampleGrid grid{chunk->corner, chunk->step, kChunkSamples, kChunkSamples};
-    for (const auto fill : {&fill_heights, &fill_vertex_bounds, &fill_cells}) {
-        if (const Result<void> done = fill(source, grid, *chunk); !done) {
-            return tl::unexpected(done.error());
-        }
+    const std::int64_t margin = internal::kReachCells * chunk->step;
+    Surroundings wide;
+    wide.grid = {{chunk->corner.x - margin, chunk->corner.y - margin},
+                 chunk->step,
+                 kWideSamples,
+                 kWideSamples};
+    if (const Result<void> done = fill_heights(source, wide, *chunk); !done) {
+        return tl::unexpected(done.error());
     }
+    if (const Result<void> done = fill_vertex_bounds(source, wide, *chunk); !done) {
+        return tl::unexpected(done.error());
+    }
+    if (const Result<void> done = fill_cells(source, wide, *chunk); !done) {
+        return tl::unexpected(done.error());
+    }
+    internal::fill_reaches(wide.heights, wide.bounds, *chunk);
     fill_intervals(*chunk);
     fill_areas(*chunk);
     return std::shared_ptr<const Chunk>(std::move(chunk));

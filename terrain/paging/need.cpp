@@ -99,8 +99,7 @@ Need camera_need(const Camera& camera, const Box& box, double bound, double hori
 
 // Bound over distance, at most, of the vertices of a chunk: the distance is to a box around the vertex
 // that holds its descendants.
-double largest_angle(const Lattice& lattice, const Chunk& chunk, double reach_up,
-                     const View& view) {
+double largest_angle(const Lattice& lattice, const Chunk& chunk, const View& view) {
     // half the width of the box: s + s / 2 + s / 2 + s / 4 + ... for a spacing of s
     const double across = 3.0 * lattice.level_spacing(chunk.key.level);
     const std::int64_t side = kAreaCells * chunk.step;
@@ -109,10 +108,10 @@ double largest_angle(const Lattice& lattice, const Chunk& chunk, double reach_up
         const Chunk::Area& area = chunk.areas[static_cast<std::size_t>(i)];
         const std::int64_t west = chunk.corner.x + i % kChunkAreas * side;
         const std::int64_t south = chunk.corner.y + i / kChunkAreas * side;
-        const Box box{{lattice.x(west) - across, lattice.y(south) - across,
-                       lattice.quantum * area.low - reach_up},
-                      {lattice.x(west + side) + across, lattice.y(south + side) + across,
-                       lattice.quantum * area.high + reach_up}};
+        const HeightInterval reach = chunk.reach_of_area(i);
+        const Box box{
+            {lattice.x(west) - across, lattice.y(south) - across, reach.low},
+            {lattice.x(west + side) + across, lattice.y(south + side) + across, reach.high}};
         const double distance = std::max(view.near_distance, distance_to(box, view.eye_world));
         largest = std::max(largest, static_cast<double>(area.max_vertex_bound) / distance);
     }
@@ -185,7 +184,7 @@ Need child_need(const Lattice& lattice, const Chunk& chunk, int quadrant, const 
     return need;
 }
 
-Watch watch(const Lattice& lattice, const Chunk& chunk, double reach_up, const Clients& clients,
+Watch watch(const Lattice& lattice, const Chunk& chunk, const Clients& clients,
             double inverse_fade) {
     // a vertex moves the surface up to a cell around it
     const double margin = lattice.level_spacing(chunk.key.level);
@@ -205,27 +204,13 @@ Watch watch(const Lattice& lattice, const Chunk& chunk, double reach_up, const C
         }
         constexpr double kWider = 1.001;  // for the rounding of those who draw
         const double error_px =
-            kWider * camera.pixels_per_radian * largest_angle(lattice, chunk, reach_up, view);
+            kWider * camera.pixels_per_radian * largest_angle(lattice, chunk, view);
         const double threshold_px = camera.need.threshold_px;
         const double step = fade_step(threshold_px, inverse_fade);
         seen.step = seen.ratio > 0.0 ? std::min(seen.step, step) : step;
         seen.ratio = std::max(seen.ratio, std::min(kLargestRatio, error_px / threshold_px));
     }
     return seen;
-}
-
-double vertical_reach(const HeightSource& source, int level) {
-    const Lattice& lattice = source.lattice();
-    constexpr double kDiagonal = 0.70710678118654757;
-    // below the finest spacing the steps shrink by half with each level, or faster, to the quantum
-    constexpr int kBelow = 24;
-    double reach = 0.0;
-    double spacing = lattice.level_spacing(level);
-    for (int i = level; i <= lattice.finest_level + kBelow; ++i, spacing *= 0.5) {
-        reach += source.rise_bound(spacing) + source.rise_bound(kDiagonal * spacing) +
-                 2.0 * lattice.quantum;
-    }
-    return reach;
 }
 
 }  // namespace terrane::internal

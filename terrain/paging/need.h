@@ -84,14 +84,9 @@ struct Watch {
 /// Looks at a chunk through the cameras that would see it come or go: both their last two views may
 /// hold some of what it moves, further away than ten times the way between the two.
 ///
-/// @param reach_up       vertical_reach() of the chunk's level
 /// @param inverse_fade   1 / fade of the chunk now, >= 1
-Watch watch(const Lattice& lattice, const Chunk& chunk, double reach_up, const Clients& clients,
+Watch watch(const Lattice& lattice, const Chunk& chunk, const Clients& clients,
             double inverse_fade);
-
-/// Half the height, metres, of a box around a vertex of a level that holds the surface over its
-/// diamond and over those of all its descendants.
-double vertical_reach(const HeightSource& source, int level);
 
 /// Whether a rectangle and a chunk share a point.
 bool overlaps(const Lattice& lattice, const ChunkKey& key, const WorldRect& rect);

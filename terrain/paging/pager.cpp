@@ -100,7 +100,6 @@ struct Pager::State {
     Ticket next_ticket = 1;
     Clients clients;
     std::vector<std::optional<internal::Camera::Before>> views;  // of the last update, by place
-    std::vector<double> reach_up;                                // by level
     std::vector<Wanted> absent;                                  // best first
     std::vector<ChunkKey> leaving;         // they fade out, for loads that wait for their bytes
     std::vector<ChunkKey> leaving_before;  // ... in the last update
@@ -254,7 +253,7 @@ void Pager::State::find_wanted() {
 const internal::Watch& Pager::State::watch(Resident& entry) {
     if (!entry.watch) {
         const Chunk& chunk = *entry.chunk;
-        entry.watch = internal::watch(source->lattice(), chunk, reach_up[chunk.key.level], clients,
+        entry.watch = internal::watch(source->lattice(), chunk, clients,
                                       entry.inverse_fade);
     }
     return *entry.watch;
@@ -497,9 +496,6 @@ Result<Pager> Pager::create(std::shared_ptr<const HeightSource> source,
     if (settings.worker_count > 0) {
         state->loader =
             std::make_unique<internal::Loader>(source, state->bytes, settings.worker_count);
-    }
-    for (int level = 0; level <= lattice.finest_level; ++level) {
-        state->reach_up.push_back(internal::vertical_reach(*source, level));
     }
     state->source = std::move(source);
     state->publish();

@@ -95,11 +95,12 @@ double shaped(FractalKind kind, double noise, const internal::MultifractalShape&
     return 1.0 - (height + crest * (crest * shape.half_over_crest - 1.0));
 }
 
-/// A piece of a grid that stays in the processor's nearest cache while octave after octave passes
+/// A piece of a grid that stays in the processor's nearer caches while octave after octave passes
 /// over it.
 struct Tile {
-    static constexpr int kMaxRows = 32;
-    using Rows = double[kMaxRows][kMaxNoiseColumns];
+    static constexpr int kMaxRows = 44;
+    /// Pieces of a row may be read to the end of a group past it.
+    using Rows = double[kMaxRows][kMaxNoiseColumns + internal::kNoiseGroup];
 
     UnitGrid grid;
     alignas(64) Rows first;   ///< sums of the heights, or of the ways east
@@ -159,29 +160,63 @@ void fill_multifractal(const FractalSurface& surface, const internal::NoiseKerne
         });
 }
 
-void fill_warped(const FractalSurface& surface, const internal::NoiseKernels& kernels, Tile& tile) {
-    add_sums(surface.warp_x(), tile.grid, kernels, tile.first);
-    add_sums(surface.warp_y(), tile.grid, kernels, tile.second);
-    internal::NoisePoints points;
-    points.count = NoiseColumns::padded(tile.grid.columns);
-    for (int row = 0; row < tile.grid.rows; ++row) {
-        for (int column = 0; column < points.count; ++column) {
-            points.x[column] = tile.grid.x + tile.grid.step * static_cast<std::uint64_t>(column);
-            points.y[column] = tile.grid.y + tile.grid.step * static_cast<std::uint64_t>(row);
-            points.rest_x[column] = points.rest_y[column] = 0.0;
-        }
-        kernels.move(points, kUnitsPerMetre, tile.first[row], tile.second[row]);
-        std::ranges::fill(tile.first[row], 0.0);
-        for (const NoiseOctave& octave : surface.octaves()) {
-            kernels.add_points(octave, points, tile.first[row]);
-        }
-    }
-}
-
 /// Sides of equal pieces that a side is cut into, the last perhaps smaller.
 int piece_side(int side, int most) {
     const int pieces = (side + most - 1) / most;
     return (side + pieces - 1) / pieces;
+}
+
+/// Points of a piece of a tile, row by row, each moved by its way.
+void place_points(const Tile& tile, int west, int width, int south, int rows,
+                  const internal::NoiseKernels& kernels, internal::NoisePoints& points_out) {
+    const int padded_width = NoiseColumns::padded(width);
+    for (int row = 0; row < rows; ++row) {
+        const int first = row * width;
+        for (int column = 0; column < padded_width; ++column) {  // the next row begins sooner
+            points_out.x[first + column] =
+                tile.grid.x + tile.grid.step * static_cast<std::uint64_t>(west + column);
+            points_out.y[first + column] =
+                tile.grid.y + tile.grid.step * static_cast<std::uint64_t>(south + row);
+            points_out.rest_x[first + column] = points_out.rest_y[first + column] = 0.0;
+        }
+        kernels.move(points_out, first, padded_width, kUnitsPerMetre,
+                     tile.first[south + row] + west, tile.second[south + row] + west);
+    }
+    const int count = rows * width;
+    points_out.count = NoiseColumns::padded(count);
+    const auto repeat_last = [=](auto& values) {
+        std::fill(values + count, values + NoiseColumns::padded(count), values[count - 1]);
+    };
+    repeat_last(points_out.x);
+    repeat_last(points_out.y);
+    repeat_last(points_out.rest_x);
+    repeat_last(points_out.rest_y);
+    kernels.enclose(points_out);
+}
+
+void fill_warped(const FractalSurface& surface, const internal::NoiseKernels& kernels, Tile& tile) {
+    // squares have the fewest nodes around them; a row may be written past its end
+    constexpr int kMaxWidth = 24, kMaxHeight = internal::kMaxNoisePoints / kMaxWidth;
+    add_sums(surface.warp_x(), tile.grid, kernels, tile.first);
+    add_sums(surface.warp_y(), tile.grid, kernels, tile.second);
+    internal::NoisePoints points;
+    alignas(64) double sums[internal::kMaxNoisePoints];
+    const int most_columns = piece_side(tile.grid.columns, kMaxWidth);
+    const int most_rows = piece_side(tile.grid.rows, kMaxHeight);
+    for (int south = 0; south < tile.grid.rows; south += most_rows) {
+        const int rows = std::min(most_rows, tile.grid.rows - south);
+        for (int west = 0; west < tile.grid.columns; west += most_columns) {
+            const int width = std::min(most_columns, tile.grid.columns - west);
+            place_points(tile, west, width, south, rows, kernels, points);
+            std::fill_n(sums, points.count, 0.0);
+            for (const NoiseOctave& octave : surface.octaves()) {
+                kernels.add_points(octave, points, sums);
+            }
+            for (int row = 0; row < rows; ++row) {
+                std::copy_n(sums + row * width, width, tile.first[south + row] + west);
+            }
+        }
+    }
 }
 
 }  // namespace

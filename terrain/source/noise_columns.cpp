@@ -11,7 +11,7 @@ namespace terrane {
 void NoiseColumns::assign(const internal::NoiseAxis& axis, std::uint64_t first, std::uint64_t step,
                           int count) {
     TERRANE_ASSERT(count >= 1 && count <= internal::kMaxNoiseColumns, "too many columns");
-    data_.column_count = padded(count);
+    data_.column_count = count;
     kernels_.place(data_, axis, first, step);
     kernels_.arrange(data_, axis.key);
     has_row_ = false;
@@ -21,9 +21,10 @@ void NoiseColumns::assign(std::uint64_t axis_key, std::uint64_t cell_mask,
                           std::span<const NoiseCoordinate> coordinates) {
     TERRANE_ASSERT(!coordinates.empty() && coordinates.size() <= internal::kMaxNoiseColumns,
                    "too many columns");
-    data_.column_count = padded(static_cast<int>(coordinates.size()));
+    data_.column_count = static_cast<int>(coordinates.size());
     data_.cell_mask = cell_mask;
-    for (std::size_t column = 0; column < static_cast<std::size_t>(data_.column_count); ++column) {
+    const auto padded_count = static_cast<std::size_t>(padded(data_.column_count));
+    for (std::size_t column = 0; column < padded_count; ++column) {
         const NoiseCoordinate& at = coordinates[std::min(column, coordinates.size() - 1)];
         data_.cells[column] = at.cell;
         data_.fractions[column] = at.fraction;

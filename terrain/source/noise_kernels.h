@@ -49,21 +49,17 @@ struct NoiseNodes {
     alignas(64) double y[kMax];
 };
 
-/// How a group of lanes finds its nodes.
-struct NoiseGroup {
-    enum Way : int {
-        as_before,  ///< all lanes in one cell, which is that of the group before
-        near,       ///< lower and upper nodes are among as many as there are lanes, from `first` on
-        scattered,  ///< each lane for itself
-    };
-    int first;
-    Way way;
+/// Groups of lanes that find their nodes in one go: one group, or as many as lie in one cell.
+struct NoiseRun {
+    int first;     ///< node from which on a near run's nodes lie
+    int end;       ///< column
+    bool is_near;  ///< lower and upper nodes are among as many as there are lanes, else anywhere
 };
 
 /// What kernels keep about the columns of a grid on one octave. Written before it is read.
 struct NoiseColumnData {
-    int column_count;  ///< a multiple of kNoiseGroup
-    int node_count;    ///< a multiple of kNoiseGroup
+    int column_count;  ///< arrange() rounds it up to whole vectors
+    int node_count;    ///< a multiple of two vectors, or of one of eight lanes
     /// How far a column's upper node is from its lower one: 1 where columns share nodes, else the
     /// number of columns.
     int upper;
@@ -71,8 +67,10 @@ struct NoiseColumnData {
     alignas(64) uint64_t cells[kMaxNoiseColumns];
     alignas(64) double fractions[kMaxNoiseColumns];
     alignas(64) double fades[kMaxNoiseColumns];
-    bool is_direct;                       ///< every column's lower node has the column's number
-    NoiseGroup groups[kMaxNoiseColumns];  ///< else, of each group of lanes
+    bool is_direct;  ///< every column's lower node has the column's number
+    bool is_picked;  ///< else, whether each group is a near run
+    int run_count;   ///< else, runs from the first column to the last
+    NoiseRun runs[kMaxNoiseColumns];
     alignas(64) uint64_t lanes[kMaxNoiseColumns];  ///< lower nodes, as the level's kernel likes it
     alignas(64) uint64_t hashes[NoiseNodes::kMax];
     NoiseNodes nodes[2];  ///< of the rows of nodes below and above a row of samples
@@ -93,13 +91,18 @@ struct MultifractalShape {
     double homogeneity = 1.0;  ///< 1 - heterogeneity
 };
 
+/// Points that kernels take at once: a patch of a grid whose places are moved about.
+inline constexpr int kMaxNoisePoints = 768;
+
 /// Points anywhere in the plane, in units.
 struct NoisePoints {
-    int count;  ///< a multiple of kNoiseGroup, at most kMaxNoiseColumns
-    alignas(64) uint64_t x[kMaxNoiseColumns];
-    alignas(64) uint64_t y[kMaxNoiseColumns];
-    alignas(64) double rest_x[kMaxNoiseColumns];  ///< beyond the whole units, 0 to 1
-    alignas(64) double rest_y[kMaxNoiseColumns];
+    int count;  ///< a multiple of kNoiseGroup, at most kMaxNoisePoints
+    alignas(64) uint64_t x[kMaxNoisePoints];
+    alignas(64) uint64_t y[kMaxNoisePoints];
+    alignas(64) double rest_x[kMaxNoisePoints];  ///< beyond the whole units, 0 to 1
+    alignas(64) double rest_y[kMaxNoisePoints];
+    /// The least rectangle around the whole units.
+    uint64_t low_x, low_y, extent_x, extent_y;
 };
 
 /// The inner loops of noise. Rows of sums and weights have column_count values, 64-byte aligned.
@@ -107,7 +110,7 @@ struct NoisePoints {
 struct NoiseKernels {
     /// Sets cells and fractions to those of `first`, `first + step`, ... units.
     void (*place)(NoiseColumnData& columns, const NoiseAxis& axis, uint64_t first, uint64_t step);
-    /// Sets what depends on cells and fractions.
+    /// Sets what depends on cells and fractions, which go on to the end of a vector.
     void (*arrange)(NoiseColumnData& columns, uint64_t axis_key);
     /// Gradients of the columns' nodes on the row of nodes with a hash.
     void (*find_gradients)(const NoiseColumnData& columns, uint64_t row_hash,
@@ -123,11 +126,14 @@ struct NoiseKernels {
                        const MultifractalShape& shape, double* weights, double* sums);
     void (*add_hybrid)(const NoiseColumnData& columns, const NoiseRow& row, double amplitude,
                        const MultifractalShape& shape, double* weights, double* sums);
-    /// Moves points by (x, y) metres.
+    /// Moves `count` points from `first` on, multiples of kNoiseGroup, by (x, y) metres.
     ///
     /// @param units_per_metre  a power of two; the way in units stays below 2^50
-    void (*move)(NoisePoints& points, double units_per_metre, const double* x, const double* y);
-    /// Adds amplitude * noise at the points.
+    void (*move)(NoisePoints& points, int first, int count, double units_per_metre, const double* x,
+                 const double* y);
+    /// Sets the rectangle around the points.
+    void (*enclose)(NoisePoints& points);
+    /// Adds amplitude * noise at the points, which are enclosed.
     void (*add_points)(const NoiseOctave& octave, const NoisePoints& points, double* sums);
 };
 

@@ -11,7 +11,7 @@
 namespace terrane::internal {
 
 const NoiseKernels TERRANE_NOISE_KERNELS = {
-    place, arrange,   find_gradients, blend, add, add_weighted<ridge>, add_weighted<lift>,
-    move,  add_points};
+    place, arrange, find_gradients, blend, add, add_weighted<ridge>, add_weighted<lift>,
+    move,  enclose, add_points};
 
 }  // namespace terrane::internal

@@ -3,12 +3,10 @@
 // Part of noise_kernels_impl.h: rows of samples of a grid.
 #pragma once
 
-#include "noise_lanes_impl.h"
+#include "noise_gradients_impl.h"
 
 namespace terrane::internal {
 namespace {
-
-int whole_groups(int count) { return (count + kNoiseGroup - 1) / kNoiseGroup * kNoiseGroup; }
 
 void place(NoiseColumnData& columns, const NoiseAxis& axis, uint64_t first, uint64_t step) {
     const uint64_t inside_mask = (uint64_t{1} << axis.shift) - 1;
@@ -22,28 +20,36 @@ void place(NoiseColumnData& columns, const NoiseAxis& axis, uint64_t first, uint
 }
 
 /// Of columns that share nodes.
-void find_lanes(NoiseColumnData& columns) {
+void find_runs(NoiseColumnData& columns) {
     const uint64_t mask = columns.cell_mask;
     const uint64_t* const cells = columns.cells;
     uint64_t first = 0;
+    columns.run_count = 0;
+    columns.is_picked = true;
+    const uint64_t cell_count = ((cells[columns.column_count - 1] - cells[0]) & mask) + 1;
+    // short runs cost more in mispredicted branches than finding the same nodes again
+    const bool is_long = static_cast<uint64_t>(columns.column_count) >= cell_count * 2 * kLanes;
     for (int column = 0; column < columns.column_count; column += kLanes) {
-        const uint64_t low = (cells[column] - cells[0]) & mask;
-        const uint64_t last = (cells[column + kLanes - 1] - cells[0]) & mask;
-        if (last + 1 >= first + kLanes) first = low;
-        NoiseGroup& group = columns.groups[column / kLanes];
-        group.first = static_cast<int>(first);
-        if (column > 0 && cells[column - kLanes] == cells[column + kLanes - 1]) {
-            group.way = NoiseGroup::as_before;
-        } else {
-            group.way = last + 1 < first + kLanes ? NoiseGroup::near : NoiseGroup::scattered;
+        const int end = column + kLanes;
+        if (is_long && column > 0 && cells[column - kLanes] == cells[end - 1]) {
+            columns.runs[columns.run_count - 1].end = end;
+            columns.is_picked = false;
+            continue;
         }
+        const uint64_t low = (cells[column] - cells[0]) & mask;
+        const uint64_t last = (cells[end - 1] - cells[0]) & mask;
+        if (last + 1 >= first + kLanes) first = low;
+        const bool is_near = last + 1 < first + kLanes;
+        columns.is_picked = columns.is_picked && is_near;
+        columns.runs[columns.run_count++] = {static_cast<int>(first), end, is_near};
         const Words nodes = (load(cells + column) - cells[0]) & mask;
         store(columns.lanes + column, make_lanes(nodes - first));
     }
 }
 
 void arrange(NoiseColumnData& columns, uint64_t axis_key) {
-    const int count = columns.column_count;
+    const int count = (columns.column_count + kLanes - 1) / kLanes * kLanes;
+    columns.column_count = count;
     const uint64_t mask = columns.cell_mask;
     const uint64_t* const cells = columns.cells;
     uint64_t gaps = 0, ones = 0;
@@ -73,37 +79,15 @@ void arrange(NoiseColumnData& columns, uint64_t axis_key) {
         store(columns.fades + column, fade(load(columns.fractions + column)));
     }
     columns.is_direct = columns.upper != 1 || ones == static_cast<uint64_t>(count) - 1;
-    if (!columns.is_direct) find_lanes(columns);
+    if (!columns.is_direct) find_runs(columns);
 }
 
 void find_gradients(const NoiseColumnData& columns, uint64_t row_hash, NoiseNodes& nodes_out) {
-#if defined(__AVX512F__)
-    for (int node = 0; node < columns.node_count; node += kLanes) {
-        const Words row = row_hash + Words{};
-        const Gradients here = gradients_of(node_hash(load(columns.hashes + node), row));
-        store(nodes_out.x + node, here.x);
-        store(nodes_out.y + node, here.y);
-    }
-#elif defined(__AVX2__)
-    for (int node = 0; node < columns.node_count; node += 2 * kLanes) {
-        const Words row = row_hash + Words{};
-        const GradientPair pair =
-            gradients_of(node_hash(load(columns.hashes + node), row),
-                         node_hash(load(columns.hashes + node + kLanes), row));
-        store(nodes_out.x + node, pair.first.x);
-        store(nodes_out.y + node, pair.first.y);
-        store(nodes_out.x + node + kLanes, pair.second.x);
-        store(nodes_out.y + node + kLanes, pair.second.y);
-    }
-#else
-    // two lanes multiply 64 bits no faster than one
-    for (int node = 0; node < columns.node_count; ++node) {
-        uint64_t hash = (columns.hashes[node] ^ row_hash) * kNodeFirst;
-        hash = (hash ^ (hash >> 32)) * kNodeSecond;
-        nodes_out.x[node] = kGradients.x[hash >> 58];
-        nodes_out.y[node] = kGradients.y[hash >> 58];
-    }
-#endif
+    for_each_gradients(columns.hashes, columns.node_count, row_hash,
+                       [&](int node, const Gradients& here) {
+                           store(nodes_out.x + node, here.x);
+                           store(nodes_out.y + node, here.y);
+                       });
 }
 
 void blend(const NoiseColumnData& columns, const NoiseNodes& low, const NoiseNodes& high,
@@ -142,26 +126,31 @@ void for_each_noise(const NoiseColumnData& columns, const NoiseRow& row, Use use
         }
         return;
     }
-    int first = 0;
-    Doubles slopes = load(row.slopes), offsets = load(row.offsets);
-    Blend low{}, high{};
-    for (int column = 0; column < count; column += kLanes) {
-        const NoiseGroup group = columns.groups[column / kLanes];
-        if (group.way == NoiseGroup::near) {
-            if (group.first != first) {
-                first = group.first;
-                slopes = load(row.slopes + first);
-                offsets = load(row.offsets + first);
-            }
-            const Words lanes = load(columns.lanes + column);
-            low = {pick(slopes, lanes), pick(offsets, lanes)};
-            high = {pick_next(slopes, lanes), pick_next(offsets, lanes)};
-        } else if (group.way == NoiseGroup::scattered) {
+    const auto pick_both = [&](int first, int column, Blend& low, Blend& high) {
+        const Doubles slopes = load(row.slopes + first), offsets = load(row.offsets + first);
+        const Words lanes = load(columns.lanes + column);
+        low = {pick(slopes, lanes), pick(offsets, lanes)};
+        high = {pick_next(slopes, lanes), pick_next(offsets, lanes)};
+    };
+    Blend low, high;
+    if (columns.is_picked) {
+        for (int column = 0; column < count; column += kLanes) {
+            pick_both(columns.runs[column / kLanes].first, column, low, high);
+            use(column, noise_of(column, low, high));
+        }
+        return;
+    }
+    int column = 0;
+    for (int i = 0; i < columns.run_count; ++i) {
+        const NoiseRun run = columns.runs[i];
+        if (run.is_near) {
+            pick_both(run.first, column, low, high);
+        } else {
             low = {gather(row.slopes, columns, column), gather(row.offsets, columns, column)};
             high = {gather(row.slopes + 1, columns, column),
                     gather(row.offsets + 1, columns, column)};
         }
-        use(column, noise_of(column, low, high));
+        for (; column < run.end; column += kLanes) use(column, noise_of(column, low, high));
     }
 }
 
@@ -181,15 +170,27 @@ Doubles lift(Doubles noise, const MultifractalShape& /*shape*/) {
     return noise * kNoiseToHalf + 0.5;
 }
 
+/// In two passes: chains of operations that are as long as both keep a processor waiting.
 template <Doubles (*shaped)(Doubles, const MultifractalShape&)>
 void add_weighted(const NoiseColumnData& columns, const NoiseRow& row, double amplitude,
                   const MultifractalShape& shape, double* weights, double* sums) {
+    alignas(64) double noises[kMaxNoiseColumns];
+    for_each_noise(columns, row, [&](int column, Doubles noise) { store(noises + column, noise); });
     const MultifractalShape own = shape;  // nothing that is stored changes it
-    for_each_noise(columns, row, [=](int column, Doubles noise) {
-        const Doubles value = shaped(noise, own) * load(weights + column);
+    const auto add_value = [=](int column, Doubles noise) {
+        const Doubles value = noise * load(weights + column);
         store(sums + column, load(sums + column) + amplitude * value);
         store(weights + column, own.heterogeneity * value + own.homogeneity);
-    });
+    };
+    const int count = columns.column_count;
+    int column = 0;
+    for (; column + 2 * kLanes <= count; column += 2 * kLanes) {
+        const Doubles first = shaped(load(noises + column), own);
+        const Doubles second = shaped(load(noises + column + kLanes), own);
+        add_value(column, first);
+        add_value(column + kLanes, second);
+    }
+    for (; column < count; column += kLanes) add_value(column, shaped(load(noises + column), own));
 }
 
 }  // namespace

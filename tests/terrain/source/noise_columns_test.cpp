@@ -94,37 +94,93 @@ TEST(NoiseColumns, UnitsWrapAsSinglePointsDo) {
     }
 }
 
-TEST(NoiseColumns, PointsHaveTheBitsOfSinglePointsAlsoWhereUnitsWrap) {
+/// Points within `reach` of one another along each axis, from `before` units below the wrap of an
+/// octave's units on.
+void scatter(test::Random& random, const internal::NoiseOctave& octave, int count,
+             std::uint64_t before, std::uint64_t reach, internal::NoisePoints& points_out) {
+    points_out.count = count;
+    for (int point = 0; point < count; ++point) {
+        points_out.x[point] = 0 - octave.x.offset + (random.bits() % reach) - before;
+        points_out.y[point] = 0 - octave.y.offset + (random.bits() % reach) - before;
+        if (point % 16 > 8) points_out.x[point] = points_out.x[point - 8];
+        if (point % 32 > 8) points_out.y[point] = points_out.y[point - 8];
+        points_out.rest_x[point] = random.between(0.0, 1.0);
+        points_out.rest_y[point] = random.between(0.0, 1.0);
+    }
+}
+
+TEST(NoisePoints, HaveTheBitsOfSinglePoints) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed);
     test::Random random(kSeed);
+    internal::NoisePoints points;
     for (const SimdLevel level : levels()) {
+        const internal::NoiseKernels& kernels = internal::noise_kernels(level);
         for (const int shift : {4, 24, 48}) {
             const auto axis = [&] {
                 return internal::NoiseAxis{random.bits(), random.bits(), shift,
                                            std::ldexp(1.0, -shift)};
             };
             const internal::NoiseOctave octave = {axis(), axis(), 3.0};
-            internal::NoisePoints points;
-            points.count = internal::kMaxNoiseColumns;
-            for (int point = 0; point < points.count; ++point) {
-                // runs within a cell, steps to its neighbours, and jumps, around the wrap of units
-                const std::uint64_t reach = (std::uint64_t{3} << shift) - 1;
-                points.x[point] = 0 - octave.x.offset + (random.bits() % reach) - reach / 2;
-                points.y[point] = 0 - octave.y.offset + (random.bits() % reach) - reach / 2;
-                if (point % 16 > 8) points.x[point] = points.x[point - 8];
-                if (point % 32 > 8) points.y[point] = points.y[point - 8];
-                points.rest_x[point] = random.between(0.0, 1.0);
-                points.rest_y[point] = random.between(0.0, 1.0);
+            const std::uint64_t cell = std::uint64_t{1} << shift;
+            // in one cell or a few, in as many as a patch of nodes has room for and in just too
+            // many, in far too many, and anywhere
+            for (const std::uint64_t reach :
+                 {cell / 8, 3 * cell, 38 * cell, 44 * cell, 999 * cell, ~std::uint64_t{0}}) {
+                for (const int count : {8, 136, internal::kMaxNoisePoints}) {
+                    scatter(random, octave, count, count == 136 ? 0 : reach / 2, reach, points);
+                    kernels.enclose(points);
+                    alignas(64) double sums[internal::kMaxNoisePoints];
+                    for (double& sum : sums) sum = 1.0;
+                    kernels.add_points(octave, points, sums);
+                    for (int point = 0; point < count; ++point) {
+                        const NoisePlace x =
+                            noise_place(octave.x, points.x[point], points.rest_x[point]);
+                        const NoisePlace y =
+                            noise_place(octave.y, points.y[point], points.rest_y[point]);
+                        ASSERT_EQ(sums[point], 1.0 + 3.0 * noise(x, y))
+                            << "level " << static_cast<int>(level) << ", shift " << shift
+                            << ", reach " << reach;
+                    }
+                }
             }
-            alignas(64) double sums[internal::kMaxNoiseColumns];
-            for (double& sum : sums) sum = 1.0;
-            internal::noise_kernels(level).add_points(octave, points, sums);
-            for (int point = 0; point < points.count; ++point) {
-                const NoisePlace x = noise_place(octave.x, points.x[point], points.rest_x[point]);
-                const NoisePlace y = noise_place(octave.y, points.y[point], points.rest_y[point]);
-                ASSERT_EQ(sums[point], 1.0 + 3.0 * noise(x, y))
-                    << "level " << static_cast<int>(level) << ", shift " << shift;
+        }
+    }
+}
+
+TEST(NoisePoints, MoveByWholeUnitsAndRestsAndAreEnclosed) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    test::Random random(kSeed);
+    internal::NoisePoints points, moved;
+    alignas(64) double ways[2][internal::kMaxNoisePoints];
+    for (const SimdLevel level : levels()) {
+        const internal::NoiseKernels& kernels = internal::noise_kernels(level);
+        for (const double far : {1e-9, 1.0, 1e6}) {
+            scatter(random, {}, internal::kMaxNoisePoints, 1 << 19, 1 << 20, points);
+            moved = points;
+            for (auto& axis_ways : ways) {
+                for (double& way : axis_ways) way = random.between(-far, far);
             }
+            kernels.move(moved, 8, 16, 256.0, ways[0], ways[1]);  // all but the first 8
+            moved.count = 24;
+            kernels.enclose(moved);
+            bool is_at_edge[4] = {};
+            for (int point = 0; point < moved.count; ++point) {
+                const double way = point < 8 ? 0.0 : ways[0][point - 8] * 256.0;
+                const double from = points.rest_x[point] + way;
+                const double whole = std::floor(from);
+                EXPECT_EQ(moved.x[point] - points.x[point],
+                          static_cast<std::uint64_t>(static_cast<std::int64_t>(whole)));
+                EXPECT_EQ(moved.rest_x[point], from - whole);
+                const std::uint64_t x = moved.x[point] - moved.low_x;
+                const std::uint64_t y = moved.y[point] - moved.low_y;
+                EXPECT_LE(x, moved.extent_x);
+                EXPECT_LE(y, moved.extent_y);
+                is_at_edge[0] |= x == 0;
+                is_at_edge[1] |= x == moved.extent_x;
+                is_at_edge[2] |= y == 0;
+                is_at_edge[3] |= y == moved.extent_y;
+            }
+            for (const bool is_at : is_at_edge) EXPECT_TRUE(is_at);
         }
     }
 }

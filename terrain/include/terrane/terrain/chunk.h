@@ -46,7 +46,10 @@ struct AreaVertices {
 
     /// 1 / e(v)^2, rounded down. e(v) is the certified bound, metres, half a quantum included.
     alignas(64) PerVertex<float> inverse_square_bounds;
-    PerVertex<std::int32_t> heights;  ///< multiples of Lattice::quantum, again
+    /// How low and how high the reach of a vertex goes, in Chunk::reach_unit from Chunk::reach_base,
+    /// rounded outward: the heights of the true surface over its diamond, with a margin that makes
+    /// it hold the reaches of nearly all that is below it.
+    PerVertex<std::int16_t> low, high;
 };
 
 /// One square of heights with the bounds that certify it: the unit of paging. Immutable once made.
@@ -63,10 +66,17 @@ struct Chunk {
 
     /// [kChunkAreas^2] row by row from the south-west.
     std::vector<AreaVertices> vertices;
-    /// [kChunkSquares] 1 / e(v)^2 of the midpoints on the chunk's eastern side from the south, and on
-    /// its northern side from the west: the same as the neighbours have.
-    std::array<float, kChunkSquares> east_bounds{};
-    std::array<float, kChunkSquares> north_bounds{};
+    /// Of the midpoints on the chunk's eastern side from the south, and on its northern side from the
+    /// west. The neighbours have the same bounds for them.
+    struct SideVertices {
+        std::array<float, kChunkSquares> inverse_square_bounds{};
+        std::array<std::int16_t, kChunkSquares> low{}, high{};
+    };
+    SideVertices east_side, north_side;
+    double reach_base = 0.0;     ///< metres
+    float reach_unit = 1.0f;     ///< metres, a power of two
+    std::int16_t reach_low = 0;  ///< of all of them
+    std::int16_t reach_high = 0;
     /// Root chunks: [(kChunkSquares + 1)^2] 1 / e(v)^2 of the vertices of coarser spacings, of every
     /// second sample of every second row. Empty in others.
     std::vector<float> coarse_bounds;
@@ -91,11 +101,19 @@ struct Chunk {
         std::int32_t high = 0;
         float max_vertex_bound = 0.0f;
         float max_cell_bound = 0.0f;
+        std::int16_t reach_low = 0;  ///< of its vertices, those on all sides included
+        std::int16_t reach_high = 0;
     };
     std::array<Area, kChunkAreas * kChunkAreas> areas{};
     /// Largest cell bound of each quadrant: what the child there could at most improve on.
     std::array<float, 4> quadrant_bound{};
 
+    /// Heights that the reaches of its own vertices take in, or those of an area, world, metres.
+    HeightInterval reach() const { return metres(reach_low, reach_high); }
+    HeightInterval reach_of_area(int area) const {
+        const Area& part = areas[static_cast<std::size_t>(area)];
+        return metres(part.reach_low, part.reach_high);
+    }
     /// 1 / e(v)^2 of the vertex at a sample. Infinite where a coarser chunk owns it.
     float inverse_square_bound(int column, int row) const;
 
@@ -108,6 +126,12 @@ struct Chunk {
     /// What one chunk takes from the byte ceiling.
     static std::size_t max_bytes();
     std::size_t bytes() const;
+
+private:
+    HeightInterval metres(std::int16_t low_units, std::int16_t high_units) const {
+        const auto unit = static_cast<double>(reach_unit);
+        return {reach_base + unit * low_units, reach_base + unit * high_units};
+    }
 };
 
 /// A certified bound that 1 / e^2 stands for, rounded up.

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/terrain/chunk.h>
+
+#include <span>
+
+namespace terrane::internal {
+
+/// Cells of a chunk's own spacing that its vertices' reaches take in beyond its sides.
+inline constexpr int kReachCells = 2;
+inline constexpr int kWideCells = kChunkCells + 2 * kReachCells;
+inline constexpr int kWideSamples = kWideCells + 1;
+
+/// Fills what a chunk knows of the heights of its vertices' reaches.
+///
+/// @param heights [kWideSamples^2] metres, of the chunk and kReachCells around it
+/// @param bounds  [kWideCells^2] certified bounds of the cells, metres
+void fill_reaches(std::span<const double> heights, std::span<const float> bounds, Chunk& chunk);
+
+}  // namespace terrane::internal
