@@ -1,46 +1,22 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "bound_tier.h"
 #include "fine_surface.h"
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace terrane::internal {
 
-/// A decimated lattice over a raster with what is known about the surface below it. Beyond the
-/// raster the surface repeats its edge, so that an index out there has the values of one just beyond
-/// the edge with the same remainder by 4: squares are cut the same way.
-struct BoundTier {
-    std::int64_t step = 1;                  ///< finest spacings between its points
-    std::int64_t first_x = 0, first_y = 0;  ///< index of the south-western point, in steps
-    int columns = 0, rows = 0;
-    std::vector<double> heights;     ///< [rows * columns]
-    std::vector<float> bounds;       ///< [rows * columns] of the vertices of spacing `step`; else 0
-    std::vector<float> cell_bounds;  ///< of the two triangles of the cell north-east of a point
-    std::vector<float> cell_low, cell_high;  ///< of that cell: see DiamondWindow
-
-    std::size_t at(std::int64_t x, std::int64_t y) const {
-        return static_cast<std::size_t>(repeated(y - first_y, rows)) *
-                   static_cast<std::size_t>(columns) +
-               static_cast<std::size_t>(repeated(x - first_x, columns));
-    }
-
-private:
-    static std::int64_t repeated(std::int64_t i, std::int64_t count) {
-        if (i < 0) return i & 3;
-        if (i >= count) return count - 4 + ((i - count) & 3);
-        return i;
-    }
-};
-
-/// Bounds at and above the base spacing. Tier 0 is the raster itself, seen at the base spacing; each
-/// further tier is eight times coarser (the first more, for huge rasters) and made from the one
-/// before, so that any grid of bounds costs a window of at most half a thousand points a side.
+/// Bounds that are made once, and held. The first tier is eight times coarser than the base spacing
+/// (more, for huge rasters): below it a grid of bounds costs a window of at most half a thousand points
+/// a side, and is made when it is asked for.
 class BoundTiers {
 public:
-    /// Makes all tiers: one pass over the raster.
+    /// Makes all tiers: two passes over the raster.
     /// Fails: io
     static Result<std::unique_ptr<BoundTiers>> create(std::shared_ptr<const FineSurface> fine);
 
@@ -48,24 +24,27 @@ public:
     bool has_heights(const SampleGrid& grid) const;
     void sample(const SampleGrid& grid, std::span<double> heights_out) const;
 
-    /// As HeightSource; requires grid.step >= base step.
-    Result<void> vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const;
-    /// As HeightSource; requires grid.step > base step.
-    Result<void> cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const;
+    /// As HeightSource; both require grid.step >= first_step().
+    void vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const;
+    void cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const;
+    std::int64_t first_step() const { return first().step; }
 
 private:
     explicit BoundTiers(std::shared_ptr<const FineSurface> fine) : fine_(std::move(fine)) {}
 
-    /// The coarsest tier whose step is at most `step`; null: the raster itself.
-    const BoundTier* tier_for(std::int64_t step) const;
-    Result<DiamondWindow> window(const BoundTier* tier, std::int64_t first_x, std::int64_t first_y,
-                                 int columns, int rows) const;
-    Result<BoundTier> make_tier(const BoundTier* finer, int ratio) const;
-    Result<void> fill_square(const BoundTier* finer, int ratio, int x, int y, int side,
-                             BoundTier& tier) const;
+    const BoundTier& first() const { return tiers_.front(); }
+    /// The tier of a spacing; null: coarser than a root square.
+    const BoundTier* find(std::int64_t step) const;
+    /// Its extent, without values.
+    BoundTier make_extent(std::int64_t step) const;
+    Result<void> make_first(int ratio);
+    Result<void> fill_square(int ratio, int x, int y, int side, BoundTier& tier) const;
+    Result<void> make_coarser();
+    void nest(std::size_t level);
 
     std::shared_ptr<const FineSurface> fine_;
-    std::vector<BoundTier> tiers_;  ///< from fine to coarse
+    std::vector<BoundTier> tiers_;  ///< each of twice the spacing of the one before
+    float largest_ = 0.0f;          ///< no surface leaves any triangle by more
 };
 
 }  // namespace terrane::internal

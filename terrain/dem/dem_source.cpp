@@ -93,20 +93,16 @@ Result<void> DemSource::sample(const SampleGrid& grid, std::span<double> heights
 Result<void> DemSource::vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const {
     TERRANE_ASSERT(grid.corner.x % (2 * grid.step) == 0 && grid.corner.y % (2 * grid.step) == 0,
                    "the corner of a grid of vertices must be a multiple of twice its step");
-    if (grid.step >= fine_->grid().base_step()) return tiers_->vertex_bounds(grid, bounds_out);
-    const auto patch = fine_->patch(grid, kBoundsMargin);
-    if (!patch) return tl::unexpected(patch.error());
-    fine_->vertex_bounds(*patch, grid, bounds_out);
+    if (grid.step < tiers_->first_step()) return fine_->vertex_bounds(grid, bounds_out);
+    tiers_->vertex_bounds(grid, bounds_out);
     return {};
 }
 
 Result<void> DemSource::cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const {
     TERRANE_ASSERT(grid.corner.x % grid.step == 0 && grid.corner.y % grid.step == 0,
                    "the corner of a grid of cells must be a multiple of its step");
-    if (grid.step > fine_->grid().base_step()) return tiers_->cell_bounds(grid, bounds_out);
-    const auto patch = fine_->patch(grid, kBoundsMargin);
-    if (!patch) return tl::unexpected(patch.error());
-    fine_->cell_bounds(*patch, grid, bounds_out);
+    if (grid.step < tiers_->first_step()) return fine_->cell_bounds(grid, bounds_out);
+    tiers_->cell_bounds(grid, bounds_out);
     return {};
 }
 

@@ -32,7 +32,6 @@ void add_triangle(const DiamondWindow& window, const RightTriangle& t, Range& ra
     const double slope_y = (t.at_y_end - t.at_corner) / t.leg;
     const double* corner = window.heights.data() + window.at(t.x, t.y);
     const std::ptrdiff_t stride_y = static_cast<std::ptrdiff_t>(t.sign_y) * window.columns;
-    const bool has_cells = !window.cell_low.empty();
 
     // Two rows of differences; left uninitialised, because most triangles are small.
     std::array<double, kMaxLeg + 2> first_row, second_row;
@@ -57,31 +56,11 @@ void add_triangle(const DiamondWindow& window, const RightTriangle& t, Range& ra
             cut.add(0.5 * (here[whole + 1] + above[whole]) + 0.25 * bow +
                     across * across / (4.0 * bow));
         }
-        if (!has_cells) {
-            range.add(cut.low);
-            range.add(cut.high);
-            for (int i = 0; i < whole; ++i) range.add(here[i]);
-        } else {
-            const int cell_y = t.sign_y > 0 ? t.y + j : t.y - j - 1;
-            const auto cell_of = [&](int i) {
-                return window.cell_at(t.sign_x > 0 ? t.x + i : t.x - i - 1, cell_y);
-            };
-            const std::size_t cut_cell = cell_of(whole);
-            range.add(cut.low + static_cast<double>(window.cell_low[cut_cell]));
-            range.add(cut.high + static_cast<double>(window.cell_high[cut_cell]));
-            for (int i = 0; i < whole; ++i) {
-                const double low =
-                    std::min(std::min(here[i], here[i + 1]), std::min(above[i], above[i + 1]));
-                const double high =
-                    std::max(std::max(here[i], here[i + 1]), std::max(above[i], above[i + 1]));
-                const std::size_t cell = cell_of(i);
-                range.add(low + static_cast<double>(window.cell_low[cell]));
-                range.add(high + static_cast<double>(window.cell_high[cell]));
-            }
-        }
+        range.add(cut);
+        for (int i = 0; i < whole; ++i) range.add(here[i]);
         std::swap(here, above);
     }
-    if (!has_cells) range.add(here[0]);
+    range.add(here[0]);
 }
 
 /// The same for legs of one cell, most of all triangles: only the corner leaves the plane, and the
@@ -91,24 +70,14 @@ void add_small_triangle(const DiamondWindow& window, const RightTriangle& t, Ran
     const double* beyond = corner + static_cast<std::ptrdiff_t>(t.sign_y) * window.columns;
     const double difference = *corner - t.at_corner;
     const double bow = 0.25 * (*corner + beyond[t.sign_x] - t.at_x_end - t.at_y_end);
-    double low = std::min(0.0, std::min(difference, bow));
-    double high = std::max(0.0, std::max(difference, bow));
-    if (!window.cell_low.empty()) {
-        const std::size_t cell =
-            window.cell_at(t.sign_x > 0 ? t.x : t.x - 1, t.sign_y > 0 ? t.y : t.y - 1);
-        low += static_cast<double>(window.cell_low[cell]);
-        high += static_cast<double>(window.cell_high[cell]);
-    }
-    range.add(low);
-    range.add(high);
+    range.add(std::min(0.0, std::min(difference, bow)));
+    range.add(std::max(0.0, std::max(difference, bow)));
 }
 
-/// Whether the square of side 2 n around a point is cut from south-west to north-east.
+/// Whether the square of side n at a point is cut from south-west to north-east.
 bool is_cut_north_east(const DiamondWindow& window, int x, int y, int n) {
-    const std::int64_t side = 2 * static_cast<std::int64_t>(n);
-    const std::int64_t corner_x = window.first_x + x - n, corner_y = window.first_y + y - n;
     // Exact: the corners of squares are multiples of their side.
-    return ((corner_x / side + corner_y / side) & 1) == 0;
+    return (((window.first_x + x) / n + (window.first_y + y) / n) & 1) == 0;
 }
 
 /// The two triangles that share the edge from (x - n, y) to (x + n, y), or from (x, y - n) to
@@ -168,23 +137,44 @@ float round_outward(double deviation) {
     return std::bit_cast<float>(std::bit_cast<std::uint32_t>(nearest) + 1u);
 }
 
-float square_deviation(const DiamondWindow& window, int x, int y, int n) {
+float cell_deviation(const DiamondWindow& window, int x, int y, int n) {
     const auto height = [&](int i, int j) { return window.heights[window.at(i, j)]; };
-    const double south_west = height(x - n, y - n), south_east = height(x + n, y - n);
-    const double north_west = height(x - n, y + n), north_east = height(x + n, y + n);
-    const int side = 2 * n;
+    const double south_west = height(x, y), south_east = height(x + n, y);
+    const double north_west = height(x, y + n), north_east = height(x + n, y + n);
+    if (n == 1 && !window.kinked) {
+        return round_outward(0.25 * std::fabs(south_west - south_east - north_west + north_east));
+    }
     Range range;
     if (is_cut_north_east(window, x, y, n)) {
-        add_triangle(window, {x + n, y - n, -1, 1, side, south_east, south_west, north_east},
-                     range);
-        add_triangle(window, {x - n, y + n, 1, -1, side, north_west, north_east, south_west},
-                     range);
+        add_triangle(window, {x + n, y, -1, 1, n, south_east, south_west, north_east}, range);
+        add_triangle(window, {x, y + n, 1, -1, n, north_west, north_east, south_west}, range);
     } else {
-        add_triangle(window, {x - n, y - n, 1, 1, side, south_west, south_east, north_west}, range);
-        add_triangle(window, {x + n, y + n, -1, -1, side, north_east, north_west, south_east},
-                     range);
+        add_triangle(window, {x, y, 1, 1, n, south_west, south_east, north_west}, range);
+        add_triangle(window, {x + n, y + n, -1, -1, n, north_east, north_west, south_east}, range);
     }
     return round_outward(range.deviation());
+}
+
+void add_triangle_part(const DiamondWindow& window, const RightTriangle& t, Range& range) {
+    if (window.kinked) {
+        window.kinked->add_part(t, range);
+    } else {
+        add_triangle(window, t, range);
+    }
+}
+
+void add_square(const DiamondWindow& window, int x, int y, int n, double at_corner, double at_x_end,
+                double at_y_end, Range& range) {
+    if (window.kinked) {
+        window.kinked->add_square(x, y, n, at_corner, at_x_end, at_y_end, range);
+        return;
+    }
+    const double slope_x = (at_x_end - at_corner) / n, slope_y = (at_y_end - at_corner) / n;
+    for (int j = 0; j <= n; ++j) {
+        const double* row = window.heights.data() + window.at(x, y + j);
+        const double base = at_corner + j * slope_y;
+        for (int i = 0; i <= n; ++i) range.add(row[i] - (base + i * slope_x));
+    }
 }
 
 HeightInterval bilinear_deviation(const DiamondWindow& window, int x, int y, int n) {
@@ -202,27 +192,15 @@ HeightInterval bilinear_deviation(const DiamondWindow& window, int x, int y, int
         return height(x + i, y + j) - (south + fy * (north - south));
     };
     Range range;
-    if (window.cell_low.empty()) {
-        for (int j = 0; j <= n; ++j) {
-            for (int i = 0; i <= n; ++i) range.add(difference(i, j));
-        }
-        return {range.low, range.high};
-    }
-    for (int j = 0; j < n; ++j) {
-        for (int i = 0; i < n; ++i) {
-            Range corners;
-            for (int k = 0; k < 4; ++k) corners.add(difference(i + (k & 1), j + (k >> 1)));
-            const std::size_t cell = window.cell_at(x + i, y + j);
-            range.add(corners.low + static_cast<double>(window.cell_low[cell]));
-            range.add(corners.high + static_cast<double>(window.cell_high[cell]));
-        }
+    for (int j = 0; j <= n; ++j) {
+        for (int i = 0; i <= n; ++i) range.add(difference(i, j));
     }
     return {range.low, range.high};
 }
 
-void compute_bounds(DiamondWindow& window, int first_n, int last_n) {
+void compute_bounds(DiamondWindow& window, int last_n) {
     window.bounds.resize(window.heights.size(), 0.0f);
-    for (int n = first_n; n <= last_n; n *= 2) {
+    for (int n = 1; n <= last_n; n *= 2) {
         if (window.kinked) {
             window.kinked->keep_diagonals(n);
             window.kinked->keep_diagonals(2 * n);
@@ -245,7 +223,8 @@ void compute_bounds(DiamondWindow& window, int first_n, int last_n) {
                                                       window.bounds[window.at(x + n, y)]),
                                              std::max(window.bounds[window.at(x, y - n)],
                                                       window.bounds[window.at(x, y + n)]));
-                window.bounds[window.at(x, y)] = std::max(square_deviation(window, x, y, n), below);
+                window.bounds[window.at(x, y)] =
+                    std::max(cell_deviation(window, x - n, y - n, 2 * n), below);
             }
         }
     }

@@ -26,11 +26,8 @@ struct DiamondWindow {
     int columns = 0, rows = 0;              ///< points
     std::vector<double> heights;            ///< [rows * columns]
 
-    /// [(rows - 1) * (columns - 1)] least and greatest of the true surface minus the bilinear
-    /// interpolation of a cell's corners. Empty: the surface is that interpolation, or `kinked`.
-    std::vector<float> cell_low, cell_high;
-
-    /// The surface over the window, where its cells hold parts of several raster cells; else null.
+    /// The surface over the window, where its cells hold parts of several raster cells; null: it is the
+    /// bilinear interpolation of each cell's corners.
     std::shared_ptr<KinkedSurface> kinked;
 
     /// [(rows - 1) * (columns - 1)] bound of the vertex in the middle of each cell, which belongs to
@@ -50,17 +47,23 @@ struct DiamondWindow {
     }
 };
 
-/// How far the surface leaves the two triangles of the square of side 2 * n around window point
-/// (x, y), an odd multiple of n both ways. The square must lie in the window.
-float square_deviation(const DiamondWindow& window, int x, int y, int n);
+/// How far the surface leaves the two triangles of the square of side n whose south-western corner is
+/// window point (x, y), a multiple of n both ways. The square must lie in the window.
+float cell_deviation(const DiamondWindow& window, int x, int y, int n);
+
+/// Adds the range of surface minus plane over a triangle that is part of a larger one.
+void add_triangle_part(const DiamondWindow& window, const RightTriangle& t, Range& range);
+/// The same over the square of side n whose south-western corner is window point (x, y); the plane's
+/// heights are those at that corner, n to the east and n to the north.
+void add_square(const DiamondWindow& window, int x, int y, int n, double at_corner, double at_x_end,
+                double at_y_end, Range& range);
 
 /// Greatest and least of the true surface minus the bilinear interpolation of the corners of the
 /// square of side n whose south-western corner is window point (x, y).
 HeightInterval bilinear_deviation(const DiamondWindow& window, int x, int y, int n);
 
-/// Fills in the bounds of the vertices of spacing first_n, 2 * first_n ... last_n. Those of spacing
-/// first_n / 2 must be there. Vertices nearer to the window's edge than they depend on get less than
-/// their bound.
-void compute_bounds(DiamondWindow& window, int first_n, int last_n);
+/// Fills in the bounds of the vertices of spacing 1, 2, 4 ... last_n. Vertices nearer to the window's
+/// edge than they depend on get less than their bound.
+void compute_bounds(DiamondWindow& window, int last_n);
 
 }  // namespace terrane::internal

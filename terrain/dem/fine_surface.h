@@ -36,33 +36,34 @@ public:
     void sample(const RasterPatch& patch, const SampleGrid& grid,
                 std::span<double> heights_out) const;
 
-    /// Bounds of the vertices of spacing grid.step < base step among a grid's points.
-    ///
-    /// @param patch with a margin of kBoundsMargin, here and below
-    void vertex_bounds(const RasterPatch& patch, const SampleGrid& grid,
-                       std::span<float> bounds_out) const;
+    /// As HeightSource::vertex_bounds, up to 64 base spacings.
+    Result<void> vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const;
 
-    /// Bounds of the cells of side grid.step <= base step.
-    void cell_bounds(const RasterPatch& patch, const SampleGrid& grid,
-                     std::span<float> bounds_out) const;
+    /// As HeightSource::cell_bounds, up to 128 base spacings.
+    Result<void> cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const;
 
-    /// A window of the lattice of base spacing, indices in base spacings: heights, what the surface
-    /// does between them, and the bounds of the vertices in the middle of the cells.
-    Result<DiamondWindow> base_window(std::int64_t first_x, std::int64_t first_y, int columns,
-                                      int rows) const;
+    /// A window of a lattice of at most base spacing, indices in its steps: heights, and what the
+    /// surface does between them.
+    Result<DiamondWindow> surface_window(const SampleGrid& grid) const;
+    /// The same with bounds of the vertices in the middle of its cells that serve all below.
+    Result<DiamondWindow> bounds_window(const SampleGrid& grid) const;
 
 private:
     struct Reach;
+    DiamondWindow make_window(const RasterPatch& patch, const SampleGrid& grid) const;
     /// Where equally spaced lattice indices lie between the samples.
     std::vector<SamplePlace> places(std::int64_t first, std::int64_t step, int count,
                                     bool along_x) const;
     std::vector<Reach> reaches(std::int64_t first, std::int64_t step, int count, std::int64_t reach,
                                bool along_x) const;
+    /// Of the vertices of spacing grid.step < base step where samples are lattice points.
+    Result<void> aligned_vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const;
     float aligned_bound(const RasterPatch& patch, LatticePoint v, std::int64_t step) const;
     /// Bounds of a grid of vertices of one spacing and kind: all centres, or all midpoints of edges
     /// along the same axis.
     void aligned_bounds(const RasterPatch& patch, const SampleGrid& grid, std::int64_t vertex_step,
                         std::span<float> bounds_out) const;
+    /// Of a grid of centres, for all vertices below them too.
     void kinked_bounds(const RasterPatch& patch, const SampleGrid& grid, std::int64_t vertex_step,
                        std::span<float> bounds_out) const;
 

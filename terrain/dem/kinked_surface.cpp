@@ -95,21 +95,24 @@ void KinkedSurface::keep_diagonals(int n) {
         for (int column = 0; column < kept.columns; ++column) {
             const int x = kept.x + column * n, y = kept.y + row * n;
             const bool north = (((x_.first + x) / n + (y_.first + y) / n) & 1) == 0;
-            kept.ranges.push_back(diagonal(x, north ? y : y + n, n, north));
+            const int begin_y = north ? y : y + n, end_y = north ? y + n : y;
+            kept.ranges.push_back(diagonal(x, begin_y, n, north, point_height(x, begin_y),
+                                           point_height(x + n, end_y)));
         }
     }
     diagonals_.push_back(std::move(kept));
 }
 
-Range KinkedSurface::diagonal(int x, int y, int n, bool north) const {
+Range KinkedSurface::diagonal(int x, int y, int n, bool north, double begin_height,
+                              double end_height) const {
     const double x0 = x_.point(x), y0 = y_.point(y);
     int c = x_.after[static_cast<std::size_t>(x)] - 1;
     int r = (north ? y_.after : y_.at_or_after)[static_cast<std::size_t>(y)] - 1;
     const double end = n;
-    const double begin_height = point_height(x, y);
-    const double slope = (point_height(x + n, north ? y + n : y - n) - begin_height) / end;
-    Range range{0.0, 0.0};
-    double t = 0.0, difference = 0.0;
+    const double slope = (end_height - begin_height) / end;
+    const double last_difference = point_height(x + n, north ? y + n : y - n) - end_height;
+    double t = 0.0, difference = point_height(x, y) - begin_height;
+    Range range{difference, difference};
     while (t < end) {
         const double to_x = x_.lines[static_cast<std::size_t>(c) + 1] - x0;
         const double to_y = north ? y_.lines[static_cast<std::size_t>(r) + 1] - y0
@@ -117,7 +120,8 @@ Range KinkedSurface::diagonal(int x, int y, int n, bool north) const {
         const double next = std::min(end, std::min(to_x, to_y));
         const double next_y = north ? y0 + next : y0 - next;
         const double next_difference =
-            next < end ? height(c, r, x0 + next, next_y) - (begin_height + slope * next) : 0.0;
+            next < end ? height(c, r, x0 + next, next_y) - (begin_height + slope * next)
+                       : last_difference;
         range.add(next_difference);
         // The parabola's height over the middle of its chord, four times.
         const double length = next - t;
@@ -141,7 +145,6 @@ Range KinkedSurface::diagonal(int x, int y, int n, bool north) const {
 void KinkedSurface::add_triangle(const RightTriangle& t, Range& range) const {
     const bool east = t.sign_x > 0, north = t.sign_y > 0;
     const int x_end = t.x + t.sign_x * t.leg, y_end = t.y + t.sign_y * t.leg;
-    range.add(point_height(t.x, t.y) - t.at_corner);
     const int west = std::min(t.x, x_end);
     const auto side_log2 = static_cast<std::size_t>(std::countr_zero(static_cast<unsigned>(t.leg)));
     if (side_log2 < diagonals_.size()) {
@@ -150,8 +153,25 @@ void KinkedSurface::add_triangle(const RightTriangle& t, Range& range) const {
         const int row = (std::min(t.y, y_end) - kept.y) >> side_log2;
         range.add(kept.ranges[static_cast<std::size_t>(row * kept.columns + column)]);
     } else {
-        range.add(diagonal(west, east ? y_end : t.y, t.leg, east != north));
+        const int begin_y = east ? y_end : t.y, end_y = east ? t.y : y_end;
+        range.add(diagonal(west, begin_y, t.leg, east != north, point_height(west, begin_y),
+                           point_height(west + t.leg, end_y)));
     }
+    add_legs_and_inside(t, range);
+}
+
+void KinkedSurface::add_part(const RightTriangle& t, Range& range) const {
+    const bool east = t.sign_x > 0, north = t.sign_y > 0;
+    const int west = east ? t.x : t.x - t.leg;
+    range.add(diagonal(west, east ? t.y + t.sign_y * t.leg : t.y, t.leg, east != north,
+                       east ? t.at_y_end : t.at_x_end, east ? t.at_x_end : t.at_y_end));
+    add_legs_and_inside(t, range);
+}
+
+void KinkedSurface::add_legs_and_inside(const RightTriangle& t, Range& range) const {
+    const bool east = t.sign_x > 0, north = t.sign_y > 0;
+    const int x_end = t.x + t.sign_x * t.leg, y_end = t.y + t.sign_y * t.leg;
+    range.add(point_height(t.x, t.y) - t.at_corner);
 
     // Over the plane, from the corner, in steps.
     const double x0 = x_.point(t.x), y0 = y_.point(t.y);
@@ -185,6 +205,34 @@ void KinkedSurface::add_triangle(const RightTriangle& t, Range& range) const {
         for (int c = c_begin; c < c_end; ++c) {
             const double along = x_.lines[static_cast<std::size_t>(c)] - x0;
             range.add(sample(c, r) - (base + along * slope_x));
+        }
+    }
+}
+
+void KinkedSurface::add_square(int x, int y, int n, double at_corner, double at_x_end,
+                               double at_y_end, Range& range) const {
+    const auto at = [](int point) { return static_cast<std::size_t>(point); };
+    const double x0 = x_.point(x), y0 = y_.point(y), end = n;
+    const double slope_x = (at_x_end - at_corner) / end, slope_y = (at_y_end - at_corner) / end;
+    const auto plane = [&](double along, double up) {
+        return at_corner + (along * slope_x + up * slope_y);
+    };
+    const int c_begin = x_.after[at(x)], c_end = x_.at_or_after[at(x + n)];
+    const int r_begin = y_.after[at(y)], r_end = y_.at_or_after[at(y + n)];
+    for (const int i : {0, n}) {
+        for (const int j : {0, n}) range.add(point_height(x + i, y + j) - plane(i, j));
+    }
+    for (int c = c_begin; c < c_end; ++c) {
+        const double along = x_.lines[at(c)] - x0;
+        range.add(on_row(y, c) - plane(along, 0.0));
+        range.add(on_row(y + n, c) - plane(along, end));
+    }
+    for (int r = r_begin; r < r_end; ++r) {
+        const double up = y_.lines[at(r)] - y0;
+        range.add(on_column(x, r) - plane(0.0, up));
+        range.add(on_column(x + n, r) - plane(end, up));
+        for (int c = c_begin; c < c_end; ++c) {
+            range.add(sample(c, r) - plane(x_.lines[at(c)] - x0, up));
         }
     }
 }

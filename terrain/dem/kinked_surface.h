@@ -53,6 +53,14 @@ public:
     /// Adds the range of surface minus plane over a triangle; both meet at the hypotenuse's ends.
     void add_triangle(const RightTriangle& t, Range& range) const;
 
+    /// The same where they need not meet: over a part of a larger triangle.
+    void add_part(const RightTriangle& t, Range& range) const;
+
+    /// The same over the square of side n whose south-western corner is point (x, y); the plane's
+    /// heights are those at that corner, n to the east and n to the north.
+    void add_square(int x, int y, int n, double at_corner, double at_x_end, double at_y_end,
+                    Range& range) const;
+
     /// Range of the surface minus the bilinear interpolation of the corners of the square of side n
     /// whose south-western corner is point (x, y).
     Range bilinear_deviation(int x, int y, int n) const;
@@ -104,8 +112,11 @@ private:
         return heights_[static_cast<std::size_t>(y) * x_.after.size() +
                         static_cast<std::size_t>(x)];
     }
-    /// Surface minus chord along the diagonal of n steps east of (x, y), north or south.
-    Range diagonal(int x, int y, int n, bool north) const;
+    /// Without the hypotenuse, but for crossings that a leg has in common with it.
+    void add_legs_and_inside(const RightTriangle& t, Range& range) const;
+    /// Surface minus a line along the diagonal of n steps east of (x, y), north or south; from the
+    /// line's height there to that at the other end.
+    Range diagonal(int x, int y, int n, bool north, double begin_height, double end_height) const;
 
     RasterPatch patch_;
     Axis x_, y_;

@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <random>
+#include <utility>
 
 namespace terrane::test {
 namespace {
@@ -233,22 +235,39 @@ INSTANTIATE_TEST_SUITE_P(RealRasters, DemBounds,
                                          Case{"srtm3_N41E012_rome_1201.tif", 5.0},
                                          Case{"usgs3dep_maroon_38m.tif", 0.0}));
 
-/// White noise is the worst ground there is.
-std::shared_ptr<const HeightSource> noise(int columns, int rows, double cell_y, double spacing) {
+std::shared_ptr<const HeightSource> open_raster(int columns, int rows, double cell_y,
+                                                double spacing,
+                                                std::function<double(int, int)> value) {
     RasterSpec spec;
     spec.columns = columns;
     spec.rows = rows;
     spec.transform[5] = -cell_y;
-    std::mt19937 random(4);
-    spec.value = [&random](int, int) { return static_cast<double>(random() % 10000u) / 100.0; };
+    spec.value = std::move(value);
     const TemporaryFolder folder;
-    const std::string path = folder.file("noise.tif");
+    const std::string path = folder.file("raster.tif");
     write_raster(path, spec);
     DemSettings settings;
     settings.finest_spacing = spacing;
     const auto source = DemHeights::open(path, settings);
     EXPECT_TRUE(source.has_value());
     return source ? *source : nullptr;
+}
+
+/// White noise is the worst ground there is.
+std::shared_ptr<const HeightSource> noise(int columns, int rows, double cell_y, double spacing) {
+    std::mt19937 random(4);
+    return open_raster(columns, rows, cell_y, spacing, [&random](int, int) {
+        return static_cast<double>(random() % 10000u) / 100.0;
+    });
+}
+
+/// Hills of many sizes, smooth from sample to sample.
+std::shared_ptr<const HeightSource> hills(int columns, int rows, double cell_y) {
+    return open_raster(columns, rows, cell_y, 0.0, [](int c, int r) {
+        const double x = c, y = r;
+        return 40.0 * std::sin(0.071 * x + 0.3) * std::cos(0.053 * y) +
+               17.0 * std::sin(0.19 * x - 0.23 * y) + 9.0 * std::cos(0.31 * x + 0.11 * y);
+    });
 }
 
 TEST(DemBoundsOfNoise, HoldAndAreNestedForAnyShapeOfCells) {
@@ -304,6 +323,128 @@ TEST(DemBoundsOffTheLattice, AreTheGreatestDeviationNotASumOfKinks) {
     const auto source = noise(150, 120, 14.0, 0.0);
     ASSERT_NE(source, nullptr);
     for (const std::int64_t step : {1, 2, 4, 8}) expect_cell_bounds_tight(*source, 41, step);
+}
+
+/// Bounds of the vertices and cells over the raster are what dense sampling finds, or what a child has.
+///
+/// @param points  looked at along the sides of triangles for each spacing of the step
+/// @param slack   what dense sampling may miss
+void expect_coarse_bounds_tight(const HeightSource& source, std::int64_t step, int points,
+                                double slack) {
+    SCOPED_TRACE("step " + std::to_string(step));
+    const Lattice& lattice = source.lattice();
+    const int resolution = points * static_cast<int>(step);
+    const auto is_ground = [&](Point sw, std::int64_t side) {
+        return source.extent().contains(lattice.x(sw.x - step), lattice.y(sw.y - step)) &&
+               source.extent().contains(lattice.x(sw.x + side + step),
+                                        lattice.y(sw.y + side + step));
+    };
+    const auto expect_tight = [&](const std::array<Triangle, 2>& triangles, float certified,
+                                  float of_children, Point at, const char* what) {
+        const double truth = std::max(deviation(source, triangles[0], resolution),
+                                      deviation(source, triangles[1], resolution));
+        const double bound = static_cast<double>(certified);
+        ASSERT_LE(truth, bound + kSumRounding) << what << " " << at.x << ", " << at.y;
+        const double least = std::max(truth, static_cast<double>(of_children));
+        ASSERT_LE(bound, slack * least + 1e-6) << what << " " << at.x << ", " << at.y;
+    };
+    const int count = static_cast<int>((lattice.east() - lattice.west()) / (2 * step)) * 2 + 1;
+    const Grid g = vertex_grid(source, {lattice.west(), lattice.south()}, step, count);
+    const Grid fine =
+        vertex_grid(source, {lattice.west(), lattice.south()}, step / 2, 2 * count - 1);
+    std::vector<float> cells(static_cast<std::size_t>((count - 1) * (count - 1)));
+    ASSERT_TRUE(source.cell_bounds(g.grid, cells).has_value());
+    int checked = 0;
+    for (int row = 1; row + 1 < count; ++row) {
+        for (int column = 1; column + 1 < count; ++column) {
+            const Point v{lattice.west() + column * step, lattice.south() + row * step};
+            if (!is_ground({v.x - step, v.y - step}, 2 * step)) continue;
+            ++checked;
+            const auto cell = static_cast<std::size_t>(row * (count - 1) + column);
+            expect_tight(square_triangles(v, step), cells[cell], 0.0f, v, "cell");
+            if (testing::Test::HasFatalFailure()) return;
+            if (!is_vertex(v, step)) continue;
+            const bool is_centre = !is_even(row) && !is_even(column);
+            const std::int64_t reach = is_centre ? step : step / 2;
+            float of_children = 0.0f;
+            for (const int k : {-1, 1}) {
+                for (const int l : {-1, 1}) {
+                    const Point child =
+                        is_centre ? Point{v.x + (k + l) / 2 * reach, v.y + (k - l) / 2 * reach}
+                                  : Point{v.x + k * reach, v.y + l * reach};
+                    of_children = std::max(of_children, is_centre ? g.at(child) : fine.at(child));
+                }
+            }
+            expect_tight(diamond(v, step), g.at(v), of_children, v, "vertex");
+            if (testing::Test::HasFatalFailure()) return;
+        }
+    }
+    EXPECT_GT(checked, 3);
+}
+
+TEST(DemBoundsOfCoarseSpacings, AreTheGreatestDeviationWhereSamplesAreLatticePoints) {
+    const auto source = noise(520, 460, 10.0, 0.0);
+    ASSERT_NE(source, nullptr);
+    // Every sample is looked at; only a bow on the longest side may be missed.
+    for (const std::int64_t step : {8, 16, 32, 64}) {
+        expect_coarse_bounds_tight(*source, step, 2, 1.005);
+    }
+}
+
+TEST(DemBoundsOfCoarseSpacings, AreNearlyTheGreatestDeviationOffTheLattice) {
+    const auto source = hills(300, 200, 14.0);
+    ASSERT_NE(source, nullptr);
+    for (const std::int64_t step : {8, 16, 32}) {
+        expect_coarse_bounds_tight(*source, step, 6, 1.02);
+    }
+}
+
+TEST(DemBoundsBelowTheRaster, AreNearTheGreatestDeviationOffTheLattice) {
+    // Base spacing 8 m under cells of 10 m by 14 m. A sum for every kink nearby is 2 to 10 times as
+    // much.
+    const auto source = open_raster(90, 70, 14.0, 1.0, [](int c, int r) {
+        return 20.0 * std::sin(0.9 * c) * std::cos(1.1 * r) + 0.01 * ((c * 31 + r * 17) % 97);
+    });
+    ASSERT_NE(source, nullptr);
+    Corners corners(*source, 51);
+    for (const std::int64_t step : {1, 2, 4, 8}) {
+        SCOPED_TRACE("step " + std::to_string(step));
+        double bound_sum = 0.0, truth_sum = 0.0;
+        for (int k = 0; k < 12; ++k) {
+            const Point corner = corners.next(2 * step);
+            const Grid g = vertex_grid(*source, corner, step, 9);
+            for (int i = 0; i < 81; ++i) {
+                const Point v{corner.x + i % 9 * step, corner.y + i / 9 * step};
+                if (!is_vertex(v, step)) continue;
+                const double bound = static_cast<double>(g.at(v));
+                const auto halves = diamond(v, step);
+                const double truth =
+                    std::max(deviation(*source, halves[0], 16), deviation(*source, halves[1], 16));
+                ASSERT_LE(truth, bound + kSumRounding) << v.x << ", " << v.y;
+                truth_sum += truth;
+                bound_sum += bound;
+            }
+        }
+        EXPECT_LE(bound_sum, 1.5 * truth_sum) << bound_sum / truth_sum;
+    }
+}
+
+TEST(DemBoundsOfCoarseSpacings, AreThereForSquaresLargerThanTheWorld) {
+    const auto source = hills(100, 90, 10.0);
+    ASSERT_NE(source, nullptr);
+    const std::int64_t root = source->lattice().chunk_side(0);
+    for (const std::int64_t step : {root, 2 * root, 8 * root}) {
+        const Grid g = vertex_grid(*source, {0, 0}, step, 3);
+        std::vector<float> cells(4);
+        ASSERT_TRUE(source->cell_bounds(g.grid, cells).has_value());
+        for (const Triangle& t : diamond({step, step}, step)) {
+            EXPECT_LE(deviation(*source, t, 200), static_cast<double>(g.at({step, step})));
+        }
+        for (const Triangle& t : square_triangles({0, 0}, step)) {
+            EXPECT_LE(deviation(*source, t, 200), static_cast<double>(cells.front()));
+        }
+        EXPECT_EQ(g.at({0, 0}), 0.0f);
+    }
 }
 
 TEST(DemBoundsOfPlanes, AreNothing) {

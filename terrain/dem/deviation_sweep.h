@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "bound_tier.h"
+#include "fine_surface.h"
+
+#include <span>
+
+namespace terrane::internal {
+
+/// Finds the greatest deviation of the surface over every triangle that is larger than a cell of the
+/// first tier.
+///
+/// @param first   with heights, cell_low and cell_high
+/// @param levels  of twice the first tier's step, four times, eight times ...: takes cell_bounds of all
+///                of them, and at the midpoints of all but the last the deviation over their diamonds in
+///                bounds; zeros before
+///
+/// Fails: io
+Result<void> find_deviations(const FineSurface& fine, const BoundTier& first,
+                             std::span<BoundTier> levels);
+
+}  // namespace terrane::internal
