@@ -2,7 +2,7 @@
 //
 // What refinement left undone because something is not there. Where a triangle's next vertex is
 // missing, the triangle's error is at most the vertex's bound, seen from where the triangle is: found
-// here box by box, in double precision, and only for triangles in view.
+// here one by one, in double precision, and only for what of a triangle may be in view.
 #include "error_left.h"
 
 #include "active_set.h"
@@ -14,15 +14,6 @@
 namespace terrane::internal {
 namespace {
 
-struct HeightRange {
-    std::int32_t low, high;
-    explicit HeightRange(std::int32_t height) : low(height), high(height) {}
-    void take(std::int32_t height) {
-        low = std::min(low, height);
-        high = std::max(high, height);
-    }
-};
-
 class Search {
 public:
     Search(const OpenChunk& chunk, const VertexKeys& keys, const ScreenError& screen,
@@ -33,8 +24,6 @@ public:
     double look_at_held(double most) const;
 
 private:
-    double error_of(int west, int south, int east, int north, const HeightRange& heights,
-                    double bound) const;
     double look_at_cell(int column, int row, double most) const;
     double look_at_area(int area, double most) const;
     double look_at_held_area(int area, double most) const;
@@ -44,9 +33,19 @@ private:
     double look_at_midpoint(int column, int row, int stride, double bound, double most) const;
     bool has_parent(int column, int row, int stride) const;
     bool is_active(int column, int row) const { return chunk_.key_at(column, row) < threshold_; }
-    std::int32_t height(int column, int row) const {
-        return chunk_.chunk->heights[sample_index(column, row)];
+    /// The sample of a chunk at a place of this chunk's, which may be beyond its sides.
+    Eigen::Vector3d point(const Chunk& owner, int column, int row) const {
+        const Lattice& lattice = keys_.lattice();
+        const Chunk& chunk = *chunk_.chunk;
+        const auto wrap = [](int i) {
+            return i < 0 ? i + kChunkCells : i > kChunkCells ? i - kChunkCells : i;
+        };
+        return {lattice.x(chunk.corner.x + column * chunk.step),
+                lattice.y(chunk.corner.y + row * chunk.step),
+                lattice.quantum * owner.heights[sample_index(wrap(column), wrap(row))]};
     }
+    Eigen::Vector3d point(int column, int row) const { return point(*chunk_.chunk, column, row); }
+    double error_of_square(int west, int south, int side, double bound, double most) const;
 
     const OpenChunk& chunk_;
     const VertexKeys& keys_;
@@ -54,26 +53,22 @@ private:
     float threshold_;
 };
 
-// Over a rectangle of the chunk's samples.
-double Search::error_of(int west, int south, int east, int north, const HeightRange& heights,
-                        double bound) const {
-    const Lattice& lattice = keys_.lattice();
-    const Chunk& chunk = *chunk_.chunk;
-    return screen_.error_in_view(
-        {{lattice.x(chunk.corner.x + west * chunk.step),
-          lattice.y(chunk.corner.y + south * chunk.step), lattice.quantum * heights.low - bound},
-         {lattice.x(chunk.corner.x + east * chunk.step),
-          lattice.y(chunk.corner.y + north * chunk.step), lattice.quantum * heights.high + bound}},
-        bound);
+// Over a square of the chunk's samples, whichever way it is cut.
+double Search::error_of_square(int west, int south, int side, double bound, double most) const {
+    const std::array<Eigen::Vector3d, 4> corners{point(west, south), point(west + side, south),
+                                                 point(west + side, south + side),
+                                                 point(west, south + side)};
+    for (std::size_t i = 0; i < 4; ++i) {
+        const ScreenError::Triangle without{corners[(i + 1) % 4], corners[(i + 2) % 4],
+                                            corners[(i + 3) % 4]};
+        most = std::max(most, screen_.error_in_view(without, bound));
+    }
+    return most;
 }
 
 double Search::look_at_cell(int column, int row, double most) const {
-    HeightRange heights(height(column, row));
-    heights.take(height(column + 1, row));
-    heights.take(height(column, row + 1));
-    heights.take(height(column + 1, row + 1));
     const auto bound = static_cast<double>(chunk_.chunk->cell_bounds[cell_index(column, row)]);
-    return std::max(most, error_of(column, row, column + 1, row + 1, heights, bound));
+    return error_of_square(column, row, 1, bound, most);
 }
 
 // The cells of an area that are drawn undivided, over a child that is not there.
@@ -146,13 +141,7 @@ double Search::look_at_vertex(int column, int row, int stride, float own_key, do
         return look_at_midpoint(column, row, stride, bound, most);
     }
     if (!has_parent(column, row, stride)) return most;
-    const int west = column - stride, east = column + stride;
-    const int south = row - stride, north = row + stride;
-    HeightRange heights(height(column, row));
-    for (const int x : {west, east}) {
-        for (const int y : {south, north}) heights.take(height(x, y));
-    }
-    return std::max(most, error_of(west, south, east, north, heights, bound));
+    return error_of_square(column - stride, row - stride, 2 * stride, bound, most);
 }
 
 // The triangles on both sides of the edge that a midpoint would split, where they are drawn: by their
@@ -160,9 +149,8 @@ double Search::look_at_vertex(int column, int row, int stride, float own_key, do
 double Search::look_at_midpoint(int column, int row, int stride, double bound, double most) const {
     const bool along_x = (column / stride) % 2 != 0;
     const int to_x = along_x ? 0 : stride, to_y = along_x ? stride : 0;
-    HeightRange edge(height(column, row));
-    edge.take(height(column - to_y, row - to_x));
-    edge.take(height(column + to_y, row + to_x));
+    const Eigen::Vector3d begin = point(column - to_y, row - to_x);
+    const Eigen::Vector3d end = point(column + to_y, row + to_x);
     for (const int side : {-1, 1}) {
         const int apex_x = column + side * to_x, apex_y = row + side * to_y;
         const OpenChunk* owner = apex_x < 0             ? chunk_.neighbour[west]
@@ -175,12 +163,9 @@ double Search::look_at_midpoint(int column, int row, int stride, double bound, d
         };
         const int x = wrap(apex_x), y = wrap(apex_y);
         if (owner == nullptr || !(owner->key_at(x, y) < threshold_)) continue;
-        HeightRange heights = edge;
-        heights.take(owner->chunk->heights[sample_index(x, y)]);
+        const Eigen::Vector3d apex = point(*owner->chunk, apex_x, apex_y);
         most =
-            std::max(most, error_of(std::min(column - to_y, apex_x), std::min(row - to_x, apex_y),
-                                    std::max(column + to_y, apex_x), std::max(row + to_x, apex_y),
-                                    heights, bound));
+            std::max(most, screen_.error_in_view(ScreenError::Triangle{begin, end, apex}, bound));
     }
     return most;
 }

@@ -184,4 +184,41 @@ double ScreenError::error_in_view(const Box& box, double bound) const {
     return error_px_at(bound, distance * (1.0 - 1e-12)) * (1.0 + 1e-12);
 }
 
+double ScreenError::error_in_view(const Triangle& triangle, double bound) const {
+    // what of the triangle the surface in view may lie over or under
+    std::array<Eigen::Vector3d, 8> part, next;
+    std::size_t count = 3;
+    double farthest = 0.0;
+    for (std::size_t i = 0; i < 3; ++i) {
+        part[i] = triangle[i] - eye_;
+        farthest = std::max(farthest, part[i].cwiseAbs().maxCoeff());
+    }
+    const double slack = 1e-9 * (farthest + bound);
+    for (const Eigen::Vector3d& normal : frustum_.normals) {
+        const double least = -std::abs(normal.z()) * bound - slack;
+        std::size_t kept = 0;
+        for (std::size_t i = 0; i < count; ++i) {
+            const Eigen::Vector3d& a = part[i];
+            const Eigen::Vector3d& b = part[i + 1 < count ? i + 1 : 0];
+            const double above_a = normal.dot(a) - least, above_b = normal.dot(b) - least;
+            if (above_a >= 0.0) next[kept++] = a;
+            if ((above_a >= 0.0) != (above_b >= 0.0)) {
+                next[kept++] = a + above_a / (above_a - above_b) * (b - a);
+            }
+        }
+        if (kept == 0) return 0.0;
+        std::swap(part, next);
+        count = kept;
+    }
+    Eigen::Vector3d low = part[0], high = part[0];
+    for (std::size_t i = 1; i < count; ++i) {
+        low = low.cwiseMin(part[i]);
+        high = high.cwiseMax(part[i]);
+    }
+    low.z() -= bound;
+    high.z() += bound;
+    const double distance = low.cwiseMax(-high).cwiseMax(Eigen::Vector3d::Zero()).norm();
+    return error_px_at(bound, std::max(distance - slack, 0.0)) * (1.0 + 1e-12);
+}
+
 }  // namespace terrane::internal

@@ -72,6 +72,10 @@ public:
     /// box, 0 where no point of it is in view. Rounded outward.
     double error_in_view(const Box& box, double bound) const;
 
+    using Triangle = std::array<Eigen::Vector3d, 3>;  ///< world
+    /// The same where the surface is within `bound` of a triangle, vertically.
+    double error_in_view(const Triangle& triangle, double bound) const;
+
 private:
     Lattice lattice_;
     WorldPos eye_;

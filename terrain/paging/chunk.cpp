@@ -91,36 +91,50 @@ void raise_areas(Chunk& chunk, int column, int row, float bound) {
     }
 }
 
-// Own vertices: those of the chunk's spacing, and in a root all coarser ones.
-Result<void> fill_vertex_bounds(const HeightSource& source, const Surroundings& wide,
-                                Chunk& chunk) {
+// Keeps the bounds of the vertices of one spacing, in samples of the chunk. Those around it are left out.
+Result<void> keep_vertex_bounds(const SampleGrid& grid, std::span<const float> bounds,
+                                double half_quantum, Chunk& chunk) {
+    const auto stride = static_cast<int>(grid.step / chunk.step);
+    const auto margin = static_cast<int>((chunk.corner.x - grid.corner.x) / grid.step);
+    for (int row = 0; row < grid.rows - 2 * margin; ++row) {
+        for (int column = 0; column < grid.columns - 2 * margin; ++column) {
+            if (((row | column) & 1) == 0) continue;  // of a coarser spacing
+            const float bound = add_up(
+                bounds[static_cast<std::size_t>((row + margin) * grid.columns + column + margin)],
+                half_quantum);
+            if (!(bound >= 0.0f))
+                return fail(ErrorCode::bad_data, "the source gave a bound of NaN");
+            *bound_at(chunk, column * stride, row * stride) = inverse_square(bound);
+            raise_areas(chunk, column * stride, row * stride, bound);
+            chunk.max_vertex_bound = std::max(chunk.max_vertex_bound, bound);
+        }
+    }
+    return {};
+}
+
+// Own vertices: those of the chunk's spacing, and in a root all coarser ones. Reads the bounds of cells
+// with them.
+Result<void> fill_vertex_bounds(const HeightSource& source, Surroundings& wide, Chunk& chunk) {
     const double half_quantum = 0.5 * source.lattice().quantum;
     chunk.vertices.resize(std::size_t{kChunkAreas} * kChunkAreas);
-    const bool is_root = chunk.key.level == 0;
-    if (is_root) {
-        chunk.coarse_bounds.assign(std::size_t{kChunkSquares + 1} * (kChunkSquares + 1),
-                                   std::numeric_limits<float>::infinity());
+    std::vector<float> bounds(wide.grid.size());
+    wide.bounds.resize(std::size_t{kWideCells} * kWideCells);
+    if (const Result<void> read = source.mesh_bounds(wide.grid, bounds, wide.bounds); !read) {
+        return read;
     }
-    std::vector<float> bounds(kSamples);
-    const int coarsest = is_root ? kChunkCells / 2 : 1;
-    for (int stride = 1; stride <= coarsest; stride *= 2) {
-        SampleGrid sparse = wide.grid;
-        sparse.corner = chunk.corner;
-        sparse.step = chunk.step * stride;
-        sparse.columns = sparse.rows = kChunkCells / stride + 1;
+    if (const Result<void> kept = keep_vertex_bounds(wide.grid, bounds, half_quantum, chunk);
+        !kept || chunk.key.level > 0) {
+        return kept;
+    }
+    chunk.coarse_bounds.assign(std::size_t{kChunkSquares + 1} * (kChunkSquares + 1),
+                               std::numeric_limits<float>::infinity());
+    for (int stride = 2; stride <= kChunkSquares; stride *= 2) {
+        SampleGrid sparse{chunk.corner, chunk.step * stride, kChunkCells / stride + 1,
+                          kChunkCells / stride + 1};
         const std::span<float> out(bounds.data(), sparse.size());
         if (const Result<void> read = source.vertex_bounds(sparse, out); !read) return read;
-        for (int row = 0; row < sparse.rows; ++row) {
-            for (int column = 0; column < sparse.columns; ++column) {
-                if (((row | column) & 1) == 0) continue;  // of a coarser spacing
-                const float bound = add_up(
-                    out[static_cast<std::size_t>(row * sparse.columns + column)], half_quantum);
-                if (!(bound >= 0.0f))
-                    return fail(ErrorCode::bad_data, "the source gave a bound of NaN");
-                *bound_at(chunk, column * stride, row * stride) = inverse_square(bound);
-                raise_areas(chunk, column * stride, row * stride, bound);
-                chunk.max_vertex_bound = std::max(chunk.max_vertex_bound, bound);
-            }
+        if (const Result<void> kept = keep_vertex_bounds(sparse, out, half_quantum, chunk); !kept) {
+            return kept;
         }
     }
     return {};
@@ -128,8 +142,6 @@ Result<void> fill_vertex_bounds(const HeightSource& source, const Surroundings& 
 
 Result<void> fill_cells(const HeightSource& source, Surroundings& wide, Chunk& chunk) {
     const double half_quantum = 0.5 * source.lattice().quantum;
-    wide.bounds.resize(std::size_t{kWideCells} * kWideCells);
-    if (const Result<void> read = source.cell_bounds(wide.grid, wide.bounds); !read) return read;
     chunk.cell_bounds.resize(kCells);
     for (int row = 0; row < kWideCells; ++row) {
         for (int column = 0; column < kWideCells; ++column) {

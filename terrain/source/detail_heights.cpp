@@ -159,38 +159,21 @@ public:
 
     Result<void> vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override {
         if (auto ok = base_->vertex_bounds(grid, bounds_out); !ok) return ok;
-        const double spacing = lattice().spacing * static_cast<double>(grid.step);
-        const Triangles of_centre = triangles(kSqrt2 * (2.0 * spacing));
-        const Triangles of_midpoint = triangles(2.0 * spacing);
-        for (int row = 0; row < grid.rows; ++row) {
-            for (int column = 0; column < grid.columns; ++column) {
-                if (((row | column) & 1) == 0) continue;  // of a coarser spacing
-                const bool centre = (row & column & 1) != 0;
-                const std::int64_t reach = (centre ? 3 : 2) * grid.step;
-                const LatticePoint at = {grid.corner.x + grid.step * column,
-                                         grid.corner.y + grid.step * row};
-                const WorldRect around =
-                    rect({at.x - reach, at.y - reach}, {at.x + reach, at.y + reach});
-                add(own_bound(around, centre ? of_centre : of_midpoint),
-                    bounds_out[static_cast<std::size_t>(row * grid.columns + column)]);
-            }
-        }
+        add_to_vertices(grid, bounds_out);
         return {};
     }
 
     Result<void> cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override {
         if (auto ok = base_->cell_bounds(grid, bounds_out); !ok) return ok;
-        const Triangles of_cell =
-            triangles(kSqrt2 * (lattice().spacing * static_cast<double>(grid.step)));
-        std::size_t index = 0;
-        for (int row = 0; row + 1 < grid.rows; ++row) {
-            for (int column = 0; column + 1 < grid.columns; ++column) {
-                const LatticePoint low = {grid.corner.x + grid.step * column,
-                                          grid.corner.y + grid.step * row};
-                const WorldRect cell = rect(low, {low.x + grid.step, low.y + grid.step});
-                add(own_bound(cell, of_cell), bounds_out[index++]);
-            }
-        }
+        add_to_cells(grid, bounds_out);
+        return {};
+    }
+
+    Result<void> mesh_bounds(const SampleGrid& grid, std::span<float> vertex_bounds_out,
+                             std::span<float> cell_bounds_out) const override {
+        if (auto ok = base_->mesh_bounds(grid, vertex_bounds_out, cell_bounds_out); !ok) return ok;
+        add_to_vertices(grid, vertex_bounds_out);
+        add_to_cells(grid, cell_bounds_out);
         return {};
     }
 
@@ -224,6 +207,39 @@ private:
 
     Triangles triangles(double hypotenuse) const {
         return {unit_bounds_.interpolation(hypotenuse) + rounding_, 0.5 * hypotenuse};
+    }
+
+    void add_to_vertices(const SampleGrid& grid, std::span<float> bounds) const {
+        const double spacing = lattice().spacing * static_cast<double>(grid.step);
+        const Triangles of_centre = triangles(kSqrt2 * (2.0 * spacing));
+        const Triangles of_midpoint = triangles(2.0 * spacing);
+        for (int row = 0; row < grid.rows; ++row) {
+            for (int column = 0; column < grid.columns; ++column) {
+                if (((row | column) & 1) == 0) continue;  // of a coarser spacing
+                const bool centre = (row & column & 1) != 0;
+                const std::int64_t reach = (centre ? 3 : 2) * grid.step;
+                const LatticePoint at = {grid.corner.x + grid.step * column,
+                                         grid.corner.y + grid.step * row};
+                const WorldRect around =
+                    rect({at.x - reach, at.y - reach}, {at.x + reach, at.y + reach});
+                add(own_bound(around, centre ? of_centre : of_midpoint),
+                    bounds[static_cast<std::size_t>(row * grid.columns + column)]);
+            }
+        }
+    }
+
+    void add_to_cells(const SampleGrid& grid, std::span<float> bounds) const {
+        const Triangles of_cell =
+            triangles(kSqrt2 * (lattice().spacing * static_cast<double>(grid.step)));
+        std::size_t index = 0;
+        for (int row = 0; row + 1 < grid.rows; ++row) {
+            for (int column = 0; column + 1 < grid.columns; ++column) {
+                const LatticePoint low = {grid.corner.x + grid.step * column,
+                                          grid.corner.y + grid.step * row};
+                const WorldRect cell = rect(low, {low.x + grid.step, low.y + grid.step});
+                add(own_bound(cell, of_cell), bounds[index++]);
+            }
+        }
     }
 
     double own_bound(const WorldRect& around, const Triangles& triangles) const {

@@ -62,7 +62,7 @@ Deviation noise_of(Deviation place) {
                    kNoiseSlope * place.bend + 0.5 * kNoiseCurvature * place.spread * place.spread});
 }
 
-Deviation sum_of(const std::vector<OctaveScale>& octaves, Deviation place) {
+Deviation sum_of(std::span<const OctaveScale> octaves, Deviation place) {
     Deviation sum;
     for (const OctaveScale& octave : octaves) {
         const double cells = 1.0 / octave.wavelength;  // a power of two: exact
@@ -92,7 +92,10 @@ FractalBounds::FractalBounds(const FractalSurface& surface)
       crest_(surface.shape().crest) {
     if (kind_ == FractalKind::fbm || kind_ == FractalKind::warped) {
         range_ = {-sums_.sup(), sums_.sup()};
-        if (kind_ == FractalKind::fbm) return;
+        if (kind_ == FractalKind::fbm) {
+            rounding_ = sums_.interpolation(0.0);
+            return;
+        }
         // Ways come out within 2^-43 of the sum of their amplitudes, along each of two axes, and
         // are rounded to 2^-53 of themselves; a deviation has three places.
         double way = 0.0;
@@ -109,38 +112,46 @@ FractalBounds::FractalBounds(const FractalSurface& surface)
     range_ = {-rounding_, (amplitude_sum + rounding_) * kOutward};
 }
 
-Deviation FractalBounds::warped(double distance) const {
+Deviation FractalBounds::warped(double distance, std::size_t octave_count) const {
     const Deviation way = sum_of(warp_, {distance, 0.0});
-    return sum_of(octaves_, {distance + kSqrt2 * way.spread, kSqrt2 * way.bend});
+    return sum_of(std::span(octaves_).first(octave_count),
+                  {distance + kSqrt2 * way.spread, kSqrt2 * way.bend});
 }
 
-Deviation FractalBounds::multifractal(double distance) const {
+double FractalBounds::least_shaped() const {
+    return kind_ == FractalKind::ridged ? 0.5 * crest_ : 0.0;
+}
+
+FractalBounds::Multifractal FractalBounds::multifractal(double distance,
+                                                        std::size_t octave_count) const {
     const bool ridged = kind_ == FractalKind::ridged;
     const double steepest = ridged ? kSqrt2 : 0.5 * kSqrt2;
     const double half_curvature = ridged ? 1.0 / crest_ : 0.0;
-    const double least_shaped = ridged ? 0.5 * crest_ : 0.0;
-    Deviation sum, weight;
+    Multifractal all;
+    Deviation& weight = all.weight;
     double least_weight = 1.0;
-    for (const OctaveScale& octave : octaves_) {
+    for (const OctaveScale& octave : std::span(octaves_).first(octave_count)) {
         const Deviation noise = noise_of({distance / octave.wavelength, 0.0});
         const Deviation shaped =
-            within(1.0 - least_shaped,
+            within(1.0 - least_shaped(),
                    {steepest * noise.spread,
                     steepest * noise.bend + half_curvature * noise.spread * noise.spread});
-        const double least = least_shaped * least_weight;
+        const double least = least_shaped() * least_weight;
         const Deviation value =
             within(1.0 - least, {shaped.spread + weight.spread,
                                  shaped.bend + weight.bend + shaped.spread * weight.spread});
-        sum.spread += octave.amplitude * value.spread;
-        sum.bend += octave.amplitude * value.bend;
+        all.sum.spread += octave.amplitude * value.spread;
+        all.sum.bend += octave.amplitude * value.bend;
         weight = {heterogeneity_ * value.spread, heterogeneity_ * value.bend};
         least_weight = 1.0 - heterogeneity_ + heterogeneity_ * least;
     }
-    return sum;
+    return all;
 }
 
 Deviation FractalBounds::deviation(double distance) const {
-    const Deviation all = kind_ == FractalKind::warped ? warped(distance) : multifractal(distance);
+    const Deviation all = kind_ == FractalKind::warped
+                              ? warped(distance, octaves_.size())
+                              : multifractal(distance, octaves_.size()).sum;
     return within(range_.high - range_.low,
                   {(all.spread + rounding_) * kOutward, (all.bend + rounding_) * kOutward});
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "fractal_bounds.h"
 #include "fractal_surface.h"
+#include "head_samples.h"
 #include "mesh_bounds.h"
 #include "settings_check.h"
 #include "simd_level.h"
@@ -21,6 +22,8 @@ namespace {
 /// The world's edges must lie within 2^38 m: half of what 64 bits hold, so that margins fit too.
 constexpr int kMaxExtentLog2 = 38;
 
+constexpr double kSqrt2 = 1.4142135623730952;  // rounded up
+
 class Fractal final : public HeightSource {
 public:
     Fractal(const Lattice& lattice, const WorldRect& extent, FractalSurface surface,
@@ -28,28 +31,41 @@ public:
         : HeightSource(lattice, extent),
           surface_(std::move(surface)),
           bounds_(surface_),
-          half_spacing_shift_(spacing_log2 - 1 - kUnitLog2) {}
+          spacing_shift_(spacing_log2 - kUnitLog2) {}
 
     double height(double x, double y) const override { return surface_.height(x, y); }
 
     Result<void> sample(const SampleGrid& grid, std::span<double> heights_out) const override {
         TERRANE_ASSERT(heights_out.size() >= grid.size(), "room for every height");
-        SampleGrid halves = grid;
-        halves.corner = {2 * grid.corner.x, 2 * grid.corner.y};
-        halves.step = 2 * grid.step;
-        sample_halves(halves, heights_out);
+        surface_.sample(units(grid, 0), internal::best_simd_level(), heights_out);
         return {};
     }
 
     Result<void> vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override {
-        compute_vertex_bounds(grid, sample_halves(vertex_support(grid)), spacing_bounds(grid),
-                              bounds_out);
-        return {};
+        return mesh_bounds(grid, bounds_out, {});
     }
 
     Result<void> cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override {
-        compute_cell_bounds(grid, sample_halves(cell_support(grid)), spacing_bounds(grid),
-                            bounds_out);
+        return mesh_bounds(grid, {}, bounds_out);
+    }
+
+    Result<void> mesh_bounds(const SampleGrid& grid, std::span<float> vertex_bounds_out,
+                             std::span<float> cell_bounds_out) const override {
+        const double spacing = lattice().spacing * static_cast<double>(grid.step);
+        const FractalHead head = bounds_.head(kSqrt2 * (0.25 * spacing));
+        HeadSamples fine(surface_, head, internal::best_simd_level());
+        MeshSamples samples;
+        samples.heights = [&](const SampleGrid& wanted, std::span<double> heights_out) {
+            surface_.sample(units(wanted, 0), internal::best_simd_level(), heights_out);
+        };
+        samples.has_radii = fine.has_radii();
+        samples.fine = [&](const SampleGrid& wanted, std::span<double> centres_out,
+                           std::span<double> radii_out) {
+            fine.sample(units(wanted, 2), centres_out, radii_out);
+        };
+        const double error = fine.has_radii() ? head.bend : head.bend + head.radius;
+        compute_mesh_bounds(grid, samples, SpacingBounds::make(bounds_, spacing, error),
+                            vertex_bounds_out, cell_bounds_out);
         return {};
     }
 
@@ -68,29 +84,19 @@ public:
     double rise_bound(double distance) const override { return bounds_.rise(distance); }
 
 private:
-    SpacingBounds spacing_bounds(const SampleGrid& grid) const {
-        return SpacingBounds::make(bounds_, lattice().spacing * static_cast<double>(grid.step));
-    }
-
-    std::vector<double> sample_halves(const SampleGrid& grid) const {
-        std::vector<double> heights(grid.size());
-        sample_halves(grid, heights);
-        return heights;
-    }
-
-    /// Samples a grid that is addressed in halves of the finest spacing.
-    void sample_halves(const SampleGrid& grid, std::span<double> heights_out) const {
-        const auto units = [this](std::int64_t halves) {
-            return static_cast<std::uint64_t>(halves) << half_spacing_shift_;
+    /// @param finer_log2  how many times the finest spacing is halved to make the grid's unit
+    UnitGrid units(const SampleGrid& grid, int finer_log2) const {
+        const int shift = spacing_shift_ - finer_log2;
+        const auto to_units = [=](std::int64_t index) {
+            return static_cast<std::uint64_t>(index) << shift;
         };
-        surface_.sample(
-            {units(grid.corner.x), units(grid.corner.y), units(grid.step), grid.columns, grid.rows},
-            internal::best_simd_level(), heights_out);
+        return {to_units(grid.corner.x), to_units(grid.corner.y), to_units(grid.step), grid.columns,
+                grid.rows};
     }
 
     FractalSurface surface_;
     FractalBounds bounds_;
-    int half_spacing_shift_;
+    int spacing_shift_;
 };
 
 Result<void> check(const FractalSettings& settings) {

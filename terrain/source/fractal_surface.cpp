@@ -103,8 +103,9 @@ struct Tile {
     using Rows = double[kMaxRows][kMaxNoiseColumns + internal::kNoiseGroup];
 
     UnitGrid grid;
-    alignas(64) Rows first;   ///< sums of the heights, or of the ways east
-    alignas(64) Rows second;  ///< weights, or sums of the ways north
+    alignas(64) Rows sums;
+    alignas(64) Rows weights;       ///< of multifractals
+    alignas(64) Rows way_x, way_y;  ///< of warped ground
 
     static void fill(Rows& rows, int count, double value) {
         for (int row = 0; row < count; ++row) std::ranges::fill(rows[row], value);
@@ -134,24 +135,21 @@ void pass_over(std::span<const NoiseOctave> octaves, const UnitGrid& grid,
 
 void add_sums(std::span<const NoiseOctave> octaves, const UnitGrid& grid,
               const internal::NoiseKernels& kernels, Tile::Rows& sums) {
-    Tile::fill(sums, grid.rows, 0.0);
     pass_over(octaves, grid, kernels,
               [&](const NoiseOctave& octave, const NoiseColumns& columns,
                   const internal::NoiseRow& noise_row,
                   int row) { columns.add(noise_row, octave.amplitude, sums[row]); });
 }
 
-void fill_multifractal(const FractalSurface& surface, const internal::NoiseKernels& kernels,
-                       Tile& tile) {
-    Tile::fill(tile.first, tile.grid.rows, 0.0);
-    Tile::fill(tile.second, tile.grid.rows, 1.0);
+void add_multifractal(const FractalSurface& surface, std::span<const NoiseOctave> octaves,
+                      const internal::NoiseKernels& kernels, Tile& tile) {
     const bool ridged = surface.kind() == FractalKind::ridged;
     pass_over(
-        surface.octaves(), tile.grid, kernels,
+        octaves, tile.grid, kernels,
         [&](const NoiseOctave& octave, const NoiseColumns& columns,
             const internal::NoiseRow& noise_row, int row) {
-            double* const weights = tile.second[row];
-            double* const sums = tile.first[row];
+            double* const weights = tile.weights[row];
+            double* const sums = tile.sums[row];
             if (ridged) {
                 columns.add_ridged(noise_row, octave.amplitude, surface.shape(), weights, sums);
             } else {
@@ -180,7 +178,7 @@ void place_points(const Tile& tile, int west, int width, int south, int rows,
             points_out.rest_x[first + column] = points_out.rest_y[first + column] = 0.0;
         }
         kernels.move(points_out, first, padded_width, kUnitsPerMetre,
-                     tile.first[south + row] + west, tile.second[south + row] + west);
+                     tile.way_x[south + row] + west, tile.way_y[south + row] + west);
     }
     const int count = rows * width;
     points_out.count = NoiseColumns::padded(count);
@@ -194,11 +192,14 @@ void place_points(const Tile& tile, int west, int width, int south, int rows,
     kernels.enclose(points_out);
 }
 
-void fill_warped(const FractalSurface& surface, const internal::NoiseKernels& kernels, Tile& tile) {
+void add_warped(const FractalSurface& surface, std::span<const NoiseOctave> octaves,
+                const internal::NoiseKernels& kernels, Tile& tile) {
     // squares have the fewest nodes around them; a row may be written past its end
     constexpr int kMaxWidth = 24, kMaxHeight = internal::kMaxNoisePoints / kMaxWidth;
-    add_sums(surface.warp_x(), tile.grid, kernels, tile.first);
-    add_sums(surface.warp_y(), tile.grid, kernels, tile.second);
+    Tile::fill(tile.way_x, tile.grid.rows, 0.0);
+    Tile::fill(tile.way_y, tile.grid.rows, 0.0);
+    add_sums(surface.warp_x(), tile.grid, kernels, tile.way_x);
+    add_sums(surface.warp_y(), tile.grid, kernels, tile.way_y);
     internal::NoisePoints points;
     alignas(64) double sums[internal::kMaxNoisePoints];
     const int most_columns = piece_side(tile.grid.columns, kMaxWidth);
@@ -209,11 +210,12 @@ void fill_warped(const FractalSurface& surface, const internal::NoiseKernels& ke
             const int width = std::min(most_columns, tile.grid.columns - west);
             place_points(tile, west, width, south, rows, kernels, points);
             std::fill_n(sums, points.count, 0.0);
-            for (const NoiseOctave& octave : surface.octaves()) {
-                kernels.add_points(octave, points, sums);
-            }
             for (int row = 0; row < rows; ++row) {
-                std::copy_n(sums + row * width, width, tile.first[south + row] + west);
+                std::copy_n(tile.sums[south + row] + west, width, sums + row * width);
+            }
+            for (const NoiseOctave& octave : octaves) kernels.add_points(octave, points, sums);
+            for (int row = 0; row < rows; ++row) {
+                std::copy_n(sums + row * width, width, tile.sums[south + row] + west);
             }
         }
     }
@@ -254,6 +256,16 @@ double FractalSurface::height(double x, double y) const {
 
 void FractalSurface::sample(const UnitGrid& grid, internal::SimdLevel level,
                             std::span<double> heights_out) const {
+    std::ranges::fill(heights_out, 0.0);
+    add_octaves(grid, 0, static_cast<int>(octaves_.size()), level, heights_out, {});
+}
+
+void FractalSurface::add_octaves(const UnitGrid& grid, int first, int last,
+                                 internal::SimdLevel level, std::span<double> sums,
+                                 std::span<double> weights) const {
+    const std::span octaves = std::span<const NoiseOctave>(octaves_).subspan(
+        static_cast<std::size_t>(first), static_cast<std::size_t>(last - first));
+    if (octaves.empty()) return;
     const internal::NoiseKernels& kernels = internal::noise_kernels(level);
     const int width = NoiseColumns::padded(piece_side(grid.columns, kMaxNoiseColumns));
     const int height = piece_side(grid.rows, Tile::kMaxRows);
@@ -263,18 +275,34 @@ void FractalSurface::sample(const UnitGrid& grid, internal::SimdLevel level,
             tile.grid = {grid.x + grid.step * static_cast<std::uint64_t>(west),
                          grid.y + grid.step * static_cast<std::uint64_t>(south), grid.step,
                          std::min(width, grid.columns - west), std::min(height, grid.rows - south)};
-            if (kind_ == FractalKind::fbm) {
-                add_sums(octaves_, tile.grid, kernels, tile.first);
-            } else if (kind_ == FractalKind::warped) {
-                fill_warped(*this, kernels, tile);
-            } else {
-                fill_multifractal(*this, kernels, tile);
-            }
-            for (int row = 0; row < tile.grid.rows; ++row) {
+            const auto place = [&](std::span<double> values, int row) {
                 const std::size_t begin =
                     static_cast<std::size_t>(south + row) * static_cast<std::size_t>(grid.columns) +
                     static_cast<std::size_t>(west);
-                std::copy_n(tile.first[row], tile.grid.columns, &heights_out[begin]);
+                return values.subspan(begin, static_cast<std::size_t>(tile.grid.columns));
+            };
+            for (int row = 0; row < tile.grid.rows; ++row) {
+                std::ranges::copy(place(sums, row), tile.sums[row]);
+                if (!has_weights()) continue;
+                if (weights.empty()) {
+                    std::ranges::fill(tile.weights[row], 1.0);
+                } else {
+                    std::ranges::copy(place(weights, row), tile.weights[row]);
+                }
+            }
+            if (kind_ == FractalKind::fbm) {
+                add_sums(octaves, tile.grid, kernels, tile.sums);
+            } else if (kind_ == FractalKind::warped) {
+                add_warped(*this, octaves, kernels, tile);
+            } else {
+                add_multifractal(*this, octaves, kernels, tile);
+            }
+            for (int row = 0; row < tile.grid.rows; ++row) {
+                const auto columns = static_cast<std::size_t>(tile.grid.columns);
+                std::copy_n(tile.sums[row], columns, place(sums, row).begin());
+                if (!weights.empty() && has_weights()) {
+                    std::copy_n(tile.weights[row], columns, place(weights, row).begin());
+                }
             }
         }
     }

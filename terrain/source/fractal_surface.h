@@ -49,9 +49,21 @@ public:
     double height(double x, double y) const;
 
     /// Heights of a grid, row-major from the south-west: the bits of height() at every level.
-    /// Allocates nothing, takes about 170 KiB of stack.
+    /// Allocates nothing, takes about 250 KiB of stack.
     void sample(const UnitGrid& grid, internal::SimdLevel level,
                 std::span<double> heights_out) const;
+
+    /// Adds the octaves from `first` up to `last` to the sums of those before them: from zeros and
+    /// weights of one, that of all octaves in any number of pieces gives the heights' bits.
+    ///
+    /// @param weights  of octave `first`, then of octave `last`. May be empty where the kind has
+    /// none, and where `first` is 0 and nobody asks
+    void add_octaves(const UnitGrid& grid, int first, int last, internal::SimdLevel level,
+                     std::span<double> sums, std::span<double> weights) const;
+
+    bool has_weights() const {
+        return kind_ == FractalKind::ridged || kind_ == FractalKind::hybrid;
+    }
 
 private:
     FractalKind kind_;

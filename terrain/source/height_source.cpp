@@ -5,6 +5,12 @@
 
 namespace terrane {
 
+Result<void> HeightSource::mesh_bounds(const SampleGrid& grid, std::span<float> vertex_bounds_out,
+                                       std::span<float> cell_bounds_out) const {
+    if (auto ok = vertex_bounds(grid, vertex_bounds_out); !ok) return ok;
+    return cell_bounds(grid, cell_bounds_out);
+}
+
 Result<void> HeightSource::cell_flags(const SampleGrid& /*grid*/,
                                       std::span<std::uint8_t> flags_out) const {
     std::ranges::fill(flags_out, std::uint8_t{cell_ground});

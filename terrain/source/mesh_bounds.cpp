@@ -1,38 +1,41 @@
 // SPDX-License-Identifier: MIT
 //
-// Bounds e(v) that are valid for the diamond of v, nested (e(v) >= e of its children) and functions of
-// the address alone, from samples at half the spacing. B(l) is the a-priori bound over right
-// triangles of hypotenuse l, S the spacing s in metres, delta(v) = h(v) - mean of its two ends.
+// Bounds e(v) that are valid for the diamond of v and functions of the address alone, from samples of a
+// quarter of the spacing s. B is the a-priori bound over right triangles of a hypotenuse.
 //
-// If samples refine the triangles in question to right triangles of hypotenuse l, then the true
-// surface leaves the triangles by at most the largest deviation of a sample, plus B(l): refined and
-// coarse interpolant are both linear on each refined triangle. With that:
+// The samples cut all triangles in question into right triangles of hypotenuse l = sqrt2 s / 4. They
+// are no heights, but a centre C and a radius R: the true height is in C +- R at the samples, and, for
+// an error F, within the interpolations of C +- R between them. So over one fine triangle with
+// corners v_i, where p = sum w_i v_i, and a plane P,
 //
-//   cap(c) = max |delta| of centre c and of the four midpoints around + B(sqrt2 S)    3 x 3 samples
-//   cap(m) = |delta(m)| + B(sqrt2 S)                                                  of spacing s
-//   own(v) = largest deviation of samples of spacing s / 2 in the diamond + B(sqrt2 S / 2)
-//   e(m) = min(B(2 S),       cap(m), max(own(m), cap(children of m)))
-//   e(c) = min(B(2 sqrt2 S), cap(c), max(own(c), e(children of c)))
+//   |h(p) - P(p)| <= |sum w_i C(v_i) - P(p)| + sum w_i R(v_i) + F
+//                 <= max (|C(v_i) - P(v_i)| + R(v_i)) + F,   as P is linear.
 //
-// Valid: each argument of min is. Nested, midpoint m below centre c: B(2 sqrt2 S) >= B(2 S),
-// cap(c) >= cap(m), and the third holds e(m) itself. Centre c' of spacing s / 2 below m:
-// e(c') <= B(sqrt2 S) <= min(B(2 S), cap(m)), and e(c') <= cap(c') <= the third. Every step is monotone
-// in floating point too, and both levels compute B and cap of a vertex from the same numbers by the
-// same operations, so the rounded bounds are nested exactly.
+// own() is the largest such sum of the samples in some triangles. Where an octave is so fine that its
+// samples say little about what lies between, leaving it out of C, and its supremum in R, is the
+// better bound, and costs no samples: FractalBounds::head(). The bounds:
 //
-// A child centre of spacing s / 2 is the middle of a cell of side s, with the cell's own diagonal:
-// the bound of a cell is min(B(sqrt2 S), cap(its middle)).
+//   e(cell) = min(B(sqrt2 s),   own(cell))
+//   e(m)    = min(B(2 s),       max(own(m), own(the four cells around m)))
+//   e(c)    = min(B(2 sqrt2 s), max(own(c), e(the four midpoints around c)))
+//
+// The cells around m are the diamonds of its children. So a midpoint's bound is no greater than its
+// centre's, exactly; that of a centre of spacing s / 2, from finer samples, hardly ever than its
+// midpoint's.
 #include "mesh_bounds.h"
 
+#include "cell_deviation.h"
 #include "fractal_bounds.h"
+#include "simd_level.h"
+#include "split_rows.h"
 
 #include <terrane/terrain/assert.h>
 #include <terrane/terrain/lattice.h>
 
 #include <algorithm>
-#include <cmath>
+#include <bit>
 #include <cstddef>
-#include <limits>
+#include <cstdint>
 #include <vector>
 
 namespace terrane {
@@ -40,201 +43,232 @@ namespace {
 
 /// Rounded up.
 constexpr double kSqrt2 = 1.4142135623730952;
+/// Samples of the finest grid that a step of the mesh has.
+constexpr int kFine = internal::kCellSamples - 1;
 
-/// Samples at half the step, seen from one of them.
-class Stencil {
+bool odd(std::int64_t value) { return (value & 1) != 0; }
+
+using FineRows = SplitRows<2 * kFine>;
+
+/// The cells around a grid whose deviations its bounds are made of: from an odd one on, in units of
+/// the step, an even number of them.
+class Frame {
 public:
-    Stencil(const double* here, std::ptrdiff_t row) : here_(here), row_(row) {}
+    Frame(const SampleGrid& grid, bool with_vertices)
+        : step_(grid.step),
+          first_x_(first(grid.corner.x, with_vertices)),
+          first_y_(first(grid.corner.y, with_vertices)),
+          columns_(cells(grid.corner.x, first_x_, grid.columns, with_vertices)),
+          rows_(cells(grid.corner.y, first_y_, grid.rows, with_vertices)),
+          heights_(columns_ + 1, rows_ + 1),
+          rises_(columns_ + 1, rows_ + 1),
+          vertices_(columns_ + 1, rows_ + 1),
+          cells_(columns_, rows_) {}
 
-    double operator()(std::ptrdiff_t x, std::ptrdiff_t y) const { return here_[y * row_ + x]; }
+    void measure(const MeshSamples& samples) {
+        take_heights(samples);
+        constexpr int kBand = 8;  // rows of cells whose samples stay in the cache
+        FineRows centres(kFine * columns_ + 1, kFine * kBand + 1);
+        FineRows radii(samples.has_radii ? kFine * columns_ + 1 : 0, kFine * kBand + 1);
+        for (int row = 0; row < rows_; row += kBand) {
+            const int count = std::min(kBand, rows_ - row);
+            take_samples(samples, row, count, centres, radii);
+            for (int i = 0; i < count; ++i) {
+                for (const int side : {0, 1}) {
+                    measure_cells(row + i, side, kFine * i, centres, radii, samples.has_radii);
+                }
+            }
+        }
+    }
 
-    /// How far a sample is from the middle of two others.
-    double off_middle(std::ptrdiff_t x, std::ptrdiff_t y, std::ptrdiff_t to_x,
-                      std::ptrdiff_t to_y) const {
-        const Stencil& h = *this;
-        return std::abs(h(x, y) - 0.5 * (h(x - to_x, y - to_y) + h(x + to_x, y + to_y)));
+    /// Makes bounds of the deviations.
+    void finish(const SpacingBounds& bounds);
+
+    /// Of the cell north-east of a point of the lattice, in steps.
+    double cell(std::int64_t x, std::int64_t y) {
+        return cells_.at(static_cast<int>(x - first_x_), static_cast<int>(y - first_y_));
+    }
+    /// Of a vertex of the lattice's spacing, in steps.
+    double vertex(std::int64_t x, std::int64_t y) {
+        return vertices_.at(static_cast<int>(x - first_x_), static_cast<int>(y - first_y_));
     }
 
 private:
-    const double* here_;
-    std::ptrdiff_t row_;
+    std::int64_t first(std::int64_t corner, bool with_vertices) const {
+        const std::int64_t index = corner / step_ - (with_vertices ? 1 : 0);
+        return odd(index) ? index : index - 1;
+    }
+    int cells(std::int64_t corner, std::int64_t first, int samples, bool with_vertices) const {
+        // a centre on the far side wants the midpoint beyond it, and that a cell more
+        const int last = with_vertices ? samples | 1 : samples - 1;
+        const int count = static_cast<int>(corner / step_ - first) + last;
+        return count + (count & 1);
+    }
+
+    void take_heights(const MeshSamples& samples);
+    double rise(int column, int row);
+    void take_samples(const MeshSamples& samples, int row, int count, FineRows& centres,
+                      FineRows& radii);
+    void measure_cells(int row, int side, int fine_row, FineRows& centres, FineRows& radii,
+                       bool has_radii);
+
+    std::int64_t step_, first_x_, first_y_;
+    int columns_, rows_;  ///< cells
+    SplitRows<2> heights_, rises_, vertices_, cells_;
+    std::vector<double> buffer_, radius_buffer_;
+    internal::RaiseDeviations raise_ = internal::raise_deviations(internal::best_simd_level());
 };
 
-/// Largest deviation of the 3 x 3 samples of a square from its two triangles.
-///
-/// @param h      seen from the square's middle
-/// @param half   half the square's side, in samples
-/// @param north_east  whether its diagonal goes to the north-east
-double square_deviation(const Stencil& h, std::ptrdiff_t half, bool north_east) {
-    const double across = h.off_middle(0, 0, half, north_east ? half : -half);
-    const double south_north =
-        std::max(h.off_middle(0, -half, half, 0), h.off_middle(0, half, half, 0));
-    const double west_east =
-        std::max(h.off_middle(-half, 0, 0, half), h.off_middle(half, 0, 0, half));
-    return std::max({across, south_north, west_east});
-}
-
-/// Largest deviation of the 5 x 5 samples of a square from its two triangles.
-double fine_square_deviation(const Stencil& h, bool north_east) {
-    // mirrored where the diagonal goes to the north-west: `toward` 1 is away from the diagonal's foot
-    const std::ptrdiff_t toward = north_east ? 1 : -1;
-    const double foot = h(-2 * toward, -2);
-    const double head = h(2 * toward, 2);
-    const double right = h(2 * toward, -2);
-    const double left = h(-2 * toward, 2);
-    double largest = 0.0;
-    for (int y = 0; y <= 4; ++y) {
-        for (int x = 0; x <= 4; ++x) {
-            const double tx = 0.25 * x, ty = 0.25 * y;
-            const double plane = y <= x ? foot + tx * (right - foot) + ty * (head - right)
-                                        : foot + ty * (left - foot) + tx * (head - left);
-            largest = std::max(largest, std::abs(h((x - 2) * toward, y - 2) - plane));
+void Frame::take_heights(const MeshSamples& samples) {
+    const SampleGrid grid{{first_x_ * step_, first_y_ * step_}, step_, columns_ + 1, rows_ + 1};
+    buffer_.resize(grid.size());
+    samples.heights(grid, buffer_);
+    const auto width = static_cast<std::size_t>(grid.columns);
+    for (int row = 0; row < grid.rows; ++row) {
+        heights_.assign(row,
+                        std::span(buffer_).subspan(static_cast<std::size_t>(row) * width, width));
+    }
+    for (int row = 1; row < rows_; ++row) {
+        for (int column = 1; column < columns_; ++column) {
+            rises_.at(column, row) = rise(column, row);
         }
     }
-    return largest;
 }
 
-/// Largest deviation of the 13 samples of a midpoint's diamond from its two triangles.
-///
-/// @param along_x  whether the edge that it splits goes east
-double fine_diamond_deviation(const Stencil& h, bool along_x) {
-    const std::ptrdiff_t ex = along_x ? 2 : 0, ey = along_x ? 0 : 2;  // to the one end
-    const std::ptrdiff_t ux = ex / 2, uy = ey / 2;                    // a step towards it
-    const double low = h(-ex, -ey), high = h(ex, ey);
-    const double mean = 0.5 * (low + high);
-    double largest = std::abs(h(0, 0) - mean);
-    largest = std::max(largest, std::abs(h(-ux, -uy) - (0.75 * low + 0.25 * high)));
-    largest = std::max(largest, std::abs(h(ux, uy) - (0.25 * low + 0.75 * high)));
-    for (const std::ptrdiff_t side : {-1, 1}) {
-        const std::ptrdiff_t ax = side * uy, ay = side * ux;  // a step to the apex
-        const double apex = h(2 * ax, 2 * ay);
-        largest = std::max(largest, std::abs(h(ax, ay) - 0.5 * (mean + apex)));
-        largest = std::max(largest, std::abs(h(ax - ux, ay - uy) - 0.5 * (low + apex)));
-        largest = std::max(largest, std::abs(h(ax + ux, ay + uy) - 0.5 * (high + apex)));
+/// How far a vertex is above the middle of its two ends; 0 for one of a coarser spacing.
+double Frame::rise(int column, int row) {
+    const std::int64_t x = first_x_ + column, y = first_y_ + row;
+    int to_x = odd(x) ? 1 : 0;
+    const int to_y = odd(y) ? 1 : 0;
+    if (odd(x) && odd(y) && !cut_to_north_east((x - 1) / 2, (y - 1) / 2)) to_x = -1;
+    return heights_.at(column, row) -
+           0.5 * (heights_.at(column - to_x, row - to_y) + heights_.at(column + to_x, row + to_y));
+}
+
+/// The samples of some rows of cells. Rows must be taken in order: the first of them has its southern
+/// samples from the one before.
+void Frame::take_samples(const MeshSamples& samples, int row, int count, FineRows& centres,
+                         FineRows& radii) {
+    const int known = row > 0 ? 1 : 0;
+    SampleGrid grid;
+    grid.step = step_;  // in quarters
+    grid.corner = {kFine * first_x_ * step_, (kFine * (first_y_ + row) + known) * step_};
+    grid.columns = kFine * columns_ + 1;
+    grid.rows = kFine * count + 1 - known;
+    buffer_.resize(grid.size());
+    radius_buffer_.resize(samples.has_radii ? grid.size() : 0);
+    samples.fine(grid, buffer_, radius_buffer_);
+    const auto width = static_cast<std::size_t>(grid.columns);
+    if (known != 0) {
+        centres.copy_last_row();
+        if (samples.has_radii) radii.copy_last_row();
     }
-    return largest;
-}
-
-/// Samples of a grid whose sides are made up to whole cells of twice the step.
-int whole(int samples) { return samples | 1; }
-
-SampleGrid support(const SampleGrid& grid, int columns, int rows, int margin_cells) {
-    SampleGrid fine;
-    fine.step = grid.step;
-    fine.corner = {2 * grid.corner.x - 2 * margin_cells * grid.step,
-                   2 * grid.corner.y - 2 * margin_cells * grid.step};
-    fine.columns = 2 * (columns - 1 + 2 * margin_cells) + 1;
-    fine.rows = 2 * (rows - 1 + 2 * margin_cells) + 1;
-    return fine;
-}
-
-/// cap() of the middles of the cells of side s.
-///
-/// @param heights      of the cells' corners, sides and middles
-/// @param first_column, first_row  of the cells, in units of s
-std::vector<double> cell_caps(std::span<const double> heights, std::int64_t first_column,
-                              std::int64_t first_row, int columns, int rows, double half_cell) {
-    const std::ptrdiff_t stride = 2 * columns + 1;
-    std::vector<double> caps;
-    caps.reserve(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
-    for (int row = 0; row < rows; ++row) {
-        for (int column = 0; column < columns; ++column) {
-            const Stencil h(heights.data() + (2 * row + 1) * stride + 2 * column + 1, stride);
-            const bool north_east = cut_to_north_east(first_column + column, first_row + row);
-            caps.push_back(square_deviation(h, 1, north_east) + half_cell);
+    for (int i = 0; i < grid.rows; ++i) {
+        const std::size_t begin = static_cast<std::size_t>(i) * width;
+        centres.assign(i + known, std::span(buffer_).subspan(begin, width));
+        if (samples.has_radii) {
+            radii.assign(i + known, std::span(radius_buffer_).subspan(begin, width));
         }
     }
-    return caps;
+}
+
+/// Every other cell of a row, from the first or the second one on.
+void Frame::measure_cells(int row, int side, int fine_row, FineRows& centres, FineRows& radii,
+                          bool has_radii) {
+    const std::int64_t x = first_x_ + side, y = first_y_ + row;
+    const bool mirrored = !cut_to_north_east(x, y);
+    const int foot = mirrored ? side + 1 : side, head = mirrored ? side : side + 1;
+    internal::CellRow cells;
+    constexpr int kGroup = internal::kCellGroup;
+    cells.count = (columns_ / 2 + kGroup - 1) / kGroup * kGroup;
+    cells.has_radii = has_radii;
+    for (int i = 0; i < internal::kCellSamples; ++i) {
+        for (int j = 0; j < internal::kCellSamples; ++j) {
+            const int column = kFine * side + (mirrored ? kFine - j : j);
+            cells.centres[i][j] = centres.from(column, fine_row + i);
+            cells.radii[i][j] = has_radii ? radii.from(column, fine_row + i) : nullptr;
+        }
+    }
+    cells.foot = heights_.from(foot, row);
+    cells.right = heights_.from(head, row);
+    cells.head = heights_.from(head, row + 1);
+    cells.left = heights_.from(foot, row + 1);
+    cells.right_rise = rises_.from(head, row);
+    cells.left_rise = rises_.from(foot, row + 1);
+    cells.right_most = vertices_.from(head, row);
+    cells.left_most = vertices_.from(foot, row + 1);
+    cells.centre_is_foot = odd(first_x_ + foot) && odd(y);
+    const int centre = cells.centre_is_foot ? foot : head;
+    const int centre_row = cells.centre_is_foot ? row : row + 1;
+    cells.centre_rise = rises_.from(centre, centre_row);
+    cells.centre_most = vertices_.from(centre, centre_row);
+    cells.cell = cells_.from(side, row);
+    raise_(cells);
+}
+
+void Frame::finish(const SpacingBounds& bounds) {
+    for (int row = 1; row < rows_; ++row) {
+        // midpoints: of the two indices one is odd
+        for (int column = odd(first_x_ + first_y_ + row) ? 2 : 1; column < columns_; column += 2) {
+            double& own = vertices_.at(column, row);
+            own = std::max({own, cells_.at(column - 1, row - 1), cells_.at(column, row - 1),
+                            cells_.at(column - 1, row), cells_.at(column, row)});
+            own = std::min(bounds.midpoint, own + bounds.fine);
+        }
+    }
+    for (int row = 2; row < rows_ - 1; row += 2) {  // the first row and column are odd
+        for (int column = 2; column < columns_ - 1; column += 2) {
+            double& own = vertices_.at(column, row);
+            own = std::max({own + bounds.fine, vertices_.at(column - 1, row),
+                            vertices_.at(column + 1, row), vertices_.at(column, row - 1),
+                            vertices_.at(column, row + 1)});
+            own = std::min(bounds.centre, own);
+        }
+    }
 }
 
 }  // namespace
 
 float round_up(double bound) {
     const float nearest = static_cast<float>(bound);
-    if (static_cast<double>(nearest) >= bound) return nearest;
-    return std::nextafter(nearest, std::numeric_limits<float>::infinity());
+    // a branch would be taken every other time; bounds are not negative, so the next bits are the
+    // next float
+    const std::uint32_t further = static_cast<double>(nearest) < bound ? 1 : 0;
+    return std::bit_cast<float>(std::bit_cast<std::uint32_t>(nearest) + further);
 }
 
-SpacingBounds SpacingBounds::make(const FractalBounds& fractal, double spacing) {
-    // products with powers of two are exact: neighbouring levels pass the same hypotenuse
+SpacingBounds SpacingBounds::make(const FractalBounds& fractal, double spacing, double fine) {
     return {fractal.interpolation(kSqrt2 * (2.0 * spacing)), fractal.interpolation(2.0 * spacing),
-            fractal.interpolation(kSqrt2 * spacing),
-            fractal.interpolation(kSqrt2 * (0.5 * spacing))};
+            fractal.interpolation(kSqrt2 * spacing), fine};
 }
 
-SampleGrid vertex_support(const SampleGrid& grid) {
-    return support(grid, whole(grid.columns), whole(grid.rows), 1);
-}
-
-SampleGrid cell_support(const SampleGrid& grid) {
-    return support(grid, grid.columns, grid.rows, 0);
-}
-
-void compute_vertex_bounds(const SampleGrid& grid, std::span<const double> heights,
-                           const SpacingBounds& bounds, std::span<float> bounds_out) {
-    TERRANE_ASSERT(grid.corner.x % (2 * grid.step) == 0 && grid.corner.y % (2 * grid.step) == 0,
+void compute_mesh_bounds(const SampleGrid& grid, const MeshSamples& samples,
+                         const SpacingBounds& bounds, std::span<float> vertex_bounds_out,
+                         std::span<float> cell_bounds_out) {
+    const bool with_vertices = !vertex_bounds_out.empty();
+    TERRANE_ASSERT(!with_vertices || (grid.corner.x % (2 * grid.step) == 0 &&
+                                      grid.corner.y % (2 * grid.step) == 0),
                    "the corner must be a multiple of twice the step");
-    const int columns = whole(grid.columns), rows = whole(grid.rows);
-    const SampleGrid fine = vertex_support(grid);
-    const std::ptrdiff_t stride = fine.columns;
-    const auto at = [&](int column, int row) {  // a sample of the grid, past the margin
-        return Stencil(heights.data() + 2 * (row + 1) * stride + 2 * (column + 1), stride);
-    };
+    Frame frame(grid, with_vertices);
+    frame.measure(samples);
+    if (with_vertices) frame.finish(bounds);
+    const std::int64_t west = grid.corner.x / grid.step, south = grid.corner.y / grid.step;
 
-    // the cells of side s, with a margin of one: their middles are the midpoints' children
-    const std::int64_t first_column = grid.corner.x / grid.step - 1;
-    const std::int64_t first_row = grid.corner.y / grid.step - 1;
-    const std::vector<double> caps =
-        cell_caps(heights, first_column, first_row, columns + 1, rows + 1, bounds.half_cell);
-    const auto cap = [&](int column, int row) {  // of the cell north-east of a sample, or -1
-        return caps[static_cast<std::size_t>((row + 1) * (columns + 1) + column + 1)];
-    };
-
-    std::vector<double> midpoints(static_cast<std::size_t>(columns) *
-                                  static_cast<std::size_t>(rows));
-    const auto midpoint = [&](int column, int row) -> double& {
-        return midpoints[static_cast<std::size_t>(row * columns + column)];
-    };
-    for (int row = 0; row < rows; ++row) {
-        for (int column = 1 - (row & 1); column < columns; column += 2) {
-            const Stencil h = at(column, row);
-            const bool along_x = (column & 1) != 0;
-            const double delta = h.off_middle(0, 0, along_x ? 2 : 0, along_x ? 0 : 2);
-            const double own = fine_diamond_deviation(h, along_x) + bounds.half_cell;
-            const double below = std::max({own, cap(column - 1, row - 1), cap(column, row - 1),
-                                           cap(column - 1, row), cap(column, row)});
-            midpoint(column, row) = std::min({bounds.midpoint, delta + bounds.cell, below});
-        }
-    }
-
-    for (int row = 0; row < grid.rows; ++row) {
+    for (int row = 0; with_vertices && row < grid.rows; ++row) {
         for (int column = 0; column < grid.columns; ++column) {
-            double bound = 0.0;
-            if ((column & 1) != (row & 1)) {
-                bound = midpoint(column, row);
-            } else if ((column & row & 1) != 0) {
-                const Stencil h = at(column, row);
-                const bool north_east =
-                    cut_to_north_east((first_column + column) / 2, (first_row + row) / 2);
-                const double own = fine_square_deviation(h, north_east) + bounds.half_cell;
-                const double below =
-                    std::max({own, midpoint(column - 1, row), midpoint(column + 1, row),
-                              midpoint(column, row - 1), midpoint(column, row + 1)});
-                bound = std::min(
-                    {bounds.centre, square_deviation(h, 2, north_east) + bounds.cell, below});
-            }
-            bounds_out[static_cast<std::size_t>(row * grid.columns + column)] = round_up(bound);
+            const bool coarser = ((row | column) & 1) == 0;
+            vertex_bounds_out[static_cast<std::size_t>(row * grid.columns + column)] =
+                coarser ? 0.0f : round_up(frame.vertex(west + column, south + row));
         }
     }
-}
-
-void compute_cell_bounds(const SampleGrid& grid, std::span<const double> heights,
-                         const SpacingBounds& bounds, std::span<float> bounds_out) {
-    const std::vector<double> caps =
-        cell_caps(heights, grid.corner.x / grid.step, grid.corner.y / grid.step, grid.columns - 1,
-                  grid.rows - 1, bounds.half_cell);
-    std::ranges::transform(caps, bounds_out.begin(),
-                           [&](double cap) { return round_up(std::min(bounds.cell, cap)); });
+    if (cell_bounds_out.empty()) return;
+    std::size_t index = 0;
+    for (int row = 0; row + 1 < grid.rows; ++row) {
+        for (int column = 0; column + 1 < grid.columns; ++column) {
+            cell_bounds_out[index++] = round_up(
+                std::min(bounds.cell, frame.cell(west + column, south + row) + bounds.fine));
+        }
+    }
 }
 
 }  // namespace terrane

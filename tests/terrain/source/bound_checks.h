@@ -123,6 +123,39 @@ inline double check_bounds(const HeightSource& source, const SampleGrid& grid, i
     return closest;
 }
 
+/// Bounds of a grid's centres are at least those of the midpoints around, and bounds of midpoints at
+/// least those of the cells around, exactly.
+inline void check_nesting_of_spacing(const HeightSource& source, const SampleGrid& grid) {
+    const std::vector<float> vertices = vertex_bounds(source, grid);
+    const std::vector<float> cells = cell_bounds(source, grid);
+    const auto cell = [&](int column, int row) {
+        return cells[static_cast<std::size_t>(row * (grid.columns - 1) + column)];
+    };
+    for (int row = 1; row + 1 < grid.rows; ++row) {
+        for (int column = 1; column + 1 < grid.columns; ++column) {
+            const float bound = vertices[at(grid, column, row)];
+            for (const int side : {-1, 1}) {
+                if ((row & column & 1) != 0) {
+                    EXPECT_GE(bound, vertices[at(grid, column + side, row)]);
+                    EXPECT_GE(bound, vertices[at(grid, column, row + side)]);
+                } else if (((row | column) & 1) != 0) {
+                    EXPECT_GE(bound, cell(column + (side - 1) / 2, row));
+                    EXPECT_GE(bound, cell(column + (side - 1) / 2, row - 1));
+                }
+            }
+        }
+    }
+}
+
+/// Both kinds of bounds in one go have the bits of each.
+inline void check_mesh_bounds(const HeightSource& source, const SampleGrid& grid) {
+    std::vector<float> vertices(grid.size(), -1.0f);
+    std::vector<float> cells(static_cast<std::size_t>((grid.columns - 1) * (grid.rows - 1)), -1.0f);
+    ASSERT_TRUE(source.mesh_bounds(grid, vertices, cells).has_value());
+    EXPECT_EQ(vertices, vertex_bounds(source, grid));
+    EXPECT_EQ(cells, cell_bounds(source, grid));
+}
+
 /// Bounds of a grid's vertices are at least those of their children, exactly. Requires step > 1.
 inline void check_nesting(const HeightSource& source, const SampleGrid& grid) {
     SampleGrid fine = grid;

@@ -192,6 +192,14 @@ TEST(DetailHeights, BoundsAreNestedExactly) {
     }
 }
 
+TEST(DetailHeights, BoundsInOneGoHaveTheBitsOfEach) {
+    test::Random random(kSeed);
+    const auto source = make(make_base(), make_field(16.0, 23.7));
+    for (const std::int64_t step : {1, 8}) {
+        test::check_mesh_bounds(*source, test::random_grid(step, 1000, 17, 18, random));
+    }
+}
+
 TEST(DetailHeights, IntervalContainsEveryHeightAndRiseBoundEveryRise) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed);
     test::Random random(kSeed);

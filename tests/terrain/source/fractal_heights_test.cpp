@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdio>
 #include <limits>
 #include <set>
 #include <string>
@@ -116,17 +117,94 @@ TEST_P(FractalHeightsOfKind, BoundsHoldFarBelowTheFinestWavelengthAndFarAbove) {
     test::check_bounds(*white, test::random_grid(64, 1000, 10, 10, random), 60, random);
 }
 
-TEST_P(FractalHeightsOfKind, BoundsAreNestedExactly) {
+TEST_P(FractalHeightsOfKind, BoundsAreNestedExactlyWithinASpacing) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed);
     test::Random random(kSeed);
     for (const double gain : {0.4, 0.55, 0.9}) {
         FractalSettings settings = rough(GetParam());
         settings.gain = gain;
         const auto source = make(settings);
-        for (std::int64_t step = 2; step <= 2048; step *= 2) {
-            test::check_nesting(*source, test::random_grid(step, 10'000, 33, 33, random));
-            test::check_nesting(*source, test::random_grid(step, 10'000, 16, 18, random));
+        for (std::int64_t step = 1; step <= 2048; step *= 2) {
+            test::check_nesting_of_spacing(*source,
+                                           test::random_grid(step, 10'000, 33, 33, random));
+            test::check_nesting_of_spacing(*source,
+                                           test::random_grid(step, 10'000, 16, 18, random));
         }
+    }
+}
+
+// A child reaches beyond its parent, and knows finer samples.
+TEST_P(FractalHeightsOfKind, BoundsAreNestedNearlyFromSpacingToSpacing) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    test::Random random(kSeed);
+    const auto source = make(rough(GetParam()));
+    int pairs = 0, above = 0;
+    double most = 1.0;
+    for (std::int64_t step = 2; step <= 2048; step *= 2) {
+        SampleGrid coarse = test::random_grid(step, 10'000, 33, 33, random);
+        const SampleGrid fine{coarse.corner, step / 2, 65, 65};
+        const std::vector<float> parents = test::vertex_bounds(*source, coarse);
+        const std::vector<float> children = test::vertex_bounds(*source, fine);
+        for (int row = 1; row < fine.rows; row += 2) {
+            for (int column = 1; column < fine.columns; column += 2) {
+                const float child = children[test::at(fine, column, row)];
+                for (const int dx : {-1, 1}) {
+                    for (const int dy : {-1, 1}) {
+                        const int x = (column + dx) / 2, y = (row + dy) / 2;
+                        if (((x ^ y) & 1) == 0) continue;  // no midpoint
+                        const float parent = parents[test::at(coarse, x, y)];
+                        ++pairs;
+                        above += child > parent ? 1 : 0;
+                        most = std::max(most, static_cast<double>(child / parent));
+                    }
+                }
+            }
+        }
+    }
+    std::printf("  %d of %d children above a parent, by a factor of %.3f at most\n", above, pairs,
+                most);
+    EXPECT_LE(above, pairs / 16);
+    EXPECT_LE(most, 1.5);
+}
+
+TEST_P(FractalHeightsOfKind, BoundsInOneGoHaveTheBitsOfEach) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    test::Random random(kSeed);
+    const auto source = make(rough(GetParam()));
+    for (const std::int64_t step : {1, 8, 256}) {
+        for (const int columns : {2, 9, 16, 35}) {
+            test::check_mesh_bounds(*source, test::random_grid(step, 10'000, columns, 12, random));
+        }
+    }
+}
+
+// Bounds that are all twice as far as they need be would pass every other test.
+TEST_P(FractalHeightsOfKind, BoundsAreNearWhatDenseSamplesMeasure) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    test::Random random(kSeed);
+    const auto source = make(rough(GetParam()));
+    const double most = GetParam() == FractalKind::fbm ? 2.2 : 3.5;  // before: 3.2 to 8
+    for (const std::int64_t step : {4, 32}) {
+        std::vector<double> ratios;
+        const SampleGrid grid = test::random_grid(step, 10'000, 9, 9, random);
+        const std::vector<float> bounds = test::vertex_bounds(*source, grid);
+        for (int row = 0; row < grid.rows; ++row) {
+            for (int column = 0; column < grid.columns; ++column) {
+                if (((row | column) & 1) == 0) continue;
+                double measured = 0.0;
+                for (const test::Triangle& triangle : test::diamond(
+                         grid.corner.x + step * column, grid.corner.y + step * row, step)) {
+                    measured = std::max(measured, test::measure(*source, triangle, 500, random));
+                }
+                ratios.push_back(static_cast<double>(bounds[test::at(grid, column, row)]) /
+                                 measured);
+            }
+        }
+        std::ranges::sort(ratios);
+        const double median = ratios[ratios.size() / 2];
+        std::printf("  step %d: bounds are %.2f times what is measured\n", static_cast<int>(step),
+                    median);
+        EXPECT_LE(median, most);
     }
 }
 

@@ -47,8 +47,10 @@ struct WorldRect {
 /// Bounds. vertex_bounds() certifies e(v): nowhere in the diamond of v does the true surface leave
 /// the two triangles (over unquantised heights) by more than e(v), vertically. cell_bounds() does
 /// the same for the two triangles of a cell of side s, cut by the diagonal that joins its corners of
-/// even index sum (indices in units of s). Bounds are nested, e(v) >= e(child of v), pure functions of
-/// the address, and rounded outward.
+/// even index sum (indices in units of s). Bounds are pure functions of the address, rounded outward, and
+/// nested within a spacing: a centre's are at least those of its midpoints, theirs at least those of
+/// the cells around. To the next spacing they are nested too, but for fractals: there a few centres
+/// have slightly more than the midpoints whose children they are.
 class HeightSource {
 public:
     virtual ~HeightSource() = default;
@@ -84,6 +86,13 @@ public:
     ///
     /// @param bounds_out [(columns - 1) * (rows - 1)] metres
     virtual Result<void> cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const = 0;
+
+    /// Both of these in one go, which may cost less. Default: one after the other.
+    ///
+    /// @param vertex_bounds_out  as vertex_bounds() takes it
+    /// @param cell_bounds_out    as cell_bounds() takes it
+    virtual Result<void> mesh_bounds(const SampleGrid& grid, std::span<float> vertex_bounds_out,
+                                     std::span<float> cell_bounds_out) const;
 
     /// What the cells of a grid are, as bits of CellFlag. Default: all of them ground.
     ///
