@@ -23,24 +23,6 @@ std::uint64_t every_second(std::uint64_t bits) {
     return (bits | bits >> 16) & 0x000000000f0f0f0fu;
 }
 
-// Bits of midpoints on an area's eastern side, in the first column.
-std::uint64_t east_side(const OpenChunk& chunk, int area) {
-    if (is_world_end(chunk, area, east)) {
-        return to_column(chunk.east_bits >> (area / kChunkAreas * kAreaSquares) & kFirstRow);
-    }
-    const AreaPlace place = beside(chunk, area, east);
-    return place.chunk == nullptr ? 0 : place.chunk->bits_of(place.area).along_y & kFirstColumn;
-}
-
-// Of those on its northern side, in the first row.
-std::uint64_t north_side(const OpenChunk& chunk, int area) {
-    if (is_world_end(chunk, area, north)) {
-        return chunk.north_bits >> (area % kChunkAreas * kAreaSquares) & kFirstRow;
-    }
-    const AreaPlace place = beside(chunk, area, north);
-    return place.chunk == nullptr ? 0 : place.chunk->bits_of(place.area).along_x & kFirstRow;
-}
-
 // Which quarters the children's centres divide.
 void find_divided(const OpenChunk& chunk, int area, AreaBits& bits) {
     constexpr int kHalf = kChunkAreas / 2;
@@ -82,14 +64,30 @@ void mark_active(OpenChunk& chunk, const KeyKernels& kernels, float threshold) {
     chunk.north_bits = of_side(north, chunk.north_keys);
 }
 
+std::uint64_t east_side_bits(const OpenChunk& chunk, int area) {
+    if (is_world_end(chunk, area, east)) {
+        return to_column(chunk.east_bits >> (area / kChunkAreas * kAreaSquares) & kFirstRow);
+    }
+    const AreaPlace place = beside(chunk, area, east);
+    return place.chunk == nullptr ? 0 : place.chunk->bits_of(place.area).along_y & kFirstColumn;
+}
+
+std::uint64_t north_side_bits(const OpenChunk& chunk, int area) {
+    if (is_world_end(chunk, area, north)) {
+        return chunk.north_bits >> (area % kChunkAreas * kAreaSquares) & kFirstRow;
+    }
+    const AreaPlace place = beside(chunk, area, north);
+    return place.chunk == nullptr ? 0 : place.chunk->bits_of(place.area).along_x & kFirstRow;
+}
+
 AreaBits area_bits(const OpenChunk& chunk, int area) {
     const OpenChunk::Bits& own = chunk.bits_of(area);
     AreaBits bits;
     if (own.centre == 0) return bits;
     bits.centre = own.centre;
     bits.split[0] = own.along_x;
-    bits.split[1] = (own.along_y >> 1 & ~(kFirstColumn << 7)) | east_side(chunk, area) << 7;
-    bits.split[2] = own.along_x >> 8 | north_side(chunk, area) << 56;
+    bits.split[1] = (own.along_y >> 1 & ~(kFirstColumn << 7)) | east_side_bits(chunk, area) << 7;
+    bits.split[2] = own.along_x >> 8 | north_side_bits(chunk, area) << 56;
     bits.split[3] = own.along_y;
     find_divided(chunk, area, bits);
     return bits;

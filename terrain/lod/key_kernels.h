@@ -12,12 +12,12 @@ namespace terrane::internal {
 
 /// Vertices of one kind in an area, 8 rows of 8 from the south-west.
 struct VertexGroup {
-    const float* inverse_square_bounds = nullptr;  ///< [64]
-    const std::int16_t* low = nullptr;             ///< [64] of the reaches, see EyeHeights
-    const std::int16_t* high = nullptr;            ///< [64]
-    const float* x = nullptr;                      ///< [8] metres from the eye, by column
-    const float* y = nullptr;                      ///< [8] by row
-    float across = 0.0f;                           ///< half the width of the reaches
+    const std::uint16_t* inverse_square_bounds = nullptr;  ///< [64] upper halves of floats
+    const std::int16_t* low = nullptr;                     ///< [64] of the reaches, see EyeHeights
+    const std::int16_t* high = nullptr;                    ///< [64]
+    const float* x = nullptr;                              ///< [8] metres from the eye, by column
+    const float* y = nullptr;                              ///< [8] by row
+    float across = 0.0f;                                   ///< half the width of the reaches
 };
 
 /// Keys of the midpoints around a quarter of an area, which are the parents of the centres of the
@@ -38,17 +38,16 @@ struct KeyWindow {
     std::uint32_t count = 0;
 };
 
-/// What an area's morphing vertices are made of. Rows of heights and offsets are kChunkSamples long;
-/// pointers are to the area's south-western sample.
+/// What an area's morphing vertices are made of.
 struct AreaSlide {
-    const float* centre = nullptr;   ///< [64] keys
-    const float* along_x = nullptr;  ///< [64]
-    const float* along_y = nullptr;  ///< [64]
-    const std::int32_t* heights = nullptr;
+    const float* centre = nullptr;       ///< [64] keys
+    const float* along_x = nullptr;      ///< [64]
+    const float* along_y = nullptr;      ///< [64]
+    const std::int16_t* rise = nullptr;  ///< [3][64] in rise_unit: see AreaVertices
+    float rise_unit = 1.0f;
     const float* coarse = nullptr;  ///< [9 rows of 9] offsets of the area's even samples
     std::size_t coarse_stride = 0;  ///< from row to row of them
-    float* offsets = nullptr;
-    float quantum = 1.0f;
+    float* offsets = nullptr;       ///< of its south-western sample, in rows of kChunkSamples
     SlideShare share;
 };
 

@@ -32,13 +32,20 @@ Vector load(const Value* from) {
 }
 void store(float* to, Row value) { std::memcpy(to, &value, sizeof value); }
 
+Row load_upper_halves(const std::uint16_t* from) {
+    using UnsignedRow = std::uint32_t __attribute__((vector_size(4 * kSide)));
+    using HalfRow = std::uint16_t __attribute__((vector_size(2 * kSide)));
+    const UnsignedRow bits = __builtin_convertvector(load<HalfRow>(from), UnsignedRow) << 16;
+    return load<Row>(&bits);
+}
+
 void own(const VertexGroup& group, const EyeHeights& eye, float* keys_out) {
     const Row x_squared = gap_squared(load<Row>(group.x), group.across);
     for (int row = 0; row < kSide; ++row) {
         const float y_squared = gap_squared(group.y[row], group.across);
         const Row low = over_eye<Row>(load<ShortRow>(group.low + kSide * row), eye);
         const Row high = over_eye<Row>(load<ShortRow>(group.high + kSide * row), eye);
-        const Row inverse = load<Row>(group.inverse_square_bounds + kSide * row);
+        const Row inverse = load_upper_halves(group.inverse_square_bounds + kSide * row);
         store(keys_out + kSide * row,
               vertex_key(x_squared + y_squared, low, high, inverse, eye.near_squared));
     }
@@ -205,54 +212,39 @@ std::uint64_t mask(const float* keys, float threshold) {
     return bits;
 }
 
-// A row of samples of an area: even ones, odd ones, and the even ones' neighbours to the east.
-struct HeightRow {
-    IntRow even, odd, next;
-
-    explicit HeightRow(const std::int32_t* row) {
-        const auto low = load<IntRow>(row), high = load<IntRow>(row + kSide);
-        even = __builtin_shufflevector(low, high, 0, 2, 4, 6, 8, 10, 12, 14);
-        odd = __builtin_shufflevector(low, high, 1, 3, 5, 7, 9, 11, 13, 15);
-        const IntRow last = row[2 * kSide] - IntRow{};
-        next = __builtin_shufflevector(even, last, 1, 2, 3, 4, 5, 6, 7, 8);
-    }
-};
-
 void store_row(float* to, Row even, Row odd) {
     store(to, __builtin_shufflevector(even, odd, 0, 8, 1, 9, 2, 10, 3, 11));
     store(to + kSide, __builtin_shufflevector(even, odd, 4, 12, 5, 13, 6, 14, 7, 15));
 }
 
-Row less_one(const float* keys, const SlideShare& share) {
-    return share_less_one(load<Row>(keys), share);
+Row rise_of(const std::int16_t* from, const AreaSlide& area) {
+    return to_number<Row>(load<ShortRow>(from)) * area.rise_unit;
+}
+Row less_one(const float* keys, const AreaSlide& area) {
+    return share_less_one(load<Row>(keys), area.share);
 }
 
 void slide_area(const AreaSlide& area) {
-    const float half_quantum = 0.5f * area.quantum;
     const auto in_row = [](int row) { return kRow * static_cast<std::size_t>(row); };
-    HeightRow south(area.heights);
     for (int row = 0; row < kSide; ++row) {
-        const HeightRow middle(area.heights + in_row(2 * row + 1));
-        const HeightRow north(area.heights + in_row(2 * row + 2));
         const float* coarse = area.coarse + static_cast<std::size_t>(row) * area.coarse_stride;
         const Row low = load<Row>(coarse), low_next = load<Row>(coarse + 1);
         const Row high = load<Row>(coarse + area.coarse_stride);
         const Row high_next = load<Row>(coarse + area.coarse_stride + 1);
+        const std::int16_t* rise = area.rise + kSide * row;
+        const Row centre = rise_of(rise, area), along_x = rise_of(rise + kAll, area);
+        const Row along_y = rise_of(rise + 2 * kAll, area);
         float* const even = area.offsets + in_row(2 * row);
         store_row(even, low,
-                  slide(less_one(area.along_x + kSide * row, area.share), half_quantum, south.odd,
-                        south.even, south.next, low, low_next));
+                  slide(less_one(area.along_x + kSide * row, area), along_x, low, low_next));
         even[2 * kSide] = coarse[kSide];
         // an even square's diagonal rises from its south-western corner
         const IntRow first_rises{-1, 0, -1, 0, -1, 0, -1, 0};
         const IntRow rises = row % 2 == 0 ? first_rises : ~first_rises;
         store_row(even + kRow,
-                  slide(less_one(area.along_y + kSide * row, area.share), half_quantum, middle.even,
-                        south.even, north.even, low, high),
-                  slide(less_one(area.centre + kSide * row, area.share), half_quantum, middle.odd,
-                        rises ? south.even : south.next, rises ? north.next : north.even,
-                        rises ? low : low_next, rises ? high_next : high));
-        south = north;
+                  slide(less_one(area.along_y + kSide * row, area), along_y, low, high),
+                  slide(less_one(area.centre + kSide * row, area), centre, rises ? low : low_next,
+                        rises ? high_next : high));
     }
     const float* last = area.coarse + kSide * area.coarse_stride;
     float* const to = area.offsets + in_row(2 * kSide);

@@ -8,6 +8,7 @@
 // displayed, not where they will be; the morphing surface has a certificate of its own.
 #include "morph.h"
 
+#include "active_set.h"
 #include "vertex_slide.h"
 
 #include <algorithm>
@@ -47,15 +48,12 @@ double Morph::with_fade(double excess, double fade) const {
 
 // A vertex of a chunk, one at a time, from the offsets of its ends: those (to_x, to_y) away, and as far
 // the other way.
-void Morph::slide_vertex(OpenChunk& chunk, float quantum, float key, int column, int row, int to_x,
+void Morph::slide_vertex(OpenChunk& chunk, float rise, float key, int column, int row, int to_x,
                          int to_y) const {
-    const std::vector<std::int32_t>& heights = chunk.chunk->heights;
-    const std::size_t here = sample_index(column, row);
-    const std::size_t a = sample_index(column - to_x, row - to_y);
-    const std::size_t b = sample_index(column + to_x, row + to_y);
-    chunk.offsets[here] =
-        internal::slide(share_less_one(key, share_of_), 0.5f * quantum, heights[here], heights[a],
-                        heights[b], chunk.offsets[a], chunk.offsets[b]);
+    chunk.offsets[sample_index(column, row)] =
+        internal::slide(share_less_one(key, share_of_), rise,
+                        chunk.offsets[sample_index(column - to_x, row - to_y)],
+                        chunk.offsets[sample_index(column + to_x, row + to_y)]);
 }
 
 // The vertices of a root that are coarser than its samples, from the coarsest.
@@ -64,8 +62,15 @@ void Morph::slide_coarse(OpenChunk& root, float quantum) const {
         root.offsets[sample_index(corner, 0)] = root.offsets[sample_index(corner, kChunkCells)] =
             0.0f;
     }
+    const std::vector<std::int32_t>& heights = root.chunk->heights;
     const auto slide = [&](int column, int row, int to_x, int to_y) {
-        slide_vertex(root, quantum, root.key_at(column, row), column, row, to_x, to_y);
+        const std::int32_t height = heights[sample_index(column, row)];
+        const std::int32_t end_a = heights[sample_index(column - to_x, row - to_y)];
+        const std::int32_t end_b = heights[sample_index(column + to_x, row + to_y)];
+        const float rise =
+            0.5f * quantum *
+            (static_cast<float>(height - end_a) + static_cast<float>(height - end_b));
+        slide_vertex(root, rise, root.key_at(column, row), column, row, to_x, to_y);
     };
     const bool root_rises = cut_to_north_east(root.chunk->key.x, root.chunk->key.y);
     for (int stride = kChunkCells / 2; stride > 1; stride /= 2) {
@@ -92,15 +97,19 @@ void Morph::slide_sides(OpenChunk& chunk, float quantum) const {
     constexpr int kLastArea = kChunkAreas - 1;
     for_each_area(chunk.active_areas, [&](int area) {
         const int column = area % kChunkAreas, row = area / kChunkAreas;
-        for (int i = 1; i < kAreaCells; i += 2) {
-            if (column == kLastArea) {
-                const int at = row * kAreaCells + i;
-                slide_vertex(chunk, quantum, chunk.key_at(kChunkCells, at), kChunkCells, at, 0, 1);
-            }
-            if (row == kLastArea) {
-                const int at = column * kAreaCells + i;
-                slide_vertex(chunk, quantum, chunk.key_at(at, kChunkCells), at, kChunkCells, 1, 0);
-            }
+        if (column == kLastArea) {
+            for_each_bit(east_side_bits(chunk, area), [&](int bit) {
+                const int at = row * kAreaCells + bit / kAreaSquares * 2 + 1;
+                slide_vertex(chunk, chunk.side_rise(east, at, quantum),
+                             chunk.key_at(kChunkCells, at), kChunkCells, at, 0, 1);
+            });
+        }
+        if (row == kLastArea) {
+            for_each_bit(north_side_bits(chunk, area), [&](int bit) {
+                const int at = column * kAreaCells + 2 * bit + 1;
+                slide_vertex(chunk, chunk.side_rise(north, at, quantum),
+                             chunk.key_at(at, kChunkCells), at, kChunkCells, 1, 0);
+            });
         }
     });
 }
@@ -108,7 +117,6 @@ void Morph::slide_sides(OpenChunk& chunk, float quantum) const {
 void Morph::slide(OpenChunk& chunk, const KeyKernels& kernels, float quantum) const {
     if (chunk.is_root()) slide_coarse(chunk, quantum);
     AreaSlide part;
-    part.quantum = quantum;
     part.share = share_of_;
     const auto slide_area = [&](int area) {
         const int west = area % kChunkAreas * kAreaCells, south = area / kChunkAreas * kAreaCells;
@@ -116,7 +124,9 @@ void Morph::slide(OpenChunk& chunk, const KeyKernels& kernels, float quantum) co
         part.centre = keys[AreaVertices::centre].data();
         part.along_x = keys[AreaVertices::along_x].data();
         part.along_y = keys[AreaVertices::along_y].data();
-        part.heights = &chunk.chunk->heights[sample_index(west, south)];
+        const AreaVertices& vertices = chunk.chunk->vertices[static_cast<std::size_t>(area)];
+        part.rise = vertices.rise[0].data();
+        part.rise_unit = vertices.rise_unit;
         part.offsets = &chunk.offsets[sample_index(west, south)];
         // coarser samples have the offsets that the parent gives them; a root has made its own
         constexpr std::size_t kSide = kAreaSquares + 1;
@@ -141,10 +151,11 @@ void Morph::slide(OpenChunk& chunk, const KeyKernels& kernels, float quantum) co
         const int west = area % kChunkAreas * kAreaCells, south = area / kChunkAreas * kAreaCells;
         for (int row = south; row < south + kAreaCells; ++row) {
             constexpr std::size_t kBytes = (kAreaCells + 1) * sizeof(float);
-            fetch(&chunk.chunk->heights[sample_index(west, row)], kBytes);
             fetch(&chunk.offsets[sample_index(west, row)], kBytes);
         }
         fetch(&chunk.keys_of(area), sizeof(OpenChunk::Keys));
+        const AreaVertices& vertices = chunk.chunk->vertices[static_cast<std::size_t>(area)];
+        fetch(&vertices.rise, sizeof vertices.rise);
     });
     slide_sides(chunk, quantum);
 }

@@ -42,7 +42,7 @@ public:
     void slide(OpenChunk& chunk, const KeyKernels& kernels, float quantum) const;
 
 private:
-    void slide_vertex(OpenChunk& chunk, float quantum, float key, int column, int row, int to_x,
+    void slide_vertex(OpenChunk& chunk, float rise, float key, int column, int row, int to_x,
                       int to_y) const;
     void slide_coarse(OpenChunk& root, float quantum) const;
     void slide_sides(OpenChunk& chunk, float quantum) const;

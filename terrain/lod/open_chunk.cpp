@@ -46,4 +46,20 @@ float OpenChunk::key_at(int column, int row) const {
     return owner->is_open(static_cast<int>(area)) ? owner->keys[area].of[kind][square] : kNever;
 }
 
+float OpenChunk::side_rise(Side side, int at, float quantum) const {
+    if (!ends[side]) {
+        const auto [area, kind, square] =
+            side == east ? AreaVertices::find(0, at) : AreaVertices::find(at, 0);
+        const AreaVertices& vertices = neighbour[side]->chunk->vertices[area];
+        return vertices.rise_unit * static_cast<float>(vertices.rise[kind][square]);
+    }
+    const auto height = [&](int i) {
+        return chunk
+            ->heights[side == east ? sample_index(kChunkCells, i) : sample_index(i, kChunkCells)];
+    };
+    return 0.5f * quantum *
+           (static_cast<float>(height(at) - height(at - 1)) +
+            static_cast<float>(height(at) - height(at + 1)));
+}
+
 }  // namespace terrane::internal

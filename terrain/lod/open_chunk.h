@@ -89,12 +89,19 @@ struct OpenChunk {
 
     /// Key of the vertex at a sample; kNever where another chunk owns it, or nothing is open.
     float key_at(int column, int row) const;
+    /// Rise, metres, of the midpoint at an odd sample of the eastern or northern side: the neighbour's,
+    /// or found from the heights where the world ends.
+    float side_rise(Side side, int at, float quantum) const;
 };
 
-/// Calls use(area) for the areas of a set.
+/// Calls use(i) for the bits of a word that are set: for the areas of a set, say.
+template <typename Use>
+void for_each_bit(std::uint64_t bits, const Use& use) {
+    for (; bits != 0; bits &= bits - 1) use(std::countr_zero(bits));
+}
 template <typename Use>
 void for_each_area(std::uint64_t areas, const Use& use) {
-    for (; areas != 0; areas &= areas - 1) use(std::countr_zero(areas));
+    for_each_bit(areas, use);
 }
 
 /// The same; asks for an area's memory by fetch(area) while the one before it is worked on.

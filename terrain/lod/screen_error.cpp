@@ -131,18 +131,21 @@ ScreenError::Box ScreenError::box_of_area(const Chunk& chunk, int area) const {
             {lattice_.x(west + side), lattice_.y(south + side), lattice_.quantum * part.high}};
 }
 
-float ScreenError::least_key(const Box& reach, float largest_bound) const {
+float ScreenError::least_key(const Box& reach, float largest_bound, bool is_in_view) const {
     const Eigen::Vector3d low = reach.low - eye_;
     const Eigen::Vector3d high = reach.high - eye_;
     const double distance_squared =
         low.cwiseMax(-high).cwiseMax(Eigen::Vector3d::Zero()).squaredNorm();
-    double beside = 0.0;
-    for (const Eigen::Vector3d& normal : frustum_.normals) {
-        beside = std::max(beside, -normal.dot(support(low, high, normal)));
+    double weight = 1.0;
+    if (!is_in_view) {
+        double beside = 0.0;
+        for (const Eigen::Vector3d& normal : frustum_.normals) {
+            beside = std::max(beside, -normal.dot(support(low, high, normal)));
+        }
+        const double farthest = low.cwiseAbs().cwiseMax(high.cwiseAbs()).sum() + near_;
+        weight = std::max(1.0 - static_cast<double>(kWeightSlope) * beside / farthest,
+                          static_cast<double>(kLeastWeight));
     }
-    const double farthest = low.cwiseAbs().cwiseMax(high.cwiseAbs()).sum() + near_;
-    const double weight = std::max(1.0 - static_cast<double>(kWeightSlope) * beside / farthest,
-                                   static_cast<double>(kLeastWeight));
     const double wide = static_cast<double>(largest_bound);
     // the margin is for the rounding of the keys themselves
     const double key = 0.9999 * std::max(distance_squared, near_ * near_) /

@@ -61,7 +61,8 @@ public:
     Box reach_of_area(const Chunk& chunk, int area, float across) const;
 
     /// No vertex with a reach in the box and at most this bound has a smaller key.
-    float least_key(const Box& reach, float largest_bound) const;
+    /// @param is_in_view  whether the box is known not to lie beside the view
+    float least_key(const Box& reach, float largest_bound, bool is_in_view = false) const;
 
     /// Side planes of the view that a box does not lie wholly inside of, for certain: the others do
     /// not matter to vertices in it.

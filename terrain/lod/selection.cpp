@@ -85,9 +85,7 @@ void Selection::count_coarse(const OpenChunk& root, const KeyKernels& kernels, T
     }
 }
 
-// Weight of the keys below `low`; those below `high` are in the windows, unless they are full.
-std::size_t Selection::count(std::span<OpenChunk* const> open, const KeyKernels& kernels, float low,
-                             float high, WorkerTeam& team) {
+void Selection::open_windows(float low, float high) {
     for (Tally& tally : tallies_) {
         tally.below = 0;
         tally.is_full = false;
@@ -95,23 +93,40 @@ std::size_t Selection::count(std::span<OpenChunk* const> open, const KeyKernels&
             tally.window[i] = {low, high, tally.inside[i].data(), 0};
         }
     }
-    team.run(open.size(), [&](std::size_t i, int worker) {
-        count_chunk(*open[i], kernels, tallies_[static_cast<std::size_t>(worker)]);
-    });
+}
+
+std::size_t Selection::below() const {
     std::size_t below = 0;
     for (const Tally& tally : tallies_) below += tally.below;
     return below;
 }
 
-float Selection::find(std::span<OpenChunk* const> open, const KeyKernels& kernels,
-                      std::size_t budget, float floor, float guess, WorkerTeam& team) {
-    float least = 0.0f;  // weights below it fit
-    float most = floor;  // unless most is the floor, weights below it do not
+// Weight of the keys below `low`; those below `high` are in the windows, unless they are full.
+std::size_t Selection::count(std::span<OpenChunk* const> open, const KeyKernels& kernels, float low,
+                             float high, WorkerTeam& team) {
+    open_windows(low, high);
+    team.run(open.size(), [&](std::size_t i, int worker) { take(*open[i], kernels, worker); });
+    return below();
+}
+
+void Selection::begin(float floor, float guess) {
     const float middle_key = guess > 0.0f ? guess : floor;
-    float low = std::clamp(middle_key / kNear, least, most);
-    float high = std::clamp(middle_key * kNear, low, most);
+    floor_ = floor;
+    low_ = std::clamp(middle_key / kNear, 0.0f, floor);
+    high_ = std::clamp(middle_key * kNear, low_, floor);
+    open_windows(low_, high_);
+}
+
+float Selection::find(std::span<OpenChunk* const> open, const KeyKernels& kernels,
+                      std::size_t budget, WorkerTeam& team) {
+    float least = 0.0f;   // weights below it fit
+    float most = floor_;  // unless most is the floor, weights below it do not
+    float low = low_, high = high_;
+    bool is_counted = true;
     for (float spread = kNear * kNear;; spread *= spread) {
-        const std::size_t below = count(open, kernels, low, high, team);
+        const std::size_t below =
+            is_counted ? this->below() : count(open, kernels, low, high, team);
+        is_counted = false;
         std::size_t inside = 0;
         bool is_full = false;
         for (const Tally& tally : tallies_) {
@@ -130,14 +145,14 @@ float Selection::find(std::span<OpenChunk* const> open, const KeyKernels& kernel
             if (count(open, kernels, halfway, halfway, team) > budget) {
                 if (is_one_key) return low;
                 most = high = halfway;
-            } else if (halfway == floor) {
-                return floor;
+            } else if (halfway == floor_) {
+                return floor_;
             } else {
                 least = low = halfway;
                 if (is_one_key) high = std::min(most, high * spread);
             }
         } else if (below + inside <= budget) {
-            if (high == floor) return floor;
+            if (high == floor_) return floor_;
             least = high;
             low = high;
             high = std::min(most, high * spread);
@@ -146,9 +161,7 @@ float Selection::find(std::span<OpenChunk* const> open, const KeyKernels& kernel
         }
     }
 
-    std::size_t used = 0;
-    for (const Tally& tally : tallies_) used += tally.below;
-    return pick(low, high, used, budget);
+    return pick(low, high, below(), budget);
 }
 
 // Where in the windows the budget ends: first which bin, then which key of it.

@@ -20,12 +20,19 @@ class Selection {
 public:
     explicit Selection(int worker_count);
 
-    /// The largest threshold, at most `floor`, such that vertices with a key below it weigh at most
-    /// `budget` together. Vertices of equal keys are in or out together.
+    /// Begins a search. Every open chunk has to be taken once, as soon as its keys are known: while
+    /// they are near.
     ///
     /// @param guess  where the threshold may be, 0 if unknown; only costs time where it is not
+    void begin(float floor, float guess);
+    void take(const OpenChunk& chunk, const KeyKernels& kernels, int worker) {
+        count_chunk(chunk, kernels, tallies_[static_cast<std::size_t>(worker)]);
+    }
+
+    /// The largest threshold, at most the floor, such that vertices with a key below it weigh at most
+    /// `budget` together. Vertices of equal keys are in or out together.
     float find(std::span<OpenChunk* const> open, const KeyKernels& kernels, std::size_t budget,
-               float floor, float guess, WorkerTeam& team);
+               WorkerTeam& team);
 
 private:
     // What one worker has counted.
@@ -41,11 +48,15 @@ private:
     };
     void count_chunk(const OpenChunk& chunk, const KeyKernels& kernels, Tally& tally) const;
     void count_coarse(const OpenChunk& root, const KeyKernels& kernels, Tally& tally) const;
+    void open_windows(float low, float high);
     std::size_t count(std::span<OpenChunk* const> open, const KeyKernels& kernels, float low,
                       float high, WorkerTeam& team);
+    std::size_t below() const;
 
     float pick(float low, float high, std::size_t used, std::size_t budget);
 
+    float floor_ = 0.0f;
+    float low_ = 0.0f, high_ = 0.0f;  // the first window
     std::vector<Tally> tallies_;
     std::vector<Candidate> candidates_;
     std::array<std::size_t, 1024> bins_{};

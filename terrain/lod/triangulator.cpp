@@ -45,7 +45,7 @@ constexpr double kMostMorphRatio = 16.0;
 // Where nothing is known of the view yet, the search begins with detail of this size, pixels.
 constexpr double kFirstFloor_px = 4096.0;
 // The floor lies this much below the last threshold, in keys: what can change from frame to frame.
-constexpr float kFloorMargin = 1.25f;
+constexpr float kFloorMargin = 1.1f;
 constexpr float kFloorStep = 3.0f;
 
 std::size_t root_triangles(const Lattice& lattice) {
@@ -103,9 +103,9 @@ void Triangulator::State::select(const ResidentSet& resident, const ScreenError&
     float floor = std::min(target, last_threshold > 0.0f ? kFloorMargin * last_threshold
                                                          : screen.key_of(kFirstFloor_px));
     for (;;) {
-        keys.compute(resident, screen, floor, team);
-        threshold = selection.find(keys.open(), keys.kernels(), budget, floor,
-                                   std::min(last_threshold, floor), team);
+        selection.begin(floor, std::min(last_threshold, floor));
+        keys.compute(resident, screen, floor, selection, team);
+        threshold = selection.find(keys.open(), keys.kernels(), budget, team);
         if (threshold < floor || floor == target) break;
         floor = std::min(target, kFloorStep * floor);
     }
@@ -114,18 +114,21 @@ void Triangulator::State::select(const ResidentSet& resident, const ScreenError&
 
 // Marks what is active and slides it, level by level: offsets build on those of coarser vertices.
 void Triangulator::State::place(const Morph& morph) {
+    const std::span<OpenChunk* const> open = keys.open();
+    team.run(open.size(), [&](std::size_t i, int) {
+        internal::mark_active(*open[i], keys.kernels(), threshold);
+    });
+    if (!morph.is_on()) return;
     const auto quantum = static_cast<float>(lattice.quantum);
-    std::span<OpenChunk* const> rest = keys.open();
+    std::span<OpenChunk* const> rest = open;
     while (!rest.empty()) {
         const auto level = rest.front()->chunk->key.level;
         const auto end = std::find_if(rest.begin(), rest.end(), [&](const OpenChunk* chunk) {
             return chunk->chunk->key.level != level;
         });
         const auto count = static_cast<std::size_t>(end - rest.begin());
-        team.run(count, [&](std::size_t i, int) {
-            internal::mark_active(*rest[i], keys.kernels(), threshold);
-            if (morph.is_on()) morph.slide(*rest[i], keys.kernels(), quantum);
-        });
+        team.run(count,
+                 [&](std::size_t i, int) { morph.slide(*rest[i], keys.kernels(), quantum); });
         rest = rest.subspan(count);
     }
 }

@@ -181,7 +181,7 @@ void VertexKeys::open_areas(const ScreenError& screen, float floor, OpenChunk& c
         const float bound = chunk.chunk->areas[static_cast<std::size_t>(area)].max_vertex_bound;
         if (!chunk.is_root()) {
             const ScreenError::Box reach = screen.reach_of_area(*chunk.chunk, area, across);
-            if (!(screen.least_key(reach, bound) < floor)) continue;
+            if (!(screen.least_key(reach, bound, is_in_view) < floor)) continue;
         }
         const std::uint64_t bit = std::uint64_t{1} << area;
         chunk.open_areas |= bit;
@@ -231,67 +231,71 @@ float VertexKeys::own_side_key(const OpenChunk& chunk, Side side, int i) const {
     return own_key(chunk, is_east ? kChunkCells : 2 * i + 1, is_east ? 2 * i + 1 : kChunkCells,
                    over_eye<float>(vertices.low[k], chunk.eye_heights),
                    over_eye<float>(vertices.high[k], chunk.eye_heights),
-                   reach(*chunk.chunk, 1, false).across, vertices.inverse_square_bounds[k]);
+                   reach(*chunk.chunk, 1, false).across,
+                   from_upper_half(vertices.inverse_square_bounds[k]));
 }
 
-// Kinds first to last of an area's vertices, which are one after the other.
+void VertexKeys::find_centres(float floor, OpenChunk& chunk, int area) const {
+    float* keys = chunk.keys_of(area)[AreaVertices::centre].data();
+    own_keys(chunk, area, AreaVertices::centre, keys);
+    if (chunk.fade_factor != 1.0f) {
+        for (int i = 0; i < kSquares; ++i) keys[i] *= chunk.fade_factor;
+    }
+    const Parents parents(chunk, area);
+    if (kernels_->trim_centres(parents.sides, floor, keys)) {
+        chunk.held_areas |= std::uint64_t{1} << area;
+    }
+}
+
+void VertexKeys::find_midpoints(float floor, OpenChunk& chunk, int area) const {
+    OpenChunk::Keys& keys = chunk.keys_of(area);
+    float* along_x = keys[AreaVertices::along_x].data();
+    float* along_y = keys[AreaVertices::along_y].data();
+    own_keys(chunk, area, AreaVertices::along_x, along_x);
+    own_keys(chunk, area, AreaVertices::along_y, along_y);
+    // what lies on a line between chunks fades with both
+    const auto fade_beside = [&](Side side) {
+        const AreaPlace place = beside(chunk, area, side);
+        return place.chunk == nullptr ? chunk.fade_factor
+                                      : std::max(chunk.fade_factor, place.chunk->fade_factor);
+    };
+    const float from_south = fade_beside(south), from_west = fade_beside(west);
+    if (std::max(from_south, from_west) != 1.0f) {
+        for (int i = 0; i < kSquares; ++i) {
+            along_x[i] *= i < kAreaSquares ? from_south : chunk.fade_factor;
+            along_y[i] *= i % kAreaSquares == 0 ? from_west : chunk.fade_factor;
+        }
+    }
+    const float* centres = keys[AreaVertices::centre].data();
+    const float* to_south = centres_beside(chunk, area, south) + kLastRow;
+    const float* to_west = centres_beside(chunk, area, west);
+    const bool is_x_held = kernels_->trim_along_x(centres, to_south, floor, along_x);
+    const bool is_y_held = kernels_->trim_along_y(centres, to_west, floor, along_y);
+    if (is_x_held || is_y_held) chunk.held_areas |= std::uint64_t{1} << area;
+}
+
+// Asks for kinds first to last of an area's vertices.
 void VertexKeys::fetch_kinds(const OpenChunk& chunk, int area, std::size_t first,
                              std::size_t last) const {
     const AreaVertices& vertices = chunk.chunk->vertices[static_cast<std::size_t>(area)];
     const std::size_t bytes = (last - first + 1) * sizeof(vertices.inverse_square_bounds[0]);
     fetch(&vertices.inverse_square_bounds[first], bytes);
-    fetch(&vertices.low[first], bytes / 2);
-    fetch(&vertices.high[first], bytes / 2);
-    fetch(&chunk.keys_of(area)[first], bytes);
+    fetch(&vertices.low[first], bytes);
+    fetch(&vertices.high[first], bytes);
+    fetch(&chunk.keys_of(area)[first], 2 * bytes);
 }
 
 void VertexKeys::find_centres(float floor, OpenChunk& chunk) const {
-    const auto find = [&](int area) {
-        float* keys = chunk.keys_of(area)[AreaVertices::centre].data();
-        own_keys(chunk, area, AreaVertices::centre, keys);
-        if (chunk.fade_factor != 1.0f) {
-            for (int i = 0; i < kSquares; ++i) keys[i] *= chunk.fade_factor;
-        }
-        const Parents parents(chunk, area);
-        if (kernels_->trim_centres(parents.sides, floor, keys)) {
-            chunk.held_areas |= std::uint64_t{1} << area;
-        }
-    };
-    for_each_area(chunk.open_areas, find, [&](int area) {
-        fetch_kinds(chunk, area, AreaVertices::centre, AreaVertices::centre);
-    });
+    for_each_area(
+        chunk.open_areas, [&](int area) { find_centres(floor, chunk, area); },
+        [&](int area) { fetch_kinds(chunk, area, AreaVertices::centre, AreaVertices::centre); });
 }
 
+// Needs the centres of the chunks beside this one.
 void VertexKeys::find_midpoints(float floor, OpenChunk& chunk) const {
-    // what lies on a line between chunks fades with both
-    const auto fade_beside = [&](int area, Side side) {
-        const AreaPlace place = beside(chunk, area, side);
-        return place.chunk == nullptr ? chunk.fade_factor
-                                      : std::max(chunk.fade_factor, place.chunk->fade_factor);
-    };
-    const auto find = [&](int area) {
-        OpenChunk::Keys& keys = chunk.keys_of(area);
-        float* along_x = keys[AreaVertices::along_x].data();
-        float* along_y = keys[AreaVertices::along_y].data();
-        own_keys(chunk, area, AreaVertices::along_x, along_x);
-        own_keys(chunk, area, AreaVertices::along_y, along_y);
-        const float from_south = fade_beside(area, south), from_west = fade_beside(area, west);
-        if (std::max(from_south, from_west) != 1.0f) {
-            for (int i = 0; i < kSquares; ++i) {
-                along_x[i] *= i < kAreaSquares ? from_south : chunk.fade_factor;
-                along_y[i] *= i % kAreaSquares == 0 ? from_west : chunk.fade_factor;
-            }
-        }
-        const float* centres = keys[AreaVertices::centre].data();
-        const float* to_south = centres_beside(chunk, area, south) + kLastRow;
-        const float* to_west = centres_beside(chunk, area, west);
-        const bool is_x_held = kernels_->trim_along_x(centres, to_south, floor, along_x);
-        const bool is_y_held = kernels_->trim_along_y(centres, to_west, floor, along_y);
-        if (is_x_held || is_y_held) chunk.held_areas |= std::uint64_t{1} << area;
-    };
-    for_each_area(chunk.open_areas, find, [&](int area) {
-        fetch_kinds(chunk, area, AreaVertices::along_x, AreaVertices::along_y);
-    });
+    for_each_area(
+        chunk.open_areas, [&](int area) { find_midpoints(floor, chunk, area); },
+        [&](int area) { fetch_kinds(chunk, area, AreaVertices::along_x, AreaVertices::along_y); });
     find_sides(floor, chunk);
 }
 
@@ -323,7 +327,7 @@ void VertexKeys::find_sides(float floor, OpenChunk& chunk) const {
 }
 
 void VertexKeys::compute(const ResidentSet& resident, const ScreenError& screen, float floor,
-                         WorkerTeam& team) {
+                         Selection& selection, WorkerTeam& team) {
     const std::size_t count = resident.chunks().size();
     by_index_.assign(count, nullptr);
     open_count_ = 0;
@@ -352,7 +356,10 @@ void VertexKeys::compute(const ResidentSet& resident, const ScreenError& screen,
             open_areas(screen, floor, *here[i]);
             find_centres(floor, *here[i]);
         });
-        team.run(here.size(), [&](std::size_t i, int) { find_midpoints(floor, *here[i]); });
+        team.run(here.size(), [&](std::size_t i, int worker) {
+            find_midpoints(floor, *here[i]);
+            selection.take(*here[i], *kernels_, worker);
+        });
     }
 }
 

@@ -4,6 +4,7 @@
 #include "key_kernels.h"
 #include "open_chunk.h"
 #include "screen_error.h"
+#include "selection.h"
 #include "worker_team.h"
 
 #include <cstddef>
@@ -28,8 +29,10 @@ public:
     /// parents from the roots down. Root chunks are always open.
     ///
     /// Allocates: only where more chunks are open, or resident, than there was room for
+    ///
+    /// @param selection  begun; takes every open chunk
     void compute(const ResidentSet& resident, const ScreenError& screen, float floor,
-                 WorkerTeam& team);
+                 Selection& selection, WorkerTeam& team);
 
     /// Coarse to fine, in the order of the resident set.
     std::span<OpenChunk* const> open() const { return {open_.data(), open_count_}; }
@@ -63,6 +66,8 @@ private:
     void open_chunk(const ResidentSet& resident, std::size_t index);
     void link(const ResidentSet& resident, OpenChunk& chunk);
     void open_areas(const ScreenError& screen, float floor, OpenChunk& chunk) const;
+    void find_centres(float floor, OpenChunk& chunk, int area) const;
+    void find_midpoints(float floor, OpenChunk& chunk, int area) const;
     void fetch_kinds(const OpenChunk& chunk, int area, std::size_t first, std::size_t last) const;
     void find_centres(float floor, OpenChunk& chunk) const;
     void find_midpoints(float floor, OpenChunk& chunk) const;

@@ -21,13 +21,10 @@ inline Number share_less_one(Number key, const SlideShare& share) {
     return (wanted < 1.0f ? wanted : spread<Number>(1.0f)) - 1.0f;
 }
 
-/// Offset of a vertex between two ends: displayed = mean of the displayed ends + share * (height -
-/// mean of the ends' heights).
-template <typename Number, typename Height>
-inline Number slide(Number less_one, float half_quantum, Height height, Height height_a,
-                    Height height_b, Number offset_a, Number offset_b) {
-    const Number rise = half_quantum * (to_number<Number>(height - height_a) +
-                                        to_number<Number>(height - height_b));
+/// Offset of a vertex between two ends: displayed = mean of the displayed ends + share * rise, where it
+/// rises over the mean of the ends' heights.
+template <typename Number>
+inline Number slide(Number less_one, Number rise, Number offset_a, Number offset_b) {
     return 0.5f * (offset_a + offset_b) + less_one * rise;
 }
 

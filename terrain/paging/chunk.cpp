@@ -64,19 +64,28 @@ Result<void> fill_heights(const HeightSource& source, Surroundings& wide, Chunk&
     return {};
 }
 
-// Where the bound of a sample's vertex is kept; null where a coarser chunk owns it. Of a chunk, const
-// or not.
+// Where the bound of a vertex of the chunk's own spacing is kept. Of a chunk, const or not.
 template <typename AnyChunk>
-auto bound_at(AnyChunk& chunk, int column, int row) -> decltype(chunk.coarse_bounds.data()) {
+auto& own_bound(AnyChunk& chunk, int column, int row) {
     const auto of_square = [](int sample) { return static_cast<std::size_t>(sample / 2); };
-    if (((column | row) & 1) == 0) {
-        if (chunk.coarse_bounds.empty()) return nullptr;
-        return &chunk.coarse_bounds[of_square(row) * (kChunkSquares + 1) + of_square(column)];
-    }
-    if (column == kChunkCells) return &chunk.east_side.inverse_square_bounds[of_square(row)];
-    if (row == kChunkCells) return &chunk.north_side.inverse_square_bounds[of_square(column)];
+    if (column == kChunkCells) return chunk.east_side.inverse_square_bounds[of_square(row)];
+    if (row == kChunkCells) return chunk.north_side.inverse_square_bounds[of_square(column)];
     const auto [area, kind, square] = AreaVertices::find(column, row);
-    return &chunk.vertices[area].inverse_square_bounds[kind][square];
+    return chunk.vertices[area].inverse_square_bounds[kind][square];
+}
+
+// Of samples with even column and row.
+std::size_t coarse_index(int column, int row) {
+    return static_cast<std::size_t>(row / 2) * (kChunkSquares + 1) +
+           static_cast<std::size_t>(column / 2);
+}
+
+void keep_bound(Chunk& chunk, int column, int row, float bound) {
+    if (((column | row) & 1) == 0) {
+        chunk.coarse_bounds[coarse_index(column, row)] = inverse_square(bound);
+    } else {
+        own_bound(chunk, column, row) = upper_half(inverse_square(bound));
+    }
 }
 
 // On a line between areas it belongs to all of them.
@@ -104,7 +113,7 @@ Result<void> keep_vertex_bounds(const SampleGrid& grid, std::span<const float> b
                 half_quantum);
             if (!(bound >= 0.0f))
                 return fail(ErrorCode::bad_data, "the source gave a bound of NaN");
-            *bound_at(chunk, column * stride, row * stride) = inverse_square(bound);
+            keep_bound(chunk, column * stride, row * stride, bound);
             raise_areas(chunk, column * stride, row * stride, bound);
             chunk.max_vertex_bound = std::max(chunk.max_vertex_bound, bound);
         }
@@ -221,8 +230,9 @@ float bound_of(float inverse_square_bound) {
 }
 
 float Chunk::inverse_square_bound(int column, int row) const {
-    const float* bound = bound_at(*this, column, row);
-    return bound == nullptr ? std::numeric_limits<float>::infinity() : *bound;
+    if (((column | row) & 1) != 0) return from_upper_half(own_bound(*this, column, row));
+    return coarse_bounds.empty() ? std::numeric_limits<float>::infinity()
+                                 : coarse_bounds[coarse_index(column, row)];
 }
 
 std::size_t Chunk::max_bytes() {
@@ -261,7 +271,7 @@ Result<std::shared_ptr<const Chunk>> make_chunk(const HeightSource& source, cons
     if (const Result<void> done = fill_cells(source, wide, *chunk); !done) {
         return tl::unexpected(done.error());
     }
-    internal::fill_reaches(wide.heights, wide.bounds, *chunk);
+    internal::fill_reaches(wide.heights, wide.bounds, lattice.quantum, *chunk);
     fill_intervals(*chunk);
     fill_areas(*chunk);
     return std::shared_ptr<const Chunk>(std::move(chunk));

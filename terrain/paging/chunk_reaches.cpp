@@ -9,6 +9,7 @@
 #include "chunk_reaches.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -55,62 +56,118 @@ struct Lowest {
     }
 };
 
-// In single precision, towards the outside.
+// In single precision, a little lower.
 float round_down(double value) {
     const auto rounded = static_cast<float>(value);
-    return static_cast<double>(rounded) > value
-               ? std::nextafter(rounded, -std::numeric_limits<float>::infinity())
-               : rounded;
+    return rounded - std::abs(rounded) * 0x1p-22f;
+}
+
+// Heights of reaches below and above the chunk's middle, of cells and then of vertices.
+struct Depths {
+    double middle = 0.0;          // metres
+    std::vector<float> down, up;  // [kWideCells^2] of cells: negative where beyond the middle
+    float most = 0.0f;            // metres, absolute
+
+    Depths(std::span<const double> heights, std::span<const float> bounds)
+        : middle(std::floor(0.5 * (heights.front() + heights.back()))),
+          down(bounds.size()),
+          up(bounds.size()) {
+        for (int row = 0; row < kWideCells; ++row) {
+            const double* south = heights.data() + std::ptrdiff_t{row} * kWideSamples;
+            const double* north = south + kWideSamples;
+            for (int i = 0; i < kWideCells; ++i) {
+                const std::size_t cell = wide_index(i, row);
+                const double low =
+                    std::min(std::min(south[i], south[i + 1]), std::min(north[i], north[i + 1]));
+                const double high =
+                    std::max(std::max(south[i], south[i + 1]), std::max(north[i], north[i + 1]));
+                const double margin = kMargin * static_cast<double>(bounds[cell]);
+                down[cell] = round_down(low - middle - margin);
+                up[cell] = round_down(middle - high - margin);
+                most = std::max(most, std::max(-down[cell], -up[cell]));
+            }
+        }
+    }
+};
+
+// What areas and the chunk take in.
+void enclose_reaches(Chunk& chunk) {
+    chunk.reach_low = std::numeric_limits<std::int16_t>::max();
+    chunk.reach_high = std::numeric_limits<std::int16_t>::min();
+    const auto take = [](auto& into, const auto& lows, const auto& highs) {
+        for (const std::int16_t low : lows) into.reach_low = std::min(into.reach_low, low);
+        for (const std::int16_t high : highs) into.reach_high = std::max(into.reach_high, high);
+    };
+    for (int i = 0; i < kChunkAreas * kChunkAreas; ++i) {
+        Chunk::Area& area = chunk.areas[static_cast<std::size_t>(i)];
+        const AreaVertices& vertices = chunk.vertices[static_cast<std::size_t>(i)];
+        area.reach_low = std::numeric_limits<std::int16_t>::max();
+        area.reach_high = std::numeric_limits<std::int16_t>::min();
+        for (std::size_t kind = 0; kind < AreaVertices::kKinds; ++kind) {
+            take(area, vertices.low[kind], vertices.high[kind]);
+        }
+        if (i % kChunkAreas == kChunkAreas - 1)
+            take(area, chunk.east_side.low, chunk.east_side.high);
+        if (i / kChunkAreas == kChunkAreas - 1) {
+            take(area, chunk.north_side.low, chunk.north_side.high);
+        }
+        take(chunk, std::array{area.reach_low}, std::array{area.reach_high});
+    }
+}
+
+// Twice how much the middle of an edge lies below the vertex that splits it, quanta.
+std::int64_t double_rise(const Chunk& chunk, int column, int row) {
+    const auto height = [&](int x, int y) {
+        return std::int64_t{chunk.heights[sample_index(x, y)]};
+    };
+    // an even square's diagonal rises from its south-western corner
+    const bool rises = (column / 2 + row / 2) % 2 == 0;
+    const int to_x = column % 2, to_y = row % 2 == 0 ? 0 : column % 2 == 0 || rises ? 1 : -1;
+    return 2 * height(column, row) - height(column - to_x, row - to_y) -
+           height(column + to_x, row + to_y);
+}
+
+void fill_rises(double quantum, Chunk& chunk, int area) {
+    AreaVertices& vertices = chunk.vertices[static_cast<std::size_t>(area)];
+    const int west = area % kChunkAreas * kAreaCells, south = area / kChunkAreas * kAreaCells;
+    AreaVertices::PerVertex<std::int64_t> rises;
+    std::int64_t most = 0;
+    for (int square = 0; square < static_cast<int>(AreaVertices::kSquares); ++square) {
+        const int column = west + 2 * (square % kAreaSquares);
+        const int row = south + 2 * (square / kAreaSquares);
+        const auto k = static_cast<std::size_t>(square);
+        rises[AreaVertices::centre][k] = double_rise(chunk, column + 1, row + 1);
+        rises[AreaVertices::along_x][k] = double_rise(chunk, column + 1, row);
+        rises[AreaVertices::along_y][k] = double_rise(chunk, column, row + 1);
+        for (const auto& of_kind : rises) most = std::max(most, std::abs(of_kind[k]));
+    }
+    int shift = 0;
+    while (most >> shift > kLargest) ++shift;
+    vertices.rise_unit = static_cast<float>(std::ldexp(0.5 * quantum, shift));
+    for (std::size_t kind = 0; kind < AreaVertices::kKinds; ++kind) {
+        for (std::size_t k = 0; k < AreaVertices::kSquares; ++k) {
+            vertices.rise[kind][k] = static_cast<std::int16_t>(rises[kind][k] >> shift);
+        }
+    }
 }
 
 }  // namespace
 
-void fill_reaches(std::span<const double> heights, std::span<const float> bounds, Chunk& chunk) {
-    // metres above the chunk's middle
-    const double middle = std::floor(0.5 * (heights.front() + heights.back()));
-    std::vector<float> lows(bounds.size()), highs_negated(bounds.size());
-    float lowest = 0.0f, highest_negated = 0.0f;
-    for (int row = 0; row < kWideCells; ++row) {
-        for (int column = 0; column < kWideCells; ++column) {
-            const std::size_t cell = wide_index(column, row);
-            const double* corner = heights.data() + row * kWideSamples + column;
-            const auto [low, high] =
-                std::minmax({corner[0], corner[1], corner[kWideSamples], corner[kWideSamples + 1]});
-            const double margin = kMargin * static_cast<double>(bounds[cell]);
-            lows[cell] = round_down(low - middle - margin);
-            highs_negated[cell] = round_down(middle - high - margin);
-            lowest = std::min(lowest, lows[cell]);
-            highest_negated = std::min(highest_negated, highs_negated[cell]);
-        }
-    }
-    // one unit more on both sides takes up the rounding of sums with the eye's height
-    chunk.reach_base = middle;
+void fill_reaches(std::span<const double> heights, std::span<const float> bounds, double quantum,
+                  Chunk& chunk) {
+    const Depths depths(heights, bounds);
+    chunk.reach_base = depths.middle;
     chunk.reach_unit = 0x1p-20f;
-    while (std::min(lowest, highest_negated) < -kLargest * chunk.reach_unit) chunk.reach_unit *= 2;
-    const auto to_units = [&](float low) {
-        return static_cast<std::int16_t>(std::floor(low / chunk.reach_unit) - 1.0f);
+    while (depths.most > kLargest * chunk.reach_unit) chunk.reach_unit *= 2;
+    const Lowest down(depths.down), up(depths.up);
+    const float per_unit = 1.0f / chunk.reach_unit;
+    // truncated, and one unit more, which takes up the rounding of sums with the eye's height
+    const auto to_units = [&](float depth) {
+        return static_cast<std::int16_t>(static_cast<int>(depth * per_unit) - 2);
     };
-    const Lowest low_of(lows), high_of(highs_negated);
-    chunk.reach_low = std::numeric_limits<std::int16_t>::max();
-    chunk.reach_high = std::numeric_limits<std::int16_t>::min();
-    for (Chunk::Area& area : chunk.areas) {
-        area.reach_low = chunk.reach_low;
-        area.reach_high = chunk.reach_high;
-    }
     const auto fill = [&](int column, int row, std::int16_t& low, std::int16_t& high) {
-        low = to_units(low_of.at(column, row));
-        high = static_cast<std::int16_t>(-to_units(high_of.at(column, row)));
-        chunk.reach_low = std::min(chunk.reach_low, low);
-        chunk.reach_high = std::max(chunk.reach_high, high);
-        for (int y = std::max(0, (row - 1) / kAreaCells);
-             y <= std::min(kChunkAreas - 1, row / kAreaCells); ++y) {
-            for (int x = std::max(0, (column - 1) / kAreaCells);
-                 x <= std::min(kChunkAreas - 1, column / kAreaCells); ++x) {
-                Chunk::Area& area = chunk.areas[static_cast<std::size_t>(y * kChunkAreas + x)];
-                area.reach_low = std::min(area.reach_low, low);
-                area.reach_high = std::max(area.reach_high, high);
-            }
-        }
+        low = to_units(down.at(column, row));
+        high = static_cast<std::int16_t>(-to_units(up.at(column, row)));
     };
     for (int row = 0; row < kChunkCells; ++row) {
         for (int column = row % 2 == 0 ? 1 : 0; column < kChunkCells;
@@ -124,6 +181,10 @@ void fill_reaches(std::span<const double> heights, std::span<const float> bounds
         const auto k = static_cast<std::size_t>(i);
         fill(kChunkCells, 2 * i + 1, chunk.east_side.low[k], chunk.east_side.high[k]);
         fill(2 * i + 1, kChunkCells, chunk.north_side.low[k], chunk.north_side.high[k]);
+    }
+    enclose_reaches(chunk);
+    for (int area = 0; area < kChunkAreas * kChunkAreas; ++area) {
+        fill_rises(quantum, chunk, area);
     }
 }
 

@@ -12,10 +12,11 @@ inline constexpr int kReachCells = 2;
 inline constexpr int kWideCells = kChunkCells + 2 * kReachCells;
 inline constexpr int kWideSamples = kWideCells + 1;
 
-/// Fills what a chunk knows of the heights of its vertices' reaches.
+/// Fills what a chunk knows of the heights of its vertices' reaches, and of their rises.
 ///
 /// @param heights [kWideSamples^2] metres, of the chunk and kReachCells around it
 /// @param bounds  [kWideCells^2] certified bounds of the cells, metres
-void fill_reaches(std::span<const double> heights, std::span<const float> bounds, Chunk& chunk);
+void fill_reaches(std::span<const double> heights, std::span<const float> bounds, double quantum,
+                  Chunk& chunk);
 
 }  // namespace terrane::internal

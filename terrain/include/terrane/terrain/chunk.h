@@ -4,6 +4,7 @@
 #include <terrane/terrain/height_source.h>
 
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -21,6 +22,14 @@ inline constexpr int kChunkAreas = kChunkCells / kAreaCells;
 /// Squares of 2 x 2 cells along the side of an area, and of a chunk.
 inline constexpr int kAreaSquares = kAreaCells / 2;
 inline constexpr int kChunkSquares = kChunkCells / 2;
+
+/// The sign, the exponent and seven bits of a float: not larger, where it is positive.
+inline std::uint16_t upper_half(float value) {
+    return static_cast<std::uint16_t>(std::bit_cast<std::uint32_t>(value) >> 16);
+}
+inline float from_upper_half(std::uint16_t half) {
+    return std::bit_cast<float>(std::uint32_t{half} << 16);
+}
 
 /// The vertices of a chunk's own spacing, as the triangulator reads them: three for each square of
 /// an area. Index of a square: row * kAreaSquares + column, from the south-west.
@@ -44,12 +53,16 @@ struct AreaVertices {
         return {static_cast<std::size_t>(area), kind, static_cast<std::size_t>(square)};
     }
 
-    /// 1 / e(v)^2, rounded down. e(v) is the certified bound, metres, half a quantum included.
-    alignas(64) PerVertex<float> inverse_square_bounds;
+    /// 1 / e(v)^2, rounded down to the upper half of a float's bits: see upper_half(). e(v) is the
+    /// certified bound, metres, half a quantum included.
+    alignas(64) PerVertex<std::uint16_t> inverse_square_bounds;
     /// How low and how high the reach of a vertex goes, in Chunk::reach_unit from Chunk::reach_base,
     /// rounded outward: the heights of the true surface over its diamond, with a margin that makes
     /// it hold the reaches of nearly all that is below it.
     PerVertex<std::int16_t> low, high;
+    /// How much a vertex lies over the middle of the edge that it splits, in rise_unit.
+    PerVertex<std::int16_t> rise;
+    float rise_unit = 1.0f;  ///< metres, a power of two
 };
 
 /// One square of heights with the bounds that certify it: the unit of paging. Immutable once made.
@@ -69,7 +82,7 @@ struct Chunk {
     /// Of the midpoints on the chunk's eastern side from the south, and on its northern side from the
     /// west. The neighbours have the same bounds for them.
     struct SideVertices {
-        std::array<float, kChunkSquares> inverse_square_bounds{};
+        std::array<std::uint16_t, kChunkSquares> inverse_square_bounds{};
         std::array<std::int16_t, kChunkSquares> low{}, high{};
     };
     SideVertices east_side, north_side;
@@ -101,7 +114,7 @@ struct Chunk {
         std::int32_t high = 0;
         float max_vertex_bound = 0.0f;
         float max_cell_bound = 0.0f;
-        std::int16_t reach_low = 0;  ///< of its vertices, those on all sides included
+        std::int16_t reach_low = 0;  ///< of its vertices, and those on the chunk's far sides
         std::int16_t reach_high = 0;
     };
     std::array<Area, kChunkAreas * kChunkAreas> areas{};
