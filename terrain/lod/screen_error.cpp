@@ -12,6 +12,8 @@
 // centre's box is s + s / 2 + (s + s / 2) / 2 + ... = 3 s, of a midpoint's s / 2 + 3 s / 2 = 2 s.
 #include "screen_error.h"
 
+#include "chunk_reaches.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -49,36 +51,47 @@ ScreenError::Box around(const ScreenError::Box& samples, const HeightInterval& h
             {samples.high.x() + margin, samples.high.y() + margin, heights.high}};
 }
 
+// How far the true surface is from a point at least, from what the source guarantees of it around the
+// point: where a chunk is absent, nothing else is known of the ground there.
+double clearance_of(const HeightSource& source, const WorldPos& eye) {
+    const auto gap = [&](double around) {
+        const HeightInterval heights = source.interval(
+            {eye.x() - around, eye.y() - around, eye.x() + around, eye.y() + around});
+        return std::max(heights.low - eye.z(), eye.z() - heights.high);
+    };
+    constexpr int kTries = 12;
+    constexpr double kSmaller = 0.75;
+    double clearance = 0.0;
+    // outside of a square it is further away than that is wide
+    double around = gap(0.0);
+    for (int i = 0; i < kTries && around > clearance; ++i, around *= kSmaller) {
+        const double inside = gap(around);
+        if (inside > clearance) clearance = std::min(inside, around);
+    }
+    return clearance * (1.0 - 1e-9);
+}
+
 }  // namespace
 
 Reaches make_reaches(const HeightSource& source) {
     const Lattice& lattice = source.lattice();
-    const int count = lattice.finest_level + 8;
-    constexpr double kDiagonal = 0.70710678118654757;
-    // below the finest spacing the steps shrink by half with each level, or faster, to the quantum
-    constexpr int kBelow = 24;
     Reaches reaches;
-    double below = 0.0;  // height of a centre of half the spacing
-    for (int exponent = -kBelow; exponent < count; ++exponent) {
+    for (int exponent = 0; exponent < lattice.finest_level + 8; ++exponent) {
         const double spacing = std::ldexp(lattice.spacing, exponent);
-        const auto rise = [&](double distance) {
-            return source.rise_bound(distance) + lattice.quantum;
-        };
-        const double of_midpoint = rise(kDiagonal * spacing) + below;
-        const double of_centre = rise(spacing) + of_midpoint;
-        below = of_centre;
-        if (exponent < 0) continue;
+        const ReachHeights up = reach_heights(source, spacing);
         reaches.midpoint.push_back(
-            {round_up(2.0 * spacing * kWider), round_up(of_midpoint * kWider)});
-        reaches.centre.push_back({round_up(3.0 * spacing * kWider), round_up(of_centre * kWider)});
+            {round_up(2.0 * spacing * kWider), round_up(up.of_midpoint * kWider)});
+        reaches.centre.push_back(
+            {round_up(3.0 * spacing * kWider), round_up(up.of_centre * kWider)});
     }
     return reaches;
 }
 
-ScreenError::ScreenError(const View& view, const Lattice& lattice)
-    : lattice_(lattice),
+ScreenError::ScreenError(const View& view, const HeightSource& source)
+    : lattice_(source.lattice()),
       eye_(view.eye_world),
       near_(view.near_distance),
+      clearance_(clearance_of(source, eye_)),
       pixels_(view.pixels_per_radian()),
       frustum_(make_frustum(view)) {
     near_squared_ =
@@ -96,7 +109,7 @@ double ScreenError::error_px_of(float key) const {
 }
 
 double ScreenError::error_px_at(double bound, double distance) const {
-    return bound * pixels_ / std::max(near_, distance);
+    return bound * pixels_ / std::max({near_, clearance_, distance});
 }
 
 float ScreenError::height_over_eye(double height) const { return place(height - eye_.z()); }

@@ -39,11 +39,11 @@ public:
     /// kNestMargin, and the rounding of keys.
     static constexpr double kRounding = 1.0 + 0x1p-10 + 0x1p-16;
 
-    ScreenError(const View& view, const Lattice& lattice);
+    ScreenError(const View& view, const HeightSource& source);
 
     float key_of(double error_px) const;
     double error_px_of(float key) const;
-    /// What a vertical deviation, metres, makes at a distance, metres.
+    /// What a vertical deviation, metres, makes at a distance, metres, of the true surface.
     double error_px_at(double bound, double distance) const;
 
     void fill_axes(const Chunk& chunk, ChunkAxes& axes_out) const;
@@ -81,6 +81,7 @@ private:
     Lattice lattice_;
     WorldPos eye_;
     double near_ = 1.0;
+    double clearance_ = 0.0;  ///< no point of the true surface is closer to the eye, metres
     double pixels_ = 1.0;
     Frustum frustum_;
     float near_squared_ = 1.0f;

@@ -56,11 +56,12 @@ std::size_t root_triangles(const Lattice& lattice) {
 }  // namespace
 
 struct Triangulator::State {
-    State(const HeightSource& source, const TriangulatorSettings& chosen)
-        : lattice(source.lattice()),
+    State(const HeightSource& ground, const TriangulatorSettings& chosen)
+        : source(&ground),
+          lattice(ground.lattice()),
           settings(chosen),
           team(std::max(1, chosen.worker_count)),
-          keys(source, internal::best_simd_level(), chosen.open_chunks),
+          keys(ground, internal::best_simd_level(), chosen.open_chunks),
           selection(team.size()),
           errors_left(static_cast<std::size_t>(team.size())),
           // not touched before it is needed
@@ -68,6 +69,7 @@ struct Triangulator::State {
         mesh_chunks.reserve(chosen.open_chunks);
     }
 
+    const HeightSource* source;
     Lattice lattice;
     TriangulatorSettings settings;
     WorkerTeam team;
@@ -279,7 +281,7 @@ TerrainMesh Triangulator::update(std::shared_ptr<const ResidentSet> resident, co
     mesh.status = MeshStatus::not_resident;
     if (!mesh.resident->has_roots()) return mesh;
 
-    const ScreenError screen(view, state.lattice);
+    const ScreenError screen(view, *state.source);
     state.select(*mesh.resident, screen);
     const Morph morph(state.settings.morph_ratio, state.threshold);
     state.place(morph);

@@ -271,7 +271,7 @@ Result<std::shared_ptr<const Chunk>> make_chunk(const HeightSource& source, cons
     if (const Result<void> done = fill_cells(source, wide, *chunk); !done) {
         return tl::unexpected(done.error());
     }
-    internal::fill_reaches(wide.heights, wide.bounds, lattice.quantum, *chunk);
+    internal::fill_reaches(wide.heights, wide.bounds, source, *chunk);
     fill_intervals(*chunk);
     fill_areas(*chunk);
     return std::shared_ptr<const Chunk>(std::move(chunk));

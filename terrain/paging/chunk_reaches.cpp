@@ -5,7 +5,7 @@
 // of a centre takes in three cells around it, that of a midpoint two, so that flat reaches nest (see
 // screen_error.cpp). For heights to nest the intervals of cells are wider than what is certified, by
 // as much again: bounds shrink by about half from level to level. Where that is not enough, the
-// triangulator sees it.
+// triangulator sees it. Nor are they wider than the source can rise.
 #include "chunk_reaches.h"
 
 #include <algorithm>
@@ -153,8 +153,28 @@ void fill_rises(double quantum, Chunk& chunk, int area) {
 
 }  // namespace
 
-void fill_reaches(std::span<const double> heights, std::span<const float> bounds, double quantum,
-                  Chunk& chunk) {
+ReachHeights reach_heights(const HeightSource& source, double spacing) {
+    constexpr double kDiagonal = 0.70710678118654757;
+    // below the finest spacing the steps shrink by half with each level, or faster, to the quantum
+    const double smallest = std::ldexp(source.lattice().spacing, -24);
+    ReachHeights reach;
+    double of_children = 0.0;
+    for (double s = smallest; s <= spacing; s *= 2.0) {
+        const auto rise = [&](double distance) {
+            return source.rise_bound(distance) + source.lattice().quantum;
+        };
+        reach.of_midpoint = rise(kDiagonal * s) + of_children;
+        reach.of_centre = rise(s) + reach.of_midpoint;
+        of_children = reach.of_centre;
+    }
+    return reach;
+}
+
+void fill_reaches(std::span<const double> heights, std::span<const float> bounds,
+                  const HeightSource& source, Chunk& chunk) {
+    const double quantum = source.lattice().quantum;
+    const ReachHeights most =
+        reach_heights(source, source.lattice().spacing * static_cast<double>(chunk.step));
     const Depths depths(heights, bounds);
     chunk.reach_base = depths.middle;
     chunk.reach_unit = 0x1p-20f;
@@ -166,8 +186,11 @@ void fill_reaches(std::span<const double> heights, std::span<const float> bounds
         return static_cast<std::int16_t>(static_cast<int>(depth * per_unit) - 2);
     };
     const auto fill = [&](int column, int row, std::int16_t& low, std::int16_t& high) {
-        low = to_units(down.at(column, row));
-        high = static_cast<std::int16_t>(-to_units(up.at(column, row)));
+        const double z = quantum * chunk.heights[sample_index(column, row)] - depths.middle;
+        const double reach = (column & row & 1) != 0 ? most.of_centre : most.of_midpoint;
+        low = to_units(std::max(down.at(column, row), round_down(z - reach)));
+        high = static_cast<std::int16_t>(
+            -to_units(std::max(up.at(column, row), round_down(-z - reach))));
     };
     for (int row = 0; row < kChunkCells; ++row) {
         for (int column = row % 2 == 0 ? 1 : 0; column < kChunkCells;

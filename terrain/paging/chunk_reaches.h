@@ -12,11 +12,20 @@ inline constexpr int kReachCells = 2;
 inline constexpr int kWideCells = kChunkCells + 2 * kReachCells;
 inline constexpr int kWideSamples = kWideCells + 1;
 
+/// How far over and under a vertex of a spacing its reach can go at most, metres: by how the source rises
+/// anywhere. Of a centre it holds those of its midpoints, of a midpoint those of centres of half the
+/// spacing.
+struct ReachHeights {
+    double of_centre = 0.0;
+    double of_midpoint = 0.0;
+};
+ReachHeights reach_heights(const HeightSource& source, double spacing);
+
 /// Fills what a chunk knows of the heights of its vertices' reaches, and of their rises.
 ///
 /// @param heights [kWideSamples^2] metres, of the chunk and kReachCells around it
 /// @param bounds  [kWideCells^2] certified bounds of the cells, metres
-void fill_reaches(std::span<const double> heights, std::span<const float> bounds, double quantum,
-                  Chunk& chunk);
+void fill_reaches(std::span<const double> heights, std::span<const float> bounds,
+                  const HeightSource& source, Chunk& chunk);
 
 }  // namespace terrane::internal

@@ -78,6 +78,8 @@ struct TriangulatorSettings {
 ///   - the same resident set, settings and view give the same bytes, whatever came before.
 class Triangulator {
 public:
+    /// @param source  outlives the triangulator, which asks it for intervals around the eye
+    ///
     /// Fails with invalid_argument where the budget is below 2 triangles for each root square, or
     /// the target is not > 0.
     static Result<Triangulator> create(const HeightSource& source,
