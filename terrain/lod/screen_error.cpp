@@ -51,8 +51,22 @@ ScreenError::Box around(const ScreenError::Box& samples, const HeightInterval& h
             {samples.high.x() + margin, samples.high.y() + margin, heights.high}};
 }
 
-// How far the true surface is from a point at least, from what the source guarantees of it around the
-// point: where a chunk is absent, nothing else is known of the ground there.
+}  // namespace
+
+Reaches make_reaches(const HeightSource& source) {
+    const Lattice& lattice = source.lattice();
+    Reaches reaches;
+    for (int exponent = 0; exponent < lattice.finest_level + 8; ++exponent) {
+        const double spacing = std::ldexp(lattice.spacing, exponent);
+        const ReachHeights up = reach_heights(source, spacing);
+        reaches.midpoint.push_back(
+            {round_up(2.0 * spacing * kWider), round_up(up.of_midpoint * kWider)});
+        reaches.centre.push_back(
+            {round_up(3.0 * spacing * kWider), round_up(up.of_centre * kWider)});
+    }
+    return reaches;
+}
+
 double clearance_of(const HeightSource& source, const WorldPos& eye) {
     const auto gap = [&](double around) {
         const HeightInterval heights = source.interval(
@@ -71,27 +85,11 @@ double clearance_of(const HeightSource& source, const WorldPos& eye) {
     return clearance * (1.0 - 1e-9);
 }
 
-}  // namespace
-
-Reaches make_reaches(const HeightSource& source) {
-    const Lattice& lattice = source.lattice();
-    Reaches reaches;
-    for (int exponent = 0; exponent < lattice.finest_level + 8; ++exponent) {
-        const double spacing = std::ldexp(lattice.spacing, exponent);
-        const ReachHeights up = reach_heights(source, spacing);
-        reaches.midpoint.push_back(
-            {round_up(2.0 * spacing * kWider), round_up(up.of_midpoint * kWider)});
-        reaches.centre.push_back(
-            {round_up(3.0 * spacing * kWider), round_up(up.of_centre * kWider)});
-    }
-    return reaches;
-}
-
-ScreenError::ScreenError(const View& view, const HeightSource& source)
+ScreenError::ScreenError(const View& view, const HeightSource& source, double clearance)
     : lattice_(source.lattice()),
       eye_(view.eye_world),
       near_(view.near_distance),
-      clearance_(clearance_of(source, eye_)),
+      clearance_(clearance),
       pixels_(view.pixels_per_radian()),
       frustum_(make_frustum(view)) {
     near_squared_ =

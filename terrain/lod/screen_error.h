@@ -27,6 +27,10 @@ struct Reaches {
 };
 Reaches make_reaches(const HeightSource& source);
 
+/// How far the true surface is from a point at least, metres, by what the source guarantees of it around
+/// the point: where a chunk is absent, nothing else is known of the ground there.
+double clearance_of(const HeightSource& source, const WorldPos& eye);
+
 /// The screen error of vertical deviations from one eye.
 ///
 /// What orders vertices is their *key*: the squared distance from the eye to the vertex's reach,
@@ -39,7 +43,8 @@ public:
     /// kNestMargin, and the rounding of keys.
     static constexpr double kRounding = 1.0 + 0x1p-10 + 0x1p-16;
 
-    ScreenError(const View& view, const HeightSource& source);
+    /// @param clearance  clearance_of() the view's eye, metres
+    ScreenError(const View& view, const HeightSource& source, double clearance);
 
     float key_of(double error_px) const;
     double error_px_of(float key) const;

@@ -281,7 +281,8 @@ TerrainMesh Triangulator::update(std::shared_ptr<const ResidentSet> resident, co
     mesh.status = MeshStatus::not_resident;
     if (!mesh.resident->has_roots()) return mesh;
 
-    const ScreenError screen(view, *state.source);
+    const ScreenError screen(view, *state.source,
+                             internal::clearance_of(*state.source, view.eye_world));
     state.select(*mesh.resident, screen);
     const Morph morph(state.settings.morph_ratio, state.threshold);
     state.place(morph);

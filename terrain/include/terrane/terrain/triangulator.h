@@ -64,7 +64,7 @@ struct TriangulatorSettings {
     /// single picture.
     double morph_ratio = kDefaultMorphRatio;
     int worker_count = 1;  ///< threads that update() runs on, its caller's included, 1 to 64
-    /// Chunks that update() has room for without allocating: 130 kB each. More are made room for once.
+    /// Chunks that update() has room for without allocating: 120 kB each. More are made room for once.
     std::size_t open_chunks = 256;
 };
 

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: MIT
+#include "screen_error.h"
+
+#include "support/random.h"
+
+#include <terrane/terrain/fractal_heights.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+namespace terrane::internal {
+namespace {
+
+constexpr std::uint64_t kSeed = 23;
+
+std::shared_ptr<const HeightSource> hills() {
+    return FractalHeights::create(
+               {.seed = 3, .octave_count = 10, .amplitude = 120.0, .wavelength_log2 = 10})
+        .value();
+}
+
+std::shared_ptr<const HeightSource> flat_ground() {
+    return FractalHeights::create({.amplitude = 0.0}).value();
+}
+
+WorldPos anywhere(test::Random& random, double size) {
+    return {random.between(-size, size), random.between(-size, size), random.between(-size, size)};
+}
+
+// Errors of a deviation up or down by `bound` at a point, where what it makes is in view.
+double error_at(const WorldPos& point, double deviation, const View& view, const Frustum& frustum) {
+    const Eigen::Vector3d way = point + WorldPos(0.0, 0.0, deviation) - view.eye_world;
+    for (const Eigen::Vector3d& normal : frustum.normals) {
+        if (normal.dot(way) < 0.0) return 0.0;
+    }
+    return std::abs(deviation) * view.pixels_per_radian() /
+           std::max(view.near_distance, way.norm());
+}
+
+TEST(ScreenError, OfATriangleIsAboveThatOfEveryPointInView) {
+    test::Random random(kSeed);
+    const auto source = flat_ground();
+    int seen = 0;
+    for (int i = 0; i < 2000; ++i) {
+        const WorldPos eye = anywhere(random, 50.0);
+        const Result<View> view = look_at(eye, eye + anywhere(random, 1.0), 0.8, 640, 480);
+        if (!view) continue;
+        const Frustum frustum = make_frustum(*view);
+        const ScreenError::Triangle triangle{eye + anywhere(random, 30.0),
+                                             eye + anywhere(random, 30.0),
+                                             eye + anywhere(random, 30.0)};
+        const double bound = random.between(0.0, 8.0);
+        double most = 0.0;
+        for (int k = 0; k < 200; ++k) {
+            double u = random.between(0.0, 1.0), v = random.between(0.0, 1.0);
+            if (u + v > 1.0) {
+                u = 1.0 - u;
+                v = 1.0 - v;
+            }
+            const WorldPos point =
+                triangle[0] + u * (triangle[1] - triangle[0]) + v * (triangle[2] - triangle[0]);
+            most = std::max(most, error_at(point, random.between(-bound, bound), *view, frustum));
+        }
+        const ScreenError screen(*view, *source, 0.0);
+        ASSERT_GE(screen.error_in_view(triangle, bound), most)
+            << "triangle " << i << ", seed " << kSeed;
+        seen += most > 0.0 ? 1 : 0;
+    }
+    EXPECT_GT(seen, 100);
+}
+
+TEST(ScreenError, OfATriangleIsNotAboveThatOfTheBoxAroundIt) {
+    test::Random random(kSeed);
+    const auto source = flat_ground();
+    int smaller = 0;
+    for (int i = 0; i < 2000; ++i) {
+        const WorldPos eye = anywhere(random, 50.0);
+        const Result<View> view = look_at(eye, eye + anywhere(random, 1.0), 0.8, 640, 480);
+        if (!view) continue;
+        const ScreenError::Triangle triangle{eye + anywhere(random, 30.0),
+                                             eye + anywhere(random, 30.0),
+                                             eye + anywhere(random, 30.0)};
+        const double bound = random.between(0.0, 8.0);
+        const ScreenError screen(*view, *source, 0.0);
+        const WorldPos up(0.0, 0.0, bound);
+        const ScreenError::Box box{triangle[0].cwiseMin(triangle[1]).cwiseMin(triangle[2]) - up,
+                                   triangle[0].cwiseMax(triangle[1]).cwiseMax(triangle[2]) + up};
+        const double of_triangle = screen.error_in_view(triangle, bound);
+        const double of_box = screen.error_in_view(box, bound);
+        ASSERT_LE(of_triangle, of_box * (1.0 + 1e-6)) << i << ", seed " << kSeed;
+        smaller += of_triangle < 0.9 * of_box ? 1 : 0;
+    }
+    EXPECT_GT(smaller, 100);
+}
+
+TEST(Clearance, IsBelowTheDistanceToEveryPointOfTheGround) {
+    test::Random random(kSeed);
+    const auto source = hills();
+    int useful = 0;
+    for (int i = 0; i < 50; ++i) {
+        const double x = random.between(-500.0, 500.0), y = random.between(-500.0, 500.0);
+        const WorldPos eye(x, y, source->height(x, y) + random.between(-5.0, 200.0));
+        const double clearance = clearance_of(*source, eye);
+        double distance = std::numeric_limits<double>::infinity();
+        for (int k = 0; k < 4000; ++k) {
+            const double reach = std::ldexp(256.0, -static_cast<int>(random.between(0.0, 10.0)));
+            const double to_x = x + random.between(-reach, reach);
+            const double to_y = y + random.between(-reach, reach);
+            distance =
+                std::min(distance, (WorldPos(to_x, to_y, source->height(to_x, to_y)) - eye).norm());
+        }
+        ASSERT_LE(clearance, distance) << "eye " << i << ", seed " << kSeed;
+        useful += clearance > 0.2 * distance ? 1 : 0;
+    }
+    EXPECT_GT(useful, 25);
+}
+
+TEST(Clearance, IsNoneBelowTheGround) {
+    const auto source = hills();
+    EXPECT_EQ(clearance_of(*source, {10.0, 20.0, source->height(10.0, 20.0)}), 0.0);
+    EXPECT_GE(clearance_of(*source, {10.0, 20.0, -1e7}), 0.0);
+}
+
+}  // namespace
+}  // namespace terrane::internal
