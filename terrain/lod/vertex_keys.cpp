@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "vertex_keys.h"
 
+#include "parent_keys.h"
+
 #include <algorithm>
 #include <bit>
 
@@ -9,103 +11,6 @@ namespace {
 
 constexpr auto kSquares = static_cast<int>(AreaVertices::kSquares);
 constexpr int kLastRow = kSquares - kAreaSquares;  // first square of an area's northernmost row
-
-using Line = std::array<float, AreaVertices::kSquares>;
-constexpr Line filled(float key) {
-    Line line{};
-    for (float& value : line) value = key;
-    return line;
-}
-// Keys of vertices that are not there: those below wait for ever, or for nothing at the world's end.
-constexpr Line kAbsent = filled(OpenChunk::kNever);
-constexpr Line kNothing = filled(0.0f);
-
-const float* keys_beside(const OpenChunk& chunk, int area, Side side, AreaVertices::Kind kind) {
-    const AreaPlace place = beside(chunk, area, side);
-    return place.is_open() ? place.chunk->keys_of(place.area)[kind].data() : kAbsent.data();
-}
-
-const float* centres_beside(const OpenChunk& chunk, int area, Side side) {
-    if (is_world_end(chunk, area, side)) return kNothing.data();
-    return keys_beside(chunk, area, side, AreaVertices::centre);
-}
-
-// The parents of an area's centres, of the next coarser chunk.
-struct Parents {
-    ParentSides sides;
-    Line along_x, along_y;  // where they have to be gathered
-
-    Parents(const OpenChunk& chunk, int area) {
-        sides.north = sides.east = kAbsent.data();
-        if (chunk.is_root()) {
-            gather(chunk, area);
-        } else {
-            find(chunk, area);
-        }
-    }
-
-private:
-    void gather(const OpenChunk& root, int area) {
-        const auto west = static_cast<std::size_t>(area % kChunkAreas * kAreaSquares);
-        const auto south = static_cast<std::size_t>(area / kChunkAreas * kAreaSquares);
-        const auto at = [&](std::size_t column, std::size_t row) {
-            return root.coarse_keys[(south + row) * OpenChunk::kCoarseSide + west + column];
-        };
-        constexpr std::size_t kHalf = kAreaSquares / 2;
-        for (std::size_t j = 0; j <= kHalf; ++j) {
-            for (std::size_t i = 0; i <= kHalf; ++i) {
-                const std::size_t square = j * kAreaSquares + i;
-                along_x[square] = i < kHalf ? at(2 * i + 1, 2 * j) : OpenChunk::kNever;
-                along_y[square] = j < kHalf ? at(2 * i, 2 * j + 1) : OpenChunk::kNever;
-            }
-            for (std::size_t i = kHalf + 1; i < kAreaSquares; ++i) {
-                along_x[j * kAreaSquares + i] = along_y[j * kAreaSquares + i] = OpenChunk::kNever;
-            }
-        }
-        sides.along_x = along_x.data();
-        sides.along_y = along_y.data();
-    }
-
-    void find(const OpenChunk& chunk, int area) {
-        const OpenChunk& parent = *chunk.parent;
-        const auto [shift_x, shift_y] = shift_in_parent(chunk);
-        const int column = area % kChunkAreas, row = area / kChunkAreas;
-        const int above = (shift_y + row / 2) * kChunkAreas + shift_x + column / 2;
-        sides.column = column % 2 * (kAreaSquares / 2);
-        sides.row = row % 2 * (kAreaSquares / 2);
-        sides.along_x = sides.along_y = kAbsent.data();
-        if (parent.is_open(above)) {
-            sides.along_x = parent.keys_of(above)[AreaVertices::along_x].data();
-            sides.along_y = parent.keys_of(above)[AreaVertices::along_y].data();
-        }
-        if (sides.row != 0) {
-            sides.north =
-                is_world_end(parent, above, north)
-                    ? &parent
-                           .north_keys[static_cast<std::size_t>(above % kChunkAreas * kAreaSquares)]
-                    : keys_beside(parent, above, north, AreaVertices::along_x);
-        }
-        if (sides.column != 0 && is_world_end(parent, above, east)) {
-            const auto first = static_cast<std::size_t>(above / kChunkAreas * kAreaSquares);
-            along_y = kAbsent;
-            for (std::size_t i = 0; i < kAreaSquares; ++i) {
-                along_y[i * kAreaSquares] = parent.east_keys[first + i];
-            }
-            sides.east = along_y.data();
-        } else if (sides.column != 0) {
-            sides.east = keys_beside(parent, above, east, AreaVertices::along_y);
-        }
-    }
-
-    // Areas from the parent's south-western corner.
-    struct Shift {
-        int x, y;
-    };
-    static Shift shift_in_parent(const OpenChunk& chunk) {
-        const ChunkKey& key = chunk.chunk->key;
-        return {(key.x & 1) != 0 ? kChunkAreas / 2 : 0, (key.y & 1) != 0 ? kChunkAreas / 2 : 0};
-    }
-};
 
 }  // namespace
 
@@ -241,8 +146,8 @@ void VertexKeys::find_centres(float floor, OpenChunk& chunk, int area) const {
     if (chunk.fade_factor != 1.0f) {
         for (int i = 0; i < kSquares; ++i) keys[i] *= chunk.fade_factor;
     }
-    const Parents parents(chunk, area);
-    if (kernels_->trim_centres(parents.sides, floor, keys)) {
+    const CentreParents parents(chunk, area);
+    if (kernels_->trim_centres(parents.sides(), floor, keys)) {
         chunk.held_areas |= std::uint64_t{1} << area;
     }
 }
