@@ -29,8 +29,8 @@ void trim(OpenChunk& root, float& key, float parents, float floor) {
 float VertexKeys::own_coarse_key(const ScreenError& screen, const OpenChunk& root, int column,
                                  int row) const {
     const auto both = static_cast<unsigned>(column | row);
+    if (both % kSide == 0) return OpenChunk::kNever;  // corners of the root square
     const int stride = 1 << std::countr_zero(both);
-    if (both == 0 || stride > kCoarsest) return OpenChunk::kNever;
     const bool is_centre = ((row / stride) & (column / stride) & 1) != 0;
     const Reach around = reach(*root.chunk, 2 * stride, is_centre);
     const std::int32_t height = root.chunk->heights[sample_index(2 * column, 2 * row)];
