@@ -17,8 +17,8 @@ namespace {
 class Search {
 public:
     Search(const OpenChunk& chunk, const VertexKeys& keys, const ScreenError& screen,
-           float threshold)
-        : chunk_(chunk), keys_(keys), screen_(screen), threshold_(threshold) {}
+           float threshold, float in_place)
+        : chunk_(chunk), keys_(keys), screen_(screen), threshold_(threshold), in_place_(in_place) {}
 
     double look_at_cells(double most);
     double look_at_held(double most) const;
@@ -33,6 +33,10 @@ private:
     double look_at_midpoint(int column, int row, int stride, double bound, double most) const;
     bool has_parent(int column, int row, int stride) const;
     bool is_active(int column, int row) const { return chunk_.key_at(column, row) < threshold_; }
+    /// Whether a vertex is shown less than its own key asks for: not active, or not in place yet.
+    bool is_held(float own_key, float key) const {
+        return own_key < threshold_ && own_key * kNestMargin < key && !(key < in_place_);
+    }
     /// The sample of a chunk at a place of this chunk's, which may be beyond its sides.
     Eigen::Vector3d point(const Chunk& owner, int column, int row) const {
         const Lattice& lattice = keys_.lattice();
@@ -51,6 +55,7 @@ private:
     const VertexKeys& keys_;
     const ScreenError& screen_;
     float threshold_;
+    float in_place_;
 };
 
 // Over a square of the chunk's samples, whichever way it is cut.
@@ -132,9 +137,10 @@ bool Search::has_parent(int column, int row, int stride) const {
                    : is_corner_active(0, 0) || is_corner_active(1, 1);
 }
 
-// Where a vertex is wanted, but not active.
+// Where a vertex is held.
 double Search::look_at_vertex(int column, int row, int stride, float own_key, double most) const {
-    if (!(own_key < threshold_) || is_active(column, row)) return most;
+    const float key = chunk_.key_at(column, row);
+    if (!is_held(own_key, key)) return most;
     const auto bound =
         static_cast<double>(bound_of(chunk_.chunk->inverse_square_bound(column, row)));
     if (((column / stride) & (row / stride) & 1) == 0) {
@@ -172,15 +178,12 @@ double Search::look_at_midpoint(int column, int row, int stride, double bound, d
 
 double Search::look_at_held_area(int area, double most) const {
     const int west = area % kChunkAreas * kAreaCells, south = area / kChunkAreas * kAreaCells;
-    const OpenChunk::Bits& bits = chunk_.bits_of(area);
-    for (const auto& [kind, active] : {std::pair{AreaVertices::centre, bits.centre},
-                                       std::pair{AreaVertices::along_x, bits.along_x},
-                                       std::pair{AreaVertices::along_y, bits.along_y}}) {
+    for (const auto kind : {AreaVertices::centre, AreaVertices::along_x, AreaVertices::along_y}) {
         alignas(64) std::array<float, AreaVertices::kSquares> own;
         keys_.own_keys(chunk_, area, kind, own.data());
         const int to_x = kind == AreaVertices::along_y ? 0 : 1;
         const int to_y = kind == AreaVertices::along_x ? 0 : 1;
-        std::uint64_t held = keys_.kernels().mask(own.data(), threshold_ / kNestMargin) & ~active;
+        std::uint64_t held = keys_.kernels().mask(own.data(), threshold_);
         for (; held != 0; held &= held - 1) {
             const int square = std::countr_zero(held);
             most = look_at_vertex(west + 2 * (square % kAreaSquares) + to_x,
@@ -191,7 +194,8 @@ double Search::look_at_held_area(int area, double most) const {
     return most;
 }
 
-// Vertices that are wanted, but held back by parents that are not there.
+// Vertices that are held back by parents that are not there, or, a little, by parents whose reach does not
+// hold theirs.
 double Search::look_at_held(double most) const {
     for_each_area(chunk_.held_areas, [&](int area) { most = look_at_held_area(area, most); });
     if (chunk_.is_side_held) most = look_at_held_sides(most);
@@ -227,8 +231,8 @@ double Search::look_at_held_coarse(double most) const {
 }  // namespace
 
 void find_error_left(const OpenChunk& chunk, const VertexKeys& keys, const ScreenError& screen,
-                     float threshold, ErrorLeft& left) {
-    Search search(chunk, keys, screen, threshold);
+                     float threshold, float in_place, ErrorLeft& left) {
+    Search search(chunk, keys, screen, threshold, in_place);
     const bool is_finest = chunk.chunk->key.level == keys.lattice().finest_level;
     const bool any_absent =
         std::find(chunk.is_absent.begin(), chunk.is_absent.end(), true) != chunk.is_absent.end();

@@ -20,8 +20,9 @@ struct ErrorLeft {
 /// Looks for them in what is drawn with one chunk. Needs the bits of its active vertices and of its
 /// children's.
 ///
-/// @param left  of the chunks looked at before: smaller ones are passed over
+/// @param in_place  vertices with keys below it are in place
+/// @param left      of the chunks looked at before: smaller ones are passed over
 void find_error_left(const OpenChunk& chunk, const VertexKeys& keys, const ScreenError& screen,
-                     float threshold, ErrorLeft& left);
+                     float threshold, float in_place, ErrorLeft& left);
 
 }  // namespace terrane::internal

@@ -27,6 +27,11 @@ public:
 
     bool is_on() const { return is_on_; }
 
+    /// Vertices with keys below it are in place.
+    float in_place(float threshold_key) const {
+        return threshold_key / static_cast<float>(ratio_ * ratio_);
+    }
+
     /// Error of the displayed surface over the threshold, where everything wanted is there.
     double spread() const { return spread_; }
 

@@ -14,7 +14,9 @@
 namespace terrane::internal {
 
 /// A box around a vertex that holds every point of the true surface over its diamond and the boxes
-/// of all its descendants: so the distance from the eye to it does not shrink from parent to child.
+/// of all its descendants: so the distance from the eye to it does not shrink from parent to child. Here
+/// by how much the source rises anywhere; chunks have tighter heights for the vertices of their own
+/// spacing, which nest but for a little.
 struct Reach {
     float across = 0.0f;  ///< half its width, metres
     float up = 0.0f;      ///< half its height, metres

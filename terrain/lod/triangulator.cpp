@@ -156,7 +156,7 @@ void Triangulator::State::emit(const ScreenError& screen, const Morph& morph) {
         const OpenChunk& chunk = *open[i];
         if (chunk.triangle_count == 0) return;
         internal::emit_triangles(chunk, threshold, indices.get() + 3 * chunk.first_triangle);
-        internal::find_error_left(chunk, keys, screen, threshold,
+        internal::find_error_left(chunk, keys, screen, threshold, morph.in_place(threshold),
                                   errors_left[static_cast<std::size_t>(worker)]);
     });
 }
