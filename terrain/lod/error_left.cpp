@@ -17,19 +17,25 @@ namespace {
 class Search {
 public:
     Search(const OpenChunk& chunk, const VertexKeys& keys, const ScreenError& screen,
-           float threshold, float in_place)
-        : chunk_(chunk), keys_(keys), screen_(screen), threshold_(threshold), in_place_(in_place) {}
+           float threshold, const Morph& morph, ErrorLeft& left)
+        : chunk_(chunk),
+          keys_(keys),
+          screen_(screen),
+          threshold_(threshold),
+          in_place_(morph.in_place(threshold)),
+          morph_(morph),
+          left_(left) {}
 
     double look_at_cells(double most);
-    double look_at_held(double most) const;
+    void look_at_held();
 
 private:
     double look_at_cell(int column, int row, double most) const;
     double look_at_area(int area, double most) const;
-    double look_at_held_area(int area, double most) const;
-    double look_at_held_sides(double most) const;
-    double look_at_held_coarse(double most) const;
-    double look_at_vertex(int column, int row, int stride, float own_key, double most) const;
+    void look_at_held_area(int area);
+    void look_at_held_sides();
+    void look_at_held_coarse();
+    void look_at_vertex(int column, int row, int stride, float own_key);
     double look_at_midpoint(int column, int row, int stride, double bound, double most) const;
     bool has_parent(int column, int row, int stride) const;
     bool is_active(int column, int row) const { return chunk_.key_at(column, row) < threshold_; }
@@ -56,6 +62,8 @@ private:
     const ScreenError& screen_;
     float threshold_;
     float in_place_;
+    const Morph& morph_;
+    ErrorLeft& left_;
 };
 
 // Over a square of the chunk's samples, whichever way it is cut.
@@ -138,16 +146,26 @@ bool Search::has_parent(int column, int row, int stride) const {
 }
 
 // Where a vertex is held.
-double Search::look_at_vertex(int column, int row, int stride, float own_key, double most) const {
+void Search::look_at_vertex(int column, int row, int stride, float own_key) {
     const float key = chunk_.key_at(column, row);
-    if (!is_held(own_key, key)) return most;
+    if (!is_held(own_key, key)) return;
     const auto bound =
         static_cast<double>(bound_of(chunk_.chunk->inverse_square_bound(column, row)));
+    double error_px = 0.0;
     if (((column / stride) & (row / stride) & 1) == 0) {
-        return look_at_midpoint(column, row, stride, bound, most);
+        error_px = look_at_midpoint(column, row, stride, bound, 0.0);
+    } else if (has_parent(column, row, stride)) {
+        error_px = error_of_square(column - stride, row - stride, 2 * stride, bound, 0.0);
     }
-    if (!has_parent(column, row, stride)) return most;
-    return error_of_square(column - stride, row - stride, 2 * stride, bound, most);
+    if (key < threshold_) {
+        const double shown = screen_.error_px_of(key) / screen_.error_px_of(threshold_);
+        const double wanted = error_px / screen_.error_px_of(threshold_);
+        left_.sliding = std::max(left_.sliding, morph_.with_held(wanted, shown));
+    } else if (key == OpenChunk::kNever) {
+        left_.absent = std::max(left_.absent, error_px);
+    } else {
+        left_.finest = std::max(left_.finest, error_px);
+    }
 }
 
 // The triangles on both sides of the edge that a midpoint would split, where they are drawn: by their
@@ -176,7 +194,7 @@ double Search::look_at_midpoint(int column, int row, int stride, double bound, d
     return most;
 }
 
-double Search::look_at_held_area(int area, double most) const {
+void Search::look_at_held_area(int area) {
     const int west = area % kChunkAreas * kAreaCells, south = area / kChunkAreas * kAreaCells;
     for (const auto kind : {AreaVertices::centre, AreaVertices::along_x, AreaVertices::along_y}) {
         alignas(64) std::array<float, AreaVertices::kSquares> own;
@@ -186,59 +204,54 @@ double Search::look_at_held_area(int area, double most) const {
         std::uint64_t held = keys_.kernels().mask(own.data(), threshold_);
         for (; held != 0; held &= held - 1) {
             const int square = std::countr_zero(held);
-            most = look_at_vertex(west + 2 * (square % kAreaSquares) + to_x,
-                                  south + 2 * (square / kAreaSquares) + to_y, 1,
-                                  own[static_cast<std::size_t>(square)], most);
+            look_at_vertex(west + 2 * (square % kAreaSquares) + to_x,
+                           south + 2 * (square / kAreaSquares) + to_y, 1,
+                           own[static_cast<std::size_t>(square)]);
         }
     }
-    return most;
 }
 
 // Vertices that are held back by parents that are not there, or, a little, by parents whose reach does not
 // hold theirs.
-double Search::look_at_held(double most) const {
-    for_each_area(chunk_.held_areas, [&](int area) { most = look_at_held_area(area, most); });
-    if (chunk_.is_side_held) most = look_at_held_sides(most);
-    if (chunk_.is_coarse_held) most = look_at_held_coarse(most);
-    return most;
+void Search::look_at_held() {
+    for_each_area(chunk_.held_areas, [&](int area) { look_at_held_area(area); });
+    if (chunk_.is_side_held) look_at_held_sides();
+    if (chunk_.is_coarse_held) look_at_held_coarse();
 }
 
-double Search::look_at_held_sides(double most) const {
+void Search::look_at_held_sides() {
     for (const Side side : {east, north}) {
         if (chunk_.neighbour[side] != nullptr) continue;
         for (int i = 0; i < kChunkSquares; ++i) {
             const int along = 2 * i + 1;
-            most = look_at_vertex(side == east ? kChunkCells : along,
-                                  side == east ? along : kChunkCells, 1,
-                                  keys_.own_side_key(chunk_, side, i), most);
+            look_at_vertex(side == east ? kChunkCells : along, side == east ? along : kChunkCells,
+                           1, keys_.own_side_key(chunk_, side, i));
         }
     }
-    return most;
 }
 
-double Search::look_at_held_coarse(double most) const {
+void Search::look_at_held_coarse() {
     for (int row = 0; row <= kChunkSquares; ++row) {
         for (int column = 0; column <= kChunkSquares; ++column) {
             const float own = keys_.own_coarse_key(screen_, chunk_, column, row);
             if (!(own < threshold_)) continue;
             const int stride = 2 << std::countr_zero(static_cast<unsigned>(column | row));
-            most = look_at_vertex(2 * column, 2 * row, stride, own, most);
+            look_at_vertex(2 * column, 2 * row, stride, own);
         }
     }
-    return most;
 }
 
 }  // namespace
 
 void find_error_left(const OpenChunk& chunk, const VertexKeys& keys, const ScreenError& screen,
-                     float threshold, float in_place, ErrorLeft& left) {
-    Search search(chunk, keys, screen, threshold, in_place);
+                     float threshold, const Morph& morph, ErrorLeft& left) {
+    Search search(chunk, keys, screen, threshold, morph, left);
     const bool is_finest = chunk.chunk->key.level == keys.lattice().finest_level;
     const bool any_absent =
         std::find(chunk.is_absent.begin(), chunk.is_absent.end(), true) != chunk.is_absent.end();
     double& of_cells = is_finest ? left.finest : left.absent;
     if (any_absent) of_cells = search.look_at_cells(of_cells);
-    left.absent = search.look_at_held(left.absent);
+    search.look_at_held();
 }
 
 }  // namespace terrane::internal

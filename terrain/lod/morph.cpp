@@ -38,6 +38,12 @@ double Morph::with_missing(double excess) const {
     return std::max(spread_, integral(excess, ratio_) + share(excess) * excess);
 }
 
+double Morph::with_held(double excess, double shown) const {
+    if (!is_on_ || excess <= shown) return spread_;
+    return std::max(spread_, integral(1.0, shown) + (share(excess) - share(shown)) * excess +
+                                 integral(excess, ratio_));
+}
+
 double Morph::with_fade(double excess, double fade) const {
     if (!is_on_ || excess * fade <= 1.0) return with_missing(excess);
     // held from its own share down to the faded one; below that everything counts 1 / fade

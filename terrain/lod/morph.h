@@ -39,6 +39,10 @@ public:
     /// missing: what is divided before it has at least its priority, and so at least its share.
     double with_missing(double excess) const;
 
+    /// The same where it is there, but slides with a priority of `shown` thresholds, because one that it
+    /// waits for has no more.
+    double with_held(double excess, double shown) const;
+
     /// The same where the missing vertex is there, but its chunk and all below it have faded in by
     /// `fade` only.
     double with_fade(double excess, double fade) const;

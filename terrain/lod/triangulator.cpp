@@ -156,7 +156,7 @@ void Triangulator::State::emit(const ScreenError& screen, const Morph& morph) {
         const OpenChunk& chunk = *open[i];
         if (chunk.triangle_count == 0) return;
         internal::emit_triangles(chunk, threshold, indices.get() + 3 * chunk.first_triangle);
-        internal::find_error_left(chunk, keys, screen, threshold, morph.in_place(threshold),
+        internal::find_error_left(chunk, keys, screen, threshold, morph,
                                   errors_left[static_cast<std::size_t>(worker)]);
     });
 }
@@ -201,7 +201,8 @@ void Triangulator::State::report(const ScreenError& screen, const Morph& morph) 
         std::max(displayed(left.absent), fading_error(screen, morph, threshold_px));
     const double finest = displayed(left.finest);
     const double target = settings.max_error_px;
-    mesh.error_px = std::max({chosen, absent, finest}) * ScreenError::kRounding;
+    const double sliding = threshold_px * left.sliding;
+    mesh.error_px = std::max({chosen, absent, finest, sliding}) * ScreenError::kRounding;
     mesh.threshold_px = threshold_px;
     if (mesh.error_px <= target) {
         mesh.status = MeshStatus::error_met;
