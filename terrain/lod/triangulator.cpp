@@ -154,8 +154,10 @@ void Triangulator::State::emit(const ScreenError& screen, const Morph& morph) {
     std::fill(errors_left.begin(), errors_left.end(), ErrorLeft{});
     team.run(open.size(), [&](std::size_t i, int worker) {
         const OpenChunk& chunk = *open[i];
-        if (chunk.triangle_count == 0) return;
-        internal::emit_triangles(chunk, threshold, indices.get() + 3 * chunk.first_triangle);
+        if (chunk.triangle_count > 0) {
+            internal::emit_triangles(chunk, threshold, indices.get() + 3 * chunk.first_triangle);
+        }
+        // also where nothing is drawn: its vertices may be missing in a neighbour's triangles
         internal::find_error_left(chunk, keys, screen, threshold, morph,
                                   errors_left[static_cast<std::size_t>(worker)]);
     });
