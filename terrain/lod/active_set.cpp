@@ -48,7 +48,7 @@ void find_divided(const OpenChunk& chunk, int area, AreaBits& bits) {
 void mark_active(OpenChunk& chunk, const KeyKernels& kernels, float threshold) {
     chunk.bits.fill({});
     chunk.active_areas = 0;
-    for_each_area(chunk.open_areas, [&](int area) {
+    for_each_bit(chunk.open_areas, [&](int area) {
         const OpenChunk::Keys& keys = chunk.keys_of(area);
         OpenChunk::Bits& bits = chunk.bits[static_cast<std::size_t>(area)];
         bits.centre = kernels.mask(keys[AreaVertices::centre].data(), threshold);

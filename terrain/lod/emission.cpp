@@ -203,7 +203,7 @@ std::size_t count_triangles(const OpenChunk& chunk, float threshold) {
         for_coarse_squares(chunk, threshold,
                            [&](unsigned word, int, int, int) { count += kShapes[word].count / 3; });
     }
-    for_each_area(chunk.active_areas, [&](int area) {
+    for_each_bit(chunk.active_areas, [&](int area) {
         const AreaBits bits = area_bits(chunk, area);
         const auto number = [&](std::uint64_t word) {
             return static_cast<std::size_t>(std::popcount(word & bits.centre));
@@ -221,7 +221,7 @@ std::size_t count_triangles(const OpenChunk& chunk, float threshold) {
 void emit_triangles(const OpenChunk& chunk, float threshold, std::uint16_t* indices_out) {
     Writer writer(indices_out, 3 * chunk.triangle_count);
     if (chunk.is_root()) emit_root(chunk, threshold, writer);
-    for_each_area(chunk.active_areas, [&](int area) { emit_area(chunk, area, writer); });
+    for_each_bit(chunk.active_areas, [&](int area) { emit_area(chunk, area, writer); });
 }
 
 }  // namespace terrane::internal

@@ -14,6 +14,9 @@
 namespace terrane::internal {
 namespace {
 
+// A column or row beyond a chunk's sides as its neighbour counts it.
+int wrap(int i) { return i < 0 ? i + kChunkCells : i > kChunkCells ? i - kChunkCells : i; }
+
 class Search {
 public:
     Search(const OpenChunk& chunk, const VertexKeys& keys, const ScreenError& screen,
@@ -47,9 +50,6 @@ private:
     Eigen::Vector3d point(const Chunk& owner, int column, int row) const {
         const Lattice& lattice = keys_.lattice();
         const Chunk& chunk = *chunk_.chunk;
-        const auto wrap = [](int i) {
-            return i < 0 ? i + kChunkCells : i > kChunkCells ? i - kChunkCells : i;
-        };
         return {lattice.x(chunk.corner.x + column * chunk.step),
                 lattice.y(chunk.corner.y + row * chunk.step),
                 lattice.quantum * owner.heights[sample_index(wrap(column), wrap(row))]};
@@ -114,7 +114,7 @@ double Search::look_at_area(int area, double most) const {
 
 double Search::look_at_cells(double most) {
     constexpr int kHalf = kChunkAreas / 2;
-    for_each_area(chunk_.active_areas, [&](int area) {
+    for_each_bit(chunk_.active_areas, [&](int area) {
         const int quadrant = area % kChunkAreas / kHalf + 2 * (area / kChunkAreas / kHalf);
         if (!chunk_.is_absent[static_cast<std::size_t>(quadrant)]) return;
         most = look_at_area(area, most);
@@ -182,9 +182,6 @@ double Search::look_at_midpoint(int column, int row, int stride, double bound, d
                                  : apex_y < 0           ? chunk_.neighbour[south]
                                  : apex_y > kChunkCells ? chunk_.neighbour[north]
                                                         : &chunk_;
-        const auto wrap = [](int i) {
-            return i < 0 ? i + kChunkCells : i > kChunkCells ? i - kChunkCells : i;
-        };
         const int x = wrap(apex_x), y = wrap(apex_y);
         if (owner == nullptr || !(owner->key_at(x, y) < threshold_)) continue;
         const Eigen::Vector3d apex = point(*owner->chunk, apex_x, apex_y);
@@ -214,7 +211,7 @@ void Search::look_at_held_area(int area) {
 // Vertices that are held back by parents that are not there, or, a little, by parents whose reach does not
 // hold theirs.
 void Search::look_at_held() {
-    for_each_area(chunk_.held_areas, [&](int area) { look_at_held_area(area); });
+    for_each_bit(chunk_.held_areas, [&](int area) { look_at_held_area(area); });
     if (chunk_.is_side_held) look_at_held_sides();
     if (chunk_.is_coarse_held) look_at_held_coarse();
 }

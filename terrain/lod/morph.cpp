@@ -101,7 +101,7 @@ void Morph::slide_coarse(OpenChunk& root, float quantum) const {
 // gives them the same bits.
 void Morph::slide_sides(OpenChunk& chunk, float quantum) const {
     constexpr int kLastArea = kChunkAreas - 1;
-    for_each_area(chunk.active_areas, [&](int area) {
+    for_each_bit(chunk.active_areas, [&](int area) {
         const int column = area % kChunkAreas, row = area / kChunkAreas;
         if (column == kLastArea) {
             for_each_bit(east_side_bits(chunk, area), [&](int bit) {

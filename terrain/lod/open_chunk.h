@@ -94,17 +94,13 @@ struct OpenChunk {
     float side_rise(Side side, int at, float quantum) const;
 };
 
-/// Calls use(i) for the bits of a word that are set: for the areas of a set, say.
+/// Calls use(i) for the bits of a word that are set.
 template <typename Use>
 void for_each_bit(std::uint64_t bits, const Use& use) {
     for (; bits != 0; bits &= bits - 1) use(std::countr_zero(bits));
 }
-template <typename Use>
-void for_each_area(std::uint64_t areas, const Use& use) {
-    for_each_bit(areas, use);
-}
 
-/// The same; asks for an area's memory by fetch(area) while the one before it is worked on.
+/// The same for areas; asks for an area's memory by fetch(area) while the one before it is worked on.
 template <typename Use, typename Fetch>
 void for_each_area(std::uint64_t areas, const Use& use, const Fetch& fetch) {
     if (areas != 0) fetch(std::countr_zero(areas));

@@ -4,9 +4,9 @@
 //   P. Lindstrom, V. Pascucci. Terrain Simplification Simplified: A General Framework for
 //   View-Dependent Out-of-Core Visualization. IEEE TVCG 8(3), 2002. (nested errors and radii)
 // Deviations: boxes in place of balls, so that steep ground widens only what is above or below the
-// eye; their widths are constants of a level, their heights
-// those of the ground there; errors are certified, not measured at the midpoint; keys
-// are inverse squares, which cost neither root nor division.
+// eye; their widths are constants of a level, their heights those of the ground there; errors are
+// certified, not measured at the midpoint; keys are inverse squares, which cost neither root nor
+// division.
 //
 // Boxes. From a centre of spacing s the midpoints of its square are s away along one axis; from a
 // midpoint of spacing s the centres of spacing s / 2 are s / 2 away along both. So half the width of a

@@ -41,7 +41,7 @@ void Selection::count_chunk(const OpenChunk& chunk, const KeyKernels& kernels, T
     const auto count_border = [&](const float* keys, std::size_t number) {
         tally.below += kernels.count(keys, static_cast<int>(number), border);
     };
-    for_each_area(chunk.open_areas, [&](int area) {
+    for_each_bit(chunk.open_areas, [&](int area) {
         const OpenChunk::Keys& keys = chunk.keys_of(area);
         constexpr std::size_t kSquares = AreaVertices::kSquares;
         const bool south_ends = is_world_end(chunk, area, south);

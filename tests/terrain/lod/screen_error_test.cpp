@@ -29,6 +29,16 @@ WorldPos anywhere(test::Random& random, double size) {
     return {random.between(-size, size), random.between(-size, size), random.between(-size, size)};
 }
 
+Result<View> any_view(test::Random& random) {
+    const WorldPos eye = anywhere(random, 50.0);
+    return look_at(eye, eye + anywhere(random, 1.0), 0.8, 640, 480);
+}
+
+ScreenError::Triangle any_triangle(test::Random& random, const WorldPos& around) {
+    return {around + anywhere(random, 30.0), around + anywhere(random, 30.0),
+            around + anywhere(random, 30.0)};
+}
+
 // Errors of a deviation up or down by `bound` at a point, where what it makes is in view.
 double error_at(const WorldPos& point, double deviation, const View& view, const Frustum& frustum) {
     const Eigen::Vector3d way = point + WorldPos(0.0, 0.0, deviation) - view.eye_world;
@@ -44,13 +54,10 @@ TEST(ScreenError, OfATriangleIsAboveThatOfEveryPointInView) {
     const auto source = flat_ground();
     int seen = 0;
     for (int i = 0; i < 2000; ++i) {
-        const WorldPos eye = anywhere(random, 50.0);
-        const Result<View> view = look_at(eye, eye + anywhere(random, 1.0), 0.8, 640, 480);
+        const Result<View> view = any_view(random);
         if (!view) continue;
         const Frustum frustum = make_frustum(*view);
-        const ScreenError::Triangle triangle{eye + anywhere(random, 30.0),
-                                             eye + anywhere(random, 30.0),
-                                             eye + anywhere(random, 30.0)};
+        const ScreenError::Triangle triangle = any_triangle(random, view->eye_world);
         const double bound = random.between(0.0, 8.0);
         double most = 0.0;
         for (int k = 0; k < 200; ++k) {
@@ -76,12 +83,9 @@ TEST(ScreenError, OfATriangleIsNotAboveThatOfTheBoxAroundIt) {
     const auto source = flat_ground();
     int smaller = 0;
     for (int i = 0; i < 2000; ++i) {
-        const WorldPos eye = anywhere(random, 50.0);
-        const Result<View> view = look_at(eye, eye + anywhere(random, 1.0), 0.8, 640, 480);
+        const Result<View> view = any_view(random);
         if (!view) continue;
-        const ScreenError::Triangle triangle{eye + anywhere(random, 30.0),
-                                             eye + anywhere(random, 30.0),
-                                             eye + anywhere(random, 30.0)};
+        const ScreenError::Triangle triangle = any_triangle(random, view->eye_world);
         const double bound = random.between(0.0, 8.0);
         const ScreenError screen(*view, *source, 0.0);
         const WorldPos up(0.0, 0.0, bound);

@@ -100,7 +100,8 @@ public:
     virtual Result<void> cell_flags(const SampleGrid& grid,
                                     std::span<std::uint8_t> flags_out) const;
 
-    /// Heights of the true surface over a closed rectangle: contains every one, metres.
+    /// Heights of the true surface over a closed rectangle: contains every one, metres. Asked for in
+    /// every frame: answered from memory, without waiting for storage.
     virtual HeightInterval interval(const WorldRect& rect) const = 0;
 
     /// No two points of the surface at most `distance` apart in the plane differ more in height.

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+#include "morph.h"
+
+#include "support/random.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace terrane::internal {
+namespace {
+
+constexpr std::uint64_t kSeed = 31;
+
+// How far a vertex of a priority, in thresholds, has slid in.
+double share_of(double ratio, double priority) {
+    const double full = ratio * ratio / (ratio * ratio - 1.0);
+    return std::clamp(full * (1.0 - 1.0 / (priority * priority)), 0.0, 1.0);
+}
+
+// The mean over all shares of the largest error of the mesh of vertices that have slid in further: the
+// priority whose share that is; but that of a vertex of `excess` where it is wanted and not there yet.
+double mean_error(double ratio, double excess, double shown) {
+    constexpr int kSteps = 200'000;
+    const double full = ratio * ratio / (ratio * ratio - 1.0);
+    double sum = 0.0;
+    for (int i = 0; i < kSteps; ++i) {
+        const double share = (i + 0.5) / kSteps;
+        const double priority = 1.0 / std::sqrt(1.0 - share / full);
+        const bool is_late = share > share_of(ratio, shown) && share < share_of(ratio, excess);
+        sum += is_late ? excess : priority;
+    }
+    return sum / kSteps;
+}
+
+TEST(Morph, BoundsWhatSlidesLateByTheMeanOfItsMeshes) {
+    test::Random random(kSeed);
+    for (int i = 0; i < 40; ++i) {
+        const double ratio = random.between(1.05, 3.0);
+        const double shown = random.between(1.0, 1.2 * ratio);
+        const double excess = shown * random.between(1.0, 2.0);
+        EXPECT_NEAR(Morph(ratio, 1.0f).with_held(excess, shown), mean_error(ratio, excess, shown),
+                    1e-3)
+            << "ratio " << ratio << ", shown " << shown << ", excess " << excess << ", seed "
+            << kSeed;
+    }
+}
+
+TEST(Morph, BoundsWhatIsOnTimeByTheSpread) {
+    const Morph morph(1.15, 1.0f);
+    EXPECT_NEAR(morph.spread(), mean_error(1.15, 1.0, 1.0), 1e-4);
+    EXPECT_EQ(morph.with_held(1.1, 1.1), morph.spread());
+    EXPECT_EQ(morph.with_held(0.5, 1.1), morph.spread());
+}
+
+// A vertex that shows nothing yet is as good as missing; one that shows something is better.
+TEST(Morph, IsBetweenInPlaceAndMissing) {
+    const Morph morph(1.15, 1.0f);
+    for (const double excess : {1.01, 1.1, 1.15, 1.5, 3.0}) {
+        EXPECT_NEAR(morph.with_held(excess, 1.0), morph.with_missing(excess), 1e-12) << excess;
+        EXPECT_LE(morph.with_held(excess, 1.05), morph.with_missing(excess) + 1e-12) << excess;
+        EXPECT_GE(morph.with_held(excess, 1.05), morph.spread()) << excess;
+    }
+}
+
+}  // namespace
+}  // namespace terrane::internal
