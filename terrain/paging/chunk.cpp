@@ -40,7 +40,15 @@ struct Surroundings {
     std::vector<float> bounds;
 };
 
-Result<void> fill_heights(const HeightSource& source, Surroundings& wide, Chunk& chunk) {
+// Before each question to the source, which may take long.
+Result<void> go_on(const std::stop_token& stop) {
+    if (stop.stop_requested()) return fail(ErrorCode::cancelled, "the chunk was given up");
+    return {};
+}
+
+Result<void> fill_heights(const HeightSource& source, const std::stop_token& stop,
+                          Surroundings& wide, Chunk& chunk) {
+    if (const Result<void> wanted = go_on(stop); !wanted) return wanted;
     wide.heights.resize(wide.grid.size());
     if (const Result<void> read = source.sample(wide.grid, wide.heights); !read) return read;
     const double per_quantum = 1.0 / source.lattice().quantum;
@@ -123,7 +131,9 @@ Result<void> keep_vertex_bounds(const SampleGrid& grid, std::span<const float> b
 
 // Own vertices: those of the chunk's spacing, and in a root all coarser ones. Reads the bounds of cells
 // with them.
-Result<void> fill_vertex_bounds(const HeightSource& source, Surroundings& wide, Chunk& chunk) {
+Result<void> fill_vertex_bounds(const HeightSource& source, const std::stop_token& stop,
+                                Surroundings& wide, Chunk& chunk) {
+    if (const Result<void> wanted = go_on(stop); !wanted) return wanted;
     const double half_quantum = 0.5 * source.lattice().quantum;
     chunk.vertices.resize(std::size_t{kChunkAreas} * kChunkAreas);
     std::vector<float> bounds(wide.grid.size());
@@ -138,6 +148,7 @@ Result<void> fill_vertex_bounds(const HeightSource& source, Surroundings& wide, 
     chunk.coarse_bounds.assign(std::size_t{kChunkSquares + 1} * (kChunkSquares + 1),
                                std::numeric_limits<float>::infinity());
     for (int stride = 2; stride <= kChunkSquares; stride *= 2) {
+        if (const Result<void> wanted = go_on(stop); !wanted) return wanted;
         SampleGrid sparse{chunk.corner, chunk.step * stride, kChunkCells / stride + 1,
                           kChunkCells / stride + 1};
         const std::span<float> out(bounds.data(), sparse.size());
@@ -149,7 +160,9 @@ Result<void> fill_vertex_bounds(const HeightSource& source, Surroundings& wide, 
     return {};
 }
 
-Result<void> fill_cells(const HeightSource& source, Surroundings& wide, Chunk& chunk) {
+Result<void> fill_cells(const HeightSource& source, const std::stop_token& stop, Surroundings& wide,
+                        Chunk& chunk) {
+    if (const Result<void> wanted = go_on(stop); !wanted) return wanted;
     const double half_quantum = 0.5 * source.lattice().quantum;
     chunk.cell_bounds.resize(kCells);
     for (int row = 0; row < kWideCells; ++row) {
@@ -249,7 +262,8 @@ std::size_t Chunk::bytes() const {
            cell_flags.capacity();
 }
 
-Result<std::shared_ptr<const Chunk>> make_chunk(const HeightSource& source, const ChunkKey& key) {
+Result<std::shared_ptr<const Chunk>> make_chunk(const HeightSource& source, const ChunkKey& key,
+                                                const std::stop_token& stop) {
     const Lattice& lattice = source.lattice();
     TERRANE_ASSERT(lattice.contains(key), "the key must name a chunk of the source's world");
     auto chunk = std::make_shared<Chunk>();
@@ -262,15 +276,16 @@ Result<std::shared_ptr<const Chunk>> make_chunk(const HeightSource& source, cons
                  chunk->step,
                  kWideSamples,
                  kWideSamples};
-    if (const Result<void> done = fill_heights(source, wide, *chunk); !done) {
+    if (const Result<void> done = fill_heights(source, stop, wide, *chunk); !done) {
         return tl::unexpected(done.error());
     }
-    if (const Result<void> done = fill_vertex_bounds(source, wide, *chunk); !done) {
+    if (const Result<void> done = fill_vertex_bounds(source, stop, wide, *chunk); !done) {
         return tl::unexpected(done.error());
     }
-    if (const Result<void> done = fill_cells(source, wide, *chunk); !done) {
+    if (const Result<void> done = fill_cells(source, stop, wide, *chunk); !done) {
         return tl::unexpected(done.error());
     }
+    if (const Result<void> wanted = go_on(stop); !wanted) return tl::unexpected(wanted.error());
     internal::fill_reaches(wide.heights, wide.bounds, source, *chunk);
     fill_intervals(*chunk);
     fill_areas(*chunk);

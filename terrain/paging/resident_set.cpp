@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
+#include "resident_set_change.h"
+
 #include <terrane/terrain/assert.h>
 #include <terrane/terrain/resident_set.h>
 
 #include <algorithm>
-#include <tuple>
+#include <utility>
 
 namespace terrane {
 namespace {
@@ -13,52 +15,17 @@ namespace {
                        [](float fade) { return fade >= 0.0f && fade <= 1.0f; });
 }
 
+std::size_t at(std::int32_t index) { return static_cast<std::size_t>(index); }
+
 }  // namespace
 
 std::shared_ptr<const ResidentSet::Structure> ResidentSet::make_structure(
     const Lattice& lattice, const WorldRect& extent,
     std::vector<std::shared_ptr<const Chunk>> chunks) {
-    auto made = std::make_shared<Structure>();
-    made->lattice = lattice;
-    made->extent = extent;
-    made->chunks = std::move(chunks);
-    const auto order = [](const std::shared_ptr<const Chunk>& a,
-                          const std::shared_ptr<const Chunk>& b) {
-        return std::tie(a->key.level, a->key.y, a->key.x) <
-               std::tie(b->key.level, b->key.y, b->key.x);
-    };
-    std::sort(made->chunks.begin(), made->chunks.end(), order);
-    made->index.reserve(made->chunks.size());
-    for (std::size_t i = 0; i < made->chunks.size(); ++i) {
-        const bool is_new =
-            made->index.emplace(made->chunks[i]->key, static_cast<std::int32_t>(i)).second;
-        TERRANE_ASSERT(is_new, "no chunk may be resident twice");
-        static_cast<void>(is_new);
-    }
-
-    made->links.resize(made->chunks.size());
-    std::size_t root_count = 0;
-    for (std::size_t i = 0; i < made->chunks.size(); ++i) {
-        const ChunkKey& key = made->chunks[i]->key;
-        Links& links = made->links[i];
-        const std::array<ChunkKey, 4> neighbours{
-            ChunkKey{key.x - 1, key.y, key.level}, ChunkKey{key.x + 1, key.y, key.level},
-            ChunkKey{key.x, key.y - 1, key.level}, ChunkKey{key.x, key.y + 1, key.level}};
-        for (std::size_t side = 0; side < 4; ++side) {
-            links.neighbour[side] = made->find(neighbours[side]);
-        }
-        if (key.level == 0) {
-            ++root_count;
-            continue;
-        }
-        links.parent = made->find(key.parent());
-        TERRANE_ASSERT(links.parent != kNone, "the parent of a resident chunk must be resident");
-        made->links[static_cast<std::size_t>(links.parent)]
-            .child[static_cast<std::size_t>(key.quadrant())] = static_cast<std::int32_t>(i);
-    }
-    made->has_roots = root_count == static_cast<std::size_t>(lattice.root_count_x) *
-                                        static_cast<std::size_t>(lattice.root_count_y);
-    return made;
+    Structure none;
+    none.lattice = lattice;
+    none.extent = extent;
+    return Change(none).make({}, std::move(chunks));
 }
 
 ResidentSet::ResidentSet(const Lattice& lattice, const WorldRect& extent,
@@ -74,9 +41,17 @@ ResidentSet::ResidentSet(const Lattice& lattice, const WorldRect& extent,
     TERRANE_ASSERT(fades.size() == chunks.size() && are_fades(fades),
                    "each chunk needs a fade of 0 to 1");
     fades_.resize(fades.size());
-    for (std::size_t i = 0; i < fades.size(); ++i) {
-        fades_[static_cast<std::size_t>(find(chunks[i]->key))] = fades[i];
-    }
+    for (std::size_t i = 0; i < fades.size(); ++i) fades_[at(find(chunks[i]->key))] = fades[i];
+}
+
+ResidentSet::ResidentSet(const ResidentSet& before, std::span<const ChunkKey> gone,
+                         std::vector<std::shared_ptr<const Chunk>> come, std::vector<float> fades,
+                         std::uint64_t epoch)
+    : structure_(Change(*before.structure_).make(gone, std::move(come))),
+      fades_(std::move(fades)),
+      epoch_(epoch) {
+    TERRANE_ASSERT(fades_.size() == structure_->chunks.size() && are_fades(fades_),
+                   "each chunk needs a fade of 0 to 1");
 }
 
 ResidentSet::ResidentSet(const ResidentSet& same, std::vector<float> fades, std::uint64_t epoch)
@@ -85,10 +60,19 @@ ResidentSet::ResidentSet(const ResidentSet& same, std::vector<float> fades, std:
                    "each chunk needs a fade of 0 to 1");
 }
 
-std::int32_t ResidentSet::Structure::find(const ChunkKey& key) const {
-    const auto found = index.find(key);
-    return found == index.end() ? kNone : found->second;
+// Where a key stands in the table, or would. Keys lie in rows and squares: multiples of an odd number
+// spread these over the upper bits more evenly than chance would.
+std::size_t ResidentSet::Structure::place(const ChunkKey& key) const {
+    const std::uint64_t packed =
+        static_cast<std::uint32_t>(key.x) | std::uint64_t{static_cast<std::uint32_t>(key.y)} << 32;
+    const std::uint64_t hash = (packed + key.level * 0xd1b54a32d192ed03u) * 0x9e3779b97f4a7c15u;
+    const std::size_t mask = table.size() - 1;
+    std::size_t place = hash >> table_shift;
+    while (table[place] != kNone && keys[at(table[place])] != key) place = (place + 1) & mask;
+    return place;
 }
+
+std::int32_t ResidentSet::Structure::find(const ChunkKey& key) const { return table[place(key)]; }
 
 std::int32_t ResidentSet::find(const ChunkKey& key) const { return structure_->find(key); }
 

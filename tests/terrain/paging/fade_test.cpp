@@ -23,7 +23,7 @@ constexpr double kMorphGain = 2.0 * 1.15 * 1.15 / (1.15 * 1.15 - 1.0);
 static_assert(kDefaultMorphRatio == 1.15);
 constexpr double kMostMove_px = 0.25;
 constexpr double kPromised_px = 1.5;
-constexpr double kLateShare = 1.0 / 12.0;
+constexpr double kMostHeld_px = 1.55;  // of what comes late
 constexpr double kSlack = 1.0 + 1e-5;  // fades are single precision
 
 std::shared_ptr<WaveHeights> hills(double wavelength = 700.0) {
@@ -119,13 +119,10 @@ Change compare(const Set& before, const View& view_before, const Set& now,
         const double last = std::min(to, hidden);
         const double moved_px = kMorphGain * camera.threshold_px * std::abs(last - first);
         const double held_px = camera.threshold_px * std::max(first, last);
-        double allowed_px = kMostMove_px;
-        if (held_px > kPromised_px) {
-            allowed_px = std::max(allowed_px, kMorphGain * kLateShare * held_px);
-        } else {
-            change.most_px = std::max(change.most_px, moved_px);
-        }
-        change.jump_count += moved_px > allowed_px * kSlack ? 1 : 0;
+        // more than is promised for may come and go at once
+        if (held_px > kPromised_px) continue;
+        change.most_px = std::max(change.most_px, moved_px);
+        change.jump_count += moved_px > kMostMove_px * kSlack ? 1 : 0;
     }
     return change;
 }
@@ -178,13 +175,13 @@ Pager make_late(const std::shared_ptr<WaveHeights>& source,
 TEST(Fade, IsOneInTheFirstUpdate) {
     Pager pager = Pager::create(hills(), {.worker_count = 0}).value();
     pager.update(std::vector<CameraNeed>{camera_at({0, 0, 300}, {500, 300, 0})}, {}, 0.0);
-    EXPECT_GT(pager.resident()->chunks().size(), 20u);
+    EXPECT_GT(pager.resident()->chunks().size(), 10u);
     EXPECT_EQ(least_fade(*pager.resident()), 1.0f);
     EXPECT_EQ(pager.stats().fading_chunks, 0u);
 }
 
 TEST(Fade, HidesWhatArrivesInView) {
-    for (const double threshold_px : {0.1, 0.5, 3.0}) {
+    for (const double threshold_px : {0.1, 0.5, 1.2}) {
         const std::vector<CameraNeed> cameras{camera_at({0, 0, 300}, {500, 300, 0}, threshold_px)};
         Pager pager = make_late(hills(), cameras);
         const Set set = pager.resident();
@@ -193,7 +190,8 @@ TEST(Fade, HidesWhatArrivesInView) {
         for (std::size_t i = 0; i < set->chunks().size(); ++i) {
             const Chunk& chunk = *set->chunks()[i];
             if (chunk.key.level == 0) continue;
-            const double px = seen_px(set->lattice(), chunk, cameras[0].view, cameras[0].view);
+            const double px = std::min(
+                kMostHeld_px, seen_px(set->lattice(), chunk, cameras[0].view, cameras[0].view));
             const auto fade = static_cast<double>(set->fade(i));
             EXPECT_LE(fade * px, threshold_px);
             if (fade < 1.0) closest = std::max(closest, fade * px / threshold_px);
@@ -205,17 +203,22 @@ TEST(Fade, HidesWhatArrivesInView) {
     }
 }
 
+// Detail below the threshold is of no use, and more than is held back at most would be.
+TEST(Fade, HidesNothingWhereNothingIsPromised) {
+    Pager pager = make_late(hills(), {camera_at({0, 0, 300}, {500, 300, 0}, 3.0)});
+    EXPECT_GT(pager.resident()->chunks().size(), 4u);
+    EXPECT_EQ(pager.stats().fading_chunks, 0u);
+}
+
 TEST(Fade, RisesToOneInABoundedNumberOfUpdates) {
-    for (const double threshold_px : {0.2, 0.5, 3.0}) {
+    for (const double threshold_px : {0.2, 0.5, 1.2}) {
         const std::vector<CameraNeed> cameras{camera_at({0, 0, 300}, {500, 300, 0}, threshold_px)};
         Pager pager = make_late(hills(), cameras);
         Set before = pager.resident();
         const double held_px = threshold_px / static_cast<double>(least_fade(*before));
-        int most = static_cast<int>(std::max(0.0, std::min(held_px, kPromised_px) - threshold_px) /
-                                    (kMostMove_px / kMorphGain)) +
-                   2;
-        const double late = held_px / std::max(threshold_px, kPromised_px);
-        if (late > 1.0) most += static_cast<int>(-std::log(late) / std::log1p(-kLateShare)) + 1;
+        EXPECT_LE(held_px, kMostHeld_px * kSlack);
+        const int most =
+            static_cast<int>((held_px - threshold_px) / (kMostMove_px / kMorphGain)) + 2;
         int updates = 0;
         while (pager.stats().fading_chunks > 0) {
             ASSERT_LE(++updates, most) << "threshold " << threshold_px << ", held " << held_px;
@@ -246,7 +249,8 @@ TEST(Fade, LeavesNoJumpForAnyOfTwoCameras) {
     Pager pager = make_late(hills(), cameras);
     Set before = pager.resident();
     for (int updates = 0; pager.stats().fading_chunks > 0; ++updates) {
-        ASSERT_LT(updates, 200);
+        // 1.55 pixels of the finer threshold, at the pace of the coarser one
+        ASSERT_LT(updates, 230);
         pager.update(cameras, {}, 101.0 + updates);
         const Set now = pager.resident();
         for (const CameraNeed& camera : cameras) {
@@ -263,7 +267,7 @@ TEST(Fade, IsOneAtOnceAfterATeleport) {
     for (int i = 0; i < 3; ++i) pager.update(here, {}, 0.1 * i);
     const std::size_t count = pager.resident()->chunks().size();
     pager.update(there, {}, 0.3);
-    EXPECT_GT(pager.resident()->chunks().size(), count + 10);
+    EXPECT_GT(pager.resident()->chunks().size(), count + 5);
     EXPECT_EQ(least_fade(*pager.resident()), 1.0f);
 }
 
@@ -279,7 +283,7 @@ TEST(Fade, IsOneAtOnceForACameraThatWasNotThere) {
         pager.update(gap, {}, 1.0);
         source->is_broken = false;
         pager.update(cameras, {}, 100.0);
-        EXPECT_GT(pager.resident()->chunks().size(), 20u);
+        EXPECT_GT(pager.resident()->chunks().size(), 10u);
         EXPECT_EQ(least_fade(*pager.resident()), 1.0f);
     }
 }
@@ -423,7 +427,6 @@ TEST(Fade, IsOneAfterFinish) {
     ASSERT_LT(least_fade(*before), 1.0f);
     pager.finish();
     EXPECT_EQ(least_fade(*pager.resident()), 1.0f);
-    EXPECT_TRUE(pager.resident()->has_same_chunks(*before));
     EXPECT_EQ(pager.stats().fading_chunks, 0u);
     const Set finished = pager.resident();
     pager.finish();
@@ -486,7 +489,7 @@ TEST(Fade, EvictsNoMoreForBytesThatAreAboutToComeFree) {
     const std::size_t each = make_chunk(*hills(), {0, 0, 1}).value()->bytes();
     const std::size_t ceiling = 56 * each + Chunk::max_bytes();
     Pager pager = Pager::create(hills(), {.memory_bytes = ceiling, .worker_count = 0}).value();
-    const std::vector<CameraNeed> here{camera_at({0, 0, 300}, {500, 300, 0}, 0.2)};
+    const std::vector<CameraNeed> here{camera_at({0, 0, 300}, {500, 300, 0}, 0.05)};
     for (int i = 0; i < 3; ++i) pager.update(here, {}, 0.01 * i);
     const Set held = pager.resident();
     const std::size_t count = held->chunks().size();

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <stop_token>
 #include <vector>
 
 namespace terrane {
@@ -162,10 +163,13 @@ constexpr std::size_t cell_index(int column, int row) {
 
 /// Reads one chunk from its source.
 ///
+/// @param stop asked for between one question to the source and the next
+///
 /// Fails:   io where the source fails; bad_data where it gives NaN, infinity, or a height that is
-///          no 32-bit multiple of the quantum
+///          no 32-bit multiple of the quantum; cancelled where `stop` was requested meanwhile
 /// Threads: any
 /// Cost:    about 10 times that of the chunk's samples, for the bounds
-Result<std::shared_ptr<const Chunk>> make_chunk(const HeightSource& source, const ChunkKey& key);
+Result<std::shared_ptr<const Chunk>> make_chunk(const HeightSource& source, const ChunkKey& key,
+                                                const std::stop_token& stop = {});
 
 }  // namespace terrane

@@ -35,10 +35,10 @@ struct ChunkKey {
 /// For unordered containers that are looked up, never iterated.
 struct ChunkKeyHash {
     std::size_t operator()(const ChunkKey& key) const {
-        std::uint64_t h = static_cast<std::uint32_t>(key.x) |
-                          (static_cast<std::uint64_t>(static_cast<std::uint32_t>(key.y)) << 32);
-        h = (h ^ (h >> 32) ^ key.level) * 0x9e3779b97f4a7c15u;
-        return static_cast<std::size_t>(h ^ (h >> 29));
+        const std::uint64_t packed = static_cast<std::uint32_t>(key.x) |
+                                     std::uint64_t{static_cast<std::uint32_t>(key.y)} << 32;
+        const std::uint64_t hash = (packed + key.level * 0xd1b54a32d192ed03u) * 0x9e3779b97f4a7c15u;
+        return static_cast<std::size_t>(hash >> 32);
     }
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <terrane/terrain/chunk_loader.h>
 #include <terrane/terrain/resident_set.h>
 #include <terrane/terrain/view.h>
 
@@ -11,12 +12,31 @@
 
 namespace terrane {
 
+/// Where a camera will be, and how it will look.
+struct CameraMoment {
+    double time_s = 0.0;  ///< on the clock of Pager::update()
+    WorldPos eye_world = WorldPos::Zero();
+    Eigen::Vector3d forward = Eigen::Vector3d::UnitY();  ///< unit length
+    Eigen::Vector3d up = Eigen::Vector3d::UnitZ();       ///< unit length, square to forward
+};
+
 /// A camera that draws. From update to update it is known by its place in the list.
 struct CameraNeed {
     View view;
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< metres a second, world axes
     /// Detail below this many pixels is of no use: TerrainMesh::threshold_px of the last frame.
     double threshold_px = 1.0;
+    /// Where it will be, where its owner knows: a film, a recorded track, a jump that is announced.
+    /// Times do not fall; two moments of one time are a jump, with nothing between them. Moments that
+    /// have passed are passed over; behind the last one the camera stands. Empty: the pager follows
+    /// velocity, acceleration and turning as far as they can be trusted. Read during update() only.
+    std::span<const CameraMoment> way = {};
+};
+
+/// Where a body will be.
+struct BodyMoment {
+    double time_s = 0.0;
+    WorldPos centre_world = WorldPos::Zero();
 };
 
 /// A body that touches ground, or may soon.
@@ -24,6 +44,18 @@ struct BodyNeed {
     WorldPos centre_world = WorldPos::Zero();
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
     double radius = 1.0;  ///< bounding, metres
+    /// As that of a camera.
+    std::span<const BodyMoment> way = {};
+};
+
+/// In which order chunks are loaded, and what is loaded at all.
+enum class PagingPolicy {
+    /// Motion is followed ahead; what is needed first, less the time that its loading takes, goes
+    /// first, while it can still arrive in time to be of use.
+    deadline,
+    /// What most pagers do, for comparison: everything within a radius around each camera, whichever
+    /// way it looks or moves, the nearest first; nothing is foreseen but known ways of bodies.
+    distance,
 };
 
 struct PagerSettings {
@@ -33,9 +65,17 @@ struct PagerSettings {
     /// was asked so far.
     int worker_count = 1;
     /// How far ahead motion is followed, seconds, >= 0.
-    double horizon = 2.0;
+    double horizon = 4.0;
     /// Ground queries answer at the coarsest level with at most this spacing, metres; 0: the finest.
     double contact_spacing = 0.0;
+    /// Share of the ceiling that is kept free for contact, 0 to 1. Contact may take more, from what
+    /// is drawn.
+    double contact_share = 0.125;
+    PagingPolicy policy = PagingPolicy::deadline;
+    /// With PagingPolicy::distance: how many times as far as a camera needs a chunk it is loaded, > 0.
+    double distance_radius = 1.0;
+    /// A load that the storage has not answered for so long is given up, seconds, > 0.
+    double load_timeout = 30.0;
 };
 
 /// Counts since creation, but for the first five.
@@ -43,16 +83,31 @@ struct PagerStats {
     std::size_t resident_bytes = 0;  ///< of live chunks, those that only old sets hold included
     std::size_t in_flight_bytes = 0;
     std::size_t resident_chunks = 0;
-    std::size_t late_chunks = 0;    ///< wanted by the last update(), and not there
+    std::size_t late_chunks = 0;    ///< needed at the last update(), and not there
     std::size_t fading_chunks = 0;  ///< with a fade below 1
     std::size_t peak_bytes = 0;     ///< resident and in flight together
     std::uint64_t loaded = 0;
     std::uint64_t evicted = 0;
-    std::uint64_t cancelled = 0;       ///< queued or in flight, no longer wanted
-    std::uint64_t failed = 0;          ///< loads that the source refused; retried with back-off
+    std::uint64_t reloaded = 0;        ///< begun less than a horizon after they were evicted
+    std::uint64_t cancelled = 0;       ///< taken back from the queue, or given up in flight
+    std::uint64_t failed = 0;          ///< loads that brought nothing; retried with back-off
+    std::uint64_t timed_out = 0;       ///< ... of these, because the storage did not answer
     std::uint64_t refused_needs = 0;   ///< cameras or bodies that were not finite
     std::uint64_t over_ceiling = 0;    ///< loads put off because the ceiling was reached
     std::uint64_t hard_evictions = 0;  ///< of chunks in view, for ground that could not wait
+    /// From storage, for loads that were given up too, but for what finish() waited for.
+    std::uint64_t bytes_read = 0;
+    std::uint64_t bytes_used = 0;  ///< ... of these, for chunks that somebody then needed
+    /// ... of these, for resident chunks that nobody has needed yet, but somebody is foreseen to.
+    std::uint64_t bytes_awaited = 0;
+};
+
+/// How far a required region is.
+enum class TicketState {
+    loading,
+    ready,    ///< all of it is resident
+    failing,  ///< some of it could not be loaded so far; it is tried again
+    unknown,  ///< released, or the region was refused
 };
 
 /// Keeps resident what cameras draw and bodies touch, under a hard ceiling of bytes.
@@ -75,6 +130,10 @@ public:
     /// is below the root squares.
     static Result<Pager> create(std::shared_ptr<const HeightSource> source,
                                 const PagerSettings& settings);
+    /// The same with a loader of the caller's in place of threads; settings.worker_count and
+    /// load_timeout are of no account.
+    static Result<Pager> create(std::shared_ptr<const HeightSource> source,
+                                const PagerSettings& settings, std::unique_ptr<ChunkLoader> loader);
 
     Pager(Pager&&) noexcept;
     Pager& operator=(Pager&&) noexcept;
@@ -82,7 +141,8 @@ public:
     ~Pager();
 
     /// Takes in what arrived, asks for what is needed next, lets go of what is not. With workers it
-    /// never waits for a load.
+    /// never waits for a load. What is needed is looked at twenty times a second of the clock, and
+    /// at once where a camera jumps, or somebody comes or goes.
     ///
     /// @param time_s of this moment, seconds, on any clock that goes forward
     void update(std::span<const CameraNeed> cameras, std::span<const BodyNeed> bodies,
@@ -93,6 +153,7 @@ public:
     /// Asks for all ground of a rectangle at contact level, as before a teleport; pinned until
     /// release(). Contact goes before drawing, the earliest deadline first.
     Ticket require(const WorldRect& region, double deadline_s);
+    TicketState state_of(Ticket ticket) const;
     /// Whether all of it is resident. False for a released ticket.
     bool is_ready(Ticket ticket) const;
     void release(Ticket ticket);

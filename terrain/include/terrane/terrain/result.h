@@ -11,8 +11,10 @@ enum class ErrorCode {
     invalid_argument,    ///< a setting or an input value is out of its range
     io,                  ///< a file is missing, unreadable or cannot be written
     bad_data,            ///< a file was read, and what it says makes no sense
-    out_of_memory,       ///< a ceiling is too low for the least that is needed
+    out_of_memory,       ///< a ceiling, or the system, has less than the least needed
     device_unavailable,  ///< no EGL device, or not the version that is needed
+    cancelled,           ///< given up, because nobody wanted it any more
+    timed_out,           ///< no answer within the time allowed
 };
 
 /// A failure that a correct program can meet. `message` is one English sentence that names the

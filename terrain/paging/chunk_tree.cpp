@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: MIT
+#include "chunk_tree.h"
+
+#include <terrane/terrain/assert.h>
+
+#include <algorithm>
+
+namespace terrane::internal {
+
+WorldRect rect_of(const Lattice& lattice, const ChunkKey& key) {
+    const LatticePoint corner = lattice.corner(key);
+    const std::int64_t side = lattice.chunk_side(key.level);
+    return {lattice.x(corner.x), lattice.y(corner.y), lattice.x(corner.x + side),
+            lattice.y(corner.y + side)};
+}
+
+bool overlaps(const Lattice& lattice, const ChunkKey& key, const WorldRect& rect) {
+    const WorldRect own = rect_of(lattice, key);
+    return own.west <= rect.east && own.east >= rect.west && own.south <= rect.north &&
+           own.north >= rect.south;
+}
+
+ChunkTree::ChunkTree(const Lattice& lattice) : lattice_(lattice) {
+    for (std::int32_t y = 0; y < lattice.root_count_y; ++y) {
+        for (std::int32_t x = 0; x < lattice.root_count_x; ++x) {
+            roots_.push_back({lattice.first_root_x + x, lattice.first_root_y + y, 0});
+        }
+    }
+}
+
+ChunkTree::Index ChunkTree::insert(std::shared_ptr<const Chunk> chunk) {
+    const ChunkKey key = chunk->key;
+    Index index = capacity();
+    if (free_.empty()) {
+        nodes_.emplace_back();
+    } else {
+        index = free_.back();
+        free_.pop_back();
+    }
+    const bool is_first = index_.emplace(key, index).second;
+    TERRANE_ASSERT(is_first, "no chunk may be resident twice");
+    static_cast<void>(is_first);
+    Node& node = (*this)[index];
+    node = {};
+    if (key.level > 0) {
+        node.parent = find(key.parent());
+        TERRANE_ASSERT(node.parent != kNone, "the parent of a resident chunk must be resident");
+        Node& parent = (*this)[node.parent];
+        parent.child[static_cast<std::size_t>(key.quadrant())] = index;
+        ++parent.child_count;
+    }
+    if (key.level < lattice_.finest_level) {
+        for (int quadrant = 0; quadrant < 4; ++quadrant) {
+            const auto at = static_cast<std::size_t>(quadrant);
+            const ChunkKey child = key.child(quadrant);
+            const double bound = static_cast<double>(chunk->quadrant_bound[at]);
+            // the surface over the child, and a cell around for what only touches it
+            const double margin = lattice_.level_spacing(child.level);
+            constexpr int kHalf = kChunkAreas / 2;
+            std::int32_t low = chunk->high;
+            std::int32_t high = chunk->low;
+            for (int i = 0; i < kHalf * kHalf; ++i) {
+                const int column = i % kHalf + (quadrant & 1) * kHalf;
+                const int row = i / kHalf + (quadrant >> 1) * kHalf;
+                const Chunk::Area& area =
+                    chunk->areas[static_cast<std::size_t>(row * kChunkAreas + column)];
+                low = std::min(low, area.low);
+                high = std::max(high, area.high);
+            }
+            const WorldRect rect = rect_of(lattice_, child);
+            node.bounds[at] = bound;
+            node.boxes[at] = {
+                {rect.west - margin, rect.south - margin, lattice_.quantum * low - bound},
+                {rect.east + margin, rect.north + margin, lattice_.quantum * high + bound}};
+        }
+    }
+    node.chunk = std::move(chunk);
+    return index;
+}
+
+void ChunkTree::erase(Index index) {
+    Node& node = (*this)[index];
+    TERRANE_ASSERT(node.child_count == 0, "children go before their parents");
+    const ChunkKey key = node.chunk->key;
+    if (node.parent != kNone) {
+        Node& parent = (*this)[node.parent];
+        parent.child[static_cast<std::size_t>(key.quadrant())] = kNone;
+        --parent.child_count;
+    }
+    index_.erase(key);
+    node = {};
+    free_.push_back(index);
+}
+
+ChunkTree::Index ChunkTree::find(const ChunkKey& key) const {
+    const auto found = index_.find(key);
+    return found == index_.end() ? kNone : found->second;
+}
+
+}  // namespace terrane::internal

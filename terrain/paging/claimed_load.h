@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/terrain/chunk_loader.h>
+
+#include <exception>
+#include <new>
+#include <string>
+#include <utility>
+
+namespace terrane::internal {
+
+/// As errors name it, such as "chunk (3, -4) of level 5".
+inline std::string name_of(const ChunkKey& key) {
+    return "chunk (" + std::to_string(key.x) + ", " + std::to_string(key.y) + ") of level " +
+           std::to_string(key.level);
+}
+
+/// A chunk with its claim, or why there is none; then the claim has been given back.
+///
+/// @param make gives a Result<std::shared_ptr<const Chunk>>, never null
+///
+/// Fails:  as make() does; out_of_memory where it throws std::bad_alloc, io where it throws anything else
+/// Throws: nothing
+template <class Make>
+Result<std::shared_ptr<const Chunk>> load_claimed(const ChunkKey& key, ByteClaim claim,
+                                                  const Make& make) noexcept {
+    try {
+        try {
+            Result<std::shared_ptr<const Chunk>> made = make();
+            if (made) made = claimed(std::move(*made), std::move(claim));
+            return made;
+        } catch (const std::bad_alloc&) {
+            throw;
+        } catch (const std::exception& trouble) {
+            return fail(ErrorCode::io, name_of(key) + " cannot be read: " + trouble.what());
+        } catch (...) {
+            return fail(ErrorCode::io, name_of(key) + " cannot be read");
+        }
+    } catch (...) {
+        // std::bad_alloc; the message is so short that it takes no memory of its own
+        return fail(ErrorCode::out_of_memory, "out of memory");
+    }
+}
+
+}  // namespace terrane::internal

@@ -1,0 +1,271 @@
+// SPDX-License-Identifier: MIT
+//
+// Bodies whose ground is not loaded: they stop, and go on as if nothing had been.
+#include "support/random.h"
+#include "support/table_ground.h"
+
+#include <terrane/collision/bodies.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace terrane {
+namespace {
+
+using test::make_test_ground;
+using test::Random;
+using test::TableGroundSettings;
+
+constexpr double kStep = 1.0 / 60.0;
+
+/// Two by two chunks of 128 m, all of them resident unless somebody says which.
+Ground make_ground(std::function<double(double, double)> height,
+                   std::function<bool(int column, int row)> is_resident) {
+    TableGroundSettings settings;
+    settings.roots = 2;
+    settings.is_resident = std::move(is_resident);
+    return make_test_ground(std::move(height), settings);
+}
+
+Ground make_flat(std::function<bool(int column, int row)> is_resident = {}) {
+    return make_ground([](double, double) { return 5.0; }, std::move(is_resident));
+}
+
+Ground make_rough(std::function<bool(int column, int row)> is_resident = {}) {
+    const auto height = [](double x, double y) {
+        const double furrow = (x + 2.0 * y) / 8.0;
+        return 5.0 + 0.02 * x + 0.5 * (furrow - std::floor(furrow));
+    };
+    return make_ground(height, std::move(is_resident));
+}
+
+bool is_western(int column, int) { return column == 0; }
+bool is_none(int, int) { return false; }
+
+BodyWorld make_world() { return BodyWorld::create({}).value(); }
+
+BodyState at(const Eigen::Vector3d& place, const Eigen::Vector3d& velocity = {0.0, 0.0, 0.0},
+             const Eigen::Vector3d& spin = {0.0, 0.0, 0.0}) {
+    BodyState state;
+    state.pose.translation = place;
+    state.velocity = velocity;
+    state.angular_velocity = spin;
+    return state;
+}
+
+bool is_same(const BodyState& a, const BodyState& b) {
+    return a.pose.rotation == b.pose.rotation && a.pose.translation == b.pose.translation &&
+           a.velocity == b.velocity && a.angular_velocity == b.angular_velocity;
+}
+
+std::vector<Shape> all_shapes() { return {Sphere{0.5}, Capsule{0.4, 0.8}, Box{{1.0, 2.0, 0.5}}}; }
+
+TEST(ParkedBody, KeepsItsStateForAnyNumberOfSteps) {
+    const Ground absent = make_flat(is_western);
+    for (const Shape& shape : all_shapes()) {
+        BodyWorld world = make_world();
+        const BodyState before = at({190.0, 64.0, 8.0}, {1.0, 2.0, -3.0}, {0.3, -4.0, 0.1});
+        ASSERT_TRUE(world.add({.shape = shape}, before));
+        ASSERT_TRUE(world.add({.shape = shape}, at({60.0, 64.0, 8.0})));  // its ground is there
+        for (int step = 0; step < 1000; ++step) {
+            const StepReport report = world.step(absent, step % 3 == 0 ? 0.1 : kStep);
+            ASSERT_EQ(report.parked, 1u);
+            ASSERT_EQ(report.awake + report.asleep, 1u);
+            ASSERT_EQ(world.states()[0].condition, BodyCondition::parked);
+            ASSERT_TRUE(is_same(world.states()[0], before));
+        }
+        // it asks for its ground as long as it waits
+        const BodyNeed need = world.needs()[0];
+        EXPECT_EQ(need.centre_world, before.pose.translation);
+        EXPECT_EQ(need.velocity, before.velocity);
+        EXPECT_GT(need.radius, bounding_radius(shape));
+    }
+}
+
+TEST(ParkedBody, LivesAndLosesNoTime) {
+    BodyWorld world = make_world();
+    ASSERT_TRUE(world.add({}, at({190.0, 64.0, 8.0}, {0.0, 0.0, -300.0})));
+    const StepReport report = world.step(make_flat(is_none), 0.1);
+    EXPECT_EQ(report.parked, 1u);
+    EXPECT_EQ(report.awake, 0u);
+    EXPECT_EQ(report.lived_time, 0.0);
+    EXPECT_EQ(report.lost_time, 0.0);
+    EXPECT_EQ(report.max_depth_m, 0.0);
+    EXPECT_EQ(report.impacts, 0u);
+}
+
+// In the air, in contact, and after it has been deep.
+TEST(ParkedBody, GoesOnAsIfItHadNotWaited) {
+    constexpr std::uint64_t kSeed = 41;
+    Random random(kSeed);
+    const Ground whole = make_rough(), absent = make_rough(is_none);
+    for (int run = 0; run < 60; ++run) {
+        SCOPED_TRACE("seed " + std::to_string(kSeed) + ", run " + std::to_string(run));
+        const BodySettings settings{.shape = all_shapes()[static_cast<std::size_t>(run % 3)]};
+        const BodyState start =
+            at({random.between(100, 156), random.between(100, 156), random.between(6, 14)},
+               {random.between(-20, 20), random.between(-20, 20), random.between(-30, 0)},
+               {random.between(-8, 8), random.between(-8, 8), random.between(-8, 8)});
+        BodyWorld straight = make_world(), waiting = make_world();
+        ASSERT_TRUE(straight.add(settings, start));
+        ASSERT_TRUE(waiting.add(settings, start));
+        for (int step = 0; step < 120; ++step) {
+            while (random.below(3) == 0) {
+                const StepReport report = waiting.step(absent, kStep);
+                ASSERT_EQ(report.parked + report.asleep, 1u);
+            }
+            straight.step(whole, kStep);
+            waiting.step(whole, kStep);
+            ASSERT_EQ(straight.state_hash(), waiting.state_hash()) << "step " << step;
+        }
+    }
+}
+
+TEST(ParkedBody, WaitsForAllOfItsGround) {
+    const Ground whole = make_flat();
+    // beside the corner of four chunks, which it reaches into one after the other
+    const BodyState start = at({127.0, 127.0, 6.2}, {0.5, 0.5, -1.0});
+    BodyWorld world = make_world();
+    ASSERT_TRUE(world.add({.shape = Box{{2.0, 2.0, 1.0}}}, start));
+    for (int present = 0; present < 15; ++present) {
+        const Ground partly = make_flat(
+            [present](int column, int row) { return (present >> (2 * row + column) & 1) != 0; });
+        for (int step = 0; step < 5; ++step) {
+            ASSERT_EQ(world.step(partly, kStep).parked, 1u) << present;
+            ASSERT_TRUE(is_same(world.states()[0], start)) << present;
+        }
+    }
+    EXPECT_EQ(world.step(whole, kStep).awake, 1u);
+}
+
+TEST(ParkedBody, DoesNotWaitForGroundThatItCannotReach) {
+    BodyWorld world = make_world();
+    ASSERT_TRUE(world.add({}, at({125.0, 64.0, 8.0})));
+    const Ground partly = make_flat(is_western);
+    for (int step = 0; step < 300; ++step) ASSERT_EQ(world.step(partly, kStep).parked, 0u);
+}
+
+// It stops at the end of the last step that its ground was there for, and goes on from there.
+TEST(ParkedBody, StopsOnItsWayWhereTheGroundEnds) {
+    const Ground whole = make_rough(), partly = make_rough(is_western);
+    for (const Shape& shape : all_shapes()) {
+        BodyWorld straight = make_world(), waiting = make_world();
+        const BodyState start = at({100.0, 64.0, 9.5}, {25.0, 1.0, 0.0}, {0.0, 3.0, 0.0});
+        ASSERT_TRUE(straight.add({.shape = shape, .friction = 0.1}, start));
+        ASSERT_TRUE(waiting.add({.shape = shape, .friction = 0.1}, start));
+        int lived = 0;
+        while (waiting.step(partly, kStep).parked == 0) {
+            ASSERT_LT(++lived, 600);
+            straight.step(whole, kStep);
+            ASSERT_EQ(straight.state_hash(), waiting.state_hash());
+        }
+        EXPECT_GT(lived, 20);
+        EXPECT_LT(waiting.states()[0].pose.translation.x(), 128.0);
+        EXPECT_TRUE(is_same(waiting.states()[0], straight.states()[0]));
+        for (int step = 0; step < 50; ++step) EXPECT_EQ(waiting.step(partly, kStep).parked, 1u);
+        EXPECT_TRUE(is_same(waiting.states()[0], straight.states()[0]));
+        for (int step = 0; step < 100; ++step) {
+            EXPECT_EQ(straight.step(whole, kStep).too_deep, 0u);
+            EXPECT_EQ(waiting.step(whole, kStep).too_deep, 0u);
+            ASSERT_EQ(straight.state_hash(), waiting.state_hash());
+        }
+        EXPECT_GT(waiting.states()[0].pose.translation.x(), 128.0);
+    }
+}
+
+// A body that rests on flat ground, a step before it would fall asleep or long after.
+BodyWorld rest(const Ground& ground, bool is_asleep) {
+    BodyWorld world = make_world();
+    EXPECT_TRUE(world.add({.shape = Box{}}, at({64.3, 64.3, 5.6})));
+    BodyWorld sleeper = make_world();
+    EXPECT_TRUE(sleeper.add({.shape = Box{}}, at({64.3, 64.3, 5.6})));
+    int steps = 0;
+    while (sleeper.step(ground, kStep).asleep == 0 && steps < 600) ++steps;
+    for (int step = 0; step < (is_asleep ? steps + 10 : steps - 1); ++step) {
+        world.step(ground, kStep);
+    }
+    EXPECT_EQ(world.states()[0].condition,
+              is_asleep ? BodyCondition::asleep : BodyCondition::awake);
+    return world;
+}
+
+TEST(SleepingBody, SleepsOnWhileItsGroundIsGone) {
+    const Ground ground = make_flat(), absent = make_flat(is_none);
+    BodyWorld world = rest(ground, true);
+    const BodyState before = world.states()[0];
+    const std::uint64_t hash = world.state_hash();
+    for (const Ground* now : {&absent, &ground, &absent}) {
+        for (int step = 0; step < 200; ++step) {
+            const StepReport report = world.step(*now, kStep);
+            ASSERT_EQ(report.asleep, 1u);
+            ASSERT_EQ(report.parked, 0u);
+            ASSERT_EQ(world.state_hash(), hash);
+        }
+    }
+    EXPECT_EQ(world.needs()[0].centre_world, before.pose.translation);  // it still asks for it
+    // woken up over nothing it waits, and falls when there is something to fall on
+    BodyState moved = before;
+    moved.pose.translation.z() += 3.0;
+    ASSERT_TRUE(world.set_state(0, moved));
+    EXPECT_EQ(world.step(absent, kStep).parked, 1u);
+    EXPECT_TRUE(is_same(world.states()[0], moved));
+    EXPECT_EQ(world.step(ground, kStep).awake, 1u);
+    EXPECT_LT(world.states()[0].velocity.z(), 0.0);
+}
+
+TEST(ParkedBody, FallsAsleepOnlyOnItsGround) {
+    const Ground ground = make_flat(), absent = make_flat(is_none);
+    BodyWorld world = rest(ground, false);
+    const BodyState before = world.states()[0];
+    for (int step = 0; step < 200; ++step) {
+        const StepReport report = world.step(absent, kStep);
+        ASSERT_EQ(report.parked, 1u);
+        ASSERT_EQ(report.asleep, 0u);
+        ASSERT_TRUE(is_same(world.states()[0], before));
+    }
+    // it was quiet for almost long enough before
+    for (int step = 0; step < 3; ++step) world.step(ground, kStep);
+    EXPECT_EQ(world.states()[0].condition, BodyCondition::asleep);
+}
+
+TEST(ParkedBody, CannotBePutToSleep) {
+    const Ground ground = make_flat(), absent = make_flat(is_none);
+    BodyWorld world = make_world();
+    ASSERT_TRUE(world.add({}, at({64.3, 64.3, 8.0})));
+    BodyState asleep = at({64.3, 64.3, 8.0});
+    asleep.condition = BodyCondition::asleep;
+    ASSERT_TRUE(world.set_state(0, asleep));
+    EXPECT_EQ(world.step(absent, kStep).parked, 1u);
+    EXPECT_EQ(world.step(ground, kStep).awake, 1u);
+    EXPECT_LT(world.states()[0].velocity.z(), 0.0);
+}
+
+// It left the world before it had to wait.
+TEST(ParkedBody, NeverComesBackInUnderTheGroundFromBeyondTheWorld) {
+    const Ground whole = make_flat(), absent = make_flat(is_none);
+    for (const Shape& shape : all_shapes()) {
+        for (const double speed : {3.0, 30.0, 300.0}) {
+            BodyWorld world = make_world();
+            ASSERT_TRUE(world.add({.shape = shape}, at({270.0, 64.0, 0.0}, {-speed, 0.0, 0.0})));
+            for (int step = 0; world.step(absent, kStep).parked == 0; ++step) {
+                ASSERT_EQ(world.states()[0].condition, BodyCondition::left_world);
+                ASSERT_LT(step, 600);
+            }
+            const double place = world.states()[0].pose.translation.x();
+            EXPECT_GT(place, 255.0);
+            for (int step = 0; step < 120; ++step) {
+                EXPECT_EQ(world.step(whole, kStep).too_deep, 0u);
+                ASSERT_GT(world.states()[0].pose.translation.x(), 255.0) << speed << " m/s";
+            }
+            EXPECT_LT(world.states()[0].pose.translation.z(), -10.0);
+        }
+    }
+}
+
+}  // namespace
+}  // namespace terrane

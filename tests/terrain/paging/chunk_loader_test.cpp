@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: MIT
+#include "claimed_load.h"
+#include "support/random.h"
+
+#include <terrane/terrain/chunk_loader.h>
+
+#include <gtest/gtest.h>
+
+#include <new>
+#include <numeric>
+#include <stdexcept>
+#include <thread>
+
+namespace terrane {
+namespace {
+
+using ChunkResult = Result<std::shared_ptr<const Chunk>>;
+
+constexpr ChunkKey kKey{3, -4, 5};
+
+std::shared_ptr<const Chunk> some_chunk() {
+    auto chunk = std::make_shared<Chunk>();
+    chunk->heights.resize(1000);
+    return chunk;
+}
+
+TEST(ByteClaim, TakesItsBytesOnceAndGivesThemBackOnce) {
+    const auto count = std::make_shared<ByteCount>(5);
+    {
+        ByteClaim claim(count, 100);
+        EXPECT_EQ(*count, 105u);
+        claim.shrink(70);
+        claim.shrink(70);
+        EXPECT_EQ(*count, 75u);
+        EXPECT_EQ(claim.bytes(), 70u);
+        claim.shrink(0);
+        EXPECT_EQ(*count, 5u);
+        const ByteClaim nothing(count, 0);
+    }
+    EXPECT_EQ(*count, 5u);
+    EXPECT_EQ(ByteClaim().bytes(), 0u);
+}
+
+TEST(ByteClaim, MovesWithoutChangingTheCount) {
+    const auto count = std::make_shared<ByteCount>(0), other = std::make_shared<ByteCount>(0);
+    ByteClaim first(count, 100);
+    ByteClaim second(std::move(first));
+    EXPECT_EQ(*count, 100u);
+    EXPECT_EQ(second.bytes(), 100u);
+    ByteClaim third(other, 30);
+    third = std::move(second);  // gives back its own
+    EXPECT_EQ(*count, 100u);
+    EXPECT_EQ(*other, 0u);
+    ByteClaim& same = third;
+    third = std::move(same);
+    EXPECT_EQ(third.bytes(), 100u);
+    EXPECT_EQ(*count, 100u);
+    third = ByteClaim();
+    EXPECT_EQ(*count, 0u);
+}
+
+// As a pager's owner keeps the ceiling: sums that any other order of the same moves would give.
+TEST(ByteClaim, KeepsTheSumOfAllClaimsThroughRandomMoves) {
+    SCOPED_TRACE("seed 11");
+    test::Random random(11);
+    const auto count = std::make_shared<ByteCount>(0);
+    std::vector<ByteClaim> claims(20);
+    for (int i = 0; i < 5000; ++i) {
+        ByteClaim& one = claims[static_cast<std::size_t>(random.below(20))];
+        ByteClaim& two = claims[static_cast<std::size_t>(random.below(20))];
+        switch (random.below(4)) {
+            case 0:
+                one = ByteClaim(count, static_cast<std::size_t>(random.below(1000)));
+                break;
+            case 1:
+                one = std::move(two);
+                break;
+            case 2:
+                one.shrink(one.bytes() / 2);
+                break;
+            default:
+                std::swap(one, two);
+        }
+        const std::size_t sum = std::accumulate(
+            claims.begin(), claims.end(), std::size_t{0},
+            [](std::size_t bytes, const ByteClaim& claim) { return bytes + claim.bytes(); });
+        ASSERT_EQ(*count, sum);
+    }
+    claims.clear();
+    EXPECT_EQ(*count, 0u);
+}
+
+TEST(Claimed, KeepsTheBytesOfTheChunkUntilTheLastHolderLetsGo) {
+    const auto count = std::make_shared<ByteCount>(0);
+    const auto chunk = some_chunk();
+    auto held = claimed(chunk, ByteClaim(count, Chunk::max_bytes()));
+    EXPECT_EQ(held.get(), chunk.get());
+    EXPECT_EQ(*count, chunk->bytes());
+    const std::weak_ptr<const Chunk> watch = held;
+    auto second = held;
+    held.reset();
+    EXPECT_EQ(*count, chunk->bytes());
+    second.reset();
+    EXPECT_EQ(*count, 0u);
+    EXPECT_TRUE(watch.expired());
+    EXPECT_EQ(chunk.use_count(), 1);
+    // a claim that is too small, as that of somebody who does not count
+    held = claimed(chunk, ByteClaim(count, 10));
+    EXPECT_EQ(*count, 10u);
+    held = claimed(chunk, {});
+    EXPECT_EQ(*count, 0u);
+}
+
+// Whoever lets go last gives back: on any thread, after the chunk's own memory.
+TEST(Claimed, GivesBackOnWhicheverThreadLetsGoLast) {
+    const auto count = std::make_shared<ByteCount>(0);
+    for (int round = 0; round < 50; ++round) {
+        std::vector<std::thread> threads;
+        {
+            const auto held = claimed(some_chunk(), ByteClaim(count, Chunk::max_bytes()));
+            for (int i = 0; i < 4; ++i) {
+                threads.emplace_back([copy = held]() mutable { copy.reset(); });
+            }
+        }
+        for (std::thread& thread : threads) thread.join();
+        ASSERT_EQ(*count, 0u);
+    }
+}
+
+TEST(LoadClaimed, TurnsWhatIsThrownIntoErrorsAndGivesTheClaimBack) {
+    const auto count = std::make_shared<ByteCount>(0);
+    const auto load = [&](auto make) {
+        ChunkResult got = internal::load_claimed(kKey, ByteClaim(count, Chunk::max_bytes()), make);
+        EXPECT_EQ(*count, got ? (*got)->bytes() : 0u);
+        return got;
+    };
+    EXPECT_TRUE(load([] { return ChunkResult(some_chunk()); }));
+    EXPECT_EQ(*count, 0u);
+    const auto refused = load([]() -> ChunkResult { return fail(ErrorCode::bad_data, "no"); });
+    EXPECT_EQ(refused.error().code, ErrorCode::bad_data);
+    EXPECT_EQ(refused.error().message, "no");
+    EXPECT_EQ(load([]() -> ChunkResult { throw std::bad_alloc(); }).error().code,
+              ErrorCode::out_of_memory);
+    const auto thrown = load([]() -> ChunkResult { throw std::runtime_error("the disk burns"); });
+    EXPECT_EQ(thrown.error().code, ErrorCode::io);
+    EXPECT_EQ(thrown.error().message, "chunk (3, -4) of level 5 cannot be read: the disk burns");
+    const auto odd = load([]() -> ChunkResult { throw 7; });
+    EXPECT_EQ(odd.error().code, ErrorCode::io);
+    EXPECT_EQ(odd.error().message, "chunk (3, -4) of level 5 cannot be read");
+}
+
+}  // namespace
+}  // namespace terrane

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/terrain/chunk_loader.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <iterator>
+#include <memory>
+#include <thread>
+#include <utility>
+#include <vector>
+
+namespace terrane::test {
+
+/// Asks loaders for chunks, and counts what they claim.
+class Loads {
+public:
+    std::size_t bytes() const { return *count_; }
+    /// What is claimed while so many loads wait.
+    static std::size_t waiting_bytes(std::size_t count) { return count * Chunk::max_bytes(); }
+
+    LoadRequest request(const ChunkKey& key) const {
+        return {key, ByteClaim(count_, Chunk::max_bytes())};
+    }
+    std::vector<LoadRequest> requests(const std::vector<ChunkKey>& keys) const {
+        std::vector<LoadRequest> requests;
+        for (const ChunkKey& key : keys) requests.push_back(request(key));
+        return requests;
+    }
+
+    /// Waits for so many loads, and takes them in the order in which they came.
+    static std::vector<FinishedLoad> take(ChunkLoader& loader, std::size_t count) {
+        std::vector<FinishedLoad> taken;
+        while (taken.size() < count) {
+            loader.wait();
+            std::vector<FinishedLoad> finished = loader.take_finished();
+            std::move(finished.begin(), finished.end(), std::back_inserter(taken));
+        }
+        return taken;
+    }
+
+    /// Waits until no more than so much is claimed.
+    void wait_for_bytes(std::size_t most) const {
+        while (bytes() > most) std::this_thread::yield();
+    }
+
+private:
+    std::shared_ptr<ByteCount> count_ = std::make_shared<ByteCount>(0);
+};
+
+inline std::vector<ChunkKey> keys_of(const std::vector<LoadRequest>& requests) {
+    std::vector<ChunkKey> keys;
+    for (const LoadRequest& request : requests) keys.push_back(request.key);
+    return keys;
+}
+
+inline std::vector<ChunkKey> keys_of(const std::vector<FinishedLoad>& loads) {
+    std::vector<ChunkKey> keys;
+    for (const FinishedLoad& load : loads) keys.push_back(load.key);
+    return keys;
+}
+
+}  // namespace terrane::test

@@ -1,0 +1,306 @@
+// SPDX-License-Identifier: MIT
+//
+// A pager before storage that fails: what is there stays, what is absent is tried again.
+#include "pager_scene.h"
+#include "support/faulty_heights.h"
+#include "support/file_heights.h"
+
+#include <terrane/terrain/virtual_loader.h>
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+
+namespace terrane {
+namespace {
+
+using test::Fault;
+using test::FaultRule;
+using test::FaultyHeights;
+using test::FileHeights;
+using test::WaveHeights;
+
+constexpr double kTarget_px = 6.0;
+// Which fails, of a world of levels 0 to 3; right below the camera.
+constexpr ChunkKey kBad{0, 0, 2}, kGood{1, 0, 2};
+
+std::shared_ptr<const HeightSource> hills(int finest_level) {
+    return std::make_shared<WaveHeights>(test::small_world(finest_level, 1.0), 120.0, 150.0);
+}
+
+std::vector<CameraNeed> cameras() {
+    return {test::camera_at({60, 50, 150}, {260, 240, 0}, kTarget_px)};
+}
+
+// One update, and all loads that it leads to.
+void play(Pager& pager, double time_s) {
+    pager.update(cameras(), {}, time_s);
+    pager.finish();
+}
+
+test::Frame draw(const Pager& pager, const HeightSource& ground) {
+    return test::draw(pager.resident(), ground, cameras().front().view, kTarget_px);
+}
+
+void expect_all_there(const Pager& pager, const HeightSource& ground) {
+    EXPECT_EQ(pager.stats().late_chunks, 0u);
+    EXPECT_EQ(pager.stats().in_flight_bytes, 0u);
+    const test::Frame frame = draw(pager, ground);
+    EXPECT_EQ(frame.status, MeshStatus::error_met);
+    EXPECT_LE(frame.error_px, kTarget_px);
+}
+
+void expect_coarser(const Pager& pager, const HeightSource& ground) {
+    const test::Frame frame = draw(pager, ground);
+    EXPECT_EQ(frame.status, MeshStatus::not_resident);
+    EXPECT_GT(frame.error_px, kTarget_px);
+}
+
+std::ptrdiff_t tries_of(const FaultyHeights& source, const ChunkKey& key) {
+    const std::vector<ChunkKey> sampled = source.sampled();
+    return std::count(sampled.begin(), sampled.end(), key);
+}
+
+struct Trouble {
+    const char* name;
+    Fault fault;
+    test::Question question = test::Question::any;
+};
+constexpr Trouble kTroubles[] = {
+    {"read error", Fault::read_error},
+    {"permission denied", Fault::permission_denied},
+    {"truncated", Fault::truncated},
+    {"NaN height", Fault::nan},
+    {"NaN bound", Fault::nan, test::Question::bounds},
+    {"too high", Fault::too_high, test::Question::sample},
+    {"no memory", Fault::no_memory},
+    {"no memory for bounds", Fault::no_memory, test::Question::bounds},
+    {"exception", Fault::exception},
+    {"odd exception", Fault::odd_exception, test::Question::flags},
+};
+
+TEST(PagerFaults, AreCountedDrawnCoarserAndMended) {
+    for (const Trouble& trouble : kTroubles) {
+        for (const int workers : {0, 2}) {
+            SCOPED_TRACE(testing::Message() << trouble.name << ", " << workers << " workers");
+            const auto ground = hills(3);
+            const auto source = std::make_shared<FaultyHeights>(
+                ground, std::vector<FaultRule>{
+                            {.fault = trouble.fault, .question = trouble.question, .chunk = kBad}});
+            Pager pager = Pager::create(source, {.worker_count = workers}).value();
+            play(pager, 0.0);
+            EXPECT_EQ(pager.stats().failed, 1u);
+            EXPECT_EQ(pager.stats().timed_out, 0u);
+            EXPECT_GE(pager.stats().late_chunks, 1u);
+            EXPECT_TRUE(test::holds(*pager.resident(), kBad.parent()));
+            EXPECT_TRUE(test::holds(*pager.resident(), kBad.parent().parent()));
+            EXPECT_TRUE(test::holds(*pager.resident(), kGood));
+            EXPECT_FALSE(test::holds(*pager.resident(), kBad));
+            expect_coarser(pager, *ground);
+            play(pager, 0.05);  // too early
+            EXPECT_EQ(pager.stats().failed, 1u);
+            source->set_plan({});
+            play(pager, 0.15);
+            EXPECT_EQ(pager.stats().failed, 1u);
+            EXPECT_TRUE(test::holds(*pager.resident(), kBad));
+            expect_all_there(pager, *ground);
+        }
+    }
+}
+
+// 0.1 s after the first failure, then twice as long each time, 10 s at most; by the pager's clock.
+TEST(PagerFaults, AreTriedAgainWithBackOff) {
+    for (const int workers : {0, 2}) {
+        SCOPED_TRACE(testing::Message() << workers << " workers");
+        const auto source = std::make_shared<FaultyHeights>(
+            hills(3), std::vector<FaultRule>{{.fault = Fault::read_error, .chunk = kBad}});
+        Pager pager = Pager::create(source, {.worker_count = workers}).value();
+        constexpr int kTicks_a_s = 20;
+        std::vector<int> tried_at;
+        for (int tick = 0; tick < 45 * kTicks_a_s; ++tick) {
+            const std::ptrdiff_t before = tries_of(*source, kBad);
+            play(pager, static_cast<double>(tick) / kTicks_a_s);
+            const std::ptrdiff_t more = tries_of(*source, kBad) - before;
+            ASSERT_LE(more, 1) << "tick " << tick;
+            if (more == 1) tried_at.push_back(tick);
+        }
+        ASSERT_EQ(tried_at.size(), 11u);
+        double wait_s = 0.1;
+        for (std::size_t i = 1; i < tried_at.size(); ++i) {
+            const double waited_s = static_cast<double>(tried_at[i] - tried_at[i - 1]) / kTicks_a_s;
+            EXPECT_GE(waited_s, wait_s - 1e-9) << i;
+            EXPECT_LE(waited_s, wait_s + 1.0 / kTicks_a_s + 1e-9) << i;
+            wait_s = std::min(2.0 * wait_s, 10.0);
+        }
+        EXPECT_EQ(pager.stats().failed, tried_at.size());
+        source->set_plan({});
+        play(pager, 60.0);
+        EXPECT_EQ(pager.stats().late_chunks, 0u);
+        EXPECT_EQ(pager.stats().failed, tried_at.size());
+    }
+}
+
+TEST(PagerFaults, OfTheRootsLeaveAnEmptyPictureUntilTheyArrive) {
+    for (const int workers : {0, 2}) {
+        SCOPED_TRACE(testing::Message() << workers << " workers");
+        const auto ground = hills(2);
+        const auto source = std::make_shared<FaultyHeights>(
+            ground, std::vector<FaultRule>{{.fault = Fault::exception}});
+        Pager pager = Pager::create(source, {.worker_count = workers}).value();
+        const Pager::Ticket ticket = pager.require({10, 10, 20, 20}, 1.0);
+        play(pager, 0.0);
+        EXPECT_EQ(pager.stats().resident_chunks, 0u);
+        EXPECT_GE(pager.stats().failed, 4u);
+        EXPECT_EQ(pager.stats().resident_bytes, 0u);
+        EXPECT_EQ(pager.state_of(ticket), TicketState::failing);
+        EXPECT_EQ(draw(pager, *ground).status, MeshStatus::not_resident);
+        source->set_plan({});
+        play(pager, 0.2);
+        play(pager, 20.0);
+        EXPECT_TRUE(pager.is_ready(ticket));
+        expect_all_there(pager, *ground);
+    }
+}
+
+// A third of all questions fail in some way, over and over: everything is there in the end.
+TEST(PagerFaults, OfManyKindsAtOnceEndWithEverythingThere) {
+    for (const int workers : {0, 2}) {
+        SCOPED_TRACE(testing::Message() << workers << " workers, seeds 1 to 3");
+        const auto ground = hills(2);
+        const auto source = std::make_shared<FaultyHeights>(
+            ground, std::vector<FaultRule>{{.fault = Fault::nan, .share = 0.1, .seed = 1},
+                                           {.fault = Fault::no_memory, .share = 0.1, .seed = 2},
+                                           {.fault = Fault::read_error, .share = 0.1, .seed = 3}});
+        Pager pager = Pager::create(source, {.worker_count = workers}).value();
+        double time_s = 0.0;
+        do {
+            play(pager, time_s);
+            if (pager.stats().resident_chunks % 4 == 1) draw(pager, *ground);
+            time_s += 1.0;
+            ASSERT_LT(time_s, 1000.0);
+        } while (pager.stats().late_chunks > 0);
+        EXPECT_GT(pager.stats().failed, 10u);
+        expect_all_there(pager, *ground);
+    }
+}
+
+// Whatever befalls the file: the roots stay, all else fails until it is as it was.
+class PagerOverAFile : public testing::TestWithParam<int> {
+protected:
+    void SetUp() override { ASSERT_TRUE(FileHeights::write(path_, *ground_)); }
+    void TearDown() override { std::filesystem::remove(path_); }
+
+    void expect_mended(const std::function<void()>& harm, const std::function<void()>& mend) {
+        Pager pager = Pager::create(source_, {.worker_count = GetParam()}).value();
+        pager.update({}, {}, 0.0);
+        pager.finish();
+        EXPECT_EQ(pager.stats().resident_chunks, 4u);
+        harm();
+        play(pager, 1.0);
+        const std::uint64_t failed = pager.stats().failed;
+        EXPECT_GE(failed, 1u);
+        play(pager, 1.05);
+        EXPECT_EQ(pager.stats().failed, failed);
+        play(pager, 1.2);
+        EXPECT_GT(pager.stats().failed, failed);
+        EXPECT_GT(pager.stats().late_chunks, 0u);
+        expect_coarser(pager, *ground_);
+        mend();
+        const std::uint64_t failed_in_all = pager.stats().failed;
+        play(pager, 20.0);
+        EXPECT_EQ(pager.stats().failed, failed_in_all);
+        expect_all_there(pager, *ground_);
+    }
+    void write() { ASSERT_TRUE(FileHeights::write(path_, *ground_)); }
+
+    const std::string path_ = testing::TempDir() + "terrane_pager_" + std::to_string(getpid());
+    const std::shared_ptr<const HeightSource> ground_ = hills(2);
+    const std::shared_ptr<FileHeights> source_ = std::make_shared<FileHeights>(path_, ground_);
+};
+
+TEST_P(PagerOverAFile, IsMendedWhereItIsTruncated) {
+    expect_mended(
+        [&] {
+            std::filesystem::resize_file(path_, FileHeights::row_offset(ground_->lattice(), 100));
+        },
+        [&] { write(); });
+}
+
+TEST_P(PagerOverAFile, IsMendedWhereAByteIsCorrupt) {
+    expect_mended(
+        [&] {
+            std::fstream file(path_, std::ios::binary | std::ios::in | std::ios::out);
+            const auto place = static_cast<std::streamoff>(
+                FileHeights::row_offset(ground_->lattice(), 200) + 4096);
+            file.seekg(place);
+            const int before = file.get();
+            file.seekp(place);
+            file.put(static_cast<char>(before ^ 64));
+        },
+        [&] { write(); });
+}
+
+TEST_P(PagerOverAFile, IsMendedWherePermissionIsDenied) {
+    using std::filesystem::perms;
+    expect_mended(
+        [&] {
+            std::filesystem::permissions(path_, perms::none);
+            source_->opens_as_nobody = geteuid() == 0;
+        },
+        [&] {
+            std::filesystem::permissions(path_, perms::owner_read | perms::owner_write |
+                                                    perms::group_read | perms::others_read);
+        });
+}
+
+TEST_P(PagerOverAFile, IsMendedWhereItIsDeletedAndPutBack) {
+    const std::string away = path_ + "_away";
+    expect_mended([&] { std::filesystem::rename(path_, away); },
+                  [&] { std::filesystem::rename(away, path_); });
+}
+
+TEST_P(PagerOverAFile, IsMendedWhereThereAreNoHandles) {
+    std::unique_ptr<test::NoFileHandles> none;
+    expect_mended([&] { none = std::make_unique<test::NoFileHandles>(); }, [&] { none.reset(); });
+}
+
+INSTANTIATE_TEST_SUITE_P(Workers, PagerOverAFile, testing::Values(0, 2));
+
+// Storage that fails and hangs for a share of all loads, by the clock: what is needed is there when
+// the camera has stood for a while.
+TEST(PagerFaults, OfVirtualStorageDelayAFlightAndEndWithEverythingThere) {
+    for (const std::uint64_t seed : {1u, 2u, 3u}) {
+        SCOPED_TRACE(testing::Message() << "seed " << seed);
+        const auto ground = hills(3);
+        auto loader = VirtualLoader::create(
+                          {.failure_share = 0.3, .hang_share = 0.05, .timeout = 0.5, .seed = seed},
+                          [&](const ChunkKey& key) { return make_chunk(*ground, key); })
+                          .value();
+        Pager pager = Pager::create(ground, {}, std::move(loader)).value();
+        double time_s = 0.0;
+        CameraNeed camera;
+        for (int frame = 0; frame < 400; ++frame, time_s += 0.02) {
+            const WorldPos eye(-600.0 + 2.0 * frame, 100.0 + frame, 150.0);
+            camera = test::camera_at(eye, eye + WorldPos(100, 50, -40), kTarget_px);
+            camera.velocity = {100, 50, 0};
+            pager.update(std::vector{camera}, {}, time_s);
+            if (frame % 100 == 50) test::draw(pager.resident(), *ground, camera.view, kTarget_px);
+        }
+        camera.velocity.setZero();
+        for (int frame = 0; frame < 1000; ++frame, time_s += 0.02) {
+            pager.update(std::vector{camera}, {}, time_s);
+        }
+        EXPECT_EQ(pager.stats().late_chunks, 0u);
+        EXPECT_GT(pager.stats().failed, pager.stats().timed_out);
+        EXPECT_GT(pager.stats().timed_out, 0u);
+        const test::Frame frame = test::draw(pager.resident(), *ground, camera.view, kTarget_px);
+        EXPECT_EQ(frame.status, MeshStatus::error_met);
+    }
+}
+
+}  // namespace
+}  // namespace terrane

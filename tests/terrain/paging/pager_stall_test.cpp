@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: MIT
+//
+// A pager before storage that is slow or hangs: update() never waits for it, and it can be shut down.
+// What would wait here would wait for ever.
+#include "pager_scene.h"
+#include "support/faulty_heights.h"
+
+#include <terrane/terrain/ground.h>
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <mutex>
+#include <thread>
+
+namespace terrane {
+namespace {
+
+using test::Fault;
+using test::FaultRule;
+using test::FaultyHeights;
+using test::WaveHeights;
+
+constexpr double kTarget_px = 6.0;
+constexpr ChunkKey kBad{0, 0, 2}, kGood{1, 0, 2};
+
+std::shared_ptr<const HeightSource> hills() {
+    return std::make_shared<WaveHeights>(test::small_world(3, 1.0), 120.0, 150.0);
+}
+
+std::vector<CameraNeed> cameras() {
+    return {test::camera_at({60, 50, 150}, {260, 240, 0}, kTarget_px)};
+}
+
+void wait_a_bit() { std::this_thread::sleep_for(std::chrono::milliseconds(1)); }
+
+// The threads that were left behind let go of the source.
+void expect_released(const std::shared_ptr<FaultyHeights>& source) {
+    while (source.use_count() > 1) std::this_thread::yield();
+}
+
+TEST(PagerStall, DoesNotHoldUpAnUpdateHoweverLongStorageTakes) {
+    for (const int delay_ms : {0, 10, 1000}) {
+        SCOPED_TRACE(testing::Message() << delay_ms << " ms, then for ever");
+        const auto source = std::make_shared<FaultyHeights>(
+            hills(), std::vector<FaultRule>{
+                         {.fault = Fault::hang, .delay = std::chrono::milliseconds(delay_ms)}});
+        {
+            Pager pager = Pager::create(source, {.worker_count = 2}).value();
+            int frame = 0;
+            for (; frame < 100; ++frame) pager.update(cameras(), {}, 0.01 * frame);
+            source->wait_for_hung(2);
+            for (; frame < 200; ++frame) pager.update(cameras(), {}, 0.01 * frame);
+            EXPECT_EQ(pager.stats().loaded, 0u);
+            EXPECT_EQ(pager.stats().late_chunks, 4u);
+            EXPECT_EQ(source->question_count(), 2);  // the threads', none of update()
+            source->set_plan({});
+            source->release();
+            pager.finish();
+            EXPECT_EQ(pager.stats().late_chunks, 0u);
+        }
+        expect_released(source);
+    }
+}
+
+// With chunks there already, and loads beyond them under way for ever.
+TEST(PagerStall, DoesNotHoldUpAnUpdateInMidFlight) {
+    const auto source = std::make_shared<FaultyHeights>(hills());
+    Pager pager = Pager::create(source, {.worker_count = 2}).value();
+    pager.update(cameras(), {}, 0.0);
+    pager.finish();
+    const PagerStats before = pager.stats();
+    source->set_plan({{.fault = Fault::hang}});
+    const std::vector<CameraNeed> elsewhere{
+        test::camera_at({-700, -700, 60}, {-600, -650, 0}, kTarget_px)};
+    const std::vector<BodyNeed> bodies{{.centre_world = {-500, -500, 0}, .radius = 5.0}};
+    int frame = 0;
+    for (; frame < 10; ++frame) pager.update(elsewhere, bodies, 1.0 + 0.01 * frame);
+    source->wait_for_hung(2);
+    for (; frame < 300; ++frame)
+        pager.update(frame % 2 == 0 ? elsewhere : cameras(), bodies, 1.0 + 0.01 * frame);
+    EXPECT_EQ(pager.stats().loaded, before.loaded);
+    EXPECT_GT(pager.stats().late_chunks, 0u);
+    source->set_plan({});
+    source->release();
+    pager.finish();
+    EXPECT_EQ(pager.stats().late_chunks, 0u);
+}
+
+TEST(PagerStall, OfOneLoadTimesOutAndTheOthersGoOn) {
+    const auto ground = hills();
+    const auto source = std::make_shared<FaultyHeights>(
+        ground, std::vector<FaultRule>{{.fault = Fault::hang, .chunk = kBad, .times = 1}});
+    {
+        Pager pager = Pager::create(source, {.worker_count = 2, .load_timeout = 0.5}).value();
+        const auto hung_only = [&] {
+            return test::holds(*pager.resident(), kGood) && pager.stats().timed_out > 0;
+        };
+        // the clock stands: it is not tried again
+        while (!hung_only()) {
+            pager.update(cameras(), {}, 0.0);
+            wait_a_bit();
+        }
+        EXPECT_GE(pager.stats().failed, pager.stats().timed_out);
+        EXPECT_FALSE(test::holds(*pager.resident(), kBad));
+        const test::Frame frame =
+            test::draw(pager.resident(), *ground, cameras().front().view, kTarget_px);
+        EXPECT_EQ(frame.status, MeshStatus::not_resident);
+        EXPECT_GT(frame.error_px, kTarget_px);
+        // the next try does not hang; the first one still does
+        for (double time_s = 20.0; pager.stats().late_chunks > 0; time_s += 0.01) {
+            pager.update(cameras(), {}, time_s);
+            wait_a_bit();
+        }
+        EXPECT_TRUE(test::holds(*pager.resident(), kBad));
+    }
+    source->release();
+    expect_released(source);
+}
+
+TEST(PagerStall, OfEverythingEndsWhenStorageComesBack) {
+    const auto source =
+        std::make_shared<FaultyHeights>(hills(), std::vector<FaultRule>{{.fault = Fault::hang}});
+    Pager pager = Pager::create(source, {.worker_count = 2, .load_timeout = 0.05}).value();
+    double time_s = 0.0;
+    // as many threads as there are workers are replaced
+    while (pager.stats().timed_out < 4) {
+        pager.update(cameras(), {}, time_s += 0.01);
+        wait_a_bit();
+    }
+    for (int i = 0; i < 100; ++i) pager.update(cameras(), {}, time_s += 0.01);
+    EXPECT_EQ(pager.stats().timed_out, 4u);
+    EXPECT_EQ(pager.stats().loaded, 0u);
+    source->set_plan({});
+    source->release();
+    while (pager.stats().resident_chunks <= 4 || pager.stats().late_chunks > 0) {
+        pager.update(cameras(), {}, time_s += 0.1);
+        wait_a_bit();
+    }
+    EXPECT_GE(pager.stats().failed, 4u);
+}
+
+TEST(PagerStall, OfEverythingIsNotWaitedForByFinish) {
+    const auto source =
+        std::make_shared<FaultyHeights>(hills(), std::vector<FaultRule>{{.fault = Fault::hang}});
+    Pager pager = Pager::create(source, {.worker_count = 2, .load_timeout = 0.3}).value();
+    pager.update(cameras(), {}, 0.0);
+    pager.finish();
+    EXPECT_EQ(pager.stats().timed_out, 4u);  // each root
+    pager.update(cameras(), {}, 1.0);
+    pager.finish();  // nothing can begin
+    EXPECT_EQ(pager.stats().timed_out, 4u);
+    EXPECT_EQ(pager.stats().late_chunks, 4u);
+    source->set_plan({});
+    source->release();
+    // a slow machine may have loads time out that do not hang
+    for (double time_s = 20.0; pager.stats().late_chunks > 0; time_s += 10.0) {
+        pager.update(cameras(), {}, time_s);
+        pager.finish();
+    }
+    EXPECT_GT(pager.stats().resident_chunks, 4u);
+}
+
+TEST(PagerStall, IsLeftBehindByAPagerThatGoes) {
+    const auto source =
+        std::make_shared<FaultyHeights>(hills(), std::vector<FaultRule>{{.fault = Fault::hang}});
+    std::shared_ptr<const ResidentSet> set;
+    {
+        Pager pager = Pager::create(source, {.worker_count = 2}).value();
+        pager.update(cameras(), {}, 0.0);
+        source->wait_for_hung(2);
+        set = pager.resident();
+    }
+    EXPECT_TRUE(set->chunks().empty());
+    source->release();
+    expect_released(source);
+}
+
+TEST(PagerStall, StopsAtAnyMomentOfALoad) {
+    for (int questions = 0; questions < 30; questions += 3) {
+        const auto source = std::make_shared<FaultyHeights>(
+            hills(), std::vector<FaultRule>{{.delay = std::chrono::milliseconds(1)}});
+        std::shared_ptr<const ResidentSet> set;
+        {
+            Pager pager = Pager::create(source, {.worker_count = 3}).value();
+            for (int frame = 0; source->question_count() < questions || frame == 0; ++frame) {
+                pager.update(cameras(), {}, 0.01 * frame);
+                std::this_thread::yield();
+            }
+            set = pager.resident();
+        }
+        expect_released(source);
+        for (const auto& chunk : set->chunks()) EXPECT_FALSE(chunk->heights.empty());
+    }
+}
+
+// Readers ask one set over and over, while its owner evicts and loads what it is made of.
+TEST(PagerReaders, HaveTheSameAnswersFromASetWhateverItsOwnerEvicts) {
+    const auto ground = hills();
+    std::mutex mutex;
+    std::shared_ptr<const ResidentSet> latest;  // by the mutex
+    std::atomic<bool> is_over{false};
+    std::atomic<int> rounds{0};
+    Pager pager =
+        Pager::create(ground, {.memory_bytes = 24 * Chunk::max_bytes(), .worker_count = 2}).value();
+    latest = pager.resident();
+
+    const auto read = [&](double shift) {
+        while (!is_over) {
+            std::shared_ptr<const ResidentSet> set;
+            {
+                const std::lock_guard lock(mutex);
+                set = latest;
+            }
+            const Ground contact(set, 3);
+            std::vector<HeightAnswer> first;
+            for (int round = 0; round < 3; ++round) {
+                std::size_t at = 0;
+                for (double x = -1000.0 + shift; x < 1000.0; x += 90.0) {
+                    const HeightAnswer answer = contact.height(x, 0.7 * x);
+                    if (answer.status == GroundStatus::ok) {
+                        EXPECT_NEAR(answer.height, ground->height(x, 0.7 * x),
+                                    answer.error_m + 1e-9);
+                    }
+                    if (round == 0) {
+                        first.push_back(answer);
+                        continue;
+                    }
+                    EXPECT_EQ(answer.status, first[at].status);
+                    EXPECT_EQ(answer.height, first[at].height);
+                    EXPECT_EQ(answer.normal, first[at].normal);
+                    ++at;
+                }
+                const RayAnswer ray = contact.ray({-900, -900, 80}, {900, 800, -80});
+                EXPECT_NE(ray.status, GroundStatus::invalid);
+            }
+            ++rounds;
+        }
+    };
+    std::thread one(read, 0.0), other(read, 31.0);
+    int found = 0;
+    for (int frame = 0; frame < 600 || rounds < 20; ++frame) {
+        const double x = -900.0 + 30.0 * (frame % 60);
+        const WorldPos place(x, 0.7 * x, 20.0);
+        const std::vector<BodyNeed> bodies{
+            {.centre_world = place, .velocity = {300, 210, 0}, .radius = 30.0}};
+        pager.update(std::vector{test::camera_at(place, place + WorldPos(50, 35, -9), 1.0)}, bodies,
+                     0.1 * frame);
+        if (frame % 10 == 0) pager.finish();  // also where loads are slow
+        found += test::holds(*pager.resident(), {0, 0, 3}) ? 1 : 0;
+        {
+            const std::lock_guard lock(mutex);
+            latest = pager.resident();
+        }
+        wait_a_bit();
+    }
+    is_over = true;
+    one.join();
+    other.join();
+    EXPECT_GT(pager.stats().evicted, 100u);
+    EXPECT_GT(found, 0);
+}
+
+}  // namespace
+}  // namespace terrane

@@ -1,0 +1,282 @@
+// SPDX-License-Identifier: MIT
+#include "loads.h"
+#include "support/faulty_heights.h"
+#include "support/random.h"
+#include "support/wave_heights.h"
+
+#include <terrane/terrain/thread_loader.h>
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <set>
+
+namespace terrane {
+namespace {
+
+using test::Fault;
+using test::FaultRule;
+using test::FaultyHeights;
+using test::keys_of;
+using test::Loads;
+using test::Question;
+
+constexpr ChunkKey kA{0, 0, 3}, kB{1, 0, 3}, kC{2, 0, 3}, kRoot{0, 0, 0};
+
+std::shared_ptr<FaultyHeights> hills(std::vector<FaultRule> plan = {}) {
+    return std::make_shared<FaultyHeights>(
+        std::make_shared<test::WaveHeights>(test::small_world(3, 1.0), 20.0, 90.0),
+        std::move(plan));
+}
+
+std::unique_ptr<ThreadLoader> loader_of(std::shared_ptr<const HeightSource> source,
+                                        int worker_count = 1) {
+    return ThreadLoader::create(std::move(source), {.worker_count = worker_count, .timeout = 1000})
+        .value();
+}
+
+TEST(ThreadLoader, LoadsWhatMakeChunkGivesInTheOrderOfTheQueue) {
+    const auto source = hills();
+    Loads loads;
+    const auto loader = loader_of(source);
+    const std::vector<ChunkKey> keys{kC, kA, kRoot, kB};
+    loader->queue(loads.requests(keys));
+    std::vector<FinishedLoad> finished = Loads::take(*loader, 4);
+    EXPECT_EQ(source->sampled(), keys);
+    std::size_t bytes = 0;
+    for (const FinishedLoad& load : finished) {
+        ASSERT_TRUE(load.chunk);
+        const auto expected = make_chunk(*source, load.key).value();
+        EXPECT_EQ((*load.chunk)->key, load.key);
+        EXPECT_EQ((*load.chunk)->heights, expected->heights);
+        EXPECT_EQ((*load.chunk)->cell_bounds, expected->cell_bounds);
+        EXPECT_EQ(load.bytes_read, expected->bytes());
+        EXPECT_GE(load.seconds, 0.0);
+        bytes += expected->bytes();
+    }
+    EXPECT_EQ(loads.bytes(), bytes);
+    finished.clear();
+    EXPECT_EQ(loads.bytes(), 0u);
+}
+
+TEST(ThreadLoader, HandsOutWhatIsFinishedInTheOrderOfKeys) {
+    const auto source = hills({{.fault = Fault::hang, .chunk = kRoot}});
+    Loads loads;
+    const auto loader = loader_of(source);
+    loader->queue(loads.requests({kC, kA, kB, kRoot}));
+    source->wait_for_hung(1);  // the others are finished
+    EXPECT_EQ(keys_of(loader->take_finished()), (std::vector<ChunkKey>{kA, kB, kC}));
+    EXPECT_TRUE(loader->take_finished().empty());
+    EXPECT_EQ(loads.bytes(), Loads::waiting_bytes(1));
+    source->release();
+}
+
+TEST(ThreadLoader, RunsAsManyLoadsAtOnceAsItHasThreads) {
+    const auto source = hills({{.fault = Fault::hang}});
+    Loads loads;
+    const auto loader = loader_of(source, 3);
+    EXPECT_EQ(loader->slots(), 3);
+    loader->queue(loads.requests({kA, kB, kC, kRoot}));
+    source->wait_for_hung(3);
+    EXPECT_EQ(keys_of(loader->take_queue()), std::vector<ChunkKey>{kRoot});
+    EXPECT_EQ(loads.bytes(), Loads::waiting_bytes(3));
+    source->release();
+    EXPECT_EQ(Loads::take(*loader, 3).size(), 3u);
+    EXPECT_EQ(loads.bytes(), 0u);
+}
+
+TEST(ThreadLoader, TellsEachFaultAndGivesItsBytesBack) {
+    const std::vector<std::pair<Fault, ErrorCode>> faults{
+        {Fault::read_error, ErrorCode::io},      {Fault::permission_denied, ErrorCode::io},
+        {Fault::truncated, ErrorCode::bad_data}, {Fault::nan, ErrorCode::bad_data},
+        {Fault::too_high, ErrorCode::bad_data},  {Fault::no_memory, ErrorCode::out_of_memory},
+        {Fault::exception, ErrorCode::io},       {Fault::odd_exception, ErrorCode::io}};
+    const auto source = hills();
+    Loads loads;
+    const auto loader = loader_of(source, 2);
+    for (const auto& [fault, code] : faults) {
+        SCOPED_TRACE(testing::Message() << "fault " << static_cast<int>(fault));
+        source->set_plan({{.fault = fault, .question = Question::sample}});
+        loader->queue(loads.requests({kA, kB, kRoot}));
+        for (const FinishedLoad& load : Loads::take(*loader, 3)) {
+            ASSERT_FALSE(load.chunk);
+            EXPECT_EQ(load.chunk.error().code, code);
+            EXPECT_FALSE(load.chunk.error().message.empty());
+            EXPECT_EQ(load.bytes_read, 0u);
+        }
+        EXPECT_EQ(loads.bytes(), 0u);
+    }
+    source->set_plan({});
+    loader->queue(loads.requests({kA}));
+    EXPECT_TRUE(Loads::take(*loader, 1).front().chunk);
+}
+
+TEST(ThreadLoader, BeginsNothingThatWasTakenBack) {
+    const auto source = hills({{.fault = Fault::hang, .times = 1}});
+    Loads loads;
+    const auto loader = loader_of(source);
+    loader->queue(loads.requests({kA, kC, kB}));
+    source->wait_for_hung(1);
+    loader->cancel(kB);  // has not begun: of no account
+    std::vector<LoadRequest> queued = loader->take_queue();
+    EXPECT_EQ(keys_of(queued), (std::vector<ChunkKey>{kC, kB}));
+    source->release();
+    EXPECT_EQ(keys_of(Loads::take(*loader, 1)), std::vector<ChunkKey>{kA});
+    loader->wait();  // for nothing
+    EXPECT_EQ(source->sampled().size(), 1u);
+    EXPECT_EQ(loads.bytes(), Loads::waiting_bytes(2));
+    loader->queue(std::move(queued));
+    for (const FinishedLoad& load : Loads::take(*loader, 2)) EXPECT_TRUE(load.chunk);
+    EXPECT_EQ(loads.bytes(), 0u);
+}
+
+// Between two questions to the source: it is not asked any further.
+TEST(ThreadLoader, GivesUpALoadThatHasBegun) {
+    for (const Question question : {Question::sample, Question::bounds, Question::flags}) {
+        const auto source = hills({{.fault = Fault::hang, .question = question, .chunk = kA}});
+        Loads loads;
+        const auto loader = loader_of(source, 2);
+        loader->queue(loads.requests({kA, kB}));
+        source->wait_for_hung(1);
+        loader->cancel(kA);
+        EXPECT_EQ(keys_of(Loads::take(*loader, 1)), std::vector<ChunkKey>{kB});
+        EXPECT_TRUE(loader->take_finished().empty());  // the source has not answered yet
+        EXPECT_EQ(loads.bytes(), Loads::waiting_bytes(1));
+        const int questions = source->question_count();
+        source->release();
+        const FinishedLoad given_up = std::move(Loads::take(*loader, 1).front());
+        EXPECT_EQ(given_up.key, kA);
+        ASSERT_FALSE(given_up.chunk);
+        EXPECT_EQ(given_up.chunk.error().code, ErrorCode::cancelled);
+        EXPECT_EQ(given_up.chunk.error().message, "chunk (0, 0) of level 3 was given up");
+        EXPECT_EQ(source->question_count(), questions);
+        EXPECT_EQ(loads.bytes(), 0u);
+    }
+}
+
+TEST(ThreadLoader, GivesUpNothingThatIsFinishedOrUnknown) {
+    const auto source = hills({{.fault = Fault::hang, .chunk = kB}});
+    Loads loads;
+    const auto loader = loader_of(source);
+    loader->cancel(kA);
+    loader->queue(loads.requests({kA, kB}));
+    source->wait_for_hung(1);
+    loader->cancel(kA);
+    loader->cancel(kC);
+    const std::vector<FinishedLoad> finished = loader->take_finished();
+    ASSERT_EQ(keys_of(finished), std::vector<ChunkKey>{kA});
+    EXPECT_TRUE(finished.front().chunk);
+    loader->cancel(kA);
+    source->release();
+    EXPECT_TRUE(Loads::take(*loader, 1).front().chunk);
+}
+
+TEST(ThreadLoader, WaitsForNothingWhereThereIsNothing) {
+    const auto loader = loader_of(hills(), 4);
+    loader->wait();
+    loader->queue({});
+    loader->wait();
+    EXPECT_TRUE(loader->take_queue().empty());
+    EXPECT_TRUE(loader->take_finished().empty());
+    loader->advance(std::numeric_limits<double>::quiet_NaN());
+}
+
+TEST(ThreadLoader, StopsInMidLoadAndGivesEverythingBack) {
+    for (int round = 0; round < 40; ++round) {
+        const auto source = hills({{.delay = std::chrono::milliseconds(round % 3)}});
+        Loads loads;
+        auto loader = loader_of(source, 1 + round % 4);
+        loader->queue(loads.requests({kC, kA, kRoot, kB}));
+        std::this_thread::sleep_for(std::chrono::milliseconds(round % 8));
+        loader.reset();
+        ASSERT_EQ(loads.bytes(), 0u) << "round " << round;
+        ASSERT_EQ(source.use_count(), 1);
+    }
+}
+
+TEST(ThreadLoader, RefusesSettingsOutOfRange) {
+    const auto refuses = [](std::shared_ptr<const HeightSource> source,
+                            const ThreadLoaderSettings& settings) {
+        const auto loader = ThreadLoader::create(std::move(source), settings);
+        return !loader && loader.error().code == ErrorCode::invalid_argument;
+    };
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    const double infinite = std::numeric_limits<double>::infinity();
+    EXPECT_TRUE(refuses(nullptr, {}));
+    EXPECT_TRUE(refuses(hills(), {.worker_count = 0}));
+    EXPECT_TRUE(refuses(hills(), {.worker_count = -1}));
+    EXPECT_TRUE(refuses(hills(), {.worker_count = 257}));
+    EXPECT_TRUE(refuses(hills(), {.timeout = 0.0}));
+    EXPECT_TRUE(refuses(hills(), {.timeout = -infinite}));
+    EXPECT_TRUE(refuses(hills(), {.timeout = nan}));
+    EXPECT_FALSE(refuses(hills(), {.worker_count = 64, .timeout = infinite}));
+}
+
+// What an owner does, in any order: each load ends once, as what it is, and all bytes come back.
+TEST(ThreadLoader, LosesNothingThroughRandomCalls) {
+    for (const std::uint64_t seed : {1u, 2u, 3u, 4u}) {
+        SCOPED_TRACE(testing::Message() << "seed " << seed);
+        test::Random random(seed);
+        const auto source = hills({{.fault = Fault::read_error, .share = 0.1, .seed = 1},
+                                   {.fault = Fault::nan, .share = 0.1, .seed = 2},
+                                   {.fault = Fault::exception, .share = 0.05, .seed = 3},
+                                   {.fault = Fault::no_memory, .share = 0.05, .seed = 4},
+                                   {.delay = std::chrono::milliseconds(1), .share = 0.2}});
+        Loads loads;
+        const auto loader = loader_of(source, 1 + random.below(4));
+        std::set<ChunkKey> under_way, cancelled;
+        std::vector<std::shared_ptr<const Chunk>> kept;
+        const auto take = [&] {
+            for (FinishedLoad& load : loader->take_finished()) {
+                EXPECT_EQ(under_way.erase(load.key), 1u);
+                if (load.chunk) {
+                    EXPECT_EQ((*load.chunk)->key, load.key);
+                    if (random.below(4) == 0) kept.push_back(std::move(*load.chunk));
+                } else if (load.chunk.error().code == ErrorCode::cancelled) {
+                    EXPECT_TRUE(cancelled.contains(load.key));
+                }
+                cancelled.erase(load.key);
+            }
+        };
+        for (int step = 0; step < 300; ++step) {
+            switch (random.below(5)) {
+                case 0: {
+                    for (const LoadRequest& request : loader->take_queue()) {
+                        EXPECT_EQ(under_way.erase(request.key), 1u);
+                    }
+                    std::vector<ChunkKey> keys;
+                    for (int i = random.below(12); i > 0; --i) {
+                        const ChunkKey key{random.below(16) - 8, random.below(16) - 8, 3};
+                        if (under_way.insert(key).second) keys.push_back(key);
+                    }
+                    loader->queue(loads.requests(keys));
+                    break;
+                }
+                case 1:
+                    for (const ChunkKey& key : under_way) {
+                        if (random.below(3) > 0) continue;
+                        loader->cancel(key);
+                        cancelled.insert(key);
+                    }
+                    break;
+                case 2:
+                    loader->wait();
+                    break;
+                case 3:
+                    kept.clear();
+                    break;
+                default:
+                    take();
+            }
+        }
+        while (!under_way.empty()) {
+            loader->wait();
+            take();
+        }
+        kept.clear();
+        EXPECT_EQ(loads.bytes(), 0u);
+    }
+}
+
+}  // namespace
+}  // namespace terrane
