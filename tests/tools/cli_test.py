@@ -88,7 +88,7 @@ class CommandLine(Folder):
     def test_help_and_version_succeed_everywhere(self):
         self.assertEqual(run("--help").returncode, 0)
         self.assertRegex(run("--version").stdout, r"^terrane \d+\.\d+\.\d+\n$")
-        commands = ["info", "mesh", "query", "drop"]
+        commands = ["info", "mesh", "query", "drop", "page"]
         for command in ("fly", "drive"):
             if f"\n  {command} " in run("--help").stdout:
                 commands.append(command)
@@ -102,7 +102,7 @@ class CommandLine(Folder):
         self.assert_refused(run(), [2], "subcommand")
         self.assert_refused(run("dance"), [2], "dance")
         self.assert_refused(run("--dance"), [2], "--dance")
-        for command in ("info", "mesh", "query", "drop"):
+        for command in ("info", "mesh", "query", "drop", "page"):
             self.assert_refused(run(command, "--seed", 1, "--dance"), [2], "--dance")
             self.assert_refused(run(command), [2], "--dem", "--seed")
             self.assert_refused(run(command, "--seed", "x1"), [2], "--seed", "x1")
@@ -133,6 +133,26 @@ class CommandLine(Folder):
             self.assert_refused(done, [2], flag, value)
             self.assertEqual(os.listdir(self.folder), [])
 
+    def test_wrong_values_of_page_are_usage_errors(self):
+        out = self.path("out")
+        for flag, value in (("--latency-ms", -1), ("--latency-ms", "5,,20"), ("--latency-ms", "5,"),
+                            ("--bandwidth-mb", 0), ("--memory-mb", "64,0"), ("--policy", "x"),
+                            ("--policy", "deadline,"), ("--path", "zigzag"), ("--path", "straight,"),
+                            ("--speed", "50,0"), ("--radius", "0"), ("--slots", 1025),
+                            ("--threads", 0), ("--bodies", -1), ("--failure-share", 1.5),
+                            ("--horizon-s", "nan"), ("--announce-s", -1), ("--fps", 0)):
+            done = run("page", "--seed", 1, "--out", out, f"{flag}={value}")
+            self.assert_refused(done, [2], flag, str(value).split(",")[-1])
+            self.assertEqual(os.listdir(self.folder), [])
+        self.assert_refused(run("page", "--seed", 1, "--memory-mb", 0.5), [1], "memory")
+        self.assert_refused(run("page", "--seed", 1, "--path", "none.csv"), [1], "none.csv")
+
+    def test_wrong_values_of_fly_are_usage_errors(self):
+        for flag, value in (("--latency-ms", -1), ("--bandwidth-mb", 0), ("--policy", "x"),
+                            ("--policy", "deadline,distance"), ("--radius", 0), ("--path", "zigzag")):
+            self.assert_refused(run("fly", "--seed", 1, f"{flag}={value}"), [2], flag, value)
+        self.assert_refused(run("drive", "--seed", 1, "--path", "teleports"), [1], "teleports")
+
     def test_bad_rasters_fail_with_a_line_that_names_them(self):
         missing = self.path("missing.tif")
         text = self.path("text.tif")
@@ -143,7 +163,7 @@ class CommandLine(Folder):
         rasters = [missing, text, empty, self.folder, self.write_grid("one.asc", [[5.0]]),
                    self.write_grid("nothing.asc", np.full((20, 20), -9999.0))]
         for raster in rasters:
-            for command in (["info"], ["mesh", "--out", self.path("a.ply")], ["query"],
+            for command in (["info"], ["mesh", "--out", self.path("a.ply")], ["query"], ["page"],
                             ["drop", "--count", 3, "--trace", self.path("t.csv")]):
                 done = run(*command, "--dem", raster, stdin="")
                 self.assert_refused(done, [1], os.path.basename(raster))
@@ -463,6 +483,98 @@ class Drop(Folder):
 
         self.assertEqual(state(3), state(3))
         self.assertNotEqual(state(3), state(4))
+
+
+class Page(Folder):
+    KEYS = {"frames", "late_frames", "late_share", "excess_error_px_s", "bytes_loaded",
+            "bytes_wasted", "peak_bytes", "contact_late", "path", "speed", "policy", "radius",
+            "latency_ms", "bandwidth_mb", "memory_mb", "wasted_share", "error_px_max", "reloads",
+            "cancelled", "failed", "hard_evictions"}
+    QUICK = ["--seconds", 2, "--fps", 10, "--size", "320x180", "--budget", 50_000, "--bodies", 2]
+
+    def play(self, *arguments):
+        done = run("page", "--seed", 5, *self.QUICK, *arguments, "--json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return [json.loads(line) for line in done.stdout.splitlines()]
+
+    def test_every_combination_is_one_line(self):
+        rows = self.play("--path", "straight@300,spins", "--policy", "deadline,distance,oracle",
+                         "--latency-ms", "5,50", "--radius", "0.5,2", "--threads", 2)
+        self.assertEqual([(r["path"], r["latency_ms"], r["policy"]) for r in rows],
+                         [(path, latency, policy) for path in ("straight", "spins")
+                          for latency in (5, 50) for policy in ("deadline", "distance", "oracle")])
+        for row in rows:
+            self.assertLessEqual(self.KEYS, set(row))
+            self.assertEqual(row["frames"], 20)
+            self.assertEqual(row["late_share"], row["late_frames"] / 20)
+            self.assertLessEqual(row["peak_bytes"], row["memory_mb"] * 2**20)
+            self.assertLessEqual(row["bytes_wasted"], row["bytes_loaded"])
+            self.assertEqual(row["radius"] is not None, row["policy"] == "distance")
+            self.assertEqual(row["speed"], 300 if row["path"] == "straight" else None)
+
+    def test_the_best_radius_is_kept(self):
+        arguments = ["--path", "straight@300", "--policy", "distance", "--latency-ms", 50,
+                     "--bandwidth-mb", 5]
+        alone = [self.play(*arguments, "--radius", radius)[0] for radius in (0.25, 1, 4)]
+        best = min(alone, key=lambda r: (r["late_frames"], r["excess_error_px_s"]))
+        self.assertEqual(self.play(*arguments, "--radius", "0.25,1,4"), [best])
+
+    def test_figures_do_not_depend_on_threads_nor_on_the_cache(self):
+        arguments = ["--path", "teleports@200,turns@300", "--policy", "deadline,oracle",
+                     "--bandwidth-mb", 10, "--latency-spread", 1, "--failure-share", 0.05]
+        self.assertEqual(self.play(*arguments),
+                         self.play(*arguments, "--threads", 3, "--cache-mb", 1))
+
+    def test_slower_storage_is_later_and_files_say_the_same(self):
+        arguments = ["--path", "straight@300", "--policy", "distance"]
+        quick = self.play(*arguments, "--bandwidth-mb", 1000)[0]
+        out = self.path("out")
+        slow = self.play(*arguments, "--latency-ms", 500, "--bandwidth-mb", 0.5, "--out", out)[0]
+        self.assertGreater(slow["late_frames"], quick["late_frames"])
+        self.assertEqual(sorted(os.listdir(out)), ["frames.csv", "report.html"])
+        with open(os.path.join(out, "frames.csv")) as file:
+            header = file.readline().strip().split(",")
+            frames = [dict(zip(header, line.strip().split(","))) for line in file]
+        self.assertLessEqual({"time_s", "error_px", "late", "resident_bytes", "in_flight_bytes",
+                              "late_chunks", "contact_late"}, set(header))
+        errors = np.array([float(frame["error_px"]) for frame in frames])
+        late = [frame["status"] == "not_resident" and float(frame["error_px"]) > 2
+                for frame in frames]
+        self.assertEqual([frame["late"] == "1" for frame in frames], late)
+        self.assertEqual(slow["late_frames"], sum(late))
+        self.assertAlmostEqual(slow["excess_error_px_s"], np.maximum(errors - 2, 0).sum() / 10)
+        self.assertEqual(slow["contact_late"], sum(int(f["contact_late"]) for f in frames))
+        with open(os.path.join(out, "report.html")) as file:
+            self.assertIn('"late_frames":%d' % slow["late_frames"], file.read())
+
+    def test_storage_that_never_answers_rightly_is_a_failure(self):
+        done = run("page", "--seed", 5, *self.QUICK, "--failure-share", 1)
+        self.assertEqual((done.returncode, len(done.stderr.splitlines())), (1, 1), done.stderr)
+        self.assertIn("root squares", done.stderr)
+
+    def test_people_read_a_table_or_one_list(self):
+        one = run("page", "--seed", 5, *self.QUICK)
+        self.assertRegex(one.stdout, r"(?m)^late_frames +\d+$")
+        several = run("page", "--seed", 5, *self.QUICK, "--policy", "deadline,oracle")
+        self.assertEqual(len(several.stdout.splitlines()), 3)
+
+
+class Fly(Folder):
+    def test_slow_storage_in_real_time(self):
+        out = self.path("out")
+        flight = ["--path", "teleports", "--seconds", 6, "--fps", 10, "--size", "320x180",
+                  "--budget", 20_000, "--max-error-px", 4, "--realtime", "--out", out]
+        for policy in ("deadline", "distance", "oracle"):
+            summary = run_json("fly", "--seed", 5, *flight, "--latency-ms", 5, "--bandwidth-mb", 50,
+                               "--threads", 4, "--policy", policy)
+            with open(os.path.join(out, "frames.csv")) as file:
+                header = file.readline().strip().split(",")
+                frames = [dict(zip(header, line.strip().split(","))) for line in file]
+            late = [f["status"] == "not_resident" and float(f["error_px"]) > 4 for f in frames]
+            self.assertEqual([f["late"] == "1" for f in frames], late)
+            self.assertEqual(summary["late_frames"], sum(late))
+            excess = sum(max(0.0, float(f["error_px"]) - 4) for f in frames) / 10
+            self.assertAlmostEqual(summary["excess_error_px_s"], excess)
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -48,6 +49,20 @@ TEST(ParseSize, RefusesEmptyAndAbsurdPictures) {
          {"", "x", "0x5", "5x0", "-1x5", "5", "5x5x5", "16385x1", "1e3x5", "5 x 5"}) {
         EXPECT_FALSE(parse_size(text)) << text;
     }
+}
+
+TEST(ParseList, RefusesEmptyItems) {
+    using List = std::vector<std::string>;
+    EXPECT_EQ(parse_list("5"), (List{"5"}));
+    EXPECT_EQ(parse_list("5,20,a b"), (List{"5", "20", "a b"}));
+    for (const char* text : {"", ",", "5,", ",5", "5,,20"}) {
+        EXPECT_EQ(parse_list(text), std::nullopt) << text;
+    }
+}
+
+TEST(Given, NaNIsNotGiven) {
+    EXPECT_EQ(given(std::numeric_limits<double>::quiet_NaN()), std::nullopt);
+    EXPECT_EQ(given(0.0), 0.0);
 }
 
 /// The message of parsing `--value TEXT`, or "" where it is taken.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "report/report.h"
+#include "report/flight_report.h"
+#include "report/paging_report.h"
 
 #include <gtest/gtest.h>
 
@@ -8,6 +9,7 @@
 #include <iterator>
 #include <sstream>
 #include <string>
+#include <vector>
 
 namespace terrane::tools {
 namespace {
@@ -30,13 +32,14 @@ FrameRecord make_frame(int i) {
     frame.eye_world = WorldPos(1.5 * i, -2.0, 300.25);
     frame.triangles = static_cast<std::size_t>(1000 + i);
     frame.budget = 1500;
-    frame.error_px = 0.5 + 0.01 * i;
+    frame.error_px = 0.7 + 0.01 * i;
     frame.update_ms = 2.0 + i % 3;
     frame.status = MeshStatus::budget_reached;
     frame.paging.resident_chunks = 12;
     frame.paging.resident_bytes = 5'000'000;
     frame.paging.peak_bytes = 6'000'000;
     frame.paging.late_chunks = i == 7 ? 3 : 0;
+    frame.max_error_px = 0.75;
     return frame;
 }
 
@@ -47,16 +50,17 @@ TEST(Report, HoldsTheDataAndNothingFromANetwork) {
     ASSERT_TRUE(log);
     for (int i = 0; i < 10; ++i) {
         FrameRecord frame = make_frame(i);
+        if (i == 7) frame.status = MeshStatus::not_resident;
         frame.extra = {123.0 + i};
         ASSERT_TRUE(log->add(frame));
     }
     ReportHeader header{.title = "Flight over <b>\"A & B\"</b>",
                         .command_line = "terrane fly --dem 'a b.tif'",
                         .film = "",
-                        .summary = summarize(log->frames(), std::size_t{1} << 27)};
+                        .summary = summarize(log->frames(), std::size_t{1} << 27, 30.0)};
     header.summary["terrain"] = "</script><script>alert(1)</script>";
     const std::string path = folder + "/report.html";
-    ASSERT_TRUE(write_report(path, header, *log, std::size_t{1} << 27));
+    ASSERT_TRUE(write_flight_report(path, header, *log, std::size_t{1} << 27));
     const std::string page = read(path);
 
     EXPECT_NE(page.find("[1000.0,1001.0,1002.0"), std::string::npos) << "triangles";
@@ -80,15 +84,71 @@ TEST(Report, ShowsAFilmWhereThereIsOne) {
     Result<FlightLog> log = FlightLog::create("");
     ASSERT_TRUE(log);
     ASSERT_TRUE(log->add(make_frame(0)));
-    const ReportHeader header{"t", "c", "flight.mp4", summarize(log->frames(), 1)};
-    ASSERT_TRUE(write_report(folder + "/report.html", header, *log, 1));
+    const ReportHeader header{"t", "c", "flight.mp4", summarize(log->frames(), 1, 30.0)};
+    ASSERT_TRUE(write_flight_report(folder + "/report.html", header, *log, 1));
     EXPECT_NE(read(folder + "/report.html").find("src=\"flight.mp4\""), std::string::npos);
 }
 
 TEST(Report, IsAnErrorWhereItCannotBeWritten) {
     Result<FlightLog> log = FlightLog::create("");
     ASSERT_TRUE(log);
-    EXPECT_FALSE(write_report("/no/such/folder/report.html", {}, *log, 1));
+    EXPECT_FALSE(write_flight_report("/no/such/folder/report.html", {}, *log, 1));
+}
+
+PagingRow make_row(PagingChoice policy, std::size_t late_frames) {
+    PagingRow row;
+    row.cell.path = "turns";
+    row.cell.speed = 100.0;
+    row.cell.memory_mb = 64.0;
+    row.policy = policy;
+    row.run.totals.frames = 10;
+    row.run.totals.late_frames = late_frames;
+    for (int i = 0; i < 10; ++i) row.run.frames.push_back(make_frame(i));
+    return row;
+}
+
+TEST(PagingReport, HoldsEveryRunAndMarksMissedTargets) {
+    const std::string folder = fresh_folder();
+    ASSERT_TRUE(prepare_output_folder(folder));
+    std::vector<PagingRow> rows{make_row(PagingChoice::deadline, 3),
+                                make_row(PagingChoice::distance, 0),
+                                make_row(PagingChoice::oracle, 0)};
+    rows[1].radius = 2.0;
+    const ReportHeader header{.title = "Paging over <seed>",
+                              .command_line = "terrane page",
+                              .film = "",
+                              .summary = {{"flights", 3}}};
+    const std::string path = folder + "/report.html";
+    ASSERT_TRUE(write_paging_report(path, header, rows));
+    const std::string page = read(path);
+    EXPECT_NE(page.find("\"late_frames\":3"), std::string::npos);
+    EXPECT_NE(page.find("\"radius\":2.0"), std::string::npos);
+    EXPECT_NE(page.find("\"late_ratio\":\"inf\""), std::string::npos);
+    EXPECT_NE(page.find("\"excess_ratio\":null"), std::string::npos);
+    EXPECT_NE(page.find("\"missed\":[\"late_frames\"]"), std::string::npos);
+    EXPECT_NE(page.find("\"errors\":{\"deadline\":[0.7,0.71,"), std::string::npos);
+    EXPECT_NE(page.find("Paging over &lt;seed&gt;"), std::string::npos);
+    EXPECT_NE(page.find("Chart.js v3"), std::string::npos);
+    EXPECT_EQ(page.find("http:"), std::string::npos);
+    EXPECT_EQ(page.find("https:"), std::string::npos);
+    EXPECT_EQ(page.find("{{"), std::string::npos) << "an unfilled place";
+    EXPECT_FALSE(write_paging_report("/no/such/folder/report.html", header, rows));
+}
+
+TEST(PagingReport, DrawsErrorsOfAFewCellsOnly) {
+    const std::string folder = fresh_folder();
+    ASSERT_TRUE(prepare_output_folder(folder));
+    std::vector<PagingRow> rows;
+    for (std::size_t i = 0; i <= kMostPlottedCells; ++i) {
+        rows.push_back(make_row(PagingChoice::deadline, 0));
+        rows.back().cell.memory_mb = 64.0 + static_cast<double>(i);
+    }
+    const std::string path = folder + "/report.html";
+    ASSERT_TRUE(write_paging_report(path, {}, rows));
+    EXPECT_EQ(read(path).find("\"time\":["), std::string::npos);
+    rows.pop_back();
+    ASSERT_TRUE(write_paging_report(path, {}, rows));
+    EXPECT_NE(read(path).find("\"time\":["), std::string::npos);
 }
 
 TEST(FlightLog, WritesTheColumnsThatScriptsReadAndOnlyWhenWhole) {
@@ -114,9 +174,9 @@ TEST(FlightLog, WritesTheColumnsThatScriptsReadAndOnlyWhenWhole) {
         "chunks_resident,resident_bytes,late_chunks,max_pop_px,"))
         << header;
     EXPECT_TRUE(
-        first.starts_with("0,0,-2,300.25,1000,1500,0.5,,2.0000,12,5000000,0,,budget_reached,"))
+        first.starts_with("0,0,-2,300.25,1000,1500,0.7,,2.0000,12,5000000,0,,budget_reached,"))
         << first;
-    EXPECT_NE(second.find(",0.51,0.25,3.0000,12,5000000,0,0.125,"), std::string::npos) << second;
+    EXPECT_NE(second.find(",0.71,0.25,3.0000,12,5000000,0,0.125,"), std::string::npos) << second;
 }
 
 TEST(FlightLog, SummaryCountsWhatBrokeAPromise) {
@@ -129,7 +189,8 @@ TEST(FlightLog, SummaryCountsWhatBrokeAPromise) {
         frames.back().update_ms = i;
     }
     frames[50].triangles = 1501;
-    const nlohmann::ordered_json summary = summarize(frames, 1 << 20);
+    frames[60].status = MeshStatus::not_resident;
+    const nlohmann::ordered_json summary = summarize(frames, 1 << 20, 50.0);
     EXPECT_EQ(summary["frames"], 100);
     EXPECT_EQ(summary["over_budget_frames"], 1);
     EXPECT_EQ(summary["uncertified_frames"], 1);
@@ -139,6 +200,32 @@ TEST(FlightLog, SummaryCountsWhatBrokeAPromise) {
     EXPECT_EQ(summary["update_ms_p99"], 98.0);
     EXPECT_EQ(summary["peak_bytes"], 6'000'000);
     EXPECT_EQ(summary["memory_bytes"], 1 << 20);
+}
+
+TEST(FlightLog, AFrameIsLateWhereItIsWorseThanItsTargetForWantOfAChunk) {
+    FrameRecord frame = make_frame(0);
+    frame.max_error_px = 1.0;
+    frame.error_px = 1.5;
+    frame.paging.late_chunks = 3;
+    EXPECT_FALSE(frame.is_late()) << "the budget stopped it";
+    EXPECT_EQ(frame.excess_error_px(), 0.5);
+    frame.status = MeshStatus::not_resident;
+    EXPECT_TRUE(frame.is_late());
+    frame.error_px = 1.0;
+    EXPECT_FALSE(frame.is_late()) << "nobody sees what is absent";
+    EXPECT_EQ(frame.excess_error_px(), 0.0);
+    frame.triangles = 0;
+    EXPECT_TRUE(frame.is_late()) << "nobody sees anything";
+}
+
+TEST(FlightLog, ExcessErrorIsCountedInPixelSeconds) {
+    std::vector<FrameRecord> frames(3);
+    frames[0].error_px = 1.5;
+    frames[1].error_px = 0.5;
+    frames[2].error_px = 3.0;
+    EXPECT_DOUBLE_EQ(excess_error_px_s(frames, 50.0), 0.05);
+    EXPECT_DOUBLE_EQ(summarize(frames, 1, 50.0)["excess_error_px_s"].get<double>(), 0.05);
+    EXPECT_EQ(excess_error_px_s({}, 50.0), 0.0);
 }
 
 TEST(FlightLog, AFolderIsClearedOfAnEarlierFlightAndOfNothingElse) {

@@ -58,6 +58,10 @@ Result<std::vector<Eigen::Vector2d>> find_way(const FlightOptions& options, cons
         path = CameraPath::create(options.path, *terrain.source, settings);
     }
     if (!path) return tl::unexpected(path.error());
+    if (!path->jumps().empty()) {
+        return fail(ErrorCode::invalid_argument,
+                    fmt::format("a truck cannot jump as the path '{}' does", options.path));
+    }
     constexpr double kSpacing = 1.0;  // metres, at least
     constexpr double kTimeStep = 0.05;
     duration_out = path->duration();
@@ -185,9 +189,9 @@ Result<DriveTotals> drive(const FlightOptions& options, const HeightSource& sour
                           PathDriver& driver, std::size_t frame_count, FrameMaker& maker,
                           FlightOutput& output) {
     Progress progress("driving");
-    const View picture = make_view(options);
+    const View picture = make_view(options.size, options.fov_deg);
     const std::array first_need{truck.need()};
-    maker.settle(ChaseCamera(source, truck.chassis().pose).view(picture), first_need);
+    maker.settle(ChaseCamera(source, truck.chassis().pose).view(picture), first_need, 0.0);
     DriveTotals totals;
     put_down(truck, Ground(maker.pager().resident(), maker.pager().contact_level()), totals);
     ChaseCamera camera(source, truck.chassis().pose);
@@ -201,7 +205,7 @@ Result<DriveTotals> drive(const FlightOptions& options, const HeightSource& sour
         }
         const View view = camera.view(picture);
         const std::array needs{truck.need()};
-        MadeFrame frame = maker.make(view, camera.velocity(), needs, time);
+        MadeFrame frame = maker.make({.view = view, .velocity = camera.velocity()}, needs, time);
         frame.record.extra = {truck.chassis().velocity.norm(), last.max_depth_m,
                               static_cast<double>(wheels_on_ground(truck))};
         const Result<void> added =
@@ -222,13 +226,13 @@ CommandResult<void> run_drive(const FlightOptions& options) {
     double duration = 0.0, speed = 0.0;
     Result<std::vector<Eigen::Vector2d>> way = find_way(options, *terrain, duration, speed);
     if (!way) return pass_on(way.error());
-    const CommandResult<std::size_t> frame_count = count_frames(options, duration);
+    const CommandResult<std::size_t> frame_count = count_frames(options.fps, duration);
     if (!frame_count) return pass_on(frame_count.error());
     const TruckSettings settings;
     Result<Truck> truck = Truck::create(settings, start_pose(*terrain->source, *way, settings));
     if (!truck) return pass_on(truck.error());
     PathDriver driver(std::move(*way), speed);
-    Result<FrameMaker> maker = FrameMaker::create(terrain->source, options);
+    Result<FrameMaker> maker = FrameMaker::create(terrain->source, frame_maker_settings(options));
     if (!maker) return pass_on(maker.error());
     Result<FlightOutput> output = FlightOutput::create(options, *terrain->source, kColumns);
     if (!output) return pass_on(output.error());
@@ -248,7 +252,7 @@ CommandResult<void> run_drive(const FlightOptions& options) {
     summary["left_world"] = totals->left_world;
     summary["lost_time_share"] = share(totals->lost_time, totals->lived_time);
     summary["arrived"] = driver.is_done();
-    summary.update(summarize(output->frames(), options.memory_bytes()));
+    summary.update(summarize(output->frames(), options.memory_bytes(), options.fps));
     summary["seconds"] = static_cast<double>(output->frames().size()) / options.fps;
     summary["path"] = options.path;
     summary["terrain"] = terrain->name;
@@ -267,8 +271,8 @@ void add_drive_command(CLI::App& app, CommandContext& context) {
         "drive", "Drives a truck along a path on the contact surface, with a camera behind it");
     drive
         ->add_option("--path", options->path,
-                     "straight, orbit, canyon, or a track: .csv, .gpx, .igc, .tum; its heights are "
-                     "not used")
+                     CameraPath::built_in_list() +
+                         ", or a track: .csv, .gpx, .igc, .tum; its heights are not used")
         ->type_name("PATH")
         ->capture_default_str();
     add_positive(*drive, "--speed", options->speed,

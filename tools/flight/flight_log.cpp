@@ -24,20 +24,20 @@ std::string header(std::span<const std::string> extra_columns) {
         "time_s,eye_x_m,eye_y_m,eye_z_m,triangles,budget,error_px,measured_error_px,update_ms,"
         "chunks_resident,resident_bytes,late_chunks,max_pop_px,"
         "status,threshold_px,max_pop_elsewhere_px,points,holes,in_flight_bytes,chunks_loaded,"
-        "chunks_evicted";
+        "chunks_evicted,late";
     for (const std::string& name : extra_columns) line += "," + name;
     return line + "\n";
 }
 
 std::string csv_line(const FrameRecord& r) {
     std::string line = fmt::format(
-        "{},{},{},{},{},{},{},{},{:.4f},{},{},{},{},{},{},{},{},{},{},{},{}", r.time,
+        "{},{},{},{},{},{},{},{},{:.4f},{},{},{},{},{},{},{},{},{},{},{},{},{}", r.time,
         r.eye_world.x(), r.eye_world.y(), r.eye_world.z(), r.triangles, r.budget, r.error_px,
         number_or_nothing(r.measured_error_px), r.update_ms, r.paging.resident_chunks,
         r.paging.resident_bytes, r.paging.late_chunks, number_or_nothing(r.max_pop_px),
         name_of(r.status), r.threshold_px, number_or_nothing(r.max_pop_elsewhere_px),
         number_or_nothing(r.points), number_or_nothing(r.holes), r.paging.in_flight_bytes,
-        r.paging.loaded, r.paging.evicted);
+        r.paging.loaded, r.paging.evicted, r.is_late() ? 1 : 0);
     for (const double value : r.extra) line += fmt::format(",{}", value);
     return line + "\n";
 }
@@ -124,7 +124,14 @@ double percentile(std::vector<double> values, double share) {
     return values[static_cast<std::size_t>(index)];
 }
 
-nlohmann::ordered_json summarize(std::span<const FrameRecord> frames, std::size_t memory_bytes) {
+double excess_error_px_s(std::span<const FrameRecord> frames, double fps) {
+    double sum = 0.0;
+    for (const FrameRecord& frame : frames) sum += frame.excess_error_px() / fps;
+    return sum;
+}
+
+nlohmann::ordered_json summarize(std::span<const FrameRecord> frames, std::size_t memory_bytes,
+                                 double fps) {
     const auto triangles = values_of(frames, [](const FrameRecord& r) { return r.triangles; });
     const auto errors = values_of(frames, [](const FrameRecord& r) { return r.error_px; });
     const auto updates = values_of(frames, [](const FrameRecord& r) { return r.update_ms; });
@@ -163,8 +170,8 @@ nlohmann::ordered_json summarize(std::span<const FrameRecord> frames, std::size_
     summary["update_ms_median"] = percentile(updates, 0.5);
     summary["update_ms_p99"] = percentile(updates, 0.99);
     summary["update_ms_max"] = largest(updates);
-    summary["late_frames"] =
-        count_if([](const FrameRecord& r) { return r.paging.late_chunks > 0; });
+    summary["late_frames"] = count_if([](const FrameRecord& r) { return r.is_late(); });
+    summary["excess_error_px_s"] = excess_error_px_s(frames, fps);
     summary["late_chunks_max"] = static_cast<std::size_t>(largest(late));
     summary["not_resident_frames"] =
         count_if([](const FrameRecord& r) { return r.status == MeshStatus::not_resident; });

@@ -8,6 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <optional>
 #include <span>
 #include <string>
@@ -22,6 +23,7 @@ struct FrameRecord {
     std::size_t triangles = 0;
     std::size_t budget = 0;
     double error_px = 0.0;
+    double max_error_px = 1.0;  ///< the target
     double threshold_px = 0.0;
     MeshStatus status = MeshStatus::not_resident;
     double update_ms = 0.0;  ///< of Pager::update and Triangulator::update together
@@ -32,7 +34,16 @@ struct FrameRecord {
     std::optional<std::size_t> points;
     std::optional<std::size_t> holes;
     std::vector<double> extra;  ///< values of FlightLog's extra columns
+
+    /// Whether it is worse than its target, or nothing at all, because a wanted chunk is absent.
+    bool is_late() const {
+        return status == MeshStatus::not_resident && (error_px > max_error_px || triangles == 0);
+    }
+    double excess_error_px() const { return std::max(0.0, error_px - max_error_px); }
 };
+
+/// Excess error of frames, each of which is seen for 1 / fps: pixel seconds.
+double excess_error_px_s(std::span<const FrameRecord> frames, double fps);
 
 /// Makes the folder that a flight is written to, and takes away what an earlier flight left in it under
 /// the names that this one may use, so that nothing old looks like a part of it.
@@ -71,7 +82,8 @@ private:
 /// The summary that scripts read: counts, medians and maxima over frames.
 ///
 /// @param memory_bytes the pager's ceiling
-nlohmann::ordered_json summarize(std::span<const FrameRecord> frames, std::size_t memory_bytes);
+nlohmann::ordered_json summarize(std::span<const FrameRecord> frames, std::size_t memory_bytes,
+                                 double fps);
 
 /// The value that a share of the values does not exceed: 0.5 for the median, 0.99. 0 for no values.
 double percentile(std::vector<double> values, double share);

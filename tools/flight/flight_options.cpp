@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "flight/flight_options.h"
 
-#include "track/camera_path.h"
 #include "track/track.h"
 
 #include <CLI/CLI.hpp>
@@ -10,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 namespace terrane::tools {
 
@@ -42,14 +42,43 @@ void add_flight_options(CLI::App& app, FlightOptions& options) {
     app.add_flag("--json", options.json, "Print the summary as one JSON object, the last line");
 }
 
+void add_paging_choice(CLI::App& app, PagingChoice& policy, double& radius) {
+    PagingChoice* const chosen = &policy;
+    app.add_option_function<std::string>(
+           "--policy",
+           [chosen](const std::string& text) {
+               const std::optional<PagingChoice> choice = parse_paging_choice(text);
+               if (!choice) {
+                   throw CLI::ValidationError(
+                       "--policy", fmt::format("must be {}, got '{}'", kPagingChoices, text));
+               }
+               *chosen = *choice;
+           },
+           "Which chunks are loaded first: deadline follows motion ahead, distance takes the "
+           "nearest, oracle is told the path that will be flown")
+        ->type_name("NAME")
+        ->default_str(name_of(policy));
+    add_positive(app, "--radius", radius,
+                 "With --policy distance: how many times as far as it is needed a chunk is loaded");
+}
+
+CommandResult<void> check_path(const std::string& name) {
+    if (names_track_file(name) || CameraPath::is_built_in(name)) return {};
+    return usage_error("--path must be " + CameraPath::built_in_list() +
+                       " or a track file (.csv, .gpx, .igc, .tum), got '" + name + "'");
+}
+
+Result<CameraPath> open_path(const std::string& name, const Terrain& terrain,
+                             const CameraPathSettings& settings) {
+    if (!names_track_file(name)) return CameraPath::create(name, *terrain.source, settings);
+    Result<Track> track = read_track(name, terrain.dem ? &*terrain.dem : nullptr);
+    if (!track) return tl::unexpected(track.error());
+    return CameraPath::create(std::move(*track), *terrain.source, settings);
+}
+
 CommandResult<void> check(const FlightOptions& options) {
     constexpr std::size_t kMostThreads = 256;
-    if (!names_track_file(options.path) && !CameraPath::is_built_in(options.path)) {
-        return usage_error(
-            "--path must be straight, orbit, canyon or a track file (.csv, .gpx, .igc, "
-            ".tum), got '" +
-            options.path + "'");
-    }
+    if (const CommandResult<void> good = check_path(options.path); !good) return good;
     if ((options.png || options.video) && options.out.empty()) {
         return usage_error(fmt::format("{} needs --out DIR", options.png ? "--png" : "--video"));
     }
@@ -64,21 +93,41 @@ CommandResult<void> check(const FlightOptions& options) {
     return {};
 }
 
-CommandResult<std::size_t> count_frames(const FlightOptions& options, double seconds) {
+CommandResult<std::size_t> count_frames(double fps, double seconds) {
     constexpr double kMostFrames = 1e7;
-    const double count = std::floor(seconds * options.fps + 0.5);
+    const double count = std::floor(seconds * fps + 0.5);
     if (!(count <= kMostFrames)) {
-        return usage_error(fmt::format("{} s at --fps {} are more than {} frames", seconds,
-                                       options.fps, kMostFrames));
+        return usage_error(
+            fmt::format("{} s at --fps {} are more than {} frames", seconds, fps, kMostFrames));
     }
     return static_cast<std::size_t>(std::max(1.0, count));
 }
 
-View make_view(const FlightOptions& options) {
+FrameMakerSettings frame_maker_settings(const FlightOptions& options) {
+    FrameMakerSettings settings;
+    settings.pager.memory_bytes = options.memory_bytes();
+    settings.pager.worker_count = static_cast<int>(options.threads);
+    settings.pager.policy = pager_policy(options.policy);
+    settings.pager.distance_radius = options.radius;
+    settings.triangulator.triangle_budget = options.budget;
+    settings.triangulator.max_error_px = options.max_error_px;
+    settings.triangulator.morph_ratio = options.morph_ratio;
+    settings.verify = options.verify;
+    return settings;
+}
+
+View make_view(const ImageSize& size, double fov_deg) {
     View view;
-    view.vertical_fov = options.fov_deg * std::numbers::pi / 180.0;
-    view.width_px = options.size.width_px;
-    view.height_px = options.size.height_px;
+    view.vertical_fov = fov_deg * std::numbers::pi / 180.0;
+    view.width_px = size.width_px;
+    view.height_px = size.height_px;
+    return view;
+}
+
+View view_at(View view, const CameraPose& pose) {
+    view.eye_world = pose.eye_world;
+    view.forward = pose.forward;
+    view.up = pose.up;
     return view;
 }
 

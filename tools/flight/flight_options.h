@@ -2,11 +2,11 @@
 #pragma once
 
 #include "command.h"
+#include "flight/frame_maker.h"
+#include "flight/paging_choice.h"
 #include "options/option_values.h"
 #include "options/terrain_options.h"
-
-#include <terrane/terrain/resident_set.h>
-#include <terrane/terrain/view.h>
+#include "track/camera_path.h"
 
 #include <cstddef>
 #include <limits>
@@ -30,7 +30,9 @@ struct FlightOptions {
     double morph_ratio = kDefaultMorphRatio;
     double memory_mb = 512.0;
     std::size_t threads = 1;
-    std::string out;  ///< a folder; "" for none
+    PagingChoice policy = PagingChoice::deadline;
+    double radius = 1.0;  ///< of PagingChoice::distance
+    std::string out;      ///< a folder; "" for none
     bool png = false;
     bool video = false;
     bool verify = false;
@@ -47,13 +49,27 @@ struct FlightOptions {
 /// Adds all of them but --path, --speed, --altitude and --seconds, whose meanings differ.
 void add_flight_options(CLI::App& app, FlightOptions& options);
 
+/// Adds --policy and --radius.
+void add_paging_choice(CLI::App& app, PagingChoice& policy, double& radius);
+
+/// Refuses what is neither a built-in path nor looks like a track file. Fails with exit_usage.
+CommandResult<void> check_path(const std::string& name);
+
+/// A built-in path over a terrain, or that of a track file. Fails as CameraPath and read_track() do.
+Result<CameraPath> open_path(const std::string& name, const Terrain& terrain,
+                             const CameraPathSettings& settings);
+
 /// Refuses what no single option shows to be wrong. Fails with exit_usage.
 CommandResult<void> check(const FlightOptions& options);
 
 /// Frames that a length of time has; at least one. Fails with exit_usage where they are too many.
-CommandResult<std::size_t> count_frames(const FlightOptions& options, double seconds);
+CommandResult<std::size_t> count_frames(double fps, double seconds);
 
-/// A view of the picture that the options ask for, from no place yet.
-View make_view(const FlightOptions& options);
+FrameMakerSettings frame_maker_settings(const FlightOptions& options);
+
+/// A view of a picture, from no place yet.
+View make_view(const ImageSize& size, double fov_deg);
+/// The same view from where a camera is.
+View view_at(View view, const CameraPose& pose);
 
 }  // namespace terrane::tools

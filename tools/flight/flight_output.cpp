@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "flight/flight_output.h"
 
-#include "report/report.h"
+#include "report/flight_report.h"
 
 #include <utility>
 
@@ -47,12 +47,12 @@ Result<void> FlightOutput::finish(const std::string& title, nlohmann::ordered_js
         if (const Result<void> ended = pictures_->finish(); !ended) return ended;
     }
     if (const Result<void> ended = log_.commit(); !ended) return ended;
-    return write_report(options_.out + "/report.html",
-                        {.title = title,
-                         .command_line = own_command_line(),
-                         .film = options_.video ? kFilmName : "",
-                         .summary = summary},
-                        log_, options_.memory_bytes());
+    return write_flight_report(options_.out + "/report.html",
+                               {.title = title,
+                                .command_line = own_command_line(),
+                                .film = options_.video ? kFilmName : "",
+                                .summary = summary},
+                               log_, options_.memory_bytes());
 }
 
 }  // namespace terrane::tools

@@ -3,9 +3,11 @@
 #include "flight/flight_options.h"
 #include "flight/flight_output.h"
 #include "flight/frame_maker.h"
+#include "flight/slow_heights.h"
 #include "output/progress.h"
 #include "output/summary.h"
 #include "track/camera_path.h"
+#include "track/camera_way.h"
 #include "track/track.h"
 
 #include <CLI/CLI.hpp>
@@ -13,47 +15,47 @@
 
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <memory>
+#include <span>
 #include <thread>
 #include <utility>
+#include <vector>
 
 namespace terrane::tools {
 namespace {
 
 struct FlyOptions : FlightOptions {
     double start = 0.0;
+    // of slow storage; NaN: none
+    double latency_ms = std::numeric_limits<double>::quiet_NaN();
+    double bandwidth_mb = std::numeric_limits<double>::quiet_NaN();
+
+    bool has_slow_storage() const { return !std::isnan(latency_ms) || !std::isnan(bandwidth_mb); }
 };
 
-std::optional<double> given(double value) {
-    return std::isnan(value) ? std::nullopt : std::optional<double>(value);
-}
-
-Result<CameraPath> open_path(const FlyOptions& options, const Terrain& terrain) {
-    const CameraPathSettings settings{.speed = given(options.speed),
-                                      .altitude = given(options.altitude),
-                                      .start = options.start,
-                                      .seconds = given(options.seconds)};
-    if (!names_track_file(options.path)) {
-        return CameraPath::create(options.path, *terrain.source, settings);
-    }
-    Result<Track> track = read_track(options.path, terrain.dem ? &*terrain.dem : nullptr);
-    if (!track) return tl::unexpected(track.error());
-    return CameraPath::create(std::move(*track), *terrain.source, settings);
-}
-
-View view_at(const FlyOptions& options, const CameraPose& pose) {
-    View view = make_view(options);
-    view.eye_world = pose.eye_world;
-    view.forward = pose.forward;
-    view.up = pose.up;
-    return view;
+// Null where storage is not slow.
+std::shared_ptr<SlowHeights> open_slow_storage(const FlyOptions& options, const Terrain& terrain) {
+    if (!options.has_slow_storage()) return nullptr;
+    constexpr double kMegabyte = 1e6;
+    const double bandwidth =
+        given(options.bandwidth_mb).value_or(std::numeric_limits<double>::infinity());
+    return std::make_shared<SlowHeights>(
+        terrain.source, 1e-3 * given(options.latency_ms).value_or(0.0), kMegabyte * bandwidth);
 }
 
 // Frame i is the moment i / fps. Loaders run beside it in real time.
+//
+// @param storage null where it is not slow
 Result<void> fly(const FlyOptions& options, const CameraPath& path, std::size_t frame_count,
-                 FrameMaker& maker, FlightOutput& output) {
+                 SlowHeights* storage, FrameMaker& maker, FlightOutput& output) {
     Progress progress("flying");
-    maker.settle(view_at(options, path.at(0.0)), {});
+    std::vector<CameraMoment> future;
+    if (options.policy == PagingChoice::oracle) future = camera_way(path_moments(path), 0.0);
+    const double horizon = frame_maker_settings(options).pager.horizon;
+    const View picture = make_view(options.size, options.fov_deg);
+    maker.settle(view_at(picture, path.at(0.0)), {}, 0.0);
+    if (storage != nullptr) storage->begin();
     const auto start = std::chrono::steady_clock::now();
     for (std::size_t i = 0; i < frame_count; ++i) {
         progress.show(static_cast<double>(i) / static_cast<double>(frame_count));
@@ -62,8 +64,12 @@ Result<void> fly(const FlyOptions& options, const CameraPath& path, std::size_t 
             std::this_thread::sleep_until(start + std::chrono::duration<double>(time));
         }
         const CameraPose pose = path.at(time);
-        const View view = view_at(options, pose);
-        const Result<void> added = output.add(maker.make(view, pose.velocity, {}, time), view);
+        const View view = view_at(picture, pose);
+        const CameraNeed camera{
+            .view = view,
+            .velocity = pose.velocity,
+            .way = way_ahead(std::span<const CameraMoment>(future), time, horizon)};
+        const Result<void> added = output.add(maker.make(camera, {}, time), view);
         if (!added) return added;
         if (output.is_closed()) break;
     }
@@ -74,19 +80,28 @@ CommandResult<void> run_fly(const FlyOptions& options) {
     if (const CommandResult<void> good = check(options); !good) return good;
     const CommandResult<Terrain> terrain = open_terrain(options.terrain);
     if (!terrain) return pass_on(terrain.error());
-    const Result<CameraPath> path = open_path(options, *terrain);
+    const Result<CameraPath> path = open_path(options.path, *terrain,
+                                              {.speed = given(options.speed),
+                                               .altitude = given(options.altitude),
+                                               .start = options.start,
+                                               .seconds = given(options.seconds)});
     if (!path) return pass_on(path.error());
-    const CommandResult<std::size_t> frame_count = count_frames(options, path->duration());
+    const CommandResult<std::size_t> frame_count = count_frames(options.fps, path->duration());
     if (!frame_count) return pass_on(frame_count.error());
-    Result<FrameMaker> maker = FrameMaker::create(terrain->source, options);
+    const std::shared_ptr<SlowHeights> storage = open_slow_storage(options, *terrain);
+    Result<FrameMaker> maker =
+        FrameMaker::create(storage ? storage : terrain->source, frame_maker_settings(options));
     if (!maker) return pass_on(maker.error());
     Result<FlightOutput> output = FlightOutput::create(options, *terrain->source);
     if (!output) return pass_on(output.error());
 
-    if (const Result<void> flown = fly(options, *path, *frame_count, *maker, *output); !flown) {
+    if (const Result<void> flown =
+            fly(options, *path, *frame_count, storage.get(), *maker, *output);
+        !flown) {
         return pass_on(flown.error());
     }
-    nlohmann::ordered_json summary = summarize(output->frames(), options.memory_bytes());
+    nlohmann::ordered_json summary =
+        summarize(output->frames(), options.memory_bytes(), options.fps);
     summary["seconds"] = static_cast<double>(output->frames().size()) / options.fps;
     summary["path"] = options.path;
     summary["terrain"] = terrain->name;
@@ -104,17 +119,23 @@ void add_fly_command(CLI::App& app, CommandContext& context) {
     CLI::App* fly = app.add_subcommand(
         "fly", "Flies a camera along a path, and measures, draws and reports every frame");
     fly->add_option("--path", options->path,
-                    "straight, orbit, canyon, or a track: .csv (columns x_m, y_m and, where known, "
-                    "time_s, z_m), .gpx, .igc, .tum")
+                    CameraPath::built_in_list() +
+                        ", or a track: .csv (columns x_m, y_m and, where known, time_s, z_m), "
+                        ".gpx, .igc, .tum")
         ->type_name("PATH")
         ->capture_default_str();
     add_positive(*fly, "--speed", options->speed,
-                 "Metres a second; 100 without it, or a track's own times");
+                 "Metres a second; without it 100 (spins: 20), or a track's own times");
     add_positive(*fly, "--altitude", options->altitude,
                  "Metres above the smoothed ground; 200 without it, or a track's own heights");
     add_positive(*fly, "--seconds", options->seconds, "How long; 20 without it, or all of a track");
     add_not_negative(*fly, "--start-s", options->start, "Seconds of a track to leave out");
     add_flight_options(*fly, *options);
+    add_paging_choice(*fly, options->policy, options->radius);
+    add_in_range(*fly, "--latency-ms", options->latency_ms, 0.0, 1e6,
+                 "Storage that takes so long to begin to answer, in real time: see --realtime");
+    add_in_range(*fly, "--bandwidth-mb", options->bandwidth_mb, 0.001, 1e6,
+                 "Storage of so many MB of 10^6 bytes a second, shared by the loader threads");
     fly->add_flag("--verify", options->verify,
                   "Measure each frame's error and movement by brute force: slow");
     fly->footer(

@@ -12,31 +12,28 @@ FrameMaker::FrameMaker(Pager pager, Triangulator triangulator)
     : pager_(std::move(pager)), triangulator_(std::move(triangulator)) {}
 
 Result<FrameMaker> FrameMaker::create(std::shared_ptr<const HeightSource> source,
-                                      const FlightOptions& options) {
-    Result<Triangulator> triangulator =
-        Triangulator::create(*source, {.triangle_budget = options.budget,
-                                       .max_error_px = options.max_error_px,
-                                       .morph_ratio = options.morph_ratio});
+                                      const FrameMakerSettings& settings,
+                                      std::unique_ptr<ChunkLoader> loader) {
+    Result<Triangulator> triangulator = Triangulator::create(*source, settings.triangulator);
     if (!triangulator) return tl::unexpected(triangulator.error());
-    PagerSettings settings;
-    settings.memory_bytes = options.memory_bytes();
-    settings.worker_count = static_cast<int>(options.threads);
-    Result<Pager> pager = Pager::create(source, settings);
+    Result<Pager> pager = loader ? Pager::create(source, settings.pager, std::move(loader))
+                                 : Pager::create(source, settings.pager);
     if (!pager) return tl::unexpected(pager.error());
     FrameMaker maker(std::move(*pager), std::move(*triangulator));
-    maker.budget_ = options.budget;
-    if (options.verify) maker.verifier_.emplace(*source);
+    maker.budget_ = settings.triangulator.triangle_budget;
+    maker.max_error_px_ = settings.triangulator.max_error_px;
+    if (settings.verify) maker.verifier_.emplace(*source);
     return maker;
 }
 
-void FrameMaker::settle(const View& view, std::span<const BodyNeed> bodies) {
+void FrameMaker::settle(const View& view, std::span<const BodyNeed> bodies, double time) {
     constexpr double kFirstThreshold_px = 4096.0;
     constexpr int kMostRounds = 64;
     threshold_px_ = kFirstThreshold_px;
     std::uint64_t last_epoch = 0;
     for (int round = 0; round < kMostRounds; ++round) {
         const std::array cameras{CameraNeed{.view = view, .threshold_px = threshold_px_}};
-        pager_.update(cameras, bodies, 0.0);
+        pager_.update(cameras, bodies, time);
         pager_.finish();
         const TerrainMesh mesh = triangulator_.update(pager_.resident(), view);
         const bool is_settled =
@@ -47,14 +44,13 @@ void FrameMaker::settle(const View& view, std::span<const BodyNeed> bodies) {
     }
 }
 
-MadeFrame FrameMaker::make(const View& view, const Eigen::Vector3d& velocity,
-                           std::span<const BodyNeed> bodies, double time) {
+MadeFrame FrameMaker::make(CameraNeed camera, std::span<const BodyNeed> bodies, double time) {
     using Clock = std::chrono::steady_clock;
     MadeFrame frame;
-    const std::array cameras{
-        CameraNeed{.view = view, .velocity = velocity, .threshold_px = threshold_px_}};
+    const View view = camera.view;
+    camera.threshold_px = threshold_px_;
     const Clock::time_point start = Clock::now();
-    pager_.update(cameras, bodies, time);
+    pager_.update({&camera, 1}, bodies, time);
     frame.mesh = triangulator_.update(pager_.resident(), view);
     const std::chrono::duration<double, std::milli> taken = Clock::now() - start;
     threshold_px_ = frame.mesh.threshold_px;
@@ -65,6 +61,7 @@ MadeFrame FrameMaker::make(const View& view, const Eigen::Vector3d& velocity,
     record.triangles = frame.mesh.triangle_count;
     record.budget = budget_;
     record.error_px = frame.mesh.error_px;
+    record.max_error_px = max_error_px_;
     record.threshold_px = frame.mesh.threshold_px;
     record.status = frame.mesh.status;
     record.update_ms = taken.count();

@@ -2,6 +2,7 @@
 #include "options/option_values.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <charconv>
 #include <cmath>
@@ -29,20 +30,53 @@ std::optional<T> parse_whole(std::string_view text) {
     throw CLI::ValidationError(flag, fmt::format("must be {}, got '{}'", wanted, got));
 }
 
-CLI::Option* add_number(CLI::App& app, const std::string& flag, double& value,
-                        const std::string& wanted, const std::function<bool(double)>& is_legal,
+// What a number must be: in words, and as a test.
+struct Rule {
+    std::string wanted;
+    std::function<bool(double)> is_met;
+};
+
+Rule positive() {
+    return {"a number above 0", [](double x) { return x > 0.0; }};
+}
+
+Rule in_range(double low, double high) {
+    return {fmt::format("{} to {}", low, high),
+            [low, high](double x) { return x >= low && x <= high; }};
+}
+
+double read_number(const std::string& flag, const Rule& rule, const std::string& text) {
+    const std::optional<double> number = parse_number(text);
+    if (!number || !rule.is_met(*number)) refuse(flag, rule.wanted, text);
+    return *number;
+}
+
+CLI::Option* add_number(CLI::App& app, const std::string& flag, double& value, const Rule& rule,
                         const std::string& help) {
     double* const target = &value;
     CLI::Option* option = app.add_option_function<std::string>(
         flag,
-        [target, flag, wanted, is_legal](const std::string& text) {
-            const std::optional<double> number = parse_number(text);
-            if (!number || !is_legal(*number)) refuse(flag, wanted, text);
-            *target = *number;
-        },
+        [target, flag, rule](const std::string& text) { *target = read_number(flag, rule, text); },
         help);
     option->default_str(std::isnan(value) ? "" : fmt::format("{}", value));
     return option->type_name("X");
+}
+
+CLI::Option* add_numbers(CLI::App& app, const std::string& flag, std::vector<double>& values,
+                         const Rule& rule, const std::string& help) {
+    std::vector<double>* const target = &values;
+    CLI::Option* option = app.add_option_function<std::string>(
+        flag,
+        [target, flag, rule](const std::string& text) {
+            const std::optional<std::vector<std::string>> items = parse_list(text);
+            if (!items) refuse(flag, "numbers, parted by commas", text);
+            target->clear();
+            for (const std::string& item : *items) {
+                target->push_back(read_number(flag, rule, item));
+            }
+        },
+        help);
+    return option->default_str(fmt::format("{}", fmt::join(values, ",")))->type_name("X,...");
 }
 
 }  // namespace
@@ -85,29 +119,50 @@ std::optional<ImageSize> parse_size(std::string_view text) {
     return ImageSize{.width_px = *width, .height_px = *height};
 }
 
+std::optional<double> given(double value) {
+    return std::isnan(value) ? std::nullopt : std::optional<double>(value);
+}
+
+std::optional<std::vector<std::string>> parse_list(std::string_view text) {
+    std::vector<std::string> items;
+    for (;;) {
+        const std::size_t comma = text.find(',');
+        items.emplace_back(text.substr(0, comma));
+        if (items.back().empty()) return std::nullopt;
+        if (comma == std::string_view::npos) return items;
+        text.remove_prefix(comma + 1);
+    }
+}
+
 CLI::Option* add_positive(CLI::App& app, const std::string& flag, double& value,
                           const std::string& help) {
-    return add_number(
-        app, flag, value, "a number above 0", [](double x) { return x > 0.0; }, help);
+    return add_number(app, flag, value, positive(), help);
 }
 
 CLI::Option* add_not_negative(CLI::App& app, const std::string& flag, double& value,
                               const std::string& help) {
-    return add_number(
-        app, flag, value, "a number of at least 0", [](double x) { return x >= 0.0; }, help);
+    const Rule rule{"a number of at least 0", [](double x) { return x >= 0.0; }};
+    return add_number(app, flag, value, rule, help);
 }
 
 CLI::Option* add_finite(CLI::App& app, const std::string& flag, double& value,
                         const std::string& help) {
-    return add_number(
-        app, flag, value, "a finite number", [](double) { return true; }, help);
+    return add_number(app, flag, value, {"a finite number", [](double) { return true; }}, help);
 }
 
 CLI::Option* add_in_range(CLI::App& app, const std::string& flag, double& value, double low,
                           double high, const std::string& help) {
-    return add_number(
-        app, flag, value, fmt::format("{} to {}", low, high),
-        [low, high](double x) { return x >= low && x <= high; }, help);
+    return add_number(app, flag, value, in_range(low, high), help);
+}
+
+CLI::Option* add_positive_list(CLI::App& app, const std::string& flag, std::vector<double>& values,
+                               const std::string& help) {
+    return add_numbers(app, flag, values, positive(), help);
+}
+
+CLI::Option* add_in_range_list(CLI::App& app, const std::string& flag, std::vector<double>& values,
+                               double low, double high, const std::string& help) {
+    return add_numbers(app, flag, values, in_range(low, high), help);
 }
 
 CLI::Option* add_count(CLI::App& app, const std::string& flag, std::size_t& value, std::size_t low,

@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace terrane::tools {
 
@@ -23,6 +24,11 @@ std::optional<double> parse_number(std::string_view text);
 std::optional<WorldPos> parse_point(std::string_view text);
 /// "WxH", both 1 to 16384; nothing for anything else.
 std::optional<ImageSize> parse_size(std::string_view text);
+/// "A,B,C", at least one, none of them empty; nothing for anything else.
+std::optional<std::vector<std::string>> parse_list(std::string_view text);
+
+/// The value of an option that may be left out, and is NaN then.
+std::optional<double> given(double value);
 
 /// Options whose values are refused by a line that names the flag, the range and the value: parsing
 /// then throws a CLI::ParseError, which main() makes exit code 2. All refuse NaN and infinity.
@@ -34,6 +40,11 @@ CLI::Option* add_finite(CLI::App& app, const std::string& flag, double& value,
                         const std::string& help);
 CLI::Option* add_in_range(CLI::App& app, const std::string& flag, double& value, double low,
                           double high, const std::string& help);
+/// The same for several values, parted by commas.
+CLI::Option* add_positive_list(CLI::App& app, const std::string& flag, std::vector<double>& values,
+                               const std::string& help);
+CLI::Option* add_in_range_list(CLI::App& app, const std::string& flag, std::vector<double>& values,
+                               double low, double high, const std::string& help);
 /// A whole number of at least `low` and at most 2^53.
 CLI::Option* add_count(CLI::App& app, const std::string& flag, std::size_t& value, std::size_t low,
                        const std::string& help);

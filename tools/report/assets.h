@@ -8,6 +8,8 @@ namespace terrane::tools::assets {
 // Texts that the build puts into the program: see embed.cmake.
 extern const std::string_view report_html;
 extern const std::string_view report_js;
+extern const std::string_view flight_js;
+extern const std::string_view paging_js;
 extern const std::string_view chart_js;
 
 }  // namespace terrane::tools::assets

@@ -2,13 +2,12 @@
 #include "report/report.h"
 
 #include "assets.h"
-#include "output/summary.h"
+#include "output/output_file.h"
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <functional>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -50,53 +49,6 @@ std::string script_safe(const nlohmann::ordered_json& value) {
     return text;
 }
 
-// One value for each share of the frames: the largest.
-nlohmann::ordered_json thinned(std::span<const FrameRecord> frames,
-                               const std::function<double(const FrameRecord&)>& get) {
-    nlohmann::ordered_json values = nlohmann::ordered_json::array();
-    const std::size_t stride = (frames.size() + kMostPoints - 1) / kMostPoints;
-    for (std::size_t first = 0; first < frames.size(); first += stride) {
-        double most = get(frames[first]);
-        for (std::size_t i = first + 1; i < std::min(first + stride, frames.size()); ++i) {
-            most = std::max(most, get(frames[i]));
-        }
-        values.push_back(std::round(most * 1e4) / 1e4);
-    }
-    return values;
-}
-
-nlohmann::ordered_json make_data(const ReportHeader& header, const FlightLog& log,
-                                 std::size_t memory_bytes) {
-    const std::span<const FrameRecord> frames = log.frames();
-    constexpr double kMegabyte = 0x1p20;
-    nlohmann::ordered_json data;
-    const auto add = [&](const char* name, const std::function<double(const FrameRecord&)>& get) {
-        data[name] = thinned(frames, get);
-    };
-    add("time", [](const FrameRecord& r) { return r.time; });
-    add("triangles", [](const FrameRecord& r) { return static_cast<double>(r.triangles); });
-    add("error", [](const FrameRecord& r) { return r.error_px; });
-    add("update", [](const FrameRecord& r) { return r.update_ms; });
-    add("resident", [](const FrameRecord& r) {
-        return static_cast<double>(r.paging.resident_bytes) / kMegabyte;
-    });
-    add("late", [](const FrameRecord& r) { return static_cast<double>(r.paging.late_chunks); });
-    if (!frames.empty() && frames.front().measured_error_px) {
-        add("measured", [](const FrameRecord& r) { return r.measured_error_px.value_or(0.0); });
-        add("pop", [](const FrameRecord& r) { return r.max_pop_px.value_or(0.0); });
-    }
-    data["budget"] = frames.empty() ? 0 : frames.front().budget;
-    data["ceiling"] = static_cast<double>(memory_bytes) / kMegabyte;
-    data["extra"] = nlohmann::ordered_json::array();
-    for (std::size_t i = 0; i < log.extra_columns().size(); ++i) {
-        data["extra"].push_back(
-            {{"name", log.extra_columns()[i]},
-             {"values", thinned(frames, [i](const FrameRecord& r) { return r.extra[i]; })}});
-    }
-    data["summary"] = header.summary;
-    return data;
-}
-
 // Fills the places {{NAME}} of a template, in one pass, so that what is filled in is not searched.
 std::string filled(std::string_view text,
                    const std::vector<std::pair<std::string_view, std::string>>& values) {
@@ -133,19 +85,35 @@ std::string own_command_line() {
     return line.empty() ? "terrane" : line;
 }
 
-Result<void> write_report(const std::string& path, const ReportHeader& header, const FlightLog& log,
-                          std::size_t memory_bytes) {
+nlohmann::ordered_json thinned(std::span<const FrameRecord> frames,
+                               const std::function<double(const FrameRecord&)>& get) {
+    nlohmann::ordered_json values = nlohmann::ordered_json::array();
+    const std::size_t stride = (frames.size() + kMostPoints - 1) / kMostPoints;
+    for (std::size_t first = 0; first < frames.size(); first += stride) {
+        double most = get(frames[first]);
+        for (std::size_t i = first + 1; i < std::min(first + stride, frames.size()); ++i) {
+            most = std::max(most, get(frames[i]));
+        }
+        values.push_back(std::round(most * 1e4) / 1e4);
+    }
+    return values;
+}
+
+Result<void> write_report(const std::string& path, const ReportHeader& header,
+                          nlohmann::ordered_json data, std::string_view script) {
     std::string film;
     if (!header.film.empty()) {
         film = "<video controls muted loop src=\"" + escaped(header.film) + "\"></video>";
     }
+    data["summary"] = header.summary;
     const std::string page =
         filled(assets::report_html, {{"TITLE", escaped(header.title)},
                                      {"COMMAND", escaped(header.command_line)},
                                      {"FILM", film},
-                                     {"DATA", script_safe(make_data(header, log, memory_bytes))},
+                                     {"DATA", script_safe(data)},
                                      {"CHART_JS", std::string(assets::chart_js)},
-                                     {"REPORT_JS", std::string(assets::report_js)}});
+                                     {"REPORT_JS", std::string(assets::report_js)},
+                                     {"SCRIPT", std::string(script)}});
     Result<OutputFile> file = OutputFile::create(path);
     if (!file) return tl::unexpected(file.error());
     file->write(page);

@@ -5,8 +5,10 @@
 
 #include <nlohmann/json.hpp>
 
+#include <functional>
 #include <span>
 #include <string>
+#include <string_view>
 
 namespace terrane::tools {
 
@@ -18,14 +20,19 @@ struct ReportHeader {
     nlohmann::ordered_json summary;
 };
 
-/// Writes one HTML page with everything in it, plots' library included, that opens without a network:
-/// triangles against the budget, error, update time, resident bytes against the ceiling, late chunks,
-/// one plot for each extra column, the summary, and the command line. Long flights are thinned to
-/// about two thousand points, of which each is the largest of its share.
+/// Writes one HTML page with everything in it, plots' library included, that opens without a network.
+///
+/// @param data   what the script reads, but for the summary, which is added to it
+/// @param script what fills the page, on top of report.js: one of the assets
 ///
 /// Fails with io, naming the path; no half page is left.
-Result<void> write_report(const std::string& path, const ReportHeader& header, const FlightLog& log,
-                          std::size_t memory_bytes);
+Result<void> write_report(const std::string& path, const ReportHeader& header,
+                          nlohmann::ordered_json data, std::string_view script);
+
+/// A value of each frame, thinned where there are more than about two thousand: each is then the
+/// largest of its share.
+nlohmann::ordered_json thinned(std::span<const FrameRecord> frames,
+                               const std::function<double(const FrameRecord&)>& get);
 
 /// The command line that this process was started with, as a person would type it again; "terrane"
 /// where the system does not tell.

@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "track/curve.h"
+#include "track/camera_leg.h"
 
 #include <terrane/terrain/height_source.h>
-#include <terrane/terrain/view.h>
 
 #include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
 namespace terrane::tools {
 
 struct CameraPathSettings {
-    /// Metres a second over the plane, > 0. Absent: a track's own times, or kDefaultSpeed.
+    /// Metres a second over the plane, > 0. Absent: a track's own times, or one of the defaults.
     std::optional<double> speed = std::nullopt;
     /// Metres above the ground, > 0, kept smooth: see CameraPath. Absent: a track's own heights, or
     /// kDefaultAltitude.
@@ -22,16 +23,9 @@ struct CameraPathSettings {
         std::nullopt;  ///< > 0; absent: all of a track, or kDefaultSeconds
 
     static constexpr double kDefaultSpeed = 100.0;
+    static constexpr double kDefaultSpinSpeed = 20.0;  // of `spins`
     static constexpr double kDefaultAltitude = 200.0;
     static constexpr double kDefaultSeconds = 20.0;
-};
-
-/// Where a camera is and looks at one moment.
-struct CameraPose {
-    WorldPos eye_world = WorldPos::Zero();
-    Eigen::Vector3d forward = Eigen::Vector3d::UnitY();  ///< unit
-    Eigen::Vector3d up = Eigen::Vector3d::UnitZ();       ///< unit, square to forward
-    Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< metres a second
 };
 
 /// The way of a camera through time: a pure function of the terrain, the settings and the track.
@@ -39,6 +33,10 @@ struct CameraPose {
 ///   straight   along the middle of the terrain's longer side
 ///   orbit      around the middle, looking at it; one turn where there is room for it
 ///   canyon     along the valleys of the terrain's roughest part, leaning into the turns
+///   turns      there and back over the middle, with half a circle of 6 s at each end
+///   spins      straight, while the view turns around the vertical at 90 degrees a second, with
+///              rests and reversals
+///   teleports  straight for 5 s each time, then elsewhere with another heading
 ///
 /// A built-in path that is longer than the terrain goes on straight beyond it. A camera at an
 /// altitude flies that high above the smoothed ground, higher where a ridge would come closer than
@@ -48,6 +46,8 @@ class CameraPath {
 public:
     /// Whether a name is one of the built-in paths.
     static bool is_built_in(const std::string& name);
+    /// Their names, as a person would list them: "straight, orbit".
+    static std::string built_in_list();
 
     /// Fails: invalid_argument for a name that is no built-in path; io where the terrain cannot be
     ///        read
@@ -61,27 +61,19 @@ public:
 
     /// Seconds that it lasts.
     double duration() const { return duration_; }
-    /// The pose at a time from 0 to duration().
+    /// The pose at a time from 0 to duration(); at the moment of a jump, where it leads to.
     CameraPose at(double time) const;
+    /// The same but for moments of jumps: where a jump begins.
+    CameraPose before(double time) const;
+    /// When the camera jumps: seconds between 0 and duration(), rising.
+    std::span<const double> jumps() const { return jumps_; }
 
 private:
     CameraPath() = default;
 
-    CurvePoint eye(double time) const;
-    Result<void> fit_heights(const HeightSource& source, double altitude, double clearance,
-                             double speed);
-    void fit_look(double ahead, bool has_lean);
-
     double duration_ = 0.0;
-    double start_ = 0.0;     // of the track
-    SmoothCurve plan_;       // the eye; a built-in's
-    TrackCurve track_plan_;  // the eye; a track's
-    bool has_own_heights_ = false;
-    SmoothCurve heights_;                   // z: the eye's height, or what is added to its own
-    std::optional<WorldPos> target_world_;  // what an orbit looks at
-    SmoothCurve forward_;
-    SmoothCurve up_;
-    std::vector<TrackPoint> orientations_;  // of a track that has them
+    std::vector<CameraLeg> legs_;  // one more than jumps
+    std::vector<double> jumps_;
 };
 
 }  // namespace terrane::tools

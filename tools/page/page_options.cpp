@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: MIT
+#include "page/page_options.h"
+
+#include "flight/flight_options.h"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <utility>
+
+namespace terrane::tools {
+namespace {
+
+constexpr double kMostLatency_ms = 1e6;
+constexpr double kLeastBandwidth_mb = 0.001, kMostBandwidth_mb = 1e6;
+constexpr double kLeastMemory_mb = 0.001, kMostMemory_mb = 0x1p32;
+
+std::vector<std::string> parse_items(const std::string& flag, const std::string& text) {
+    std::optional<std::vector<std::string>> items = parse_list(text);
+    if (!items) {
+        throw CLI::ValidationError(flag,
+                                   fmt::format("must be names, parted by commas, got '{}'", text));
+    }
+    return std::move(*items);
+}
+
+void add_path_list(CLI::App& app, std::vector<std::string>& paths) {
+    std::vector<std::string>* const target = &paths;
+    app.add_option_function<std::string>(
+           "--path", [target](const std::string& text) { *target = parse_items("--path", text); },
+           CameraPath::built_in_list() +
+               ", or a track (.csv, .gpx, .igc, .tum); @SPEED or @SPEED:ALTITUDE behind one is its "
+               "own")
+        ->type_name("PATH,...")
+        ->default_str(paths.front());
+}
+
+void add_policy_list(CLI::App& app, std::vector<PagingChoice>& policies) {
+    std::vector<PagingChoice>* const target = &policies;
+    app.add_option_function<std::string>(
+           "--policy",
+           [target](const std::string& text) {
+               target->clear();
+               for (const std::string& item : parse_items("--policy", text)) {
+                   const std::optional<PagingChoice> choice = parse_paging_choice(item);
+                   if (!choice) {
+                       throw CLI::ValidationError(
+                           "--policy", fmt::format("must be {}, got '{}'", kPagingChoices, item));
+                   }
+                   target->push_back(*choice);
+               }
+           },
+           "Which chunks are loaded first: deadline follows motion ahead, distance takes the "
+           "nearest, oracle is told the path that will be flown")
+        ->type_name("NAME,...")
+        ->default_str(name_of(policies.front()));
+}
+
+void add_storage_options(CLI::App& app, PageOptions& options) {
+    VirtualStorage& storage = options.storage;
+    add_in_range_list(app, "--latency-ms", options.latencies_ms, 0.0, kMostLatency_ms,
+                      "From a request to its first byte, the median, milliseconds");
+    add_in_range_list(app, "--bandwidth-mb", options.bandwidths_mb, kLeastBandwidth_mb,
+                      kMostBandwidth_mb, "MB of 10^6 bytes a second that all requests share");
+    add_in_range_list(app, "--memory-mb", options.memories_mb, kLeastMemory_mb, kMostMemory_mb,
+                      "Ceiling of the memory that chunks take, MB of 2^20 bytes");
+    add_count(app, "--slots", options.slots, 1, "Requests at once, at most 1024");
+    add_in_range(app, "--latency-spread", storage.latency_spread, 0.0, 16.0,
+                 "Each request takes the latency times 2^(spread * s), s from -1 to 1");
+    add_in_range(app, "--failure-share", storage.failure_share, 0.0, 1.0,
+                 "Of requests that end in an error");
+    add_in_range(app, "--hang-share", storage.hang_share, 0.0, 1.0, "Of requests that never end");
+    add_count(app, "--storage-seed", options.storage_seed, 0, "Of spread, failures and hangs");
+}
+
+bool is_positive(const std::optional<double>& value) { return value && *value > 0.0; }
+
+}  // namespace
+
+void add_page_options(CLI::App& app, PageOptions& options) {
+    add_terrain_options(app, options.terrain);
+    add_path_list(app, options.paths);
+    add_positive_list(app, "--speed", options.speeds,
+                      "Metres a second; without it 100 (spins: 20), or a track's own times");
+    add_positive(app, "--altitude", options.altitude,
+                 "Metres above the smoothed ground; 200 without it, or a track's own heights");
+    add_in_range(app, "--fps", options.fps, 0.1, 1000.0, "Frames a second of the flight");
+    add_positive(app, "--seconds", options.seconds, "How long, or less where a track ends");
+    add_not_negative(app, "--start-s", options.start, "Seconds of a track to leave out");
+    add_not_negative(app, "--announce-s", options.announce,
+                     "Jumps of teleports are told so many seconds ahead");
+    add_size(app, "--size", options.size, "Size of the picture, pixels");
+    add_in_range(app, "--fov-deg", options.fov_deg, 1.0, 170.0, "Vertical field of view, degrees");
+    add_count(app, "--budget", options.budget, 1, "Most triangles a frame");
+    add_positive(app, "--max-error-px", options.max_error_px,
+                 "Screen error that frames should not exceed, pixels");
+    add_count(app, "--bodies", options.body_count, 0,
+              "Balls on the ground below the camera and around it, for contact");
+    add_policy_list(app, options.policies);
+    add_positive_list(app, "--radius", options.radii,
+                      "With --policy distance: how many times as far as it is needed a chunk is "
+                      "loaded; of several the best is kept");
+    add_in_range(app, "--horizon-s", options.horizon, 0.0, 1e4,
+                 "How far ahead motion is followed, seconds");
+    add_in_range(app, "--contact-share", options.contact_share, 0.0, 1.0,
+                 "Of the ceiling that is kept free for contact");
+    add_storage_options(app, options);
+    add_count(app, "--threads", options.threads, 1, "Flights that are played at once");
+    add_in_range(
+        app, "--cache-mb", options.cache_mb, 0.0, kMostMemory_mb,
+        "Chunks that are kept made for other flights, MB of 2^20 bytes; changes no result");
+    app.add_option("--out", options.out,
+                   "Folder for report.html and, of a single flight, frames.csv; what an earlier "
+                   "flight left there is replaced")
+        ->type_name("DIR");
+    app.add_flag("--json", options.json, "Print one JSON object a line for each flight");
+}
+
+PathItem parse_path_item(const std::string& text) {
+    const std::size_t at = text.rfind('@');
+    if (at == std::string::npos) return {.name = text, .speed = {}, .altitude = {}};
+    const std::string own = text.substr(at + 1);
+    const std::size_t colon = own.find(':');
+    PathItem item{
+        .name = text.substr(0, at), .speed = parse_number(own.substr(0, colon)), .altitude = {}};
+    bool is_whole = is_positive(item.speed);
+    if (colon != std::string::npos) {
+        item.altitude = parse_number(own.substr(colon + 1));
+        is_whole = is_whole && is_positive(item.altitude);
+    }
+    // or the @ is a part of the name
+    return is_whole ? item : PathItem{.name = text, .speed = {}, .altitude = {}};
+}
+
+CommandResult<void> check(const PageOptions& options) {
+    constexpr std::size_t kMostSlots = 1024, kMostBodies = 100'000, kMostThreads = 256;
+    for (const std::string& path : options.paths) {
+        const CommandResult<void> good = check_path(parse_path_item(path).name);
+        if (!good) return good;
+    }
+    const auto at_most = [](const char* flag, std::size_t value,
+                            std::size_t most) -> CommandResult<void> {
+        if (value <= most) return {};
+        return usage_error(fmt::format("{} must be at most {}, got {}", flag, most, value));
+    };
+    for (const CommandResult<void>& good : {at_most("--slots", options.slots, kMostSlots),
+                                            at_most("--bodies", options.body_count, kMostBodies),
+                                            at_most("--threads", options.threads, kMostThreads)}) {
+        if (!good) return good;
+    }
+    return {};
+}
+
+std::vector<PagingCell> list_cells(const PageOptions& options) {
+    std::vector<PagingCell> cells;
+    for (const std::string& text : options.paths) {
+        const PathItem item = parse_path_item(text);
+        std::vector<std::optional<double>> speeds{item.speed};
+        if (!item.speed && !options.speeds.empty()) {
+            speeds.assign(options.speeds.begin(), options.speeds.end());
+        }
+        for (const std::optional<double>& speed : speeds) {
+            for (const double latency_ms : options.latencies_ms) {
+                for (const double bandwidth_mb : options.bandwidths_mb) {
+                    for (const double memory_mb : options.memories_mb) {
+                        cells.push_back(
+                            {.path = item.name,
+                             .speed = speed,
+                             .altitude = item.altitude ? item.altitude : given(options.altitude),
+                             .latency_ms = latency_ms,
+                             .bandwidth_mb = bandwidth_mb,
+                             .memory_mb = memory_mb});
+                    }
+                }
+            }
+        }
+    }
+    return cells;
+}
+
+PagingRunSettings run_settings(const PageOptions& options, const PagingCell& cell,
+                               PagingChoice policy, double radius) {
+    PagingRunSettings settings;
+    settings.policy = policy;
+    settings.maker.pager.memory_bytes = static_cast<std::size_t>(cell.memory_mb * 0x1p20);
+    settings.maker.pager.horizon = options.horizon;
+    settings.maker.pager.contact_share = options.contact_share;
+    settings.maker.pager.distance_radius = radius;
+    settings.maker.triangulator.triangle_budget = options.budget;
+    settings.maker.triangulator.max_error_px = options.max_error_px;
+    settings.storage = options.storage;
+    settings.storage.latency = 1e-3 * cell.latency_ms;
+    settings.storage.bandwidth = 1e6 * cell.bandwidth_mb;
+    settings.storage.seed = options.storage_seed;
+    settings.storage.slots = static_cast<int>(options.slots);
+    settings.view = make_view(options.size, options.fov_deg);
+    settings.fps = options.fps;
+    settings.body_count = options.body_count;
+    settings.announce = options.announce;
+    return settings;
+}
+
+}  // namespace terrane::tools

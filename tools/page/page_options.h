@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "command.h"
+#include "options/option_values.h"
+#include "options/terrain_options.h"
+#include "page/paging_table.h"
+
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace terrane::tools {
+
+/// What `page` is asked for. Where there are several values, every combination is played.
+struct PageOptions {
+    TerrainOptions terrain;
+    std::vector<std::string> paths{"straight"};
+    std::vector<double> speeds;
+    std::vector<double> latencies_ms{20.0};
+    std::vector<double> bandwidths_mb{100.0};
+    std::vector<double> memories_mb{512.0};
+    std::vector<PagingChoice> policies{PagingChoice::deadline};
+    std::vector<double> radii{1.0};                              ///< the best one is kept
+    double altitude = std::numeric_limits<double>::quiet_NaN();  ///< NaN: not given
+    double seconds = CameraPathSettings::kDefaultSeconds;
+    double start = 0.0;
+    double announce = 0.0;
+    double fps = 30.0;
+    ImageSize size;
+    double fov_deg = 60.0;
+    std::size_t budget = 1'000'000;
+    double max_error_px = 2.0;
+    std::size_t body_count = 8;
+    double horizon = PagerSettings{}.horizon;
+    double contact_share = PagerSettings{}.contact_share;
+    VirtualStorage storage;  ///< but for the lists above, and
+    std::size_t slots = 8;
+    std::size_t storage_seed = 1;
+    std::size_t threads = 1;
+    double cache_mb = 1024.0;
+    std::string out;  ///< a folder; "" for none
+    bool json = false;
+};
+
+void add_page_options(CLI::App& app, PageOptions& options);
+
+/// A path on the command line: NAME, NAME@SPEED or NAME@SPEED:ALTITUDE, where NAME may be a file.
+struct PathItem {
+    std::string name;
+    std::optional<double> speed;
+    std::optional<double> altitude;
+};
+PathItem parse_path_item(const std::string& text);
+
+/// Refuses what no single option shows to be wrong. Fails with exit_usage.
+CommandResult<void> check(const PageOptions& options);
+
+/// Every combination but that of policies, in the order of the lists: path, speed, latency, bandwidth,
+/// memory.
+std::vector<PagingCell> list_cells(const PageOptions& options);
+
+/// What a run of one cell takes, for one policy and its radius.
+PagingRunSettings run_settings(const PageOptions& options, const PagingCell& cell,
+                               PagingChoice policy, double radius);
+
+}  // namespace terrane::tools

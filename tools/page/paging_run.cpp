@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: MIT
+#include "page/paging_run.h"
+
+#include "flight/flight_options.h"
+#include "page/foresight.h"
+#include "page/ground_bodies.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace terrane::tools {
+namespace {
+
+// The pager's time at the beginning of a flight: later than the storage's clock can be after it has
+// loaded what the first frame needs, and still exact to a nanosecond.
+constexpr double kClock = 0x1p20;
+// How far the future is told beyond the pager's horizon, seconds.
+constexpr double kBeyondHorizon = 1.0;
+
+// Loads what the first frame needs; storage that fails is asked again when the pager may.
+Result<void> settle(FrameMaker& maker, const View& view, std::span<const BodyNeed> bodies) {
+    constexpr int kMostTries = 64;
+    constexpr double kLongestRetry = 11.0;  // seconds; the pager waits 10 at most
+    for (int i = 0; i < kMostTries; ++i) {
+        const std::uint64_t failed = maker.pager().stats().failed;
+        maker.settle(view, bodies, i * kLongestRetry);
+        if (maker.pager().stats().failed == failed) break;
+    }
+    if (maker.pager().resident()->has_roots()) return {};
+    return fail(ErrorCode::io, "the storage never gave the root squares");
+}
+
+std::size_t count_without_ground(const Pager& pager, std::span<const BodyNeed> bodies) {
+    const std::shared_ptr<const ResidentSet> resident = pager.resident();
+    return static_cast<std::size_t>(std::ranges::count_if(bodies, [&](const BodyNeed& body) {
+        return !has_ground(*resident, pager.contact_level(), body.centre_world, body.radius);
+    }));
+}
+
+PagingTotals add_up(const PagingRun& run, const PagerStats& before, double fps) {
+    PagingTotals totals;
+    totals.frames = run.frames.size();
+    totals.excess_error_px_s = excess_error_px_s(run.frames, fps);
+    for (const FrameRecord& frame : run.frames) {
+        totals.late_frames += frame.is_late() ? 1u : 0u;
+        totals.error_px_max = std::max(totals.error_px_max, frame.error_px);
+    }
+    for (const std::size_t late : run.contact_late) totals.contact_late += late;
+    const PagerStats& after = run.frames.back().paging;
+    totals.bytes_loaded = after.bytes_read - before.bytes_read;
+    // what was read before the flight and used in it is not of the flight
+    const std::uint64_t used = after.bytes_used - before.bytes_used;
+    totals.bytes_wasted = totals.bytes_loaded - std::min(used, totals.bytes_loaded);
+    totals.peak_bytes = after.peak_bytes;
+    totals.loaded = after.loaded - before.loaded;
+    totals.reloads = after.reloaded - before.reloaded;
+    totals.evicted = after.evicted - before.evicted;
+    totals.hard_evictions = after.hard_evictions - before.hard_evictions;
+    totals.cancelled = after.cancelled - before.cancelled;
+    totals.failed = after.failed - before.failed;
+    totals.timed_out = after.timed_out - before.timed_out;
+    totals.over_ceiling = after.over_ceiling - before.over_ceiling;
+    return totals;
+}
+
+}  // namespace
+
+double PagingTotals::late_share() const {
+    return frames > 0 ? static_cast<double>(late_frames) / static_cast<double>(frames) : 0.0;
+}
+
+double PagingTotals::wasted_share() const {
+    return bytes_loaded > 0 ? static_cast<double>(bytes_wasted) / static_cast<double>(bytes_loaded)
+                            : 0.0;
+}
+
+Result<PagingRun> run_paging(std::shared_ptr<const HeightSource> source, ChunkCache& chunks,
+                             const CameraPath& path, const PagingRunSettings& settings) {
+    FrameMakerSettings maker_settings = settings.maker;
+    maker_settings.pager.policy = pager_policy(settings.policy);
+    const double horizon = maker_settings.pager.horizon;
+    Result<std::unique_ptr<VirtualLoader>> loader = VirtualLoader::create(
+        settings.storage, [&chunks](const ChunkKey& key) { return chunks.get(key); });
+    if (!loader) return tl::unexpected(loader.error());
+    Result<FrameMaker> maker = FrameMaker::create(source, maker_settings, std::move(*loader));
+    if (!maker) return tl::unexpected(maker.error());
+
+    const GroundBodies bodies(*source, settings.body_count);
+    Foresight foresight(path, bodies,
+                        {.is_complete = settings.policy == PagingChoice::oracle,
+                         .announce = settings.announce,
+                         .horizon = horizon + kBeyondHorizon,
+                         .clock = kClock});
+    const CameraPose start = path.at(0.0);
+    const Result<void> settled = settle(*maker, view_at(settings.view, start), bodies.needs(start));
+    if (!settled) return tl::unexpected(settled.error());
+    const PagerStats before = maker->pager().stats();
+
+    PagingRun run;
+    run.frames.reserve(settings.frame_count);
+    for (std::size_t i = 0; i < settings.frame_count; ++i) {
+        const double time = static_cast<double>(i) / settings.fps;
+        const CameraPose pose = path.at(time);
+        CameraNeed camera{.view = view_at(settings.view, pose), .velocity = pose.velocity};
+        std::vector<BodyNeed> needs = bodies.needs(pose);
+        foresight.tell(time, camera, needs);
+        run.frames.push_back(maker->make(camera, needs, kClock + time).record);
+        run.frames.back().time = time;
+        run.contact_late.push_back(count_without_ground(maker->pager(), needs));
+    }
+    run.totals = add_up(run, before, settings.fps);
+    run.totals.body_frames = settings.frame_count * settings.body_count;
+    return run;
+}
+
+}  // namespace terrane::tools
