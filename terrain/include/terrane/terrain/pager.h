@@ -112,15 +112,31 @@ enum class TicketState {
 
 /// Keeps resident what cameras draw and bodies touch, under a hard ceiling of bytes.
 ///
+/// Needs. Where a camera will be follows from its place, look, speed and turning, or from its way where
+/// that is known; so each chunk has a time when it is needed first. What lies ahead in a turn is trusted
+/// for as long as the turn has lasted, and less where such guesses went wrong lately; what a camera may
+/// turn to is speculation. Bodies ask for the ground on their way.
+///
+/// Loads. Contact goes before what is drawn, that before speculation; within each, what is late first,
+/// by the error that it removes, then what has the least time left, less what loads of its kind have
+/// taken. What is drawn is loaded up to a second ahead, earlier only where there would be too much to
+/// load then. What cannot arrive before it is passed is not begun, and what nobody needs any more is
+/// given up. Speculation takes what is left: no memory that something else has, and a seventh of what is
+/// read at most. What fails is tried again after a tenth of a second, then after twice as long each
+/// time, up to ten.
+///
+/// Ceiling. Bytes are claimed before a load begins. Where not everything fits, what is needed last goes
+/// first, and what is drawn is coarser everywhere rather than absent somewhere. Contact keeps a share.
+///
 /// Chunks come and go without a jump in the picture: what a camera would see appear begins with a fade
 /// at which it does not show, and fades in with each update(); what it would see vanish fades out
 /// first, and what is to take its place waits. In one update() that moves the picture by at most 0.25
-/// pixels, where 1.5 or less are held back; of more than that a twelfth goes at a time. So a chunk that
-/// can remove 1.5 pixels is there after 43 updates at a threshold of 0.2, one of 20 pixels after 73. A
-/// chunk shows at once where nobody sees it come: a camera's last view did not hold it, or the eye went
-/// more than a tenth of the way to it. Fades go by updates, not by time: an update is a frame, and it
-/// is between two frames that a jump is seen. Ground takes no part in it. Roots, and loads for contact,
-/// do not wait, but evict at once.
+/// pixels. No more than 1.55 pixels are ever held back: while more are missing no frame promises
+/// anything, and what is late would only be later. So a chunk is there after 45 updates at a threshold
+/// of 0.2, after 35 at 0.5, and at once at 1.55. A chunk shows at once, too, where nobody sees it come: a
+/// camera's last view did not hold it, or the eye went more than a tenth of the way to it. Fades go by
+/// updates, not by time: an update is a frame, and it is between two frames that a jump is seen. Ground
+/// takes no part in it. Roots, and loads for contact, do not wait, but evict at once.
 ///
 /// One thread calls update(), require() and finish(); any thread may hold and read the sets that
 /// resident() returned. Root squares are pinned: the first update() asks for them.
@@ -137,7 +153,8 @@ public:
 
     Pager(Pager&&) noexcept;
     Pager& operator=(Pager&&) noexcept;
-    /// Stops the loaders; waits for the loads in flight, one chunk a thread at most.
+    /// Stops the loaders; waits for the loads in flight, but not for storage that hangs: see
+    /// thread_loader.h.
     ~Pager();
 
     /// Takes in what arrived, asks for what is needed next, lets go of what is not. With workers it
