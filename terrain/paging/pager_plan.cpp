@@ -81,14 +81,22 @@ bool Pager::State::take_clients(std::span<const CameraNeed> cameras,
         }
     }
     bodies.clear();
+    way_moments.clear();
     for (const BodyNeed& body : all_bodies) {
         if (is_good(body)) {
             bodies.push_back(body);
+            way_moments.insert(way_moments.end(), body.way.begin(), body.way.end());
             // who rises over ground comes down again
             if (body.way.empty()) bodies.back().velocity.z() = std::min(0.0, body.velocity.z());
         } else {
             ++stats.refused_needs;
         }
+    }
+    // finish() looks again, when the caller's are gone
+    std::size_t first = 0;
+    for (BodyNeed& body : bodies) {
+        body.way = std::span<const BodyMoment>(way_moments).subspan(first, body.way.size());
+        first += body.way.size();
     }
     return is_due;
 }

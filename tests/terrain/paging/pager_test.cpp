@@ -193,6 +193,18 @@ TEST(Pager, BringsTheGroundOnABodysWay) {
     EXPECT_EQ(set.find({-8, 0, 4}), ResidentSet::kNone);
 }
 
+// A way belongs to its caller again when update() returns.
+TEST(Pager, RemembersTheWayOfABodyUntilItHasFinished) {
+    Pager pager = Pager::create(hills(), {.worker_count = 1}).value();
+    std::vector<BodyMoment> way{{0.1, {0, 0, 0}}, {0.1, {900, 900, 0}}, {0.2, {900, 900, 0}}};
+    const std::vector<BodyNeed> bodies{{.centre_world = {0, 0, 0}, .radius = 1.0, .way = way}};
+    pager.update({}, bodies, 0.0);
+    for (BodyMoment& moment : way) moment.centre_world = {-900, -900, 0};
+    pager.finish();
+    EXPECT_NE(pager.resident()->find({7, 7, 4}), ResidentSet::kNone);
+    EXPECT_EQ(pager.resident()->find({-8, -8, 4}), ResidentSet::kNone);
+}
+
 TEST(Pager, LooksAheadOfAFastCamera) {
     const auto far_child = [](const Eigen::Vector3d& velocity) {
         Pager pager = Pager::create(hills(), {.worker_count = 0, .horizon = 3.0}).value();
