@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace terrane::internal {
 namespace {
@@ -19,8 +20,7 @@ namespace {
 // A relative step of a priority at the threshold moves a vertex by so many thresholds: see lod/morph.h.
 constexpr double kMorphGain =
     2.0 * kDefaultMorphRatio * kDefaultMorphRatio / (kDefaultMorphRatio * kDefaultMorphRatio - 1.0);
-// What fading may move in one update while little is held back. With 1.5 pixels held back at a
-// threshold of 0.2 the rest takes 43 updates.
+// What fading may move in one update while little is held back.
 constexpr double kMostMove_px = 0.25;
 // No frame promises anything while more than 1.5 pixels are held back: its error is larger. So nothing
 // but this much ever is: what comes late would only stay away for longer.
@@ -64,7 +64,8 @@ double largest_angle(const Lattice& lattice, const Chunk& chunk, const View& vie
 
 }  // namespace
 
-Watch watch(const Lattice& lattice, const Chunk& chunk, std::span<const Watcher> watchers) {
+Watch watch(const Lattice& lattice, const Chunk& chunk, std::span<const Watcher> watchers,
+            double inverse_fade) {
     // a vertex moves the surface up to a cell around it
     const double margin = lattice.level_spacing(chunk.key.level);
     const auto bound = static_cast<double>(chunk.max_vertex_bound);
@@ -75,6 +76,7 @@ Watch watch(const Lattice& lattice, const Chunk& chunk, std::span<const Watcher>
                   {lattice.x(corner.x + side) + margin, lattice.y(corner.y + side) + margin,
                    lattice.quantum * chunk.high + bound}};
     Watch seen;
+    double going = std::numeric_limits<double>::infinity();
     for (const Watcher& watcher : watchers) {
         const View& view = watcher.view;
         if (!watcher.before) continue;
@@ -88,17 +90,18 @@ Watch watch(const Lattice& lattice, const Chunk& chunk, std::span<const Watcher>
         const double error_px =
             kWider * view.pixels_per_radian() * largest_angle(lattice, chunk, view);
         const double step = kMostMove_px / (kMorphGain * watcher.threshold_px);
-        seen.step = seen.ratio > 0.0 ? std::min(seen.step, step) : step;
-        seen.ratio = std::max(seen.ratio, std::min(error_px, kMostHeld_px) / watcher.threshold_px);
+        const double ratio = std::min(error_px, kMostHeld_px) / watcher.threshold_px;
+        seen.ratio = std::max(seen.ratio, ratio);
+        seen.coming = std::max(seen.coming, std::min(inverse_fade, ratio) - step);
+        if (inverse_fade + step < ratio) going = std::min(going, inverse_fade + step);
     }
+    seen.going = std::max(inverse_fade, std::min(going, seen.ratio));
     return seen;
 }
 
-double faded_on(double before, const Watch& seen, bool is_new, bool is_leaving) {
+double faded_on(const Watch& seen, bool is_new, bool is_leaving) {
     if (is_new) return std::max(1.0, seen.ratio);
-    if (is_leaving) return std::max(before, std::min(before + seen.step, seen.ratio));
-    // below what hides it nothing is seen
-    return std::max(1.0, std::min(before, seen.ratio) - seen.step);
+    return is_leaving ? seen.going : seen.coming;
 }
 
 float fade_of(double inverse_fade) {

@@ -29,20 +29,24 @@ struct Watch {
     /// is held back at most. A fade of at most 1 / ratio hides the chunk, or as much of it as is to be
     /// hidden.
     double ratio = 0.0;
-    /// How far 1 / fade may move in one update.
-    double step = 0.0;
+    /// 1 / fade after one more update, where it comes, at least, and where it goes, at most.
+    double coming = 1.0;
+    double going = 1.0;
 };
 
 /// Looks at a chunk through the cameras that would see it come or go: both their last two views may
-/// hold some of what it moves, further away than ten times the way between the two.
-Watch watch(const Lattice& lattice, const Chunk& chunk, std::span<const Watcher> watchers);
+/// hold some of what it moves, further away than ten times the way between the two. The pace is that of
+/// the camera that sees most of a step: beyond what hides the chunk from it, it sees nothing.
+///
+/// @param inverse_fade   1 / fade of the chunk now, >= 1
+Watch watch(const Lattice& lattice, const Chunk& chunk, std::span<const Watcher> watchers,
+            double inverse_fade);
 
 /// 1 / fade of a chunk after one more update.
 ///
-/// @param before       ... in the update before; of no account for a new chunk
 /// @param is_new       it comes with this update
 /// @param is_leaving   it fades out
-double faded_on(double before, const Watch& seen, bool is_new, bool is_leaving);
+double faded_on(const Watch& seen, bool is_new, bool is_leaving);
 
 /// The fade that an inverse stands for, rounded down.
 float fade_of(double inverse_fade);

@@ -116,7 +116,7 @@ double NeedFinder::visit_absent(const ChunkKey& key, const Box& box, double boun
     double slack_s = need.begin_s - own_s;
     if (settings_.policy == PagingPolicy::distance) {
         if (need.why == NeedClass::drawn) slack_s = 1.0 / need.ratio;  // the nearest first
-    } else if (key.level < lattice_->finest_level) {
+    } else if (may_guess_ && key.level < lattice_->finest_level) {
         double below_s = kNever;
         visit_below_absent(key, box, bound, arrival_s, need.why, below_s);
         slack_s = std::min(slack_s, below_s - own_s);
@@ -148,10 +148,12 @@ void NeedFinder::visit_below_absent(const ChunkKey& key, const Box& box, double 
 }
 
 NeedFinder::Bytes NeedFinder::find(ChunkTree& tree, std::span<const Outlook> outlooks,
-                                   const ContactNeeds& contact, const LoadTimes& times) {
+                                   const ContactNeeds& contact, const LoadTimes& times,
+                                   bool may_guess) {
     outlooks_ = outlooks;
     contact_ = &contact;
     times_ = &times;
+    may_guess_ = may_guess;
     tree_ = &tree;
     lattice_ = &tree.lattice();
     wishes_.clear();

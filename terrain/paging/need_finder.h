@@ -26,16 +26,18 @@ public:
     /// @param bound what its parent expected it to improve on, metres
     void learn(const Chunk& chunk, double bound);
 
-    /// Sets the need of every node, and lists what is absent: also what lies below absent chunks, as far
-    /// as it is needed before it could be asked for in turn.
-    ///
     /// Bytes that were read for chunks.
     struct Bytes {
         std::size_t used = 0;     ///< that are needed now for the first time
         std::size_t awaited = 0;  ///< that nobody has needed yet, but somebody will
     };
+
+    /// Sets the need of every node, and lists what is absent: also what lies below absent chunks, as far
+    /// as it is needed before it could be asked for in turn.
+    ///
+    /// @param may_guess  false: only what hangs below resident chunks
     Bytes find(ChunkTree& tree, std::span<const Outlook> outlooks, const ContactNeeds& contact,
-               const LoadTimes& times);
+               const LoadTimes& times, bool may_guess);
 
     /// In no order.
     std::vector<Wish>& wishes() { return wishes_; }
@@ -60,6 +62,7 @@ private:
     std::span<const Outlook> outlooks_;
     const ContactNeeds* contact_ = nullptr;
     const LoadTimes* times_ = nullptr;
+    bool may_guess_ = true;
     const ChunkTree* tree_ = nullptr;
     const Lattice* lattice_ = nullptr;
     Bytes bytes_;

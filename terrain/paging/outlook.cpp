@@ -12,7 +12,7 @@ namespace {
 constexpr double kSeenMargin = 0.05;
 
 // What is looked for beyond a view counts less, the further beside it.
-constexpr double kBesideLoss = 0.8;
+constexpr double kBesideLoss = 0.7;
 // A need is judged by the error soon after it begins.
 constexpr double kSoon_s = 0.5;
 
@@ -106,6 +106,9 @@ Need Outlook::look(const Box& box, double bound, double arrival_s) const {
         const bool is_seen = least_off <= kSeenMargin;
         const double doubt = kSeenMargin + moment.doubt;
         if (!is_seen && (doubt < 1.0 ? least_off > doubt : moment.doubt <= 0.0)) continue;
+        // what lies beside counts for less, and for nothing where that is less than is asked for
+        const double ratio = distance / nearest * (is_seen ? 1.0 : 1.0 - kBesideLoss * least_off);
+        if (!(ratio > 1.0)) continue;
         const bool is_trusted = moment.is_trusted && (was_trusted || i == 0);
         Need here{is_seen && is_trusted ? NeedClass::drawn : NeedClass::speculation, moment.time_s,
                   moment.time_s, 0.0};
@@ -122,8 +125,7 @@ Need Outlook::look(const Box& box, double bound, double arrival_s) const {
         const double soon_s =
             std::max(arrival_s, need.is_needed() ? need.begin_s : here.begin_s) + kSoon_s;
         const bool counts = here.end_s >= std::min(arrival_s, last_s) && here.begin_s <= soon_s;
-        if (counts)
-            here.ratio = distance / nearest * (1.0 - kBesideLoss * (is_seen ? 0.0 : least_off));
+        if (counts) here.ratio = ratio;
         need = both(need, here);
         // when it is needed next is all that matters of what is there
         if (need.why == NeedClass::drawn && arrival_s <= 0.0) break;

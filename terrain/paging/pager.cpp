@@ -33,7 +33,10 @@ Result<Pager> Pager::create(std::shared_ptr<const HeightSource> source,
     if (const Result<void> good = check_range("worker_count", settings.worker_count, 0, 256); !good)
         return tl::unexpected(good.error());
     if (settings.worker_count == 0) {
-        return create(source, settings, std::make_unique<internal::InlineLoader>(source));
+        Result<Pager> pager =
+            create(source, settings, std::make_unique<internal::InlineLoader>(source));
+        if (pager) pager->state_->is_inline = true;
+        return pager;
     }
     auto loader = ThreadLoader::create(
         source, {.worker_count = settings.worker_count, .timeout = settings.load_timeout});
@@ -69,7 +72,6 @@ Result<Pager> Pager::create(std::shared_ptr<const HeightSource> source,
                                   : lattice.finest_level;
     auto state =
         std::make_unique<State>(std::move(source), settings, contact_level, std::move(loader));
-    state->is_inline = dynamic_cast<internal::InlineLoader*>(state->loader.get()) != nullptr;
     return Pager(std::move(state));
 }
 
@@ -100,6 +102,7 @@ void Pager::update(std::span<const CameraNeed> cameras, std::span<const BodyNeed
 void Pager::finish() {
     State& state = *state_;
     state.may_jump = true;
+    state.room.look(state.watchers, state.may_jump);
     bool is_busy = false;
     for (;;) {
         state.loader->wait();

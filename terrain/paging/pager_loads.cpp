@@ -172,13 +172,13 @@ bool Pager::State::queue_loads() {
         if (requests.size() + later_count >= most) break;
         const bool is_speculation = wish.need.why == NeedClass::speculation;
         // with what is left only
-        if (is_speculation && !may_jump &&
-            (is_inline || 2 * needed_count >= slots || !may_speculate(speculation_count))) {
+        if (is_speculation && !waits_for_all() &&
+            (2 * needed_count >= slots || !may_speculate(speculation_count))) {
             break;
         }
         const double waits =
             static_cast<double>(requests.size() + begun.size()) / static_cast<double>(slots);
-        if (wish.can_wait && !may_jump && !is_inline) continue;
+        if (wish.can_wait && !waits_for_all()) continue;
         if (!may_begin(wish, waits * times.expected_s(wish.key.level))) continue;
         if (wish.key.level > 0) {
             const ChunkKey parent = wish.key.parent();

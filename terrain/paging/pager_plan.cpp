@@ -113,13 +113,13 @@ void Pager::State::plan() {
     std::vector<internal::RegionNeed> regions;
     for (const auto& [ticket, region] : tickets) regions.push_back(region);
     contact.find(bodies, regions, time_s, contact_horizon());
-    const internal::NeedFinder::Bytes found = needs.find(tree, outlooks, contact, times);
+    const internal::NeedFinder::Bytes found =
+        needs.find(tree, outlooks, contact, times, !waits_for_all());
     stats.bytes_used += found.used;
     stats.bytes_awaited = found.awaited;
     std::vector<Wish>& wishes = needs.wishes();
     std::sort(wishes.begin(), wishes.end(), internal::goes_before);
     count_late();
-    room.look(watchers, may_jump);
     room.begin(outlooks, !bodies.empty() || !tickets.empty(), stats);
 }
 
@@ -142,8 +142,7 @@ void Pager::State::fade() {
         if (may_jump || node.parent == ChunkTree::kNone) {
             node.inverse_fade = 1.0;
         } else {
-            node.inverse_fade =
-                internal::faded_on(node.inverse_fade, room.watch_of(node), is_new, node.is_leaving);
+            node.inverse_fade = internal::faded_on(room.watch_of(node), is_new, node.is_leaving);
         }
         stats.fading_chunks += node.inverse_fade > 1.0 ? 1u : 0u;
     }

@@ -106,6 +106,8 @@ struct Pager::State {
     void take_in(FinishedLoad& load);
     bool insert(std::shared_ptr<const Chunk> chunk, std::size_t bytes_read);
     void adopt_orphans();
+    /// Everything is loaded that is needed, whatever that takes.
+    bool waits_for_all() const { return is_inline || may_jump; }
     double contact_horizon() const;
     void plan();
     void count_late();

@@ -70,7 +70,7 @@ std::size_t Room::soon_free_bytes() {
 
 const Watch& Room::watch_of(ChunkTree::Node& node) {
     if (!node.watch) {
-        node.watch = watch(tree_->lattice(), *node.chunk, watchers_);
+        node.watch = watch(tree_->lattice(), *node.chunk, watchers_, node.inverse_fade);
     }
     return *node.watch;
 }

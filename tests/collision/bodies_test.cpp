@@ -16,6 +16,7 @@ namespace {
 
 using test::make_test_ground;
 using test::Random;
+using test::TableGroundSettings;
 
 constexpr double kGravity = 9.81;
 constexpr double kMiddle = 64.3;  // of the ground of one root square, off the lattice
@@ -353,6 +354,34 @@ TEST(BodyWorld, BringsADeepStartOutWithoutEverGoingDeeperOrGivingItVelocity) {
             EXPECT_TRUE(is_out) << name_of(shape) << " from " << below << " m";
         }
     }
+}
+
+TEST(BodyWorld, ParksOverMissingGroundWithItsStateAndGoesOnWhenItArrives) {
+    const auto flat = [](double, double) { return 5.0; };
+    TableGroundSettings half;
+    half.roots = 2;
+    half.is_resident = [](int column, int) { return column == 0; };
+    const Ground partly = make_test_ground(flat, half);
+    const Ground whole = make_test_ground(flat, 1.0, 2);
+    BodyWorld world = make_world();
+    ASSERT_TRUE(world.add({.shape = Sphere{0.5}}, at({190.0, 64.0, 8.0}, {1.0, 2.0, -3.0})));
+    ASSERT_TRUE(world.add({.shape = Sphere{0.5}}, at({60.0, 64.0, 8.0})));
+    const BodyState before = world.states()[0];
+    for (int step = 0; step < 10; ++step) {
+        const StepReport report = world.step(partly, 1.0 / 60.0);
+        EXPECT_EQ(report.parked, 1u);
+        EXPECT_EQ(report.awake, 1u);
+        EXPECT_EQ(world.states()[0].condition, BodyCondition::parked);
+        EXPECT_EQ(world.states()[0].pose.translation, before.pose.translation);
+        EXPECT_EQ(world.states()[0].velocity, before.velocity);
+        EXPECT_EQ(world.needs().size(), 2u);
+        EXPECT_EQ(world.needs()[0].centre_world.x(), before.pose.translation.x());
+        EXPECT_GT(world.needs()[0].radius, 0.5);
+    }
+    const StepReport report = world.step(whole, 1.0 / 60.0);
+    EXPECT_EQ(report.parked, 0u);
+    EXPECT_EQ(world.states()[0].condition, BodyCondition::awake);
+    EXPECT_LT(world.states()[0].pose.translation.z(), before.pose.translation.z());
 }
 
 TEST(BodyWorld, FallsFreelyBeyondTheWorldAndCountsIt) {

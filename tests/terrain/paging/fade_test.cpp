@@ -175,7 +175,7 @@ Pager make_late(const std::shared_ptr<WaveHeights>& source,
 TEST(Fade, IsOneInTheFirstUpdate) {
     Pager pager = Pager::create(hills(), {.worker_count = 0}).value();
     pager.update(std::vector<CameraNeed>{camera_at({0, 0, 300}, {500, 300, 0})}, {}, 0.0);
-    EXPECT_GT(pager.resident()->chunks().size(), 10u);
+    EXPECT_GT(pager.resident()->chunks().size(), 20u);
     EXPECT_EQ(least_fade(*pager.resident()), 1.0f);
     EXPECT_EQ(pager.stats().fading_chunks, 0u);
 }
@@ -249,8 +249,7 @@ TEST(Fade, LeavesNoJumpForAnyOfTwoCameras) {
     Pager pager = make_late(hills(), cameras);
     Set before = pager.resident();
     for (int updates = 0; pager.stats().fading_chunks > 0; ++updates) {
-        // 1.55 pixels of the finer threshold, at the pace of the coarser one
-        ASSERT_LT(updates, 230);
+        ASSERT_LT(updates, 200);
         pager.update(cameras, {}, 101.0 + updates);
         const Set now = pager.resident();
         for (const CameraNeed& camera : cameras) {
@@ -267,7 +266,7 @@ TEST(Fade, IsOneAtOnceAfterATeleport) {
     for (int i = 0; i < 3; ++i) pager.update(here, {}, 0.1 * i);
     const std::size_t count = pager.resident()->chunks().size();
     pager.update(there, {}, 0.3);
-    EXPECT_GT(pager.resident()->chunks().size(), count + 5);
+    EXPECT_GT(pager.resident()->chunks().size(), count + 10);
     EXPECT_EQ(least_fade(*pager.resident()), 1.0f);
 }
 
@@ -283,7 +282,7 @@ TEST(Fade, IsOneAtOnceForACameraThatWasNotThere) {
         pager.update(gap, {}, 1.0);
         source->is_broken = false;
         pager.update(cameras, {}, 100.0);
-        EXPECT_GT(pager.resident()->chunks().size(), 10u);
+        EXPECT_GT(pager.resident()->chunks().size(), 20u);
         EXPECT_EQ(least_fade(*pager.resident()), 1.0f);
     }
 }
@@ -306,7 +305,7 @@ TEST(Fade, HidesWhatATurningCameraWouldSeeAppear) {
     const WorldPos eye(0, 0, 150);
     const Flight flight = fly(pager, 120, [&](int frame) {
         const double angle = 1.5707963 / 60.0 * frame;  // 90 degrees a second
-        return camera_at(eye, eye + WorldPos(std::cos(angle), std::sin(angle), -0.3), 0.3);
+        return camera_at(eye, eye + WorldPos(std::cos(angle), std::sin(angle), -0.3), 0.2);
     });
     EXPECT_EQ(flight.jump_count, 0);
     EXPECT_LE(flight.most_px, kMostMove_px * kSlack);
@@ -427,6 +426,7 @@ TEST(Fade, IsOneAfterFinish) {
     ASSERT_LT(least_fade(*before), 1.0f);
     pager.finish();
     EXPECT_EQ(least_fade(*pager.resident()), 1.0f);
+    EXPECT_TRUE(pager.resident()->has_same_chunks(*before));
     EXPECT_EQ(pager.stats().fading_chunks, 0u);
     const Set finished = pager.resident();
     pager.finish();
@@ -489,7 +489,7 @@ TEST(Fade, EvictsNoMoreForBytesThatAreAboutToComeFree) {
     const std::size_t each = make_chunk(*hills(), {0, 0, 1}).value()->bytes();
     const std::size_t ceiling = 56 * each + Chunk::max_bytes();
     Pager pager = Pager::create(hills(), {.memory_bytes = ceiling, .worker_count = 0}).value();
-    const std::vector<CameraNeed> here{camera_at({0, 0, 300}, {500, 300, 0}, 0.05)};
+    const std::vector<CameraNeed> here{camera_at({0, 0, 300}, {500, 300, 0}, 0.2)};
     for (int i = 0; i < 3; ++i) pager.update(here, {}, 0.01 * i);
     const Set held = pager.resident();
     const std::size_t count = held->chunks().size();

@@ -78,7 +78,7 @@ struct PagerSettings {
     double load_timeout = 30.0;
 };
 
-/// Counts since creation, but for the first five.
+/// Counts since creation, but for the first five and bytes_awaited.
 struct PagerStats {
     std::size_t resident_bytes = 0;  ///< of live chunks, those that only old sets hold included
     std::size_t in_flight_bytes = 0;
@@ -115,7 +115,8 @@ enum class TicketState {
 /// Needs. Where a camera will be follows from its place, look, speed and turning, or from its way where
 /// that is known; so each chunk has a time when it is needed first. What lies ahead in a turn is trusted
 /// for as long as the turn has lasted, and less where such guesses went wrong lately; what a camera may
-/// turn to is speculation. Bodies ask for the ground on their way.
+/// turn to is speculation, and counts the less the further beside the view it lies. Bodies ask for the
+/// ground on their way.
 ///
 /// Loads. Contact goes before what is drawn, that before speculation; within each, what is late first,
 /// by the error that it removes, then what has the least time left, less what loads of its kind have
