@@ -253,7 +253,8 @@ BodySweep::Looks BodySweep::find(Leg leg, double most, TouchTable& table,
             if (const double gap = z.low(time) - height; gap > 0.0) {
                 time += time_to_close(gap, leg.growth * time - z.speed, leg.growth);
             }
-            if (time <= when.leave) touches_out.push_back({slot, time});
+            const double last = when.leave < leg.duration ? when.leave : kNever;
+            if (time <= when.leave) touches_out.push_back({slot, time, last});
         }
     }
     return looks;

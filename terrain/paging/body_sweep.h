@@ -32,6 +32,9 @@ void find_legs(const BodyNeed& body, double time_s, double horizon, std::vector<
 struct Touch {
     TouchTable::Slot slot;
     double time = 0.0;  ///< since the leg began, s: not later than it is met first
+    /// ... not earlier than it is met last; infinity where the leg, or as much of it as is followed,
+    /// ends over it.
+    double last = 0.0;
 };
 
 /// Finds the chunks that legs meet: in the plane the closed square, in height everything up to the

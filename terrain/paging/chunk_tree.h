@@ -8,6 +8,7 @@
 #include <terrane/terrain/chunk.h>
 
 #include <array>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <unordered_map>
@@ -32,10 +33,11 @@ public:
 
         Need need;                   ///< of the last plan
         std::size_t bytes_read = 0;  ///< from storage, for it
-        bool was_needed = false;     ///< somebody did need it while it was there
-        bool is_leaving = false;     ///< fades out, to make room
-        bool was_leaving = false;    ///< in the last update
-        bool is_new = true;          ///< not in a set yet
+        double contact_until_s = -std::numeric_limits<double>::infinity();  ///< as foreseen last
+        bool was_needed = false;   ///< somebody did need it while it was there
+        bool is_leaving = false;   ///< fades out, to make room
+        bool was_leaving = false;  ///< in the last update
+        bool is_new = true;        ///< not in a set yet
         double inverse_fade = 1.0;
         std::optional<Watch> watch;  ///< of this update, once somebody asked
     };

@@ -72,9 +72,12 @@ void ContactNeeds::find_body(std::size_t index, const BodyNeed& body, double tim
     for (const Leg& leg : legs_) {
         const BodySweep::Looks looks = sweep_.find(leg, most, table_, touches_);
         const bool is_here = &leg == legs_.data();  // others may begin now, behind a jump
+        const bool is_end = looks.is_cut || &leg == &legs_.back();
         for (const Touch& touch : touches_) {
             const double step = std::min((leg.begin + touch.time) * steps, kSteps - 1.0);
-            table_.touch(touch.slot, step_moments_[static_cast<std::size_t>(step)]);
+            const double end = !is_end && touch.last > leg.duration ? leg.duration : touch.last;
+            table_.touch(touch.slot, step_moments_[static_cast<std::size_t>(step)],
+                         leg.begin + end);
             if (is_here && touch.time == 0.0) stands_.push_back({index, table_.key(touch.slot)});
         }
         most -= looks.squares;
@@ -97,7 +100,7 @@ double ContactNeeds::touch_region(const WorldRect& region, TouchTable::Moment mo
             count += 1.0;
             table_.touch(
                 table_.slot(static_cast<std::int32_t>(column), static_cast<std::int32_t>(row)),
-                moment);
+                moment, std::numeric_limits<double>::infinity());
         }
     }
     return count;

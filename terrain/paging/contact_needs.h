@@ -19,8 +19,8 @@ struct RegionNeed {
     double deadline_s = 0.0;
 };
 
-/// Which chunks of the contact level, and which ancestors of theirs, bodies and regions touch, and when
-/// first.
+/// Which chunks of the contact level, and which ancestors of theirs, bodies and regions touch, when
+/// first and until when.
 ///
 /// A body is a ball that follows its velocity and grows by g t^2 / 2, because gravity or an impact may
 /// take it off the straight line; where its way is known it follows that, and does not grow. It touches
@@ -28,8 +28,9 @@ struct RegionNeed {
 /// ground there: from below, too. Beyond the source's extent there is nothing to touch. A region
 /// touches, at its deadline, all chunks of the world that share a point with it, whatever the horizon.
 ///
-/// Times are seconds from now, and never later than the first touch. Those of bodies are rounded down
-/// to kSteps of the horizon.
+/// Times are seconds from now. The first is never later than the first touch, and those of bodies are
+/// rounded down to kSteps of the horizon; the last is never earlier than the last touch, and infinite
+/// for regions and for what is touched where the horizon ends.
 ///
 /// Answers are a pure function of the source and the arguments of the last find().
 /// Allocates: while it grows
@@ -65,6 +66,9 @@ public:
 
     /// When a chunk is touched first; infinity where nothing touches it, or nothing knows it.
     double time_until(const ChunkKey& key) const;
+
+    /// When a chunk that is touched is touched last.
+    double end_of(const ChunkKey& key) const { return table_.end(key); }
 
     /// All that is touched, each once, ordered by time, level and key. The time of an ancestor is the
     /// least of those below it. Valid until the next find().

@@ -19,6 +19,11 @@ namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
+// Foresight wavers. What is there is held while it is almost needed, and what was foreseen to be touched
+// until then, and for so long.
+constexpr double kAlmost = 1.1;
+constexpr double kContactHeld_s = 1.0;
+
 // What most pagers do: all that is within a radius, the nearest first.
 Need near_need(const Outlook& outlook, const Box& box, double bound, double radius) {
     const double reach = radius * outlook.distance_per_bound * bound;
@@ -45,13 +50,24 @@ void NeedFinder::learn(const Chunk& chunk, double bound) {
     decay += kShare * (std::clamp(own / bound, 0.05, 1.0) - decay);
 }
 
-Need NeedFinder::camera_need(const Box& box, double bound, double arrival_s) const {
+Need NeedFinder::camera_need(const Box& box, double bound, double arrival_s, bool is_there) const {
     Need need;
     for (const Outlook& outlook : outlooks_) {
         need = both(need, settings_.policy == PagingPolicy::distance
                               ? near_need(outlook, box, bound, settings_.distance_radius)
-                              : outlook.look(box, bound, arrival_s));
+                              : outlook.look(box, bound, arrival_s, is_there));
     }
+    return need;
+}
+
+// Of a resident chunk that nobody needs.
+Need NeedFinder::held_need(const ChunkTree::Node& node, const Box& box, double bound,
+                           double arrival_s) const {
+    if (settings_.policy == PagingPolicy::distance) return {};
+    Need need = camera_need(box, kAlmost * bound, arrival_s, true);
+    need.ratio /= kAlmost;
+    if (node.contact_until_s > time_s_) need = both(need, {NeedClass::contact, 0.0, 0.0, 0.0});
+    if (need.is_needed()) need.why = NeedClass::speculation;
     return need;
 }
 
@@ -59,7 +75,7 @@ Need NeedFinder::contact_need(const ChunkKey& key) const {
     if (key.level > contact_level_) return {};
     const double time_s = contact_->time_until(key);
     if (time_s == kNever) return {};
-    return {NeedClass::contact, time_s, kNever, 0.0};
+    return {NeedClass::contact, time_s, contact_->end_of(key), 0.0};
 }
 
 void NeedFinder::count_used(ChunkTree::Node& node) {
@@ -90,12 +106,19 @@ Need NeedFinder::visit(ChunkTree& tree, ChunkTree::Index index) {
         ChunkTree::Node& node = tree[index];
         const ChunkKey child_key = key.child(quadrant);
         const ChunkTree::Index child = node.child[at];
-        const double arrival_s =
-            child == ChunkTree::kNone ? times_->expected_s(child_key.level) : 0.0;
-        Need own = camera_need(node.boxes[at], node.bounds[at], arrival_s);
+        // what is there is judged as if it came then, too: else the two would take turns
+        const double arrival_s = times_->expected_s(child_key.level);
+        Need own =
+            camera_need(node.boxes[at], node.bounds[at], arrival_s, child != ChunkTree::kNone);
         if (need.why <= NeedClass::contact) own = both(own, contact_need(child_key));
         if (child != ChunkTree::kNone) {
-            tree[child].need = own;
+            ChunkTree::Node& held = tree[child];
+            if (own.why == NeedClass::contact) {
+                held.contact_until_s = time_s_ + std::min(own.end_s, own.begin_s + kContactHeld_s);
+            } else if (!own.is_needed()) {
+                own = held_need(held, node.boxes[at], node.bounds[at], arrival_s);
+            }
+            held.need = own;
             if (own.is_needed()) own = visit(tree, child);
         } else if (own.is_needed()) {
             visit_absent(child_key, node.boxes[at], node.bounds[at], arrival_s, own);
@@ -135,7 +158,7 @@ void NeedFinder::visit_below_absent(const ChunkKey& key, const Box& box, double 
         const WorldRect rect = rect_of(*lattice_, child);
         const Box child_box{{rect.west - margin, rect.south - margin, box.low.z()},
                             {rect.east + margin, rect.north + margin, box.high.z()}};
-        Need need = camera_need(child_box, own_bound, arrives_s);
+        Need need = camera_need(child_box, own_bound, arrives_s, false);
         // what can be asked for when its parent is there is not guessed at
         const bool is_urgent = need.why == NeedClass::drawn && need.begin_s < arrives_s;
         if (!is_urgent) need = {};
@@ -149,10 +172,11 @@ void NeedFinder::visit_below_absent(const ChunkKey& key, const Box& box, double 
 
 NeedFinder::Bytes NeedFinder::find(ChunkTree& tree, std::span<const Outlook> outlooks,
                                    const ContactNeeds& contact, const LoadTimes& times,
-                                   bool may_guess) {
+                                   double time_s, bool may_guess) {
     outlooks_ = outlooks;
     contact_ = &contact;
     times_ = &times;
+    time_s_ = time_s;
     may_guess_ = may_guess;
     tree_ = &tree;
     lattice_ = &tree.lattice();

@@ -37,13 +37,15 @@ public:
     ///
     /// @param may_guess  false: only what hangs below resident chunks
     Bytes find(ChunkTree& tree, std::span<const Outlook> outlooks, const ContactNeeds& contact,
-               const LoadTimes& times, bool may_guess);
+               const LoadTimes& times, double time_s, bool may_guess);
 
     /// In no order.
     std::vector<Wish>& wishes() { return wishes_; }
 
 private:
-    Need camera_need(const Box& box, double bound, double arrival_s) const;
+    Need camera_need(const Box& box, double bound, double arrival_s, bool is_there) const;
+    Need held_need(const ChunkTree::Node& node, const Box& box, double bound,
+                   double arrival_s) const;
     Need contact_need(const ChunkKey& key) const;
     void count_used(ChunkTree::Node& node);
     Need visit(ChunkTree& tree, ChunkTree::Index index);
@@ -62,6 +64,7 @@ private:
     std::span<const Outlook> outlooks_;
     const ContactNeeds* contact_ = nullptr;
     const LoadTimes* times_ = nullptr;
+    double time_s_ = 0.0;
     bool may_guess_ = true;
     const ChunkTree* tree_ = nullptr;
     const Lattice* lattice_ = nullptr;

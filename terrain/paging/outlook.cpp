@@ -64,7 +64,7 @@ void Outlook::find_eyes() {
     }
 }
 
-Need Outlook::look(const Box& box, double bound, double arrival_s) const {
+Need Outlook::look(const Box& box, double bound, double arrival_s, bool is_there) const {
     const double distance = distance_per_bound * bound;
     Need need;
     if (!(distance > near_distance)) return need;
@@ -105,6 +105,10 @@ Need Outlook::look(const Box& box, double bound, double arrival_s) const {
         const double least_off = from < distance ? off : std::min(off, off_before);
         const bool is_seen = least_off <= kSeenMargin;
         const double doubt = kSeenMargin + moment.doubt;
+        const double end_s = i + 1 == moments.size() ? std::numeric_limits<double>::infinity()
+                                                     : moments[i + 1].time_s;
+        // what is out of view for a while is not passed
+        if (need.is_needed()) need.end_s = std::max(need.end_s, end_s);
         if (!is_seen && (doubt < 1.0 ? least_off > doubt : moment.doubt <= 0.0)) continue;
         // what lies beside counts for less, and for nothing where that is less than is asked for
         const double ratio = distance / nearest * (is_seen ? 1.0 : 1.0 - kBesideLoss * least_off);
@@ -120,15 +124,13 @@ Need Outlook::look(const Box& box, double bound, double arrival_s) const {
                                      : 0.0;
             here.begin_s = last.time_s + share * (moment.time_s - last.time_s);
         }
-        here.end_s = i + 1 == moments.size() ? std::numeric_limits<double>::infinity()
-                                             : moments[i + 1].time_s;
+        here.end_s = end_s;
         const double soon_s =
             std::max(arrival_s, need.is_needed() ? need.begin_s : here.begin_s) + kSoon_s;
         const bool counts = here.end_s >= std::min(arrival_s, last_s) && here.begin_s <= soon_s;
         if (counts) here.ratio = ratio;
         need = both(need, here);
-        // when it is needed next is all that matters of what is there
-        if (need.why == NeedClass::drawn && arrival_s <= 0.0) break;
+        if (is_there && need.why == NeedClass::drawn && here.begin_s > soon_s) break;
     }
     return need;
 }

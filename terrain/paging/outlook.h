@@ -44,7 +44,8 @@ struct Outlook {
     /// How much a box is needed whose absence means an error of `bound` metres.
     ///
     /// @param arrival_s when it could be there
-    Need look(const Box& box, double bound, double arrival_s) const;
+    /// @param is_there  nobody asks when its need ends: that may be too early
+    Need look(const Box& box, double bound, double arrival_s, bool is_there) const;
 
     /// What look() says of now alone, without speculation: the ratio, or 0 where it is not needed.
     double ratio_now(const Box& box, double bound) const;

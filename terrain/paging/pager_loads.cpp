@@ -118,7 +118,8 @@ bool Pager::State::may_begin(const Wish& wish, double arrival_s) const {
     const ChunkKey& key = wish.key;
     if (begun.contains(key) || orphans.contains(key) || gone_in_finish.contains(key)) return false;
     if (retries.must_wait(key, time_s)) return false;
-    return settings.policy == PagingPolicy::distance || wish.need.end_s >= arrival_s;
+    if (settings.policy == PagingPolicy::distance || waits_for_all() || clock_stands) return true;
+    return wish.need.end_s >= arrival_s;
 }
 
 // What is drawn later need not be loaded now, unless all that is to come could not be loaded in time
@@ -176,10 +177,12 @@ bool Pager::State::queue_loads() {
             (2 * needed_count >= slots || !may_speculate(speculation_count))) {
             break;
         }
-        const double waits =
-            static_cast<double>(requests.size() + begun.size()) / static_cast<double>(slots);
         if (wish.can_wait && !waits_for_all()) continue;
-        if (!may_begin(wish, waits * times.expected_s(wish.key.level))) continue;
+        // so many are done before it, and then its own
+        const std::size_t ahead = requests.size() + begun.size() + 1;
+        const double turns =
+            static_cast<double>(std::max(ahead, slots)) / static_cast<double>(slots);
+        if (!may_begin(wish, turns * times.expected_s(wish.key.level))) continue;
         if (wish.key.level > 0) {
             const ChunkKey parent = wish.key.parent();
             if (tree.find(parent) == ChunkTree::kNone && !begun.contains(parent) &&

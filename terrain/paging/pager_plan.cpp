@@ -48,9 +48,9 @@ bool Pager::State::take_clients(std::span<const CameraNeed> cameras,
     const double before_s = time_s;
     if (std::isfinite(now_s)) time_s = std::max(time_s, now_s);
     const double passed_s = time_s - planned_s;
-    // a clock that stands tells nothing
+    clock_stands = time_s == before_s;  // it tells nothing
     bool is_due =
-        is_inline || must_plan || time_s == before_s || !(passed_s < internal::kTick_s - kSlack_s);
+        is_inline || must_plan || clock_stands || !(passed_s < internal::kTick_s - kSlack_s);
     is_due = is_due || views.size() != cameras.size() || body_count != all_bodies.size();
     must_plan = false;
     body_count = all_bodies.size();
@@ -114,12 +114,13 @@ void Pager::State::plan() {
     for (const auto& [ticket, region] : tickets) regions.push_back(region);
     contact.find(bodies, regions, time_s, contact_horizon());
     const internal::NeedFinder::Bytes found =
-        needs.find(tree, outlooks, contact, times, !waits_for_all());
+        needs.find(tree, outlooks, contact, times, time_s, !waits_for_all());
     stats.bytes_used += found.used;
     stats.bytes_awaited = found.awaited;
     std::vector<Wish>& wishes = needs.wishes();
     std::sort(wishes.begin(), wishes.end(), internal::goes_before);
     count_late();
+    count_waits();
     room.begin(outlooks, !bodies.empty() || !tickets.empty(), stats);
 }
 
@@ -129,6 +130,20 @@ void Pager::State::count_late() {
         stats.late_chunks +=
             wish.need.is_needed_now() && wish.need.why != NeedClass::speculation ? 1u : 0u;
     }
+}
+
+// A chunk that has been missed for a while will be missed as long again: whoever should have passed it
+// may be waiting for it.
+void Pager::State::count_waits() {
+    std::map<ChunkKey, double> missed;
+    for (Wish& wish : needs.wishes()) {
+        if (wish.need.why != NeedClass::contact || !wish.need.is_needed_now()) continue;
+        const auto before = missed_since_s.find(wish.key);
+        const double since_s = before == missed_since_s.end() ? time_s : before->second;
+        missed[wish.key] = since_s;
+        wish.need.end_s = std::max(wish.need.end_s, time_s - since_s);
+    }
+    missed_since_s = std::move(missed);
 }
 
 // Takes every fade one step on.

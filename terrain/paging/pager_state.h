@@ -74,6 +74,7 @@ struct Pager::State {
     double time_s = 0.0;
     double planned_s = -std::numeric_limits<double>::infinity();  // when needs were looked at last
     bool must_plan = false;                                       // a ticket came or went
+    bool clock_stands = false;                                    // since the update before
     std::size_t body_count = 0;
     std::vector<internal::CameraMotion> motions;                  // by place in the list
     std::vector<std::optional<internal::Watcher::Before>> views;  // of the last update, by place
@@ -87,10 +88,11 @@ struct Pager::State {
     // loads
     std::map<ChunkKey, internal::Begun> begun;  // under way, or finished and not taken
     std::map<ChunkKey, internal::Orphan> orphans;
-    std::map<ChunkKey, double> evicted_s;  // when, within the last horizon
-    bool is_inline = false;                // loads inside update()
-    bool may_jump = false;                 // in finish(): nobody looks
-    std::set<ChunkKey> gone_in_finish;     // or two might take turns for ever
+    std::map<ChunkKey, double> evicted_s;       // when, within the last horizon
+    std::map<ChunkKey, double> missed_since_s;  // contact that is touched and absent
+    bool is_inline = false;                     // loads inside update()
+    bool may_jump = false;                      // in finish(): nobody looks
+    std::set<ChunkKey> gone_in_finish;          // or two might take turns for ever
 
     // the set
     std::uint64_t epoch = 0;
@@ -111,6 +113,7 @@ struct Pager::State {
     double contact_horizon() const;
     void plan();
     void count_late();
+    void count_waits();
     void give_up();
     bool may_begin(const internal::Wish& wish, double arrival_s) const;
     void postpone();

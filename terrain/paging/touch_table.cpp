@@ -62,10 +62,12 @@ void TouchTable::touch_ancestors() {
     const std::size_t count = touched_.size();
     for (std::size_t i = 0; i < count; ++i) {
         const Moment moment = chunks_[touched_[i]].moment;
+        const double end = chunks_[touched_[i]].end;
         Slot ancestor = chunks_[touched_[i]].parent;
-        // above one that is touched as early everything is
-        while (ancestor != kNone && chunks_[ancestor].moment > moment) {
-            touch(ancestor, moment);
+        // above one that is touched for as long everything is
+        while (ancestor != kNone &&
+               (chunks_[ancestor].moment > moment || chunks_[ancestor].end < end)) {
+            touch(ancestor, moment, end);
             ancestor = chunks_[ancestor].parent;
         }
     }

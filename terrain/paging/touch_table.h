@@ -3,6 +3,7 @@
 
 #include <terrane/terrain/height_source.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -11,8 +12,8 @@
 
 namespace terrane::internal {
 
-/// Chunks of one level and their ancestors, and which moment touches each first. Moments are numbers:
-/// a smaller one is earlier.
+/// Chunks of one level and their ancestors, which moment touches each first, and when each is touched
+/// last. Moments are numbers: a smaller one is earlier.
 ///
 /// What it knows of a chunk beyond that, its heights and its place in the order, it keeps from one
 /// clear() to the next, as long as it is of use. That never changes an answer.
@@ -46,12 +47,17 @@ public:
         return chunk.highest;
     }
 
-    /// Keeps the earliest moment.
-    void touch(Slot slot, Moment moment) {
+    /// Keeps the earliest moment and the latest end, seconds.
+    void touch(Slot slot, Moment moment, double end) {
         Chunk& chunk = chunks_[slot];
-        if (moment >= chunk.moment) return;
-        if (chunk.moment == kNever) touched_.push_back(slot);
-        chunk.moment = moment;
+        if (chunk.moment == kNever) {
+            touched_.push_back(slot);
+            chunk.moment = moment;
+            chunk.end = end;
+            return;
+        }
+        chunk.moment = std::min(chunk.moment, moment);
+        chunk.end = std::max(chunk.end, end);
     }
 
     /// Touches ancestors when what is below them is touched. Call it after the last touch().
@@ -60,6 +66,8 @@ public:
     const ChunkKey& key(Slot slot) const { return chunks_[slot].key; }
     /// kNever too for a chunk that it does not know.
     Moment moment(const ChunkKey& key) const;
+    /// Of a chunk that is touched.
+    double end(const ChunkKey& key) const { return chunks_[index_[place(key)].slot].end; }
 
     /// What is touched, ordered by moment, level and key.
     ///
@@ -74,6 +82,7 @@ private:
     struct Chunk {
         ChunkKey key;
         Moment moment = kNever;
+        double end = 0.0;  // where it is touched
         Slot parent = kNone;
         std::uint32_t asked_in = 0;  // the last round with a slot() of it
         double highest = kUnknown;

@@ -75,17 +75,23 @@ void sample_way(const BodyNeed& body, double now, double horizon, const Use& use
     go(begin, horizon, from, from, horizon, 0.0);
 }
 
-// When chunks are touched first, by looking densely; `wider` metres around the body.
-std::map<ChunkKey, double> look_densely(const Terraces& source, std::span<const BodyNeed> bodies,
-                                        double now, double horizon, double wider) {
-    std::map<ChunkKey, double> times;
+struct Touched {
+    double first = 0.0;
+    double last = 0.0;
+};
+
+// When chunks are touched, by looking densely; `wider` metres around the body.
+std::map<ChunkKey, Touched> look_densely(const Terraces& source, std::span<const BodyNeed> bodies,
+                                         double now, double horizon, double wider) {
+    std::map<ChunkKey, Touched> times;
     const std::vector<ChunkKey> keys = all_small_chunks();
     for (const BodyNeed& body : bodies) {
         sample_way(body, now, horizon, [&](double time, const WorldPos& centre, double reach) {
             for (const ChunkKey& key : keys) {
                 if (distance_to(source, key, centre) > reach + wider) continue;
-                const auto [found, is_new] = times.emplace(key, time);
-                found->second = std::min(found->second, time);
+                const auto [found, is_new] = times.emplace(key, Touched{time, time});
+                found->second.first = std::min(found->second.first, time);
+                found->second.last = std::max(found->second.last, time);
             }
         });
     }
@@ -137,7 +143,7 @@ ContactNeeds find(const Terraces& source, const Scene& scene) {
     return needs;
 }
 
-TEST(ContactNeeds, NeverMissOrComeLaterThanADenseLook) {
+TEST(ContactNeeds, NeverMissComeLaterOrEndEarlierThanADenseLook) {
     constexpr std::uint64_t kSeed = 21;
     Random random(kSeed);
     const Terraces source = small_terraces();
@@ -146,9 +152,10 @@ TEST(ContactNeeds, NeverMissOrComeLaterThanADenseLook) {
         const Scene scene = make_scene(random, run % 5 == 0 ? 3000.0 : 300.0, run % 2 == 1);
         const ContactNeeds needs = find(source, scene);
         ASSERT_FALSE(needs.is_cut());
-        for (const auto& [key, time] :
+        for (const auto& [key, touched] :
              look_densely(source, scene.bodies, scene.now, scene.horizon, 0.0)) {
-            ASSERT_LE(needs.time_until(key), time) << key.x << ", " << key.y;
+            ASSERT_LE(needs.time_until(key), touched.first) << key.x << ", " << key.y;
+            ASSERT_GE(needs.end_of(key), touched.last) << key.x << ", " << key.y;
         }
     }
 }
@@ -159,7 +166,8 @@ TEST(ContactNeeds, AddFewChunksThatASlightlyLargerBodyMisses) {
     const Terraces source = small_terraces();
     for (const bool has_ways : {false, true}) {
         std::size_t count = 0, missed = 0;
-        double early = 0.0, horizons = 0.0;
+        double early = 0.0, late = 0.0, horizons = 0.0;
+        std::size_t ends = 0;
         for (int run = 0; run < 200; ++run) {
             const Scene scene = make_scene(random, 300.0, has_ways);
             const ContactNeeds needs = find(source, scene);
@@ -170,8 +178,13 @@ TEST(ContactNeeds, AddFewChunksThatASlightlyLargerBodyMisses) {
                 ++count;
                 missed += wide.contains(key) ? 0u : 1u;
                 if (!exact.contains(key)) continue;
-                early += exact.at(key) - needs.time_until(key);
+                const Touched& touched = exact.at(key);
+                early += touched.first - needs.time_until(key);
                 horizons += scene.horizon;
+                // where the horizon ends nobody knows
+                if (needs.end_of(key) == kInfinity) continue;
+                ++ends;
+                late += needs.end_of(key) - touched.last;
             }
         }
         SCOPED_TRACE("seed " + std::to_string(kSeed) + (has_ways ? ", ways" : ", no ways"));
@@ -179,10 +192,12 @@ TEST(ContactNeeds, AddFewChunksThatASlightlyLargerBodyMisses) {
         // 0.12 without ways, where most is in the air and a box's edges are lower than a ball's; 0.05 with
         EXPECT_LT(static_cast<double>(missed), 0.15 * static_cast<double>(count));
         EXPECT_LT(early, 0.05 * horizons);
+        EXPECT_GT(ends, 200u);
+        EXPECT_LT(late, 0.03 * horizons);
     }
 }
 
-TEST(ContactNeeds, OrderByTimeThenLevelThenKeyAndGiveAncestorsTheLeastTimeBelow) {
+TEST(ContactNeeds, OrderByTimeThenLevelThenKeyAndGiveAncestorsTheWholeTimeBelow) {
     constexpr std::uint64_t kSeed = 23;
     Random random(kSeed);
     const Terraces source = small_terraces();
@@ -190,18 +205,22 @@ TEST(ContactNeeds, OrderByTimeThenLevelThenKeyAndGiveAncestorsTheLeastTimeBelow)
         SCOPED_TRACE("seed " + std::to_string(kSeed) + ", run " + std::to_string(run));
         const Scene scene = make_scene(random, 300.0, run % 2 == 1);
         const ContactNeeds needs = find(source, scene);
-        std::map<ChunkKey, double> least;
+        std::map<ChunkKey, double> least, last;
         for (const ContactNeeds::Entry& entry : needs.entries()) {
             ASSERT_EQ(needs.time_until(entry.key), entry.time);
             if (entry.key.level != kLevel) continue;
             for (ChunkKey key = entry.key;; key = key.parent()) {
                 const auto [found, is_new] = least.emplace(key, entry.time);
                 found->second = std::min(found->second, entry.time);
+                last[key] = std::max(last[key], needs.end_of(entry.key));
                 if (key.level == 0) break;
             }
         }
         std::vector<ContactNeeds::Entry> expected;
-        for (const auto& [key, time] : least) expected.push_back({key, time});
+        for (const auto& [key, time] : least) {
+            expected.push_back({key, time});
+            ASSERT_EQ(needs.end_of(key), last[key]);
+        }
         std::sort(expected.begin(), expected.end(), [](const auto& a, const auto& b) {
             if (a.time != b.time) return a.time < b.time;
             return a.key.level != b.key.level ? a.key.level < b.key.level : a.key < b.key;
