@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "inline_loader.h"
+#include "loaders/inline_loader.h"
 #include "pager_state.h"
 #include "settings_check.h"
 

@@ -120,6 +120,7 @@ void Pager::State::plan() {
     std::vector<Wish>& wishes = needs.wishes();
     std::sort(wishes.begin(), wishes.end(), internal::goes_before);
     count_late();
+    count_groundless();
     count_waits();
     room.begin(outlooks, !bodies.empty() || !tickets.empty(), stats);
 }
@@ -130,6 +131,17 @@ void Pager::State::count_late() {
         stats.late_chunks +=
             wish.need.is_needed_now() && wish.need.why != NeedClass::speculation ? 1u : 0u;
     }
+}
+
+void Pager::State::count_groundless() {
+    stats.groundless_bodies = 0;
+    std::size_t last = bodies.size();
+    for (const internal::ContactNeeds::Stand& stand : contact.stands()) {
+        if (stand.body == last || tree.find(stand.key) != ChunkTree::kNone) continue;
+        last = stand.body;  // they are in order of bodies
+        ++stats.groundless_bodies;
+    }
+    stats.cut_needs += contact.is_cut() ? 1u : 0u;
 }
 
 // A chunk that has been missed for a while will be missed as long again: whoever should have passed it

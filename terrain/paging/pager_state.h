@@ -113,6 +113,7 @@ struct Pager::State {
     double contact_horizon() const;
     void plan();
     void count_late();
+    void count_groundless();
     void count_waits();
     void give_up();
     bool may_begin(const internal::Wish& wish, double arrival_s) const;

@@ -100,7 +100,7 @@ int run() {
     const auto source = FractalHeights::create({.seed = 7}).value();
     std::printf("%10s %6s %10s %8s %10s %10s %10s\n", "threshold", "m/s", "turning", "chunks",
                 "median us", "p99 us", "most us");
-    for (const double threshold_px : {2.0, 0.5}) {
+    for (const double threshold_px : {2.0, 0.4}) {
         for (const Flight& flight : {Flight{0.0, false}, Flight{100.0, false}, Flight{100.0, true},
                                      Flight{300.0, false}}) {
             Cache cache;

@@ -31,8 +31,8 @@ struct PagingRunSettings {
 /// what was loaded before it.
 struct PagingTotals {
     std::size_t frames = 0;
-    std::size_t late_frames = 0;  ///< FrameRecord::is_late()
-    double excess_error_px_s = 0.0;
+    std::size_t late_frames = 0;     ///< FrameRecord::is_late()
+    double excess_error_px_s = 0.0;  ///< of these
     double error_px_max = 0.0;
     std::uint64_t bytes_loaded = 0;  ///< moved from storage
     std::uint64_t bytes_wasted = 0;  ///< ... and needed by nobody until the flight's end

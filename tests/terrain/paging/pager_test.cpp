@@ -190,6 +190,26 @@ TEST(Pager, BringsTheGroundOnABodysWay) {
     EXPECT_EQ(set.find({-8, 0, 4}), ResidentSet::kNone);
 }
 
+TEST(Pager, CountsBodiesWithoutGround) {
+    const auto source = hills();
+    source->is_held = true;
+    Pager pager = Pager::create(source, {.worker_count = 1}).value();
+    const double z = source->height(0, 0);
+    std::vector<BodyNeed> bodies{{.centre_world = {0, 0, z}, .radius = 1.0},
+                                 {.centre_world = {0, 0, 1e6}, .radius = 1.0},
+                                 {.centre_world = {900, 0, -1e6}, .radius = 1.0}};
+    pager.update({}, bodies, 0.0);
+    EXPECT_EQ(pager.stats().groundless_bodies, 2u);
+    source->is_held = false;
+    pager.finish();
+    EXPECT_EQ(pager.stats().groundless_bodies, 0u);
+    EXPECT_EQ(pager.stats().cut_needs, 0u);
+    // more than may be looked at
+    bodies.assign(2000, {.centre_world = {0, 0, z}, .radius = 1e7});
+    pager.update({}, bodies, 1.0);
+    EXPECT_GT(pager.stats().cut_needs, 0u);
+}
+
 // A way belongs to its caller again when update() returns.
 TEST(Pager, RemembersTheWayOfABodyUntilItHasFinished) {
     Pager pager = Pager::create(hills(), {.worker_count = 1}).value();

@@ -78,21 +78,25 @@ struct PagerSettings {
     double load_timeout = 30.0;
 };
 
-/// Counts since creation, but for the first five and bytes_awaited.
+/// Counts since creation, but for the first six and bytes_awaited.
 struct PagerStats {
     std::size_t resident_bytes = 0;  ///< of live chunks, those that only old sets hold included
-    std::size_t in_flight_bytes = 0;
+    std::size_t in_flight_bytes =
+        0;  ///< claimed for loads; given-up ones count whole until they end
     std::size_t resident_chunks = 0;
     std::size_t late_chunks = 0;    ///< needed at the last update(), and not there
     std::size_t fading_chunks = 0;  ///< with a fade below 1
-    std::size_t peak_bytes = 0;     ///< resident and in flight together
+    /// Whose ground is not all resident: bodies that touch a chunk's ground, or may lie below it.
+    std::size_t groundless_bodies = 0;
+    std::size_t peak_bytes = 0;  ///< resident and in flight together
     std::uint64_t loaded = 0;
     std::uint64_t evicted = 0;
-    std::uint64_t reloaded = 0;        ///< begun less than a horizon after they were evicted
-    std::uint64_t cancelled = 0;       ///< taken back from the queue, or given up in flight
-    std::uint64_t failed = 0;          ///< loads that brought nothing; retried with back-off
-    std::uint64_t timed_out = 0;       ///< ... of these, because the storage did not answer
-    std::uint64_t refused_needs = 0;   ///< cameras or bodies that were not finite
+    std::uint64_t reloaded = 0;       ///< begun less than a horizon after they were evicted
+    std::uint64_t cancelled = 0;      ///< taken back from the queue, or given up in flight
+    std::uint64_t failed = 0;         ///< loads that brought nothing; retried with back-off
+    std::uint64_t timed_out = 0;      ///< ... of these, because the storage did not answer
+    std::uint64_t refused_needs = 0;  ///< cameras or bodies that were not finite
+    std::uint64_t cut_needs = 0;  ///< times when bodies and regions asked for too much to look at
     std::uint64_t over_ceiling = 0;    ///< loads put off because the ceiling was reached
     std::uint64_t hard_evictions = 0;  ///< of chunks in view, for ground that could not wait
     /// From storage, for loads that were given up too, but for what finish() waited for.
