@@ -117,8 +117,10 @@ TEST(PagingRun, TotalsAreWhatTheFramesSay) {
     for (std::size_t i = 0; i < run.frames.size(); ++i) {
         const FrameRecord& frame = run.frames[i];
         EXPECT_DOUBLE_EQ(frame.time, static_cast<double>(i) / 15.0);
-        if (frame.error_px > 2.0 && frame.status == MeshStatus::not_resident) ++late;
-        if (frame.error_px > 2.0) excess += (frame.error_px - 2.0) / 15.0;
+        if (frame.error_px > 2.0 && frame.status == MeshStatus::not_resident) {
+            ++late;
+            excess += (frame.error_px - 2.0) / 15.0;
+        }
         most = std::max(most, frame.error_px);
         contact_late += run.contact_late[i];
         EXPECT_LE(frame.paging.resident_bytes + frame.paging.in_flight_bytes,
