@@ -1,27 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <terrane/collision/primitives.h>
 #include <terrane/terrain/math.h>
 #include <terrane/terrain/result.h>
 
 #include <variant>
 
 namespace terrane {
-
-/// All shapes are closed sets, centred on the body frame's origin; metres.
-struct Sphere {
-    double radius = 0.5;
-};
-
-/// Everything within `radius` of the segment from (0, 0, -half_height) to (0, 0, half_height).
-struct Capsule {
-    double radius = 0.4;
-    double half_height = 0.8;
-};
-
-struct Box {
-    Eigen::Vector3d half_extents = Eigen::Vector3d::Constant(0.5);
-};
 
 using Shape = std::variant<Sphere, Capsule, Box>;
 

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+
+namespace terrane {
+
+/// Shapes are closed sets; these are centred on the body frame's origin. Metres.
+struct Sphere {
+    double radius = 0.5;
+};
+
+/// Everything within `radius` of the segment from (0, 0, -half_height) to (0, 0, half_height).
+struct Capsule {
+    double radius = 0.4;
+    double half_height = 0.8;
+};
+
+struct Box {
+    Eigen::Vector3d half_extents = Eigen::Vector3d::Constant(0.5);
+};
+
+}  // namespace terrane

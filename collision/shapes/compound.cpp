@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: MIT
+#include "body_math.h"
+#include "hull_data.h"
+#include "vector_math.h"
+
+#include <terrane/collision/compound.h>
+#include <terrane/collision/shapes.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace terrane {
+
+struct internal::CompoundData {
+    std::vector<CompoundPart> parts;
+    std::vector<PartBounds> bounds;
+    double bounding_radius = 0.0;
+    double smallest_half_extent = std::numeric_limits<double>::infinity();
+};
+
+namespace {
+
+using internal::dot;
+using internal::length;
+using internal::rotated;
+
+// What holds for every convex shape: a core of points and how far the shape reaches around it.
+template <class Visit>
+double visit_core(const ConvexShape& shape, Visit visit) {
+    if (const Sphere* sphere = std::get_if<Sphere>(&shape)) {
+        visit(Eigen::Vector3d(0.0, 0.0, 0.0));
+        return sphere->radius;
+    }
+    if (const Capsule* capsule = std::get_if<Capsule>(&shape)) {
+        visit(Eigen::Vector3d(0.0, 0.0, -capsule->half_height));
+        visit(Eigen::Vector3d(0.0, 0.0, capsule->half_height));
+        return capsule->radius;
+    }
+    if (const Box* box = std::get_if<Box>(&shape)) {
+        internal::BoxStorage storage;
+        const internal::Polyhedron corners = internal::box_polyhedron(box->half_extents, storage);
+        for (const Eigen::Vector3d& corner : corners.vertices) visit(corner);
+        return 0.0;
+    }
+    for (const Eigen::Vector3d& vertex : std::get<ConvexHull>(shape).vertices()) visit(vertex);
+    return 0.0;
+}
+
+Result<void> check_shape(const ConvexShape& shape) {
+    if (const Sphere* sphere = std::get_if<Sphere>(&shape)) return check(Shape(*sphere));
+    if (const Capsule* capsule = std::get_if<Capsule>(&shape)) return check(Shape(*capsule));
+    if (const Box* box = std::get_if<Box>(&shape)) return check(Shape(*box));
+    return check(std::get<ConvexHull>(shape));
+}
+
+double smallest_of(const ConvexShape& shape) {
+    if (const Sphere* sphere = std::get_if<Sphere>(&shape)) return sphere->radius;
+    if (const Capsule* capsule = std::get_if<Capsule>(&shape)) return capsule->radius;
+    if (const Box* box = std::get_if<Box>(&shape)) return smallest_half_extent(Shape(*box));
+    return smallest_half_extent(std::get<ConvexHull>(shape));
+}
+
+double support_of(const ConvexShape& shape, const Eigen::Vector3d& direction) {
+    if (const Sphere* sphere = std::get_if<Sphere>(&shape)) return sphere->radius;
+    if (const Capsule* capsule = std::get_if<Capsule>(&shape)) {
+        return support_distance(Shape(*capsule), direction);
+    }
+    if (const Box* box = std::get_if<Box>(&shape)) return support_distance(Shape(*box), direction);
+    return support_distance(std::get<ConvexHull>(shape), direction);
+}
+
+// How far a matrix is from a rotation: infinite for a mirror and for NaN, which has no determinant.
+double rotation_error(const Eigen::Matrix3d& rotation) {
+    double worst = 0.0;
+    for (int a = 0; a < 3; ++a) {
+        for (int b = 0; b < 3; ++b) {
+            const double product = dot(rotation.col(a), rotation.col(b));
+            worst = std::max(worst, std::abs(product - (a == b ? 1.0 : 0.0)));
+        }
+    }
+    const double determinant =
+        dot(rotation.col(0), internal::cross(rotation.col(1), rotation.col(2)));
+    return determinant > 0.0 ? worst : std::numeric_limits<double>::infinity();
+}
+
+Result<void> check_part(const CompoundPart& part, std::size_t index) {
+    constexpr double kOrthonormal = 1e-6;
+    char text[240];
+    if (Result<void> shape = check_shape(part.shape); !shape) {
+        return fail(ErrorCode::invalid_argument,
+                    "compound part " + std::to_string(index) + ": " + shape.error().message);
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+        const double offset = part.body_from_part.translation[axis];
+        if (std::abs(offset) <= Compound::kLargestOffset) continue;  // false for NaN
+        std::snprintf(text, sizeof text,
+                      "translation of compound part %zu must be -1e5 to 1e5 m, got %c %.17g", index,
+                      "xyz"[axis], offset);
+        return fail(ErrorCode::invalid_argument, text);
+    }
+    const double off = rotation_error(part.body_from_part.rotation);
+    if (off <= kOrthonormal) return {};
+    std::snprintf(
+        text, sizeof text,
+        "rotation of compound part %zu must be orthonormal to 1e-6 with determinant 1, got "
+        "one that is off by %.3g",
+        index, off);
+    return fail(ErrorCode::invalid_argument, text);
+}
+
+void add_part(const CompoundPart& part, internal::CompoundData& data_out) {
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    const Pose& pose = part.body_from_part;
+    PartBounds bounds;
+    bounds.low = Eigen::Vector3d::Constant(kInfinity);
+    bounds.high = Eigen::Vector3d::Constant(-kInfinity);
+    double farthest = 0.0;
+    const double radius = visit_core(part.shape, [&](const Eigen::Vector3d& point) {
+        const Eigen::Vector3d placed = pose.translation + rotated(pose.rotation, point);
+        farthest = std::max(farthest, length(placed));
+        for (int axis = 0; axis < 3; ++axis) {
+            bounds.low[axis] = std::min(bounds.low[axis], placed[axis]);
+            bounds.high[axis] = std::max(bounds.high[axis], placed[axis]);
+        }
+    });
+    for (int axis = 0; axis < 3; ++axis) {
+        bounds.low[axis] -= radius;
+        bounds.high[axis] += radius;
+    }
+    data_out.parts.push_back(part);
+    data_out.bounds.push_back(bounds);
+    data_out.bounding_radius = std::max(data_out.bounding_radius, farthest + radius);
+    data_out.smallest_half_extent =
+        std::min(data_out.smallest_half_extent, smallest_of(part.shape));
+}
+
+Result<void> check_count(std::size_t count, const char* what) {
+    if (count >= 1 && count <= Compound::kMaxParts) return {};
+    char text[120];
+    std::snprintf(text, sizeof text, "a compound needs 1 to %zu %s, got %zu", Compound::kMaxParts,
+                  what, count);
+    return fail(ErrorCode::invalid_argument, text);
+}
+
+}  // namespace
+
+Compound::Compound(std::shared_ptr<const internal::CompoundData> data) : data_(std::move(data)) {}
+
+Result<Compound> Compound::create(std::span<const CompoundPart> parts) {
+    if (Result<void> count = check_count(parts.size(), "parts"); !count) {
+        return tl::unexpected(count.error());
+    }
+    auto data = std::make_shared<internal::CompoundData>();
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+        if (Result<void> part = check_part(parts[i], i); !part) return tl::unexpected(part.error());
+        add_part(parts[i], *data);
+    }
+    return Compound(std::move(data));
+}
+
+Result<Compound> Compound::from_triangles(std::span<const Eigen::Vector3d> vertices,
+                                          std::span<const std::array<std::uint32_t, 3>> triangles) {
+    if (Result<void> count = check_count(triangles.size(), "triangles"); !count) {
+        return tl::unexpected(count.error());
+    }
+    auto data = std::make_shared<internal::CompoundData>();
+    for (std::size_t i = 0; i < triangles.size(); ++i) {
+        const std::string name = "triangle " + std::to_string(i);
+        std::array<Eigen::Vector3d, 3> corners;
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::uint32_t vertex = triangles[i][k];
+            if (vertex >= vertices.size()) {
+                return fail(ErrorCode::invalid_argument, name + " names vertex " +
+                                                             std::to_string(vertex) + " of " +
+                                                             std::to_string(vertices.size()));
+            }
+            corners[k] = vertices[vertex];
+        }
+        const Result<ConvexHull> hull = ConvexHull::create(corners);
+        if (!hull) return fail(ErrorCode::invalid_argument, name + ": " + hull.error().message);
+        add_part({*hull, Pose()}, *data);
+    }
+    return Compound(std::move(data));
+}
+
+std::span<const CompoundPart> Compound::parts() const { return data_->parts; }
+
+std::span<const PartBounds> Compound::bounds() const { return data_->bounds; }
+
+Result<void> check(const Compound&) { return {}; }
+
+double bounding_radius(const Compound& compound) { return compound.data_->bounding_radius; }
+
+double smallest_half_extent(const Compound& compound) {
+    return compound.data_->smallest_half_extent;
+}
+
+double support_distance(const Compound& compound, const Eigen::Vector3d& direction_body) {
+    double farthest = -std::numeric_limits<double>::infinity();
+    for (const CompoundPart& part : compound.parts()) {
+        const Eigen::Vector3d direction =
+            internal::rotated_back(part.body_from_part.rotation, direction_body);
+        farthest = std::max(farthest, dot(direction_body, part.body_from_part.translation) +
+                                          support_of(part.shape, direction));
+    }
+    return farthest;
+}
+
+}  // namespace terrane

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: MIT
+// Sources: E. G. Gilbert, D. W. Johnson, S. S. Keerthi. A fast procedure for computing the distance
+//          between complex objects. IEEE J. Robotics and Automation 1988; S. Cameron. Enhancing GJK.
+//          ICRA 1997 (hill climbing).
+// Deviations: a table of directions gives the start, instead of the last answer, so that the same
+//             question costs the same whatever came before. Vertices that rounding makes a little
+//             higher than all their neighbours do not end the climb: it goes on over everything as
+//             high within the rounding, which on a convex surface is in one piece.
+#include "extremes.h"
+
+#include "vector_math.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
+namespace terrane::internal {
+namespace {
+
+struct Candidate {
+    double along = 0.0;
+    std::uint32_t vertex = 0;
+
+    // The total order of extremes.
+    bool is_beyond(const Candidate& other) const {
+        return along > other.along || (along == other.along && vertex < other.vertex);
+    }
+};
+
+class Climb {
+public:
+    Climb(std::span<const Eigen::Vector3d> vertices, const ClimbTable& table,
+          const Eigen::Vector3d& direction)
+        : vertices_(vertices), table_(table), direction_(direction) {
+        const double size =
+            std::abs(direction[0]) + std::abs(direction[1]) + std::abs(direction[2]);
+        // Products that underflow are as good as equal.
+        slack_ = table.slack * size + std::numeric_limits<double>::min();
+    }
+
+    Candidate at(std::uint32_t vertex) const {
+        return {dot(direction_, vertices_[vertex]), vertex};
+    }
+
+    Candidate steepest(Candidate best) const {
+        for (;;) {
+            const Candidate from = best;
+            visit_neighbours(from.vertex, [&](const Candidate& next) {
+                if (next.is_beyond(best)) best = next;
+                return true;
+            });
+            if (best.vertex == from.vertex) return best;
+        }
+    }
+
+    // The best of all that are as high as `best` within the slack, in one piece with it. False where
+    // there are too many.
+    bool search_plateau(Candidate& best) const {
+        constexpr std::size_t kMost = 32;
+        std::array<std::uint32_t, kMost> found;
+        std::size_t count = 0;
+        found[count++] = best.vertex;
+        for (std::size_t i = 0; i < count; ++i) {
+            const bool fits = visit_neighbours(found[i], [&](const Candidate& next) {
+                if (next.along < best.along - slack_) return true;  // false for NaN: goes on
+                if (std::find(found.begin(), found.begin() + count, next.vertex) !=
+                    found.begin() + count) {
+                    return true;
+                }
+                if (count == kMost) return false;
+                found[count++] = next.vertex;
+                if (next.is_beyond(best)) best = next;
+                return true;
+            });
+            if (!fits) return false;
+        }
+        return true;
+    }
+
+private:
+    template <class Visit>
+    bool visit_neighbours(std::uint32_t vertex, Visit visit) const {
+        const std::uint32_t end = table_.first_neighbour[vertex + 1];
+        for (std::uint32_t i = table_.first_neighbour[vertex]; i < end; ++i) {
+            if (!visit(at(table_.neighbours[i]))) return false;
+        }
+        return true;
+    }
+
+    std::span<const Eigen::Vector3d> vertices_;
+    const ClimbTable& table_;
+    Eigen::Vector3d direction_;
+    double slack_;
+};
+
+// The cell of a cube around the origin that a direction goes through. Of no direction and NaN: 0.
+std::size_t cell_of(const Eigen::Vector3d& direction, int resolution) {
+    int axis = 0;
+    for (int i = 1; i < 3; ++i) {
+        if (std::abs(direction[i]) > std::abs(direction[axis])) axis = i;
+    }
+    const double largest = std::abs(direction[axis]);
+    const auto index = [&](double along) {
+        const double place = (along / largest + 1.0) * 0.5 * resolution;
+        if (!(place > 0.0)) return 0;  // also for NaN
+        return std::min(static_cast<int>(std::min(place, 1e6)), resolution - 1);
+    };
+    const int side = 2 * axis + (direction[axis] < 0.0 ? 1 : 0);
+    const int u = index(direction[(axis + 1) % 3]);
+    const int v = index(direction[(axis + 2) % 3]);
+    return static_cast<std::size_t>((side * resolution + v) * resolution + u);
+}
+
+}  // namespace
+
+std::uint32_t find_extreme_by_scan(std::span<const Eigen::Vector3d> vertices,
+                                   const Eigen::Vector3d& direction) {
+    Candidate best{dot(direction, vertices[0]), 0};
+    for (std::uint32_t i = 1; i < vertices.size(); ++i) {
+        const double along = dot(direction, vertices[i]);
+        if (along > best.along) best = {along, i};
+    }
+    return best.vertex;
+}
+
+std::uint32_t find_extreme_by_climb(std::span<const Eigen::Vector3d> vertices,
+                                    const ClimbTable& table, const Eigen::Vector3d& direction) {
+    // Sums that overflow have no order to climb.
+    if (!(dot(direction, direction) <= 1e200)) return find_extreme_by_scan(vertices, direction);
+    const Climb climb(vertices, table, direction);
+    Candidate best = climb.at(table.starts[cell_of(direction, table.resolution)]);
+    best = climb.steepest(best);
+    if (!climb.search_plateau(best)) return find_extreme_by_scan(vertices, direction);
+    return best.vertex;
+}
+
+std::uint32_t find_extreme(const Polyhedron& hull, const Eigen::Vector3d& direction) {
+    if (hull.climb == nullptr) return find_extreme_by_scan(hull.vertices, direction);
+    return find_extreme_by_climb(hull.vertices, *hull.climb, direction);
+}
+
+void fill_climb_starts(std::span<const Eigen::Vector3d> vertices, ClimbTable& table_out) {
+    // About a cell for every vertex: then a climb is a step or two.
+    const double count = static_cast<double>(vertices.size());
+    table_out.resolution = std::max(1, static_cast<int>(std::sqrt(count / 6.0)));
+    const int resolution = table_out.resolution;
+    table_out.starts.assign(static_cast<std::size_t>(6 * resolution * resolution), 0);
+    std::uint32_t last = 0;
+    for (std::size_t cell = 0; cell < table_out.starts.size(); ++cell) {
+        const int place = static_cast<int>(cell);
+        const int axis = place / (2 * resolution * resolution);
+        const int row = place / resolution % resolution;
+        int column = place % resolution;
+        if (row % 2 != 0) column = resolution - 1 - column;  // there and back: short ways
+        Eigen::Vector3d direction;
+        direction[axis] = place / (resolution * resolution) % 2 != 0 ? -1.0 : 1.0;
+        direction[(axis + 1) % 3] = (2.0 * column + 1.0) / resolution - 1.0;
+        direction[(axis + 2) % 3] = (2.0 * row + 1.0) / resolution - 1.0;
+        const Climb climb(vertices, table_out, direction);
+        last = climb.steepest(climb.at(last)).vertex;
+        table_out.starts[cell_of(direction, resolution)] = last;
+    }
+}
+
+}  // namespace terrane::internal

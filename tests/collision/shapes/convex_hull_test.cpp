@@ -1,0 +1,327 @@
+// SPDX-License-Identifier: MIT
+#include "collision/shapes/hull_checks.h"
+#include "collision/shapes/point_clouds.h"
+#include "hull_data.h"
+
+#include <terrane/collision/convex_hull.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+#include <string>
+
+namespace terrane {
+namespace {
+
+using test::Points;
+
+double extent_of(const Points& points) {
+    Eigen::Vector3d low = points[0];
+    Eigen::Vector3d high = points[0];
+    for (const Eigen::Vector3d& p : points) {
+        low = low.cwiseMin(p);
+        high = high.cwiseMax(p);
+    }
+    return (high - low).maxCoeff();
+}
+
+ConvexHull hull_of(const Points& points) { return ConvexHull::create(points).value(); }
+
+// What convex_hull.h promises, of one set of points.
+void expect_good(const Points& points, const std::string& name) {
+    const ConvexHull hull = hull_of(points);
+    const internal::Polyhedron& polyhedron = internal::polyhedron(hull);
+    double largest = 0.0;
+    for (const Eigen::Vector3d& p : points) largest = std::max(largest, p.cwiseAbs().maxCoeff());
+    const double tolerance = 1e-9 * extent_of(points) + 2e-15 * largest;
+    EXPECT_EQ(test::find_fault(polyhedron, tolerance), "") << name;
+    EXPECT_EQ(test::find_fault_of_hull(polyhedron, points, tolerance), "") << name;
+}
+
+TEST(ConvexHull, OfABoxHasSixFacesHoweverItIsTurned) {
+    test::Random random(1);
+    const Points corners = test::stretched(test::grid(2), {1.0, 2.0, 3.0});
+    for (int i = 0; i < 300; ++i) {
+        const double scale = i % 3 == 0 ? 1e-3 : i % 3 == 1 ? 1.0 : 1e4;
+        const Points turned = test::transformed(corners, scale, random.rotation(),
+                                                (i % 4) * scale * random.direction());
+        const ConvexHull hull = hull_of(turned);
+        EXPECT_EQ(hull.vertices().size(), 8u) << i;
+        EXPECT_EQ(hull.face_count(), 6u) << i;
+        EXPECT_NEAR(smallest_half_extent(hull), 0.5 * scale, 1e-12 * scale) << i;
+    }
+}
+
+TEST(ConvexHull, OfATurnedGridIsItsBox) {
+    test::Random random(2);
+    for (int n = 2; n <= 10; ++n) {
+        const Points points =
+            test::transformed(test::grid(n), 0.1, random.rotation(), random.direction());
+        const ConvexHull hull = hull_of(points);
+        EXPECT_EQ(hull.vertices().size(), 8u) << n;
+        EXPECT_EQ(hull.face_count(), 6u) << n;
+        expect_good(points, "grid " + std::to_string(n));
+    }
+}
+
+TEST(ConvexHull, OfOneTwoAndCollinearPoints) {
+    test::Random random(3);
+    for (int i = 0; i < 100; ++i) {
+        const Eigen::Vector3d a = 10.0 * random.direction();
+        const Eigen::Vector3d b = a + 3.0 * random.direction();
+        EXPECT_EQ(hull_of({a}).vertices().size(), 1u);
+        EXPECT_EQ(hull_of({a, a, a}).vertices().size(), 1u);
+        Points line{a, b, b};
+        for (int k = 0; k < 50; ++k) line.push_back(a + random.between(0.0, 1.0) * (b - a));
+        const ConvexHull hull = hull_of(line);
+        ASSERT_EQ(hull.vertices().size(), 2u);
+        EXPECT_EQ(hull.face_count(), 0u);
+        EXPECT_EQ(smallest_half_extent(hull), 0.0);
+        expect_good({a}, "point");
+        expect_good(line, "line");
+    }
+    // Along an axis, and with the ends not first in any order.
+    expect_good({{0, 0, 0}, {0, 1, 0}, {1e-17, -1, 0}, {-1e-17, 0.5, 0}}, "axis");
+}
+
+TEST(ConvexHull, OfCoplanarPointsHasTwoFacesBackToBack) {
+    test::Random random(4);
+    for (int i = 0; i < 200; ++i) {
+        Points flat = i % 2 == 0 ? test::ball(random, 4 + i) : test::integers(random, 4 + i, 3);
+        for (Eigen::Vector3d& p : flat) p.z() = 0.0;
+        flat.emplace_back(0.0, 1.0, 0.0);  // never on one line
+        flat.emplace_back(1.5, 0.0, 0.0);
+        flat.emplace_back(0.0, -0.5, 0.0);
+        flat = test::transformed(flat, 1.0, random.rotation(), random.direction());
+        const ConvexHull hull = hull_of(flat);
+        ASSERT_EQ(hull.face_count(), 2u);
+        const internal::Polyhedron& polyhedron = internal::polyhedron(hull);
+        EXPECT_EQ(polyhedron.faces[0].normal, -polyhedron.faces[1].normal);
+        EXPECT_EQ(polyhedron.faces[0].count, hull.vertices().size());
+        EXPECT_EQ(smallest_half_extent(hull), 0.0);
+        expect_good(flat, "flat");
+    }
+    EXPECT_EQ(hull_of({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}).vertices().size(), 4u);
+    expect_good(test::polygon(10'000), "polygon");
+}
+
+TEST(ConvexHull, KeepsItsPromisesForHardPoints) {
+    test::Random random(5);
+    for (int i = 0; i < 60; ++i) {
+        const std::string name = std::to_string(i);
+        const Eigen::Matrix3d turn = random.rotation();
+        const Eigen::Vector3d far = 9e4 * random.direction();
+        const Points ball = test::ball(random, 10 + 5 * i);
+        const Points round = test::sphere(random, 4 + 3 * i);
+        expect_good(ball, "ball " + name);
+        expect_good(round, "sphere " + name);
+        expect_good(test::transformed(round, 1e4, turn), "10 km " + name);
+        expect_good(test::transformed(round, 1e-3, turn, far), "1 mm far out " + name);
+        expect_good(test::transformed(test::grid(4), 1e-3, turn, far), "grid far out " + name);
+        expect_good(test::transformed(test::stretched(ball, {1, 1e-3, 1e-6}), 1e3, turn),
+                    "blade " + name);
+        expect_good(test::transformed(test::stretched(ball, {1, 1e-9, 1e-12}), 1.0, turn),
+                    "needle " + name);
+        expect_good(test::stretched(ball, {1, 1e-14, 1e-15}), "line, nearly " + name);
+        expect_good(test::stretched(round, {1e-200, 1e-200, 1e-200}), "tiny " + name);
+        expect_good(test::stretched(round, {1e-310, 1e-310, 1e-310}), "denormal " + name);
+        expect_good(test::integers(random, 5 + i, 2 + i % 3), "integers " + name);
+        expect_good(test::transformed(test::integers(random, 5 + 4 * i, 2 + i % 5), 0.1, turn),
+                    "turned integers " + name);
+        expect_good(test::transformed(test::prism(8 + 10 * i, 2.0), 1.0, turn), "prism " + name);
+        Points twice = ball;  // and next to themselves
+        for (const Eigen::Vector3d& p : ball) twice.push_back(p + 1e-16 * random.direction());
+        for (const Eigen::Vector3d& p : round) twice.push_back(p + 1e-13 * random.direction());
+        expect_good(twice, "twice " + name);
+        Points cluster = round;  // smooth within the tolerance, beside one point far away
+        for (Eigen::Vector3d& p : cluster) {
+            p = Eigen::Vector3d(1e-6 * p.x(), 1e-6 * p.y(), 0.0);
+            p.z() = -0.5 * (p.x() * p.x() + p.y() * p.y());
+        }
+        cluster.emplace_back(0.0, 0.3, -1.0);
+        expect_good(test::transformed(cluster, 1.0, turn), "cluster " + name);
+    }
+}
+
+// Nearly coplanar and collinear by as much as the tolerance, more and less, where every choice is close.
+TEST(ConvexHull, KeepsItsPromisesForPointsThatAreOffByTheTolerance) {
+    test::Random random(51);
+    for (int i = 0; i < 3000; ++i) {
+        const Eigen::Matrix3d turn = random.rotation();
+        Points points = i % 5 == 0   ? test::integers(random, 5 + i % 40, 1 + i % 4)
+                        : i % 5 == 1 ? test::prism(8 + i % 50, 0.5)
+                        : i % 5 == 2
+                            ? test::stretched(test::ball(random, 5 + i % 30), {1, 1, 1e-14})
+                        : i % 5 == 3 ? test::stretched(test::ball(random, 30), {1, 1e-14, 3e-14})
+                                     : test::stretched(test::grid(3), {1, 1e-7, 1e-7});
+        points = test::transformed(points, 1.0, i % 2 == 0 ? turn : Eigen::Matrix3d::Identity());
+        double largest = 0.0;
+        for (const Eigen::Vector3d& p : points)
+            largest = std::max(largest, p.cwiseAbs().maxCoeff());
+        const double noise = std::pow(10.0, random.between(-1.5, 1.0)) * 0x1p-48 * largest;
+        for (Eigen::Vector3d& p : points) p += random.between(0.0, noise) * random.direction();
+        expect_good(points, "noise " + std::to_string(i));
+    }
+}
+
+TEST(ConvexHull, KeepsWhatIsMoreThanRounding) {
+    Points corners = test::grid(2);
+    for (const double lift : {1e-13, 1e-10, 1e-6}) {
+        corners[7] = Eigen::Vector3d::Constant(1.0 + lift);
+        EXPECT_EQ(hull_of(corners).face_count(), 9u) << lift;
+    }
+    corners[7] = Eigen::Vector3d::Constant(1.0 + 1e-15);
+    EXPECT_EQ(hull_of(corners).face_count(), 6u);
+}
+
+TEST(ConvexHull, KeepsItsPromisesForTenThousandPoints) {
+    test::Random random(6);
+    expect_good(test::sphere(random, 10'000), "sphere");
+    expect_good(test::ball(random, 10'000), "ball");
+    expect_good(test::transformed(test::prism(10'000, 1.0), 1.0, random.rotation()), "prism");
+    expect_good(test::transformed(test::grid(22), 1.0, random.rotation()), "grid");
+}
+
+TEST(ConvexHull, HasTheFacesThatBruteForceFinds) {
+    test::Random random(7);
+    int solid = 0;
+    for (int i = 0; i < 2000; ++i) {
+        const Points points = test::integers(random, 4 + i % 9, 2 + i % 3);
+        // All planes through three points with every point on one side, by exact small integers.
+        std::vector<std::pair<Eigen::Vector3d, double>> planes;
+        for (const Eigen::Vector3d& a : points) {
+            for (const Eigen::Vector3d& b : points) {
+                for (const Eigen::Vector3d& c : points) {
+                    const Eigen::Vector3d n = (b - a).cross(c - a);
+                    if (n.isZero()) continue;
+                    const bool is_face = std::all_of(points.begin(), points.end(),
+                                                     [&](auto& p) { return n.dot(p - a) <= 0.0; });
+                    const bool is_new =
+                        std::none_of(planes.begin(), planes.end(), [&](auto& plane) {
+                            return plane.first.cross(n).isZero() && plane.first.dot(n) > 0.0;
+                        });
+                    if (is_face && is_new) planes.emplace_back(n, n.dot(a));
+                }
+            }
+        }
+        const ConvexHull hull = hull_of(points);
+        ASSERT_EQ(hull.face_count(), planes.size()) << i;
+        for (const auto& [normal, offset] : planes) {
+            const auto& faces = internal::polyhedron(hull).faces;
+            EXPECT_TRUE(std::any_of(faces.begin(), faces.end(),
+                                    [&, &n = normal, &o = offset](const auto& face) {
+                                        return (face.normal - n.normalized()).norm() < 1e-14 &&
+                                               std::abs(face.offset - o / n.norm()) < 1e-14;
+                                    }))
+                << i;
+        }
+        if (planes.size() > 2) ++solid;
+        expect_good(points, "integers " + std::to_string(i));
+    }
+    EXPECT_GT(solid, 1000);
+}
+
+TEST(ConvexHull, HasTheSameBitsForTheSamePointsInAnyOrder) {
+    test::Random random(8);
+    for (int i = 0; i < 40; ++i) {
+        Points points = i % 2 == 0 ? test::ball(random, 300)
+                                   : test::transformed(test::integers(random, 200, 4), 0.3,
+                                                       random.rotation(), random.direction());
+        const ConvexHull first = hull_of(points);
+        for (std::size_t k = points.size(); k-- > 1;) {
+            const auto other =
+                static_cast<std::size_t>(random.between(0.0, static_cast<double>(k) + 0.999));
+            std::swap(points[k], points[other]);
+        }
+        const ConvexHull second = hull_of(points);
+        const internal::Polyhedron& a = internal::polyhedron(first);
+        const internal::Polyhedron& b = internal::polyhedron(second);
+        ASSERT_TRUE(
+            std::equal(a.vertices.begin(), a.vertices.end(), b.vertices.begin(), b.vertices.end()));
+        ASSERT_TRUE(std::equal(a.loops.begin(), a.loops.end(), b.loops.begin(), b.loops.end()));
+        ASSERT_EQ(a.faces.size(), b.faces.size());
+        for (std::size_t k = 0; k < a.faces.size(); ++k) {
+            EXPECT_EQ(a.faces[k].normal, b.faces[k].normal);
+            EXPECT_EQ(a.faces[k].offset, b.faces[k].offset);
+        }
+        EXPECT_EQ(smallest_half_extent(first), smallest_half_extent(second));
+    }
+}
+
+TEST(ConvexHull, RefusesWhatIsNoSetOfPoints) {
+    const double nan = std::nan("");
+    const double infinity = std::numeric_limits<double>::infinity();
+    const auto message = [](const Points& points) {
+        const Result<ConvexHull> hull = ConvexHull::create(points);
+        return hull ? std::string() : hull.error().message;
+    };
+    EXPECT_EQ(message({}), "a convex hull needs 1 to 100000 points, got 0");
+    EXPECT_EQ(message(Points(100'001, Eigen::Vector3d::Zero())),
+              "a convex hull needs 1 to 100000 points, got 100001");
+    EXPECT_EQ(message({{0, 0, 0}, {0, nan, 0}}),
+              "coordinates of hull point 1 must be -1e5 to 1e5 m, got y nan");
+    EXPECT_EQ(message({{0, 0, -infinity}}),
+              "coordinates of hull point 0 must be -1e5 to 1e5 m, got z -inf");
+    EXPECT_EQ(message({{100'001.0, 0, 0}}),
+              "coordinates of hull point 0 must be -1e5 to 1e5 m, got x 100001");
+    EXPECT_EQ(message({{1e5, -1e5, 1e5}}), "");
+}
+
+TEST(ConvexHull, CopiesShareWhatWasMadeAndStayWhenMovedFrom) {
+    ConvexHull hull = hull_of(test::grid(2));
+    const ConvexHull moved = std::move(hull);
+    EXPECT_EQ(hull.vertices().data(), moved.vertices().data());  // NOLINT(bugprone-use-after-move)
+}
+
+// Every face's plane against all vertices, and every pair of edges.
+double brute_force_width(const internal::Polyhedron& hull) {
+    double least = std::numeric_limits<double>::infinity();
+    const auto take = [&](const Eigen::Vector3d& direction) {
+        if (direction.norm() < 1e-12) return;
+        double low = std::numeric_limits<double>::infinity();
+        double high = -low;
+        for (const Eigen::Vector3d& v : hull.vertices) {
+            low = std::min(low, direction.normalized().dot(v));
+            high = std::max(high, direction.normalized().dot(v));
+        }
+        least = std::min(least, high - low);
+    };
+    for (const auto& face : hull.faces) take(face.normal);
+    for (const auto& a : hull.edges) {
+        for (const auto& b : hull.edges) {
+            take((hull.vertices[a.to] - hull.vertices[a.from])
+                     .cross(hull.vertices[b.to] - hull.vertices[b.from]));
+        }
+    }
+    return least;
+}
+
+TEST(SmallestHalfExtent, OfAHullIsThatOfBruteForce) {
+    test::Random random(9);
+    for (int i = 0; i < 300; ++i) {
+        Points points =
+            i % 2 == 0 ? test::ball(random, 4 + i % 20) : test::integers(random, 4 + i % 20, 3);
+        if (i % 3 == 0) points = test::stretched(points, {1.0, 0.1, 0.01});
+        const ConvexHull hull = hull_of(points);
+        if (hull.face_count() <= 2) continue;
+        const double expected = brute_force_width(internal::polyhedron(hull));
+        EXPECT_NEAR(2.0 * smallest_half_extent(hull), expected, 1e-12) << i;
+    }
+    // A regular tetrahedron is thinnest between two edges.
+    const ConvexHull regular = hull_of({{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}});
+    EXPECT_NEAR(smallest_half_extent(regular), 1.0, 1e-15);
+}
+
+TEST(BoundingRadius, OfAHullIsAroundTheBodysOrigin) {
+    const ConvexHull hull = hull_of(test::transformed(
+        test::grid(2), 1.0, Eigen::Matrix3d::Identity(), Eigen::Vector3d(3.0, 4.0, -1.0)));
+    EXPECT_DOUBLE_EQ(bounding_radius(hull), std::sqrt(16.0 + 25.0 + 1.0));
+    EXPECT_DOUBLE_EQ(support_distance(hull, Eigen::Vector3d::UnitX()), 4.0);
+    EXPECT_DOUBLE_EQ(support_distance(hull, -Eigen::Vector3d::UnitX()), -3.0);
+    EXPECT_TRUE(check(hull));
+}
+
+}  // namespace
+}  // namespace terrane
