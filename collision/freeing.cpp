@@ -113,7 +113,11 @@ Eigen::Vector3d find_freeing(const LocalGround& local, const LocalShape& shape, 
     for (const double ring : kRings) {
         for (const std::array<double, 2>& direction : kDirections) {
             Eigen::Vector3d offset(ring * reach * direction[0], ring * reach * direction[1], 0.0);
-            const double rest = find_lift(local, shape, offset).lift;
+            // more than what is left of the shortest so far helps nobody
+            const double square = dot(start, start) - dot(offset, offset);
+            if (!(square > 0.0)) continue;
+            const double enough = std::sqrt(square) * (1.0 + 1e-9);
+            const double rest = find_lift(local, shape, offset, 0.0, enough).lift;
             offset[2] = std::max(rest, 0.0);
             if (length(offset) < length(start)) start = offset;
         }

@@ -57,9 +57,11 @@ struct LiftVisitor {
     const LocalGround& local;
     const LocalShape& shape;
     double floor;
+    double enough;
     GroundLift result;
 
     bool wants(const Prism& prism) const {
+        if (result.lift > enough) return false;
         const Eigen::Vector3d& c = shape.centre;
         if (prism.west > c[0] + shape.bounds[0] || prism.east < c[0] - shape.bounds[0] ||
             prism.south > c[1] + shape.bounds[1] || prism.north < c[1] - shape.bounds[1]) {
@@ -91,18 +93,19 @@ struct LiftVisitor {
 }  // namespace
 
 GroundLift find_lift(const LocalGround& local, const LocalShape& shape, const Eigen::Vector3d& d,
-                     double floor) {
+                     double floor, double enough) {
     LocalShape moved = shape;
     moved.centre += d;
     const Eigen::Vector3d low = moved.centre - moved.bounds;
     const Eigen::Vector3d high = moved.centre + moved.bounds;
-    LiftVisitor visitor{local, moved, floor, {}};
+    LiftVisitor visitor{local, moved, floor, enough, {}};
     // The cell under the lowest point first: most others need only be bounded after it.
     const Eigen::Vector3d lowest = moved.deepest_point(Eigen::Vector3d::UnitZ());
     const CellRange first = local.cells(lowest[0], lowest[1], lowest[0], lowest[1]);
     if (first.west <= first.east && first.south <= first.north) {
         const GroundCell cell = local.ground().cell(first.east, first.north);
         if (cell.status == GroundStatus::ok) visitor.take(cell, first.east, first.north);
+        if (visitor.result.lift > enough) return visitor.result;
     }
     visit_cells(local, local.cells(low[0], low[1], high[0], high[1]), visitor);
     return visitor.result;

@@ -17,9 +17,11 @@ struct GroundLift {
 };
 
 /// Largest of surface minus z over the shape moved by `d`. Lifts at or below `floor` need not be
-/// found exactly: they come back as minus infinity or as what they are.
+/// found exactly: they come back as minus infinity or as what they are. Nor need those above `enough`: any
+/// lift above it may come back.
 GroundLift find_lift(const LocalGround& local, const LocalShape& shape, const Eigen::Vector3d& d,
-                     double floor = -std::numeric_limits<double>::infinity());
+                     double floor = -std::numeric_limits<double>::infinity(),
+                     double enough = std::numeric_limits<double>::infinity());
 
 /// A lower bound of the distance between a box with sides along the axes and a prism.
 inline double bound_distance(const Eigen::Vector3d& centre, const Eigen::Vector3d& bounds,

@@ -95,6 +95,23 @@ private:
     int row_ = 0;
 };
 
+double lattice_value(int x, int y, std::uint32_t octave) {
+    const std::uint32_t hash =
+        mix(mix(mix(static_cast<std::uint32_t>(x)) + static_cast<std::uint32_t>(y)) + octave);
+    return hash * (2.0 / 4294967295.0) - 1.0;
+}
+
+double value_noise(double x, double y, std::uint32_t octave) {
+    const double column = std::floor(x), row = std::floor(y);
+    const int i = static_cast<int>(column), j = static_cast<int>(row);
+    const double u = fade(x - column), v = fade(y - row);
+    const double south =
+        lattice_value(i, j, octave) * (1.0 - u) + lattice_value(i + 1, j, octave) * u;
+    const double north =
+        lattice_value(i, j + 1, octave) * (1.0 - u) + lattice_value(i + 1, j + 1, octave) * u;
+    return south * (1.0 - v) + north * v;
+}
+
 }  // namespace
 
 double HeightTable::range() const {
@@ -114,6 +131,27 @@ HeightTable make_fbm_table(int side) {
             octaves[static_cast<std::size_t>(octave)].add_row(y, std::ldexp(100.0, -octave), row);
         }
         for (const double height : row) table.heights.push_back(static_cast<float>(height));
+    }
+    return table;
+}
+
+HeightTable make_contact_table(int side, double spacing) {
+    HeightTable table;
+    table.columns = table.rows = side;
+    table.spacing = spacing;
+    table.heights.reserve(static_cast<std::size_t>(side) * static_cast<std::size_t>(side));
+    for (int row = 0; row < side; ++row) {
+        for (int column = 0; column < side; ++column) {
+            const double x = column * spacing, y = row * spacing;
+            double height = 0.0;
+            for (int octave = 0; octave < kOctaves; ++octave) {
+                const double per_metre = std::ldexp(1.0, octave) / 256.0;
+                height += std::ldexp(30.0, -octave) *
+                          value_noise(x * per_metre, y * per_metre,
+                                      1000u + static_cast<std::uint32_t>(octave));
+            }
+            table.heights.push_back(static_cast<float>(height));
+        }
     }
     return table;
 }

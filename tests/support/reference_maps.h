@@ -30,6 +30,11 @@ struct HeightTable {
 /// samples.
 HeightTable make_fbm_table(int side);
 
+/// The map that figures of contact are quoted for, 1025 samples a side at 1 m: ten octaves of value
+/// noise, the first of amplitude 30 m and wavelength 256 m; mean slope 0.375, steepest 1.59. Another
+/// `spacing`, metres, looks at the same hills more or less finely.
+HeightTable make_contact_table(int side, double spacing);
+
 /// A square of a source's lattice points: south-west corner `corner`, a step of the finest spacing.
 /// Fails with io where the source does.
 Result<HeightTable> read_table(const HeightSource& source, const LatticePoint& corner, int side);

@@ -59,6 +59,30 @@ double fbm_height(int x, int y) {
     return height;
 }
 
+TEST(ReferenceMap, OfContactIsAsSteepAsItsFiguresSay) {
+    const HeightTable table = make_contact_table(1025, 1.0);
+    double sum = 0.0, steepest = 0.0;
+    for (int y = 0; y + 1 < table.rows; ++y) {
+        for (int x = 0; x + 1 < table.columns; ++x) {
+            const double here = static_cast<double>(table.at(x, y));
+            const double slope = std::hypot(static_cast<double>(table.at(x + 1, y)) - here,
+                                            static_cast<double>(table.at(x, y + 1)) - here);
+            sum += slope;
+            steepest = std::max(steepest, slope);
+        }
+    }
+    EXPECT_NEAR(sum / (1024.0 * 1024.0), 0.375, 0.0005);
+    EXPECT_NEAR(steepest, 1.59, 0.005);
+}
+
+TEST(ReferenceMap, OfContactHasTheSameHillsAtEverySpacing) {
+    const HeightTable coarse = make_contact_table(9, 1.0);
+    const HeightTable fine = make_contact_table(33, 0.25);
+    for (int y = 0; y < 9; ++y) {
+        for (int x = 0; x < 9; ++x) EXPECT_EQ(coarse.at(x, y), fine.at(4 * x, 4 * y));
+    }
+}
+
 TEST(ReferenceMap, FollowsItsFormula) {
     const HeightTable table = make_fbm_table(257);
     Random random(1);

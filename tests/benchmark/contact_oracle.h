@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "contact_engine.h"
+
+namespace terrane::bench {
+
+/// The surface of a table, triangle by triangle; slow and without shortcuts.
+class ContactOracle {
+public:
+    ContactOracle(const test::HeightTable& table, Cut is_cut_to_north_east)
+        : table_(table), is_cut_to_north_east_(is_cut_to_north_east) {}
+
+    /// Over a point inside the table, metres.
+    double height(double x, double y) const;
+
+    /// How far a sphere, a capsule or a box reaches into some triangle, metres: its radius less the
+    /// core's distance, or the least overlap over the directions of the separating axis theorem.
+    /// Not positive: they are apart. A centre above the surface makes it overlap with the solid
+    /// exactly where it does with a triangle.
+    double deepest(const Shape& shape, const Pose& pose) const;
+
+private:
+    const test::HeightTable& table_;
+    Cut is_cut_to_north_east_;
+};
+
+}  // namespace terrane::bench
