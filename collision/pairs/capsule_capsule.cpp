@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: MIT
+#include "kernels/closest.h"
+#include "pairs.h"
+
+#include <algorithm>
+
+namespace terrane::internal {
+namespace {
+
+ShapeFeature feature_at(double share) {
+    if (share <= 0.0) return {0, 0};
+    if (share >= 1.0) return {1, 1};
+    return {0, 1};
+}
+
+}  // namespace
+
+Gap find_gap(const PlacedCapsule& a, const PlacedCapsule& b) {
+    const Eigen::Vector3d u = 2.0 * a.half_axis;
+    const Eigen::Vector3d v = 2.0 * b.half_axis;
+    const Eigen::Vector3d p = a.centre - a.half_axis;
+    const Eigen::Vector3d q = b.centre - b.half_axis;
+    const SegmentPair pair = find_closest_on_segments(p, u, q, v);
+    Gap gap;
+    gap.core_a = p + pair.s * u;
+    gap.core_b = q + pair.t * v;
+    const Eigen::Vector3d d = gap.core_a - gap.core_b;
+    const double distance = length(d);
+    gap.distance = distance - (a.radius + b.radius);
+    const double size = length(u) + length(v);
+    if (distance > 1e-14 * size) {
+        gap.normal = d / distance;
+        return gap;
+    }
+    // Crossing cores part at once along what is square to both.
+    Eigen::Vector3d square = cross(u, v);
+    const double sine = length(square);
+    if (sine > 1e-10 * length(u) * length(v)) {
+        square /= sine;
+        gap.normal = dot(square, a.centre - b.centre) < 0.0 ? Eigen::Vector3d(-square) : square;
+    } else if (size > 0.0) {
+        const Eigen::Vector3d& longer = length(u) < length(v) ? v : u;
+        gap.normal = any_tangent(longer / length(longer));
+    }
+    return gap;
+}
+
+void find_contacts(const PlacedCapsule& a, const PlacedCapsule& b, const Gap& gap,
+                   Manifold& manifold) {
+    const Eigen::Vector3d u = 2.0 * a.half_axis;
+    const Eigen::Vector3d v = 2.0 * b.half_axis;
+    const Eigen::Vector3d p = a.centre - a.half_axis;
+    const Eigen::Vector3d q = b.centre - b.half_axis;
+    const double radii = a.radius + b.radius;
+    const auto add = [&](double s, double t) {
+        const Eigen::Vector3d on_a = p + s * u;
+        const double depth = radii - dot(gap.normal, on_a - (q + t * v));
+        manifold.add(on_a - a.radius * gap.normal, depth, feature_at(s), feature_at(t));
+    };
+    const double uu = dot(u, u);
+    const double vv = dot(v, v);
+    const SegmentPair pair = find_closest_on_segments(p, u, q, v);
+    // Side by side, the ends of what they share: those over the other's core, seen along the normal.
+    const Eigen::Vector3d square = cross(u, v);
+    constexpr double kParallel =
+        0.02;  // sine; ends that are far from the other are left out by depth
+    if (uu > 0.0 && vv > 0.0 && dot(square, square) < kParallel * kParallel * uu * vv) {
+        for (const double end : {0.0, 1.0}) {
+            if (const double t = dot(v, p + end * u - q) / vv; t >= 0.0 && t <= 1.0) add(end, t);
+            if (const double s = dot(u, q + end * v - p) / uu; s >= 0.0 && s <= 1.0) add(s, end);
+        }
+    }
+    if (!manifold.has_depth(-gap.distance - kTouchShare * (radii + length(u) + length(v)))) {
+        manifold.add(p + pair.s * u - a.radius * gap.normal, -gap.distance, feature_at(pair.s),
+                     feature_at(pair.t));
+    }
+}
+
+bool is_touching(const PlacedCapsule& a, const PlacedCapsule& b) {
+    return find_gap(a, b).distance <=
+           kTouchShare * (a.radius + b.radius + length(a.half_axis) + length(b.half_axis));
+}
+
+Axis find_pseudodistance(const PlacedCapsule& a, const PlacedCapsule& b) {
+    const Gap gap = find_gap(a, b);
+    return {gap.normal, swept_pseudodistance(length(gap.core_a - gap.core_b), a.radius + b.radius)};
+}
+
+}  // namespace terrane::internal

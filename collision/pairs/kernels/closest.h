@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "core.h"
+
+#include <limits>
+
+namespace terrane::internal {
+
+/// Nearest points of two cores, without their radii.
+struct Closest {
+    Eigen::Vector3d on_a;
+    Eigen::Vector3d on_b;
+    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< from b to a; any where they cross
+    double distance = 0.0;  ///< between the two points; 0 where the cores cross
+    double lower = 0.0;     ///< the cores are no nearer than this: certified by a plane
+};
+
+/// @param enough stops as soon as the cores are known to be farther apart than this
+Closest find_closest(const Core& a, const Core& b,
+                     double enough = std::numeric_limits<double>::infinity());
+
+/// Nearest points of the segments p to p + u and q to q + v, as shares of u and v.
+struct SegmentPair {
+    double s = 0.0;
+    double t = 0.0;
+};
+SegmentPair find_closest_on_segments(const Eigen::Vector3d& p, const Eigen::Vector3d& u,
+                                     const Eigen::Vector3d& q, const Eigen::Vector3d& v);
+
+}  // namespace terrane::internal

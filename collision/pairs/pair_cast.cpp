@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: MIT
+// Sources: B. Mirtich. Impulse-based dynamic simulation of rigid body systems. 1996, section 2.3
+//          (conservative advancement). X. Zhang, M. Lee, Y. Kim. Interactive continuous collision
+//          detection for non-convex polyhedra. The Visual Computer 2006 (bounds along the normal).
+// Deviations: the speed of each point along the normal is known at the start of a step, so that only its
+//             change has to be bounded; the step is the largest found whose end that proves.
+#include "pair_questions.h"
+
+#include <algorithm>
+
+namespace terrane::internal {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// Of the motion; a step that is shorter close by is the end.
+constexpr double kShortest = 1e-4;
+
+// One of the two shapes on its way; times are fractions of the motion.
+struct Mover {
+    Mover(const ConvexView& shape_in, const Motion& motion_in, const Eigen::Vector3d& origin)
+        : shape(shape_in),
+          motion(motion_in),
+          start(motion_in.start.translation - origin),
+          spin(length(motion_in.rotation_vector)) {
+        motion.start.rotation = orthonormalized(motion.start.rotation);
+        if (spin == 0.0 || std::holds_alternative<Sphere>(shape)) return;
+        constexpr std::size_t kFew = 64;
+        CoreStorage storage;
+        const Core core = core_at(0.0, storage);
+        const Eigen::Vector3d axis = motion.rotation_vector / spin;
+        if (core.shape.vertices.size() > kFew) {
+            arm = core.reach;
+            return;
+        }
+        for (const Eigen::Vector3d& v : core.shape.vertices) {
+            arm = std::max(arm, length(cross(axis, core.to_axes(v))));
+        }
+    }
+
+    Placed at(double t) const {
+        return place(shape, arm > 0.0 ? motion.at(t).rotation : motion.start.rotation,
+                     start + t * motion.translation);
+    }
+    Core core_at(double t, CoreStorage& storage_out) const { return core_of(at(t), storage_out); }
+    static Core core_of(const Placed& placed, CoreStorage& storage_out) {
+        return std::visit([&](const auto& each) { return make_core(each, storage_out); }, placed);
+    }
+
+    ConvexView shape;
+    Motion motion;
+    Eigen::Vector3d start;  ///< of the centre, from a common origin
+    double spin = 0.0;      ///< radians in all
+    double arm = 0.0;       ///< largest distance from the axis of what turning moves, metres
+};
+
+// How far two shapes may go while a plane square to `normal` parts them.
+class Step {
+public:
+    Step(const Mover& a, const Mover& b, const Placed& at_a, const Placed& at_b,
+         const Eigen::Vector3d& normal)
+        : core_a_(Mover::core_of(at_a, of_a_)),
+          core_b_(Mover::core_of(at_b, of_b_)),
+          normal_(normal),
+          turn_a_(cross(normal, a.motion.rotation_vector)),
+          turn_b_(cross(normal, b.motion.rotation_vector)),
+          speed_(dot(normal, a.motion.translation - b.motion.translation)),
+          turning_(length(turn_a_) * a.arm + length(turn_b_) * b.arm),
+          bend_(a.spin * a.spin * a.arm + b.spin * b.spin * b.arm) {
+        offset_ = dot(normal, core_a_.centre - core_b_.centre) - core_a_.radius - core_b_.radius;
+    }
+    Step(const Step&) = delete;
+    Step& operator=(const Step&) = delete;
+
+    /// Gap after a time if every point kept its velocity.
+    double gap_after(double time) const {
+        return offset_ + time * speed_ - support(core_a_, -(normal_ + time * turn_a_)) -
+               support(core_b_, normal_ + time * turn_b_);
+    }
+
+    /// A time up to which the gap, now `gap`, stays above `rest`, at most `remaining`.
+    double safe_time(double gap, double rest, double sink, double remaining) const {
+        const double closing = turning_ - speed_;
+        double time = closing > 0.0 ? (gap - rest) / closing : kInfinity;
+        if (time >= remaining) return remaining;
+        if (turning_ == 0.0) return time;
+        // Concave in time: it holds up to wherever it holds.
+        const auto holds = [&](double t) {
+            return gap_after(t) + sink - 0.5 * bend_ * t * t >= rest;
+        };
+        double next = std::max(2.0 * time, std::sqrt(0.5 * (gap - rest) / bend_));
+        double failed = kInfinity;
+        while (next < remaining && holds(next)) {
+            time = next;
+            next *= 2.0;
+        }
+        if (next >= remaining) {
+            if (holds(remaining)) return remaining;
+            next = remaining;
+        }
+        failed = next;
+        for (int i = 0; i < 3; ++i) {
+            const double middle = 0.5 * (time + failed);
+            (holds(middle) ? time : failed) = middle;
+        }
+        return time;
+    }
+
+private:
+    static double support(const Core& core, const Eigen::Vector3d& direction) {
+        const Eigen::Vector3d in_body = core.to_body(direction);
+        return dot(in_body, core.shape.vertices[find_extreme(core.shape, in_body)]);
+    }
+
+    CoreStorage of_a_;
+    CoreStorage of_b_;
+    Core core_a_;
+    Core core_b_;
+    Eigen::Vector3d normal_;
+    Eigen::Vector3d turn_a_;
+    Eigen::Vector3d turn_b_;
+    double speed_;
+    double turning_;
+    double bend_;
+    double offset_ = 0.0;
+};
+
+// Whether the shapes come nearer at any of their contacts, by more than rounding.
+bool is_closing(const Mover& a, const Mover& b, const Placed& at_a, const Placed& at_b,
+                const Gap& gap, double t) {
+    std::array<PairContact, 4> contacts;
+    const std::size_t count = find_contacts(at_a, at_b, gap, std::max(0.0, gap.distance), contacts);
+    const Eigen::Vector3d centre_a = a.start + t * a.motion.translation;
+    const Eigen::Vector3d centre_b = b.start + t * b.motion.translation;
+    const Eigen::Vector3d velocity = a.motion.translation - b.motion.translation;
+    const double rounding = 1e-8 * (length(velocity) + a.spin * a.arm + b.spin * b.arm);
+    for (const PairContact& contact : std::span(contacts.data(), count)) {
+        const Eigen::Vector3d& on_a = contact.point_world;
+        const Eigen::Vector3d on_b = on_a + contact.depth * contact.normal;
+        const Eigen::Vector3d relative = velocity +
+                                         cross(a.motion.rotation_vector, on_a - centre_a) -
+                                         cross(b.motion.rotation_vector, on_b - centre_b);
+        if (dot(contact.normal, relative) < -rounding) return true;
+    }
+    return false;
+}
+
+}  // namespace
+
+ConvexCast cast_convex(const ConvexView& a, const Motion& motion_a, const ConvexView& b,
+                       const Motion& motion_b, const CastSettings& settings) {
+    const Eigen::Vector3d origin = motion_a.start.translation;
+    const Mover mover_a(a, motion_a, origin);
+    const Mover mover_b(b, motion_b, origin);
+    const double tolerance = settings.tolerance;
+    const double touch = kTouchShare * (reach_of(a) + reach_of(b));
+
+    ConvexCast answer;
+    Placed at_a = mover_a.at(0.0);
+    Placed at_b = mover_b.at(0.0);
+    Gap gap = find_gap(at_a, at_b);
+    answer.started_in_contact = gap.distance <= touch;
+    // How deep the shapes may be where contacts of the start are passed over; it ends with them.
+    double sink = 0.0;
+    if (answer.started_in_contact) {
+        answer.hit =
+            !settings.skip_separating || is_closing(mover_a, mover_b, at_a, at_b, gap, 0.0);
+        answer.fraction = 0.0;
+        sink = 0.5 * tolerance - gap.distance;
+    }
+    double t = 0.0;
+    while (!answer.hit) {
+        sink = std::max(0.0, std::min(sink, 0.5 * tolerance - gap.distance));
+        const double room = gap.distance + sink;
+        const double rest = std::min(0.125 * tolerance, 0.5 * room);
+        const Step step(mover_a, mover_b, at_a, at_b, gap.normal);
+        const double time = step.safe_time(room, rest, sink, 1.0 - t);
+        if (!(time < 1.0 - t)) {
+            answer.fraction = 1.0;
+            return answer;
+        }
+        // Near, only what comes nearer is a hit; and what stays near for many short steps, or where
+        // no number is left in between: the last safe place is the answer.
+        const bool is_near = room <= 0.25 * tolerance;
+        if ((is_near && (time < kShortest || is_closing(mover_a, mover_b, at_a, at_b, gap, t))) ||
+            !(t + time > t)) {
+            answer.hit = true;
+            break;
+        }
+        t += time;
+        at_a = mover_a.at(t);
+        at_b = mover_b.at(t);
+        gap = find_gap(at_a, at_b);
+    }
+    answer.fraction = t;
+    answer.count =
+        find_contacts(at_a, at_b, gap, std::max(tolerance, gap.distance), answer.contacts);
+    const Eigen::Vector3d place_of_a = mover_a.start + t * mover_a.motion.translation;
+    for (PairContact& contact : std::span(answer.contacts.data(), answer.count)) {
+        contact.point_world -= place_of_a;
+    }
+    return answer;
+}
+
+}  // namespace terrane::internal

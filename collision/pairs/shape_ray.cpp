@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: MIT
+// Sources: C. Ericson. Real-time collision detection. 2005, section 5.3. M. Cyrus, J. Beck.
+//          Generalized two- and three-dimensional clipping. 1978.
+#include "kernels/closest.h"
+#include "pair_questions.h"
+
+#include <algorithm>
+
+namespace terrane::internal {
+namespace {
+
+// Where a ray is inside of half-spaces: it goes on being cut.
+struct Clip {
+    double first = 0.0;
+    double last = 1.0;
+    Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< of the plane it came in through
+
+    /// What is on or below the plane stays. `height` of the start above it, `rate` along the way.
+    bool cut(const Eigen::Vector3d& n, double height, double rate) {
+        if (rate == 0.0) return height <= 0.0;
+        const double t = -height / rate;
+        if (rate > 0.0) {
+            last = std::min(last, t);
+        } else if (t > first || (t == first && dot(normal, normal) == 0.0 && height >= 0.0)) {
+            first = std::max(first, t);
+            normal = n;
+        }
+        return first <= last;
+    }
+};
+
+// Against the ray, or any where it has no length.
+Eigen::Vector3d against(const Eigen::Vector3d& way) {
+    const double size = length(way);
+    return size > 0.0 ? Eigen::Vector3d(-way / size) : Eigen::Vector3d(Eigen::Vector3d::UnitZ());
+}
+
+ConvexRay enter(const Clip& clip, const Eigen::Vector3d& way) {
+    const bool is_within = dot(clip.normal, clip.normal) == 0.0;
+    return {true, clip.first, is_within ? against(way) : clip.normal};
+}
+
+// First point at most `radius` from a centre.
+ConvexRay enter_ball(const Eigen::Vector3d& centre, double radius, const Eigen::Vector3d& from,
+                     const Eigen::Vector3d& way) {
+    const Eigen::Vector3d d = from - centre;
+    const double square = dot(way, way);
+    if (dot(d, d) <= radius * radius) return {true, 0.0, against(way)};
+    if (square == 0.0) return {};
+    // From the foot of the centre on the line, so that far starts lose nothing.
+    const double foot = -dot(d, way) / square;
+    const Eigen::Vector3d nearest = d + foot * way;
+    const double room = radius * radius - dot(nearest, nearest);
+    if (room < -1e-15 * radius * radius || (room < 0.0 && radius == 0.0)) return {};
+    const double t = foot - std::sqrt(std::max(0.0, room) / square);
+    if (t < 0.0 || t > 1.0) return {};
+    const Eigen::Vector3d n = d + t * way;
+    const double size = length(n);
+    return {true, t, size > 0.0 ? Eigen::Vector3d(n / size) : against(way)};
+}
+
+ConvexRay cast_at(const PlacedSphere& sphere, const Eigen::Vector3d& from,
+                  const Eigen::Vector3d& way) {
+    return enter_ball(sphere.centre, sphere.radius, from, way);
+}
+
+void take(const ConvexRay& ray, ConvexRay& best) {
+    if (ray.hit && (!best.hit || ray.fraction < best.fraction)) best = ray;
+}
+
+ConvexRay cast_at(const PlacedCapsule& capsule, const Eigen::Vector3d& from,
+                  const Eigen::Vector3d& way) {
+    const Eigen::Vector3d low = capsule.centre - capsule.half_axis;
+    const Eigen::Vector3d high = capsule.centre + capsule.half_axis;
+    ConvexRay best = enter_ball(low, capsule.radius, from, way);
+    take(enter_ball(high, capsule.radius, from, way), best);
+    const double half = length(capsule.half_axis);
+    if (half == 0.0) return best;
+    // The tube: a disc's ray, in the directions square to the axis.
+    const Eigen::Vector3d axis = capsule.half_axis / half;
+    const Eigen::Vector3d d = from - capsule.centre;
+    const double along = dot(d, axis);
+    const double rate = dot(way, axis);
+    const auto is_beside = [&](double t) { return std::abs(along + t * rate) <= half; };
+    ConvexRay tube =
+        enter_ball(Eigen::Vector3d::Zero(), capsule.radius, d - along * axis, way - rate * axis);
+    if (tube.hit && is_beside(tube.fraction)) {
+        if (tube.fraction == 0.0) tube.normal = against(way);
+        take(tube, best);
+    }
+    return best;
+}
+
+ConvexRay cast_at(const PlacedBox& box, const Eigen::Vector3d& from, const Eigen::Vector3d& way) {
+    const Eigen::Vector3d p = rotated_back(box.rotation, from - box.centre);
+    const Eigen::Vector3d v = rotated_back(box.rotation, way);
+    Clip clip;
+    for (int i = 0; i < 3; ++i) {
+        const Eigen::Vector3d n = box.rotation.col(i);
+        if (!clip.cut(-n, -p[i] - box.half[i], -v[i])) return {};
+        if (!clip.cut(n, p[i] - box.half[i], v[i])) return {};
+    }
+    return enter(clip, way);
+}
+
+ConvexRay cast_at(const PlacedHull& hull, const Eigen::Vector3d& from, const Eigen::Vector3d& way) {
+    const Polyhedron& shape = hull.shape;
+    const Eigen::Vector3d p = rotated_back(hull.rotation, from - hull.centre);
+    const Eigen::Vector3d v = rotated_back(hull.rotation, way);
+    if (shape.faces.empty()) {
+        // A point or a segment: met only where the ray goes through it.
+        const Eigen::Vector3d& low = shape.vertices.front();
+        const Eigen::Vector3d edge = shape.vertices.back() - low;
+        const SegmentPair pair = find_closest_on_segments(p, v, low, edge);
+        const Eigen::Vector3d d = (p + pair.s * v) - (low + pair.t * edge);
+        if (length(d) > kTouchShare * hull.reach) return {};
+        return {true, pair.s, against(way)};
+    }
+    Clip clip;
+    const auto cut = [&](const Eigen::Vector3d& n, double offset) {
+        return clip.cut(n, dot(n, p) - offset, dot(n, v));
+    };
+    for (const Polyhedron::Face& face : shape.faces) {
+        if (!cut(face.normal, face.offset)) return {};
+    }
+    if (shape.faces.size() == 2) {
+        // Without thickness the sides are no faces.
+        const Polyhedron::Face& face = shape.faces[0];
+        for (std::uint32_t k = 0; k < face.count; ++k) {
+            const Eigen::Vector3d& low = shape.vertices[shape.loops[face.first + k]];
+            const Eigen::Vector3d& high =
+                shape.vertices[shape.loops[face.first + (k + 1) % face.count]];
+            const Eigen::Vector3d out = cross(high - low, face.normal);
+            const Eigen::Vector3d side = out / length(out);
+            if (!cut(side, dot(side, low))) return {};
+        }
+    }
+    ConvexRay answer = enter(clip, way);
+    if (dot(clip.normal, clip.normal) > 0.0) answer.normal = rotated(hull.rotation, clip.normal);
+    return answer;
+}
+
+}  // namespace
+
+ConvexRay cast_ray(const Placed& shape, const Eigen::Vector3d& from, const Eigen::Vector3d& way) {
+    return std::visit([&](const auto& placed) { return cast_at(placed, from, way); }, shape);
+}
+
+}  // namespace terrane::internal

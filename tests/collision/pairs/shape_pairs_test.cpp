@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: MIT
+#include "collision/ground_oracle.h"
+#include "collision/pairs/pair_oracle.h"
+#include "support/allocation_counter.h"
+
+#include <terrane/collision/shape_pairs.h>
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+namespace terrane {
+namespace {
+
+using test::Random;
+
+constexpr std::uint64_t kSeed = 20261203;
+
+// With a hull that is no box.
+std::vector<ConvexShape> make_shapes() {
+    std::vector<Eigen::Vector3d> points;
+    for (int i = 0; i < 12; ++i) {
+        points.push_back({std::cos(1.1 * i), std::sin(1.1 * i), 0.3 * std::cos(2.3 * i)});
+    }
+    return {Sphere{0.5}, Capsule{0.4, 0.8}, Box{Eigen::Vector3d(1.0, 1.5, 0.5)},
+            ConvexHull::create(points).value()};
+}
+
+Pose at(const Eigen::Vector3d& translation) {
+    Pose pose;
+    pose.translation = translation;
+    return pose;
+}
+
+TEST(ShapePairs, TouchingIsZeroAndTouches) {
+    // Sums of halves and quarters: every digit counts.
+    const ConvexShape ball = Sphere{0.5}, rod = Capsule{0.25, 0.5}, box = Box{{1.0, 0.5, 0.25}};
+    const struct {
+        ConvexShape a, b;
+        Eigen::Vector3d offset;
+    } cases[] = {
+        {ball, ball, {1.0, 0, 0}},   {ball, rod, {0.75, 0, 0.25}}, {ball, rod, {0, 0, 1.25}},
+        {ball, box, {1.5, 0.25, 0}}, {ball, box, {0, 0, 0.75}},    {rod, rod, {0, 0.5, 0.125}},
+        {rod, rod, {0, 0, 1.5}},     {rod, box, {1.25, 0, 0}},     {rod, box, {0, 0, 1.0}},
+        {box, box, {2.0, 0, 0}},     {box, box, {2.0, 1.0, 0.5}},  {box, box, {0, 0, -0.5}}};
+    for (const auto& c : cases) {
+        EXPECT_EQ(signed_distance(c.a, at(c.offset), c.b, Pose{}).distance, 0.0);
+        EXPECT_TRUE(test_contact(c.a, at(c.offset), c.b, Pose{}).is_touching);
+        std::array<PairContact, 4> contacts;
+        EXPECT_GT(find_contacts(c.a, at(c.offset), c.b, Pose{}, 0.0, contacts).count, 0u);
+        EXPECT_FALSE(test_contact(c.a, at(1.0001 * c.offset), c.b, Pose{}).is_touching);
+        EXPECT_EQ(find_contacts(c.a, at(1.0001 * c.offset), c.b, Pose{}, 0.0, contacts).count, 0u);
+    }
+}
+
+TEST(ShapePairs, RestingManifoldsHaveTheCornersThatMatter) {
+    std::array<PairContact, 4> contacts;
+    const PairContactAnswer box = find_contacts(Box{{0.5, 0.5, 0.5}}, at({0.1, 0.2, 0.99}),
+                                                Box{{2, 2, 0.5}}, Pose{}, 0.0, contacts);
+    ASSERT_EQ(box.count, 4u);
+    for (const PairContact& contact : contacts) {
+        EXPECT_EQ(contact.normal, Eigen::Vector3d(0, 0, 1));
+        EXPECT_NEAR(contact.depth, 0.01, 1e-15);
+        EXPECT_NEAR(std::abs(contact.point_world.x() - 0.1), 0.5, 1e-15);
+        EXPECT_NEAR(std::abs(contact.point_world.y() - 0.2), 0.5, 1e-15);
+        EXPECT_EQ(contact.feature_b, (ShapeFeature{5, ShapeFeature::kFace}));
+        EXPECT_EQ(contact.feature_a.first, contact.feature_a.second);
+    }
+    Pose lying = at({0, 0, 0.74});
+    lying.rotation << 0, 0, 1, 0, 1, 0, -1, 0, 0;
+    const PairContactAnswer rod =
+        find_contacts(Capsule{0.25, 1.0}, lying, Box{{2, 2, 0.5}}, Pose{}, 0.0, contacts);
+    ASSERT_EQ(rod.count, 2u);
+    EXPECT_NEAR(std::abs(contacts[0].point_world.x() - contacts[1].point_world.x()), 2.0, 1e-15);
+    // Two rods side by side, half over each other.
+    Pose beside = at({0.0, 0.4, 1.0});
+    const PairContactAnswer rods =
+        find_contacts(Capsule{0.25, 1.0}, beside, Capsule{0.25, 1.0}, Pose{}, 0.0, contacts);
+    ASSERT_EQ(rods.count, 2u);
+    EXPECT_NEAR(contacts[0].depth, 0.1, 1e-15);
+    EXPECT_NEAR(contacts[0].point_world.z() + contacts[1].point_world.z(), 1.0, 1e-15);
+    // A smaller buffer keeps the deepest, and says so.
+    EXPECT_EQ(
+        find_contacts(Box{}, at({0, 0, 0.9}), Box{}, Pose{}, 0.0, std::span(contacts.data(), 1))
+            .status,
+        ContactStatus::truncated);
+}
+
+TEST(ShapePairs, HoldFromAMillimetreToTenKilometres) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    Random random(kSeed);
+    for (const double small : {1e-3, 1.0, 1e4}) {
+        for (const double large : {1e-3, 1e4, 1e5}) {
+            for (int i = 0; i < 200; ++i) {
+                Pose pose;
+                pose.rotation = random.rotation();
+                const ConvexShape a = i % 3 == 0   ? ConvexShape(Sphere{small})
+                                      : i % 3 == 1 ? ConvexShape(Capsule{small, small})
+                                                   : ConvexShape(Box{{small, small, small}});
+                const Box floor{{large, large, large}};
+                // Somewhere at its top, beside an edge too.
+                const double gap = random.between(-1.0, 3.0) * std::min(small, large);
+                pose.translation = {random.between(-1.0, 1.0) * large + gap, large + gap,
+                                    large + gap};
+                const PairDistanceAnswer answer = signed_distance(a, pose, floor, Pose{});
+                const internal::ConvexView view =
+                    i % 3 == 0   ? internal::ConvexView(Sphere{small})
+                    : i % 3 == 1 ? internal::ConvexView(Capsule{small, small})
+                                 : internal::ConvexView(Box{{small, small, small}});
+                const double expected = test::oracle_distance(view, pose, floor, Pose{});
+                EXPECT_NEAR(answer.distance, expected, 1e-12 * (small + large)) << "kind " << i % 3 << " sizes " << small << " and " << large;
+                EXPECT_EQ(test_contact(a, pose, floor, Pose{}).is_touching, answer.distance <= 0.0);
+            }
+        }
+    }
+}
+
+TEST(ShapePairs, GiveTheSameBitsTenThousandKilometresOut) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    Random random(kSeed);
+    const Eigen::Vector3d shift(1e7, -1e7, 4096.0);
+    for (const ConvexShape& a : make_shapes()) {
+        for (const ConvexShape& b : make_shapes()) {
+            for (int i = 0; i < 200; ++i) {
+                Pose pose_a, pose_b;
+                pose_a.rotation = random.rotation();
+                pose_b.rotation = random.rotation();
+                for (int k = 0; k < 3; ++k) {
+                    pose_b.translation[k] = std::floor(random.between(-2, 2) * 0x1p20) * 0x1p-20;
+                }
+                Motion move_a, move_b;
+                move_a.start = pose_a;
+                move_b.start = pose_b;
+                move_a.translation = pose_b.translation;
+                move_a.rotation_vector = random.direction();
+                Motion far_a = move_a, far_b = move_b;
+                far_a.start.translation += shift;
+                far_b.start.translation += shift;
+                const double here[] = {signed_distance(a, pose_a, b, pose_b).distance,
+                                       pseudodistance(a, pose_a, b, pose_b).pseudodistance,
+                                       cast(a, move_a, b, move_b).fraction};
+                const double there[] = {
+                    signed_distance(a, far_a.start, b, far_b.start).distance,
+                    pseudodistance(a, far_a.start, b, far_b.start).pseudodistance,
+                    cast(a, far_a, b, far_b).fraction};
+                EXPECT_EQ(std::memcmp(here, there, sizeof here), 0);
+            }
+        }
+    }
+}
+
+TEST(ShapePairs, RefuseWhatIsNotFiniteOrNotARotation) {
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    Pose skewed;
+    skewed.rotation(0, 1) = 1e-3;
+    Pose mirrored;
+    mirrored.rotation(2, 2) = -1.0;
+    std::array<PairContact, 4> contacts;
+    for (const Pose& bad : {skewed, mirrored, at({nan, 0, 0})}) {
+        for (const bool is_first : {true, false}) {
+            const Pose& a = is_first ? bad : Pose{};
+            const Pose& b = is_first ? Pose{} : bad;
+            EXPECT_EQ(test_contact(Box{}, a, Box{}, b).status, ContactStatus::invalid);
+            EXPECT_EQ(find_contacts(Box{}, a, Box{}, b, 0.0, contacts).status,
+                      ContactStatus::invalid);
+            EXPECT_EQ(signed_distance(Box{}, a, Box{}, b).status, ContactStatus::invalid);
+            EXPECT_EQ(pseudodistance(Box{}, a, Box{}, b).status, ContactStatus::invalid);
+            Motion move_a, move_b;
+            move_a.start = a;
+            move_b.start = b;
+            EXPECT_EQ(cast(Box{}, move_a, Box{}, move_b).status, ContactStatus::invalid);
+        }
+        EXPECT_EQ(cast_ray(Box{}, bad, {0, 0, 0}, {1, 0, 0}).status, ContactStatus::invalid);
+    }
+    EXPECT_EQ(signed_distance(Sphere{nan}, Pose{}, Box{}, Pose{}).status, ContactStatus::invalid);
+    EXPECT_EQ(signed_distance(Box{}, Pose{}, Sphere{-1.0}, Pose{}).status, ContactStatus::invalid);
+    EXPECT_EQ(find_contacts(Box{}, Pose{}, Box{}, Pose{}, nan, contacts).status,
+              ContactStatus::invalid);
+    EXPECT_EQ(cast_ray(Box{}, Pose{}, {nan, 0, 0}, {1, 0, 0}).status, ContactStatus::invalid);
+    Motion spinning;
+    spinning.rotation_vector = {nan, 0, 0};
+    EXPECT_EQ(cast(Box{}, Motion{}, Box{}, spinning).status, ContactStatus::invalid);
+    CastSettings settings;
+    settings.tolerance = 0.0;
+    EXPECT_EQ(cast(Box{}, Motion{}, Box{}, Motion{}, settings).status, ContactStatus::invalid);
+}
+
+TEST(ShapePairs, AllocateNothing) {
+    Random random(kSeed);
+    std::array<PairContact, 4> contacts;
+    const std::vector<ConvexShape> shapes = make_shapes();
+    const test::AllocationCounter counter;
+    double sum = 0.0;
+    for (const ConvexShape& a : shapes) {
+        for (const ConvexShape& b : shapes) {
+            for (int i = 0; i < 20; ++i) {
+                Motion move_a, move_b;
+                move_a.start.rotation = random.rotation();
+                move_b.start.translation = random.between(0.0, 3.0) * random.direction();
+                move_a.translation = move_b.start.translation;
+                move_b.rotation_vector = random.direction();
+                const Pose& pose_a = move_a.start;
+                const Pose& pose_b = move_b.start;
+                sum += test_contact(a, pose_a, b, pose_b).is_touching ? 1.0 : 0.0;
+                sum +=
+                    static_cast<double>(find_contacts(a, pose_a, b, pose_b, 0.1, contacts).count);
+                sum += signed_distance(a, pose_a, b, pose_b).distance;
+                sum += pseudodistance(a, pose_a, b, pose_b).pseudodistance;
+                sum += cast(a, move_a, b, move_b).fraction;
+                sum += cast_ray(a, pose_a, pose_b.translation, pose_a.translation).fraction;
+            }
+        }
+    }
+    EXPECT_EQ(counter.count(), 0u);
+    EXPECT_NE(sum, 0.0);
+}
+
+}  // namespace
+}  // namespace terrane
