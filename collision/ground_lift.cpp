@@ -103,7 +103,7 @@ GroundLift find_lift(const LocalGround& local, const LocalShape& shape, const Ei
     const Eigen::Vector3d lowest = moved.deepest_point(Eigen::Vector3d::UnitZ());
     const CellRange first = local.cells(lowest[0], lowest[1], lowest[0], lowest[1]);
     if (first.west <= first.east && first.south <= first.north) {
-        const GroundCell cell = local.ground().cell(first.east, first.north);
+        const GroundCell cell = local.cell(first.east, first.north);
         if (cell.status == GroundStatus::ok) visitor.take(cell, first.east, first.north);
         if (visitor.result.lift > enough) return visitor.result;
     }

@@ -6,7 +6,7 @@
 namespace terrane::internal {
 
 LocalGround::LocalGround(const Ground& ground, const WorldPos& near_world)
-    : ground_(&ground), spacing_(ground.spacing()), quantum_(ground.lattice().quantum) {
+    : reader_(ground), spacing_(ground.spacing()), quantum_(ground.lattice().quantum) {
     // Far outside the extent the nearest lattice point of the extent serves.
     const WorldRect& extent = ground.extent();
     column_ = ground.column_at(std::clamp(near_world.x(), extent.west, extent.east));
@@ -30,12 +30,12 @@ LocalGround::LocalGround(const LocalGround& other, const Eigen::Vector3d& near)
 }
 
 void LocalGround::place() {
-    origin_world_ = {ground_->cell_x(column_), ground_->cell_y(row_),
+    origin_world_ = {ground().cell_x(column_), ground().cell_y(row_),
                      quantum_ * static_cast<double>(base_)};
 }
 
 CellRange LocalGround::cells(double west, double south, double east, double north) const {
-    const WorldRect& extent = ground_->extent();
+    const WorldRect& extent = ground().extent();
     const double limit_west = extent.west - origin_world_.x() - spacing_;
     const double limit_east = extent.east - origin_world_.x() + spacing_;
     const double limit_south = extent.south - origin_world_.y() - spacing_;

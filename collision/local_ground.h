@@ -32,6 +32,8 @@ struct Prism {
 
 /// The ground seen from a point of its lattice near the question. Lattice integers are subtracted
 /// before anything becomes a length, so that bits do not depend on where in the world it is asked.
+///
+/// Threads: one; each question makes its own
 class LocalGround {
 public:
     LocalGround(const Ground& ground, const WorldPos& near_world);
@@ -41,12 +43,15 @@ public:
     Eigen::Vector3d to_local(const WorldPos& p_world) const { return p_world - origin_world_; }
     WorldPos to_world(const Eigen::Vector3d& p) const { return p + origin_world_; }
     double spacing() const { return spacing_; }
-    const Ground& ground() const { return *ground_; }
+    const Ground& ground() const { return reader_.ground(); }
 
     /// Cells that a closed rectangle meets, clamped to the ground's extent.
     CellRange cells(double west, double south, double east, double north) const;
 
     Prism prism(const CellRange& cells, std::int32_t high) const;
+    GroundCell cell(std::int64_t column, std::int64_t row) const {
+        return reader_.cell(column, row);
+    }
     /// The two triangles of a cell whose status is ok.
     std::array<Triangle, 2> triangles(const GroundCell& cell, std::int64_t column,
                                       std::int64_t row) const;
@@ -64,7 +69,7 @@ public:
 private:
     void place();
 
-    const Ground* ground_;
+    mutable GroundReader reader_;
     double spacing_;
     double quantum_;
     std::int64_t column_ = 0;
@@ -87,7 +92,7 @@ void visit_cells(const LocalGround& local, const CellRange& all, Visitor& visito
     const auto visit_each = [&](const CellRange& r) {
         for (std::int64_t row = r.south; row <= r.north; ++row) {
             for (std::int64_t column = r.west; column <= r.east; ++column) {
-                const GroundCell cell = local.ground().cell(column, row);
+                const GroundCell cell = local.cell(column, row);
                 if (cell.status == GroundStatus::ok) {
                     const std::int32_t high = std::max(
                         {cell.south_west, cell.south_east, cell.north_west, cell.north_east});

@@ -62,7 +62,7 @@ Nearest find_nearest(const LocalGround& local, const LocalShape& shape, double m
         const Eigen::Vector3d lowest = shape.deepest_point(Eigen::Vector3d::UnitZ());
         const CellRange first = local.cells(lowest[0], lowest[1], lowest[0], lowest[1]);
         if (first.west <= first.east && first.south <= first.north) {
-            const GroundCell cell = local.ground().cell(first.east, first.north);
+            const GroundCell cell = local.cell(first.east, first.north);
             if (cell.status == GroundStatus::ok) visitor.take(cell, first.east, first.north);
         }
         visit_cells(local,

@@ -17,7 +17,7 @@ bool find_corner(const LocalGround& local, const LatticeIndex& at, Eigen::Vector
         const bool is_east = (k & 1) != 0;  // the corner is the cell's eastern one
         const bool is_north = (k & 2) != 0;
         const GroundCell cell =
-            local.ground().cell(at.column - (is_east ? 1 : 0), at.row - (is_north ? 1 : 0));
+            local.cell(at.column - (is_east ? 1 : 0), at.row - (is_north ? 1 : 0));
         if (cell.status != GroundStatus::ok) continue;
         const std::int32_t height = is_north ? (is_east ? cell.north_east : cell.north_west)
                                              : (is_east ? cell.south_east : cell.south_west);
@@ -28,7 +28,7 @@ bool find_corner(const LocalGround& local, const LatticeIndex& at, Eigen::Vector
 }
 
 bool is_ground(const LocalGround& local, std::int64_t column, std::int64_t row) {
-    return local.ground().cell(column, row).status == GroundStatus::ok;
+    return local.cell(column, row).status == GroundStatus::ok;
 }
 
 }  // namespace

@@ -95,20 +95,55 @@ std::int64_t Ground::row_at(double y) const {
     return row;
 }
 
+// Null where it is not resident.
+const Chunk* GroundReader::chunk_of(std::int64_t column, std::int64_t row) {
+    if (chunk_ != nullptr && column >> kChunkShift == chunk_column_ &&
+        row >> kChunkShift == chunk_row_) {
+        return chunk_;
+    }
+    const ResidentSet& resident = *ground_->resident_;
+    const std::int32_t found = resident.find(key_of(column, row, ground_->level_));
+    if (found == ResidentSet::kNone) return nullptr;
+    chunk_column_ = column >> kChunkShift;
+    chunk_row_ = row >> kChunkShift;
+    return chunk_ = resident.chunks()[static_cast<std::size_t>(found)].get();
+}
+
+RangeAnswer GroundReader::block(std::int64_t column, std::int64_t row) {
+    const std::int64_t west = column & ~(kBlockCells - 1);
+    const std::int64_t south = row & ~(kBlockCells - 1);
+    const CellRange& in_extent = ground_->in_extent_;
+    const bool is_near = west <= in_extent.east && west + kBlockCells > in_extent.west &&
+                         south <= in_extent.north && south + kBlockCells > in_extent.south;
+    const Chunk* const chunk = is_near ? chunk_of(west, south) : nullptr;
+    if (chunk == nullptr) {
+        return ground_->range({west, south, west + kBlockCells - 1, south + kBlockCells - 1});
+    }
+    const std::int64_t block_column = (west & (kChunkCells - 1)) / kBlockCells;
+    const std::int64_t block_row = (south & (kChunkCells - 1)) / kBlockCells;
+    const auto at = static_cast<std::size_t>(block_row * kChunkBlocks + block_column);
+    return {GroundStatus::ok, chunk->block_low[at], chunk->block_high[at]};
+}
+
 GroundCell Ground::cell(std::int64_t column, std::int64_t row) const {
+    return GroundReader(*this).cell(column, row);
+}
+
+GroundCell GroundReader::cell(std::int64_t column, std::int64_t row) {
     GroundCell cell;
-    if (column < in_extent_.west || column > in_extent_.east || row < in_extent_.south ||
-        row > in_extent_.north) {
+    const CellRange& in_extent = ground_->in_extent_;
+    if (column < in_extent.west || column > in_extent.east || row < in_extent.south ||
+        row > in_extent.north) {
         return cell;
     }
-    const ChunkKey key = key_of(column, row, level_);
-    if (!lattice().contains(key)) return cell;
-    const std::int32_t found = resident_->find(key);
-    if (found == ResidentSet::kNone) {
-        cell.status = GroundStatus::not_resident;
+    const Chunk* const found = chunk_of(column, row);
+    if (found == nullptr) {
+        if (ground_->lattice().contains(key_of(column, row, ground_->level_))) {
+            cell.status = GroundStatus::not_resident;
+        }
         return cell;
     }
-    const Chunk& chunk = *resident_->chunks()[static_cast<std::size_t>(found)];
+    const Chunk& chunk = *found;
     const int i = static_cast<int>(column & (kChunkCells - 1));
     const int j = static_cast<int>(row & (kChunkCells - 1));
     const std::uint8_t flags = chunk.flags_at(i, j);

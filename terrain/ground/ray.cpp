@@ -102,6 +102,7 @@ RayAnswer Ground::ray(const WorldPos& from_world, const WorldPos& to_world) cons
         return quantum * static_cast<double>(height) - base;
     };
 
+    GroundReader reader(*this);
     int side = 0;  // of the surface that the ray is on: 1 above, -1 below, 0 not known
     const auto hit_at = [&](double t, double slope_x, double slope_y, const GroundCell& cell) {
         answer.status = GroundStatus::ok;
@@ -115,16 +116,16 @@ RayAnswer Ground::ray(const WorldPos& from_world, const WorldPos& to_world) cons
     };
 
     const auto visit_cell = [&](std::int64_t column, std::int64_t row, double t0, double t1) {
-        GroundCell cell = this->cell(column0 + column, row0 + row);
+        GroundCell cell = reader.cell(column0 + column, row0 + row);
         // cells are closed: a ray along a line may find ground on the other side of it only
         if (cell.status == GroundStatus::outside && ray.dx == 0.0 &&
             ray.x == static_cast<double>(column)) {
-            cell = this->cell(column0 + column - 1, row0 + row);
+            cell = reader.cell(column0 + column - 1, row0 + row);
             if (cell.status == GroundStatus::ok) --column;
         }
         if (cell.status == GroundStatus::outside && ray.dy == 0.0 &&
             ray.y == static_cast<double>(row)) {
-            cell = this->cell(column0 + column, row0 + row - 1);
+            cell = reader.cell(column0 + column, row0 + row - 1);
             if (cell.status == GroundStatus::ok) --row;
         }
         if (cell.status == GroundStatus::outside) {
@@ -203,8 +204,7 @@ RayAnswer Ground::ray(const WorldPos& from_world, const WorldPos& to_world) cons
              const std::int64_t west = block_column0 + block_column * kBlockCells;
              const std::int64_t south = block_row0 + block_row * kBlockCells;
              // one cell more on each side, since a rounded crossing may be a hair off
-             const RangeAnswer heights =
-                 range({west, south, west + kBlockCells - 1, south + kBlockCells - 1});
+             const RangeAnswer heights = reader.block(west, south);
              if (heights.status == GroundStatus::ok) {
                  const double lowest = std::min(ray.height(t0), ray.height(t1));
                  const double highest = std::max(ray.height(t0), ray.height(t1));

@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -164,6 +165,43 @@ TEST(Ground, SaysNotResidentInsteadOfAHeight) {
     EXPECT_EQ(ground.ray({-600, 15, 10}, {-500, 15, -100}).status, GroundStatus::not_resident);
     EXPECT_EQ(ground.height(5000, 15).status, GroundStatus::outside);
     EXPECT_EQ(ground.ray({5000, 15, 10}, {6000, 15, -100}).status, GroundStatus::miss);
+}
+
+// From chunk to chunk, to what is absent, and beyond the extent: as if each were asked for alone.
+TEST(GroundReader, FindsWhatTheGroundAnswers) {
+    constexpr std::uint64_t kSeed = 12;
+    const auto source = std::make_shared<test::WaveHeights>(test::small_world(3, 1.0), 20.0, 200.0);
+    Pager pager = Pager::create(source, {.worker_count = 0}).value();
+    pager.require({-200, -100, 300, 200}, 0.0);
+    pager.update({}, {}, 0.0);
+    const Ground ground(pager.resident(), pager.contact_level());
+    GroundReader reader(ground);
+    Random random(kSeed);
+    std::array<int, 5> counts{};
+    for (int i = 0; i < 20000; ++i) {
+        SCOPED_TRACE(testing::Message() << "seed " << kSeed << ", question " << i);
+        const int reach = i % 3 == 0 ? 1400 : 300;
+        const std::int64_t column = random.below(2 * reach) - reach;
+        const std::int64_t row = random.below(2 * reach) - reach;
+        const GroundCell cell = reader.cell(column, row);
+        const GroundCell alone = ground.cell(column, row);
+        ++counts[static_cast<std::size_t>(cell.status)];
+        ASSERT_EQ(cell.status, alone.status);
+        ASSERT_EQ(cell.south_west, alone.south_west);
+        ASSERT_EQ(cell.north_east, alone.north_east);
+        ASSERT_EQ(cell.error_m, alone.error_m);
+        const std::int64_t west = column & ~std::int64_t{7}, south = row & ~std::int64_t{7};
+        const RangeAnswer block = reader.block(column, row);
+        const RangeAnswer range = ground.range({west, south, west + 7, south + 7});
+        ASSERT_EQ(block.status, range.status);
+        if (block.status == GroundStatus::outside) continue;
+        ASSERT_EQ(block.low, range.low);
+        ASSERT_EQ(block.high, range.high);
+    }
+    for (const GroundStatus status :
+         {GroundStatus::ok, GroundStatus::outside, GroundStatus::not_resident}) {
+        EXPECT_GT(counts[static_cast<std::size_t>(status)], 1000);
+    }
 }
 
 TEST(Ground, AnswersTheSameWhileACameraFliesAndWhateverIsDrawn) {

@@ -92,11 +92,35 @@ public:
     RayAnswer ray(const WorldPos& from_world, const WorldPos& to_world) const;
 
 private:
+    friend class GroundReader;
+
     std::shared_ptr<const ResidentSet> resident_;
     int level_ = 0;
     std::int64_t step_ = 1;
     double spacing_ = 1.0;
     CellRange in_extent_;  // cells that the extent's inside meets
+};
+
+/// Reads one cell after the other: what it finds is what the ground answers, sooner where the next cell
+/// lies in the same chunk. The ground outlives it.
+///
+/// Threads: one
+class GroundReader {
+public:
+    explicit GroundReader(const Ground& ground) : ground_(&ground) {}
+
+    const Ground& ground() const { return *ground_; }
+    GroundCell cell(std::int64_t column, std::int64_t row);
+    /// Ground::range() of the block of 8 x 8 cells that a cell lies in.
+    RangeAnswer block(std::int64_t column, std::int64_t row);
+
+private:
+    const Chunk* chunk_of(std::int64_t column, std::int64_t row);
+
+    const Ground* ground_;
+    const Chunk* chunk_ = nullptr;  // that was found last
+    std::int64_t chunk_column_ = 0;
+    std::int64_t chunk_row_ = 0;
 };
 
 }  // namespace terrane
