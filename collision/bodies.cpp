@@ -70,6 +70,13 @@ Result<void> check_state(const BodyState& state) {
 
 Result<void> check_settings(const BodySettings& settings) {
     if (auto ok = check(settings.shape); !ok) return ok;
+    // Nothing computes the inertia of the others.
+    const bool is_hull = std::holds_alternative<ConvexHull>(settings.shape);
+    if (is_hull || std::holds_alternative<Compound>(settings.shape)) {
+        return fail(ErrorCode::invalid_argument,
+                    std::string("shape of a body must be a sphere, a capsule or a box, got a ") +
+                        (is_hull ? "convex hull" : "compound"));
+    }
     if (auto ok = check_value("mass", settings.mass, 1e-9, 1e12); !ok) return ok;
     if (auto ok = check_value("friction", settings.friction, 0.0, 1e6); !ok) return ok;
     if (auto ok = check_value("restitution", settings.restitution, 0.0, 1.0); !ok) return ok;

@@ -5,40 +5,13 @@
 //             be slower than the few pairs that are left after pruning.
 #include "closest_points.h"
 
+#include "local_shape.h"
+
 #include <algorithm>
 #include <limits>
 
 namespace terrane::internal {
 namespace {
-
-Eigen::Vector3d closest_on_triangle(const Eigen::Vector3d& p, const Triangle& triangle) {
-    const Eigen::Vector3d& a = triangle.v[0];
-    const Eigen::Vector3d& b = triangle.v[1];
-    const Eigen::Vector3d& c = triangle.v[2];
-    const Eigen::Vector3d ab = b - a;
-    const Eigen::Vector3d ac = c - a;
-    const Eigen::Vector3d ap = p - a;
-    const double d1 = dot(ab, ap);
-    const double d2 = dot(ac, ap);
-    if (d1 <= 0.0 && d2 <= 0.0) return a;
-    const Eigen::Vector3d bp = p - b;
-    const double d3 = dot(ab, bp);
-    const double d4 = dot(ac, bp);
-    if (d3 >= 0.0 && d4 <= d3) return b;
-    const double vc = d1 * d4 - d3 * d2;
-    if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) return a + (d1 / (d1 - d3)) * ab;
-    const Eigen::Vector3d cp = p - c;
-    const double d5 = dot(ab, cp);
-    const double d6 = dot(ac, cp);
-    if (d6 >= 0.0 && d5 <= d6) return c;
-    const double vb = d5 * d2 - d1 * d6;
-    if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) return a + (d2 / (d2 - d6)) * ac;
-    const double va = d3 * d6 - d5 * d4;
-    if (va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0) {
-        return b + ((d4 - d3) / ((d4 - d3) + (d5 - d6))) * (c - b);
-    }
-    return p - dot(triangle.normal, ap) * triangle.normal;
-}
 
 void take_nearer(const Eigen::Vector3d& on_shape, const Eigen::Vector3d& on_triangle,
                  ClosestPair& best) {
@@ -88,6 +61,35 @@ bool crosses(const Eigen::Vector3d& from, const Eigen::Vector3d& to, const Trian
 }
 
 }  // namespace
+
+Eigen::Vector3d closest_on_triangle(const Eigen::Vector3d& p, const Triangle& triangle) {
+    const Eigen::Vector3d& a = triangle.v[0];
+    const Eigen::Vector3d& b = triangle.v[1];
+    const Eigen::Vector3d& c = triangle.v[2];
+    const Eigen::Vector3d ab = b - a;
+    const Eigen::Vector3d ac = c - a;
+    const Eigen::Vector3d ap = p - a;
+    const double d1 = dot(ab, ap);
+    const double d2 = dot(ac, ap);
+    if (d1 <= 0.0 && d2 <= 0.0) return a;
+    const Eigen::Vector3d bp = p - b;
+    const double d3 = dot(ab, bp);
+    const double d4 = dot(ac, bp);
+    if (d3 >= 0.0 && d4 <= d3) return b;
+    const double vc = d1 * d4 - d3 * d2;
+    if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) return a + (d1 / (d1 - d3)) * ab;
+    const Eigen::Vector3d cp = p - c;
+    const double d5 = dot(ab, cp);
+    const double d6 = dot(ac, cp);
+    if (d6 >= 0.0 && d5 <= d6) return c;
+    const double vb = d5 * d2 - d1 * d6;
+    if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) return a + (d2 / (d2 - d6)) * ac;
+    const double va = d3 * d6 - d5 * d4;
+    if (va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0) {
+        return b + ((d4 - d3) / ((d4 - d3) + (d5 - d6))) * (c - b);
+    }
+    return p - dot(triangle.normal, ap) * triangle.normal;
+}
 
 ClosestPair find_closest_core(const Eigen::Vector3d& centre, const Eigen::Vector3d& core,
                               const Triangle& triangle) {

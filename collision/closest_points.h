@@ -2,9 +2,10 @@
 #pragma once
 
 #include "local_ground.h"
-#include "local_shape.h"
 
 namespace terrane::internal {
+
+struct LocalShape;
 
 /// A pair of nearest points. Where the sets cross the distance is 0 and the points may be any.
 struct ClosestPair {
@@ -12,6 +13,8 @@ struct ClosestPair {
     Eigen::Vector3d on_triangle = Eigen::Vector3d::Zero();
     double distance = 0.0;
 };
+
+Eigen::Vector3d closest_on_triangle(const Eigen::Vector3d& p, const Triangle& triangle);
 
 /// Between the segment centre +- core and a triangle.
 ClosestPair find_closest_core(const Eigen::Vector3d& centre, const Eigen::Vector3d& core,

@@ -4,75 +4,18 @@
 //             count, and its sides add the crosses of the vertical with the box's edges.
 #include "column.h"
 
-#include "closest_points.h"
+#include "triangle_plane.h"
 
 namespace terrane::internal {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// Height of the triangle's plane over a point, above the point.
-struct Plane {
-    explicit Plane(const Triangle& triangle)
-        : a(triangle.v[0]),
-          slope_x(-triangle.normal[0] / triangle.normal[2]),
-          slope_y(-triangle.normal[1] / triangle.normal[2]) {}
-    double above(const Eigen::Vector3d& p) const {
-        return slope_x * (p[0] - a[0]) + slope_y * (p[1] - a[1]) - (p[2] - a[2]);
-    }
-    Eigen::Vector3d a;
-    double slope_x;
-    double slope_y;
-};
-
-// Twice the area of (a, b, p) in the plane: >= 0 to the left of a to b.
-double left_of(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& p) {
-    return (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]);
-}
-
-bool is_over(const Eigen::Vector3d& p, const Triangle& triangle) {
-    return left_of(triangle.v[0], triangle.v[1], p) >= 0.0 &&
-           left_of(triangle.v[1], triangle.v[2], p) >= 0.0 &&
-           left_of(triangle.v[2], triangle.v[0], p) >= 0.0;
-}
-
-double compute_box_lift(const LocalShape& box, const Triangle& triangle) {
-    const Plane plane(triangle);
+double compute_box_lift(const LocalShape& box, const Triangle& triangle, double floor) {
+    const TrianglePlane plane(triangle);
     const Eigen::Vector3d lowest = box.deepest_point(triangle.normal);
     if (is_over(lowest, triangle)) return plane.above(lowest);
     double lift = -kInfinity;
-    // The edges of the box's underside, cut to what lies over the triangle.
-    for (int i = 0; i < 3; ++i) {
-        const Eigen::Vector3d edge = 2.0 * box.half[i] * box.axes[static_cast<std::size_t>(i)];
-        for (int k = 0; k < 8; ++k) {
-            if ((k >> i & 1) != 0) continue;
-            // An edge between two faces that look up has the box below it.
-            const int j0 = (i + 1) % 3;
-            const int j1 = (i + 2) % 3;
-            const auto looks_up = [&](int j) {
-                const double z = box.axes[static_cast<std::size_t>(j)][2];
-                return (k >> j & 1) != 0 ? z > 0.0 : z < 0.0;
-            };
-            if (looks_up(j0) && looks_up(j1)) continue;
-            const Eigen::Vector3d from = box.corner(k);
-            const Eigen::Vector3d to = from + edge;
-            double first = 0.0;
-            double last = 1.0;
-            for (std::size_t j = 0; j < 3; ++j) {
-                const double d0 = left_of(triangle.v[j], triangle.v[(j + 1) % 3], from);
-                const double d1 = left_of(triangle.v[j], triangle.v[(j + 1) % 3], to);
-                if (d0 < 0.0 && d1 < 0.0)
-                    last = -1.0;
-                else if (d0 < 0.0)
-                    first = std::max(first, d0 / (d0 - d1));
-                else if (d1 < 0.0)
-                    last = std::min(last, d0 / (d0 - d1));
-            }
-            if (first > last) continue;
-            lift =
-                std::max({lift, plane.above(from + first * edge), plane.above(from + last * edge)});
-        }
-    }
     // The triangle's corners, seen straight up from below the box.
     for (const Eigen::Vector3d& v : triangle.v) {
         double low = -kInfinity;
@@ -91,6 +34,44 @@ double compute_box_lift(const LocalShape& box, const Triangle& triangle) {
             high = std::min(high, std::max(z0, z1));
         }
         if (low <= high) lift = std::max(lift, -low);
+    }
+    // The edges of the box's underside, cut to what lies over the triangle. No part of an edge is further
+    // below the plane than its ends.
+    std::array<double, 8> below;
+    for (int k = 0; k < 8; ++k) below[static_cast<std::size_t>(k)] = plane.above(box.corner(k));
+    for (int i = 0; i < 3; ++i) {
+        const int j0 = (i + 1) % 3;
+        const int j1 = (i + 2) % 3;
+        for (int k = 0; k < 8; ++k) {
+            if ((k >> i & 1) != 0) continue;
+            const double at_from = below[static_cast<std::size_t>(k)];
+            const double at_to = below[static_cast<std::size_t>(k | 1 << i)];
+            if (!(std::max(at_from, at_to) > std::max(floor, lift))) continue;
+            // An edge between two faces that look up has the box below it.
+            const auto looks_up = [&](int j) {
+                const double z = box.axes[static_cast<std::size_t>(j)][2];
+                return (k >> j & 1) != 0 ? z > 0.0 : z < 0.0;
+            };
+            if (looks_up(j0) && looks_up(j1)) continue;
+            const Eigen::Vector3d from = box.corner(k);
+            const Eigen::Vector3d to = box.corner(k | 1 << i);
+            double first = 0.0;
+            double last = 1.0;
+            for (std::size_t j = 0; j < 3; ++j) {
+                const double d0 = left_of(triangle.v[j], triangle.v[(j + 1) % 3], from);
+                const double d1 = left_of(triangle.v[j], triangle.v[(j + 1) % 3], to);
+                if (d0 < 0.0 && d1 < 0.0)
+                    last = -1.0;
+                else if (d0 < 0.0)
+                    first = std::max(first, d0 / (d0 - d1));
+                else if (d1 < 0.0)
+                    last = std::min(last, d0 / (d0 - d1));
+            }
+            if (first > last) continue;
+            const Eigen::Vector3d edge = 2.0 * box.half[i] * box.axes[static_cast<std::size_t>(i)];
+            lift =
+                std::max({lift, plane.above(from + first * edge), plane.above(from + last * edge)});
+        }
     }
     return lift;
 }
@@ -120,7 +101,7 @@ bool find_round_maximum(double linear, double reach, double square, double offse
 }
 
 double compute_round_lift(const LocalShape& shape, const Triangle& triangle) {
-    const Plane plane(triangle);
+    const TrianglePlane plane(triangle);
     const Eigen::Vector3d& centre = shape.centre;
     const double radius = shape.radius;
     double lift = -kInfinity;
@@ -174,14 +155,17 @@ double compute_round_lift(const LocalShape& shape, const Triangle& triangle) {
 
 }  // namespace
 
-bool find_core_direction(const LocalShape& shape, const Triangle& triangle,
-                         Eigen::Vector3d& n_out) {
+bool find_direction(const ClosestPair& pair, Eigen::Vector3d& n_out) {
     // Below this distance the direction between nearest points is noise.
     constexpr double kTiny = 1e-9;
-    const ClosestPair pair = find_closest_core(shape.centre, shape.core, triangle);
     if (!(pair.distance > kTiny)) return false;
     n_out = (pair.on_shape - pair.on_triangle) / pair.distance;
     return n_out[2] >= 0.0;
+}
+
+bool find_core_direction(const LocalShape& shape, const Triangle& triangle,
+                         Eigen::Vector3d& n_out) {
+    return find_direction(find_closest_core(shape.centre, shape.core, triangle), n_out);
 }
 
 Separation find_separation(const LocalShape& shape, const Triangle& triangle, bool with_walls) {
@@ -194,8 +178,10 @@ Separation find_separation(const LocalShape& shape, const Triangle& triangle, bo
     return best;
 }
 
-double compute_column_lift(const LocalShape& shape, const Triangle& triangle) {
-    return shape.is_box ? compute_box_lift(shape, triangle) : compute_round_lift(shape, triangle);
+double compute_column_lift(const LocalShape& shape, const Triangle& triangle, double floor) {
+    if (shape.kind == ShapeKind::box) return compute_box_lift(shape, triangle, floor);
+    if (shape.kind == ShapeKind::round) return compute_round_lift(shape, triangle);
+    return compute_hull_lift(*shape.hull, shape.centre, triangle, floor);
 }
 
 }  // namespace terrane::internal

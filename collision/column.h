@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "closest_points.h"
+#include "hull_column.h"
 #include "local_ground.h"
 #include "local_shape.h"
 
@@ -17,19 +19,25 @@ struct Separation {
 };
 
 /// How far a shape is from a column along a unit direction with z >= 0; negative: overlap.
-inline double gap_along(const Eigen::Vector3d& n, const LocalShape& shape,
+///
+/// @param drop how far the shape reaches from its centre against the direction
+inline double gap_along(const Eigen::Vector3d& n, double drop, const LocalShape& shape,
                         const Triangle& triangle) {
     // Relative to a corner, so that nothing large cancels.
     const Eigen::Vector3d& a = triangle.v[0];
     const double top = std::max({0.0, dot(n, triangle.v[1] - a), dot(n, triangle.v[2] - a)});
-    return dot(n, shape.centre - a) - shape.extent(n) - top;
+    return dot(n, shape.centre - a) - drop - top;
+}
+inline double gap_along(const Eigen::Vector3d& n, const LocalShape& shape,
+                        const Triangle& triangle) {
+    return gap_along(n, shape.drop(n), shape, triangle);
 }
 
 /// Visits the directions that can separate a shape from a column: `take(normal, gap)`.
 ///
-/// For boxes the largest gap is that of the separating axis theorem: positive exactly where they are
-/// apart, minus the shortest translation that parts them where they overlap. For swept cores one of
-/// them is the exact distance where the core lies apart from the triangle.
+/// For boxes and hulls the largest gap is that of the separating axis theorem: positive exactly where
+/// they are apart, minus the shortest translation that parts them where they overlap. For swept cores
+/// one of them is the exact distance where the core lies apart from the triangle.
 template <class Take>
 void visit_tops(const LocalShape& shape, const Triangle& triangle, Take&& take);
 template <class Take>
@@ -39,14 +47,20 @@ void visit_walls(const LocalShape& shape, const Triangle& triangle, Take&& take)
 Separation find_separation(const LocalShape& shape, const Triangle& triangle, bool with_walls);
 
 /// Largest of triangle height minus z over the points of a shape that lie over or below a triangle;
-/// minus infinity where there are none. Exact: every feature pair in closed form.
-double compute_column_lift(const LocalShape& shape, const Triangle& triangle);
+/// minus infinity where there are none. Exact: every feature pair in closed form, or a facet that
+/// proves it. Lifts up to `floor` may come back as minus infinity.
+double compute_column_lift(const LocalShape& shape, const Triangle& triangle,
+                           double floor = -std::numeric_limits<double>::infinity());
 
 /// An upper bound of the same: each side of the shape that looks down bounds it alone.
 inline double bound_column_lift(const LocalShape& shape, const Triangle& triangle) {
     const Eigen::Vector3d& n = triangle.normal;
-    double bound = (shape.extent(n) - dot(n, shape.centre - triangle.v[0])) / n[2];
-    if (!shape.is_box) return bound;
+    double bound = (shape.drop(n) - dot(n, shape.centre - triangle.v[0])) / n[2];
+    if (shape.kind == ShapeKind::round) return bound;
+    if (shape.kind == ShapeKind::hull) {
+        // Its other sides bounded the whole cell.
+        return bound + 1e-12 * (1.0 + std::abs(bound));
+    }
     constexpr double kSteep = 1e-3;
     for (std::size_t i = 0; i < 3; ++i) {
         const Eigen::Vector3d up = shape.up(i);
@@ -60,6 +74,7 @@ inline double bound_column_lift(const LocalShape& shape, const Triangle& triangl
 }
 
 /// The direction from a triangle to a core, where they are apart and it looks up or sideways.
+bool find_direction(const ClosestPair& pair, Eigen::Vector3d& n_out);
 bool find_core_direction(const LocalShape& shape, const Triangle& triangle, Eigen::Vector3d& n_out);
 
 template <class Take>
@@ -73,13 +88,19 @@ void visit_tops(const LocalShape& shape, const Triangle& triangle, Take&& take) 
         n /= n[2] < 0.0 ? -size : size;
         if (n[2] > kTiny) take(n, gap_along(n, shape, triangle));
     };
-    if (!shape.is_box) {
+    if (shape.kind == ShapeKind::hull) {
+        visit_hull_tops(*shape.hull, triangle, [&](const Eigen::Vector3d& n, double drop) {
+            take(n, gap_along(n, drop, shape, triangle));
+        });
+        return;
+    }
+    if (shape.kind == ShapeKind::round) {
         Eigen::Vector3d n;
         if (find_core_direction(shape, triangle, n)) {
             take(n, gap_along(n, shape, triangle));
             return;
         }
-        if (dot(shape.core, shape.core) == 0.0) return;
+        if (!shape.has_core()) return;
         const Eigen::Vector3d axis = shape.core / length(shape.core);
         for (std::size_t i = 0; i < 3; ++i) {
             const Eigen::Vector3d edge = triangle.v[(i + 1) % 3] - triangle.v[i];
@@ -97,6 +118,12 @@ void visit_tops(const LocalShape& shape, const Triangle& triangle, Take&& take) 
 
 template <class Take>
 void visit_walls(const LocalShape& shape, const Triangle& triangle, Take&& take) {
+    if (shape.kind == ShapeKind::hull) {
+        visit_hull_walls(*shape.hull, triangle, [&](const Eigen::Vector3d& n, double drop) {
+            take(n, gap_along(n, drop, shape, triangle));
+        });
+        return;
+    }
     for (std::size_t i = 0; i < 3; ++i) {
         const Eigen::Vector3d edge = triangle.v[(i + 1) % 3] - triangle.v[i];
         const double size = std::sqrt(edge[0] * edge[0] + edge[1] * edge[1]);
@@ -111,7 +138,7 @@ void visit_walls(const LocalShape& shape, const Triangle& triangle, Take&& take)
         take(n, gap_along(n, shape, triangle));
         take(-n, gap_along(-n, shape, triangle));
     };
-    if (shape.is_box) {
+    if (shape.kind == ShapeKind::box) {
         for (const Eigen::Vector3d& axis : shape.axes) take_sides(axis);
         return;
     }

@@ -1,27 +1,31 @@
 // SPDX-License-Identifier: MIT
-// Sources: G. van den Bergen. Collision detection in interactive 3D environments. 2003, section 4.4
-//          (contacts from pairs of features).
-// Deviations: features are paired where the shape is *free*, so that every normal is one that really
-//             holds there, and depths are counted back from there.
 #include "contact_patches.h"
 
-#include "closest_points.h"
-#include "normal_cone.h"
+#include "box_patches.h"
+#include "feature_pairs.h"
+#include "freeing.h"
+#include "underside.h"
 
 #include <algorithm>
 
 namespace terrane::internal {
 namespace {
 
-bool is_before(const Contact& a, const Contact& b) {
-    if (a.depth != b.depth) return a.depth > b.depth;
+bool is_before_by_place(const Contact& a, const Contact& b) {
     for (int i = 0; i < 3; ++i) {
         if (a.point_world[i] != b.point_world[i]) return a.point_world[i] < b.point_world[i];
     }
     for (int i = 0; i < 3; ++i) {
         if (a.normal[i] != b.normal[i]) return a.normal[i] < b.normal[i];
     }
-    return false;
+    if (a.part != b.part) return a.part < b.part;
+    if (a.feature.first != b.feature.first) return a.feature.first < b.feature.first;
+    return a.feature.second < b.feature.second;
+}
+
+bool is_before(const Contact& a, const Contact& b) {
+    if (a.depth != b.depth) return a.depth > b.depth;
+    return is_before_by_place(a, b);
 }
 
 double square_distance(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
@@ -32,7 +36,16 @@ double square_distance(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
 // Moves up to four contacts that stand for all of a patch to its front; returns how many.
 std::size_t reduce(std::span<Contact> patch) {
     constexpr double kSamePlace = 1e-20;  // square metres
-    std::size_t kept = 1;                 // the deepest comes first
+    constexpr double kSameDepth = 1e-12;  // metres
+    // Of those that only rounding makes less than the deepest the first by place: an outermost one, so
+    // that where the ground has its edges does not matter.
+    std::size_t first = 0;
+    for (std::size_t i = 1; i < patch.size(); ++i) {
+        if (patch[i].depth < patch[0].depth - kSameDepth) break;
+        if (is_before_by_place(patch[i], patch[first])) first = i;
+    }
+    std::swap(patch[0], patch[first]);
+    std::size_t kept = 1;
     const Eigen::Vector3d n = patch[0].normal;
     while (kept < 4) {
         double best = 0.0;
@@ -70,15 +83,18 @@ std::size_t reduce(std::span<Contact> patch) {
 
 struct PatchVisitor {
     const LocalGround& local;
-    const LocalShape& shape;  ///< where it is free
-    Eigen::Vector3d freeing;
-    double reach;  ///< gaps up to this are looked at
+    const LocalShape& shape;  ///< where it is
+    const LocalShape& moved;  ///< where it is free
     double margin;
-    ContactPatches& patches;
+    double reach;
+    FeaturePairs pairs;
     double error_m = 0.0;
     bool is_missing = false;
 
-    bool wants(const Prism& prism) const { return bound_distance(shape, prism) <= reach; }
+    // What is further from the shape where it is than the margin is no contact.
+    bool wants(const Prism& prism) const {
+        return bound_distance(shape, prism) <= margin && bound_distance(moved, prism) <= reach;
+    }
     bool miss(const Prism& prism) {
         if (!wants(prism)) return true;
         is_missing = true;
@@ -86,153 +102,66 @@ struct PatchVisitor {
     }
     void take(const GroundCell& cell, std::int64_t column, std::int64_t row) {
         error_m = std::max(error_m, static_cast<double>(cell.error_m));
-        for (const Triangle& triangle : local.triangles(cell, column, row)) {
-            if (gap_along(triangle.normal, shape, triangle) > reach) continue;
-            if (shape.is_box)
-                pair_box(triangle);
-            else
-                pair_core(triangle);
-        }
+        for (const Triangle& triangle : local.triangles(cell, column, row)) take(triangle);
     }
-
-    void add(const Eigen::Vector3d& on_shape, const Eigen::Vector3d& n, double gap) {
-        const double depth = dot(n, freeing) - gap;
-        if (gap > reach || depth < -margin) return;
-        Contact contact;
-        contact.point_world = on_shape - freeing;
-        contact.normal = n;
-        contact.depth = depth;
-        patches.add(contact);
-    }
-
-    static bool is_foot_inside(const Eigen::Vector3d& p, const Triangle& triangle) {
-        for (std::size_t i = 0; i < 3; ++i) {
-            const Eigen::Vector3d& a = triangle.v[i];
-            const Eigen::Vector3d edge = triangle.v[(i + 1) % 3] - a;
-            // A hair outside counts, so that a point over an edge is over one of the two faces.
-            if (dot(cross(edge, p - a), triangle.normal) < -1e-12 * dot(edge, edge)) return false;
-        }
-        return true;
-    }
-
-    void pair_core(const Triangle& triangle) {
-        const Eigen::Vector3d& n = triangle.normal;
-        const bool has_core = dot(shape.core, shape.core) > 0.0;
-        bool has_face = false;
-        for (const double sign : {-1.0, 1.0}) {
-            if (!has_core && sign > 0.0) break;
-            const Eigen::Vector3d end = shape.centre + sign * shape.core;
-            const double gap = dot(n, end - triangle.v[0]) - shape.radius;
-            if (gap > reach || gap < -kTouch || !is_foot_inside(end, triangle)) continue;
-            has_face = true;
-            add(end - shape.radius * n, n, gap);
-        }
-        const ClosestPair pair = find_closest_core(shape.centre, shape.core, triangle);
-        if (pair.distance - shape.radius > reach) return;
-        Eigen::Vector3d direction;
-        if (find_core_direction(shape, triangle, direction)) {
-            const double gap = pair.distance - shape.radius;
-            const bool is_face = dot(direction, n) > 1.0 - 1e-14;
-            if ((is_face && has_face) || !is_in_normal_cone(local, triangle, direction)) return;
-            add(pair.on_shape - shape.radius * direction, is_face ? n : direction, gap);
-            return;
-        }
-        if (has_face || pair.distance > 1e-9) return;
-        // A core without thickness that touches: any direction of the cone that parts them.
-        Separation best;
-        visit_tops(shape, triangle, [&](const Eigen::Vector3d& m, double gap) {
-            if (gap > best.gap && is_in_normal_cone(local, triangle, m)) best = {m, gap};
-        });
-        add(pair.on_shape - shape.radius * best.normal, best.normal, best.gap);
-    }
-
-    void pair_box(const Triangle& triangle) {
-        pair_face(triangle);
-        pair_corners(triangle);
-        pair_edges(triangle);
-    }
-
-    // The corners of the box's face that looks most at the triangle, over the triangle.
-    void pair_face(const Triangle& triangle) {
-        const Eigen::Vector3d& n = triangle.normal;
-        std::size_t face = 0;
-        for (std::size_t i = 1; i < 3; ++i) {
-            if (std::abs(dot(n, shape.axes[i])) > std::abs(dot(n, shape.axes[face]))) face = i;
-        }
-        const bool is_down = dot(n, shape.axes[face]) > 0.0;
-        for (int k = 0; k < 8; ++k) {
-            if (((k >> face & 1) == 0) != is_down) continue;
-            const Eigen::Vector3d corner = shape.corner(k);
-            const double gap = dot(n, corner - triangle.v[0]);
-            // Far below a face is behind a wall, not in it.
-            if (gap > reach || gap < -kTouch || !is_foot_inside(corner, triangle)) continue;
-            add(corner, n, gap);
-        }
-    }
-
-    // The triangle's corners under the faces of the box that look down.
-    void pair_corners(const Triangle& triangle) {
-        for (std::size_t i = 0; i < 3; ++i) {
-            const Eigen::Vector3d& axis = shape.axes[i];
-            if (axis[2] == 0.0) continue;
-            const Eigen::Vector3d n = axis[2] < 0.0 ? Eigen::Vector3d(-axis) : axis;
-            for (const Eigen::Vector3d& v : triangle.v) {
-                const Eigen::Vector3d to = shape.centre - v;
-                const double gap = dot(n, to) - shape.half[static_cast<Eigen::Index>(i)];
-                if (gap > reach || gap < -kTouch) continue;
-                const std::size_t j = (i + 1) % 3;
-                const std::size_t k = (i + 2) % 3;
-                if (std::abs(dot(shape.axes[j], to)) > shape.half[static_cast<Eigen::Index>(j)] ||
-                    std::abs(dot(shape.axes[k], to)) > shape.half[static_cast<Eigen::Index>(k)]) {
-                    continue;
-                }
-                // Only where the corner is the triangle's highest along n.
-                if (dot(n, triangle.v[0] - v) > 1e-12 || dot(n, triangle.v[1] - v) > 1e-12 ||
-                    dot(n, triangle.v[2] - v) > 1e-12) {
-                    continue;
-                }
-                if (is_in_normal_cone(local, triangle, n)) add(v + gap * n, n, gap);
-            }
-        }
-    }
-
-    void pair_edges(const Triangle& triangle) {
-        for (std::size_t j = 0; j < 3; ++j) {
-            const Eigen::Vector3d& a = triangle.v[j];
-            const Eigen::Vector3d edge = triangle.v[(j + 1) % 3] - a;
-            const double edge_length = length(edge);
-            const Eigen::Vector3d direction = edge / edge_length;
-            for (std::size_t i = 0; i < 3; ++i) {
-                const auto axis_index = static_cast<Eigen::Index>(i);
-                const Eigen::Vector3d& axis = shape.axes[i];
-                Eigen::Vector3d n = cross(axis, direction);
-                const double size = length(n);
-                if (size < 1e-6) continue;  // nearly parallel: faces and corners tell the same
-                n /= n[2] < 0.0 ? -size : size;
-                if (n[2] <= 0.0) continue;
-                // The edge must be the triangle's highest part along n.
-                if (dot(n, triangle.v[(j + 2) % 3] - a) > 0.0) continue;
-                // The edge of the box that is deepest against n.
-                Eigen::Vector3d p = shape.centre;
-                for (std::size_t m = 0; m < 3; ++m) {
-                    if (m == i) continue;
-                    const double half = shape.half[static_cast<Eigen::Index>(m)];
-                    p += (dot(n, shape.axes[m]) > 0.0 ? -half : half) * shape.axes[m];
-                }
-                const double gap = dot(n, p - a);
-                if (gap > reach || gap < -kTouch) continue;
-                // Where the two lines pass each other.
-                const Eigen::Vector3d r = p - a;
-                const double b = dot(axis, direction);
-                const double denominator = 1.0 - b * b;
-                const double s = (b * dot(direction, r) - dot(axis, r)) / denominator;
-                const double t = dot(direction, r) + s * b;
-                if (std::abs(s) > shape.half[axis_index] || t < 0.0 || t > edge_length) continue;
-                if (is_in_normal_cone(local, triangle, n)) add(p + s * axis, n, gap);
-            }
-        }
+    void take(const Triangle& triangle) {
+        if (gap_along(triangle.normal, shape, triangle) <= margin) pairs.pair(triangle);
     }
 };
+
+// The triangles of the cells of a range that a window holds.
+void visit_window(const LocalGround& local, const GroundWindow& window, const CellRange& cells,
+                  PatchVisitor& visitor) {
+    LocalShape wider = visitor.shape;
+    wider.radius += visitor.margin;
+    wider.bounds += Eigen::Vector3d::Constant(visitor.margin);
+    const Underside underside(wider);
+    const double lowest = wider.centre[2] - wider.bounds[2];
+    for (std::int64_t y = cells.south; y <= cells.north; ++y) {
+        for (std::int64_t x = cells.west; x <= cells.east; ++x) {
+            const auto column = static_cast<int>(x - window.cells.west);
+            const auto row = static_cast<int>(y - window.cells.south);
+            const double high =
+                std::max({window.at(column, row), window.at(column + 1, row),
+                          window.at(column, row + 1), window.at(column + 1, row + 1)});
+            const Prism prism{local.x(x), local.y(y), local.x(x + 1), local.y(y + 1), high};
+            if (high < lowest || !underside.may_reach(prism, high)) continue;
+            const bool is_even = window.is_cut_to_north_east(column, row);
+            visitor.take(local.triangle(window, column, row, is_even ? 1.0 : 0.0, 0.0));
+            visitor.take(local.triangle(window, column, row, is_even ? 0.0 : 1.0, 1.0));
+        }
+    }
+}
+
+// Of one shape; false where a cell in reach is not resident.
+bool find_patches(const LocalGround& local, const LocalShape& shape, std::uint32_t part,
+                  const Eigen::Vector3d& freeing, double margin, ContactPatches& patches,
+                  double& error_out) {
+    const Eigen::Vector3d low = shape.centre - shape.bounds;
+    const Eigen::Vector3d high = shape.centre + shape.bounds;
+    const CellRange cells =
+        local.cells(low[0] - margin, low[1] - margin, high[0] + margin, high[1] + margin);
+    const GroundWindow* const window = local.window(cells);
+    if (window != nullptr) error_out = std::max(error_out, local.error(cells));
+    // Of a deep overlap only what is near where the shape is free matters.
+    const double reach = margin + std::min(length(freeing), kDeep * shape.smallest);
+    if (window != nullptr && shape.kind == ShapeKind::box) {
+        find_box_patches(local, *window, shape, part, freeing, margin, reach, patches);
+        return true;
+    }
+    LocalShape moved = shape;
+    moved.centre += freeing;
+    PatchVisitor visitor{local, shape,
+                         moved, margin,
+                         reach, FeaturePairs(local, moved, freeing, reach, margin, part, patches)};
+    if (window != nullptr && shape.kind == ShapeKind::round) {
+        visit_window(local, *window, cells, visitor);
+        return true;
+    }
+    visit_cells(local, cells, visitor);
+    error_out = std::max(error_out, visitor.error_m);
+    return !visitor.is_missing;
+}
 
 }  // namespace
 
@@ -278,19 +207,20 @@ std::span<const Contact> ContactPatches::finish() {
     return {contacts_.data(), count_};
 }
 
-bool find_patches(const LocalGround& local, const LocalShape& shape, const Eigen::Vector3d& freeing,
+bool find_patches(const LocalGround& local, const LocalBody& body, const Eigen::Vector3d& freeing,
                   double margin, ContactPatches& patches, double& error_out) {
-    LocalShape moved = shape;
-    moved.centre += freeing;
-    const double reach = margin + length(freeing) + kTouch;
-    PatchVisitor visitor{local, moved, freeing, reach, margin + kTouch, patches};
-    const Eigen::Vector3d low = moved.centre - moved.bounds;
-    const Eigen::Vector3d high = moved.centre + moved.bounds;
-    visit_cells(local,
-                local.cells(low[0] - reach, low[1] - reach, high[0] + reach, high[1] + reach),
-                visitor);
-    error_out = std::max(error_out, visitor.error_m);
-    return !visitor.is_missing;
+    const double near = margin + kTouch;
+    bool is_known = true;
+    body.visit(
+        [&](const Eigen::Vector3d& centre, const Eigen::Vector3d& bounds) {
+            const Eigen::Vector3d around = bounds + Eigen::Vector3d::Constant(near);
+            return centre[2] - around[2] <= bound_ground(local, centre, around);
+        },
+        [&](const LocalShape& shape, std::uint32_t part) {
+            is_known =
+                find_patches(local, shape, part, freeing, near, patches, error_out) && is_known;
+        });
+    return is_known;
 }
 
 }  // namespace terrane::internal

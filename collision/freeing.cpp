@@ -5,60 +5,113 @@
 //             stand in the way. Deep overlaps also start from a fan of sideways offsets.
 #include "freeing.h"
 
+#include "closest_points.h"
 #include "half_spaces.h"
 #include "normal_cone.h"
+#include "shortest_way.h"
+#include "triangle_plane.h"
 
 namespace terrane::internal {
-namespace {
 
-HalfSpace half_space(const Eigen::Vector3d& n, const LocalShape& shape, const Triangle& triangle) {
-    return {n, -gap_along(n, shape, triangle)};
+Separation find_exit(const LocalGround& local, const LocalShape& shape, const Triangle& triangle,
+                     const Eigen::Vector3d& d) {
+    const Separation face{triangle.normal, gap_along(triangle.normal, shape, triangle)};
+    Separation best = face;
+    visit_tops(shape, triangle, [&](const Eigen::Vector3d& n, double gap) {
+        if (gap > best.gap && is_in_normal_cone(local, triangle, n)) best = {n, gap};
+    });
+    // The same column again: its plane was made for another direction.
+    return dot(best.normal, d) + best.gap > 0.0 ? face : best;
 }
 
+namespace {
+
+// Deep down a translation may be longer than the shortest one: that one is at least this much of it.
+constexpr double kShare = 0.8;
+
+// Whether the shortest translation is deep, where one of this length frees.
+bool is_deep(double length, double smallest) { return kShare * length > kDeep * smallest; }
+
 // From inside: each column that stands in the way is left by its shortest way in the normal cone.
-// `least_out` is the least translation that frees the shape of one of those columns alone, a lower bound
+// `least_out` is the least translation that frees a part of one of those columns alone, a lower bound
 // of every answer.
-bool find_from_inside(const LocalGround& local, const LocalShape& shape, Eigen::Vector3d& d_out,
+bool find_from_inside(const LocalGround& local, const LocalBody& body, Eigen::Vector3d& d_out,
                       double& least_out) {
     constexpr int kRounds = 24;
     HalfSpaces spaces;
     d_out = Eigen::Vector3d::Zero();
     least_out = 0.0;
     for (int round = 0; round < kRounds; ++round) {
-        const GroundLift lift = find_lift(local, shape, d_out, 0.1 * kFree);
+        const GroundLift lift = find_lift(local, body, d_out, 0.1 * kFree);
         if (!(lift.lift > 0.1 * kFree)) return true;
+        LocalHull hull;
+        const LocalShape shape = body.part(lift.part, hull);
         least_out = std::max(least_out, -find_separation(shape, lift.triangle, true).gap);
-        Separation best{lift.triangle.normal,
-                        gap_along(lift.triangle.normal, shape, lift.triangle)};
-        visit_tops(shape, lift.triangle, [&](const Eigen::Vector3d& n, double gap) {
-            if (gap > best.gap && is_in_normal_cone(local, lift.triangle, n)) best = {n, gap};
-        });
-        // The same column again: its plane was made for another direction.
-        if (dot(best.normal, d_out) + best.gap > 0.0) {
-            best = {lift.triangle.normal, gap_along(lift.triangle.normal, shape, lift.triangle)};
-        }
+        const Separation best = find_exit(local, shape, lift.triangle, d_out);
         spaces.add({best.normal, -best.gap});
         if (!find_shortest(spaces, d_out)) return false;
     }
-    return !(find_lift(local, shape, d_out, 0.5 * kFree).lift > 0.5 * kFree);
+    return !(find_lift(local, body, d_out, 0.5 * kFree).lift > 0.5 * kFree);
 }
 
-// From a free place towards the shape: shorter with every round, and free all the way.
-Eigen::Vector3d shorten(const LocalGround& local, const LocalShape& shape, Eigen::Vector3d d) {
+// Whether no translation of under `share` of the length of `d` frees the shape, seen from the point of it that
+// `d` takes furthest out: while that is inside the ground the shape is not free, and the surface is further away.
+bool is_far_inside(const LocalGround& local, const LocalShape& shape, const Eigen::Vector3d& d,
+                   double share) {
+    const double size = length(d);
+    struct Visitor {
+        const LocalGround& local;
+        Eigen::Vector3d p;
+        double reach;
+        bool is_inside = false;  // under the surface
+        bool is_near = false;    // the surface
+        std::int64_t taken = 0;
+
+        bool wants(const Prism&) const { return !is_near; }
+        bool miss(const Prism&) {
+            is_near = true;
+            return false;
+        }
+        void take(const GroundCell& cell, std::int64_t column, std::int64_t row) {
+            ++taken;
+            for (const Triangle& triangle : local.triangles(cell, column, row)) {
+                const double below = dot(triangle.normal, triangle.v[0] - p);
+                is_inside = is_inside || (below >= reach && is_over(p, triangle));
+                if (std::abs(below) >= reach) continue;
+                const Eigen::Vector3d to = closest_on_triangle(p, triangle) - p;
+                if (dot(to, to) < reach * reach) is_near = true;
+            }
+        }
+    };
+    Visitor visitor{local, shape.deepest_point(d / size), share * size};
+    const Eigen::Vector3d& p = visitor.p;
+    const CellRange cells = local.cells(p[0] - visitor.reach, p[1] - visitor.reach,
+                                        p[0] + visitor.reach, p[1] + visitor.reach);
+    visit_cells(local, cells, visitor);
+    // Where ground ends there is a way out too.
+    const std::int64_t all = (cells.east - cells.west + 1) * (cells.north - cells.south + 1);
+    return visitor.is_inside && !visitor.is_near && visitor.taken == all;
+}
+
+}  // namespace
+
+Eigen::Vector3d shorten(const LocalGround& local, const LocalBody& body, Eigen::Vector3d d) {
     constexpr int kRounds = 24;
     constexpr int kColumns = 24;
     for (int round = 0; round < kRounds; ++round) {
-        LocalShape moved = shape;
-        moved.centre += d;
         HalfSpaces spaces;
         Eigen::Vector3d next = Eigen::Vector3d::Zero();
         bool is_free = false;
         for (int i = 0; i < kColumns; ++i) {
-            const GroundLift lift = find_lift(local, shape, next, 0.1 * kFree);
+            const GroundLift lift = find_lift(local, body, next, 0.1 * kFree);
             if (!(lift.lift > 0.1 * kFree)) {
                 is_free = true;
                 break;
             }
+            LocalHull hull;
+            const LocalShape shape = body.part(lift.part, hull);
+            LocalShape moved = shape;
+            moved.centre += d;
             // Of the planes that part the column from where the shape is free, the one nearest to
             // where the shape comes from.
             Separation best;
@@ -70,7 +123,7 @@ Eigen::Vector3d shorten(const LocalGround& local, const LocalShape& shape, Eigen
             visit_tops(moved, lift.triangle, take);
             visit_walls(moved, lift.triangle, take);
             if (!(best.gap > -std::numeric_limits<double>::infinity())) break;
-            spaces.add(half_space(best.normal, shape, lift.triangle));
+            spaces.add({best.normal, -gap_along(best.normal, shape, lift.triangle)});
             if (!find_shortest(spaces, next)) break;
         }
         const double before = length(d);
@@ -81,21 +134,32 @@ Eigen::Vector3d shorten(const LocalGround& local, const LocalShape& shape, Eigen
     return d;
 }
 
-}  // namespace
+bool is_short_enough(double smallest, double length, double least) {
+    return length <= least * (1.0 + 1e-12) + kFree ||
+           (is_deep(length, smallest) && kShare * length <= least);
+}
 
-Eigen::Vector3d find_freeing(const LocalGround& local, const LocalShape& shape, double lift) {
+Eigen::Vector3d find_freeing(const LocalGround& local, const LocalBody& body, double lift) {
     if (!(lift > 0.0)) return Eigen::Vector3d::Zero();
     const Eigen::Vector3d up(0.0, 0.0, lift);
     Eigen::Vector3d best = up;
     Eigen::Vector3d inside;
     double least = 0.0;
-    if (find_from_inside(local, shape, inside, least) && length(inside) <= lift) {
-        if (length(inside) <= least * (1.0 + 1e-12) + kFree) return inside;
-        best = shorten(local, shape, inside);
+    if (find_from_inside(local, body, inside, least) && length(inside) <= lift) {
+        const double smallest = body.whole().smallest;
+        if (is_short_enough(smallest, length(inside), least)) return inside;
+        if (!body.is_compound() && is_deep(length(inside), smallest) &&
+            is_far_inside(local, body.whole(), inside, kShare)) {
+            return inside;
+        }
+        best = shorten(local, body, inside);
     }
-    const Eigen::Vector3d from_above = shorten(local, shape, up);
+    const Eigen::Vector3d from_above = shorten(local, body, up);
     if (length(from_above) < length(best)) best = from_above;
-    if (!(length(best) > 0.2 * shape.smallest)) return best;
+    if (!is_deep(length(best), body.whole().smallest)) {
+        // Cells that are smaller than the way have more sides than ways out.
+        return length(best) < local.spacing() ? find_shortest_way(local, body, best) : best;
+    }
 
     // Deep: sideways offsets on rings, each with the lift that is left there.
     constexpr std::array<double, 5> kRings{0.15, 0.35, 0.55, 0.75, 0.95};
@@ -117,12 +181,12 @@ Eigen::Vector3d find_freeing(const LocalGround& local, const LocalShape& shape, 
             const double square = dot(start, start) - dot(offset, offset);
             if (!(square > 0.0)) continue;
             const double enough = std::sqrt(square) * (1.0 + 1e-9);
-            const double rest = find_lift(local, shape, offset, 0.0, enough).lift;
+            const double rest = find_lift(local, body, offset, 0.0, enough).lift;
             offset[2] = std::max(rest, 0.0);
             if (length(offset) < length(start)) start = offset;
         }
     }
-    if (length(start) < length(best)) best = shorten(local, shape, start);
+    if (length(start) < length(best)) best = shorten(local, body, start);
     return best;
 }
 

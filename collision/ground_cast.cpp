@@ -22,6 +22,7 @@ struct PieceAnswer {
     bool is_hit = false;
     bool is_missing = false;
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
+    std::uint32_t part = 0;
 };
 
 class Caster {
@@ -37,8 +38,8 @@ public:
     // The whole motion, piece by piece; pieces grow while the ground is far below.
     PieceAnswer run() {
         const double travel = length(sweep_.motion.translation);
-        const LocalShape start = make_local_shape(sweep_.shape, sweep_.motion.start.rotation);
-        const double size = start.bounds.maxCoeff();
+        const LocalBody start(sweep_.shape, sweep_.motion.start.rotation, start_);
+        const double size = start.whole().bounds.maxCoeff();
         const double shortest_way = std::max(size, 4.0 * ground_.spacing());
         const double longest_way = 256.0 * ground_.spacing() + shortest_way;
         const double shortest =
@@ -49,7 +50,7 @@ public:
         double length_of_piece = longest;
         double t = 0.0;
         double last = 1.0;
-        clip(start.bounds.maxCoeff() + sweep_.arm, t, last);
+        clip(size + length(start.whole().offset) + sweep_.arm, t, last);
         while (t < last) {
             double end = t + length_of_piece;
             if (end > last || length_of_piece >= 1.0) end = last;
@@ -106,23 +107,18 @@ private:
         cut(from[2], way[2], -kInfinity, highest);
     }
 
-    // Bounds of everything that the shape passes from t to end.
-    void bound_piece(const LocalShape& now, double t, double end, Eigen::Vector3d& centre_out,
-                     Eigen::Vector3d& bounds_out) const {
-        const Eigen::Vector3d way = (end - t) * sweep_.motion.translation;
-        centre_out = now.centre + 0.5 * way;
-        const double turned = std::min(sweep_.spin * (end - t), 2.0) * sweep_.arm;
-        for (int i = 0; i < 3; ++i) {
-            bounds_out[i] = now.bounds[i] + 0.5 * std::abs(way[i]) + turned;
-        }
+    // Bounds of everything that a box of the body passes from t to end.
+    PassedBox pass(const Eigen::Vector3d& centre, const Eigen::Vector3d& bounds, double arm,
+                   double t, double end) const {
+        return {centre, bounds, (end - t) * sweep_.motion.translation,
+                std::min(sweep_.spin * (end - t), 2.0) * arm};
     }
 
     bool is_clear(const LocalGround& local, double t, double end) const {
-        Eigen::Vector3d centre;
-        Eigen::Vector3d bounds;
-        bound_piece(sweep_.at(local, t), t, end, centre, bounds);
-        const Eigen::Vector3d low = centre - bounds;
-        const Eigen::Vector3d high = centre + bounds;
+        const LocalBody now = sweep_.at(local, t);
+        const PassedBox passed = pass(now.whole().centre, now.whole().bounds, sweep_.arm, t, end);
+        const Eigen::Vector3d low = passed.centre - passed.bounds;
+        const Eigen::Vector3d high = passed.centre + passed.bounds;
         const CellRange cells = local.cells(low[0], low[1], high[0], high[1]);
         if (cells.east < cells.west || cells.north < cells.south) return true;
         const RangeAnswer range = ground_.range(cells);
@@ -131,28 +127,42 @@ private:
                low[2] > local.z(range.high) + tolerance_;
     }
 
+    // One look at all parts that could be met from t to end.
+    Advance look(const LocalGround& local, double t, double end) const {
+        Advance found{end - t};
+        sweep_.at(local, t).visit(
+            [&](const Eigen::Vector3d& centre, const Eigen::Vector3d& bounds) {
+                const PassedBox passed = pass(centre, bounds, sweep_.arm, t, end);
+                return passed.centre[2] - passed.bounds[2] <=
+                       bound_ground(local, passed.centre, passed.bounds) + tolerance_;
+            },
+            [&](const LocalShape& shape, std::uint32_t part) {
+                const double arm = sweep_.arm_of(shape);
+                const PassedBox passed = pass(shape.centre, shape.bounds, arm, t, end);
+                AdvanceVisitor visitor{local,  sweep_,     shape, part, arm,
+                                       passed, tolerance_, sink_, found};
+                const Eigen::Vector3d low = passed.centre - passed.bounds;
+                const Eigen::Vector3d high = passed.centre + passed.bounds;
+                visit_cells(local, local.cells(low[0], low[1], high[0], high[1]), visitor);
+            });
+        return found;
+    }
+
     PieceAnswer advance(const LocalGround& local, double t, double end) {
         for (int i = 0; i < kSteps; ++i) {
-            const LocalShape now = sweep_.at(local, t);
-            Eigen::Vector3d centre;
-            Eigen::Vector3d bounds;
-            bound_piece(now, t, end, centre, bounds);
-            AdvanceVisitor visitor{local, sweep_, now, centre, bounds, tolerance_, sink_, end - t};
-            const Eigen::Vector3d low = centre - bounds;
-            const Eigen::Vector3d high = centre + bounds;
-            visit_cells(local, local.cells(low[0], low[1], high[0], high[1]), visitor);
-            error_m_ = std::max(error_m_, visitor.error_m);
-            if (visitor.is_hit) return {t, true, false, visitor.hit_normal};
-            if (!(visitor.step < end - t)) return {end, false, false, visitor.hit_normal};
-            const double next = t + visitor.step;
-            if (visitor.is_missing && !(visitor.step > 0.0))
-                return {t, false, true, visitor.hit_normal};
+            const Advance found = look(local, t, end);
+            error_m_ = std::max(error_m_, found.error_m);
+            const PieceAnswer here{t, found.is_hit, found.is_missing, found.hit_normal,
+                                   found.hit_part};
+            if (found.is_hit) return here;
+            if (!(found.step < end - t)) return {end};
+            if (found.is_missing && !(found.step > 0.0)) return here;
+            const double next = t + found.step;
             // Steps that no number can hold: the last safe place is the answer.
-            if (!(next > t))
-                return {t, !visitor.is_missing, visitor.is_missing, visitor.hit_normal};
+            if (!(next > t)) return {t, !found.is_missing, found.is_missing, found.hit_normal};
             t = next;
         }
-        return {t, true, false, Eigen::Vector3d::UnitZ()};
+        return {t, true};
     }
 
     const Sweep& sweep_;
@@ -164,12 +174,12 @@ private:
     double error_m_ = 0.0;
 };
 
-// The deepest overlap of a shape in any column along the ways that part them upward.
-double find_sink(const LocalGround& local, const LocalShape& shape) {
+// The deepest overlap of a body in any column along the ways that part them upward.
+double find_sink(const LocalGround& local, const LocalBody& body) {
     struct Visitor {
         const LocalGround& local;
         const LocalShape& shape;
-        double sink = 0.0;
+        double& sink;
         bool wants(const Prism& prism) const {
             return bound_distance(shape.centre, shape.bounds, prism) <= 0.0;
         }
@@ -182,11 +192,18 @@ double find_sink(const LocalGround& local, const LocalShape& shape) {
             }
         }
     };
-    Visitor visitor{local, shape};
-    const Eigen::Vector3d low = shape.centre - shape.bounds;
-    const Eigen::Vector3d high = shape.centre + shape.bounds;
-    visit_cells(local, local.cells(low[0], low[1], high[0], high[1]), visitor);
-    return visitor.sink;
+    double sink = 0.0;
+    body.visit(
+        [&](const Eigen::Vector3d& centre, const Eigen::Vector3d& bounds) {
+            return centre[2] - bounds[2] <= bound_ground(local, centre, bounds);
+        },
+        [&](const LocalShape& shape, std::uint32_t) {
+            Visitor visitor{local, shape, sink};
+            const Eigen::Vector3d low = shape.centre - shape.bounds;
+            const Eigen::Vector3d high = shape.centre + shape.bounds;
+            visit_cells(local, local.cells(low[0], low[1], high[0], high[1]), visitor);
+        });
+    return sink;
 }
 
 }  // namespace
@@ -206,10 +223,10 @@ CastAnswer cast(const Shape& shape, const Motion& motion, const Ground& ground,
     double sink = 0.0;
     {
         const LocalGround local(ground, motion.start.translation);
-        const LocalShape start = sweep.at(local, 0.0);
+        const LocalBody start = sweep.at(local, 0.0);
         // Touching counts, whatever rounding made of it.
-        const double touch =
-            1e-12 * (1.0 + start.centre.cwiseAbs().maxCoeff() + start.bounds.maxCoeff());
+        const double touch = 1e-12 * (1.0 + start.whole().centre.cwiseAbs().maxCoeff() +
+                                      start.whole().bounds.maxCoeff());
         const GroundLift lift = find_lift(local, start, Eigen::Vector3d::Zero(), -2.0 * touch);
         answer.error_m = lift.error_m;
         if (lift.is_missing) {
@@ -242,8 +259,12 @@ CastAnswer cast(const Shape& shape, const Motion& motion, const Ground& ground,
     answer.contact.normal = end.normal;
     {
         const LocalGround local(ground, pose.translation);
-        const LocalShape there = sweep.at(local, end.t);
-        answer.contact.point_world = local.to_world(there.deepest_point(end.normal));
+        const LocalBody there = sweep.at(local, end.t);
+        LocalHull hull;
+        const DeepestPoint deepest = there.part(end.part, hull).deepest(end.normal);
+        answer.contact.point_world = local.to_world(deepest.point);
+        answer.contact.feature = deepest.feature;
+        answer.contact.part = end.part;
     }
     if (found.count == 0) return answer;
     answer.contact = contacts[0];

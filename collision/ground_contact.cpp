@@ -12,9 +12,9 @@ namespace terrane {
 namespace internal {
 namespace {
 
-// Adds contacts until the shape is free after the shortest translation that resolves them all.
-void complete_patches(const LocalGround& local, const LocalShape& shape, double lift,
-                      ContactPatches& patches) {
+// Adds contacts until the body is free after the shortest translation that resolves them all.
+void complete_patches(const LocalGround& local, const LocalBody& body, const GroundLift& lift,
+                      const Eigen::Vector3d& freeing, double margin, ContactPatches& patches) {
     constexpr int kRounds = 8;
     HalfSpaces spaces;
     for (const Contact& contact : patches.finish()) {
@@ -22,26 +22,95 @@ void complete_patches(const LocalGround& local, const LocalShape& shape, double 
     }
     for (int round = 0; round < kRounds; ++round) {
         Eigen::Vector3d d;
-        if (find_shortest(spaces, d)) {
-            const GroundLift rest = find_lift(local, shape, d, 0.5 * kTouch);
-            if (!(rest.lift > 0.5 * kTouch)) return;
-            if (round + 1 < kRounds) {
-                Contact contact;
-                contact.normal = rest.triangle.normal;
-                contact.depth = -gap_along(contact.normal, shape, rest.triangle);
-                contact.point_world = shape.deepest_point(contact.normal);
-                patches.add(contact);
-                spaces.add({contact.normal, contact.depth});
-                continue;
-            }
-        }
-        break;
+        if (!find_shortest(spaces, d)) break;
+        if (length(d - freeing) <= 0.1 * kFree) return;  // known to be free
+        const GroundLift rest = find_lift(local, body, d, 0.5 * kTouch);
+        if (!(rest.lift > 0.5 * kTouch)) return;
+        LocalHull hull;
+        const LocalShape shape = body.part(rest.part, hull);
+        const Separation exit = find_exit(local, shape, rest.triangle, d);
+        // Met on the way only, or left sooner straight up.
+        if (-exit.gap < -margin || -exit.gap > lift.lift) break;
+        const DeepestPoint deepest = shape.deepest(exit.normal);
+        Contact contact;
+        contact.normal = exit.normal;
+        contact.depth = -exit.gap;
+        contact.point_world = deepest.point;
+        contact.feature = deepest.feature;
+        contact.part = rest.part;
+        patches.add(contact);
+        spaces.add({contact.normal, contact.depth});
     }
     // Straight up always frees.
+    LocalHull hull;
+    const DeepestPoint deepest = body.part(lift.part, hull).deepest(Eigen::Vector3d::UnitZ());
     Contact contact;
-    contact.depth = lift;
-    contact.point_world = shape.deepest_point(contact.normal);
+    contact.depth = lift.lift;
+    contact.point_world = deepest.point;
+    contact.feature = deepest.feature;
+    contact.part = lift.part;
     patches.add(contact);
+}
+
+// Whether a shape is round and its core lies above the ground, where its lift is known. That of the core is less
+// by the radius at least.
+bool is_core_above(const LocalGround& local, const LocalBody& body, double lift) {
+    if (body.is_compound() || body.whole().kind != ShapeKind::round) return false;
+    const LocalShape& shape = body.whole();
+    if (lift < (1.0 - 1e-6) * shape.radius) return true;
+    if (lift > 3.0 * shape.radius) return false;  // so steep that it does not pay to ask
+    LocalShape core = shape;
+    core.radius = 0.0;
+    core.bounds -= Eigen::Vector3d::Constant(shape.radius);
+    const GroundLift rest = find_lift(local, core, Eigen::Vector3d::Zero());
+    return !rest.is_missing && rest.lift < -1e-6 * shape.radius;
+}
+
+// The shortest translation that frees a round shape whose core is above the ground, straight from its contacts:
+// false where they do not say for sure. Each part of the ground alone is left by no shorter way than its contact's depth.
+bool find_freeing_by_contacts(const LocalGround& local, const LocalBody& body,
+                              std::span<const Contact> contacts, Eigen::Vector3d& freeing_out) {
+    if (contacts.empty()) return false;
+    HalfSpaces spaces;
+    for (const Contact& contact : contacts) {
+        if (contact.depth <= 0.0) break;
+        if (spaces.count == HalfSpaces::kMost) return false;
+        spaces.add({contact.normal, contact.depth});
+    }
+    if (!find_shortest(spaces, freeing_out)) return false;
+    return is_short_enough(body.whole().smallest, length(freeing_out), contacts[0].depth) &&
+           !(find_lift(local, body, freeing_out, 0.5 * kTouch).lift > 0.5 * kTouch);
+}
+
+// All contacts of a body that overlaps the ground. False where a cell in reach is not resident.
+bool find_overlap(const LocalGround& local, const LocalBody& body, const GroundLift& lift,
+                  double margin, ContactPatches& patches, double& error_out) {
+    Eigen::Vector3d freeing;
+    if (is_core_above(local, body, lift.lift)) {
+        if (!find_patches(local, body, Eigen::Vector3d::Zero(), margin, patches, error_out)) {
+            return false;
+        }
+        if (find_freeing_by_contacts(local, body, patches.finish(), freeing)) return true;
+        patches = {};
+    }
+    freeing = find_freeing(local, body, lift.lift);
+    if (!find_patches(local, body, freeing, margin, patches, error_out)) return false;
+    complete_patches(local, body, lift, freeing, margin, patches);
+    return true;
+}
+
+// The translation that resolves an overlap.
+Eigen::Vector3d find_way_out(const LocalGround& local, const LocalBody& body, double lift) {
+    if (is_core_above(local, body, lift)) {
+        ContactPatches patches;
+        Eigen::Vector3d freeing;
+        double error_m = 0.0;
+        if (find_patches(local, body, Eigen::Vector3d::Zero(), 0.0, patches, error_m) &&
+            find_freeing_by_contacts(local, body, patches.finish(), freeing)) {
+            return freeing;
+        }
+    }
+    return find_freeing(local, body, lift);
 }
 
 }  // namespace
@@ -55,21 +124,21 @@ ContactAnswer find_contacts(const Shape& shape, const Pose& world_from_shape, co
     if (!is_usable(shape, world_from_shape) || !(margin >= 0.0) || !std::isfinite(margin))
         return answer;
     const LocalGround local(ground, world_from_shape.translation);
-    LocalShape shape_local = make_local_shape(shape, world_from_shape.rotation);
-    shape_local.centre = local.to_local(world_from_shape.translation);
+    const LocalBody body(shape, world_from_shape.rotation,
+                         local.to_local(world_from_shape.translation));
 
     // further apart than the margin nothing depends on how far
-    const GroundLift lift =
-        find_lift(local, shape_local, Eigen::Vector3d::Zero(), -margin - kTouch);
+    const GroundLift lift = find_lift(local, body, Eigen::Vector3d::Zero(), -margin - kTouch);
     answer.lift = lift.lift;
     answer.error_m = lift.error_m;
     answer.status = ContactStatus::not_resident;
     if (lift.is_missing) return answer;
-    const Eigen::Vector3d freeing = lift.lift > kFree ? find_freeing(local, shape_local, lift.lift)
-                                                      : Eigen::Vector3d(0.0, 0.0, 0.0);
     ContactPatches patches;
-    if (!find_patches(local, shape_local, freeing, margin, patches, answer.error_m)) return answer;
-    if (lift.lift > kFree) complete_patches(local, shape_local, lift.lift, patches);
+    const bool is_known =
+        lift.lift > kFree
+            ? find_overlap(local, body, lift, margin, patches, answer.error_m)
+            : find_patches(local, body, Eigen::Vector3d::Zero(), margin, patches, answer.error_m);
+    if (!is_known) return answer;
 
     const std::span<const Contact> found = patches.finish();
     answer.status =
@@ -87,24 +156,27 @@ DistanceAnswer signed_distance(const Shape& shape, const Pose& world_from_shape,
     DistanceAnswer answer;
     if (!is_usable(shape, world_from_shape) || !(max_distance >= 0.0)) return answer;
     const LocalGround local(ground, world_from_shape.translation);
-    LocalShape shape_local = make_local_shape(shape, world_from_shape.rotation);
-    shape_local.centre = local.to_local(world_from_shape.translation);
+    const LocalBody body(shape, world_from_shape.rotation,
+                         local.to_local(world_from_shape.translation));
 
-    const GroundLift lift = find_lift(local, shape_local, Eigen::Vector3d::Zero(), -kTouch);
+    const GroundLift lift = find_lift(local, body, Eigen::Vector3d::Zero(), -kTouch);
     answer.error_m = lift.error_m;
     answer.status = ContactStatus::not_resident;
     if (lift.is_missing) return answer;
     if (lift.lift > kFree) {
-        const Eigen::Vector3d freeing = find_freeing(local, shape_local, lift.lift);
+        const Eigen::Vector3d freeing = find_way_out(local, body, lift.lift);
         const double depth = length(freeing);
         answer.status = ContactStatus::complete;
         answer.has_ground = true;
         answer.distance = -depth;
         answer.normal = freeing / depth;
-        answer.point_world = local.to_world(shape_local.deepest_point(answer.normal));
+        // Of a compound the part that the ground holds where it is free.
+        const std::uint32_t part = body.is_compound() ? find_lift(local, body, freeing).part : 0;
+        LocalHull hull;
+        answer.point_world = local.to_world(body.part(part, hull).deepest_point(answer.normal));
         return answer;
     }
-    const Nearest nearest = find_nearest(local, shape_local, max_distance);
+    const Nearest nearest = find_nearest(local, body, max_distance);
     answer.error_m = std::max(answer.error_m, nearest.error_m);
     if (nearest.is_missing) return answer;
     answer.status = ContactStatus::complete;
@@ -120,11 +192,35 @@ LiftAnswer compute_lift(const Shape& shape, const Pose& world_from_shape, const 
     LiftAnswer answer;
     if (!is_usable(shape, world_from_shape)) return answer;
     const LocalGround local(ground, world_from_shape.translation);
-    LocalShape shape_local = make_local_shape(shape, world_from_shape.rotation);
-    shape_local.centre = local.to_local(world_from_shape.translation);
-    const GroundLift lift = find_lift(local, shape_local, Eigen::Vector3d::Zero());
+    const LocalBody body(shape, world_from_shape.rotation,
+                         local.to_local(world_from_shape.translation));
+    const GroundLift lift = find_lift(local, body, Eigen::Vector3d::Zero());
     answer.status = lift.is_missing ? ContactStatus::not_resident : ContactStatus::complete;
     answer.lift = lift.lift;
+    answer.error_m = lift.error_m;
+    return answer;
+}
+
+TestAnswer test_contact(const Shape& shape, const Pose& world_from_shape, const Ground& ground) {
+    TestAnswer answer;
+    if (!is_usable(shape, world_from_shape)) return answer;
+    const LocalGround local(ground, world_from_shape.translation);
+    const LocalBody body(shape, world_from_shape.rotation,
+                         local.to_local(world_from_shape.translation));
+    const GroundLift lift = find_lift(local, body, Eigen::Vector3d::Zero(), -2.0 * kTouch, -kTouch);
+    answer.is_touching = lift.lift >= -kTouch;
+    answer.status = lift.is_missing && !answer.is_touching ? ContactStatus::not_resident
+                                                           : ContactStatus::complete;
+    answer.error_m = lift.error_m;
+    return answer;
+}
+
+PseudodistanceAnswer pseudodistance(const Shape& shape, const Pose& world_from_shape,
+                                    const Ground& ground) {
+    const LiftAnswer lift = compute_lift(shape, world_from_shape, ground);
+    PseudodistanceAnswer answer;
+    answer.status = lift.status;
+    answer.pseudodistance = -lift.lift;
     answer.error_m = lift.error_m;
     return answer;
 }

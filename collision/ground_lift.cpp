@@ -1,61 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include "ground_lift.h"
 
+#include "box_lift.h"
+#include "underside.h"
+
 namespace terrane::internal {
 namespace {
-
-// The lowest z that a shape could have over a rectangle: that of its supporting planes.
-double bound_bottom(const LocalShape& shape, const Prism& prism) {
-    const Eigen::Vector3d& c = shape.centre;
-    double bottom = c[2] - shape.bounds[2];
-    const double west = std::max(prism.west, c[0] - shape.bounds[0]) - c[0];
-    const double east = std::min(prism.east, c[0] + shape.bounds[0]) - c[0];
-    const double south = std::max(prism.south, c[1] - shape.bounds[1]) - c[1];
-    const double north = std::min(prism.north, c[1] + shape.bounds[1]) - c[1];
-    if (shape.is_box) {
-        for (std::size_t i = 0; i < 3; ++i) {
-            // n looks up; the box lies above the plane n . (p - c) = -half
-            const Eigen::Vector3d n =
-                shape.axes[i][2] < 0.0 ? Eigen::Vector3d(-shape.axes[i]) : shape.axes[i];
-            if (n[2] < 1e-6) continue;
-            const double most =
-                std::max(n[0] * west, n[0] * east) + std::max(n[1] * south, n[1] * north);
-            bottom =
-                std::max(bottom, c[2] + (-shape.half[static_cast<Eigen::Index>(i)] - most) / n[2]);
-        }
-        return bottom;
-    }
-    const double run = std::sqrt(shape.core[0] * shape.core[0] + shape.core[1] * shape.core[1]);
-    if (run > 1e-3 * length(shape.core)) {
-        // The endless cylinder around the core: lowest where the rectangle comes nearest to its axis.
-        const double ux = shape.core[0] / run;
-        const double uy = shape.core[1] / run;
-        const double across_low =
-            std::min(-uy * west, -uy * east) + std::min(ux * south, ux * north);
-        const double across_high =
-            std::max(-uy * west, -uy * east) + std::max(ux * south, ux * north);
-        // A hair nearer, so that rounding loses nothing on a seam.
-        const double across = std::max({0.0, across_low - kTouch, -across_high - kTouch});
-        if (across > shape.radius) return std::numeric_limits<double>::infinity();
-        const double slope = shape.core[2] / run;
-        const double along_low = std::min(ux * west, ux * east) + std::min(uy * south, uy * north);
-        const double along_high = std::max(ux * west, ux * east) + std::max(uy * south, uy * north);
-        const double drop =
-            std::sqrt(shape.radius * shape.radius - across * across) * (length(shape.core) / run);
-        bottom = std::max(bottom, c[2] + std::min(slope * along_low, slope * along_high) - drop);
-    }
-    // The ball around the whole core, from the rectangle's nearest point.
-    const double x = std::max({0.0, west, -east});
-    const double y = std::max({0.0, south, -north});
-    const double reach = shape.radius + length(shape.core);
-    const double square = reach * reach - x * x - y * y;
-    if (square < 0.0) return std::numeric_limits<double>::infinity();
-    return std::max(bottom, c[2] - std::sqrt(square));
-}
 
 struct LiftVisitor {
     const LocalGround& local;
     const LocalShape& shape;
+    const Underside& underside;
     double floor;
     double enough;
     GroundLift result;
@@ -67,20 +22,23 @@ struct LiftVisitor {
             prism.south > c[1] + shape.bounds[1] || prism.north < c[1] - shape.bounds[1]) {
             return false;
         }
-        // A hair below, for what rounding does to the bound.
-        const double bound = prism.high - bound_bottom(shape, prism);
-        return bound + 1e-12 * (1.0 + std::abs(bound)) > std::max(floor, result.lift);
+        const double best = std::max(floor, result.lift);
+        if (prism.high - (c[2] - shape.bounds[2]) <= best) return false;
+        // A hair lower, for what rounding does to the bound.
+        const double hair = 1e-12 * (1.0 + std::abs(prism.high) + std::abs(c[2]));
+        return underside.may_reach(prism, prism.high - std::max(best, -1e300) + hair);
     }
     void take(const GroundCell& cell, std::int64_t column, std::int64_t row) {
         result.error_m = std::max(result.error_m, static_cast<double>(cell.error_m));
-        for (const Triangle& triangle : local.triangles(cell, column, row)) {
-            const double best = std::max(floor, result.lift);
-            if (!(bound_column_lift(shape, triangle) > best)) continue;
-            const double lift = compute_column_lift(shape, triangle);
-            if (lift > result.lift) {
-                result.lift = lift;
-                result.triangle = triangle;
-            }
+        for (const Triangle& triangle : local.triangles(cell, column, row)) take(triangle);
+    }
+    void take(const Triangle& triangle) {
+        const double best = std::max(floor, result.lift);
+        if (!(bound_column_lift(shape, triangle) > best)) return;
+        const double lift = compute_column_lift(shape, triangle, best);
+        if (lift > result.lift) {
+            result.lift = lift;
+            result.triangle = triangle;
         }
     }
     bool miss(const Prism& prism) {
@@ -90,6 +48,50 @@ struct LiftVisitor {
     }
 };
 
+GroundLift find_box_lift(const LocalGround& local, const GroundWindow& window,
+                         const LocalShape& box, double floor) {
+    GroundLift result;
+    const BoxLift found = find_box_lift(window, local.corner(window), local.spacing(), box, floor);
+    if (!(found.lift > floor)) return result;
+    result.lift = found.lift;
+    result.triangle =
+        local.triangle(window, found.column, found.row, found.x - static_cast<double>(found.column),
+                       found.y - static_cast<double>(found.row));
+    return result;
+}
+
+// Of a shape over the cells of a range that a window holds.
+void visit_window(const LocalGround& local, const GroundWindow& window, const CellRange& cells,
+                  LiftVisitor& visitor) {
+    const auto west = static_cast<int>(cells.west - window.cells.west);
+    const auto south = static_cast<int>(cells.south - window.cells.south);
+    const int columns = static_cast<int>(cells.east - cells.west) + 1;
+    const int rows = static_cast<int>(cells.north - cells.south) + 1;
+    const auto take = [&](int column, int row) {
+        const double high = std::max({window.at(column, row), window.at(column + 1, row),
+                                      window.at(column, row + 1), window.at(column + 1, row + 1)});
+        const std::int64_t x = window.cells.west + column;
+        const std::int64_t y = window.cells.south + row;
+        if (!visitor.wants({local.x(x), local.y(y), local.x(x + 1), local.y(y + 1), high})) return;
+        const bool is_even = window.is_cut_to_north_east(column, row);
+        visitor.take(local.triangle(window, column, row, is_even ? 1.0 : 0.0, 0.0));
+        visitor.take(local.triangle(window, column, row, is_even ? 0.0 : 1.0, 1.0));
+    };
+    // The cell under the lowest point first: most others need only be bounded after it.
+    const Eigen::Vector3d lowest =
+        visitor.shape.deepest_point(Eigen::Vector3d::UnitZ()) - local.corner(window);
+    const int first_column =
+        std::clamp(static_cast<int>(lowest[0] / local.spacing()), west, west + columns - 1);
+    const int first_row =
+        std::clamp(static_cast<int>(lowest[1] / local.spacing()), south, south + rows - 1);
+    take(first_column, first_row);
+    for (int row = south; row < south + rows; ++row) {
+        for (int column = west; column < west + columns; ++column) {
+            if (column != first_column || row != first_row) take(column, row);
+        }
+    }
+}
+
 }  // namespace
 
 GroundLift find_lift(const LocalGround& local, const LocalShape& shape, const Eigen::Vector3d& d,
@@ -98,7 +100,20 @@ GroundLift find_lift(const LocalGround& local, const LocalShape& shape, const Ei
     moved.centre += d;
     const Eigen::Vector3d low = moved.centre - moved.bounds;
     const Eigen::Vector3d high = moved.centre + moved.bounds;
-    LiftVisitor visitor{local, moved, floor, enough, {}};
+    const CellRange cells = local.cells(low[0], low[1], high[0], high[1]);
+    const GroundWindow* const window = local.window(cells);
+    if (window != nullptr && moved.kind == ShapeKind::box) {
+        GroundLift lift = find_box_lift(local, *window, moved, floor);
+        lift.error_m = local.error(cells);
+        return lift;
+    }
+    const Underside underside(moved);
+    LiftVisitor visitor{local, moved, underside, floor, enough, {}};
+    if (window != nullptr) {
+        visit_window(local, *window, cells, visitor);
+        visitor.result.error_m = local.error(cells);
+        return visitor.result;
+    }
     // The cell under the lowest point first: most others need only be bounded after it.
     const Eigen::Vector3d lowest = moved.deepest_point(Eigen::Vector3d::UnitZ());
     const CellRange first = local.cells(lowest[0], lowest[1], lowest[0], lowest[1]);
@@ -107,8 +122,48 @@ GroundLift find_lift(const LocalGround& local, const LocalShape& shape, const Ei
         if (cell.status == GroundStatus::ok) visitor.take(cell, first.east, first.north);
         if (visitor.result.lift > enough) return visitor.result;
     }
-    visit_cells(local, local.cells(low[0], low[1], high[0], high[1]), visitor);
+    visit_cells(local, cells, visitor);
     return visitor.result;
+}
+
+GroundLift find_lift(const LocalGround& local, const LocalBody& body, const Eigen::Vector3d& d,
+                     double floor, double enough) {
+    if (!body.is_compound()) return find_lift(local, body.whole(), d, floor, enough);
+    GroundLift all;
+    body.visit(
+        [&](const Eigen::Vector3d& centre, const Eigen::Vector3d& bounds) {
+            if (all.lift > enough || all.is_missing) return false;
+            const double bottom = centre[2] + d[2] - bounds[2];
+            // A hair below, for what rounding does to the bound.
+            const double hair = 1e-12 * (1.0 + std::abs(bottom));
+            return bound_ground(local, centre + d, bounds) + hair >
+                   bottom + std::max(floor, all.lift);
+        },
+        [&](const LocalShape& shape, std::uint32_t part) {
+            const GroundLift lift = find_lift(local, shape, d, std::max(floor, all.lift), enough);
+            all.error_m = std::max(all.error_m, lift.error_m);
+            all.is_missing = all.is_missing || lift.is_missing;
+            if (!(lift.lift > all.lift)) return;
+            all.lift = lift.lift;
+            all.triangle = lift.triangle;
+            all.part = part;
+        });
+    return all;
+}
+
+double bound_ground(const LocalGround& local, const Eigen::Vector3d& centre,
+                    const Eigen::Vector3d& bounds) {
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    constexpr std::int64_t kMost = 64;  // cells along a side
+    const Eigen::Vector3d low = centre - bounds;
+    const Eigen::Vector3d high = centre + bounds;
+    const CellRange cells = local.cells(low[0], low[1], high[0], high[1]);
+    if (cells.east < cells.west || cells.north < cells.south) return -kInfinity;
+    if (cells.east - cells.west > kMost || cells.north - cells.south > kMost) return kInfinity;
+    const RangeAnswer range = local.ground().range(cells);
+    if (range.status == GroundStatus::outside) return -kInfinity;
+    if (range.high == std::numeric_limits<std::int32_t>::max()) return kInfinity;
+    return local.z(range.high);
 }
 
 }  // namespace terrane::internal

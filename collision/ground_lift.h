@@ -2,6 +2,7 @@
 #pragma once
 
 #include "column.h"
+#include "local_body.h"
 
 namespace terrane::internal {
 
@@ -12,6 +13,7 @@ inline constexpr double kTouch = 1e-9;
 struct GroundLift {
     double lift = -std::numeric_limits<double>::infinity();
     Triangle triangle;        ///< set where lift is finite
+    std::uint32_t part = 0;   ///< of a compound, that decides it
     bool is_missing = false;  ///< a cell that the shape's bounds meet is not resident
     double error_m = 0.0;     ///< largest bound of the cells that were looked at
 };
@@ -22,6 +24,16 @@ struct GroundLift {
 GroundLift find_lift(const LocalGround& local, const LocalShape& shape, const Eigen::Vector3d& d,
                      double floor = -std::numeric_limits<double>::infinity(),
                      double enough = std::numeric_limits<double>::infinity());
+
+/// The same over all parts of a body.
+GroundLift find_lift(const LocalGround& local, const LocalBody& body, const Eigen::Vector3d& d,
+                     double floor = -std::numeric_limits<double>::infinity(),
+                     double enough = std::numeric_limits<double>::infinity());
+
+/// The highest that the ground could be over or beside a box, metres: minus infinity where there is none,
+/// infinity where that is not known or would cost more than looking at less.
+double bound_ground(const LocalGround& local, const Eigen::Vector3d& centre,
+                    const Eigen::Vector3d& bounds);
 
 /// A lower bound of the distance between a box with sides along the axes and a prism.
 inline double bound_distance(const Eigen::Vector3d& centre, const Eigen::Vector3d& bounds,
@@ -34,19 +46,17 @@ inline double bound_distance(const Eigen::Vector3d& centre, const Eigen::Vector3
     return std::sqrt(x * x + y * y + z * z);
 }
 
-/// The same for a shape, which looks along the sides of a box too.
+/// The same for a shape, which looks along the sides of corners too.
 inline double bound_distance(const LocalShape& shape, const Prism& prism) {
     double bound = bound_distance(shape.centre, shape.bounds, prism);
-    if (!shape.is_box) return bound;
-    for (std::size_t i = 0; i < 3; ++i) {
-        const Eigen::Vector3d n = shape.up(i);
+    visit_down_planes(shape, [&](const Eigen::Vector3d& n, double drop) {
         const double top =
             std::max(n[0] * (prism.west - shape.centre[0]), n[0] * (prism.east - shape.centre[0])) +
             std::max(n[1] * (prism.south - shape.centre[1]),
                      n[1] * (prism.north - shape.centre[1])) +
             n[2] * (prism.high - shape.centre[2]);
-        bound = std::max(bound, -top - shape.half[static_cast<Eigen::Index>(i)]);
-    }
+        bound = std::max(bound, -top - drop);
+    });
     return bound;
 }
 

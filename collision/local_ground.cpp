@@ -17,7 +17,12 @@ LocalGround::LocalGround(const Ground& ground, const WorldPos& near_world)
 }
 
 LocalGround::LocalGround(const LocalGround& other, const Eigen::Vector3d& near)
-    : LocalGround(other) {
+    : reader_(other.reader_),
+      spacing_(other.spacing_),
+      quantum_(other.quantum_),
+      column_(other.column_),
+      row_(other.row_),
+      base_(other.base_) {
     // Beyond this no cell and no height can lie.
     constexpr double kFar = 0x1p40;
     const auto steps = [&](double p, double step) {
@@ -58,6 +63,49 @@ CellRange LocalGround::cells(double west, double south, double east, double nort
 
 Prism LocalGround::prism(const CellRange& cells, std::int32_t high) const {
     return {x(cells.west), y(cells.south), x(cells.east + 1), y(cells.north + 1), z(high)};
+}
+
+const GroundWindow* LocalGround::window(const CellRange& cells) const {
+    if (cells.east < cells.west || cells.north < cells.south) return nullptr;
+    const CellRange wider{cells.west - 1, cells.south - 1, cells.east + 1, cells.north + 1};
+    if (!window_.holds(wider) && !window_.read(reader_, wider, base_, quantum_)) return nullptr;
+    return window_.is_full || window_.is_ground(cells) ? &window_ : nullptr;
+}
+
+bool LocalGround::find_vertex(std::int64_t column, std::int64_t row, Eigen::Vector3d& p_out) const {
+    if (window_.is_full && window_.holds({column - 1, row - 1, column, row})) {
+        p_out = {x(column), y(row),
+                 window_.at(static_cast<int>(column - window_.cells.west),
+                            static_cast<int>(row - window_.cells.south))};
+        return true;
+    }
+    for (int k = 0; k < 4; ++k) {
+        const bool is_east = (k & 1) != 0;  // the vertex is the cell's eastern one
+        const bool is_north = (k & 2) != 0;
+        const GroundCell found = cell(column - (is_east ? 1 : 0), row - (is_north ? 1 : 0));
+        if (found.status != GroundStatus::ok) continue;
+        const std::int32_t height = is_north ? (is_east ? found.north_east : found.north_west)
+                                             : (is_east ? found.south_east : found.south_west);
+        p_out = {x(column), y(row), z(height)};
+        return true;
+    }
+    return false;
+}
+
+Triangle LocalGround::triangle(const GroundWindow& window, int column, int row, double u,
+                               double v) const {
+    const double west = x(window.cells.west + column);
+    const double east = x(window.cells.west + column + 1);
+    const double south = y(window.cells.south + row);
+    const double north = y(window.cells.south + row + 1);
+    const Eigen::Vector3d sw(west, south, window.at(column, row));
+    const Eigen::Vector3d se(east, south, window.at(column + 1, row));
+    const Eigen::Vector3d nw(west, north, window.at(column, row + 1));
+    const Eigen::Vector3d ne(east, north, window.at(column + 1, row + 1));
+    if (window.is_cut_to_north_east(column, row)) {
+        return u >= v ? make_triangle(sw, se, ne) : make_triangle(sw, ne, nw);
+    }
+    return u + v <= 1.0 ? make_triangle(sw, se, nw) : make_triangle(se, ne, nw);
 }
 
 std::array<Triangle, 2> LocalGround::triangles(const GroundCell& cell, std::int64_t column,

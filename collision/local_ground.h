@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "ground_window.h"
 #include "vector_math.h"
 
 #include <terrane/terrain/ground.h>
@@ -25,6 +26,17 @@ inline Triangle make_triangle(const Eigen::Vector3d& a, const Eigen::Vector3d& b
     return {{a, b, c}, n / length(n)};
 }
 
+/// Whether the foot of the perpendicular on its plane lies in a triangle, or a hair outside, so that a point
+/// over an edge is over one of the two faces.
+inline bool is_foot_inside(const Eigen::Vector3d& p, const Triangle& triangle) {
+    for (std::size_t i = 0; i < 3; ++i) {
+        const Eigen::Vector3d& a = triangle.v[i];
+        const Eigen::Vector3d edge = triangle.v[(i + 1) % 3] - a;
+        if (dot(cross(edge, p - a), triangle.normal) < -1e-12 * dot(edge, edge)) return false;
+    }
+    return true;
+}
+
 /// The vertical prism over a rectangle of cells and under `high`: contains the ground there.
 struct Prism {
     double west = 0.0, south = 0.0, east = 0.0, north = 0.0, high = 0.0;
@@ -39,6 +51,8 @@ public:
     LocalGround(const Ground& ground, const WorldPos& near_world);
     /// The same ground from near a point of another frame: whole cells and quanta away from it.
     LocalGround(const LocalGround& other, const Eigen::Vector3d& near);
+    LocalGround(const LocalGround&) = delete;
+    LocalGround& operator=(const LocalGround&) = delete;
 
     Eigen::Vector3d to_local(const WorldPos& p_world) const { return p_world - origin_world_; }
     WorldPos to_world(const Eigen::Vector3d& p) const { return p + origin_world_; }
@@ -51,6 +65,30 @@ public:
     Prism prism(const CellRange& cells, std::int32_t high) const;
     GroundCell cell(std::int64_t column, std::int64_t row) const {
         return reader_.cell(column, row);
+    }
+    /// A window that holds a range of cells and one more on each side, until it is asked for another one; null
+    /// where they are too many, or one of the range is no ground or not resident.
+    const GroundWindow* window(const CellRange& cells) const;
+    /// Whether a cell is ground and resident.
+    bool is_ground(std::int64_t column, std::int64_t row) const {
+        if (window_.holds({column, row, column, row})) {
+            return window_.is_ground(static_cast<int>(column - window_.cells.west),
+                                     static_cast<int>(row - window_.cells.south));
+        }
+        return cell(column, row).status == GroundStatus::ok;
+    }
+    /// A corner of the contact surface; false where none of its cells is ground and resident.
+    bool find_vertex(std::int64_t column, std::int64_t row, Eigen::Vector3d& p_out) const;
+    /// Largest error_m of the cells of a range that are ground and resident, metres.
+    double error(const CellRange& cells) const { return static_cast<double>(reader_.error(cells)); }
+    /// The south-western corner of a window, at the height of this frame.
+    Eigen::Vector3d corner(const GroundWindow& window) const {
+        return {x(window.cells.west), y(window.cells.south), 0.0};
+    }
+    /// The triangle of a window's cell that a place in it lies on, in cells from the cell's corner.
+    Triangle triangle(const GroundWindow& window, int column, int row, double u, double v) const;
+    RangeAnswer square(std::int64_t column, std::int64_t row, int log2_side) const {
+        return reader_.square(column, row, log2_side);
     }
     /// The two triangles of a cell whose status is ok.
     std::array<Triangle, 2> triangles(const GroundCell& cell, std::int64_t column,
@@ -70,6 +108,7 @@ private:
     void place();
 
     mutable GroundReader reader_;
+    mutable GroundWindow window_;
     double spacing_;
     double quantum_;
     std::int64_t column_ = 0;
@@ -85,8 +124,9 @@ private:
 ///                                               height; goes on if true
 template <class Visitor>
 void visit_cells(const LocalGround& local, const CellRange& all, Visitor& visitor) {
-    constexpr std::int64_t kFew = 4;        // cells along a side: not worth asking for their range
-    constexpr std::int64_t kLargest = 128;  // cells: no range is asked of more than a chunk's size
+    constexpr std::int64_t kFew = 4;  // cells along a side: not worth asking for their range
+    constexpr int kLargest = 7;       // log2 of cells along a side: no more than a chunk
+    constexpr int kSmallest = 2;
     if (all.east < all.west || all.north < all.south) return;
     const bool is_small = all.east - all.west < kFew && all.north - all.south < kFew;
     const auto visit_each = [&](const CellRange& r) {
@@ -116,41 +156,41 @@ void visit_cells(const LocalGround& local, const CellRange& all, Visitor& visito
         visit_each(all);
         return;
     }
-    // Squares aligned to powers of two, so that their ranges come from whole blocks.
+    // Squares aligned to powers of two, whose ranges chunks know.
     struct Square {
-        std::int64_t west, south, side;
+        std::int64_t west, south;
+        int log2_side;
     };
     std::array<Square, 32> stack;
-    const auto floor_to = [](std::int64_t index, std::int64_t side) {
-        return index >= 0 ? index / side * side : -((-index + side - 1) / side * side);
-    };
-    for (std::int64_t south = floor_to(all.south, kLargest); south <= all.north;
-         south += kLargest) {
-        for (std::int64_t west = floor_to(all.west, kLargest); west <= all.east; west += kLargest) {
+    const std::int64_t largest = std::int64_t{1} << kLargest;
+    for (std::int64_t south = all.south & -largest; south <= all.north; south += largest) {
+        for (std::int64_t west = all.west & -largest; west <= all.east; west += largest) {
             std::size_t count = 0;
             stack[count++] = {west, south, kLargest};
             while (count > 0) {
                 const Square square = stack[--count];
+                const std::int64_t side = std::int64_t{1} << square.log2_side;
                 const CellRange r{std::max(square.west, all.west),
                                   std::max(square.south, all.south),
-                                  std::min(square.west + square.side - 1, all.east),
-                                  std::min(square.south + square.side - 1, all.north)};
+                                  std::min(square.west + side - 1, all.east),
+                                  std::min(square.south + side - 1, all.north)};
                 if (r.east < r.west || r.north < r.south) continue;
-                const RangeAnswer range = local.ground().range(r);
+                const RangeAnswer range = local.square(square.west, square.south, square.log2_side);
                 if (range.status == GroundStatus::outside) continue;
                 if (range.high != std::numeric_limits<std::int32_t>::max() &&
                     !visitor.wants(local.prism(r, range.high))) {
                     continue;
                 }
-                if (square.side <= 8) {
+                if (square.log2_side <= kSmallest) {
                     if (!visit_each(r)) return;
                     continue;
                 }
-                const std::int64_t half = square.side / 2;
-                stack[count++] = {square.west + half, square.south + half, half};
-                stack[count++] = {square.west, square.south + half, half};
-                stack[count++] = {square.west + half, square.south, half};
-                stack[count++] = {square.west, square.south, half};
+                const int log2_half = square.log2_side - 1;
+                const std::int64_t half = std::int64_t{1} << log2_half;
+                stack[count++] = {square.west + half, square.south + half, log2_half};
+                stack[count++] = {square.west, square.south + half, log2_half};
+                stack[count++] = {square.west + half, square.south, log2_half};
+                stack[count++] = {square.west, square.south, log2_half};
             }
         }
     }

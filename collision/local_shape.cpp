@@ -1,48 +1,111 @@
 // SPDX-License-Identifier: MIT
 #include "local_shape.h"
 
+#include <terrane/collision/ground_cast.h>
+
 #include <algorithm>
 
 namespace terrane::internal {
+namespace {
 
-Eigen::Vector3d LocalShape::deepest_point(const Eigen::Vector3d& n) const {
-    // Below this cosine a feature counts as square to the direction.
-    constexpr double kLevel = 1e-9;
-    Eigen::Vector3d p = centre;
-    if (!is_box) {
-        const double along = dot(n, core);
-        if (std::abs(along) > kLevel * length(core)) p += along > 0.0 ? -core : core;
-        return p - radius * n;
+// Below this cosine a feature counts as square to the direction.
+constexpr double kLevel = 1e-9;
+
+DeepestPoint deepest_of_round(const LocalShape& shape, const Eigen::Vector3d& n) {
+    Eigen::Vector3d p = shape.centre;
+    ShapeFeature feature{0, shape.has_core() ? 1u : 0u};
+    const double along = dot(n, shape.core);
+    if (std::abs(along) > kLevel * length(shape.core)) {
+        p += along > 0.0 ? -shape.core : shape.core;
+        feature = along > 0.0 ? ShapeFeature{0, 0} : ShapeFeature{1, 1};
     }
-    for (int i = 0; i < 3; ++i) {
-        const auto axis = static_cast<std::size_t>(i);
-        const double along = dot(n, axes[axis]);
-        if (std::abs(along) > kLevel) p += (along > 0.0 ? -half[i] : half[i]) * axes[axis];
-    }
-    return p;
+    return {p - shape.radius * n, feature};
 }
 
-LocalShape make_local_shape(const Shape& shape, const Eigen::Matrix3d& rotation) {
-    LocalShape local;
-    local.smallest = smallest_half_extent(shape);
-    for (int i = 0; i < 3; ++i) local.axes[static_cast<std::size_t>(i)] = rotation.col(i);
-    if (const Sphere* sphere = std::get_if<Sphere>(&shape)) {
-        local.radius = sphere->radius;
-    } else if (const Capsule* capsule = std::get_if<Capsule>(&shape)) {
-        local.radius = capsule->radius;
-        local.core = capsule->half_height * rotation.col(2);
-    } else {
-        local.is_box = true;
-        local.half = std::get<Box>(shape).half_extents;
-        for (std::size_t k = 0; k < 8; ++k) {
-            local.corners[k] = ((k & 1) != 0 ? local.half[0] : -local.half[0]) * local.axes[0] +
-                               ((k & 2) != 0 ? local.half[1] : -local.half[1]) * local.axes[1] +
-                               ((k & 4) != 0 ? local.half[2] : -local.half[2]) * local.axes[2];
+DeepestPoint deepest_of_box(const LocalShape& shape, const Eigen::Vector3d& n) {
+    Eigen::Vector3d p = shape.centre;
+    std::uint32_t corner = 0;
+    std::uint32_t level = 0;  // bits of the axes that are tied
+    for (std::uint32_t i = 0; i < 3; ++i) {
+        const auto axis = static_cast<Eigen::Index>(i);
+        const double along = dot(n, shape.axes[i]);
+        if (std::abs(along) > kLevel) {
+            p += (along > 0.0 ? -shape.half[axis] : shape.half[axis]) * shape.axes[i];
+            if (!(along > 0.0)) corner |= 1u << i;
+        } else {
+            level |= 1u << i;
         }
     }
-    for (int i = 0; i < 3; ++i) local.bounds[i] = local.extent(Eigen::Vector3d::Unit(i));
+    for (std::uint32_t i = 0; i < 3; ++i) {
+        if (level == (7u ^ 1u << i)) {
+            return {p, {2 * i + (corner >> i & 1u), ShapeFeature::kFace}};
+        }
+    }
+    return {p, {corner, corner | level}};
+}
+
+void make_local(const Sphere& sphere, const Eigen::Matrix3d&, LocalHull&, LocalShape& local) {
+    local.radius = sphere.radius;
+    local.smallest = sphere.radius;
+}
+
+void make_local(const Capsule& capsule, const Eigen::Matrix3d& rotation, LocalHull&,
+                LocalShape& local) {
+    local.radius = capsule.radius;
+    local.core = capsule.half_height * rotation.col(2);
+    local.smallest = capsule.radius;
+}
+
+void make_local(const Box& box, const Eigen::Matrix3d& rotation, LocalHull&, LocalShape& local) {
+    local.kind = ShapeKind::box;
+    const Eigen::Matrix3d exact = orthonormalized(rotation);
+    for (int i = 0; i < 3; ++i) local.axes[static_cast<std::size_t>(i)] = exact.col(i);
+    local.half = box.half_extents;
+    for (std::size_t k = 0; k < 8; ++k) {
+        local.corners[k] = ((k & 1) != 0 ? local.half[0] : -local.half[0]) * local.axes[0] +
+                           ((k & 2) != 0 ? local.half[1] : -local.half[1]) * local.axes[1] +
+                           ((k & 4) != 0 ? local.half[2] : -local.half[2]) * local.axes[2];
+    }
+    local.smallest = std::min({local.half[0], local.half[1], local.half[2]});
+}
+
+void make_local(const ConvexHull& hull, const Eigen::Matrix3d& rotation, LocalHull& hull_out,
+                LocalShape& local) {
+    make_local_hull(hull, orthonormalized(rotation), hull_out);
+    local.kind = ShapeKind::hull;
+    local.hull = &hull_out;
+    local.centre = hull_out.middle;
+    local.bounds = hull_out.bounds;
+    local.offset = hull_out.middle;
+    local.smallest = smallest_half_extent(hull);
+}
+
+}  // namespace
+
+DeepestPoint LocalShape::deepest(const Eigen::Vector3d& n) const {
+    if (kind == ShapeKind::round) return deepest_of_round(*this, n);
+    if (kind == ShapeKind::box) return deepest_of_box(*this, n);
+    DeepestPoint found;
+    found.feature = find_deepest(*hull, n, found.point);
+    found.point += centre;
+    return found;
+}
+
+template <class Convex>
+LocalShape make_local_shape(const Convex& shape, const Eigen::Matrix3d& rotation,
+                            LocalHull& hull_out) {
+    LocalShape local;
+    make_local(shape, rotation, hull_out, local);
+    if (local.kind != ShapeKind::hull) {
+        for (int i = 0; i < 3; ++i) local.bounds[i] = local.drop(Eigen::Vector3d::Unit(i));
+    }
     return local;
 }
+
+template LocalShape make_local_shape(const Sphere&, const Eigen::Matrix3d&, LocalHull&);
+template LocalShape make_local_shape(const Capsule&, const Eigen::Matrix3d&, LocalHull&);
+template LocalShape make_local_shape(const Box&, const Eigen::Matrix3d&, LocalHull&);
+template LocalShape make_local_shape(const ConvexHull&, const Eigen::Matrix3d&, LocalHull&);
 
 bool is_usable(const Shape& shape, const Pose& pose) {
     constexpr double kOrthonormal = 1e-6;

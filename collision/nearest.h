@@ -16,8 +16,8 @@ struct Nearest {
     double error_m = 0.0;
 };
 
-/// Requires a shape that is not in the ground.
-Nearest find_nearest(const LocalGround& local, const LocalShape& shape, double max_distance);
+/// Of all parts of a body. Requires that it is not in the ground.
+Nearest find_nearest(const LocalGround& local, const LocalBody& body, double max_distance);
 
 /// Distance of a shape from a triangle that it does not cross.
 ClosestPair find_closest(const LocalShape& shape, const Triangle& triangle);

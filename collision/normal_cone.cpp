@@ -11,26 +11,6 @@ struct LatticeIndex {
     std::int64_t row = 0;
 };
 
-// Height of a corner of the contact surface; false where none of its cells is ground.
-bool find_corner(const LocalGround& local, const LatticeIndex& at, Eigen::Vector3d& p_out) {
-    for (int k = 0; k < 4; ++k) {
-        const bool is_east = (k & 1) != 0;  // the corner is the cell's eastern one
-        const bool is_north = (k & 2) != 0;
-        const GroundCell cell =
-            local.cell(at.column - (is_east ? 1 : 0), at.row - (is_north ? 1 : 0));
-        if (cell.status != GroundStatus::ok) continue;
-        const std::int32_t height = is_north ? (is_east ? cell.north_east : cell.north_west)
-                                             : (is_east ? cell.south_east : cell.south_west);
-        p_out = {local.x(at.column), local.y(at.row), local.z(height)};
-        return true;
-    }
-    return false;
-}
-
-bool is_ground(const LocalGround& local, std::int64_t column, std::int64_t row) {
-    return local.cell(column, row).status == GroundStatus::ok;
-}
-
 }  // namespace
 
 bool is_in_normal_cone(const LocalGround& local, const Triangle& triangle,
@@ -50,7 +30,7 @@ bool is_in_normal_cone(const LocalGround& local, const Triangle& triangle,
     if (count == 3) return true;
     const auto is_below = [&](const LatticeIndex& at) {
         Eigen::Vector3d p;
-        return find_corner(local, at, p) && dot(n, p - point) <= slack;
+        return local.find_vertex(at.column, at.row, p) && dot(n, p - point) <= slack;
     };
     if (count == 2) {
         const std::int64_t dx = top[1].column - top[0].column;
@@ -66,8 +46,8 @@ bool is_in_normal_cone(const LocalGround& local, const Triangle& triangle,
                                std::min(top[0].row, top[1].row)};
         const std::int64_t across_x = dx == 0 ? 1 : 0;
         const std::int64_t across_y = dy == 0 ? 1 : 0;
-        return is_ground(local, low.column, low.row) &&
-               is_ground(local, low.column - across_x, low.row - across_y) &&
+        return local.is_ground(low.column, low.row) &&
+               local.is_ground(low.column - across_x, low.row - across_y) &&
                is_below({odd.column + across_x, odd.row + across_y}) &&
                is_below({odd.column - across_x, odd.row - across_y});
     }
@@ -79,8 +59,8 @@ bool is_in_normal_cone(const LocalGround& local, const Triangle& triangle,
             if (!is_below({at.column + dx, at.row + dy})) return false;
         }
     }
-    return is_ground(local, at.column, at.row) && is_ground(local, at.column - 1, at.row) &&
-           is_ground(local, at.column, at.row - 1) && is_ground(local, at.column - 1, at.row - 1);
+    return local.is_ground(at.column, at.row) && local.is_ground(at.column - 1, at.row) &&
+           local.is_ground(at.column, at.row - 1) && local.is_ground(at.column - 1, at.row - 1);
 }
 
 }  // namespace terrane::internal

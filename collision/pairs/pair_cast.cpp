@@ -4,7 +4,7 @@
 //          detection for non-convex polyhedra. The Visual Computer 2006 (bounds along the normal).
 // Deviations: the speed of each point along the normal is known at the start of a step, so that only its
 //             change has to be bounded; the step is the largest found whose end that proves.
-#include "pair_questions.h"
+#include "placed_shape.h"
 
 #include <algorithm>
 
@@ -18,38 +18,46 @@ constexpr double kShortest = 1e-4;
 
 // One of the two shapes on its way; times are fractions of the motion.
 struct Mover {
-    Mover(const ConvexView& shape_in, const Motion& motion_in, const Eigen::Vector3d& origin)
-        : shape(shape_in),
-          motion(motion_in),
-          start(motion_in.start.translation - origin),
-          spin(length(motion_in.rotation_vector)) {
-        motion.start.rotation = orthonormalized(motion.start.rotation);
-        if (spin == 0.0 || std::holds_alternative<Sphere>(shape)) return;
+    Mover(const MovingPart& moving, const Eigen::Vector3d& origin)
+        : shape(moving.shape),
+          body_from_part(moving.body_from_part),
+          motion(moving.motion),
+          start(moving.motion.start.translation - origin),
+          spin(length(moving.motion.rotation_vector)) {
+        if (spin == 0.0) return;
+        if (std::holds_alternative<Sphere>(shape) && body_from_part == nullptr) return;
         constexpr std::size_t kFew = 64;
         CoreStorage storage;
-        const Core core = core_at(0.0, storage);
+        const Core core = core_of(at(0.0), storage);
+        const Eigen::Vector3d lever = core.centre - start;
         const Eigen::Vector3d axis = motion.rotation_vector / spin;
         if (core.shape.vertices.size() > kFew) {
-            arm = core.reach;
+            arm = core.reach + length(lever);
             return;
         }
         for (const Eigen::Vector3d& v : core.shape.vertices) {
-            arm = std::max(arm, length(cross(axis, core.to_axes(v))));
+            arm = std::max(arm, length(cross(axis, core.to_axes(v) + lever)));
         }
     }
 
     Placed at(double t) const {
-        return place(shape, arm > 0.0 ? motion.at(t).rotation : motion.start.rotation,
-                     start + t * motion.translation);
+        const Eigen::Matrix3d& first = motion.start.rotation;
+        const Eigen::Matrix3d rotation = arm > 0.0 ? motion.at(t).rotation : first;
+        const Eigen::Vector3d centre = origin_at(t);
+        if (body_from_part == nullptr) return place(shape, rotation, centre);
+        return place(shape, part_rotation(rotation, *body_from_part),
+                     centre + rotated(rotation, body_from_part->translation));
     }
-    Core core_at(double t, CoreStorage& storage_out) const { return core_of(at(t), storage_out); }
+    /// Of the body.
+    Eigen::Vector3d origin_at(double t) const { return start + t * motion.translation; }
     static Core core_of(const Placed& placed, CoreStorage& storage_out) {
         return std::visit([&](const auto& each) { return make_core(each, storage_out); }, placed);
     }
 
-    ConvexView shape;
-    Motion motion;
-    Eigen::Vector3d start;  ///< of the centre, from a common origin
+    const ConvexView& shape;
+    const Pose* body_from_part;
+    const Motion& motion;
+    Eigen::Vector3d start;  ///< of the body's origin, from a common one
     double spin = 0.0;      ///< radians in all
     double arm = 0.0;       ///< largest distance from the axis of what turning moves, metres
 };
@@ -57,7 +65,7 @@ struct Mover {
 // How far two shapes may go while a plane square to `normal` parts them.
 class Step {
 public:
-    Step(const Mover& a, const Mover& b, const Placed& at_a, const Placed& at_b,
+    Step(const Mover& a, const Mover& b, double t, const Placed& at_a, const Placed& at_b,
          const Eigen::Vector3d& normal)
         : core_a_(Mover::core_of(at_a, of_a_)),
           core_b_(Mover::core_of(at_b, of_b_)),
@@ -68,13 +76,16 @@ public:
           turning_(length(turn_a_) * a.arm + length(turn_b_) * b.arm),
           bend_(a.spin * a.spin * a.arm + b.spin * b.spin * b.arm) {
         offset_ = dot(normal, core_a_.centre - core_b_.centre) - core_a_.radius - core_b_.radius;
+        lever_speed_ = dot(turn_a_, core_a_.centre - a.origin_at(t)) -
+                       dot(turn_b_, core_b_.centre - b.origin_at(t));
     }
     Step(const Step&) = delete;
     Step& operator=(const Step&) = delete;
 
     /// Gap after a time if every point kept its velocity.
     double gap_after(double time) const {
-        return offset_ + time * speed_ - support(core_a_, -(normal_ + time * turn_a_)) -
+        return offset_ + time * (speed_ + lever_speed_) -
+               support(core_a_, -(normal_ + time * turn_a_)) -
                support(core_b_, normal_ + time * turn_b_);
     }
 
@@ -119,8 +130,9 @@ private:
     Eigen::Vector3d normal_;
     Eigen::Vector3d turn_a_;
     Eigen::Vector3d turn_b_;
-    double speed_;
-    double turning_;
+    double speed_;              ///< of the bodies' origins, along the normal
+    double lever_speed_ = 0.0;  ///< what turning adds for the shapes' own origins
+    double turning_;            ///< at most what it adds for any point
     double bend_;
     double offset_ = 0.0;
 };
@@ -130,8 +142,8 @@ bool is_closing(const Mover& a, const Mover& b, const Placed& at_a, const Placed
                 const Gap& gap, double t) {
     std::array<PairContact, 4> contacts;
     const std::size_t count = find_contacts(at_a, at_b, gap, std::max(0.0, gap.distance), contacts);
-    const Eigen::Vector3d centre_a = a.start + t * a.motion.translation;
-    const Eigen::Vector3d centre_b = b.start + t * b.motion.translation;
+    const Eigen::Vector3d centre_a = a.origin_at(t);
+    const Eigen::Vector3d centre_b = b.origin_at(t);
     const Eigen::Vector3d velocity = a.motion.translation - b.motion.translation;
     const double rounding = 1e-8 * (length(velocity) + a.spin * a.arm + b.spin * b.arm);
     for (const PairContact& contact : std::span(contacts.data(), count)) {
@@ -147,36 +159,36 @@ bool is_closing(const Mover& a, const Mover& b, const Placed& at_a, const Placed
 
 }  // namespace
 
-ConvexCast cast_convex(const ConvexView& a, const Motion& motion_a, const ConvexView& b,
-                       const Motion& motion_b, const CastSettings& settings) {
-    const Eigen::Vector3d origin = motion_a.start.translation;
-    const Mover mover_a(a, motion_a, origin);
-    const Mover mover_b(b, motion_b, origin);
+ConvexCast cast_convex(const MovingPart& a, const MovingPart& b, double from, double to,
+                       const CastSettings& settings) {
+    const Eigen::Vector3d origin = a.motion.start.translation;
+    const Mover mover_a(a, origin);
+    const Mover mover_b(b, origin);
     const double tolerance = settings.tolerance;
-    const double touch = kTouchShare * (reach_of(a) + reach_of(b));
+    const double touch = kTouchShare * (reach_of(a.shape) + reach_of(b.shape));
 
     ConvexCast answer;
-    Placed at_a = mover_a.at(0.0);
-    Placed at_b = mover_b.at(0.0);
+    Placed at_a = mover_a.at(from);
+    Placed at_b = mover_b.at(from);
     Gap gap = find_gap(at_a, at_b);
     answer.started_in_contact = gap.distance <= touch;
     // How deep the shapes may be where contacts of the start are passed over; it ends with them.
     double sink = 0.0;
     if (answer.started_in_contact) {
         answer.hit =
-            !settings.skip_separating || is_closing(mover_a, mover_b, at_a, at_b, gap, 0.0);
-        answer.fraction = 0.0;
+            !settings.skip_separating || is_closing(mover_a, mover_b, at_a, at_b, gap, from);
+        answer.fraction = from;
         sink = 0.5 * tolerance - gap.distance;
     }
-    double t = 0.0;
+    double t = from;
     while (!answer.hit) {
         sink = std::max(0.0, std::min(sink, 0.5 * tolerance - gap.distance));
         const double room = gap.distance + sink;
         const double rest = std::min(0.125 * tolerance, 0.5 * room);
-        const Step step(mover_a, mover_b, at_a, at_b, gap.normal);
-        const double time = step.safe_time(room, rest, sink, 1.0 - t);
-        if (!(time < 1.0 - t)) {
-            answer.fraction = 1.0;
+        const Step step(mover_a, mover_b, t, at_a, at_b, gap.normal);
+        const double time = step.safe_time(room, rest, sink, to - t);
+        if (!(time < to - t)) {
+            answer.fraction = to;
             return answer;
         }
         // Near, only what comes nearer is a hit; and what stays near for many short steps, or where
@@ -195,7 +207,7 @@ ConvexCast cast_convex(const ConvexView& a, const Motion& motion_a, const Convex
     answer.fraction = t;
     answer.count =
         find_contacts(at_a, at_b, gap, std::max(tolerance, gap.distance), answer.contacts);
-    const Eigen::Vector3d place_of_a = mover_a.start + t * mover_a.motion.translation;
+    const Eigen::Vector3d place_of_a = mover_a.origin_at(t);
     for (PairContact& contact : std::span(answer.contacts.data(), answer.count)) {
         contact.point_world -= place_of_a;
     }

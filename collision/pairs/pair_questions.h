@@ -10,7 +10,7 @@
 #include <variant>
 
 // The questions about any two convex shapes: each finds the pair that knows. shape_pairs.h has the
-// contracts; a compound is a loop over its parts on top of this.
+// contracts; questions about compounds choose pairs of parts on top of this.
 namespace terrane::internal {
 
 /// A hull that somebody else keeps.
@@ -37,15 +37,23 @@ std::size_t find_contacts(const Placed& a, const Placed& b, const Gap& gap, doub
 void find_witnesses(const Placed& a, const Placed& b, const Gap& gap, Eigen::Vector3d& on_a_out,
                     Eigen::Vector3d& on_b_out);
 
+/// A convex shape that turns about the origin of its body, or is a body.
+struct MovingPart {
+    const ConvexView& shape;
+    const Pose* body_from_part = nullptr;  ///< none: the body's frame is the shape's
+    const Motion& motion;                  ///< of the body; start.rotation is orthonormal
+};
+
 struct ConvexCast {
     bool hit = false;
     double fraction = 1.0;
     bool started_in_contact = false;
     std::size_t count = 0;
-    std::array<PairContact, 4> contacts;  ///< from the place of a at `fraction`, world axes
+    std::array<PairContact, 4> contacts;  ///< from the place of body a at `fraction`, world axes
 };
-ConvexCast cast_convex(const ConvexView& a, const Motion& motion_a, const ConvexView& b,
-                       const Motion& motion_b, const CastSettings& settings);
+/// From the time `from` of both motions to `to`; a miss has the fraction `to`.
+ConvexCast cast_convex(const MovingPart& a, const MovingPart& b, double from, double to,
+                       const CastSettings& settings);
 
 struct ConvexRay {
     bool hit = false;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "body_math.h"
+#include "compound_data.h"
 #include "hull_data.h"
+#include "part_tree.h"
 #include "vector_math.h"
 
 #include <terrane/collision/compound.h>
@@ -16,12 +18,9 @@
 
 namespace terrane {
 
-struct internal::CompoundData {
-    std::vector<CompoundPart> parts;
-    std::vector<PartBounds> bounds;
-    double bounding_radius = 0.0;
-    double smallest_half_extent = std::numeric_limits<double>::infinity();
-};
+const internal::CompoundData& internal::compound_data(const Compound& compound) {
+    return *compound.data_;
+}
 
 namespace {
 
@@ -160,6 +159,7 @@ Result<Compound> Compound::create(std::span<const CompoundPart> parts) {
         if (Result<void> part = check_part(parts[i], i); !part) return tl::unexpected(part.error());
         add_part(parts[i], *data);
     }
+    data->tree = internal::make_part_tree(data->bounds);
     return Compound(std::move(data));
 }
 
@@ -185,12 +185,17 @@ Result<Compound> Compound::from_triangles(std::span<const Eigen::Vector3d> verti
         if (!hull) return fail(ErrorCode::invalid_argument, name + ": " + hull.error().message);
         add_part({*hull, Pose()}, *data);
     }
+    data->tree = internal::make_part_tree(data->bounds);
     return Compound(std::move(data));
 }
 
 std::span<const CompoundPart> Compound::parts() const { return data_->parts; }
 
 std::span<const PartBounds> Compound::bounds() const { return data_->bounds; }
+
+std::span<const internal::PartNode> internal::part_tree(const Compound& compound) {
+    return compound_data(compound).tree;
+}
 
 Result<void> check(const Compound&) { return {}; }
 

@@ -190,42 +190,22 @@ Result<void> fill_cells(const HeightSource& source, const std::stop_token& stop,
 }
 
 void fill_intervals(Chunk& chunk) {
-    constexpr int kBlockCells = kChunkCells / kChunkBlocks;
-    for (int block_row = 0; block_row < kChunkBlocks; ++block_row) {
-        for (int block_column = 0; block_column < kChunkBlocks; ++block_column) {
-            std::int32_t low = std::numeric_limits<std::int32_t>::max();
-            std::int32_t high = std::numeric_limits<std::int32_t>::min();
-            for (int row = 0; row <= kBlockCells; ++row) {
-                for (int column = 0; column <= kBlockCells; ++column) {
-                    const std::int32_t height = chunk.heights[sample_index(
-                        block_column * kBlockCells + column, block_row * kBlockCells + row)];
-                    low = std::min(low, height);
-                    high = std::max(high, height);
-                }
-            }
-            const auto block = static_cast<std::size_t>(block_row * kChunkBlocks + block_column);
-            chunk.block_low[block] = low;
-            chunk.block_high[block] = high;
-        }
-    }
-    chunk.low = *std::min_element(chunk.block_low.begin(), chunk.block_low.end());
-    chunk.high = *std::max_element(chunk.block_high.begin(), chunk.block_high.end());
+    chunk.pyramid.fill(chunk.heights);
+    const SampleRange& all = chunk.pyramid.at(SamplePyramid::kCoarsest, 0, 0);
+    chunk.low = all.low;
+    chunk.high = all.high;
 }
 
 void fill_areas(Chunk& chunk) {
+    constexpr int kAreaLog2 = 4;
+    static_assert(1 << kAreaLog2 == kAreaCells);
     for (int area = 0; area < kChunkAreas * kChunkAreas; ++area) {
         Chunk::Area& into = chunk.areas[static_cast<std::size_t>(area)];
-        into.low = std::numeric_limits<std::int32_t>::max();
-        into.high = std::numeric_limits<std::int32_t>::min();
         const int south = area / kChunkAreas * kAreaCells;
         const int west = area % kChunkAreas * kAreaCells;
-        for (int row = south; row <= south + kAreaCells; ++row) {
-            for (int column = west; column <= west + kAreaCells; ++column) {
-                const std::size_t i = sample_index(column, row);
-                into.low = std::min(into.low, chunk.heights[i]);
-                into.high = std::max(into.high, chunk.heights[i]);
-            }
-        }
+        const SampleRange& samples = chunk.pyramid.at(kAreaLog2, west, south);
+        into.low = samples.low;
+        into.high = samples.high;
         for (int row = south; row < south + kAreaCells; ++row) {
             for (int column = west; column < west + kAreaCells; ++column) {
                 into.max_cell_bound =
@@ -246,6 +226,21 @@ float Chunk::inverse_square_bound(int column, int row) const {
     if (((column | row) & 1) != 0) return from_upper_half(own_bound(*this, column, row));
     return coarse_bounds.empty() ? std::numeric_limits<float>::infinity()
                                  : coarse_bounds[coarse_index(column, row)];
+}
+
+SampleRange Chunk::samples_in_small(int log2_side, int column, int row) const {
+    const int side = 1 << log2_side;
+    const int west = column & -side, south = row & -side;
+    SampleRange range{std::numeric_limits<std::int32_t>::max(),
+                      std::numeric_limits<std::int32_t>::min()};
+    for (int j = south; j <= south + side; ++j) {
+        for (int i = west; i <= west + side; ++i) {
+            const std::int32_t height = heights[sample_index(i, j)];
+            range.low = std::min(range.low, height);
+            range.high = std::max(range.high, height);
+        }
+    }
+    return range;
 }
 
 std::size_t Chunk::max_bytes() {

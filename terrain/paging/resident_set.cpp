@@ -60,20 +60,14 @@ ResidentSet::ResidentSet(const ResidentSet& same, std::vector<float> fades, std:
                    "each chunk needs a fade of 0 to 1");
 }
 
-// Where a key stands in the table, or would. Keys lie in rows and squares: multiples of an odd number
-// spread these over the upper bits more evenly than chance would.
-std::size_t ResidentSet::Structure::place(const ChunkKey& key) const {
-    const std::uint64_t packed =
-        static_cast<std::uint32_t>(key.x) | std::uint64_t{static_cast<std::uint32_t>(key.y)} << 32;
-    const std::uint64_t hash = (packed + key.level * 0xd1b54a32d192ed03u) * 0x9e3779b97f4a7c15u;
-    const std::size_t mask = table.size() - 1;
-    std::size_t place = hash >> table_shift;
-    while (table[place] != kNone && keys[at(table[place])] != key) place = (place + 1) & mask;
-    return place;
-}
-
 std::int32_t ResidentSet::Structure::find(const ChunkKey& key) const { return table[place(key)]; }
 
 std::int32_t ResidentSet::find(const ChunkKey& key) const { return structure_->find(key); }
+
+const Chunk* ResidentSet::find_chunk(ChunkKey key) const {
+    const Structure& structure = *structure_;
+    const std::int32_t found = structure.table[structure.place(key)];
+    return found == kNone ? nullptr : structure.chunks[at(found)].get();
+}
 
 }  // namespace terrane

@@ -52,4 +52,17 @@ private:
     std::vector<std::int32_t> arrived_;  // indices of what came
 };
 
+// Where a key stands in the table, or would. Keys lie in rows and squares: multiples of an odd number
+// spread these over the upper bits more evenly than chance would.
+inline std::size_t ResidentSet::Structure::place(const ChunkKey& key) const {
+    const std::uint64_t packed =
+        static_cast<std::uint32_t>(key.x) | std::uint64_t{static_cast<std::uint32_t>(key.y)} << 32;
+    const std::uint64_t hash = (packed + key.level * 0xd1b54a32d192ed03u) * 0x9e3779b97f4a7c15u;
+    const std::size_t mask = table.size() - 1;
+    std::size_t place = hash >> table_shift;
+    while (table[place] != kNone && keys[static_cast<std::size_t>(table[place])] != key)
+        place = (place + 1) & mask;
+    return place;
+}
+
 }  // namespace terrane

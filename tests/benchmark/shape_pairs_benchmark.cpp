@@ -19,7 +19,7 @@ using namespace terrane;
 
 struct Named {
     const char* name;
-    ConvexShape shape;
+    Shape shape;
 };
 
 Eigen::Vector3d direction(test::Random& random) {
@@ -69,8 +69,8 @@ int main(int argc, char** argv) {
                 "distance", "pseudo", "cast 5m", "turning");
     for (std::size_t i = 0; i < shapes.size(); ++i) {
         for (std::size_t j = i; j < shapes.size(); ++j) {
-            const ConvexShape& a = shapes[i].shape;
-            const ConvexShape& b = shapes[j].shape;
+            const Shape& a = shapes[i].shape;
+            const Shape& b = shapes[j].shape;
             test::Random random(9);
             const bool is_large = j == 4;
             std::vector<Place> places, ways;

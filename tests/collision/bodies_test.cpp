@@ -422,6 +422,14 @@ TEST(BodyWorld, RefusesWhatIsNotFiniteByNameAndKeepsTheLastGoodState) {
     ASSERT_FALSE(world.add({.friction = -1.0}, at({0.0, 0.0, 0.0})).has_value());
     ASSERT_FALSE(world.add({.restitution = 1.5}, at({0.0, 0.0, 0.0})).has_value());
     ASSERT_FALSE(world.add({.shape = Sphere{0.0}}, at({0.0, 0.0, 0.0})).has_value());
+    const ConvexHull hull = ConvexHull::create(std::array{Eigen::Vector3d(0, 0, 0)}).value();
+    const Result<std::size_t> of_hull = world.add({.shape = hull}, at({0.0, 0.0, 0.0}));
+    ASSERT_FALSE(of_hull.has_value());
+    expect_named(of_hull.error(), "convex hull");
+    const Compound compound = Compound::create(std::array{CompoundPart{hull, Pose{}}}).value();
+    const Result<std::size_t> of_compound = world.add({.shape = compound}, at({0.0, 0.0, 0.0}));
+    ASSERT_FALSE(of_compound.has_value());
+    expect_named(of_compound.error(), "compound");
     EXPECT_EQ(world.states().size(), 0u);
 
     ASSERT_TRUE(world.add({}, at({1.0, 2.0, 3.0})));

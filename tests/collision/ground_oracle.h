@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "support/random.h"
 #include "support/table_ground.h"
 
 #include <terrane/collision/ground_cast.h>
@@ -12,34 +13,10 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
-#include <random>
 #include <vector>
 
-// Slow answers that share no method with the library, and what random tests draw from.
+// Slow answers that share no method with the library, and the grounds and shapes of random tests.
 namespace terrane::test {
-
-/// The same numbers with every standard library.
-class Random {
-public:
-    explicit Random(std::uint64_t seed) : engine_(seed) {}
-    double between(double low, double high) {
-        return low + (high - low) * (static_cast<double>(engine_() >> 11) * 0x1p-53);
-    }
-    Eigen::Vector3d direction() {
-        for (;;) {
-            const Eigen::Vector3d v(between(-1, 1), between(-1, 1), between(-1, 1));
-            if (v.norm() > 0.1 && v.norm() < 1.0) return v.normalized();
-        }
-    }
-    Eigen::Matrix3d rotation() {
-        Motion motion;
-        motion.rotation_vector = between(0.0, 3.1) * direction();
-        return motion.at(1.0).rotation;
-    }
-
-private:
-    std::mt19937_64 engine_;
-};
 
 using HeightFunction = std::function<double(double, double)>;
 
@@ -108,11 +85,39 @@ inline std::vector<Corners> make_soup(const Ground& ground, double west, double 
     return soup;
 }
 
-/// Lift of a box over one triangle: the box's faces are clipped by the triangle's three walls, and
-/// every corner that is left is looked at.
+/// Lift of a polygon over one triangle: it is clipped by the triangle's three walls, and every corner
+/// that is left is looked at. Segments and points are polygons of two corners and of one.
+inline double clip_polygon_lift(std::vector<Eigen::Vector3d> polygon, const Corners& triangle) {
+    const Eigen::Vector3d n = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]);
+    double lift = -std::numeric_limits<double>::infinity();
+    for (std::size_t e = 0; e < 3 && !polygon.empty(); ++e) {
+        const Eigen::Vector3d& a = triangle[e];
+        const Eigen::Vector3d& b = triangle[(e + 1) % 3];
+        const auto inside = [&](const Eigen::Vector3d& p) {
+            return (b.x() - a.x()) * (p.y() - a.y()) - (b.y() - a.y()) * (p.x() - a.x());
+        };
+        std::vector<Eigen::Vector3d> kept;
+        for (std::size_t i = 0; i < polygon.size(); ++i) {
+            const Eigen::Vector3d& p = polygon[i];
+            const Eigen::Vector3d& r = polygon[(i + 1) % polygon.size()];
+            const double dp = inside(p), dr = inside(r);
+            if (dp >= 0.0) kept.push_back(p);
+            if ((dp >= 0.0) != (dr >= 0.0)) kept.push_back(p + dp / (dp - dr) * (r - p));
+        }
+        polygon = kept;
+    }
+    for (const Eigen::Vector3d& p : polygon) {
+        const double height =
+            triangle[0].z() -
+            (n.x() * (p.x() - triangle[0].x()) + n.y() * (p.y() - triangle[0].y())) / n.z();
+        lift = std::max(lift, height - p.z());
+    }
+    return lift;
+}
+
+/// Lift of a box over one triangle, face by face.
 inline double clip_box_lift(const Eigen::Vector3d& half, const Pose& pose,
                             const Corners& triangle) {
-    const Eigen::Vector3d n = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]);
     double lift = -std::numeric_limits<double>::infinity();
     for (int axis = 0; axis < 3; ++axis) {
         for (const double side : {-1.0, 1.0}) {
@@ -124,28 +129,7 @@ inline double clip_box_lift(const Eigen::Vector3d& half, const Pose& pose,
                 p[(axis + 2) % 3] = (k < 2 ? -1.0 : 1.0) * half[(axis + 2) % 3];
                 polygon.push_back(pose * p);
             }
-            for (std::size_t e = 0; e < 3 && !polygon.empty(); ++e) {
-                const Eigen::Vector3d& a = triangle[e];
-                const Eigen::Vector3d& b = triangle[(e + 1) % 3];
-                const auto inside = [&](const Eigen::Vector3d& p) {
-                    return (b.x() - a.x()) * (p.y() - a.y()) - (b.y() - a.y()) * (p.x() - a.x());
-                };
-                std::vector<Eigen::Vector3d> kept;
-                for (std::size_t i = 0; i < polygon.size(); ++i) {
-                    const Eigen::Vector3d& p = polygon[i];
-                    const Eigen::Vector3d& r = polygon[(i + 1) % polygon.size()];
-                    const double dp = inside(p), dr = inside(r);
-                    if (dp >= 0.0) kept.push_back(p);
-                    if ((dp >= 0.0) != (dr >= 0.0)) kept.push_back(p + dp / (dp - dr) * (r - p));
-                }
-                polygon = kept;
-            }
-            for (const Eigen::Vector3d& p : polygon) {
-                const double height =
-                    triangle[0].z() -
-                    (n.x() * (p.x() - triangle[0].x()) + n.y() * (p.y() - triangle[0].y())) / n.z();
-                lift = std::max(lift, height - p.z());
-            }
+            lift = std::max(lift, clip_polygon_lift(polygon, triangle));
         }
     }
     return lift;

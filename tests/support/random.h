@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <Eigen/Core>
+
+#include <cmath>
 #include <cstdint>
 
 namespace terrane::test {
@@ -23,6 +26,31 @@ public:
     }
     /// In [0, count).
     int below(int count) { return static_cast<int>(bits() % static_cast<std::uint64_t>(count)); }
+    /// Unit, spread evenly.
+    Eigen::Vector3d direction() {
+        for (;;) {
+            // Named, so that every compiler draws in the same order.
+            const double x = between(-1.0, 1.0), y = between(-1.0, 1.0), z = between(-1.0, 1.0);
+            const double square = x * x + y * y + z * z;
+            if (square < 0.01 || square > 1.0) continue;
+            return Eigen::Vector3d(x, y, z) / std::sqrt(square);
+        }
+    }
+    /// Orthonormal, spread evenly over all rotations.
+    Eigen::Matrix3d rotation() {
+        for (;;) {
+            const double a = between(-1.0, 1.0), b = between(-1.0, 1.0);
+            const double c = between(-1.0, 1.0), d = between(-1.0, 1.0);
+            const double square = a * a + b * b + c * c + d * d;
+            if (square < 0.01 || square > 1.0) continue;
+            const double s = 2.0 / square;
+            Eigen::Matrix3d rotation;
+            rotation << 1.0 - s * (c * c + d * d), s * (b * c - a * d), s * (b * d + a * c),
+                s * (b * c + a * d), 1.0 - s * (b * b + d * d), s * (c * d - a * b),
+                s * (b * d - a * c), s * (c * d + a * b), 1.0 - s * (b * b + c * c);
+            return rotation;
+        }
+    }
 
 private:
     std::uint64_t state_;

@@ -18,8 +18,8 @@ struct TableGroundSettings {
     std::int32_t first_root = 0;  ///< key of the south-western root square, both ways
     double quantum = 0x1p-12;     ///< metres
     float bound = 0.0f;           ///< what every bound of the source says
-    std::function<bool(double, double)> is_outside;  ///< of a cell's centre; none: all is ground
-    std::function<bool(int, int)> is_resident;       ///< of a root by column and row; none: all are
+    std::function<bool(double, double)> is_outside{};  ///< of a cell's centre; none: all is ground
+    std::function<bool(int, int)> is_resident{};  ///< of a root by column and row; none: all are
 };
 
 /// Ground over an analytic height, every chunk resident unless the settings say otherwise. Level 0

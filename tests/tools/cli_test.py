@@ -309,7 +309,12 @@ class Query(Folder):
                '{"op":"test","shape":{"sphere":{"radius":-1}},"position":[0,0,0]}',
                '{"op":"test","shape":{"sphere":{"radius":1}},"position":[0,0]}',
                '{"op":"test","shape":{"sphere":{"radius":1}},"position":[0,0,0],"rotation":[1,0.1,0,0]}',
-               '{"op":"test","shape":{"hull":{"points":[[0,0,0]]}},"position":[0,0,0]}',
+               '{"op":"test","shape":{"hull":{"points":[]}},"position":[0,0,0]}',
+               '{"op":"test","shape":{"hull":{"points":[[0,0,0],[1,"2",3]]}},"position":[0,0,0]}',
+               '{"op":"test","shape":{"compound":[]},"position":[0,0,0]}',
+               '{"op":"test","shape":{"sphere":{"radius":1}},"position":[0,0,0],"other":{}}',
+               '{"op":"test","shape":{"sphere":{"radius":1}},"position":[0,0,0],"other":{"shape":'
+               '{"sphere":{"radius":1}},"position":[0,0,NaN]}}',
                '{"op":"cast","shape":{"sphere":{"radius":1}},"position":[0,0,0]}',
                "[" * 100000]
         lines = [line for text in bad for line in (text, good)]
@@ -320,6 +325,44 @@ class Query(Folder):
             self.assertTrue(refused["message"], text[:80])
             self.assertEqual(answered, answers[1])
         self.assertEqual((answers[1]["id"], answers[1]["status"]), ("good", "ok"))
+
+    def test_shape_against_shape(self):
+        _, raster = self.hills()
+        corners = [[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
+        shapes = {"sphere": {"radius": 1}, "capsule": {"radius": 1, "half_height": 0},
+                  "box": {"half_extents": [1, 1, 1]}, "hull": {"points": corners}}
+        shapes = [{kind: sizes} for kind, sizes in shapes.items()]
+        shapes.append({"compound": [{"shape": shapes[2]},
+                                    {"shape": shapes[0], "position": [0, 0, 3]}]})
+        questions = []
+        for a in shapes:
+            for b in shapes:
+                for gap in (0.5, -0.25):
+                    pair = {"shape": a, "position": [2 + gap, 0, 0],
+                            "other": {"shape": b, "position": [0, 0, 0]}}
+                    for op in ("test", "find", "distance", "pseudodistance"):
+                        questions.append({"id": [op, gap], "op": op, **pair})
+                questions.append({"id": ["cast", 0.5], "op": "cast", "to": [2, 0, 0], "shape": a,
+                                  "position": [42, 0, 0],
+                                  "other": {"shape": b, "position": [0, 0, 0]}})
+        questions.append({"id": ["ray", 0.5], "op": "ray", "from": [41, 0, 0], "to": [-39, 0, 0],
+                          "other": {"shape": shapes[4], "position": [0, 0, 0]}})
+        for question, answer in zip(questions, ask(["--dem", raster], questions), strict=True):
+            op, gap = question["id"]
+            self.assertEqual(answer["status"], "ok", (question, answer))
+            if op in ("test", "find"):
+                self.assertEqual(answer["hit"], gap < 0, (question, answer))
+            if op == "find":
+                self.assertEqual(bool(answer["contacts"]), gap < 0)
+            if op == "distance":
+                self.assertAlmostEqual(answer["distance"], gap, places=12)
+                np.testing.assert_allclose(answer["normal"], [1, 0, 0], atol=1e-12)
+            if op == "pseudodistance":
+                self.assertEqual(answer["distance"] < 0, gap < 0)
+            if op == "cast":
+                self.assertAlmostEqual(answer["fraction"], 1, places=5)
+            if op == "ray":
+                self.assertAlmostEqual(answer["fraction"], 0.5, places=12)
 
     def test_each_answer_comes_before_the_next_question(self):
         _, raster = self.hills()

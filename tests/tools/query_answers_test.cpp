@@ -127,6 +127,51 @@ TEST(AnswerQuery, AgreesWithItselfAboutAShapeAboveAndInTheGround) {
     }
 }
 
+// A box of 2 x 4 x 1 m and three ways to say the same.
+TEST(AnswerQuery, TakesAHullAndCompoundsForTheBoxThatTheyAre) {
+    QueryGround ground = make_ground();
+    const std::string box = R"({"box":{"half_extents":[1,2,0.5]}})";
+    const std::string half = R"({"box":{"half_extents":[0.5,2,0.5]}})";
+    const std::vector<std::string> same{
+        R"({"hull":{"points":[[-1,-2,-0.5],[1,-2,-0.5],[-1,2,-0.5],[1,2,-0.5],)"
+        R"([-1,-2,0.5],[1,-2,0.5],[-1,2,0.5],[1,2,0.5],[0.1,0.2,0.3]]}})",
+        R"({"compound":[{"shape":)" + box + "}]}",
+        R"({"compound":[{"shape":)" + half + R"(,"position":[-0.5,0,0]},{"shape":)" + half +
+            R"(,"position":[0.5,0,0],"rotation":[0,0,0,1]}]})"};
+    const double z = ask(ground, height_at(50.0, 60.0))["height"].get<double>();
+    const auto about = [&](const std::string& op, const std::string& shape, double above) {
+        return ask(ground, R"({"op":")" + op + R"(","shape":)" + shape + R"(,"position":[50,60,)" +
+                               Json(z + above).dump() +
+                               R"(],"rotation":[0.8,0.6,0,0],"to":[70,60,)" +
+                               Json(z - 2000.0).dump() + "]}");
+    };
+    for (const double above : {-0.2, 4.0, 400.0}) {
+        for (const std::string& shape : same) {
+            SCOPED_TRACE(shape + " " + std::to_string(above));
+            for (const char* op : {"test", "find", "distance", "pseudodistance", "cast"}) {
+                const Json expected = about(op, box, above);
+                const Json answer = about(op, shape, above);
+                ASSERT_EQ(answer["status"], expected["status"]) << op << answer;
+                if (expected.contains("hit")) {
+                    EXPECT_EQ(answer["hit"], expected["hit"]) << op;
+                }
+                if (expected.contains("distance") && above > 0.0) {
+                    EXPECT_NEAR(answer["distance"].get<double>(),
+                                expected["distance"].get<double>(), 1e-9)
+                        << op;
+                }
+                if (expected.contains("contacts")) {
+                    EXPECT_EQ(answer["contacts"].empty(), expected["contacts"].empty()) << op;
+                }
+                if (expected.contains("fraction")) {
+                    EXPECT_NEAR(answer["fraction"].get<double>() * 2000.0,
+                                expected["fraction"].get<double>() * 2000.0, 2e-3);
+                }
+            }
+        }
+    }
+}
+
 TEST(AnswerQuery, CastsAShapeDownToItsFirstTouch) {
     QueryGround ground = make_ground();
     const Json cast = ask(ground, sphere_over(ground, "cast", 500.0, R"(,"to":[50,60,-2000])"));

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <span>
 #include <string>
 
 namespace terrane::tools {
@@ -74,17 +75,107 @@ TEST(ParseQuery, SaysWhatIsWrongInALine) {
     EXPECT_EQ(complaint(R"({"op":"test",)" + sphere + "}"), "");
 }
 
-TEST(ParseQuery, SaysWhatIsNotSupportedYet) {
-    const auto names = [](const std::string& line, const char* what) {
-        const std::string text = complaint(line);
-        return text.find(what) != std::string::npos &&
-               text.find("not supported yet") != std::string::npos;
+const Shape& shape_of(const QueryLine& parsed) {
+    return std::get<ShapeQuestion>(parsed.question.value()).shape;
+}
+
+TEST(ParseQuery, ReadsHulls) {
+    const QueryLine parsed = parse_query(
+        R"({"op":"test","shape":{"hull":{"points":[[0,0,0],[1,0,0],[0,1,0],[0,0,1],[0.1,0.1,0.1]]}},"position":[1,2,3]})");
+    ASSERT_TRUE(parsed.question) << parsed.question.error();
+    EXPECT_EQ(std::get<ConvexHull>(shape_of(parsed)).vertices().size(), 4u);
+    // the largest that there is fits into a line
+    std::string points;
+    for (std::size_t i = 0; i < ConvexHull::kMaxPoints; ++i) points += "[0,1.5,2],";
+    const auto with = [](const std::string& list) {
+        return R"({"op":"test","shape":{"hull":{"points":[)" + list + R"(]}},"position":[0,0,0]})";
     };
-    EXPECT_TRUE(
-        names(R"({"op":"test","shape":{"hull":{"points":[]}},"position":[0,0,0]})", "hull"));
-    EXPECT_TRUE(names(R"({"op":"test","shape":{"compound":[]},"position":[0,0,0]})", "compound"));
-    EXPECT_TRUE(names(
-        R"({"op":"test","shape":{"sphere":{"radius":1}},"position":[0,0,0],"other":{}})", "other"));
+    EXPECT_EQ(complaint(with(points.substr(0, points.size() - 1))), "");
+    EXPECT_NE(complaint(with(points + "[0,0,0]")).find("100001"), std::string::npos);
+    EXPECT_NE(complaint(with("")).find("got 0"), std::string::npos) << complaint(with(""));
+    EXPECT_NE(
+        complaint(with("[1,2,3],[1,null,2]")).find("points[1] must be 3 numbers, got [1,null,2]"),
+        std::string::npos);
+    EXPECT_NE(complaint(with("[1,2,3],[[1,2,3]]")).find("points[1]"), std::string::npos);
+    EXPECT_NE(complaint(with("[1,2,3,4]")).find("points[0]"), std::string::npos);
+    EXPECT_NE(complaint(with("[1,2,2e5]")).find("1e5"), std::string::npos)
+        << complaint(with("[1,2,2e5]"));
+    EXPECT_NE(complaint(with("[1,2,1e999]")), "");
+    EXPECT_NE(complaint(with("[1,2,NaN]")), "");
+    const std::string position = R"(,"position":[0,0,0]})";
+    EXPECT_NE(complaint(R"({"op":"test","shape":{"hull":[[0,0,0]]})" + position).find("hull"),
+              std::string::npos);
+    EXPECT_EQ(complaint(R"({"op":"test","shape":{"hull":{"point":[[0,0,0]]}})" + position),
+              "points is missing");
+    EXPECT_NE(complaint(R"({"op":"test","shape":{"hull":{"points":7}})" + position).find("got 7"),
+              std::string::npos);
+}
+
+TEST(ParseQuery, ReadsCompounds) {
+    const QueryLine parsed = parse_query(
+        R"({"op":"find","shape":{"compound":[{"shape":{"sphere":{"radius":1}},"position":[0,0,2]},)"
+        R"({"shape":{"hull":{"points":[[0,0,0]]}},"rotation":[0,0,0,1]}]},"position":[0,0,0]})");
+    ASSERT_TRUE(parsed.question) << parsed.question.error();
+    const std::span<const CompoundPart> parts = std::get<Compound>(shape_of(parsed)).parts();
+    ASSERT_EQ(parts.size(), 2u);
+    EXPECT_EQ(std::get<Sphere>(parts[0].shape).radius, 1.0);
+    EXPECT_EQ(parts[0].body_from_part.translation, Eigen::Vector3d(0.0, 0.0, 2.0));
+    EXPECT_EQ(parts[1].body_from_part.translation, Eigen::Vector3d::Zero());
+    EXPECT_EQ(parts[1].body_from_part.rotation(0, 0), -1.0);
+
+    const auto with = [](const std::string& list) {
+        return complaint(R"({"op":"test","shape":{"compound":)" + list +
+                         R"(},"position":[0,0,0]})");
+    };
+    const std::string ball = R"({"shape":{"sphere":{"radius":1}}})";
+    EXPECT_EQ(with("[" + ball + "]"), "");
+    EXPECT_NE(with("[]").find("got 0"), std::string::npos) << with("[]");
+    EXPECT_NE(with("{}").find("array"), std::string::npos);
+    EXPECT_EQ(with("[" + ball + R"(,{"shape":{"compound":[)" + ball + "]}}]"),
+              "compound[1]: shape must not be a compound in a compound");
+    EXPECT_EQ(with("[" + ball + ",5]"), "compound[1]: must be an object, got 5");
+    EXPECT_EQ(with(R"([{"shpe":{"sphere":{"radius":1}}}])"), "compound[0]: shape is missing");
+    EXPECT_NE(with(R"([{"shape":{"sphere":{"radius":-1}}}])").find("compound[0]: sphere radius"),
+              std::string::npos);
+    EXPECT_NE(with(R"([{"shape":{"cone":{}}}])").find("sphere, capsule, box or hull, got"),
+              std::string::npos);
+    EXPECT_NE(
+        with(R"([{"shape":{"sphere":{"radius":1}},"rotation":[1,0.1,0,0]}])").find("length 1"),
+        std::string::npos);
+    EXPECT_NE(with(R"([{"shape":{"sphere":{"radius":1}},"position":[2e5,0,0]}])").find("1e5"),
+              std::string::npos);
+}
+
+TEST(ParseQuery, ReadsTheOtherShape) {
+    const std::string sphere = R"("shape":{"sphere":{"radius":1}},"position":[0,0,5])";
+    const QueryLine cast = parse_query(R"({"op":"cast",)" + sphere + R"(,"to":[0,0,1],"other":{)" +
+                                       sphere + R"(,"to":[1,2,3],"to_rotation":[0,0,0,1]}})");
+    ASSERT_TRUE(cast.question) << cast.question.error();
+    const auto& swept = std::get<CastQuestion>(*cast.question);
+    ASSERT_TRUE(swept.other);
+    EXPECT_EQ(swept.other->to_world, WorldPos(1.0, 2.0, 3.0));
+    EXPECT_EQ(swept.other->to_rotation(0, 0), -1.0);
+    // either may be the one that moves
+    const std::string still = R"({"op":"cast",)" + sphere + R"(,"other":{)" + sphere;
+    EXPECT_EQ(complaint(still + R"(,"to":[1,2,3]}})"), "");
+    EXPECT_EQ(complaint(still + "}}"), "to is missing");
+    EXPECT_EQ(complaint(R"({"op":"ray","from":[0,0,9],"to":[0,0,0],"other":{)" + sphere + "}}"),
+              "");
+
+    const auto with = [&](const std::string& other) {
+        return complaint(R"({"op":"test",)" + sphere + R"(,"other":)" + other + "}");
+    };
+    EXPECT_EQ(with("{" + sphere + "}"), "");
+    EXPECT_EQ(with("{}"), "other: shape is missing");
+    EXPECT_EQ(with("7"), "other must be an object, got 7");
+    EXPECT_EQ(with("null"), "other must be an object, got null");
+    EXPECT_EQ(with(R"({"shape":{"sphere":{"radius":1}}})"), "other: position is missing");
+    EXPECT_EQ(with(R"({"shape":{"sphere":{"raduis":1}},"position":[0,0,0]})"),
+              "other: radius is missing");
+    EXPECT_NE(with("{" + sphere + R"(,"rotation":[2,0,0,0]})").find("other: rotation must be"),
+              std::string::npos);
+    EXPECT_NE(complaint(R"({"op":"height","x":0,"y":0,"other":{)" + sphere + "}}").find("height"),
+              std::string::npos);
 }
 
 TEST(ParseQuery, TakesRotationsOfLengthOneToOneMillionth) {

@@ -12,7 +12,8 @@ namespace terrane::tools {
 /// flush what was answered, so that nobody waits for an answer that sits in a buffer.
 class LineReader {
 public:
-    static constexpr std::size_t kMaxLine_bytes = std::size_t{1} << 20;
+    /// The largest hull or compound fits, with every digit.
+    static constexpr std::size_t kMaxLine_bytes = std::size_t{1} << 24;
 
     enum class Status {
         line,      ///< here is one; the last need not end with a line end

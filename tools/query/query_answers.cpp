@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "query/query_answers.h"
 
+#include "query/answer_values.h"
+#include "query/pair_answers.h"
 #include "query/path_clip.h"
 
 #include <terrane/collision/ground_cast.h>
@@ -19,8 +21,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kMaxContacts = 4096;
 
-Json as_array(const Eigen::Vector3d& v) { return Json::array({v.x(), v.y(), v.z()}); }
-
 const char* name_of(GroundStatus status) {
     switch (status) {
         case GroundStatus::ok:
@@ -35,20 +35,6 @@ const char* name_of(GroundStatus status) {
             break;
     }
     return "invalid";
-}
-
-/// Writes the status of an answer that cannot be used; false where it can.
-bool write_fault(ContactStatus status, Json& answer) {
-    if (status == ContactStatus::not_resident) {
-        answer["status"] = "not_resident";
-        return true;
-    }
-    if (status == ContactStatus::invalid) {
-        answer["status"] = "invalid";
-        answer["message"] = "the shape or its pose was refused";
-        return true;
-    }
-    return false;
 }
 
 template <class Answer>
@@ -120,6 +106,8 @@ Json as_json(const Contact& contact) {
     json["point"] = as_array(contact.point_world);
     json["normal"] = as_array(contact.normal);
     json["depth"] = contact.depth;
+    json["part"] = contact.part;
+    json["feature"] = as_object(contact.feature);
     return json;
 }
 
@@ -226,10 +214,7 @@ void answer_shape(const ShapeQuestion& question, QueryGround& ground, Json& answ
 }
 
 void answer_cast(const CastQuestion& question, QueryGround& ground, Json& answer) {
-    const Motion motion{
-        .start = question.start,
-        .translation = question.to_world - question.start.translation,
-        .rotation_vector = rotation_vector_between(question.start.rotation, question.to_rotation)};
+    const Motion motion = motion_to(question.start, question.to_world, question.to_rotation);
     CastSettings settings;
     settings.skip_separating = question.skip_separating;
     const double reach = bounding_radius(question.shape) + settings.tolerance;
@@ -274,11 +259,13 @@ nlohmann::ordered_json answer_query(const QueryLine& line, QueryGround& ground) 
     if (const auto* height = std::get_if<HeightQuestion>(&question)) {
         answer_height(*height, ground, answer);
     } else if (const auto* ray = std::get_if<RayQuestion>(&question)) {
-        answer_ray(*ray, ground, answer);
+        ray->other ? answer_shape_ray(*ray, *ray->other, answer) : answer_ray(*ray, ground, answer);
     } else if (const auto* shape = std::get_if<ShapeQuestion>(&question)) {
-        answer_shape(*shape, ground, answer);
+        shape->other ? answer_pair(*shape, *shape->other, answer)
+                     : answer_shape(*shape, ground, answer);
     } else if (const auto* swept = std::get_if<CastQuestion>(&question)) {
-        answer_cast(*swept, ground, answer);
+        swept->other ? answer_pair_cast(*swept, *swept->other, answer)
+                     : answer_cast(*swept, ground, answer);
     }
     ground.let_go();
     return answer;

@@ -58,7 +58,8 @@ void add_query_command(CLI::App& app, CommandContext& context) {
     const auto options = std::make_shared<QueryOptions>();
     CLI::App* query = app.add_subcommand(
         "query",
-        "Answers questions about the ground: one JSON object a line on standard input, one a line "
+        "Answers questions about the ground, and about shapes: one JSON object a line on standard "
+        "input, one a line "
         "out, in order.\n"
         "  {\"op\":\"height\",\"x\":..,\"y\":..}\n"
         "  {\"op\":\"ray\",\"from\":[x,y,z],\"to\":[x,y,z]}\n"
@@ -69,9 +70,13 @@ void add_query_command(CLI::App& app, CommandContext& context) {
         "  "
         "{\"op\":\"cast\",\"shape\":S,\"position\":..,\"rotation\":..,\"to\":..,\"to_rotation\":..,"
         "\"skip_separating\":true}\n"
-        "S is {\"sphere\":{\"radius\":r}}, {\"capsule\":{\"radius\":r,\"half_height\":h}} (axis z) "
-        "or "
-        "{\"box\":{\"half_extents\":[x,y,z]}}.\n"
+        "S is {\"sphere\":{\"radius\":r}}, {\"capsule\":{\"radius\":r,\"half_height\":h}} (axis "
+        "z), "
+        "{\"box\":{\"half_extents\":[x,y,z]}}, {\"hull\":{\"points\":[[x,y,z],..]}} or\n"
+        "  {\"compound\":[{\"shape\":S,\"position\":..,\"rotation\":..},..]}.\n"
+        "With \"other\":{\"shape\":S,\"position\":..,\"rotation\":..,\"to\":..,\"to_rotation\":..} "
+        "a "
+        "shape or a ray meets that shape instead of the ground.\n"
         "An \"id\" is echoed. A bad line gets status invalid and a message.");
     add_terrain_options(*query, options->terrain);
     add_not_negative(*query, "--contact-spacing-m", options->contact_spacing_m,

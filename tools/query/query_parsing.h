@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <tl/expected.hpp>
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -16,9 +17,18 @@ struct HeightQuestion {
     double x = 0.0, y = 0.0;
 };
 
+/// A shape to ask about instead of the ground. Where it does not move, it ends where it starts.
+struct OtherShape {
+    Shape shape;
+    Pose start;
+    WorldPos to_world = WorldPos::Zero();
+    Eigen::Matrix3d to_rotation = Eigen::Matrix3d::Identity();
+};
+
 struct RayQuestion {
     WorldPos from_world = WorldPos::Zero();
     WorldPos to_world = WorldPos::Zero();
+    std::optional<OtherShape> other;
 };
 
 enum class ShapeOp { test, find, distance, pseudodistance };
@@ -27,6 +37,7 @@ struct ShapeQuestion {
     ShapeOp op = ShapeOp::test;
     Shape shape;
     Pose world_from_shape;
+    std::optional<OtherShape> other;
 };
 
 struct CastQuestion {
@@ -35,6 +46,7 @@ struct CastQuestion {
     WorldPos to_world = WorldPos::Zero();
     Eigen::Matrix3d to_rotation = Eigen::Matrix3d::Identity();
     bool skip_separating = false;
+    std::optional<OtherShape> other;
 };
 
 using Question = std::variant<HeightQuestion, RayQuestion, ShapeQuestion, CastQuestion>;

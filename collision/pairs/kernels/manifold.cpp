@@ -14,12 +14,13 @@ bool Manifold::Candidate::is_before(const Candidate& other) const {
     return false;
 }
 
-void Manifold::add(const Eigen::Vector3d& point_on_a, double depth, ShapeFeature a,
-                   ShapeFeature b) {
+void Manifold::add(const Eigen::Vector3d& point_on_a, double depth, ShapeFeature a, ShapeFeature b,
+                   std::uint32_t part_a, std::uint32_t part_b) {
     if (!(depth >= -margin_)) return;
     if (count_ == kMost) reduce();
     deepest_ = count_ == 0 ? depth : std::max(deepest_, depth);
-    candidates_[count_++] = {point_on_a, depth, {a.first, a.second, b.first, b.second}};
+    candidates_[count_++] = {
+        point_on_a, depth, {part_a, a.first, a.second, part_b, b.first, b.second}};
 }
 
 // Moves four that stand for all to the front: the deepest, the farthest from it, the one that makes the
@@ -82,8 +83,10 @@ std::size_t Manifold::finish(std::array<PairContact, 4>& contacts_out) {
         contacts_out[i] = {from.point,
                            normal_,
                            from.depth,
-                           {from.features[0], from.features[1]},
-                           {from.features[2], from.features[3]}};
+                           {from.features[1], from.features[2]},
+                           {from.features[4], from.features[5]},
+                           from.features[0],
+                           from.features[3]};
     }
     return count_;
 }

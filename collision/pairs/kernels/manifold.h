@@ -28,7 +28,8 @@ public:
     /// @param margin contacts with a gap up to it are kept, metres
     Manifold(const Eigen::Vector3d& normal, double margin) : normal_(normal), margin_(margin) {}
 
-    void add(const Eigen::Vector3d& point_on_a, double depth, ShapeFeature a, ShapeFeature b);
+    void add(const Eigen::Vector3d& point_on_a, double depth, ShapeFeature a, ShapeFeature b,
+             std::uint32_t part_a = 0, std::uint32_t part_b = 0);
     bool has_depth(double depth) const { return count_ > 0 && deepest_ >= depth; }
 
     /// How many there are: at most four, the deepest first.
@@ -39,7 +40,7 @@ private:
     struct Candidate {
         Eigen::Vector3d point;  ///< on a
         double depth;
-        std::array<std::uint32_t, 4> features;
+        std::array<std::uint32_t, 6> features;  ///< part, first, second of a; of b
 
         bool is_before(const Candidate& other) const;
     };

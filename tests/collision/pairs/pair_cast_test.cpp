@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "collision/pairs/case_count.h"
 #include "collision/pairs/pair_cases.h"
 
 #include <gtest/gtest.h>
@@ -6,7 +7,6 @@
 namespace terrane {
 namespace {
 
-using internal::cast_convex;
 using internal::ConvexCast;
 using test::Case;
 using test::KindPair;
@@ -14,7 +14,7 @@ using test::PlacedCase;
 using test::Random;
 
 constexpr std::uint64_t kSeed = 20261201;
-constexpr int kCases = 10'000;
+const int kCases = test::case_count(10'000);
 
 class PairCasts : public testing::TestWithParam<KindPair> {};
 
@@ -24,10 +24,17 @@ INSTANTIATE_TEST_SUITE_P(All, PairCasts, testing::ValuesIn(test::all_pairs()),
 Motion motion_of(const Pose& pose, const Eigen::Vector3d& translation,
                  const Eigen::Vector3d& rotation_vector = Eigen::Vector3d::Zero()) {
     Motion motion;
-    motion.start = pose;
+    motion.start = {orthonormalized(pose.rotation), pose.translation};
     motion.translation = translation;
     motion.rotation_vector = rotation_vector;
     return motion;
+}
+
+ConvexCast cast_convex(const internal::ConvexView& a, const Motion& motion_a,
+                       const internal::ConvexView& b, const Motion& motion_b,
+                       const CastSettings& settings) {
+    return internal::cast_convex({a, nullptr, motion_a}, {b, nullptr, motion_b}, 0.0, 1.0,
+                                 settings);
 }
 
 double distance_at(const Case& c, const Motion& a, const Motion& b, double t) {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "collision/pairs/case_count.h"
 #include "collision/pairs/pair_cases.h"
 #include "collision/pairs/pair_oracle.h"
 
@@ -13,7 +14,7 @@ using test::PlacedCase;
 using test::Random;
 
 constexpr std::uint64_t kSeed = 20261121;
-constexpr int kCases = 10'000;
+const int kCases = test::case_count(10'000);
 
 class Pairs : public testing::TestWithParam<KindPair> {};
 

@@ -17,7 +17,7 @@ using test::Random;
 constexpr std::uint64_t kSeed = 20261203;
 
 // With a hull that is no box.
-std::vector<ConvexShape> make_shapes() {
+std::vector<Shape> make_shapes() {
     std::vector<Eigen::Vector3d> points;
     for (int i = 0; i < 12; ++i) {
         points.push_back({std::cos(1.1 * i), std::sin(1.1 * i), 0.3 * std::cos(2.3 * i)});
@@ -34,9 +34,9 @@ Pose at(const Eigen::Vector3d& translation) {
 
 TEST(ShapePairs, TouchingIsZeroAndTouches) {
     // Sums of halves and quarters: every digit counts.
-    const ConvexShape ball = Sphere{0.5}, rod = Capsule{0.25, 0.5}, box = Box{{1.0, 0.5, 0.25}};
+    const Shape ball = Sphere{0.5}, rod = Capsule{0.25, 0.5}, box = Box{{1.0, 0.5, 0.25}};
     const struct {
-        ConvexShape a, b;
+        Shape a, b;
         Eigen::Vector3d offset;
     } cases[] = {
         {ball, ball, {1.0, 0, 0}},   {ball, rod, {0.75, 0, 0.25}}, {ball, rod, {0, 0, 1.25}},
@@ -94,9 +94,9 @@ TEST(ShapePairs, HoldFromAMillimetreToTenKilometres) {
             for (int i = 0; i < 200; ++i) {
                 Pose pose;
                 pose.rotation = random.rotation();
-                const ConvexShape a = i % 3 == 0   ? ConvexShape(Sphere{small})
-                                      : i % 3 == 1 ? ConvexShape(Capsule{small, small})
-                                                   : ConvexShape(Box{{small, small, small}});
+                const Shape a = i % 3 == 0   ? Shape(Sphere{small})
+                                : i % 3 == 1 ? Shape(Capsule{small, small})
+                                             : Shape(Box{{small, small, small}});
                 const Box floor{{large, large, large}};
                 // Somewhere at its top, beside an edge too.
                 const double gap = random.between(-1.0, 3.0) * std::min(small, large);
@@ -108,7 +108,8 @@ TEST(ShapePairs, HoldFromAMillimetreToTenKilometres) {
                     : i % 3 == 1 ? internal::ConvexView(Capsule{small, small})
                                  : internal::ConvexView(Box{{small, small, small}});
                 const double expected = test::oracle_distance(view, pose, floor, Pose{});
-                EXPECT_NEAR(answer.distance, expected, 1e-12 * (small + large)) << "kind " << i % 3 << " sizes " << small << " and " << large;
+                EXPECT_NEAR(answer.distance, expected, 1e-12 * (small + large))
+                    << "kind " << i % 3 << " sizes " << small << " and " << large;
                 EXPECT_EQ(test_contact(a, pose, floor, Pose{}).is_touching, answer.distance <= 0.0);
             }
         }
@@ -119,8 +120,8 @@ TEST(ShapePairs, GiveTheSameBitsTenThousandKilometresOut) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed);
     Random random(kSeed);
     const Eigen::Vector3d shift(1e7, -1e7, 4096.0);
-    for (const ConvexShape& a : make_shapes()) {
-        for (const ConvexShape& b : make_shapes()) {
+    for (const Shape& a : make_shapes()) {
+        for (const Shape& b : make_shapes()) {
             for (int i = 0; i < 200; ++i) {
                 Pose pose_a, pose_b;
                 pose_a.rotation = random.rotation();
@@ -188,11 +189,11 @@ TEST(ShapePairs, RefuseWhatIsNotFiniteOrNotARotation) {
 TEST(ShapePairs, AllocateNothing) {
     Random random(kSeed);
     std::array<PairContact, 4> contacts;
-    const std::vector<ConvexShape> shapes = make_shapes();
+    const std::vector<Shape> shapes = make_shapes();
     const test::AllocationCounter counter;
     double sum = 0.0;
-    for (const ConvexShape& a : shapes) {
-        for (const ConvexShape& b : shapes) {
+    for (const Shape& a : shapes) {
+        for (const Shape& b : shapes) {
             for (int i = 0; i < 20; ++i) {
                 Motion move_a, move_b;
                 move_a.start.rotation = random.rotation();

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "collision/pairs/case_count.h"
 #include "collision/pairs/pair_cases.h"
 #include "collision/pairs/pair_oracle.h"
 
@@ -27,7 +28,7 @@ TEST_P(ShapeRays, MeetWhatASegmentMeetsAndWhereItFirstDoes) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed);
     Random random(kSeed);
     int hits = 0;
-    for (int i = 0; i < 10'000 && !HasFailure(); ++i) {
+    for (int i = 0; i < test::case_count(10'000) && !HasFailure(); ++i) {
         SCOPED_TRACE(testing::Message() << "case " << i);
         const internal::ConvexView shape = test::random_shape(random, GetParam(), i % 5 == 3);
         Pose pose;

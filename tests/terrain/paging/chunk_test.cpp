@@ -87,19 +87,43 @@ TEST(MakeChunk, RoundsHeightsToTheNearestQuantum) {
     }
 }
 
-TEST(MakeChunk, BoundsBlocksAndQuadrantsByTheirSamples) {
+TEST(MakeChunk, KnowsTheLowestAndHighestSamplesOfItsSquares) {
     const auto source = fractal_at(-1);
     ASSERT_NE(source, nullptr);
     const auto chunk = make_chunk(*source, {0, 0, 1}).value();
-    for (int row = 0; row <= kChunkCells; ++row) {
-        for (int column = 0; column <= kChunkCells; ++column) {
-            const std::int32_t height = chunk->heights[sample_index(column, row)];
-            const auto block =
-                static_cast<std::size_t>(std::min(row / 8, 15) * 16 + std::min(column / 8, 15));
-            EXPECT_LE(chunk->block_low[block], height);
-            EXPECT_GE(chunk->block_high[block], height);
+    for (int size = SamplePyramid::kFinest; size <= SamplePyramid::kCoarsest; ++size) {
+        const int side = 1 << size;
+        for (int south = 0; south < kChunkCells; south += side) {
+            for (int west = 0; west < kChunkCells; west += side) {
+                std::vector<std::int32_t> samples;
+                for (int row = south; row <= south + side; ++row) {
+                    for (int column = west; column <= west + side; ++column) {
+                        samples.push_back(chunk->heights[sample_index(column, row)]);
+                    }
+                }
+                const auto [low, high] = std::minmax_element(samples.begin(), samples.end());
+                const SampleRange expected{*low, *high};
+                ASSERT_EQ(chunk->pyramid.at(size, west, south), expected);
+                ASSERT_EQ(chunk->pyramid.at(size, west + side - 1, south + side - 1), expected);
+                if (side == kAreaCells) {
+                    const auto area =
+                        static_cast<std::size_t>(south / side * kChunkAreas + west / side);
+                    ASSERT_EQ(chunk->areas[area].low, expected.low);
+                    ASSERT_EQ(chunk->areas[area].high, expected.high);
+                }
+                if (side == kChunkCells) {
+                    ASSERT_EQ(chunk->low, expected.low);
+                    ASSERT_EQ(chunk->high, expected.high);
+                }
+            }
         }
     }
+}
+
+TEST(MakeChunk, BoundsQuadrantsByTheirCells) {
+    const auto source = fractal_at(-1);
+    ASSERT_NE(source, nullptr);
+    const auto chunk = make_chunk(*source, {0, 0, 1}).value();
     float largest = 0.0f;
     for (const float bound : chunk->cell_bounds) largest = std::max(largest, bound);
     EXPECT_EQ(*std::max_element(chunk->quadrant_bound.begin(), chunk->quadrant_bound.end()),

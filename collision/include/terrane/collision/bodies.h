@@ -12,7 +12,7 @@
 namespace terrane {
 
 struct BodySettings {
-    Shape shape = Sphere{};
+    Shape shape = Sphere{};          ///< a sphere, a capsule or a box
     double mass = 1.0;               ///< kilograms, > 0; the inertia is that of the solid shape
     double friction = 0.6;           ///< Coulomb, >= 0
     double restitution = 0.2;        ///< 0 to 1
@@ -68,7 +68,7 @@ public:
     ~BodyWorld();
 
     /// Adds a body; its index is the count of bodies before.
-    /// Fails with invalid_argument for anything not finite or out of range.
+    /// Fails with invalid_argument for a hull or a compound, and for anything not finite or out of range.
     Result<std::size_t> add(const BodySettings& settings, const BodyState& state);
 
     /// Replaces a body's state (a teleport: not a motion, nothing is cast).

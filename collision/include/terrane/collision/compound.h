@@ -28,9 +28,11 @@ struct PartBounds {
     Eigen::Vector3d high;  ///< body frame, metres
 };
 
+class Compound;
 namespace internal {
 struct CompoundData;
-}
+const CompoundData& compound_data(const Compound& compound);
+}  // namespace internal
 
 /// The union of convex shapes; body frame, metres. Parts may overlap, and keep their order: contacts
 /// name them by index. Immutable and cheap to copy: copies share what was made.
@@ -69,6 +71,7 @@ public:
 
 private:
     explicit Compound(std::shared_ptr<const internal::CompoundData> data);
+    friend const internal::CompoundData& internal::compound_data(const Compound& compound);
     friend double bounding_radius(const Compound& compound);
     friend double smallest_half_extent(const Compound& compound);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <terrane/collision/shape_feature.h>
 #include <terrane/collision/shapes.h>
 #include <terrane/terrain/ground.h>
 
@@ -15,6 +16,8 @@ struct Contact {
     Eigen::Vector3d normal =
         Eigen::Vector3d::UnitZ();  ///< unit, out of the ground, in its normal cone
     double depth = 0.0;            ///< overlap along `normal`, metres; negative: a gap
+    ShapeFeature feature;          ///< of the shape, or of its part: what `point_world` lies on
+    std::uint32_t part = 0;        ///< of a compound
 };
 
 /// How complete an answer is. Physics must not run on `not_resident`.
@@ -71,5 +74,26 @@ struct LiftAnswer {
     double error_m = 0.0;
 };
 LiftAnswer compute_lift(const Shape& shape, const Pose& world_from_shape, const Ground& ground);
+
+struct TestAnswer {
+    ContactStatus status = ContactStatus::invalid;
+    bool is_touching = false;
+    double error_m = 0.0;
+};
+
+/// Whether a shape and the ground meet; touching counts. Stops as soon as anything decides.
+TestAnswer test_contact(const Shape& shape, const Pose& world_from_shape, const Ground& ground);
+
+struct PseudodistanceAnswer {
+    ContactStatus status = ContactStatus::invalid;
+    double pseudodistance = 0.0;                        ///< metres
+    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< moving apart along it adds to it
+    double error_m = 0.0;
+};
+
+/// Minus the lift: a cheap measure with the sign of the signed distance. Infinity where there is no ground
+/// below or above the shape.
+PseudodistanceAnswer pseudodistance(const Shape& shape, const Pose& world_from_shape,
+                                    const Ground& ground);
 
 }  // namespace terrane

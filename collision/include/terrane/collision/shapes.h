@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <terrane/collision/compound.h>
+#include <terrane/collision/convex_hull.h>
 #include <terrane/collision/primitives.h>
 #include <terrane/terrain/math.h>
 #include <terrane/terrain/result.h>
@@ -9,7 +11,8 @@
 
 namespace terrane {
 
-using Shape = std::variant<Sphere, Capsule, Box>;
+/// What questions are asked of: a convex shape, or a union of them.
+using Shape = std::variant<Sphere, Capsule, Box, ConvexHull, Compound>;
 
 /// Fails with invalid_argument, naming the field and its value, where a size is negative, not
 /// finite, or above 1e5 m. Zero radii, cores and extents are legal.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <terrane/terrain/height_source.h>
+#include <terrane/terrain/sample_pyramid.h>
 
 #include <array>
 #include <bit>
@@ -12,9 +13,6 @@
 #include <vector>
 
 namespace terrane {
-
-/// Blocks of 8 x 8 cells along the side of a chunk; each has its own interval of heights.
-inline constexpr int kChunkBlocks = kChunkCells / 8;
 
 /// Cells along the side of an area of a chunk, with its own interval and bounds.
 inline constexpr int kAreaCells = 16;
@@ -102,9 +100,7 @@ struct Chunk {
     /// [kChunkCells^2] bits of CellFlag; empty where all cells are ground.
     std::vector<std::uint8_t> cell_flags;
 
-    /// [kChunkBlocks^2] lowest and highest sample of each block of 8 x 8 cells, edges included.
-    std::array<std::int32_t, kChunkBlocks * kChunkBlocks> block_low{};
-    std::array<std::int32_t, kChunkBlocks * kChunkBlocks> block_high{};
+    SamplePyramid pyramid;
     std::int32_t low = 0;   ///< lowest sample
     std::int32_t high = 0;  ///< highest sample
 
@@ -122,6 +118,12 @@ struct Chunk {
     /// Largest cell bound of each quadrant: what the child there could at most improve on.
     std::array<float, 4> quadrant_bound{};
 
+    /// Lowest and highest sample of the square of 1 << log2_side cells along the side, 0 to 7, aligned to
+    /// its size, that a cell lies in; edges included.
+    SampleRange samples_in(int log2_side, int column, int row) const {
+        return log2_side >= SamplePyramid::kFinest ? pyramid.at(log2_side, column, row)
+                                                   : samples_in_small(log2_side, column, row);
+    }
     /// Heights that the reaches of its own vertices take in, or those of an area, world, metres.
     HeightInterval reach() const { return metres(reach_low, reach_high); }
     HeightInterval reach_of_area(int area) const {
@@ -142,6 +144,7 @@ struct Chunk {
     std::size_t bytes() const;
 
 private:
+    SampleRange samples_in_small(int log2_side, int column, int row) const;
     HeightInterval metres(std::int16_t low_units, std::int16_t high_units) const {
         const auto unit = static_cast<double>(reach_unit);
         return {reach_base + unit * low_units, reach_base + unit * high_units};

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 
 namespace terrane {
 
@@ -67,7 +68,7 @@ public:
     Ground(std::shared_ptr<const ResidentSet> resident, int contact_level);
 
     const Lattice& lattice() const { return resident_->lattice(); }
-    const WorldRect& extent() const { return resident_->extent(); }
+    const WorldRect& extent() const { return extent_; }
     int level() const { return level_; }
     /// Metres between the samples of the contact surface.
     double spacing() const { return spacing_; }
@@ -80,7 +81,10 @@ public:
     std::int64_t row_at(double y) const;
 
     GroundCell cell(std::int64_t column, std::int64_t row) const;
-    /// Bounds of the surface over a range, from blocks of 8 x 8 cells. Cost: O(blocks + 1).
+    /// Bounds of the surface over a range, from the blocks of 8 x 8 cells that it meets. Cells that are no
+    /// ground count where their chunk is resident.
+    ///
+    /// Cost: O(blocks along its edge + chunks); O(1) for aligned squares of a power of two
     RangeAnswer range(const CellRange& cells) const;
 
     /// The contact surface over a point.
@@ -93,12 +97,36 @@ public:
 
 private:
     friend class GroundReader;
+    class RayWalk;
+
+    // The lines between cells along one axis: line i is Lattice::x() or y() of it, bit for bit.
+    struct Lines {
+        double origin = 0.0, spacing = 1.0, inverse_spacing = 1.0;
+        double at(std::int64_t index) const {
+            return origin + spacing * static_cast<double>(index);
+        }
+        std::int64_t last_up_to(double p) const;
+    };
+
+    // Null where it is not resident.
+    const Chunk* find_chunk(std::int64_t column, std::int64_t row) const;
+    bool is_in_extent(std::int64_t column, std::int64_t row) const {
+        return column >= in_extent_.west && column <= in_extent_.east && row >= in_extent_.south &&
+               row <= in_extent_.north;
+    }
+    static GroundCell read_cell(const Chunk& chunk, std::int64_t column, std::int64_t row);
+    SampleRange range_of_absent(const ChunkKey& key) const;
+    struct Place;
+    bool height_over(const Place& place, HeightAnswer& answer) const;
 
     std::shared_ptr<const ResidentSet> resident_;
     int level_ = 0;
     std::int64_t step_ = 1;
     double spacing_ = 1.0;
-    CellRange in_extent_;  // cells that the extent's inside meets
+    double quantum_ = 1.0, inverse_quantum_ = 1.0;  // exact: powers of two
+    Lines columns_, rows_;
+    WorldRect extent_;
+    CellRange in_extent_;  // cells of the lattice that the extent's inside meets
 };
 
 /// Reads one cell after the other: what it finds is what the ground answers, sooner where the next cell
@@ -112,10 +140,30 @@ public:
     const Ground& ground() const { return *ground_; }
     GroundCell cell(std::int64_t column, std::int64_t row);
     /// Ground::range() of the block of 8 x 8 cells that a cell lies in.
-    RangeAnswer block(std::int64_t column, std::int64_t row);
+    RangeAnswer block(std::int64_t column, std::int64_t row) { return square(column, row, 3); }
+    /// Bounds of the surface over the square of 1 << log2_side cells along the side, aligned to its size,
+    /// that a cell lies in: exactly its lowest and highest sample where it is resident, those of cells
+    /// beyond the extent and of nodata among them; else as Ground::range().
+    ///
+    /// @param log2_side 0 to 7
+    ///
+    /// Cost: O(1), the less the more squares of one chunk are asked for in turn
+    RangeAnswer square(std::int64_t column, std::int64_t row, int log2_side);
+    /// Corners of a range of cells, and which of the cells are ground.
+    ///
+    /// @param range       at most 32 cells wide
+    /// @param stride      from one row of heights_out to the next, > width of the range
+    /// @param heights_out row by row from the south-west, quanta; 0 where no chunk has them
+    /// @param ground_out  for each row, bit i is set where cell i from the west is ground and resident
+    void heights(const CellRange& range, std::size_t stride, std::span<std::int32_t> heights_out,
+                 std::span<std::uint32_t> ground_out);
+    /// Largest error_m of the cells of a range that are ground and resident.
+    float error(const CellRange& range);
 
 private:
     const Chunk* chunk_of(std::int64_t column, std::int64_t row);
+    template <class Take>
+    void visit_chunks(const CellRange& range, Take take);
 
     const Ground* ground_;
     const Chunk* chunk_ = nullptr;  // that was found last

@@ -18,16 +18,18 @@ inline constexpr double kDefaultMorphRatio = 1.15;
 /// to who needs it longer. Not copied, for a copy would keep nothing alive.
 class ResidentChunk {
 public:
-    explicit ResidentChunk(const std::shared_ptr<const Chunk>& owner) : owner_(&owner) {}
+    explicit ResidentChunk(const std::shared_ptr<const Chunk>& owner)
+        : chunk_(owner.get()), owner_(&owner) {}
     ResidentChunk(ResidentChunk&&) = default;
     ResidentChunk& operator=(ResidentChunk&&) = default;
 
-    const Chunk& operator*() const { return **owner_; }
-    const Chunk* operator->() const { return owner_->get(); }
-    const Chunk* get() const { return owner_->get(); }
+    const Chunk& operator*() const { return *chunk_; }
+    const Chunk* operator->() const { return chunk_; }
+    const Chunk* get() const { return chunk_; }
     operator const std::shared_ptr<const Chunk>&() const { return *owner_; }
 
 private:
+    const Chunk* chunk_;
     const std::shared_ptr<const Chunk>* owner_;
 };
 
@@ -88,6 +90,8 @@ public:
     const Links& links(std::size_t index) const { return structure_->links[index]; }
     /// Index of a chunk in chunks(), or kNone.
     std::int32_t find(const ChunkKey& key) const;
+    /// The chunk itself, or null. Sooner than by its index.
+    const Chunk* find_chunk(ChunkKey key) const;
     /// How far a chunk has faded in, 0 to 1: what it adds to the picture is held back to this share of
     /// its priority. 0 draws as if the chunk were absent, 1 all of it. Ground does not fade.
     float fade(std::size_t index) const { return fades_[index]; }

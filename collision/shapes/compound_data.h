@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "part_tree.h"
+
+#include <limits>
+#include <vector>
+
+namespace terrane::internal {
+
+/// What the copies of a Compound share.
+struct CompoundData {
+    std::vector<CompoundPart> parts;
+    std::vector<PartBounds> bounds;
+    std::vector<PartNode> tree;
+    double bounding_radius = 0.0;
+    double smallest_half_extent = std::numeric_limits<double>::infinity();
+};
+
+}  // namespace terrane::internal

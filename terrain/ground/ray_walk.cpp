@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: MIT
+//
+// Sources:
+//   J. Amanatides, A. Woo. A Fast Voxel Traversal Algorithm for Ray Tracing. Eurographics 1987.
+//   F. K. Musgrave. Grid Tracing: Fast Ray Tracing for Height Fields. 1988. (skipping by intervals)
+//   A. Tevs, I. Ihrke, H.-P. Seidel. Maximum Mipmaps for Fast, Accurate, and Scalable Dynamic Height Field
+//   Rendering. I3D 2008. (a pyramid of intervals)
+// Deviations: within a cell the ray's height above the surface is followed as a function of the way:
+// linear over each triangle, and continuous from cell to cell. The first change of its sign is the
+// hit, so a ray cannot slip through an edge or a corner. Squares are skipped by both ends of their interval
+// of heights, from above and from below, but never where that would change the side that the ray is on.
+#include "ray_walk.h"
+
+#include <algorithm>
+#include <array>
+
+namespace terrane {
+
+void Ground::RayWalk::walk(double leave) {
+    // from the smallest square that holds both ends
+    const CellRange& extent = ground_.in_extent_;
+    const auto ends = [leave](const RayAxis& axis, std::int64_t low, std::int64_t high) {
+        return std::array{std::clamp(axis.cell(0.0), low, high),
+                          std::clamp(axis.cell(leave), low, high)};
+    };
+    const auto columns = ends(x_, extent.west, extent.east);
+    const auto rows = ends(y_, extent.south, extent.north);
+    const std::int64_t differing = (columns[0] ^ columns[1]) | (rows[0] ^ rows[1]);
+    if (differing >> kChunkShift != 0) {
+        follow<kChunkShift>(extent, 0.0, leave, [this](const Stretch& over) {
+            is_whole_ = false;
+            const CellRange cells = cells_of(over, kChunkCells);
+            if (cells.west > cells.east || cells.south > cells.north) {
+                side_ = 0;
+                return false;
+            }
+            return open_chunk(over.column, over.row) ||
+                   (!passes({chunk_->low, chunk_->high}, over) && follow_in<kChunkShift>(over));
+        });
+        return;
+    }
+    if (open_chunk(columns[0], rows[0])) return;
+    Stretch over{columns[0], rows[0], 0.0, leave};
+    if (differing == 0) {
+        is_whole_ ? meet_cell(over) : visit_ragged_cell(over);
+        return;
+    }
+    const int log2_side = differing >> kSmall == 0   ? kSmall
+                          : differing >> kLarge == 0 ? kLarge
+                                                     : kChunkShift;
+    const std::int64_t side = std::int64_t{1} << log2_side;
+    over.column &= -side;
+    over.row &= -side;
+    // rounding must not take it out of the square
+    over.end = std::min({leave, x_.crossing(x_.offset(over.column + (x_.sign > 0 ? side : 0))),
+                         y_.crossing(y_.offset(over.row + (y_.sign > 0 ? side : 0)))});
+    if (log2_side == kSmall) {
+        follow_in<kSmall>(over);
+    } else if (log2_side == kLarge) {
+        follow_in<kLarge>(over);
+    } else {
+        follow_in<kChunkShift>(over);
+    }
+}
+
+// Whether the way ends here, for it is not resident.
+bool Ground::RayWalk::open_chunk(std::int64_t column, std::int64_t row) {
+    chunk_ = ground_.find_chunk(column, row);
+    if (chunk_ == nullptr) {
+        status_ = GroundStatus::not_resident;
+        return true;
+    }
+    const CellRange& extent = ground_.in_extent_;
+    const std::int64_t west = column & -kChunkCells, south = row & -kChunkCells;
+    is_whole_ = chunk_->cell_flags.empty() && west >= extent.west && south >= extent.south &&
+                west + kChunkCells - 1 <= extent.east && south + kChunkCells - 1 <= extent.north;
+    return false;
+}
+
+// A cell that may lie beyond the extent, or be no ground.
+bool Ground::RayWalk::visit_ragged_cell(const Stretch& over) {
+    GroundReader reader(ground_);
+    std::int64_t column = over.column, row = over.row;
+    GroundCell cell = reader.cell(column, row);
+    // cells are closed: a ray along a line may find ground on the other side of it only
+    if (cell.status == GroundStatus::outside && x_.d == 0.0 && x_.p == x_.offset(column)) {
+        cell = reader.cell(column - 1, row);
+        if (cell.status == GroundStatus::ok) --column;
+    }
+    if (cell.status == GroundStatus::outside && y_.d == 0.0 && y_.p == y_.offset(row)) {
+        cell = reader.cell(column, row - 1);
+        if (cell.status == GroundStatus::ok) --row;
+    }
+    if (cell.status == GroundStatus::outside) {
+        side_ = 0;
+        return false;
+    }
+    if (cell.status == GroundStatus::not_resident) {
+        status_ = GroundStatus::not_resident;
+        return true;
+    }
+    return meet(cell, column, row, over);
+}
+
+bool Ground::RayWalk::meet(const GroundCell& cell, std::int64_t column, std::int64_t row,
+                           const Stretch& over) {
+    const double south_west = above_base(cell.south_west);
+    const double south_east = above_base(cell.south_east);
+    const double north_west = above_base(cell.north_west);
+    const double north_east = above_base(cell.north_east);
+    // the triangles on the south-eastern or south-western, and on the other, side of the cut
+    const Plane first = cell.cut_to_north_east
+                            ? Plane{south_west, south_east - south_west, north_east - south_east}
+                            : Plane{south_west, south_east - south_west, north_west - south_west};
+    const Plane second = cell.cut_to_north_east
+                             ? Plane{south_west, north_east - north_west, north_west - south_west}
+                             : Plane{north_west + south_east - north_east, north_east - north_west,
+                                     north_east - south_east};
+    const double west = x_.offset(column), south = y_.offset(row);
+    const auto u = [&](double t) { return x_.at(t) - west; };
+    const auto v = [&](double t) { return y_.at(t) - south; };
+    // > 0 over the first triangle
+    const auto over_first = [&](double t) {
+        return cell.cut_to_north_east ? u(t) - v(t) : 1.0 - u(t) - v(t);
+    };
+    const auto clearance = [&](const Plane& plane, double t) {
+        return height(t) - (plane.z0 + plane.slope_x * u(t) + plane.slope_y * v(t));
+    };
+    const double t0 = over.begin, t1 = std::max(over.begin, over.end);
+    const double cut0 = over_first(t0);
+    const double cut1 = over_first(t1);
+    const bool crosses = (cut0 > 0.0) != (cut1 > 0.0) && cut0 != cut1;
+    const double middle =
+        crosses ? std::clamp(t0 + (t1 - t0) * (cut0 / (cut0 - cut1)), t0, t1) : t1;
+    for (int part = 0; part < (crosses ? 2 : 1); ++part) {
+        const double begin = part == 0 ? t0 : middle;
+        const double end = part == 0 ? middle : t1;
+        const bool is_first = crosses ? (cut0 > 0.0) == (part == 0) : cut0 + cut1 > 0.0;
+        const Plane& plane = is_first ? first : second;
+        const double clear0 = clearance(plane, begin);
+        const double clear1 = clearance(plane, end);
+        const int side0 = (clear0 > 0.0) - (clear0 < 0.0);
+        if (side0 == 0 || side_ * side0 < 0) return hit_at(begin, plane, cell);
+        const int side1 = (clear1 > 0.0) - (clear1 < 0.0);
+        if (side1 != side0) {
+            return hit_at(begin + (end - begin) * (clear0 / (clear0 - clear1)), plane, cell);
+        }
+        side_ = side1;
+    }
+    return false;
+}
+
+bool Ground::RayWalk::hit_at(double t, const Plane& plane, const GroundCell& cell) {
+    status_ = GroundStatus::ok;
+    t_ = t;
+    slope_x_ = plane.slope_x;
+    slope_y_ = plane.slope_y;
+    error_m_ = static_cast<double>(cell.error_m);
+    is_filled_ = cell.filled;
+    return true;
+}
+
+void Ground::RayWalk::answer(RayAnswer& answer_out) const {
+    answer_out.status = status_;
+    if (status_ != GroundStatus::ok) return;
+    const double spacing = ground_.spacing_, quantum = ground_.quantum_;
+    const Eigen::Vector3d up(-quantum * slope_x_ / spacing, -quantum * slope_y_ / spacing, 1.0);
+    answer_out.normal = up / up.norm();
+    answer_out.error_m = error_m_;
+    answer_out.filled = is_filled_;
+}
+
+}  // namespace terrane

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "collision/ground_oracle.h"
+#include "collision/shapes/point_clouds.h"
+
+#include <terrane/collision/ground_contact.h>
+
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+// Hulls and compounds for questions against the ground, with answers that share no method with the library.
+namespace terrane::test {
+
+inline ConvexHull make_hull(const Points& points) { return ConvexHull::create(points).value(); }
+
+inline Points box_corners(const Eigen::Vector3d& half) {
+    Points points;
+    for (int k = 0; k < 8; ++k) {
+        points.emplace_back((k & 1) != 0 ? half.x() : -half.x(),
+                            (k & 2) != 0 ? half.y() : -half.y(),
+                            (k & 4) != 0 ? half.z() : -half.z());
+    }
+    return points;
+}
+
+struct NamedHull {
+    std::string name;
+    Points points;
+};
+
+/// Hulls of every dimension, none of them around its origin.
+inline std::vector<NamedHull> make_hulls(Random& random) {
+    const Eigen::Vector3d off(0.3, -0.2, 0.4);
+    const auto turned = [&](const Points& points) {
+        return transformed(points, 1.0, random.rotation(), off);
+    };
+    return {
+        {"box", turned(box_corners({1.0, 1.5, 0.5}))},
+        {"ball of 20", turned(stretched(sphere(random, 20), {1.2, 0.9, 0.7}))},
+        {"tetrahedron", turned({{1, 0, 0}, {-0.5, 1, 0}, {-0.5, -1, 0}, {0, 0, 1.2}})},
+        {"prism of 12", turned(prism(12, 0.8))},
+        {"quadrangle", turned({{1, 1, 0}, {-1, 1, 0}, {-1, -1, 0}, {1, -1, 0}})},
+        {"triangle", turned({{1, 0, 0}, {-0.5, 1, 0}, {-0.5, -1, 0}})},
+        {"segment", turned({{0.9, 0, 0}, {-0.9, 0, 0}})},
+        {"point", turned({{0, 0, 0}})},
+    };
+}
+
+inline Pose pose_at(double x, double y, double z) {
+    Pose pose;
+    pose.translation = {x, y, z};
+    return pose;
+}
+
+inline Pose moved(Pose pose, const Eigen::Vector3d& d) {
+    pose.translation += d;
+    return pose;
+}
+
+inline Pose random_pose(Random& random, const Ground& ground, double low, double high) {
+    Pose pose;
+    pose.rotation = random.rotation();
+    const double x = random.between(10.0, 118.0);
+    const double y = random.between(10.0, 118.0);
+    pose.translation = {x, y, ground.height(x, y).height + random.between(low, high)};
+    return pose;
+}
+
+/// The shortest translation that satisfies all contacts, by repeated projection (Dykstra).
+inline Eigen::Vector3d resolve(std::span<const Contact> contacts) {
+    Eigen::Vector3d d = Eigen::Vector3d::Zero();
+    std::vector<double> pushes(contacts.size(), 0.0);
+    for (int round = 0; round < 20000; ++round) {
+        double change = 0.0;
+        for (std::size_t i = 0; i < contacts.size(); ++i) {
+            const double rest = contacts[i].depth - contacts[i].normal.dot(d);
+            const double push = std::max(-pushes[i], rest);
+            pushes[i] += push;
+            d += push * contacts[i].normal;
+            change = std::max(change, std::abs(push));
+        }
+        if (change < 1e-13) break;
+    }
+    return d;
+}
+
+/// Triangles that cover the surface of the hull of a few points: every three with all others on one
+/// side. Of flat points all three; of fewer than three the points themselves.
+inline std::vector<Points> cover_hull(const Points& points) {
+    if (points.size() < 3) return {points};
+    std::vector<Points> cover;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        for (std::size_t j = i + 1; j < points.size(); ++j) {
+            for (std::size_t k = j + 1; k < points.size(); ++k) {
+                const Eigen::Vector3d n = (points[j] - points[i]).cross(points[k] - points[i]);
+                double low = 0.0, high = 0.0;
+                for (const Eigen::Vector3d& p : points) {
+                    low = std::min(low, n.dot(p - points[i]));
+                    high = std::max(high, n.dot(p - points[i]));
+                }
+                if (low < -1e-9 && high > 1e-9) continue;
+                cover.push_back({points[i], points[j], points[k]});
+            }
+        }
+    }
+    return cover;
+}
+
+inline double clip_hull_lift(const std::vector<Points>& cover, const Pose& pose,
+                             std::span<const Corners> soup) {
+    double lift = -std::numeric_limits<double>::infinity();
+    for (const Points& polygon : cover) {
+        Points placed;
+        for (const Eigen::Vector3d& p : polygon) placed.push_back(pose * p);
+        for (const Corners& triangle : soup) {
+            lift = std::max(lift, clip_polygon_lift(placed, triangle));
+        }
+    }
+    return lift;
+}
+
+/// The triangles under a ball around a pose.
+inline std::vector<Corners> soup_around(const Ground& ground, const Pose& pose, double radius) {
+    const Eigen::Vector3d& p = pose.translation;
+    return make_soup(ground, p.x() - radius, p.y() - radius, p.x() + radius, p.y() + radius);
+}
+
+}  // namespace terrane::test

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: MIT
+#include "collision/ground/hull_cases.h"
+
+#include <gtest/gtest.h>
+
+namespace terrane {
+namespace {
+
+using namespace test;
+
+constexpr std::uint64_t kSeed = 20261101;
+constexpr int kFactor = TERRANE_LIFT_FACTOR;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+TEST(HullLift, IsThatOfClippedFaces) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    Random random(kSeed);
+    // 10^4 cases in all.
+    const int count = 180 * kFactor;
+    for (const Scene& scene : make_scenes()) {
+        SCOPED_TRACE(scene.name);
+        const Ground ground = make_test_ground(scene.height, 1.0, 1);
+        for (const NamedHull& named : make_hulls(random)) {
+            SCOPED_TRACE(named.name);
+            const ConvexHull hull = make_hull(named.points);
+            const std::vector<Points> cover = cover_hull(named.points);
+            const double radius = bounding_radius(hull);
+            for (int i = 0; i < count; ++i) {
+                const Pose pose = random_pose(random, ground, -2.0, 2.0);
+                const double expected =
+                    clip_hull_lift(cover, pose, soup_around(ground, pose, radius));
+                ASSERT_NEAR(compute_lift(hull, pose, ground).lift, expected, 1e-9);
+            }
+        }
+    }
+}
+
+TEST(HullLift, IsThatOfTheBoxWhoseCornersItHas) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    Random random(kSeed);
+    for (const Scene& scene : make_scenes()) {
+        SCOPED_TRACE(scene.name);
+        const Ground ground = make_test_ground(scene.height, 1.0, 1);
+        for (int i = 0; i < 100; ++i) {
+            // Larger than cells, and without thickness here and there.
+            const Box box{{random.between(0.0, 6.0), i % 5 == 0 ? 0.0 : random.between(0.0, 6.0),
+                           i % 7 == 0 ? 0.0 : random.between(0.0, 3.0)}};
+            const ConvexHull hull = make_hull(box_corners(box.half_extents));
+            Pose pose = random_pose(random, ground, -3.0, 3.0);
+            if (i % 3 == 0) pose.rotation.setIdentity();
+            if (i % 6 == 0) pose.translation = pose.translation.array().round().matrix();
+            const double lift = compute_lift(box, pose, ground).lift;
+            EXPECT_NEAR(compute_lift(hull, pose, ground).lift, lift, 1e-9);
+            EXPECT_EQ(test_contact(hull, pose, ground).is_touching,
+                      test_contact(box, pose, ground).is_touching);
+            EXPECT_NEAR(pseudodistance(hull, pose, ground).pseudodistance, -lift, 1e-9);
+        }
+    }
+}
+
+TEST(HullLift, OfTenThousandPointsIsThatOfTheirHighestOverlap) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    Random random(kSeed);
+    const Points points =
+        transformed(sphere(random, 10'000), 0.8, Eigen::Matrix3d::Identity(), {0.0, 0.5, -0.3});
+    const ConvexHull hull = make_hull(points);
+    for (const Scene& scene : make_scenes()) {
+        SCOPED_TRACE(scene.name);
+        const Ground ground = make_test_ground(scene.height, 1.0, 1);
+        for (int i = 0; i < 10; ++i) {
+            const Pose pose = random_pose(random, ground, -1.0, 2.0);
+            double sampled = -kInfinity;
+            for (const Eigen::Vector3d& p : hull.vertices()) {
+                const Eigen::Vector3d placed = pose * p;
+                sampled =
+                    std::max(sampled, ground.height(placed.x(), placed.y()).height - placed.z());
+            }
+            // Between the vertices and the ball that they lie on.
+            Pose centre = pose;
+            centre.translation = pose * Eigen::Vector3d(0.0, 0.5, -0.3);
+            const double lift = compute_lift(hull, pose, ground).lift;
+            EXPECT_GE(lift, sampled - 1e-12);
+            EXPECT_LE(lift, compute_lift(Sphere{0.8}, centre, ground).lift + 1e-12);
+            EXPECT_GE(lift, compute_lift(Sphere{0.799}, centre, ground).lift);
+        }
+    }
+}
+
+TEST(HullLift, KeepsItsDigitsOnCliffs) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    Random random(kSeed);
+    TableGroundSettings settings;
+    settings.quantum = 0x1p-10;
+    const Ground ground =
+        make_test_ground([](double x, double) { return x >= 64.0 ? 1e5 : 0.0; }, settings);
+    for (const NamedHull& named : make_hulls(random)) {
+        SCOPED_TRACE(named.name);
+        const ConvexHull hull = make_hull(named.points);
+        const std::vector<Points> cover = cover_hull(named.points);
+        for (int i = 0; i < 40; ++i) {
+            Pose pose = random_pose(random, ground, 0.0, 0.0);
+            pose.translation.x() = random.between(60.0, 66.0);
+            pose.translation.z() = random.between(-1.0, 1e5);
+            const double expected = clip_hull_lift(cover, pose, soup_around(ground, pose, 3.0));
+            // A roundings' width on the cliff is 1e5 times as high.
+            EXPECT_NEAR(compute_lift(hull, pose, ground).lift, expected, 1e-8);
+        }
+    }
+}
+
+TEST(HullLift, IsThatOfTheBoxAtAnySizeAndFarFromTheBodysOrigin) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    Random random(kSeed);
+    const Ground ground = make_test_ground(hash_height, 1.0, 2);
+    const Eigen::Vector3d shape(1.0, 0.6, 0.4);
+    for (const double size : {1e-3, 1e-1, 10.0, 200.0, 1e4}) {
+        for (const double off : {0.0, 9e4}) {
+            SCOPED_TRACE(testing::Message() << size << " m, " << off << " m off");
+            const Box box{size * shape};
+            const Eigen::Vector3d offset(off, -off, off);
+            const ConvexHull hull = make_hull(transformed(box_corners(box.half_extents), 1.0,
+                                                          Eigen::Matrix3d::Identity(), offset));
+            for (int i = 0; i < 20; ++i) {
+                Pose pose = random_pose(random, ground, 0.0, 0.0);
+                pose.translation.z() += compute_lift(box, pose, ground).lift;
+                const Pose of_hull = moved(pose, -(pose.rotation * offset));
+                // Coordinates of 1e5 m have digits of 1e-11 m.
+                EXPECT_NEAR(compute_lift(hull, of_hull, ground).lift, 0.0, 1e-9);
+                EXPECT_NEAR(
+                    signed_distance(hull, moved(of_hull, {0, 0, 0.5}), ground, 1.0).distance,
+                    signed_distance(box, moved(pose, {0, 0, 0.5}), ground, 1.0).distance, 1e-9);
+            }
+        }
+    }
+}
+
+TEST(HullLift, IsMinusInfinityOverNoGround) {
+    Random random(kSeed);
+    const Ground ground = make_test_ground([](double, double) { return 0.0; }, 1.0, 1);
+    for (const NamedHull& named : make_hulls(random)) {
+        const LiftAnswer answer =
+            compute_lift(make_hull(named.points), pose_at(-50.0, 60.0, 0.0), ground);
+        EXPECT_EQ(answer.status, ContactStatus::complete);
+        EXPECT_EQ(answer.lift, -kInfinity);
+    }
+}
+
+}  // namespace
+}  // namespace terrane

@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: MIT
+// Casts: never through, never late, against the brute-force lift along the way.
+#include "collision/ground_laws/law_cases.h"
+
+#include <terrane/collision/ground_cast.h>
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+
+namespace terrane {
+namespace {
+
+using namespace test;
+
+constexpr std::uint64_t kSeed = 20260306;
+
+// Starts clear, 0.01 to 8 m up; steep, flat or grazing ways of up to 200 m, half of them turning.
+Motion random_motion(Random& random, const LawScene& scene, const LawShape& shape) {
+    Motion motion;
+    const double up = std::pow(10.0, random.between(-2.0, 0.9));
+    motion.start = random_pose(random, scene, shape, -up);
+    Eigen::Vector3d way = random.direction();
+    if (random.below(2) == 0) way.z() = -0.05 * random.between(0.0, 1.0);
+    motion.translation = std::pow(10.0, random.between(-1.0, std::log10(200.0))) * way.normalized();
+    constexpr std::array<double, 4> kSpins{0.0, 0.0, 1.0, 20.0};
+    motion.rotation_vector = kSpins[static_cast<std::size_t>(random.below(4))] *
+                             random.between(0.0, 1.0) * random.direction();
+    return motion;
+}
+
+std::string describe(const LawScene& scene, const LawShape& shape, const Motion& motion) {
+    std::string text = test::describe(scene, shape, motion.start) + ", way and turn";
+    char number[32];
+    for (const Eigen::Vector3d& v : {motion.translation, motion.rotation_vector}) {
+        for (int i = 0; i < 3; ++i) {
+            std::snprintf(number, sizeof number, " %a", v[i]);
+            text += number;
+        }
+    }
+    return text;
+}
+
+// The first of many places on the way up to a fraction that is deeper than 1e-9; -1: none is.
+double find_overlap(const LawScene& scene, const LawShape& shape, const Motion& motion,
+                    double fraction, int steps) {
+    for (int k = 0; k <= steps; ++k) {
+        const double t = fraction * k / steps;
+        if (is_deeper<double>(scene.soup, shape.oracle, motion.at(t), Eigen::Vector3d::Zero(),
+                              1e-8)) {
+            return t;
+        }
+    }
+    return -1.0;
+}
+
+struct CastScore {
+    long casts = 0, hits = 0, through = 0, late = 0;
+};
+
+void judge(const LawScene& scene, const LawShape& shape, const Motion& motion, CastScore& score) {
+    const CastSettings settings;
+    const CastAnswer answer = cast(shape.shape, motion, scene.ground, settings);
+    ++score.casts;
+    score.hits += answer.hit;
+    if (answer.status != ContactStatus::complete || answer.started_in_contact ||
+        (!answer.hit && answer.fraction != 1.0)) {
+        ADD_FAILURE() << "status or start: " << describe(scene, shape, motion);
+        return;
+    }
+    // Places at most a cell apart, or a fifth of a radian.
+    // no scene is wider than 400 m
+    const double way = std::min(1e3, answer.fraction * motion.translation.norm());
+    const double turn = answer.fraction * motion.rotation_vector.norm();
+    const int steps = 16 + static_cast<int>(std::max(2.0 * way, 5.0 * turn));
+    const double inside = find_overlap(scene, shape, motion, answer.fraction, steps);
+    if (inside >= 0.0) {
+        ++score.through;
+        ADD_FAILURE() << "in the ground at " << inside << " before " << answer.fraction << ", "
+                      << (answer.hit ? "hit" : "no hit") << ": " << describe(scene, shape, motion);
+    }
+    if (!answer.hit) return;
+    // Touching within the tolerance: some translation that is not longer than it overlaps.
+    const double distance =
+        signed_distance(shape.shape, motion.at(answer.fraction), scene.ground, 1.0).distance;
+    if (!(distance <= settings.tolerance + 1e-9)) {
+        ++score.late;
+        ADD_FAILURE() << "hit " << distance << " m too early at " << answer.fraction << ": "
+                      << describe(scene, shape, motion);
+    }
+}
+
+TEST(LawsOfCasts, NeverThroughTheGroundAndNeverLate) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    Random random(kSeed);
+    const long count = count_of_cases(20'000, 10'000'000);
+    CastScore score;
+    for (long i = 0; i < count && !testing::Test::HasFailure(); ++i) {
+        const LawScene& scene = law_scenes()[static_cast<std::size_t>(
+            random.below(static_cast<int>(law_scenes().size())))];
+        const LawShape& shape = law_shapes()[static_cast<std::size_t>(
+            random.below(static_cast<int>(law_shapes().size())))];
+        judge(scene, shape, random_motion(random, scene, shape), score);
+        if ((i + 1) % 100'000 == 0 || i + 1 == count) {
+            std::printf("%ld of %ld casts, %ld hits, %ld through, %ld too early\n", i + 1, count,
+                        score.hits, score.through, score.late);
+            std::fflush(stdout);
+        }
+    }
+    EXPECT_GT(score.hits, score.casts / 4);
+    EXPECT_LT(score.hits, score.casts);
+}
+
+TEST(LawsOfCasts, ABoxAtThreeHundredMetresASecondMeetsAWallOneCellThick) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 1);
+    Random random(kSeed + 1);
+    const LawScene& walls = scene_named("walls");
+    const LawShape& box = shape_named("box");
+    CastScore score;
+    for (int i = 0; i < 300; ++i) {
+        Motion motion;
+        motion.start.rotation = random.rotation();
+        motion.start.translation = {60.0, random.between(20.0, 100.0), 2.5};
+        motion.translation = {300.0 * (i % 2 == 0 ? 1.0 : 1.0 / 60.0), random.between(-10.0, 10.0),
+                              0.0};
+        motion.rotation_vector = random.between(0.0, 10.0) * random.direction();
+        if (true_lift(walls, box, motion.start) >= -1e-6) continue;
+        const CastAnswer answer = cast(box.shape, motion, walls.ground);
+        ASSERT_TRUE(answer.hit) << describe(walls, box, motion);
+        EXPECT_LT(motion.at(answer.fraction).translation.x(), 64.0);
+        judge(walls, box, motion, score);
+    }
+    EXPECT_GT(score.casts, 100);
+}
+
+TEST(LawsOfCasts, OfNoLengthAndOfAThousandKilometresAnswer) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 2);
+    Random random(kSeed + 2);
+    for (const LawScene& scene : law_scenes()) {
+        for (const LawShape& shape : law_shapes()) {
+            Motion motion;
+            motion.start = random_pose(random, scene, shape, -0.5);
+            EXPECT_FALSE(cast(shape.shape, motion, scene.ground).hit);
+            motion.rotation_vector = {0.0, 0.0, 1e-3};
+            EXPECT_FALSE(cast(shape.shape, motion, scene.ground).hit);
+            motion.rotation_vector.setZero();
+            motion.translation = {0.0, 0.0, -1e6};
+            const CastAnswer down = cast(shape.shape, motion, scene.ground);
+            EXPECT_TRUE(down.hit) << describe(scene, shape, motion);
+            const Pose at = motion.at(down.fraction);
+            EXPECT_LE(true_lift(scene, shape, at), 1e-9) << describe(scene, shape, motion);
+            EXPECT_LE(signed_distance(shape.shape, at, scene.ground, 1.0).distance, 1e-4 + 1e-9);
+            motion.translation = {0.0, 0.0, 1e6};
+            EXPECT_FALSE(cast(shape.shape, motion, scene.ground).hit);
+            // along the ground and off it: as far as the same way cut off where the ground ends
+            motion.translation = 1e6 * Eigen::Vector3d(0.6, 0.8, 0.0);
+            const CastAnswer far = cast(shape.shape, motion, scene.ground);
+            motion.translation *= 1e-3;
+            CastScore score;
+            judge(scene, shape, motion, score);
+            const CastAnswer near = cast(shape.shape, motion, scene.ground);
+            EXPECT_EQ(far.hit, near.hit);
+            if (near.hit) {
+                EXPECT_NEAR(1e6 * far.fraction, 1e3 * near.fraction, 1e-3);
+            }
+        }
+    }
+}
+
+TEST(LawsOfCasts, StartingInContactOrAKilometreBelowHitAtOnce) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 3);
+    Random random(kSeed + 3);
+    for (const LawScene& scene : law_scenes()) {
+        for (const LawShape& shape : law_shapes()) {
+            for (const double lift : {0.0, 1e-6, 0.01, 0.5, 1000.0}) {
+                Motion motion;
+                motion.start = random_pose(random, scene, shape, lift);
+                motion.translation = 3.0 * random.direction();
+                SCOPED_TRACE(describe(scene, shape, motion));
+                const CastAnswer answer = cast(shape.shape, motion, scene.ground);
+                EXPECT_EQ(answer.status, ContactStatus::complete);
+                EXPECT_TRUE(answer.started_in_contact);
+                EXPECT_TRUE(answer.hit);
+                EXPECT_EQ(answer.fraction, 0.0);
+                if (lift > 1e-6) {
+                    EXPECT_GT(answer.contact.depth, 0.0);
+                }
+            }
+        }
+    }
+}
+
+TEST(LawsOfCasts, SkippedContactsArePassedUpwardsAndHitDownwards) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 4);
+    Random random(kSeed + 4);
+    CastSettings settings;
+    settings.skip_separating = true;
+    for (const LawScene& scene : law_scenes()) {
+        for (const LawShape& shape : law_shapes()) {
+            for (const double lift : {0.0, 1e-7, 1e-3}) {
+                Motion motion;
+                motion.start = random_pose(random, scene, shape, lift);
+                motion.translation = {0.0, 0.0, 2.0};
+                SCOPED_TRACE(describe(scene, shape, motion));
+                EXPECT_FALSE(cast(shape.shape, motion, scene.ground, settings).hit);
+                motion.translation = {0.0, 0.0, -2.0};
+                const CastAnswer down = cast(shape.shape, motion, scene.ground, settings);
+                EXPECT_TRUE(down.hit);
+                EXPECT_EQ(down.fraction, 0.0);
+            }
+        }
+    }
+}
+
+TEST(LawsOfCasts, AgreeWithDistanceAlongTheWay) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 5);
+    Random random(kSeed + 5);
+    const long count = count_of_cases(400, 40'000);
+    for (long i = 0; i < count; ++i) {
+        const LawScene& scene = scene_of(i);
+        const LawShape& shape = law_shapes()[static_cast<std::size_t>(
+            random.below(static_cast<int>(law_shapes().size())))];
+        Motion motion = random_motion(random, scene, shape);
+        motion.translation *= std::min(1.0, 5.0 / motion.translation.norm());
+        SCOPED_TRACE(describe(scene, shape, motion));
+        const CastAnswer answer = cast(shape.shape, motion, scene.ground);
+        for (int k = 0; k <= 20; ++k) {
+            const DistanceAnswer distance = signed_distance(
+                shape.shape, motion.at(answer.fraction * k / 20), scene.ground, 1.0);
+            ASSERT_GE(distance.distance, -1e-9) << k;
+            if (k == 20 && answer.hit) {
+                ASSERT_LE(distance.distance, 1e-4 + 1e-9);
+            }
+        }
+    }
+}
+
+}  // namespace
+}  // namespace terrane

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "collision/ground_laws/brute_lift.h"
+#include "support/random.h"
+#include "support/table_ground.h"
+
+#include <terrane/terrain/ground.h>
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace terrane::test {
+
+/// How often a random test tries: `few`, unless TERRANE_LAWS_SHARE asks for that share of `many`.
+long count_of_cases(long few, long many);
+
+/// A ground and all of its triangles.
+struct LawScene {
+    std::string name;
+    std::function<double(double, double)> height;  ///< of samples, before they become quanta
+    int roots = 1;
+    Ground ground;
+    Soup soup;
+};
+
+/// Planes, the contact terrain of ANCHORS.md, needles of one sample under faces, ridges, walls one cell
+/// thick, pits, stairs, cliffs of slope 1e6. Made once.
+const std::vector<LawScene>& law_scenes();
+
+struct LawShape {
+    std::string name;
+    Shape shape;
+    OracleShape oracle;
+};
+
+/// What every law is tried on: a new kind of shape is one more entry.
+const std::vector<LawShape>& law_shapes();
+
+/// Scene number i, from the first again after the last.
+const LawScene& scene_of(long i);
+const LawScene& scene_named(const std::string& name);
+const LawShape& shape_named(const std::string& name);
+
+/// A scene over heights; `roots` squares of 128 cells along a side.
+LawScene make_scene(const std::string& name, std::function<double(double, double)> height,
+                    const TableGroundSettings& settings);
+
+/// A pose somewhere over the middle of a scene, turned anyhow, or squarely in one case of four,
+/// shifted up so that the lift is `lift`; of 0, that it is not less.
+Pose random_pose(Random& random, const LawScene& scene, const LawShape& shape, double lift);
+
+/// Everything that names a case, for messages: places in hexadecimal, so that it can be tried again.
+std::string describe(const LawScene& scene, const LawShape& shape, const Pose& pose);
+
+inline Pose moved(Pose pose, const Eigen::Vector3d& d) {
+    pose.translation += d;
+    return pose;
+}
+
+/// Brute-force lift in long double.
+inline double true_lift(const LawScene& scene, const LawShape& shape, const Pose& pose) {
+    return static_cast<double>(brute_lift<long double>(scene.soup, shape.oracle, pose));
+}
+
+/// Largest extent of overlap that laws call shallow: a tenth of the smallest extent.
+inline double shallow_depth(const Shape& shape) { return 0.2 * smallest_half_extent(shape); }
+
+}  // namespace terrane::test

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: MIT
+// What peers check about themselves (facts, not code): Jolt, coal, parry.
+#include "collision/ground_laws/brute_gap.h"
+#include "collision/ground_laws/law_cases.h"
+
+#include <terrane/collision/ground_cast.h>
+
+#include <Eigen/Geometry>
+#include <gtest/gtest.h>
+
+#include <cstdio>
+
+namespace terrane {
+namespace {
+
+using namespace test;
+
+constexpr std::uint64_t kSeed = 20260311;
+using Real = long double;
+using V = Vec<Real>;
+
+TEST(PeerFacts, ASphereCastThirtyMetresHitsWhereItShould) {
+    const LawScene& plane = scene_named("level plane");
+    Motion motion;
+    motion.start.translation = {60.3, 60.4, 1.5 + 15.0};
+    motion.translation = {0.0, 0.0, -30.0};
+    const CastAnswer answer = cast(Sphere{0.2}, motion, plane.ground);
+    ASSERT_TRUE(answer.hit);
+    EXPECT_NEAR(answer.fraction, (15.0 - 0.2) / 30.0, 1e-4);
+    EXPECT_NEAR(answer.contact.normal.z(), 1.0, 1e-12);
+}
+
+TEST(PeerFacts, ASquareHolePassesWhatIsSmallerAndStopsWhatIsLarger) {
+    TableGroundSettings settings;
+    settings.is_outside = [](double x, double y) { return x == 60.5 && y == 60.5; };
+    const Ground ground = make_test_ground([](double, double) { return 2.0; }, settings);
+    Motion motion;
+    motion.start.translation = {60.5, 60.5, 12.0};
+    motion.translation = {0.0, 0.0, -20.0};
+    const CastAnswer small = cast(Sphere{0.48}, motion, ground);
+    EXPECT_EQ(small.status, ContactStatus::complete);
+    EXPECT_FALSE(small.hit);
+    const CastAnswer large = cast(Sphere{0.51}, motion, ground);
+    EXPECT_TRUE(large.hit);
+    // on the hole's rim, as deep as a sphere sinks into it
+    EXPECT_NEAR(motion.at(large.fraction).translation.z(), 2.0 + std::sqrt(0.51 * 0.51 - 0.5 * 0.5),
+                1e-3);
+    Pose pose;
+    pose.translation = {60.5, 60.5, 2.0};
+    EXPECT_FALSE(test_contact(Sphere{0.48}, pose, ground).is_touching);
+    EXPECT_TRUE(test_contact(Sphere{0.51}, pose, ground).is_touching);
+}
+
+// When a moving point is first within a radius of a face, an edge or a corner of any triangle.
+Real first_touch(const Soup& soup, const Eigen::Vector3d& from, const Eigen::Vector3d& way,
+                 double radius_of) {
+    const Real radius(radius_of);
+    const V d = way.cast<Real>();
+    Real first = std::numeric_limits<Real>::infinity();
+    const auto take_roots = [&](Real a, Real b, Real c, const auto& is_good) {
+        const Real square = b * b - a * c;
+        if (!(a > 0) || square < 0) return;
+        const Real t = (-b - std::sqrt(square)) / a;
+        if (t >= 0 && t <= 1 && t < first && is_good(t)) first = t;
+    };
+    const V low = V::Zero().cwiseMin(d) - V::Constant(radius);
+    const V high = V::Zero().cwiseMax(d) + V::Constant(radius);
+    soup.visit<Real>(from, low, high, low.z(), [&](const SoupTriangle<Real>& t) {
+        const V n = (t.v[1] - t.v[0]).cross(t.v[2] - t.v[0]).normalized();
+        const Real over = -n.dot(t.v[0]), speed = n.dot(d);
+        if (speed < 0) {
+            const Real at = (radius - over) / speed;
+            const V p = at * d - radius * n;
+            bool is_inside = at >= 0 && at <= 1;
+            for (std::size_t k = 0; k < 3; ++k) {
+                is_inside = is_inside && n.dot((t.v[(k + 1) % 3] - t.v[k]).cross(p - t.v[k])) >= 0;
+            }
+            if (is_inside) first = std::min(first, at);
+        }
+        for (std::size_t k = 0; k < 3; ++k) {
+            const V from_corner = -t.v[k];
+            take_roots(d.squaredNorm(), d.dot(from_corner),
+                       from_corner.squaredNorm() - radius * radius, [](Real) { return true; });
+            const V edge = t.v[(k + 1) % 3] - t.v[k];
+            const V u = edge.normalized();
+            const V across = from_corner - u.dot(from_corner) * u, rate = d - u.dot(d) * u;
+            take_roots(rate.squaredNorm(), rate.dot(across), across.squaredNorm() - radius * radius,
+                       [&](Real at) {
+                           const Real s = u.dot(from_corner + at * d);
+                           return s >= 0 && s <= edge.norm();
+                       });
+        }
+    });
+    return first;
+}
+
+TEST(PeerFacts, TwentyThousandRandomSphereCastsAreThoseOfBruteForce) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    Random random(kSeed);
+    CastSettings settings;
+    settings.tolerance = 1e-6;
+    long hits = 0, within_tolerance = 0;
+    for (long i = 0; i < 20'000; ++i) {
+        const LawScene& scene = scene_of(i);
+        const double radius = i % 5 == 0 ? 0.0 : random.between(0.0, 1.0);
+        const LawShape sphere{"sphere", Sphere{radius}, make_oracle(Sphere{radius})};
+        Motion motion;
+        motion.start = random_pose(random, scene, sphere, -random.between(1e-3, 5.0));
+        motion.translation = random.between(1.0, 30.0) * random.direction();
+        SCOPED_TRACE(describe(scene, sphere, motion.start));
+        const CastAnswer answer = cast(sphere.shape, motion, scene.ground, settings);
+        const Real expected =
+            first_touch(scene.soup, motion.start.translation, motion.translation, radius);
+        const bool is_hit = expected <= 1;
+        if (!answer.hit) {
+            ASSERT_FALSE(is_hit) << static_cast<double>(expected) << " of a way of "
+                                 << motion.translation.transpose() << ", radius " << radius;
+            continue;
+        }
+        ++hits;
+        // Not later than the first touch, and not earlier than the tolerance.
+        if (is_hit) {
+            ASSERT_LE(answer.fraction, static_cast<double>(expected) + 1e-12);
+        }
+        const Real gap =
+            brute_gap<Real>(scene.soup, sphere.oracle, motion.at(answer.fraction), 1.0L);
+        ASSERT_LE(static_cast<double>(gap), settings.tolerance + 1e-9);
+        within_tolerance += !is_hit;
+    }
+    std::printf("%ld of 20000 hit, %ld of them by passing within the tolerance\n", hits,
+                within_tolerance);
+    EXPECT_GT(hits, 5'000);
+    EXPECT_LT(within_tolerance, 20);
+}
+
+TEST(PeerFacts, AThousandPointsAreProjectedLikeByBruteForce) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 1);
+    Random random(kSeed + 1);
+    const LawShape point{"point", Sphere{0.0}, make_oracle(Sphere{0.0})};
+    for (long i = 0; i < 1'000; ++i) {
+        const LawScene& scene = scene_of(i);
+        const Pose pose = random_pose(random, scene, point, -random.between(0.0, 10.0));
+        SCOPED_TRACE(describe(scene, point, pose));
+        const DistanceAnswer answer = signed_distance(point.shape, pose, scene.ground, 20.0);
+        const auto gap =
+            static_cast<double>(brute_gap<Real>(scene.soup, point.oracle, pose, 20.0L));
+        ASSERT_TRUE(answer.has_ground);
+        ASSERT_NEAR(answer.distance, gap, 1e-9);
+        Pose at;
+        at.translation = pose.translation - answer.distance * answer.normal;
+        ASSERT_NEAR(static_cast<double>(brute_gap<Real>(scene.soup, point.oracle, at, 1.0L)), 0.0,
+                    1e-9);
+    }
+}
+
+}  // namespace
+}  // namespace terrane

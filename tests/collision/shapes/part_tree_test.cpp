@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+#include "part_tree.h"
+
+#include "collision/shapes/point_clouds.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+
+namespace terrane {
+namespace {
+
+using internal::PartNode;
+
+std::vector<PartBounds> random_bounds(test::Random& random, std::size_t count) {
+    std::vector<PartBounds> bounds;
+    for (std::size_t i = 0; i < count; ++i) {
+        const Eigen::Vector3d middle = 10.0 * random.direction();
+        const Eigen::Vector3d half = random.between(0.0, 1.0) * random.direction().cwiseAbs();
+        bounds.push_back({middle - half, middle + half});
+        if (i % 3 == 2) bounds.back() = bounds[i / 2];  // ties
+    }
+    return bounds;
+}
+
+std::size_t depth_of(const std::vector<PartNode>& tree, std::size_t node) {
+    if (tree[node].part != PartNode::kInner) return 1;
+    return 1 + std::max(depth_of(tree, node + 1), depth_of(tree, tree[node + 1].end));
+}
+
+bool meets(const PartBounds& a, const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
+    return (a.low.array() <= high.array()).all() && (a.high.array() >= low.array()).all();
+}
+
+TEST(PartTree, FindsWhatALookAtEveryPartFinds) {
+    test::Random random(31);
+    for (const std::size_t count : {1u, 2u, 3u, 7u, 64u, 1000u}) {
+        const std::vector<PartBounds> bounds = random_bounds(random, count);
+        const std::vector<PartNode> tree = internal::make_part_tree(bounds);
+        EXPECT_EQ(tree.size(), 2 * count - 1);
+        EXPECT_EQ(tree[0].end, tree.size());
+        for (int i = 0; i < 200; ++i) {
+            const Eigen::Vector3d low = 10.0 * random.direction();
+            const Eigen::Vector3d high = low + random.between(0.0, 5.0) * Eigen::Vector3d::Ones();
+            std::multiset<std::size_t> found, expected;
+            internal::visit_parts_in_box(tree, low, high, [&](std::size_t k) { found.insert(k); });
+            for (std::size_t k = 0; k < count; ++k) {
+                if (meets(bounds[k], low, high)) expected.insert(k);
+            }
+            EXPECT_EQ(found, expected) << "seed 31, " << count << " parts, box " << i;
+        }
+    }
+}
+
+TEST(PartTree, IsNoDeeperThanItSays) {
+    const std::vector<PartBounds> same(Compound::kMaxParts,
+                                       {Eigen::Vector3d::Zero(), Eigen::Vector3d(1.0, 2.0, 3.0)});
+    const std::vector<PartNode> tree = internal::make_part_tree(same);
+    EXPECT_EQ(depth_of(tree, 0), PartNode::kMaxDepth);
+    for (const PartNode& node : tree) EXPECT_EQ(node.bounds.high.z(), 3.0);
+}
+
+}  // namespace
+}  // namespace terrane

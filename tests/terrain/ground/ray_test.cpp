@@ -1,0 +1,336 @@
+// SPDX-License-Identifier: MIT
+#include "support/random.h"
+#include "support/table_ground.h"
+
+#include <terrane/terrain/ground.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+namespace terrane {
+namespace {
+
+using test::make_test_ground;
+using test::Random;
+using test::TableGroundSettings;
+
+// Steep and rough, and the same on every machine.
+double rough(double x, double y) {
+    const auto hash = [](double p, double q) {
+        Random random(static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(p * 64.0))) *
+                          0x9e3779b97f4a7c15u ^
+                      static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(q * 64.0))));
+        return random.between(-1.0, 1.0);
+    };
+    return 0.01 * (x - 100.0) * (y - 90.0) / 8.0 + hash(x, y) +
+           8.0 * hash(std::floor(x / 16.0), std::floor(y / 16.0));
+}
+
+bool has_hole(double x, double y) {
+    Random random(static_cast<std::uint64_t>(std::floor(x) * 977.0 + std::floor(y)));
+    return random.below(4) == 0;
+}
+
+// Of the ray with one triangle after the other, of all cells that its bounds meet.
+std::optional<double> slow_ray(const Ground& ground, const WorldPos& from, const WorldPos& to) {
+    std::optional<double> best;
+    const Eigen::Vector3d way = to - from;
+    const auto meet = [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                          const Eigen::Vector3d& c) {
+        const Eigen::Vector3d e1 = b - a, e2 = c - a, s = from - a;
+        const Eigen::Vector3d p(way.y() * e2.z() - way.z() * e2.y(),
+                                way.z() * e2.x() - way.x() * e2.z(),
+                                way.x() * e2.y() - way.y() * e2.x());
+        const double det = e1.dot(p);
+        if (std::abs(det) < 1e-14) return;
+        const double u = s.dot(p) / det;
+        const Eigen::Vector3d q(s.y() * e1.z() - s.z() * e1.y(), s.z() * e1.x() - s.x() * e1.z(),
+                                s.x() * e1.y() - s.y() * e1.x());
+        const double v = way.dot(q) / det;
+        const double t = e2.dot(q) / det;
+        if (u < -1e-10 || v < -1e-10 || u + v > 1.0 + 1e-10 || t < 0.0 || t > 1.0) return;
+        if (!best || t < *best) best = t;
+    };
+    const auto clamped = [](std::int64_t index) {
+        return std::clamp<std::int64_t>(index, -1, 3 * kChunkCells);
+    };
+    const std::int64_t west = clamped(ground.column_at(std::min(from.x(), to.x())) - 1);
+    const std::int64_t east = clamped(ground.column_at(std::max(from.x(), to.x())) + 1);
+    const std::int64_t south = clamped(ground.row_at(std::min(from.y(), to.y())) - 1);
+    const std::int64_t north = clamped(ground.row_at(std::max(from.y(), to.y())) + 1);
+    for (std::int64_t row = south; row <= north; ++row) {
+        for (std::int64_t column = west; column <= east; ++column) {
+            const GroundCell cell = ground.cell(column, row);
+            if (cell.status != GroundStatus::ok) continue;
+            const auto corner = [&](int i, int j, std::int32_t height) {
+                return Eigen::Vector3d(ground.cell_x(column + i), ground.cell_y(row + j),
+                                       ground.lattice().quantum * height);
+            };
+            const Eigen::Vector3d sw = corner(0, 0, cell.south_west);
+            const Eigen::Vector3d se = corner(1, 0, cell.south_east);
+            const Eigen::Vector3d nw = corner(0, 1, cell.north_west);
+            const Eigen::Vector3d ne = corner(1, 1, cell.north_east);
+            if (cell.cut_to_north_east) {
+                meet(sw, se, ne);
+                meet(sw, ne, nw);
+            } else {
+                meet(sw, se, nw);
+                meet(se, ne, nw);
+            }
+        }
+    }
+    return best;
+}
+
+// Over lines, through vertices and along lines; from above and from below; short and long.
+std::array<WorldPos, 2> random_ray(Random& random, int i, double side) {
+    const double reach = i % 4 == 0 ? 60.0 : 12.0;
+    std::array<WorldPos, 2> ends;
+    for (std::size_t end = 0; end < 2; ++end) {
+        WorldPos& p = ends[end];
+        for (int axis = 0; axis < 2; ++axis) {
+            p[axis] = end == 0 ? random.between(1.0, side - 1.0)
+                               : std::clamp(ends[0][axis] + random.between(-reach, reach), 1.0,
+                                            side - 1.0);
+        }
+        if (i % 3 == 0) p.x() = std::floor(p.x());
+        if (i % 6 == 0) p.y() = std::floor(p.y());
+    }
+    if (i % 9 == 0) ends[1].x() = ends[0].x();
+    if (i % 90 == 0) ends[1].y() = ends[0].y();
+    ends[0].z() = rough(ends[0].x(), ends[0].y()) + random.between(-12.0, 14.0);
+    ends[1].z() = rough(ends[1].x(), ends[1].y()) + random.between(-14.0, 12.0);
+    return ends;
+}
+
+void expect_slow_answers(const Ground& ground, double side, std::uint64_t seed, int rays) {
+    Random random(seed);
+    int hits = 0, misses = 0;
+    for (int i = 0; i < rays; ++i) {
+        SCOPED_TRACE(testing::Message() << "seed " << seed << ", ray " << i);
+        const auto [from, to] = random_ray(random, i, side);
+        const std::optional<double> expected = slow_ray(ground, from, to);
+        const RayAnswer answer = ground.ray(from, to);
+        ASSERT_EQ(answer.status, expected ? GroundStatus::ok : GroundStatus::miss);
+        ++(expected ? hits : misses);
+        if (!expected) continue;
+        ASSERT_NEAR(answer.fraction, *expected, 1e-8);
+    }
+    EXPECT_GT(hits, rays / 5);
+    EXPECT_GT(misses, rays / 10);
+}
+
+TEST(GroundRay, MeetsRoughGroundWhereBruteForceDoes) {
+    expect_slow_answers(make_test_ground(rough, {.roots = 2}), 256.0, 1, 10000);
+}
+
+TEST(GroundRay, MeetsGroundWithHolesWhereBruteForceDoes) {
+    expect_slow_answers(make_test_ground(rough, {.roots = 2, .is_outside = has_hole}), 256.0, 2,
+                        10000);
+}
+
+// Where it comes to a chunk that is absent before it meets anything, it says so.
+TEST(GroundRay, EndsAtChunksThatAreNotResident) {
+    constexpr std::uint64_t kSeed = 3;
+    const Ground ground = make_test_ground(
+        rough, {.roots = 3, .is_resident = [](int x, int y) { return (x + y) % 2 == 0; }});
+    Random random(kSeed);
+    std::array<int, 5> counts{};
+    for (int i = 0; i < 10000; ++i) {
+        SCOPED_TRACE(testing::Message() << "seed " << kSeed << ", ray " << i);
+        const auto [from, to] = random_ray(random, i, 384.0);
+        const Eigen::Vector3d way = to - from;
+        double absent = std::numeric_limits<double>::infinity();
+        for (const auto& [x, y] : {std::array{0, 1}, {1, 0}, {2, 1}, {1, 2}}) {
+            double enter = 0.0, leave = 1.0;
+            const std::array<double, 2> low{128.0 * x, 128.0 * y};
+            for (int axis = 0; axis < 2; ++axis) {
+                const double west = low[static_cast<std::size_t>(axis)];
+                if (way[axis] == 0.0) {
+                    if (from[axis] < west || from[axis] >= west + 128.0) leave = -1.0;
+                    continue;
+                }
+                const double a = (west - from[axis]) / way[axis];
+                const double b = (west + 128.0 - from[axis]) / way[axis];
+                enter = std::max(enter, std::min(a, b));
+                leave = std::min(leave, std::max(a, b));
+            }
+            if (enter <= leave) absent = std::min(absent, enter);
+        }
+        const std::optional<double> hit = slow_ray(ground, from, to);
+        const double first = hit.value_or(2.0);
+        // an edge of what is absent may be met or not
+        if (std::abs(first - absent) < 1e-9 || std::abs(absent - 1.0) < 1e-9 || absent == 0.0)
+            continue;
+        const GroundStatus expected = absent < first && absent <= 1.0 ? GroundStatus::not_resident
+                                      : hit                           ? GroundStatus::ok
+                                                                      : GroundStatus::miss;
+        const RayAnswer answer = ground.ray(from, to);
+        ++counts[static_cast<std::size_t>(answer.status)];
+        ASSERT_EQ(answer.status, expected) << first << ", " << absent;
+        if (answer.status != GroundStatus::ok) continue;
+        ASSERT_NEAR(answer.fraction, first, 1e-8);
+    }
+    for (const GroundStatus status :
+         {GroundStatus::ok, GroundStatus::miss, GroundStatus::not_resident}) {
+        EXPECT_GT(counts[static_cast<std::size_t>(status)], 100);
+    }
+}
+
+TEST(GroundRay, MeetsTheSurfaceThatItLiesIn) {
+    const Ground flat = make_test_ground([](double, double) { return 5.0; }, {.roots = 2});
+    const Ground slope =
+        make_test_ground([](double x, double y) { return 0.5 * x - 0.25 * y; }, {.roots = 2});
+    Random random(4);
+    for (int i = 0; i < 2000; ++i) {
+        WorldPos from(random.between(0.0, 256.0), random.between(0.0, 256.0), 5.0);
+        WorldPos to(random.between(0.0, 256.0), random.between(0.0, 256.0), 5.0);
+        if (i % 3 == 0) from.x() = to.x() = 64.0 * random.below(5);
+        EXPECT_EQ(flat.ray(from, to).status, GroundStatus::ok);
+        EXPECT_EQ(flat.ray(from, to).fraction, 0.0);
+        // a quantum higher or lower it misses
+        for (const double off : {0x1p-12, -0x1p-12}) {
+            from.z() = to.z() = 5.0 + off;
+            EXPECT_EQ(flat.ray(from, to).status, GroundStatus::miss);
+        }
+        // exact places on the slope
+        const auto place = [&] {
+            const double x = random.below(2049) / 8.0, y = random.below(2049) / 8.0;
+            return WorldPos(x, y, 0.5 * x - 0.25 * y);
+        };
+        from = place();
+        to = place();
+        EXPECT_EQ(slope.ray(from, to).status, GroundStatus::ok);
+        EXPECT_EQ(slope.ray(from, to).fraction, 0.0);
+        // down onto it from above, and up from below
+        for (const double off : {16.0, -16.0}) {
+            const WorldPos apart = from + WorldPos(0.0, 0.0, off);
+            const WorldPos beyond = to - WorldPos(0.0, 0.0, off);
+            const RayAnswer answer = slope.ray(apart, beyond);
+            EXPECT_EQ(answer.status, GroundStatus::ok);
+            EXPECT_NEAR(answer.fraction, 0.5, 1e-12);
+        }
+    }
+}
+
+// Where one square ends and the next begins: neither may leave the crossing to the other.
+TEST(GroundRay, MeetsTheSurfaceOnTheLinesBetweenSquares) {
+    constexpr std::uint64_t kSeed = 10;
+    Random random(kSeed);
+    for (const double slope : {0.0, -1.0 / 3.0, 0.7, -2.1}) {
+        // the same along y: its highest places are lines
+        const Ground ground =
+            make_test_ground([=](double x, double) { return slope * x; }, {.roots = 2});
+        for (int i = 0; i < 20000; ++i) {
+            SCOPED_TRACE(testing::Message()
+                         << "seed " << kSeed << ", slope " << slope << ", ray " << i);
+            const double x = 8.0 * (1 + random.below(31)), y = random.between(20.0, 236.0);
+            const WorldPos on(x, y, ground.height(x, y).height);
+            const double ahead = random.between(-8.0, 8.0);
+            const Eigen::Vector3d way(
+                ahead, random.between(-8.0, 8.0),
+                slope * ahead + (i % 2 == 0 ? 1.0 : -1.0) * random.between(0.5, 9.0));
+            const RayAnswer answer = ground.ray(on - way, on + way);
+            ASSERT_EQ(answer.status, GroundStatus::ok);
+            // heights are rounded to quanta: the slope is not quite even
+            ASSERT_NEAR(answer.fraction, 0.5, 1e-2);
+        }
+    }
+}
+
+// The height field tests of Jolt Physics: an even grid with an offset and a scale.
+TEST(GroundRay, MeetsEveryStoredPointFromAboveAndNoHole) {
+    const auto is_hole = [](double x, double y) {
+        return static_cast<int>((x - 0.3) / 1.1) == 7 && static_cast<int>((y - 0.5) / 1.1) == 9;
+    };
+    const Ground ground =
+        make_test_ground([](double x, double y) { return 0.7 + 1.2 * rough(x, y); },
+                         {.spacing = 1.1, .origin_x = 0.3, .origin_y = 0.5, .is_outside = is_hole});
+    for (int row = 0; row < 33; ++row) {
+        for (int column = 0; column < 33; ++column) {
+            const double x = 0.3 + 1.1 * column, y = 0.5 + 1.1 * row;
+            const RayAnswer answer = ground.ray({x, y, 200.0}, {x, y, -200.0});
+            ASSERT_EQ(answer.status, GroundStatus::ok);
+            EXPECT_NEAR(answer.point_world.z(), 0.7 + 1.2 * rough(x, y), 1e-3);
+        }
+    }
+    for (int i = 1; i < 10; ++i) {
+        const double x = 0.3 + 1.1 * (7.0 + 0.1 * i), y = 0.5 + 1.1 * 9.5;
+        EXPECT_EQ(ground.ray({x, y, 200.0}, {x, y, -200.0}).status, GroundStatus::miss);
+        EXPECT_EQ(ground.ray({x, y, -200.0}, {x, y, 200.0}).status, GroundStatus::miss);
+    }
+}
+
+TEST(GroundRay, AnswersTheSameTenThousandKilometresAway) {
+    // 78125 chunks of 128 m
+    const Ground here = make_test_ground(rough, {.roots = 2});
+    const Ground there =
+        make_test_ground([](double x, double y) { return rough(x - 1e7, y + 1e7); },
+                         {.roots = 2, .origin_x = 1e7, .origin_y = -1e7});
+    Random random(5);
+    for (int i = 0; i < 3000; ++i) {
+        auto [from, to] = random_ray(random, i, 256.0);
+        for (WorldPos* const p : {&from, &to}) {
+            *p = (*p * 1024.0).array().floor().matrix() / 1024.0;
+        }
+        const WorldPos shift(1e7, -1e7, 0.0);
+        const RayAnswer a = here.ray(from, to), b = there.ray(from + shift, to + shift);
+        ASSERT_EQ(a.status, b.status);
+        ASSERT_EQ(a.fraction, b.fraction);
+        ASSERT_EQ(a.normal, b.normal);
+    }
+}
+
+TEST(GroundRay, TakesNoLengthAndAMillionMetres) {
+    const Ground ground = make_test_ground(rough, {.roots = 2});
+    Random random(6);
+    int hits = 0;
+    for (int i = 0; i < 300; ++i) {
+        SCOPED_TRACE(testing::Message() << "seed 6, ray " << i);
+        const int column = random.below(257), row = random.below(257);
+        const double height = ground.height(column, row).height;
+        const WorldPos on(column, row, height);
+        EXPECT_EQ(ground.ray(on, on).status, GroundStatus::ok);
+        for (const double off : {1e-3, -1e-3}) {
+            const WorldPos apart(column, row, height + off);
+            EXPECT_EQ(ground.ray(apart, apart).status, GroundStatus::miss);
+        }
+        const double angle_x = random.between(-1.0, 1.0), angle_y = random.between(-1.0, 1.0);
+        Eigen::Vector3d way(angle_x, angle_y, random.between(-0.02, 0.02));
+        way *= 5e5 / way.norm();
+        const WorldPos through(random.between(100.0, 156.0), random.between(100.0, 156.0),
+                               random.between(-5.0, 15.0));
+        const std::optional<double> expected = slow_ray(ground, through - way, through + way);
+        const RayAnswer answer = ground.ray(through - way, through + way);
+        ASSERT_EQ(answer.status, expected ? GroundStatus::ok : GroundStatus::miss);
+        if (!expected) continue;
+        ++hits;
+        ASSERT_NEAR(answer.fraction, *expected, 1e-11);
+    }
+    EXPECT_GT(hits, 50);
+}
+
+TEST(GroundRay, RefusesWhatIsNotFinite) {
+    const Ground ground = make_test_ground(rough, {.roots = 2});
+    constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    constexpr double kMax = std::numeric_limits<double>::max();
+    for (const double bad : {kNan, kInfinity, -kInfinity}) {
+        for (int axis = 0; axis < 3; ++axis) {
+            WorldPos p(10.0, 10.0, 0.0);
+            p[axis] = bad;
+            EXPECT_EQ(ground.ray(p, {1.0, 2.0, 3.0}).status, GroundStatus::invalid);
+            EXPECT_EQ(ground.ray({1.0, 2.0, 3.0}, p).status, GroundStatus::invalid);
+        }
+    }
+    EXPECT_EQ(ground.ray({-kMax, 1.0, 0.0}, {kMax, 1.0, 0.0}).status, GroundStatus::invalid);
+    EXPECT_EQ(ground.ray({-1e300, 1.0, 1e3}, {1e300, 1.0, 1e3}).status, GroundStatus::miss);
+}
+
+}  // namespace
+}  // namespace terrane

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: MIT
+#include "query/query_answers.h"
+
+#include <terrane/terrain/fractal_heights.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+namespace terrane::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// No question here loads any ground.
+Json ask(const std::string& line) {
+    static QueryGround ground = QueryGround::create(FractalHeights::create({.seed = 4}).value(),
+                                                    {.memory_bytes = std::size_t{64} << 20})
+                                    .value();
+    return answer_query(parse_query(line), ground);
+}
+
+const std::string kSphere = R"({"sphere":{"radius":0.5}})";
+const std::string kCapsule = R"({"capsule":{"radius":0.5,"half_height":0.25}})";
+const std::string kBox = R"({"box":{"half_extents":[0.5,0.5,0.5]}})";
+const std::string kHull =
+    R"({"hull":{"points":[[-0.5,-0.5,-0.5],[0.5,-0.5,-0.5],[-0.5,0.5,-0.5],[0.5,0.5,-0.5],)"
+    R"([-0.5,-0.5,0.5],[0.5,-0.5,0.5],[-0.5,0.5,0.5],[0.5,0.5,0.5]]}})";
+const std::string kCompound =
+    R"({"compound":[{"shape":)" + kBox + R"(},{"shape":)" + kSphere + R"(,"position":[-4,0,0]}]})";
+
+std::string question(const std::string& op, const std::string& shape, double x,
+                     const std::string& other, const std::string& more = "") {
+    return R"({"id":3,"op":")" + op + R"(","shape":)" + shape + R"(,"position":[)" +
+           Json(x).dump() + R"(,0,0],"other":{"shape":)" + other + R"(,"position":[0,0,0]})" +
+           more + "}";
+}
+
+// Every shape here has its side at x = 0.5 or -0.5.
+TEST(PairAnswers, AreKnownForAllPairsBesideEachOther) {
+    const std::vector<std::string> shapes{kSphere, kCapsule, kBox, kHull, kCompound};
+    for (const std::string& shape : shapes) {
+        for (const std::string& other : shapes) {
+            SCOPED_TRACE(shape + " beside " + other);
+            for (const double gap : {0.25, -0.125}) {
+                const double x = 1.0 + gap;
+                const std::string where = shape == kCompound ? kBox : shape;  // its ball is beyond
+                const Json distance = ask(question("distance", where, x, other));
+                ASSERT_EQ(distance["status"], "ok") << distance;
+                EXPECT_EQ(distance["id"], 3);
+                EXPECT_NEAR(distance["distance"].get<double>(), gap, 1e-12);
+                EXPECT_NEAR(distance["normal"][0].get<double>(), 1.0, 1e-12);
+                EXPECT_NEAR(distance["point"][0].get<double>(), 0.5 + gap, 1e-12);
+                EXPECT_NEAR(distance["other_point"][0].get<double>(), 0.5, 1e-12);
+                EXPECT_EQ(ask(question("test", where, x, other))["hit"], gap < 0.0);
+                const Json pseudo = ask(question("pseudodistance", where, x, other));
+                EXPECT_EQ(pseudo["distance"].get<double>() < 0.0, gap < 0.0);
+                const Json find = ask(question("find", where, x, other));
+                EXPECT_EQ(find["hit"], gap < 0.0);
+                EXPECT_EQ(find["contacts"].empty(), gap > 0.0);
+                if (gap > 0.0) continue;
+                const Json& contact = find["contacts"][0];
+                EXPECT_NEAR(contact["depth"].get<double>(), -gap, 1e-12);
+                EXPECT_NEAR(contact["normal"][0].get<double>(), 1.0, 1e-12);
+                EXPECT_TRUE(contact.contains("feature"));
+                EXPECT_EQ(contact["other_part"], 0);
+            }
+        }
+    }
+}
+
+TEST(PairAnswers, CastBothWaysMeetHalfWay) {
+    const std::vector<std::string> shapes{kSphere, kCapsule, kBox, kHull, kCompound};
+    for (const std::string& shape : shapes) {
+        for (const std::string& other : shapes) {
+            SCOPED_TRACE(shape + " to " + other);
+            // From 21 m apart, 20 m between the sides; each goes 20 m.
+            const std::string line =
+                R"({"op":"cast","shape":)" + shape + R"(,"position":[0,0,21],"to":[0,0,1],)" +
+                R"("other":{"shape":)" + other + R"(,"position":[0,0,0],"to":[0,0,20]}})";
+            const Json cast = ask(line);
+            ASSERT_EQ(cast["status"], "ok") << cast;
+            EXPECT_EQ(cast["hit"], true);
+            const double sides =
+                (shape == kCapsule ? 0.75 : 0.5) + (other == kCapsule ? 0.75 : 0.5);
+            EXPECT_NEAR(cast["fraction"].get<double>(), (21.0 - sides) / 40.0, 1e-5);
+            EXPECT_NEAR(cast["normal"][2].get<double>(), 1.0, 1e-9);
+            EXPECT_FALSE(cast["contacts"].empty());
+        }
+    }
+    const Json miss = ask(question("cast", kBox, 3.0, kCompound, R"(,"to":[3,0,9])"));
+    EXPECT_EQ(miss["status"], "miss");
+    EXPECT_EQ(miss["hit"], false);
+    EXPECT_FALSE(miss.contains("contacts"));
+    // In contact at the start, and going away.
+    const std::string away = R"(,"to":[9,0,0])";
+    EXPECT_EQ(ask(question("cast", kBox, 0.9, kHull, away))["fraction"], 0.0);
+    EXPECT_EQ(ask(question("cast", kBox, 0.9, kHull, away + R"(,"skip_separating":true)"))["hit"],
+              false);
+    // Turning the shorter way: a corner comes round.
+    const double half = std::sqrt(0.5);
+    const std::string turn = R"(,"to":[1.1,0,0],"to_rotation":[)" + Json(half).dump() + ",0,0," +
+                             Json(half).dump() + "]";
+    const Json turned = ask(question("cast", kBox, 1.1, kHull, turn));
+    EXPECT_EQ(turned["hit"], true) << turned;
+}
+
+TEST(PairAnswers, ARayMeetsTheOtherShape) {
+    const std::string other = R"(,"other":{"shape":)" + kCompound + R"(,"position":[0,0,0]}})";
+    const Json hit = ask(R"({"op":"ray","from":[-10,0,0],"to":[10,0,0])" + other);
+    EXPECT_EQ(hit["status"], "ok") << hit;
+    EXPECT_NEAR(hit["fraction"].get<double>(), 5.5 / 20.0, 1e-15);
+    EXPECT_NEAR(hit["point"][0].get<double>(), -4.5, 1e-12);
+    EXPECT_NEAR(hit["normal"][0].get<double>(), -1.0, 1e-12);
+    EXPECT_EQ(hit["other_part"], 1);
+    const Json miss = ask(R"({"op":"ray","from":[-10,0,5],"to":[10,0,5])" + other);
+    EXPECT_EQ(miss["status"], "miss");
+    EXPECT_EQ(miss["hit"], false);
+}
+
+TEST(PairAnswers, AreTheSameFarFromTheOrigin) {
+    for (const char* op : {"test", "find", "distance", "pseudodistance"}) {
+        Json near = Json::parse(question(op, kHull, 0.75, kCompound));
+        Json far = near;
+        for (Json* each : {&far["position"], &far["other"]["position"]}) {
+            (*each)[0] = (*each)[0].get<double>() + 1e7;
+            (*each)[1] = -1e7;
+        }
+        const Json here = ask(near.dump()), there = ask(far.dump());
+        EXPECT_EQ(here.value("hit", false), there.value("hit", false));
+        EXPECT_EQ(here.value("distance", 0.0), there.value("distance", 0.0));
+    }
+}
+
+}  // namespace
+}  // namespace terrane::tools

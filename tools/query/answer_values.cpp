@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+#include "query/answer_values.h"
+
+namespace terrane::tools {
+
+using Json = nlohmann::ordered_json;
+
+Json as_array(const Eigen::Vector3d& v) { return Json::array({v.x(), v.y(), v.z()}); }
+
+Json as_object(const ShapeFeature& feature) {
+    if (feature.second == ShapeFeature::kFace) return {{"face", feature.first}};
+    if (feature.second == feature.first) return {{"vertex", feature.first}};
+    return {{"edge", Json::array({feature.first, feature.second})}};
+}
+
+bool write_fault(ContactStatus status, Json& answer) {
+    if (status == ContactStatus::not_resident) {
+        answer["status"] = "not_resident";
+        return true;
+    }
+    if (status == ContactStatus::invalid) {
+        answer["status"] = "invalid";
+        answer["message"] = "the shape or its pose was refused";
+        return true;
+    }
+    return false;
+}
+
+}  // namespace terrane::tools

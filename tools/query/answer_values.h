@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/collision/ground_contact.h>
+
+#include <nlohmann/json.hpp>
+
+// Values in an answer of `terrane query`.
+namespace terrane::tools {
+
+nlohmann::ordered_json as_array(const Eigen::Vector3d& v);
+
+/// `{"vertex":i}`, `{"edge":[i,j]}` or `{"face":i}`, numbered as ShapeFeature says.
+nlohmann::ordered_json as_object(const ShapeFeature& feature);
+
+/// Writes the status of an answer that cannot be used; false where it can.
+bool write_fault(ContactStatus status, nlohmann::ordered_json& answer);
+
+}  // namespace terrane::tools

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "query/query_parsing.h"
+
+#include <terrane/collision/ground_cast.h>
+
+// Answers to questions whose `other` is a shape: the ground has no part in them.
+namespace terrane::tools {
+
+void answer_pair(const ShapeQuestion& question, const OtherShape& other,
+                 nlohmann::ordered_json& answer);
+void answer_pair_cast(const CastQuestion& question, const OtherShape& other,
+                      nlohmann::ordered_json& answer);
+void answer_shape_ray(const RayQuestion& question, const OtherShape& other,
+                      nlohmann::ordered_json& answer);
+
+/// The motion of a shape from its pose to another, turning the shorter way.
+Motion motion_to(const Pose& start, const WorldPos& to_world, const Eigen::Matrix3d& to_rotation);
+
+}  // namespace terrane::tools

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/terrain/math.h>
+
+#include <nlohmann/json.hpp>
+#include <tl/expected.hpp>
+
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <string>
+
+// Values in a line of `terrane query`. What is wrong with one is a sentence that names it.
+namespace terrane::tools {
+
+template <class T>
+using Parsed = tl::expected<T, std::string>;
+
+tl::unexpected<std::string> wrong(std::string message);
+
+/// A value in a message, cut where it is long.
+std::string shown(const nlohmann::ordered_json& value);
+
+Parsed<double> read_number(const nlohmann::ordered_json& object, const char* key);
+
+/// Within 1e9 m of the origin.
+Parsed<double> read_coordinate(const nlohmann::ordered_json& object, const char* key);
+Parsed<WorldPos> read_point(const nlohmann::ordered_json& object, const char* key);
+
+/// [w, x, y, z] of length 1 to 1e-6; `otherwise` where the key is absent.
+Parsed<Eigen::Matrix3d> read_rotation(const nlohmann::ordered_json& object, const char* key,
+                                      const Eigen::Matrix3d& otherwise);
+
+enum class PositionAbsent { is_wrong, is_origin };
+
+/// `position` and `rotation`; no turn where the latter is absent.
+Parsed<Pose> read_pose(const nlohmann::ordered_json& object, PositionAbsent absent);
+
+/// Nothing where it is no array of so many numbers.
+template <std::size_t count>
+std::optional<std::array<double, count>> numbers_of(const nlohmann::ordered_json& value) {
+    const bool has_numbers =
+        value.is_array() && value.size() == count &&
+        std::all_of(value.begin(), value.end(), [](const auto& v) { return v.is_number(); });
+    if (!has_numbers) return {};
+    std::array<double, count> numbers{};
+    for (std::size_t i = 0; i < count; ++i) numbers[i] = value[i].template get<double>();
+    return numbers;
+}
+
+/// [count] numbers.
+template <std::size_t count>
+Parsed<std::array<double, count>> read_array(const nlohmann::ordered_json& object,
+                                             const char* key) {
+    const auto found = object.find(key);
+    if (found == object.end()) return wrong(std::string(key) + " is missing");
+    const std::optional<std::array<double, count>> numbers = numbers_of<count>(*found);
+    if (numbers) return *numbers;
+    return wrong(std::string(key) + " must be " + std::to_string(count) + " numbers, got " +
+                 shown(*found));
+}
+
+}  // namespace terrane::tools
