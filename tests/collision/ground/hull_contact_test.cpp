@@ -73,7 +73,7 @@ TEST(HullContacts, AreNoneApart) {
     }
 }
 
-TEST(HullDistance, FreesAndIsTheShortestOfManyDirectionsInAllButAFew) {
+TEST(HullDistance, FreesAndIsTheShortestOfManyDirections) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed);
     Random random(kSeed);
     int shallow_count = 0;
@@ -109,9 +109,8 @@ TEST(HullDistance, FreesAndIsTheShortestOfManyDirectionsInAllButAFew) {
             }
         }
     }
-    // Where the ways out of two columns go apart, a local search may take the longer one.
     EXPECT_GT(shallow_count, 300);
-    EXPECT_LE(shorter_count, shallow_count / 100);
+    EXPECT_EQ(shorter_count, 0);
 }
 
 TEST(HullDistance, IsThatOfTheBoxWhoseCornersItHas) {
