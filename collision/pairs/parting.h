@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "../half_spaces.h"
+#include "half_spaces.h"
 #include "part_pairs.h"
 
 namespace terrane::internal {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "../shapes/part_tree.h"
 #include "pair_questions.h"
+#include "part_tree.h"
 
 #include <terrane/collision/shapes.h>
 

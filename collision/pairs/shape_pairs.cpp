@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "../local_shape.h"
 #include "compound_cast.h"
 #include "compound_contacts.h"
 #include "compound_ray.h"
 #include "parting.h"
+#include "usable.h"
 
 #include <terrane/collision/shape_pairs.h>
 
@@ -15,16 +15,11 @@ using namespace internal;
 
 namespace {
 
-// The pose is checked with a shape that is good.
-bool can_answer(const Shape& shape, const Pose& pose) {
-    return check(shape) && is_usable(Sphere{}, pose);
-}
-
 // Two shapes in world axes around a's place.
 struct PlacedPair {
     PlacedPair(const Shape& shape_a, const Pose& world_from_a, const Shape& shape_b,
                const Pose& world_from_b)
-        : is_valid(can_answer(shape_a, world_from_a) && can_answer(shape_b, world_from_b)),
+        : is_valid(is_usable(shape_a, world_from_a) && is_usable(shape_b, world_from_b)),
           view_a(shape_a),
           view_b(shape_b) {
         if (!is_valid) return;
@@ -169,7 +164,7 @@ PseudodistanceAnswer pseudodistance(const Shape& a, const Pose& world_from_a, co
 PairCastAnswer cast(const Shape& a, const Motion& motion_a, const Shape& b, const Motion& motion_b,
                     const CastSettings& settings) {
     PairCastAnswer answer;
-    if (!can_answer(a, motion_a.start) || !can_answer(b, motion_b.start) ||
+    if (!is_usable(a, motion_a.start) || !is_usable(b, motion_b.start) ||
         !is_finite(motion_a.translation) || !is_finite(motion_a.rotation_vector) ||
         !is_finite(motion_b.translation) || !is_finite(motion_b.rotation_vector) ||
         !(settings.tolerance > 0.0) || !std::isfinite(settings.tolerance)) {
@@ -222,7 +217,7 @@ PairCastAnswer cast(const Shape& a, const Motion& motion_a, const Shape& b, cons
 ShapeRayAnswer cast_ray(const Shape& shape, const Pose& world_from_shape, const WorldPos& from,
                         const WorldPos& to) {
     ShapeRayAnswer answer;
-    if (!can_answer(shape, world_from_shape) || !is_finite(from) || !is_finite(to)) return answer;
+    if (!is_usable(shape, world_from_shape) || !is_finite(from) || !is_finite(to)) return answer;
     answer.status = ContactStatus::complete;
     const ShapeView view(shape);
     const PlacedShape placed{&view, orthonormalized(world_from_shape.rotation),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "body_math.h"
+#include "vector_math.h"
 #include "compound_data.h"
 #include "hull_data.h"
 #include "part_tree.h"

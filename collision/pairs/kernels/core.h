@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "../../body_math.h"
-#include "../../shapes/extremes.h"
+#include "extremes.h"
+#include "vector_math.h"
 
 #include <cstdint>
 

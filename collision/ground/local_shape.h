@@ -80,7 +80,4 @@ template <class Convex>
 LocalShape make_local_shape(const Convex& shape, const Eigen::Matrix3d& rotation,
                             LocalHull& hull_out);
 
-/// Whether check(shape) passes, the pose is finite, and the rotation orthonormal to 1e-6.
-bool is_usable(const Shape& shape, const Pose& pose);
-
 }  // namespace terrane::internal

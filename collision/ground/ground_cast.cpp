@@ -6,6 +6,7 @@
 //             ground beside the path does not slow it down. Near contact the bound of the speed is
 //             replaced by the second-order one of each corner, which lets parting contacts pass.
 #include "ground_advance.h"
+#include "usable.h"
 
 #include <terrane/collision/ground_cast.h>
 

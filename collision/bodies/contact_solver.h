@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "body_math.h"
+#include "vector_math.h"
 
 #include <terrane/collision/ground_contact.h>
 

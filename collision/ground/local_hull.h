@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "body_math.h"
 #include "extremes.h"
+#include "vector_math.h"
 
 #include <terrane/collision/convex_hull.h>
 #include <terrane/collision/shape_feature.h>

@@ -3,6 +3,7 @@
 #include "freeing.h"
 #include "half_spaces.h"
 #include "nearest.h"
+#include "usable.h"
 
 #include <terrane/collision/ground_contact.h>
 
