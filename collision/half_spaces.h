@@ -11,7 +11,7 @@ namespace terrane::internal {
 /// Translations that part two things along one direction: normal . d >= depth.
 struct HalfSpace {
     Eigen::Vector3d normal;
-    double depth = 0.0;
+    double depth;
 };
 
 /// A few half-spaces, in the order in which they came.

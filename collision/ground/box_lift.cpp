@@ -21,7 +21,7 @@ class Scan {
 public:
     Scan(const GroundWindow& window, const Eigen::Vector3d& corner, double spacing,
          const LocalShape& box, double floor)
-        : window_(window), box_(box), floor_(floor) {
+        : window_(window), box_(box), limit_(floor) {
         const double cells = 1.0 / spacing;
         for (std::size_t k = 0; k < 8; ++k) {
             const Eigen::Vector3d p = box.corner(static_cast<int>(k)) - corner;
@@ -30,20 +30,28 @@ public:
         centre_ = box.centre - corner;
     }
 
-    BoxLift run(double spacing) {
+    WindowLift run(double spacing) {
         make_slabs(spacing);
         make_ranges();
         take_vertices();
         for (const Place& place : corners_) take_corner(place);
         take_edges();
+        const double u = x_ - static_cast<double>(best_.column);
+        const double v = y_ - static_cast<double>(best_.row);
+        best_.is_south =
+            window_.is_cut_to_north_east(best_.column, best_.row) ? u >= v : u + v <= 1.0;
         return best_;
     }
 
 private:
-    bool is_more(double lift) const { return lift > std::max(floor_, best_.lift); }
+    bool is_more(double lift) const { return lift > limit_; }
 
     void take(double lift, double x, double y, int column, int row) {
-        if (is_more(lift)) best_ = {lift, x, y, column, row};
+        if (!is_more(lift)) return;
+        best_ = {lift, column, row};
+        limit_ = lift;
+        x_ = x;
+        y_ = y;
     }
 
     struct Slab {
@@ -62,12 +70,14 @@ private:
             const double level = -n[0] * centre_[0] - n[1] * centre_[1];
             if (n[2] < 1e-12) {
                 sides_[side_count_++] = {level, n[0] * spacing, n[1] * spacing, half};
+                constexpr double kInfinity = std::numeric_limits<double>::infinity();
+                slabs_[i] = {-kInfinity, kInfinity, 0.0, 0.0};
                 continue;
             }
             const double grade = 1.0 / n[2];
-            slabs_[slab_count_++] = {box_.centre[2] - (half + level) * grade,
-                                     box_.centre[2] + (half - level) * grade,
-                                     -n[0] * grade * spacing, -n[1] * grade * spacing};
+            slabs_[i] = {box_.centre[2] - (half + level) * grade,
+                         box_.centre[2] + (half - level) * grade, -n[0] * grade * spacing,
+                         -n[1] * grade * spacing};
         }
     }
 
@@ -90,29 +100,36 @@ private:
     void take_vertices() {
         const double lowest = box_.centre[2] - box_.bounds[2];
         for (int row = first_row_; row <= last_row_; ++row) {
+            const auto v = static_cast<double>(row);
+            std::array<Slab, 3> slabs = slabs_;
+            for (Slab& slab : slabs) {
+                slab.low += slab.y * v;
+                slab.high += slab.y * v;
+            }
             for (int column = first_column_; column <= last_column_; ++column) {
                 const double z = window_.at(column, row);
                 if (!is_more(z - lowest)) continue;
-                double low = -std::numeric_limits<double>::infinity();
-                double high = std::numeric_limits<double>::infinity();
-                for (std::size_t i = 0; i < slab_count_; ++i) {
-                    const Slab& slab = slabs_[i];
-                    const double rise = slab.x * column + slab.y * row;
-                    low = std::max(low, slab.low + rise);
-                    high = std::min(high, slab.high + rise);
-                }
-                bool is_inside = low <= high && is_more(z - low);
-                for (std::size_t i = 0; i < side_count_; ++i) {
-                    const Side& side = sides_[i];
-                    if (std::abs(side.level + (side.x * column + side.y * row)) > side.half) {
-                        is_inside = false;
-                    }
-                }
-                if (!is_inside) continue;
-                take(z - low, static_cast<double>(column), static_cast<double>(row),
-                     std::min(column, window_.columns - 1), std::min(row, window_.rows - 1));
+                const auto u = static_cast<double>(column);
+                const double low =
+                    std::max({slabs[0].low + slabs[0].x * u, slabs[1].low + slabs[1].x * u,
+                              slabs[2].low + slabs[2].x * u});
+                if (!is_more(z - low)) continue;
+                const double high =
+                    std::min({slabs[0].high + slabs[0].x * u, slabs[1].high + slabs[1].x * u,
+                              slabs[2].high + slabs[2].x * u});
+                if (low > high || !is_between_sides(u, v)) continue;
+                take(z - low, u, v, std::min(column, window_.columns - 1),
+                     std::min(row, window_.rows - 1));
             }
         }
+    }
+
+    bool is_between_sides(double u, double v) const {
+        for (std::size_t i = 0; i < side_count_; ++i) {
+            const Side& side = sides_[i];
+            if (std::abs(side.level + (side.x * u + side.y * v)) > side.half) return false;
+        }
+        return true;
     }
 
     void take_corner(const Place& p) {
@@ -141,14 +158,19 @@ private:
 
     void take_edges() {
         for (int i = 0; i < 3; ++i) {
-            const auto looks_up = [&](int k, int j) {
+            // bits of the corners whose face of an axis looks up
+            const auto up_of = [&](int j) {
                 const double z = box_.axes[static_cast<std::size_t>(j)][2];
-                return (k >> j & 1) != 0 ? z > 0.0 : z < 0.0;
+                return z > 0.0 ? 1 << j : (z < 0.0 ? 0 : -1);
             };
+            const int j0 = (i + 1) % 3;
+            const int j1 = (i + 2) % 3;
+            const int up0 = up_of(j0);
+            const int up1 = up_of(j1);
             for (int k = 0; k < 8; ++k) {
                 if ((k >> i & 1) != 0) continue;
                 // An edge between two faces that look up has the box below it.
-                if (looks_up(k, (i + 1) % 3) && looks_up(k, (i + 2) % 3)) continue;
+                if ((k & 1 << j0) == up0 && (k & 1 << j1) == up1) continue;
                 const Place& from = corners_[static_cast<std::size_t>(k)];
                 const Place& to = corners_[static_cast<std::size_t>(k | 1 << i)];
                 take_low_part(from, to);
@@ -159,7 +181,7 @@ private:
     // What of an edge is higher than all of the ground, less the lift so far, is passed over.
     void take_low_part(Place from, Place to) {
         if (from.z > to.z) std::swap(from, to);
-        const double rise = window_.high - std::max(floor_, best_.lift) - from.z;
+        const double rise = window_.high - limit_ - from.z;
         if (!(rise > 0.0)) return;
         const double whole = to.z - from.z;
         if (rise < whole) {
@@ -240,21 +262,21 @@ private:
 
     const GroundWindow& window_;
     const LocalShape& box_;
-    double floor_;
+    double limit_;  // lifts up to it are not looked for
     std::array<Place, 8> corners_;
     Eigen::Vector3d centre_;  // from the window's corner
     std::array<Slab, 3> slabs_;
-    std::size_t slab_count_ = 0;
     std::array<Side, 3> sides_;
     std::size_t side_count_ = 0;
     int first_column_ = 0, last_column_ = 0, first_row_ = 0, last_row_ = 0;
-    BoxLift best_;
+    WindowLift best_;
+    double x_ = 0.0, y_ = 0.0;  // where, in cells
 };
 
 }  // namespace
 
-BoxLift find_box_lift(const GroundWindow& window, const Eigen::Vector3d& corner, double spacing,
-                      const LocalShape& box, double floor) {
+WindowLift find_box_lift(const GroundWindow& window, const Eigen::Vector3d& corner, double spacing,
+                         const LocalShape& box, double floor) {
     return Scan(window, corner, spacing, box, floor).run(spacing);
 }
 

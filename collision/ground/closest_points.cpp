@@ -22,6 +22,27 @@ void take_nearer(const Eigen::Vector3d& on_shape, const Eigen::Vector3d& on_tria
 // Segments p to p + u and q to q + v.
 void take_segments(const Eigen::Vector3d& p, const Eigen::Vector3d& u, const Eigen::Vector3d& q,
                    const Eigen::Vector3d& v, ClosestPair& best) {
+    const SegmentPlaces places = find_closest_places(p, u, q, v);
+    take_nearer(p + places.s * u, q + places.t * v, best);
+}
+
+bool crosses(const Eigen::Vector3d& from, const Eigen::Vector3d& to, const Triangle& triangle,
+             Eigen::Vector3d& point_out) {
+    const double d0 = dot(triangle.normal, from - triangle.v[0]);
+    const double d1 = dot(triangle.normal, to - triangle.v[0]);
+    if ((d0 > 0.0) == (d1 > 0.0)) return false;
+    point_out = from + (d0 / (d0 - d1)) * (to - from);
+    for (std::size_t i = 0; i < 3; ++i) {
+        const Eigen::Vector3d edge = triangle.v[(i + 1) % 3] - triangle.v[i];
+        if (dot(cross(edge, point_out - triangle.v[i]), triangle.normal) < 0.0) return false;
+    }
+    return true;
+}
+
+}  // namespace
+
+SegmentPlaces find_closest_places(const Eigen::Vector3d& p, const Eigen::Vector3d& u,
+                                  const Eigen::Vector3d& q, const Eigen::Vector3d& v) {
     const Eigen::Vector3d r = p - q;
     const double a = dot(u, u);
     const double e = dot(v, v);
@@ -44,23 +65,8 @@ void take_segments(const Eigen::Vector3d& p, const Eigen::Vector3d& u, const Eig
             s = std::clamp((b - c) / a, 0.0, 1.0);
         }
     }
-    take_nearer(p + s * u, q + t * v, best);
+    return {s, t};
 }
-
-bool crosses(const Eigen::Vector3d& from, const Eigen::Vector3d& to, const Triangle& triangle,
-             Eigen::Vector3d& point_out) {
-    const double d0 = dot(triangle.normal, from - triangle.v[0]);
-    const double d1 = dot(triangle.normal, to - triangle.v[0]);
-    if ((d0 > 0.0) == (d1 > 0.0)) return false;
-    point_out = from + (d0 / (d0 - d1)) * (to - from);
-    for (std::size_t i = 0; i < 3; ++i) {
-        const Eigen::Vector3d edge = triangle.v[(i + 1) % 3] - triangle.v[i];
-        if (dot(cross(edge, point_out - triangle.v[i]), triangle.normal) < 0.0) return false;
-    }
-    return true;
-}
-
-}  // namespace
 
 Eigen::Vector3d closest_on_triangle(const Eigen::Vector3d& p, const Triangle& triangle) {
     const Eigen::Vector3d& a = triangle.v[0];

@@ -14,6 +14,16 @@ struct ClosestPair {
     double distance = 0.0;
 };
 
+/// Nearest places of two segments, as shares of the ways.
+struct SegmentPlaces {
+    double s = 0.0;
+    double t = 0.0;
+};
+
+/// Of the segments p to p + u and q to q + v; v is none of 0. Where they are parallel any pair.
+SegmentPlaces find_closest_places(const Eigen::Vector3d& p, const Eigen::Vector3d& u,
+                                  const Eigen::Vector3d& q, const Eigen::Vector3d& v);
+
 Eigen::Vector3d closest_on_triangle(const Eigen::Vector3d& p, const Triangle& triangle);
 
 /// Between the segment centre +- core and a triangle.

@@ -4,6 +4,7 @@
 //             count, and its sides add the crosses of the vertical with the box's edges.
 #include "column.h"
 
+#include "round_lift.h"
 #include "triangle_plane.h"
 
 namespace terrane::internal {
@@ -71,83 +72,6 @@ double compute_box_lift(const LocalShape& box, const Triangle& triangle, double 
             const Eigen::Vector3d edge = 2.0 * box.half[i] * box.axes[static_cast<std::size_t>(i)];
             lift =
                 std::max({lift, plane.above(from + first * edge), plane.above(from + last * edge)});
-        }
-    }
-    return lift;
-}
-
-// Where s in [-1, 1] maximises linear * s + reach * sqrt(square - (offset + rate * s)^2), among the s
-// where the root exists. False where there is none.
-bool find_round_maximum(double linear, double reach, double square, double offset, double rate,
-                        double& s_out) {
-    if (square < 0.0) return false;
-    double first = -1.0;
-    double last = 1.0;
-    if (rate == 0.0) {
-        if (offset * offset > square) return false;
-        s_out = linear > 0.0 ? 1.0 : (linear < 0.0 ? -1.0 : 0.0);
-        return true;
-    }
-    const double root = std::sqrt(square);
-    first = std::max(first, std::min((-root - offset) / rate, (root - offset) / rate));
-    last = std::min(last, std::max((-root - offset) / rate, (root - offset) / rate));
-    if (first > last) return false;
-    // With d = offset + rate s the maximum of (linear / rate) d + reach sqrt(square - d^2).
-    const double along = linear / rate;
-    const double size = std::sqrt(along * along + reach * reach);
-    const double d = size > 0.0 ? root * (along / size) : 0.0;
-    s_out = std::clamp((d - offset) / rate, first, last);
-    return true;
-}
-
-double compute_round_lift(const LocalShape& shape, const Triangle& triangle) {
-    const TrianglePlane plane(triangle);
-    const Eigen::Vector3d& centre = shape.centre;
-    const double radius = shape.radius;
-    double lift = -kInfinity;
-    for (const double s : {-1.0, 1.0}) {
-        const Eigen::Vector3d lowest = centre + s * shape.core - radius * triangle.normal;
-        if (plane.above(lowest) > lift && is_over(lowest, triangle)) lift = plane.above(lowest);
-    }
-    if (lift >= bound_column_lift(shape, triangle)) return lift;
-    for (std::size_t i = 0; i < 3; ++i) {
-        const Eigen::Vector3d& a = triangle.v[i];
-        const Eigen::Vector3d edge = triangle.v[(i + 1) % 3] - a;
-        const double run = std::sqrt(edge[0] * edge[0] + edge[1] * edge[1]);
-        const Eigen::Vector3d along(edge[0] / run, edge[1] / run, 0.0);
-        const Eigen::Vector3d out(along[1], -along[0], 0.0);
-        const Eigen::Vector3d from = centre - a;
-        // The section with the wall over this edge: discs whose centres move with s.
-        const double grade = edge[2] / run;
-        const double distance = dot(out, from);
-        const double rate = dot(out, shape.core);
-        double s = 0.0;
-        const double rise = grade * dot(along, shape.core) - shape.core[2];
-        const double reach = std::sqrt(grade * grade + 1.0);
-        if (find_round_maximum(rise, reach, radius * radius, distance, rate, s)) {
-            const double d = distance + rate * s;
-            const double r = std::sqrt(std::max(0.0, radius * radius - d * d));
-            const double u = dot(along, from) + s * dot(along, shape.core) + r * grade / reach;
-            if (u >= 0.0 && u <= run) {
-                lift = std::max(lift, grade * u - (from[2] + s * shape.core[2] - r / reach));
-            }
-        }
-        // The vertical through the corner.
-        const double core_run =
-            std::sqrt(shape.core[0] * shape.core[0] + shape.core[1] * shape.core[1]);
-        double across = 0.0;
-        double offset = 0.0;
-        if (core_run > 0.0) {
-            across = (from[0] * shape.core[1] - from[1] * shape.core[0]) / core_run;
-            offset = (from[0] * shape.core[0] + from[1] * shape.core[1]) / core_run;
-        } else {
-            across = std::sqrt(from[0] * from[0] + from[1] * from[1]);
-        }
-        if (find_round_maximum(-shape.core[2], 1.0, radius * radius - across * across, offset,
-                               core_run, s)) {
-            const double d = offset + core_run * s;
-            const double r = std::sqrt(std::max(0.0, radius * radius - across * across - d * d));
-            lift = std::max(lift, -(from[2] + s * shape.core[2] - r));
         }
     }
     return lift;

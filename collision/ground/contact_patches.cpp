@@ -4,9 +4,10 @@
 #include "box_patches.h"
 #include "feature_pairs.h"
 #include "freeing.h"
-#include "underside.h"
+#include "round_patches.h"
 
 #include <algorithm>
+#include <memory>
 
 namespace terrane::internal {
 namespace {
@@ -109,30 +110,6 @@ struct PatchVisitor {
     }
 };
 
-// The triangles of the cells of a range that a window holds.
-void visit_window(const LocalGround& local, const GroundWindow& window, const CellRange& cells,
-                  PatchVisitor& visitor) {
-    LocalShape wider = visitor.shape;
-    wider.radius += visitor.margin;
-    wider.bounds += Eigen::Vector3d::Constant(visitor.margin);
-    const Underside underside(wider);
-    const double lowest = wider.centre[2] - wider.bounds[2];
-    for (std::int64_t y = cells.south; y <= cells.north; ++y) {
-        for (std::int64_t x = cells.west; x <= cells.east; ++x) {
-            const auto column = static_cast<int>(x - window.cells.west);
-            const auto row = static_cast<int>(y - window.cells.south);
-            const double high =
-                std::max({window.at(column, row), window.at(column + 1, row),
-                          window.at(column, row + 1), window.at(column + 1, row + 1)});
-            const Prism prism{local.x(x), local.y(y), local.x(x + 1), local.y(y + 1), high};
-            if (high < lowest || !underside.may_reach(prism, high)) continue;
-            const bool is_even = window.is_cut_to_north_east(column, row);
-            visitor.take(local.triangle(window, column, row, is_even ? 1.0 : 0.0, 0.0));
-            visitor.take(local.triangle(window, column, row, is_even ? 0.0 : 1.0, 1.0));
-        }
-    }
-}
-
 // Of one shape; false where a cell in reach is not resident.
 bool find_patches(const LocalGround& local, const LocalShape& shape, std::uint32_t part,
                   const Eigen::Vector3d& freeing, double margin, ContactPatches& patches,
@@ -141,7 +118,7 @@ bool find_patches(const LocalGround& local, const LocalShape& shape, std::uint32
     const Eigen::Vector3d high = shape.centre + shape.bounds;
     const CellRange cells =
         local.cells(low[0] - margin, low[1] - margin, high[0] + margin, high[1] + margin);
-    const GroundWindow* const window = local.window(cells);
+    const GroundWindow* const window = local.window(cells, 1);
     if (window != nullptr) error_out = std::max(error_out, local.error(cells));
     // Of a deep overlap only what is near where the shape is free matters.
     const double reach = margin + std::min(length(freeing), kDeep * shape.smallest);
@@ -149,15 +126,15 @@ bool find_patches(const LocalGround& local, const LocalShape& shape, std::uint32
         find_box_patches(local, *window, shape, part, freeing, margin, reach, patches);
         return true;
     }
+    if (window != nullptr && shape.kind == ShapeKind::round && shape.radius > kThin) {
+        find_round_patches(local, *window, cells, shape, part, freeing, margin, reach, patches);
+        return true;
+    }
     LocalShape moved = shape;
     moved.centre += freeing;
     PatchVisitor visitor{local, shape,
                          moved, margin,
                          reach, FeaturePairs(local, moved, freeing, reach, margin, part, patches)};
-    if (window != nullptr && shape.kind == ShapeKind::round) {
-        visit_window(local, *window, cells, visitor);
-        return true;
-    }
     visit_cells(local, cells, visitor);
     error_out = std::max(error_out, visitor.error_m);
     return !visitor.is_missing;
@@ -171,7 +148,7 @@ void ContactPatches::add(const Contact& contact) {
         // Many normals: the deepest half stays.
         count_ = std::min(count_, kMost / 2);
     }
-    contacts_[count_++] = contact;
+    std::construct_at(&contacts_[count_++], contact);
 }
 
 void ContactPatches::merge() {

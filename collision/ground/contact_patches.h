@@ -14,6 +14,11 @@ namespace terrane::internal {
 /// and a patch keeps its deepest point and up to three more that span the most.
 class ContactPatches {
 public:
+    ContactPatches() {}
+    ContactPatches(const ContactPatches&) = delete;
+    ContactPatches& operator=(const ContactPatches&) = delete;
+
+    void clear() { count_ = 0; }
     void add(const Contact& contact);
     /// Merges, then sorts: deepest first, ties by place.
     std::span<const Contact> finish();
@@ -22,7 +27,10 @@ private:
     void merge();
 
     static constexpr std::size_t kMost = 192;
-    std::array<Contact, kMost> contacts_;
+    // Made as they are added: the others cost nothing.
+    union {
+        std::array<Contact, kMost> contacts_;
+    };
     std::size_t count_ = 0;
 };
 

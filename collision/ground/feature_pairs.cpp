@@ -9,19 +9,6 @@
 #include "normal_cone.h"
 
 namespace terrane::internal {
-namespace {
-
-// Whether a point of a core is one of its ends, or on its side.
-ShapeFeature feature_of_core(const LocalShape& shape, const Eigen::Vector3d& on_core) {
-    constexpr double kEnd = 1.0 - 1e-9;  // of the way from the centre
-    if (!shape.has_core()) return {0, 0};
-    const double along = dot(on_core - shape.centre, shape.core) / dot(shape.core, shape.core);
-    if (along >= kEnd) return {1, 1};
-    return {0, along <= -kEnd ? 0u : 1u};
-}
-
-}  // namespace
-
 void FeaturePairs::pair(const Triangle& triangle) {
     if (shape_.kind == ShapeKind::round) pair_round(triangle);
     if (shape_.kind == ShapeKind::box) pair_box(triangle);
@@ -70,14 +57,14 @@ void FeaturePairs::pair_round(const Triangle& triangle) {
         const bool is_face = dot(direction, n) > 1.0 - 1e-14;
         if ((is_face && has_face) || !is_in_normal_cone(local_, triangle, direction)) return;
         add(pair.on_shape - shape_.radius * direction, is_face ? n : direction, gap,
-            feature_of_core(shape_, pair.on_shape));
+            shape_.core_feature(pair.on_shape));
         return;
     }
     if (has_face || pair.distance > 1e-9) return;
     // A core without thickness that touches: any direction of the cone that parts them.
     const Separation best = find_separation_in_cone(triangle);
     add(pair.on_shape - shape_.radius * best.normal, best.normal, best.gap,
-        feature_of_core(shape_, pair.on_shape));
+        shape_.core_feature(pair.on_shape));
 }
 
 void FeaturePairs::pair_box(const Triangle& triangle) {

@@ -14,12 +14,19 @@
 namespace terrane::internal {
 
 Separation find_exit(const LocalGround& local, const LocalShape& shape, const Triangle& triangle,
-                     const Eigen::Vector3d& d) {
+                     const Eigen::Vector3d& d, double* least_out) {
     const Separation face{triangle.normal, gap_along(triangle.normal, shape, triangle)};
     Separation best = face;
+    double widest = face.gap;
     visit_tops(shape, triangle, [&](const Eigen::Vector3d& n, double gap) {
+        widest = std::max(widest, gap);
         if (gap > best.gap && is_in_normal_cone(local, triangle, n)) best = {n, gap};
     });
+    if (least_out != nullptr) {
+        visit_walls(shape, triangle,
+                    [&](const Eigen::Vector3d&, double gap) { widest = std::max(widest, gap); });
+        *least_out = -widest;
+    }
     // The same column again: its plane was made for another direction.
     return dot(best.normal, d) + best.gap > 0.0 ? face : best;
 }
@@ -46,8 +53,9 @@ bool find_from_inside(const LocalGround& local, const LocalBody& body, Eigen::Ve
         if (!(lift.lift > 0.1 * kFree)) return true;
         LocalHull hull;
         const LocalShape shape = body.part(lift.part, hull);
-        least_out = std::max(least_out, -find_separation(shape, lift.triangle, true).gap);
-        const Separation best = find_exit(local, shape, lift.triangle, d_out);
+        double least = 0.0;
+        const Separation best = find_exit(local, shape, lift.triangle, d_out, &least);
+        least_out = std::max(least_out, least);
         spaces.add({best.normal, -best.gap});
         if (!find_shortest(spaces, d_out)) return false;
     }

@@ -228,7 +228,8 @@ CastAnswer cast(const Shape& shape, const Motion& motion, const Ground& ground,
         // Touching counts, whatever rounding made of it.
         const double touch = 1e-12 * (1.0 + start.whole().centre.cwiseAbs().maxCoeff() +
                                       start.whole().bounds.maxCoeff());
-        const GroundLift lift = find_lift(local, start, Eigen::Vector3d::Zero(), -2.0 * touch);
+        const GroundLift lift = find_lift(local, start, Eigen::Vector3d::Zero(), -2.0 * touch,
+                                          kAnyLift, LiftError::asked_for);
         answer.error_m = lift.error_m;
         if (lift.is_missing) {
             answer.status = ContactStatus::not_resident;

@@ -92,7 +92,7 @@ bool find_overlap(const LocalGround& local, const LocalBody& body, const GroundL
             return false;
         }
         if (find_freeing_by_contacts(local, body, patches.finish(), freeing)) return true;
-        patches = {};
+        patches.clear();
     }
     freeing = find_freeing(local, body, lift.lift);
     if (!find_patches(local, body, freeing, margin, patches, error_out)) return false;
@@ -129,7 +129,8 @@ ContactAnswer find_contacts(const Shape& shape, const Pose& world_from_shape, co
                          local.to_local(world_from_shape.translation));
 
     // further apart than the margin nothing depends on how far
-    const GroundLift lift = find_lift(local, body, Eigen::Vector3d::Zero(), -margin - kTouch);
+    const GroundLift lift = find_lift(local, body, Eigen::Vector3d::Zero(), -margin - kTouch,
+                                      kAnyLift, LiftError::asked_for);
     answer.lift = lift.lift;
     answer.error_m = lift.error_m;
     answer.status = ContactStatus::not_resident;
@@ -160,7 +161,8 @@ DistanceAnswer signed_distance(const Shape& shape, const Pose& world_from_shape,
     const LocalBody body(shape, world_from_shape.rotation,
                          local.to_local(world_from_shape.translation));
 
-    const GroundLift lift = find_lift(local, body, Eigen::Vector3d::Zero(), -kTouch);
+    const GroundLift lift =
+        find_lift(local, body, Eigen::Vector3d::Zero(), -kTouch, kAnyLift, LiftError::asked_for);
     answer.error_m = lift.error_m;
     answer.status = ContactStatus::not_resident;
     if (lift.is_missing) return answer;
@@ -195,7 +197,8 @@ LiftAnswer compute_lift(const Shape& shape, const Pose& world_from_shape, const 
     const LocalGround local(ground, world_from_shape.translation);
     const LocalBody body(shape, world_from_shape.rotation,
                          local.to_local(world_from_shape.translation));
-    const GroundLift lift = find_lift(local, body, Eigen::Vector3d::Zero());
+    const GroundLift lift =
+        find_lift(local, body, Eigen::Vector3d::Zero(), -kAnyLift, kAnyLift, LiftError::asked_for);
     answer.status = lift.is_missing ? ContactStatus::not_resident : ContactStatus::complete;
     answer.lift = lift.lift;
     answer.error_m = lift.error_m;
@@ -208,7 +211,8 @@ TestAnswer test_contact(const Shape& shape, const Pose& world_from_shape, const 
     const LocalGround local(ground, world_from_shape.translation);
     const LocalBody body(shape, world_from_shape.rotation,
                          local.to_local(world_from_shape.translation));
-    const GroundLift lift = find_lift(local, body, Eigen::Vector3d::Zero(), -2.0 * kTouch, -kTouch);
+    const GroundLift lift = find_lift(local, body, Eigen::Vector3d::Zero(), -2.0 * kTouch, -kTouch,
+                                      LiftError::asked_for);
     answer.is_touching = lift.lift >= -kTouch;
     answer.status = lift.is_missing && !answer.is_touching ? ContactStatus::not_resident
                                                            : ContactStatus::complete;

@@ -2,6 +2,7 @@
 #include "ground_lift.h"
 
 #include "box_lift.h"
+#include "round_lift.h"
 #include "underside.h"
 
 namespace terrane::internal {
@@ -48,15 +49,17 @@ struct LiftVisitor {
     }
 };
 
-GroundLift find_box_lift(const LocalGround& local, const GroundWindow& window,
-                         const LocalShape& box, double floor) {
+// Over a window that holds the cells under a shape and one more on each side.
+GroundLift find_lift(const LocalGround& local, const GroundWindow& window, const CellRange& cells,
+                     const LocalShape& shape, double floor) {
     GroundLift result;
-    const BoxLift found = find_box_lift(window, local.corner(window), local.spacing(), box, floor);
+    const WindowLift found =
+        shape.kind == ShapeKind::box
+            ? find_box_lift(window, local.corner(window), local.spacing(), shape, floor)
+            : find_round_lift(local, window, cells, shape, floor);
     if (!(found.lift > floor)) return result;
     result.lift = found.lift;
-    result.triangle =
-        local.triangle(window, found.column, found.row, found.x - static_cast<double>(found.column),
-                       found.y - static_cast<double>(found.row));
+    result.triangle = local.triangle(window, found.column, found.row, found.is_south);
     return result;
 }
 
@@ -68,14 +71,12 @@ void visit_window(const LocalGround& local, const GroundWindow& window, const Ce
     const int columns = static_cast<int>(cells.east - cells.west) + 1;
     const int rows = static_cast<int>(cells.north - cells.south) + 1;
     const auto take = [&](int column, int row) {
-        const double high = std::max({window.at(column, row), window.at(column + 1, row),
-                                      window.at(column, row + 1), window.at(column + 1, row + 1)});
+        const double high = window.highest(column, row);
         const std::int64_t x = window.cells.west + column;
         const std::int64_t y = window.cells.south + row;
         if (!visitor.wants({local.x(x), local.y(y), local.x(x + 1), local.y(y + 1), high})) return;
-        const bool is_even = window.is_cut_to_north_east(column, row);
-        visitor.take(local.triangle(window, column, row, is_even ? 1.0 : 0.0, 0.0));
-        visitor.take(local.triangle(window, column, row, is_even ? 0.0 : 1.0, 1.0));
+        visitor.take(local.triangle(window, column, row, true));
+        visitor.take(local.triangle(window, column, row, false));
     };
     // The cell under the lowest point first: most others need only be bounded after it.
     const Eigen::Vector3d lowest =
@@ -95,23 +96,23 @@ void visit_window(const LocalGround& local, const GroundWindow& window, const Ce
 }  // namespace
 
 GroundLift find_lift(const LocalGround& local, const LocalShape& shape, const Eigen::Vector3d& d,
-                     double floor, double enough) {
+                     double floor, double enough, LiftError error) {
     LocalShape moved = shape;
     moved.centre += d;
     const Eigen::Vector3d low = moved.centre - moved.bounds;
     const Eigen::Vector3d high = moved.centre + moved.bounds;
     const CellRange cells = local.cells(low[0], low[1], high[0], high[1]);
-    const GroundWindow* const window = local.window(cells);
-    if (window != nullptr && moved.kind == ShapeKind::box) {
-        GroundLift lift = find_box_lift(local, *window, moved, floor);
-        lift.error_m = local.error(cells);
+    const GroundWindow* const window = local.window(cells, 0);
+    if (window != nullptr && moved.kind != ShapeKind::hull) {
+        GroundLift lift = find_lift(local, *window, cells, moved, floor);
+        if (error == LiftError::asked_for) lift.error_m = local.error(cells);
         return lift;
     }
     const Underside underside(moved);
     LiftVisitor visitor{local, moved, underside, floor, enough, {}};
     if (window != nullptr) {
         visit_window(local, *window, cells, visitor);
-        visitor.result.error_m = local.error(cells);
+        if (error == LiftError::asked_for) visitor.result.error_m = local.error(cells);
         return visitor.result;
     }
     // The cell under the lowest point first: most others need only be bounded after it.
@@ -127,8 +128,8 @@ GroundLift find_lift(const LocalGround& local, const LocalShape& shape, const Ei
 }
 
 GroundLift find_lift(const LocalGround& local, const LocalBody& body, const Eigen::Vector3d& d,
-                     double floor, double enough) {
-    if (!body.is_compound()) return find_lift(local, body.whole(), d, floor, enough);
+                     double floor, double enough, LiftError error) {
+    if (!body.is_compound()) return find_lift(local, body.whole(), d, floor, enough, error);
     GroundLift all;
     body.visit(
         [&](const Eigen::Vector3d& centre, const Eigen::Vector3d& bounds) {
@@ -140,7 +141,8 @@ GroundLift find_lift(const LocalGround& local, const LocalBody& body, const Eige
                    bottom + std::max(floor, all.lift);
         },
         [&](const LocalShape& shape, std::uint32_t part) {
-            const GroundLift lift = find_lift(local, shape, d, std::max(floor, all.lift), enough);
+            const GroundLift lift =
+                find_lift(local, shape, d, std::max(floor, all.lift), enough, error);
             all.error_m = std::max(all.error_m, lift.error_m);
             all.is_missing = all.is_missing || lift.is_missing;
             if (!(lift.lift > all.lift)) return;

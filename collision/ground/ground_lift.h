@@ -9,26 +9,33 @@ namespace terrane::internal {
 /// Gaps up to this are touches: what rounding leaves of none, metres.
 inline constexpr double kTouch = 1e-9;
 
+/// A limit that no lift reaches.
+inline constexpr double kAnyLift = std::numeric_limits<double>::infinity();
+
 /// The lift of a shape and the triangle that decides it.
 struct GroundLift {
     double lift = -std::numeric_limits<double>::infinity();
     Triangle triangle;        ///< set where lift is finite
     std::uint32_t part = 0;   ///< of a compound, that decides it
     bool is_missing = false;  ///< a cell that the shape's bounds meet is not resident
-    double error_m = 0.0;     ///< largest bound of the cells that were looked at
+    double error_m =
+        0.0;  ///< largest bound of the cells that were looked at, where it is asked for
 };
+
+/// The error of ground costs reading it: most lifts are only steps to an answer.
+enum class LiftError { skipped, asked_for };
 
 /// Largest of surface minus z over the shape moved by `d`. Lifts at or below `floor` need not be
 /// found exactly: they come back as minus infinity or as what they are. Nor need those above `enough`: any
 /// lift above it may come back.
 GroundLift find_lift(const LocalGround& local, const LocalShape& shape, const Eigen::Vector3d& d,
-                     double floor = -std::numeric_limits<double>::infinity(),
-                     double enough = std::numeric_limits<double>::infinity());
+                     double floor = -kAnyLift, double enough = kAnyLift,
+                     LiftError error = LiftError::skipped);
 
 /// The same over all parts of a body.
 GroundLift find_lift(const LocalGround& local, const LocalBody& body, const Eigen::Vector3d& d,
-                     double floor = -std::numeric_limits<double>::infinity(),
-                     double enough = std::numeric_limits<double>::infinity());
+                     double floor = -kAnyLift, double enough = kAnyLift,
+                     LiftError error = LiftError::skipped);
 
 /// The highest that the ground could be over or beside a box, metres: minus infinity where there is none,
 /// infinity where that is not known or would cost more than looking at less.

@@ -65,11 +65,24 @@ Prism LocalGround::prism(const CellRange& cells, std::int32_t high) const {
     return {x(cells.west), y(cells.south), x(cells.east + 1), y(cells.north + 1), z(high)};
 }
 
-const GroundWindow* LocalGround::window(const CellRange& cells) const {
+const GroundWindow* LocalGround::window(const CellRange& cells, int ring) const {
     if (cells.east < cells.west || cells.north < cells.south) return nullptr;
-    const CellRange wider{cells.west - 1, cells.south - 1, cells.east + 1, cells.north + 1};
-    if (!window_.holds(wider) && !window_.read(reader_, wider, base_, quantum_)) return nullptr;
+    const auto widened = [&](int by) {
+        return CellRange{cells.west - by, cells.south - by, cells.east + by, cells.north + by};
+    };
+    // The ring is read at once: the next question may need it.
+    if (!window_.holds(widened(ring)) && !window_.read(reader_, widened(1), base_, quantum_)) {
+        return nullptr;
+    }
     return window_.is_full || window_.is_ground(cells) ? &window_ : nullptr;
+}
+
+double LocalGround::error(const CellRange& cells) const {
+    if (!(cells == error_cells_)) {
+        error_ = static_cast<double>(reader_.error(cells));
+        error_cells_ = cells;
+    }
+    return error_;
 }
 
 bool LocalGround::find_vertex(std::int64_t column, std::int64_t row, Eigen::Vector3d& p_out) const {
@@ -92,20 +105,21 @@ bool LocalGround::find_vertex(std::int64_t column, std::int64_t row, Eigen::Vect
     return false;
 }
 
-Triangle LocalGround::triangle(const GroundWindow& window, int column, int row, double u,
-                               double v) const {
-    const double west = x(window.cells.west + column);
-    const double east = x(window.cells.west + column + 1);
-    const double south = y(window.cells.south + row);
-    const double north = y(window.cells.south + row + 1);
-    const Eigen::Vector3d sw(west, south, window.at(column, row));
-    const Eigen::Vector3d se(east, south, window.at(column + 1, row));
-    const Eigen::Vector3d nw(west, north, window.at(column, row + 1));
-    const Eigen::Vector3d ne(east, north, window.at(column + 1, row + 1));
+std::array<Eigen::Vector3d, 3> LocalGround::corners(const GroundWindow& window, int column, int row,
+                                                    bool is_south) const {
+    const auto at = [&](int i, int j) {
+        return Eigen::Vector3d(x(window.cells.west + i), y(window.cells.south + j),
+                               window.at(i, j));
+    };
+    // From one end of the cut to the other, and the corner on that side.
     if (window.is_cut_to_north_east(column, row)) {
-        return u >= v ? make_triangle(sw, se, ne) : make_triangle(sw, ne, nw);
+        const Eigen::Vector3d from = at(column, row), to = at(column + 1, row + 1);
+        if (is_south) return {from, at(column + 1, row), to};
+        return {from, to, at(column, row + 1)};
     }
-    return u + v <= 1.0 ? make_triangle(sw, se, nw) : make_triangle(se, ne, nw);
+    const Eigen::Vector3d from = at(column + 1, row), to = at(column, row + 1);
+    if (is_south) return {at(column, row), from, to};
+    return {from, at(column + 1, row + 1), to};
 }
 
 std::array<Triangle, 2> LocalGround::triangles(const GroundCell& cell, std::int64_t column,

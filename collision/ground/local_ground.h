@@ -66,9 +66,11 @@ public:
     GroundCell cell(std::int64_t column, std::int64_t row) const {
         return reader_.cell(column, row);
     }
-    /// A window that holds a range of cells and one more on each side, until it is asked for another one; null
+    /// A window that holds a range of cells and `ring` more on each side, until it is asked for another one; null
     /// where they are too many, or one of the range is no ground or not resident.
-    const GroundWindow* window(const CellRange& cells) const;
+    ///
+    /// @param ring 0 or 1
+    const GroundWindow* window(const CellRange& cells, int ring) const;
     /// Whether a cell is ground and resident.
     bool is_ground(std::int64_t column, std::int64_t row) const {
         if (window_.holds({column, row, column, row})) {
@@ -80,13 +82,18 @@ public:
     /// A corner of the contact surface; false where none of its cells is ground and resident.
     bool find_vertex(std::int64_t column, std::int64_t row, Eigen::Vector3d& p_out) const;
     /// Largest error_m of the cells of a range that are ground and resident, metres.
-    double error(const CellRange& cells) const { return static_cast<double>(reader_.error(cells)); }
+    double error(const CellRange& cells) const;
     /// The south-western corner of a window, at the height of this frame.
     Eigen::Vector3d corner(const GroundWindow& window) const {
         return {x(window.cells.west), y(window.cells.south), 0.0};
     }
-    /// The triangle of a window's cell that a place in it lies on, in cells from the cell's corner.
-    Triangle triangle(const GroundWindow& window, int column, int row, double u, double v) const;
+    /// The triangle of a window's cell on its southern or northern side, and its corners.
+    Triangle triangle(const GroundWindow& window, int column, int row, bool is_south) const {
+        const std::array<Eigen::Vector3d, 3> v = corners(window, column, row, is_south);
+        return make_triangle(v[0], v[1], v[2]);
+    }
+    std::array<Eigen::Vector3d, 3> corners(const GroundWindow& window, int column, int row,
+                                           bool is_south) const;
     RangeAnswer square(std::int64_t column, std::int64_t row, int log2_side) const {
         return reader_.square(column, row, log2_side);
     }
@@ -109,6 +116,8 @@ private:
 
     mutable GroundReader reader_;
     mutable GroundWindow window_;
+    mutable CellRange error_cells_;  ///< that were asked for last
+    mutable double error_ = 0.0;     ///< theirs
     double spacing_;
     double quantum_;
     std::int64_t column_ = 0;

@@ -91,6 +91,14 @@ DeepestPoint LocalShape::deepest(const Eigen::Vector3d& n) const {
     return found;
 }
 
+ShapeFeature LocalShape::core_feature(const Eigen::Vector3d& on_core) const {
+    constexpr double kEnd = 1.0 - 1e-9;  // of the way from the centre
+    if (!has_core()) return {0, 0};
+    const double along = dot(on_core - centre, core) / dot(core, core);
+    if (along >= kEnd) return {1, 1};
+    return {0, along <= -kEnd ? 0u : 1u};
+}
+
 template <class Convex>
 LocalShape make_local_shape(const Convex& shape, const Eigen::Matrix3d& rotation,
                             LocalHull& hull_out) {

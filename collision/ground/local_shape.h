@@ -54,6 +54,8 @@ struct LocalShape {
     Eigen::Vector3d up(std::size_t axis) const {
         return axes[axis][2] < 0.0 ? Eigen::Vector3d(-axes[axis]) : axes[axis];
     }
+    /// Of a round shape: whether a point of its core is one of its ends, or on its side.
+    ShapeFeature core_feature(const Eigen::Vector3d& on_core) const;
     /// Whether a round shape has two ends.
     bool has_core() const { return dot(core, core) > 0.0; }
 };

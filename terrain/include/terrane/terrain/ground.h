@@ -48,6 +48,7 @@ struct GroundCell {
 /// Indices of cells of the contact level, counted from lattice point (0, 0); ends included.
 struct CellRange {
     std::int64_t west = 0, south = 0, east = -1, north = -1;
+    bool operator==(const CellRange&) const = default;
 };
 
 /// Heights over a range of cells.

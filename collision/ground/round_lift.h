@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "ground_window.h"
+#include "local_ground.h"
+#include "local_shape.h"
+
+namespace terrane::internal {
+
+/// The lift of a sphere or capsule over one triangle: see compute_column_lift().
+double compute_round_lift(const LocalShape& shape, const Triangle& triangle);
+
+/// The lift of a sphere or capsule over the cells of a range, none of them more than one cell from the end
+/// of the window. Lifts at or below `floor` need not be found.
+WindowLift find_round_lift(const LocalGround& local, const GroundWindow& window,
+                           const CellRange& cells, const LocalShape& shape, double floor);
+
+}  // namespace terrane::internal
