@@ -1,6 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "ground_advance.h"
 
+#include "column_entry.h"
+#include "ground_lift.h"
+#include "nearest.h"
+
+#include <algorithm>
+
 namespace terrane::internal {
 namespace {
 
@@ -96,6 +102,127 @@ double bound_time(const Sweep& sweep, const LocalShape& shape, double arm, const
         take(-shape.core, shape.radius);
     }
     return std::max(time, each);
+}
+
+struct AdvanceVisitor::CellVisitor {
+    AdvanceVisitor& each;
+
+    bool wants(const Prism& prism) const {
+        return each.approach_.time_to(prism) < each.found_.step && each.wants(prism);
+    }
+    void take(const GroundCell& cell, std::int64_t column, std::int64_t row) {
+        each.found_.error_m = std::max(each.found_.error_m, static_cast<double>(cell.error_m));
+        for (const Triangle& triangle : each.local_.triangles(cell, column, row)) {
+            each.take(triangle, {0.0, Approach::kNever});
+        }
+    }
+    bool miss(const Prism& prism) {
+        Advance& found = each.found_;
+        const double when = each.approach_.time_to(prism);
+        if (when < found.step) {
+            found.step = when;
+            found.is_missing = true;
+            found.is_hit = false;
+        }
+        return true;
+    }
+};
+
+void AdvanceVisitor::visit(const CellRange& cells) {
+    const GroundWindow* const window = local_.window(cells, 0);
+    if (window != nullptr) {
+        const CellRange seen = visit_soonest(local_, *window, cells, approach_, *this);
+        if (seen.west <= seen.east) found_.error_m = std::max(found_.error_m, local_.error(seen));
+        return;
+    }
+    CellVisitor visitor{*this};
+    visit_cells(local_, cells, visitor);
+}
+
+void AdvanceVisitor::take(const Triangle& triangle, const Approach::Interval& over) {
+    if (arm_ == 0.0) {
+        take_straight(triangle, over);
+    } else {
+        take_turning(triangle);
+    }
+}
+
+void AdvanceVisitor::take_straight(const Triangle& triangle, const Approach::Interval& over) {
+    if (found_.is_hit) {
+        // Most neighbours of what was met lie further back along its normal.
+        const Eigen::Vector3d& n = found_.hit_normal;
+        const double sink = n[2] > 0.0 ? approach_.sink() : 0.0;
+        const double gap = gap_along(n, shape_, triangle) + sink;
+        if (gap > 0.0 && gap >= -dot(n, sweep_.motion.translation) * found_.step) return;
+    }
+    const ColumnEntry entry =
+        find_entry(shape_, sweep_.motion.translation, triangle, approach_.tolerance(),
+                   approach_.sink(), over.first, std::min(found_.step, over.last));
+    if (entry.time < found_.step) hit(entry.time, entry.normal);
+}
+
+void AdvanceVisitor::take_turning(const Triangle& triangle) {
+    const double tolerance = approach_.tolerance();
+    const double sink = approach_.sink();
+    double when = -kInfinity;
+    double widest = -kInfinity;
+    Eigen::Vector3d normal = triangle.normal;
+    bool is_passed = false;
+    const auto look = [&](const Eigen::Vector3d& n, double gap) {
+        if (gap > widest) {
+            widest = gap;
+            normal = n;
+        }
+        if (is_passed || gap < 0.0) return;
+        const double rest = std::min(0.125 * tolerance, 0.5 * gap);
+        const double time = bound_time(sweep_, shape_, arm_, n, gap, rest, found_.step);
+        when = std::max(when, time);
+        is_passed = when >= found_.step;
+    };
+    const auto look_top = [&](const Eigen::Vector3d& n, double gap) { look(n, gap + sink); };
+    look_top(triangle.normal, gap_along(triangle.normal, shape_, triangle));
+    if (is_passed) return;
+    if (shape_.kind == ShapeKind::hull && sink == 0.0) {
+        // The way between nearest points is the widest of all.
+        const ClosestPair pair = find_closest_in_column(*shape_.hull, shape_.centre, triangle);
+        if (pair.distance > kTouch) {
+            const Eigen::Vector3d n = (pair.on_shape - pair.on_triangle) / pair.distance;
+            look(n, gap_along(n, shape_, triangle));
+        }
+    }
+    if (is_passed) return;
+    if (!(shape_.kind == ShapeKind::hull && sink == 0.0 && widest > kTouch)) {
+        visit_tops(shape_, triangle, look_top);
+        if (is_passed) return;
+        visit_walls(shape_, triangle, look);
+        if (is_passed) return;
+    }
+    if (widest <= 0.25 * tolerance) {
+        // Planes may be near where corners are not.
+        if (shape_.kind == ShapeKind::box && sink == 0.0 && widest > 0.0) {
+            const ClosestPair pair = find_closest(shape_, triangle);
+            if (pair.distance > 0.5 * tolerance) {
+                const Eigen::Vector3d n = (pair.on_shape - pair.on_triangle) / pair.distance;
+                if (n[2] >= 0.0) look(n, gap_along(n, shape_, triangle));
+                if (is_passed) return;
+            }
+        }
+        if (widest <= 0.25 * tolerance) {
+            hit(0.0, normal);
+            return;
+        }
+    }
+    found_.step = std::max(0.0, when);
+    found_.is_hit = false;
+    found_.is_missing = false;
+}
+
+void AdvanceVisitor::hit(double step, const Eigen::Vector3d& normal) {
+    found_.step = step;
+    found_.is_hit = true;
+    found_.is_missing = false;
+    found_.hit_normal = normal;
+    found_.hit_part = part_;
 }
 
 }  // namespace terrane::internal
