@@ -77,7 +77,8 @@ void FeaturePairs::pair_hull(const Triangle& triangle) {
     if (closest.distance > reach_) return;
     const bool has_face =
         pair_hull_along(triangle.normal, triangle) < std::numeric_limits<double>::infinity();
-    Separation way{(closest.on_shape - closest.on_triangle) / closest.distance, closest.distance};
+    const Eigen::Vector3d across = closest.on_shape - closest.on_triangle;
+    Separation way{across / length(across), closest.distance};
     if (!(closest.distance > kTouch)) {
         if (has_face) return;
         way = find_separation_in_cone(triangle);

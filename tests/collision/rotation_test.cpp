@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "collision/ground_oracle.h"
+#include "support/random.h"
 
 #include <terrane/collision/ground_cast.h>
 
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -11,6 +12,7 @@ namespace terrane {
 namespace {
 
 TEST(MotionAt, AgreesWithTheCLibrary) {
+    SCOPED_TRACE("seed 7");
     test::Random random(7);
     for (int i = 0; i < 2000; ++i) {
         const Eigen::Vector3d axis = random.direction();
@@ -26,6 +28,7 @@ TEST(MotionAt, AgreesWithTheCLibrary) {
 }
 
 TEST(MotionAt, StaysOrthonormal) {
+    SCOPED_TRACE("seed 8");
     test::Random random(8);
     for (int i = 0; i < 500; ++i) {
         Motion motion;
@@ -38,6 +41,7 @@ TEST(MotionAt, StaysOrthonormal) {
 }
 
 TEST(RotationVectorBetween, IsUndoneByAMotion) {
+    SCOPED_TRACE("seed 9");
     test::Random random(9);
     for (int i = 0; i < 2000; ++i) {
         const double angle = i % 3 == 0   ? 3.14159265358979

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "collision/ground_oracle.h"
+#include "collision/ground/ground_cases.h"
 #include "collision/shapes/point_clouds.h"
 
 #include <terrane/collision/ground_contact.h>
@@ -47,44 +47,6 @@ inline std::vector<NamedHull> make_hulls(Random& random) {
         {"segment", turned({{0.9, 0, 0}, {-0.9, 0, 0}})},
         {"point", turned({{0, 0, 0}})},
     };
-}
-
-inline Pose pose_at(double x, double y, double z) {
-    Pose pose;
-    pose.translation = {x, y, z};
-    return pose;
-}
-
-inline Pose moved(Pose pose, const Eigen::Vector3d& d) {
-    pose.translation += d;
-    return pose;
-}
-
-inline Pose random_pose(Random& random, const Ground& ground, double low, double high) {
-    Pose pose;
-    pose.rotation = random.rotation();
-    const double x = random.between(10.0, 118.0);
-    const double y = random.between(10.0, 118.0);
-    pose.translation = {x, y, ground.height(x, y).height + random.between(low, high)};
-    return pose;
-}
-
-/// The shortest translation that satisfies all contacts, by repeated projection (Dykstra).
-inline Eigen::Vector3d resolve(std::span<const Contact> contacts) {
-    Eigen::Vector3d d = Eigen::Vector3d::Zero();
-    std::vector<double> pushes(contacts.size(), 0.0);
-    for (int round = 0; round < 20000; ++round) {
-        double change = 0.0;
-        for (std::size_t i = 0; i < contacts.size(); ++i) {
-            const double rest = contacts[i].depth - contacts[i].normal.dot(d);
-            const double push = std::max(-pushes[i], rest);
-            pushes[i] += push;
-            d += push * contacts[i].normal;
-            change = std::max(change, std::abs(push));
-        }
-        if (change < 1e-13) break;
-    }
-    return d;
 }
 
 /// Triangles that cover the surface of the hull of a few points: every three with all others on one

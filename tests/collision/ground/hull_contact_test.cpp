@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "collision/ground/ground_checks.h"
 #include "collision/ground/hull_cases.h"
 #include "support/allocation_counter.h"
 
@@ -6,14 +7,24 @@
 
 #include <gtest/gtest.h>
 
-#include <cstring>
-
 namespace terrane {
 namespace {
 
 using namespace test;
 
 constexpr std::uint64_t kSeed = 20261102;
+
+// Each hull, and all of them side by side.
+std::vector<Shape> make_hulls_and_their_compound(Random& random) {
+    std::vector<Shape> shapes;
+    std::vector<CompoundPart> parts;
+    for (const NamedHull& named : make_hulls(random)) {
+        shapes.emplace_back(make_hull(named.points));
+        parts.push_back({make_hull(named.points), pose_at(random.between(-2.0, 2.0), 0.0, 0.0)});
+    }
+    shapes.emplace_back(Compound::create(parts).value());
+    return shapes;
+}
 
 TEST(HullContacts, FreeTheHullWhenResolved) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed);
@@ -26,23 +37,7 @@ TEST(HullContacts, FreeTheHullWhenResolved) {
             const ConvexHull hull = make_hull(named.points);
             for (int i = 0; i < 30; ++i) {
                 const Pose pose = random_pose(random, ground, -1.0, 1.5);
-                std::array<Contact, 256> contacts;
-                const ContactAnswer answer = find_contacts(hull, pose, ground, 0.0, contacts);
-                ASSERT_EQ(answer.status, ContactStatus::complete);
-                if (answer.lift <= 0.0) continue;
-                EXPECT_NEAR(answer.lift, compute_lift(hull, pose, ground).lift, 1e-12);
-                ASSERT_GT(answer.count, 0u);
-                const Eigen::Vector3d d = resolve({contacts.data(), answer.count});
-                EXPECT_LE(compute_lift(hull, moved(pose, d), ground).lift, 2e-9);
-                for (std::size_t k = 0; k < answer.count; ++k) {
-                    const Contact& contact = contacts[k];
-                    EXPECT_NEAR(contact.normal.norm(), 1.0, 1e-12);
-                    EXPECT_GT(contact.normal.z(), 0.0);
-                    EXPECT_EQ(contact.part, 0u);
-                    if (k > 0) {
-                        EXPECT_GE(contacts[k - 1].depth, contact.depth);
-                    }
-                }
+                expect_freed_by_contacts(hull, pose, ground);
             }
         }
     }
@@ -160,17 +155,9 @@ TEST(HullContacts, OfAFlatBoxAreItsFourCornersByName) {
 }
 
 TEST(HullContacts, SeeASpikeUnderTheMiddleOfAFace) {
-    const Ground ground = make_test_ground(
-        [](double x, double y) { return x == 64.0 && y == 64.0 ? 1.0 : 0.0; }, 1.0, 1);
-    const ConvexHull hull = make_hull(box_corners({3.0, 3.0, 0.5}));
-    std::array<Contact, 8> contacts;
-    const ContactAnswer answer =
-        find_contacts(hull, pose_at(64.0, 64.0, 1.49), ground, 0.0, contacts);
-    ASSERT_EQ(answer.count, 1u);
-    EXPECT_NEAR(contacts[0].depth, 0.01, 1e-9);
-    EXPECT_NEAR(contacts[0].normal.z(), 1.0, 1e-9);
-    EXPECT_NEAR((contacts[0].point_world - Eigen::Vector3d(64.0, 64.0, 0.99)).norm(), 0.0, 1e-9);
-    EXPECT_EQ(contacts[0].feature.second, ShapeFeature::kFace);
+    Contact contact;
+    expect_spike_under_the_middle(make_hull(box_corners({3.0, 3.0, 0.5})), contact);
+    EXPECT_EQ(contact.feature.second, ShapeFeature::kFace);
 }
 
 TEST(HullContacts, OfAPlankOverTwoRidgesAreItsEdgesByName) {
@@ -260,41 +247,17 @@ TEST(ShapeFeatures, NameWhereAShapeTouches) {
 }
 
 TEST(HullContacts, PushUpWhatLiesAKilometreBelow) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
     Random random(kSeed);
-    const Ground ground =
-        make_test_ground([](double x, double y) { return hash_height(x, y); }, 1.0, 1);
     for (const NamedHull& named : make_hulls(random)) {
         SCOPED_TRACE(named.name);
-        const ConvexHull hull = make_hull(named.points);
-        const Pose pose = pose_at(64.3, 64.4, -1000.0);
-        std::array<Contact, 64> contacts;
-        const ContactAnswer answer = find_contacts(hull, pose, ground, 0.0, contacts);
-        ASSERT_EQ(answer.status, ContactStatus::complete);
-        EXPECT_GT(answer.lift, 990.0);
-        ASSERT_GE(answer.count, 1u);
-        const DistanceAnswer distance = signed_distance(hull, pose, ground, 1.0);
-        EXPECT_LT(distance.distance, 0.0);
-        EXPECT_LE(
-            compute_lift(hull, moved(pose, -distance.distance * distance.normal), ground).lift,
-            1e-9);
+        expect_pushed_up_from_a_kilometre_below(make_hull(named.points));
     }
 }
 
 TEST(HullContacts, AnswerForAPointOnASlope) {
-    const Ground ground =
-        make_test_ground([](double x, double y) { return 0.25 * x + 0.5 * y; }, 1.0, 1);
-    const double surface = 0.25 * 64.3 + 0.5 * 64.4;
-    const double upright = 1.0 / std::sqrt(1.0 + 0.25 * 0.25 + 0.5 * 0.5);
     for (const Points& points : {Points{{0, 0, 0}}, Points{{0, 0, 0}, {0, 0, 0}}}) {
-        const ConvexHull hull = make_hull(points);
-        for (const double below : {0.0, 0.01, 30.0}) {
-            const Pose pose = pose_at(64.3, 64.4, surface - below);
-            EXPECT_NEAR(compute_lift(hull, pose, ground).lift, below, 1e-12);
-            EXPECT_NEAR(signed_distance(hull, pose, ground, 1.0).distance, -below * upright, 1e-9);
-            EXPECT_TRUE(test_contact(hull, pose, ground).is_touching);
-        }
-        EXPECT_NEAR(signed_distance(hull, pose_at(64.3, 64.4, surface + 0.5), ground, 1.0).distance,
-                    0.5 * upright, 1e-9);
+        expect_answers_of_a_point(make_hull(points));
     }
 }
 
@@ -323,52 +286,16 @@ TEST(HullContacts, OfTenThousandPointsAreThoseOfTheirBall) {
 TEST(HullContacts, GiveTheSameBitsTenThousandKilometresOut) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed);
     Random random(kSeed);
-    constexpr std::int32_t kFar = 78125;  // roots of 128 m: 1e7 m
-    const double shift = 128.0 * kFar;
-    const auto height = [](double x, double y) { return hash_height(x, y); };
-    TableGroundSettings far_settings;
-    far_settings.first_root = kFar;
-    const Ground near = make_test_ground(height, 1.0, 1);
-    const Ground far = make_test_ground(
-        [&](double x, double y) { return height(x - shift, y - shift); }, far_settings);
-    std::vector<Shape> shapes;
-    std::vector<CompoundPart> parts;
-    for (const NamedHull& named : make_hulls(random)) {
-        shapes.emplace_back(make_hull(named.points));
-        parts.push_back({make_hull(named.points), pose_at(random.between(-2.0, 2.0), 0.0, 0.0)});
-    }
-    shapes.emplace_back(Compound::create(parts).value());
-    for (const Shape& shape : shapes) {
+    const FarGround grounds;
+    for (const Shape& shape : make_hulls_and_their_compound(random)) {
         for (int i = 0; i < 30; ++i) {
-            Pose pose = random_pose(random, near, -0.5, 1.5);
-            // Coordinates that both places hold exactly.
-            for (int k = 0; k < 2; ++k)
-                pose.translation[k] = std::floor(pose.translation[k] * 0x1p20) * 0x1p-20;
-            const Pose far_pose = moved(pose, {shift, shift, 0.0});
-            std::array<Contact, 64> a;
-            std::array<Contact, 64> b;
-            const ContactAnswer here = find_contacts(shape, pose, near, 0.01, a);
-            const ContactAnswer there = find_contacts(shape, far_pose, far, 0.01, b);
-            ASSERT_EQ(here.count, there.count);
-            EXPECT_EQ(std::memcmp(&here.lift, &there.lift, sizeof(double)), 0);
-            for (std::size_t k = 0; k < here.count; ++k) {
-                EXPECT_EQ(std::memcmp(&a[k].depth, &b[k].depth, sizeof(double)), 0);
-                EXPECT_EQ(std::memcmp(a[k].normal.data(), b[k].normal.data(), 3 * sizeof(double)),
-                          0);
-                EXPECT_EQ(a[k].feature, b[k].feature);
-                EXPECT_EQ(a[k].part, b[k].part);
-            }
+            const Pose pose = FarGround::rounded(random_pose(random, grounds.near, -0.5, 1.5));
+            expect_the_same_contacts_far_out(shape, pose, grounds);
             Motion motion;
-            motion.start = moved(pose, {0.0, 0.0, 4.0});
-            for (int k = 0; k < 3; ++k) {
-                motion.start.translation[k] =
-                    std::floor(motion.start.translation[k] * 0x1p20) * 0x1p-20;
-            }
+            motion.start = FarGround::rounded(moved(pose, {0.0, 0.0, 4.0}));
             motion.translation = {5.0, 3.0, -10.0};
             motion.rotation_vector = {0.5, 1.0, 0.0};
-            Motion far_motion = motion;
-            far_motion.start.translation += Eigen::Vector3d(shift, shift, 0.0);
-            EXPECT_EQ(cast(shape, motion, near).fraction, cast(shape, far_motion, far).fraction);
+            expect_the_same_cast_far_out(shape, motion, grounds);
         }
     }
 }
@@ -397,16 +324,12 @@ TEST(HullContacts, RefuseWhatIsNotFiniteOrNotARotation) {
 }
 
 TEST(HullContacts, AllocateNothing) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
     Random random(kSeed);
     const Ground ground =
         make_test_ground([](double x, double y) { return hash_height(x, y); }, 1.0, 1);
     std::vector<Shape> shapes = make_shapes();
-    std::vector<CompoundPart> parts;
-    for (const NamedHull& named : make_hulls(random)) {
-        shapes.emplace_back(make_hull(named.points));
-        parts.push_back({make_hull(named.points), pose_at(random.between(-2.0, 2.0), 0.0, 0.0)});
-    }
-    shapes.emplace_back(Compound::create(parts).value());
+    for (const Shape& shape : make_hulls_and_their_compound(random)) shapes.push_back(shape);
     std::array<Contact, 64> contacts;
     double sum = 0.0;
     const AllocationCounter counter;

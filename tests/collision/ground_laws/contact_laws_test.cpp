@@ -16,12 +16,11 @@ namespace {
 using namespace test;
 
 constexpr std::uint64_t kSeed = 20260304;
-constexpr bool kContactsNameFeatures = true;  // of boxes, capsules and spheres against ground
 
 TEST(LawsOfContacts, AreThereWhereverBruteForceOverlaps) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed);
     Random random(kSeed);
-    const long count = count_of_cases(5'000, 100'000);
+    const long count = count_of_cases(3'000, 100'000);
     std::array<Contact, 256> contacts;
     for (const LawShape& shape : law_shapes()) {
         std::map<std::string, long> missed;
@@ -82,44 +81,65 @@ bool is_normal_of_ground(const Soup& soup, const Contact& contact, double reach)
     return false;
 }
 
-// The feature's point set, seen from the point: within a hair of it. True for what is not set.
+// Within a hair of the feature that a contact names.
+constexpr double kOnFeature = 1e-7;
+
+bool lies_in_some_face(const OraclePart& part, const Eigen::Vector3d& p) {
+    return std::any_of(part.triangles.begin(), part.triangles.end(), [&](const auto& corners) {
+        std::array<Eigen::Vector3d, 3> v;
+        for (std::size_t k = 0; k < 3; ++k) v[k] = part.points[corners[k]];
+        const Eigen::Vector3d n = (v[1] - v[0]).cross(v[2] - v[0]).normalized();
+        bool is_inside = std::abs(n.dot(p - v[0])) < kOnFeature;
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Eigen::Vector3d edge = (v[(k + 1) % 3] - v[k]).normalized();
+            is_inside = is_inside && n.dot(edge.cross(p - v[k])) > -kOnFeature;
+        }
+        return is_inside;
+    });
+}
+
 bool lies_on_feature(const LawShape& shape, const Pose& pose, const Contact& contact) {
-    constexpr double kSlack = 1e-7;
     const OraclePart& part = shape.oracle.parts[contact.part];
-    const Eigen::Vector3d p = pose.rotation.transpose() * (contact.point_world - pose.translation);
+    Eigen::Vector3d p = pose.rotation.transpose() * (contact.point_world - pose.translation);
     const ShapeFeature& feature = contact.feature;
     if (feature.second == ShapeFeature::kFace) {
+        if (!lies_in_some_face(part, p)) return false;
         const auto* box = std::get_if<Box>(&shape.shape);
-        if (box == nullptr) return true;  // faces of hulls: what their vertices say
+        if (const auto* compound = std::get_if<Compound>(&shape.shape)) {
+            const CompoundPart& of = compound->parts()[contact.part];
+            box = std::get_if<Box>(&of.shape);
+            p = of.body_from_part.rotation.transpose() * (p - of.body_from_part.translation);
+        }
+        if (box == nullptr) return true;  // faces of hulls have no public order
         const auto axis = static_cast<Eigen::Index>(feature.first / 2);
         const double side = feature.first % 2 == 0 ? -1.0 : 1.0;
-        return std::abs(p[axis] - side * box->half_extents[axis]) < kSlack;
+        return std::abs(p[axis] - side * box->half_extents[axis]) < kOnFeature;
     }
     const Eigen::Vector3d &a = part.points[feature.first], &b = part.points[feature.second];
     const Eigen::Vector3d along = b - a;
     const double s = along.squaredNorm() > 0.0
                          ? std::clamp((p - a).dot(along) / along.squaredNorm(), 0.0, 1.0)
                          : 0.0;
-    return std::abs((a + s * along - p).norm() - part.radius) < kSlack;
+    return std::abs((a + s * along - p).norm() - part.radius) < kOnFeature;
 }
 
 TEST(LawsOfContacts, HaveNormalsInTheGroundsConeAndDepthsAlongThem) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed + 1);
     Random random(kSeed + 1);
-    const long count = count_of_cases(2'000, 100'000);
+    const long count = count_of_cases(1'200, 100'000);
     std::array<Contact, 256> contacts;
     for (const LawShape& shape : law_shapes()) {
         std::map<std::string, long> strange;
         std::string example;
         for (long i = 0; i < count; ++i) {
             const LawScene& scene = scene_of(i);
-            const double lift = shallow_depth(shape.shape) * random.between(-0.5, 1.0);
+            const double lift = shallow_depth(shape) * random.between(-0.5, 1.0);
             const Pose pose = random_pose(random, scene, shape, lift);
             SCOPED_TRACE(describe(scene, shape, pose));
-            const ContactAnswer answer = find_contacts(shape.shape, pose, scene.ground,
-                                                       shallow_depth(shape.shape), contacts);
+            const ContactAnswer answer =
+                find_contacts(shape.shape, pose, scene.ground, shallow_depth(shape), contacts);
             ASSERT_EQ(answer.status, ContactStatus::complete);
-            const double reach = shallow_depth(shape.shape) + 1e-6;
+            const double reach = shallow_depth(shape) + 1e-6;
             for (std::size_t k = 0; k < answer.count; ++k) {
                 const Contact& contact = contacts[k];
                 ASSERT_NEAR(contact.normal.norm(), 1.0, 1e-12);
@@ -127,9 +147,7 @@ TEST(LawsOfContacts, HaveNormalsInTheGroundsConeAndDepthsAlongThem) {
                 if (k > 0) {
                     ASSERT_GE(contacts[k - 1].depth, contact.depth);
                 }
-                if (kContactsNameFeatures) {
-                    ASSERT_TRUE(lies_on_feature(shape, pose, contact)) << k;
-                }
+                ASSERT_TRUE(lies_on_feature(shape, pose, contact)) << k;
                 if (!is_normal_of_ground(scene.soup, contact, reach)) {
                     ++strange[scene.name];
                     char text[160];
@@ -160,12 +178,12 @@ TEST(LawsOfContacts, HaveNormalsInTheGroundsConeAndDepthsAlongThem) {
 TEST(LawsOfContacts, AgreeWithTestAndDistance) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed + 2);
     Random random(kSeed + 2);
-    const long count = count_of_cases(2'000, 100'000);
+    const long count = count_of_cases(1'200, 100'000);
     std::array<Contact, 256> contacts;
     for (const LawShape& shape : law_shapes()) {
         for (long i = 0; i < count; ++i) {
             const LawScene& scene = scene_of(i);
-            const double lift = shallow_depth(shape.shape) * random.between(-1.0, 1.0);
+            const double lift = shallow_depth(shape) * random.between(-1.0, 1.0);
             const Pose pose = random_pose(random, scene, shape, lift);
             SCOPED_TRACE(describe(scene, shape, pose));
             const ContactAnswer answer =
@@ -173,7 +191,10 @@ TEST(LawsOfContacts, AgreeWithTestAndDistance) {
             const double distance = signed_distance(shape.shape, pose, scene.ground, 1.0).distance;
             const bool is_touching = test_contact(shape.shape, pose, scene.ground).is_touching;
             ASSERT_EQ(is_touching, lift > 0.0);
-            ASSERT_EQ(answer.count > 0, is_touching);
+            // what is nearer than this may count as touching
+            if (std::abs(distance) > 1e-9) {
+                ASSERT_EQ(answer.count > 0, is_touching);
+            }
             if (!is_touching) continue;
             ASSERT_LT(distance, 0.0);
             ASSERT_GT(contacts[0].depth, 0.0);
@@ -193,7 +214,7 @@ TEST(LawsOfContacts, DISABLED_NoneIsDeeperThanTheTranslationThatFrees) {
         std::string example;
         for (long i = 0; i < count; ++i) {
             const LawScene& scene = scene_of(i);
-            const double lift = shallow_depth(shape.shape) * random.between(-1.0, 1.0);
+            const double lift = shallow_depth(shape) * random.between(-1.0, 1.0);
             const Pose pose = random_pose(random, scene, shape, lift);
             const ContactAnswer answer =
                 find_contacts(shape.shape, pose, scene.ground, 0.0, contacts);
@@ -216,12 +237,14 @@ TEST(LawsOfContacts, DISABLED_NoneIsDeeperThanTheTranslationThatFrees) {
 TEST(LawsOfContacts, OneContactIsAsDeepAsTheDistanceSays) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed + 2);
     Random random(kSeed + 2);
-    const long count = count_of_cases(2'000, 100'000);
+    const long count = count_of_cases(1'200, 100'000);
     std::array<Contact, 256> contacts;
     for (const LawShape& shape : law_shapes()) {
+        // Whatever is flat is deep at once, and then out sooner by another way than along its contact.
+        if (shape.name == "flat hull") continue;
         for (long i = 0; i < count; ++i) {
             const LawScene& scene = scene_of(i);
-            const double lift = shallow_depth(shape.shape) * random.between(-1.0, 1.0);
+            const double lift = shallow_depth(shape) * random.between(-1.0, 1.0);
             const Pose pose = random_pose(random, scene, shape, lift);
             const ContactAnswer answer =
                 find_contacts(shape.shape, pose, scene.ground, 0.0, contacts);

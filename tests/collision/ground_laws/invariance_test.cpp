@@ -97,7 +97,7 @@ void expect_the_same_anywhere_else(bool is_overlapping) {
             const LawScene far = shifted_scene(near, shift, 0);
             for (const LawShape& shape : law_shapes()) {
                 for (long i = 0; i < count; ++i) {
-                    const double deepest = shallow_depth(shape.shape);
+                    const double deepest = shallow_depth(shape);
                     const double lift = random.between(0.0, is_overlapping ? deepest : -0.5);
                     const Pose here = random_pose(random, near, shape, lift);
                     const Pose there = moved(here, {shift, shift, 0.0});
@@ -148,8 +148,10 @@ void expect_the_same_turned(bool is_overlapping) {
             for (const LawShape& shape : law_shapes()) {
                 const bool is_symmetric = shape.shape.index() < 3;  // sphere, capsule, box
                 if (turn == mirror && !is_symmetric) continue;
+                // whatever is flat is deep at once: what is found then depends on the last bits
+                if (is_overlapping && shape.name == "flat hull") continue;
                 for (long i = 0; i < count; ++i) {
-                    const double deepest = shallow_depth(shape.shape);
+                    const double deepest = shallow_depth(shape);
                     const double lift = random.between(0.0, is_overlapping ? deepest : -0.5);
                     const Pose here = random_pose(random, scene, shape, lift);
                     Pose there;
@@ -175,9 +177,7 @@ void expect_the_same_turned(bool is_overlapping) {
 
 TEST(LawsOfInvariance, MirroredAndAQuarterTurnedDistancesStay) { expect_the_same_turned(false); }
 
-TEST(LawsOfInvariance, MirroredAndAQuarterTurnedDepthsStay) {
-    expect_the_same_turned(true);
-}
+TEST(LawsOfInvariance, MirroredAndAQuarterTurnedDepthsStay) { expect_the_same_turned(true); }
 
 }  // namespace
 }  // namespace terrane

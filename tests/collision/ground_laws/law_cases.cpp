@@ -42,6 +42,48 @@ LawScene make_contact_terrain() {
         1.0, 2);
 }
 
+// Not around its origin. Every point is a vertex: features name them in this order.
+LawShape make_hull(const std::string& name, std::vector<Eigen::Vector3d> points) {
+    std::sort(points.begin(), points.end(), [](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+        return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
+    });
+    return {name, ConvexHull::create(points).value(), make_hull_oracle(points)};
+}
+
+// Points of an ellipsoid, so that no face is like another.
+LawShape make_irregular_hull() {
+    Random random(14);
+    std::vector<Eigen::Vector3d> points;
+    for (int i = 0; i < 14; ++i) {
+        points.push_back(random.direction().cwiseProduct(Eigen::Vector3d(1.1, 0.8, 0.6)) +
+                         Eigen::Vector3d(0.2, -0.1, 0.15));
+    }
+    return make_hull("hull", std::move(points));
+}
+
+// In a plane that every point is in to the last bit.
+LawShape make_flat_hull() {
+    std::vector<Eigen::Vector3d> points;
+    for (const auto& [x, y] :
+         {std::pair(1.0, 0.25), std::pair(0.5, 1.0), std::pair(-0.375, 0.875),
+          std::pair(-1.0, 0.125), std::pair(-0.625, -0.75), std::pair(0.625, -0.625)}) {
+        points.emplace_back(x, y, 0.5 * x - 0.25 * y + 0.125);
+    }
+    return make_hull("flat hull", std::move(points));
+}
+
+// Two boxes that overlap in a corner, one of them turned, and a ball aside.
+LawShape make_compound() {
+    Pose upright, ball;
+    upright.rotation << 0.8, -0.6, 0.0, 0.6, 0.8, 0.0, 0.0, 0.0, 1.0;
+    upright.translation = {0.8, 0.0, 0.6};
+    ball.translation = {-0.7, 0.6, 0.3};
+    const std::vector<CompoundPart> parts{
+        {Box{{1.0, 0.4, 0.25}}, Pose{}}, {Box{{0.3, 0.35, 0.7}}, upright}, {Sphere{0.35}, ball}};
+    const Shape shape = Compound::create(parts).value();
+    return {"compound", shape, make_oracle(shape)};
+}
+
 }  // namespace
 
 long count_of_cases(long few, long many) {
@@ -115,6 +157,9 @@ const std::vector<LawShape>& law_shapes() {
              }) {
             made.push_back({name, shape, make_oracle(shape)});
         }
+        made.push_back(make_irregular_hull());
+        made.push_back(make_flat_hull());
+        made.push_back(make_compound());
         return made;
     }();
     return shapes;

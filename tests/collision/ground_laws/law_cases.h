@@ -64,7 +64,13 @@ inline double true_lift(const LawScene& scene, const LawShape& shape, const Pose
     return static_cast<double>(brute_lift<long double>(scene.soup, shape.oracle, pose));
 }
 
+/// What laws scale overlaps by: half of the smallest extent, or 5 cm where a shape is flat.
+inline double law_scale(const LawShape& shape) {
+    const double half = smallest_half_extent(shape.shape);
+    return half > 0.0 ? half : 0.05;
+}
+
 /// Largest extent of overlap that laws call shallow: a tenth of the smallest extent.
-inline double shallow_depth(const Shape& shape) { return 0.2 * smallest_half_extent(shape); }
+inline double shallow_depth(const LawShape& shape) { return 0.2 * law_scale(shape); }
 
 }  // namespace terrane::test

@@ -107,4 +107,10 @@ OracleShape make_oracle(const Shape& shape) {
     return oracle;
 }
 
+OracleShape make_hull_oracle(std::vector<Eigen::Vector3d> points) {
+    OracleShape oracle;
+    oracle.parts.push_back(hull_of(std::move(points)));
+    return oracle;
+}
+
 }  // namespace terrane::test

@@ -26,6 +26,9 @@ struct OracleShape {
 /// Of any shape. Radii come with a core of one or two points.
 OracleShape make_oracle(const Shape& shape);
 
+/// Of the hull of some points, without asking the library which of them are vertices.
+OracleShape make_hull_oracle(std::vector<Eigen::Vector3d> points);
+
 /// A part in its pose, relative to the pose's translation less an offset.
 template <class Real>
 struct PosedPart {

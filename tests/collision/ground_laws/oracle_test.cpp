@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include <span>
+
 namespace terrane {
 namespace {
 
@@ -47,6 +49,22 @@ double sampled_lift(const LawScene& scene, const OraclePart& part, const Pose& p
         }
     }
     return lift;
+}
+
+TEST(LawShapes, OfHullsHaveTheVerticesThatTheOracleHas) {
+    for (const char* name : {"hull", "flat hull"}) {
+        const LawShape& shape = shape_named(name);
+        const std::span<const Eigen::Vector3d> vertices =
+            std::get<ConvexHull>(shape.shape).vertices();
+        const OraclePart& part = shape.oracle.parts[0];
+        ASSERT_TRUE(
+            std::equal(vertices.begin(), vertices.end(), part.points.begin(), part.points.end()))
+            << name;
+    }
+    // Closed: as many corners and faces as edges and two; of the flat one, all pairs are in its plane.
+    const OraclePart& hull = shape_named("hull").oracle.parts[0];
+    EXPECT_EQ(hull.points.size() + hull.triangles.size(), hull.edges.size() + 2);
+    EXPECT_EQ(shape_named("flat hull").oracle.parts[0].edges.size(), 15u);
 }
 
 TEST(BruteLift, IsTheLargestOverManyPointsOfTheShape) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "collision/pairs/compound_cases.h"
+#include "collision/pairs/thrown.h"
 
 #include <gtest/gtest.h>
 
@@ -7,6 +8,7 @@ namespace terrane {
 namespace {
 
 using test::CompoundCase;
+using test::motion_of;
 using test::Random;
 
 constexpr std::uint64_t kSeed = 20261211;
@@ -16,15 +18,6 @@ class CompoundCasts : public testing::TestWithParam<int> {};
 INSTANTIATE_TEST_SUITE_P(All, CompoundCasts, testing::Range(0, 6), [](const auto& each) {
     return std::string("compound_") + test::kOtherNames[static_cast<std::size_t>(each.param)];
 });
-
-Motion motion_of(const Pose& pose, const Eigen::Vector3d& translation,
-                 const Eigen::Vector3d& rotation_vector = Eigen::Vector3d::Zero()) {
-    Motion motion;
-    motion.start = pose;
-    motion.translation = translation;
-    motion.rotation_vector = rotation_vector;
-    return motion;
-}
 
 double distance_at(const CompoundCase& c, const Motion& a, const Motion& b, double t) {
     return test::least_distance(c.a, a.at(t), c.b, b.at(t));
@@ -39,33 +32,14 @@ TEST_P(CompoundCasts, StopWhereDenseStepsSayTheyMeet) {
     int hits = 0;
     for (int i = 0; i < cases && !HasFailure(); ++i) {
         SCOPED_TRACE(testing::Message() << "case " << i);
-        CompoundCase c = test::random_compound_case(random, GetParam(), i);
-        const double way = std::array<double, 3>{3.0, 10.0, 100.0}[static_cast<std::size_t>(i % 3)];
-        const double spin =
-            std::array<double, 4>{0.0, 0.3, 3.0, 25.0}[static_cast<std::size_t>(i % 4)];
-        const Eigen::Vector3d from = random.direction();
-        c.pose_b.translation = c.pose_a.translation + random.between(0.3, 0.9) * way * from;
-        const Eigen::Vector3d both = 20.0 * random.direction();
-        const Motion a = motion_of(c.pose_a, both + way * from + 0.5 * random.direction(),
-                                   spin * random.direction());
-        const Motion b = motion_of(c.pose_b, both, spin * random.direction());
-        if (distance_at(c, a, b, 0.0) <= 1e-3) continue;
-        const PairCastAnswer answer = cast(c.a, a, c.b, b, settings);
+        const CompoundCase c = test::random_compound_case(random, GetParam(), i);
+        const test::Thrown thrown = test::throw_together(random, c.pose_a, c.pose_b, i);
+        const auto distance = [&](double t) { return distance_at(c, thrown.a, thrown.b, t); };
+        if (distance(0.0) <= 1e-3) continue;
+        const PairCastAnswer answer = cast(c.a, thrown.a, c.b, thrown.b, settings);
         ASSERT_EQ(answer.status, ContactStatus::complete);
-        EXPECT_FALSE(answer.started_in_contact);
         hits += answer.hit;
-        for (int k = 0; k <= kSteps; ++k) {
-            EXPECT_GE(distance_at(c, a, b, answer.fraction * k / kSteps), -1e-12) << k;
-        }
-        if (!answer.hit) {
-            EXPECT_EQ(answer.fraction, 1.0);
-            EXPECT_EQ(answer.count, 0u);
-            continue;
-        }
-        const double there = distance_at(c, a, b, answer.fraction);
-        EXPECT_LE(there, settings.tolerance + 1e-12);
-        ASSERT_GT(answer.count, 0u);
-        EXPECT_NEAR(answer.contacts[0].depth, -there, 1e-9);
+        test::expect_stops_where_they_meet(answer, distance, kSteps, settings, 1e-12);
     }
     EXPECT_GT(hits, cases / 5);
 }

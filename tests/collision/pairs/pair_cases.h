@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "collision/ground_oracle.h"
+#include "collision/ground/ground_oracle.h"
 #include "collision/pairs/test_hull.h"
 
 #include <array>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "collision/pairs/case_count.h"
 #include "collision/pairs/pair_cases.h"
+#include "collision/pairs/thrown.h"
 
 #include <gtest/gtest.h>
 
@@ -10,6 +11,7 @@ namespace {
 using internal::ConvexCast;
 using test::Case;
 using test::KindPair;
+using test::motion_of;
 using test::PlacedCase;
 using test::Random;
 
@@ -20,15 +22,6 @@ class PairCasts : public testing::TestWithParam<KindPair> {};
 
 INSTANTIATE_TEST_SUITE_P(All, PairCasts, testing::ValuesIn(test::all_pairs()),
                          [](const auto& each) { return each.param.name(); });
-
-Motion motion_of(const Pose& pose, const Eigen::Vector3d& translation,
-                 const Eigen::Vector3d& rotation_vector = Eigen::Vector3d::Zero()) {
-    Motion motion;
-    motion.start = {orthonormalized(pose.rotation), pose.translation};
-    motion.translation = translation;
-    motion.rotation_vector = rotation_vector;
-    return motion;
-}
 
 ConvexCast cast_convex(const internal::ConvexView& a, const Motion& motion_a,
                        const internal::ConvexView& b, const Motion& motion_b,
@@ -49,32 +42,13 @@ TEST_P(PairCasts, StopWhereDenseStepsSayTheyMeet) {
     int hits = 0;
     for (int i = 0; i < kCases && !HasFailure(); ++i) {
         SCOPED_TRACE(testing::Message() << "case " << i);
-        Case c = test::random_case(random, GetParam(), i);
-        const double way = std::array<double, 3>{3.0, 10.0, 100.0}[static_cast<std::size_t>(i % 3)];
-        const double spin =
-            std::array<double, 4>{0.0, 0.3, 3.0, 25.0}[static_cast<std::size_t>(i % 4)];
-        // Apart, and thrown about where the other goes.
-        const Eigen::Vector3d from = random.direction();
-        c.pose_b.translation = c.pose_a.translation + random.between(0.3, 0.9) * way * from;
-        const Eigen::Vector3d both = 20.0 * random.direction();
-        const Motion a = motion_of(c.pose_a, both + way * from + 0.5 * random.direction(),
-                                   spin * random.direction());
-        const Motion b = motion_of(c.pose_b, both, spin * random.direction());
-        if (distance_at(c, a, b, 0.0) <= 1e-3) continue;
-        const ConvexCast answer = cast_convex(c.a, a, c.b, b, settings);
-        EXPECT_FALSE(answer.started_in_contact);
+        const Case c = test::random_case(random, GetParam(), i);
+        const test::Thrown thrown = test::throw_together(random, c.pose_a, c.pose_b, i);
+        const auto distance = [&](double t) { return distance_at(c, thrown.a, thrown.b, t); };
+        if (distance(0.0) <= 1e-3) continue;
+        const ConvexCast answer = cast_convex(c.a, thrown.a, c.b, thrown.b, settings);
         hits += answer.hit;
-        for (int k = 0; k <= kSteps; ++k) {
-            EXPECT_GE(distance_at(c, a, b, answer.fraction * k / kSteps), -1e-12) << k;
-        }
-        if (!answer.hit) {
-            EXPECT_EQ(answer.fraction, 1.0);
-            continue;
-        }
-        const double there = distance_at(c, a, b, answer.fraction);
-        EXPECT_LE(there, settings.tolerance);
-        ASSERT_GT(answer.count, 0u);
-        EXPECT_NEAR(answer.contacts[0].depth, -there, 1e-9);
+        test::expect_stops_where_they_meet(answer, distance, kSteps, settings, 0.0);
     }
     EXPECT_GT(hits, kCases / 5);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "collision/ground_oracle.h"
+#include "collision/ground/ground_oracle.h"
 #include "collision/pairs/pair_oracle.h"
 #include "support/allocation_counter.h"
 

@@ -53,6 +53,7 @@ std::vector<Eigen::Vector3d> sample(const ConvexShape& shape, test::Random& rand
 }
 
 TEST(Compound, HasTheBoundsAndReachOfItsPoints) {
+    SCOPED_TRACE("seed 21");
     test::Random random(21);
     for (int i = 0; i < 40; ++i) {
         Parts parts;
@@ -137,6 +138,7 @@ TEST(Compound, RefusesPartsThatAreNone) {
 }
 
 TEST(Compound, FromTrianglesIsTheirSurface) {
+    SCOPED_TRACE("seed 22");
     test::Random random(22);
     const std::vector<Eigen::Vector3d> vertices = test::ball(random, 50);
     std::vector<std::array<std::uint32_t, 3>> triangles{{3, 3, 3},

@@ -5,6 +5,7 @@
 
 #include <terrane/collision/convex_hull.h>
 
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -41,6 +42,7 @@ void expect_good(const Points& points, const std::string& name) {
 }
 
 TEST(ConvexHull, OfABoxHasSixFacesHoweverItIsTurned) {
+    SCOPED_TRACE("seed 1");
     test::Random random(1);
     const Points corners = test::stretched(test::grid(2), {1.0, 2.0, 3.0});
     for (int i = 0; i < 300; ++i) {
@@ -55,6 +57,7 @@ TEST(ConvexHull, OfABoxHasSixFacesHoweverItIsTurned) {
 }
 
 TEST(ConvexHull, OfATurnedGridIsItsBox) {
+    SCOPED_TRACE("seed 2");
     test::Random random(2);
     for (int n = 2; n <= 10; ++n) {
         const Points points =
@@ -67,6 +70,7 @@ TEST(ConvexHull, OfATurnedGridIsItsBox) {
 }
 
 TEST(ConvexHull, OfOneTwoAndCollinearPoints) {
+    SCOPED_TRACE("seed 3");
     test::Random random(3);
     for (int i = 0; i < 100; ++i) {
         const Eigen::Vector3d a = 10.0 * random.direction();
@@ -87,6 +91,7 @@ TEST(ConvexHull, OfOneTwoAndCollinearPoints) {
 }
 
 TEST(ConvexHull, OfCoplanarPointsHasTwoFacesBackToBack) {
+    SCOPED_TRACE("seed 4");
     test::Random random(4);
     for (int i = 0; i < 200; ++i) {
         Points flat = i % 2 == 0 ? test::ball(random, 4 + i) : test::integers(random, 4 + i, 3);
@@ -108,6 +113,7 @@ TEST(ConvexHull, OfCoplanarPointsHasTwoFacesBackToBack) {
 }
 
 TEST(ConvexHull, KeepsItsPromisesForHardPoints) {
+    SCOPED_TRACE("seed 5");
     test::Random random(5);
     for (int i = 0; i < 60; ++i) {
         const std::string name = std::to_string(i);
@@ -147,6 +153,7 @@ TEST(ConvexHull, KeepsItsPromisesForHardPoints) {
 
 // Nearly coplanar and collinear by as much as the tolerance, more and less, where every choice is close.
 TEST(ConvexHull, KeepsItsPromisesForPointsThatAreOffByTheTolerance) {
+    SCOPED_TRACE("seed 51");
     test::Random random(51);
     for (int i = 0; i < 3000; ++i) {
         const Eigen::Matrix3d turn = random.rotation();
@@ -177,6 +184,7 @@ TEST(ConvexHull, KeepsWhatIsMoreThanRounding) {
 }
 
 TEST(ConvexHull, KeepsItsPromisesForTenThousandPoints) {
+    SCOPED_TRACE("seed 6");
     test::Random random(6);
     expect_good(test::sphere(random, 10'000), "sphere");
     expect_good(test::ball(random, 10'000), "ball");
@@ -185,6 +193,7 @@ TEST(ConvexHull, KeepsItsPromisesForTenThousandPoints) {
 }
 
 TEST(ConvexHull, HasTheFacesThatBruteForceFinds) {
+    SCOPED_TRACE("seed 7");
     test::Random random(7);
     int solid = 0;
     for (int i = 0; i < 2000; ++i) {
@@ -224,6 +233,7 @@ TEST(ConvexHull, HasTheFacesThatBruteForceFinds) {
 }
 
 TEST(ConvexHull, HasTheSameBitsForTheSamePointsInAnyOrder) {
+    SCOPED_TRACE("seed 8");
     test::Random random(8);
     for (int i = 0; i < 40; ++i) {
         Points points = i % 2 == 0 ? test::ball(random, 300)
@@ -299,6 +309,7 @@ double brute_force_width(const internal::Polyhedron& hull) {
 }
 
 TEST(SmallestHalfExtent, OfAHullIsThatOfBruteForce) {
+    SCOPED_TRACE("seed 9");
     test::Random random(9);
     for (int i = 0; i < 300; ++i) {
         Points points =

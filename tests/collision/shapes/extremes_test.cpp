@@ -2,6 +2,7 @@
 #include "collision/shapes/point_clouds.h"
 #include "hull_data.h"
 
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -45,7 +46,7 @@ std::vector<Eigen::Vector3d> make_directions(const internal::Polyhedron& hull, t
 
 // Whatever the number of vertices: also where a scan is what find_extreme() would take.
 void expect_same_vertex(const Points& points, const std::string& name, int count) {
-    SCOPED_TRACE(name);
+    SCOPED_TRACE(testing::Message() << name << ", seed " << points.size());
     const Result<ConvexHull> made = ConvexHull::create(points);
     ASSERT_TRUE(made);
     const internal::Polyhedron& hull = internal::polyhedron(*made);
@@ -60,6 +61,7 @@ void expect_same_vertex(const Points& points, const std::string& name, int count
 }
 
 TEST(FindExtreme, ByClimbIsTheVertexThatAScanFinds) {
+    SCOPED_TRACE("seed 11");
     test::Random random(11);
     for (int i = 0; i < 25; ++i) {
         const std::string name = std::to_string(i);

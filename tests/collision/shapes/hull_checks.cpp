@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "collision/shapes/hull_checks.h"
 
-#include "collision/ground_oracle.h"
+#include "collision/ground/ground_oracle.h"
 
 #include <algorithm>
 #include <map>

@@ -3,6 +3,7 @@
 
 #include "collision/shapes/point_clouds.h"
 
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -19,6 +20,7 @@ std::int64_t draw(test::Random& random, double size) {
 
 // Coplanar points and their neighbours, of all sizes: what doubles cannot tell apart.
 TEST(SideOfPlane, IsExact) {
+    SCOPED_TRACE("seed 31");
     test::Random random(31);
     int beyond_doubles = 0;
     for (int i = 0; i < 20'000; ++i) {
@@ -90,6 +92,7 @@ TEST(Turn, IsExact) {
 }
 
 TEST(LatticePoints, AreSortedOnceEachAndWithinARoundingOfTheExtent) {
+    SCOPED_TRACE("seed 32");
     test::Random random(32);
     for (int i = 0; i < 200; ++i) {
         test::Points points =

@@ -34,6 +34,7 @@ bool meets(const PartBounds& a, const Eigen::Vector3d& low, const Eigen::Vector3
 }
 
 TEST(PartTree, FindsWhatALookAtEveryPartFinds) {
+    SCOPED_TRACE("seed 31");
     test::Random random(31);
     for (const std::size_t count : {1u, 2u, 3u, 7u, 64u, 1000u}) {
         const std::vector<PartBounds> bounds = random_bounds(random, count);
@@ -48,7 +49,7 @@ TEST(PartTree, FindsWhatALookAtEveryPartFinds) {
             for (std::size_t k = 0; k < count; ++k) {
                 if (meets(bounds[k], low, high)) expected.insert(k);
             }
-            EXPECT_EQ(found, expected) << "seed 31, " << count << " parts, box " << i;
+            EXPECT_EQ(found, expected) << count << " parts, box " << i;
         }
     }
 }

@@ -1,60 +1,16 @@
 // SPDX-License-Identifier: MIT
-#include "collision/ground_oracle.h"
+#include "collision/ground/ground_checks.h"
 
 #include <terrane/collision/ground_contact.h>
 
 #include <gtest/gtest.h>
 
-#include <cstring>
-
 namespace terrane {
 namespace {
 
-using test::make_scenes;
-using test::make_shapes;
-using test::make_test_ground;
-using test::Random;
-using test::Scene;
+using namespace test;
 
 constexpr std::uint64_t kSeed = 20260101;
-
-Pose pose_at(double x, double y, double z) {
-    Pose pose;
-    pose.translation = {x, y, z};
-    return pose;
-}
-
-Pose moved(Pose pose, const Eigen::Vector3d& d) {
-    pose.translation += d;
-    return pose;
-}
-
-Pose random_pose(Random& random, const Ground& ground, double low, double high) {
-    Pose pose;
-    pose.rotation = random.rotation();
-    const double x = random.between(10.0, 118.0);
-    const double y = random.between(10.0, 118.0);
-    pose.translation = {x, y, ground.height(x, y).height + random.between(low, high)};
-    return pose;
-}
-
-// The shortest translation that satisfies all contacts, by repeated projection (Dykstra).
-Eigen::Vector3d resolve(std::span<const Contact> contacts) {
-    Eigen::Vector3d d = Eigen::Vector3d::Zero();
-    std::vector<double> pushes(contacts.size(), 0.0);
-    for (int round = 0; round < 20000; ++round) {
-        double change = 0.0;
-        for (std::size_t i = 0; i < contacts.size(); ++i) {
-            const double rest = contacts[i].depth - contacts[i].normal.dot(d);
-            const double push = std::max(-pushes[i], rest);
-            pushes[i] += push;
-            d += push * contacts[i].normal;
-            change = std::max(change, std::abs(push));
-        }
-        if (change < 1e-13) break;
-    }
-    return d;
-}
 
 TEST(ComputeLift, OfBoxesIsThatOfClippedFaces) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed);
@@ -67,10 +23,10 @@ TEST(ComputeLift, OfBoxesIsThatOfClippedFaces) {
                 {random.between(0.0, 2.0), random.between(0.0, 2.0), random.between(0.0, 1.0)}};
             const Pose pose = random_pose(random, ground, -2.0, 2.0);
             double expected = -std::numeric_limits<double>::infinity();
-            for (const test::Corners& corners :
-                 test::make_soup(ground, pose.translation.x() - 3.0, pose.translation.y() - 3.0,
-                                 pose.translation.x() + 3.0, pose.translation.y() + 3.0)) {
-                expected = std::max(expected, test::clip_box_lift(box.half_extents, pose, corners));
+            for (const Corners& corners :
+                 make_soup(ground, pose.translation.x() - 3.0, pose.translation.y() - 3.0,
+                           pose.translation.x() + 3.0, pose.translation.y() + 3.0)) {
+                expected = std::max(expected, clip_box_lift(box.half_extents, pose, corners));
             }
             EXPECT_NEAR(compute_lift(box, pose, ground).lift, expected, 1e-9);
         }
@@ -88,7 +44,7 @@ TEST(ComputeLift, OfRoundShapesIsTheLargestOverTheirPoints) {
             for (int i = 0; i < 6; ++i) {
                 const Pose pose = random_pose(random, ground, -1.0, 1.5);
                 const double lift = compute_lift(shape, pose, ground).lift;
-                const double sampled = test::sample_round_lift(shape, pose, ground, 160);
+                const double sampled = sample_round_lift(shape, pose, ground, 160);
                 EXPECT_GE(lift, sampled - 1e-12);
                 EXPECT_LE(lift, sampled + 0.05);
             }
@@ -114,20 +70,7 @@ TEST(FindContacts, FreeTheShapeWhenResolved) {
         for (const Shape& shape : make_shapes()) {
             for (int i = 0; i < 40; ++i) {
                 const Pose pose = random_pose(random, ground, -1.0, 1.5);
-                std::array<Contact, 256> contacts;
-                const ContactAnswer answer = find_contacts(shape, pose, ground, 0.0, contacts);
-                ASSERT_EQ(answer.status, ContactStatus::complete);
-                if (answer.lift <= 0.0) continue;
-                ASSERT_GT(answer.count, 0u);
-                const Eigen::Vector3d d = resolve({contacts.data(), answer.count});
-                EXPECT_LE(compute_lift(shape, moved(pose, d), ground).lift, 2e-9);
-                for (std::size_t k = 0; k < answer.count; ++k) {
-                    EXPECT_NEAR(contacts[k].normal.norm(), 1.0, 1e-12);
-                    EXPECT_GT(contacts[k].normal.z(), 0.0);
-                    if (k > 0) {
-                        EXPECT_GE(contacts[k - 1].depth, contacts[k].depth);
-                    }
-                }
+                expect_freed_by_contacts(shape, pose, ground);
             }
         }
     }
@@ -230,15 +173,8 @@ TEST(FindContacts, OfAFlatBoxOnFlatGroundAreItsFourCorners) {
 }
 
 TEST(FindContacts, SeeASpikeUnderTheMiddleOfABoxFace) {
-    const Ground ground = make_test_ground(
-        [](double x, double y) { return x == 64.0 && y == 64.0 ? 1.0 : 0.0; }, 1.0, 1);
-    std::array<Contact, 8> contacts;
-    const ContactAnswer answer =
-        find_contacts(Box{{3.0, 3.0, 0.5}}, pose_at(64.0, 64.0, 1.49), ground, 0.0, contacts);
-    ASSERT_EQ(answer.count, 1u);
-    EXPECT_NEAR(contacts[0].depth, 0.01, 1e-9);
-    EXPECT_NEAR(contacts[0].normal.z(), 1.0, 1e-9);
-    EXPECT_NEAR((contacts[0].point_world - Eigen::Vector3d(64.0, 64.0, 0.99)).norm(), 0.0, 1e-9);
+    Contact contact;
+    expect_spike_under_the_middle(Box{{3.0, 3.0, 0.5}}, contact);
 }
 
 TEST(FindContacts, SeeARidgeUnderTheEdgeOfABox) {
@@ -279,38 +215,16 @@ TEST(FindContacts, HaveTheFacesNormalOnFlatSeams) {
 }
 
 TEST(FindContacts, PushUpWhatLiesAKilometreBelow) {
-    const Ground ground =
-        make_test_ground([](double x, double y) { return test::hash_height(x, y); }, 1.0, 1);
-    for (const Shape& shape : make_shapes()) {
-        const Pose pose = pose_at(64.3, 64.4, -1000.0);
-        std::array<Contact, 64> contacts;
-        const ContactAnswer answer = find_contacts(shape, pose, ground, 0.0, contacts);
-        ASSERT_EQ(answer.status, ContactStatus::complete);
-        EXPECT_GT(answer.lift, 1000.0);
-        ASSERT_GE(answer.count, 1u);
-        const DistanceAnswer distance = signed_distance(shape, pose, ground, 1.0);
-        EXPECT_LT(distance.distance, 0.0);
-        EXPECT_LE(
-            compute_lift(shape, moved(pose, -distance.distance * distance.normal), ground).lift,
-            1e-9);
-    }
+    for (const Shape& shape : make_shapes()) expect_pushed_up_from_a_kilometre_below(shape);
 }
 
 TEST(FindContacts, AnswerWhereAShapeHasNoThickness) {
     const Ground ground =
         make_test_ground([](double x, double y) { return 0.25 * x + 0.5 * y; }, 1.0, 1);
     const double surface = 0.25 * 64.3 + 0.5 * 64.4;
-    const double upright = 1.0 / std::sqrt(1.0 + 0.25 * 0.25 + 0.5 * 0.5);
     for (const Shape& shape :
          {Shape(Sphere{0.0}), Shape(Capsule{0.0, 0.0}), Shape(Box{{0.0, 0.0, 0.0}})}) {
-        for (const double below : {0.0, 0.01, 30.0}) {
-            const Pose pose = pose_at(64.3, 64.4, surface - below);
-            EXPECT_NEAR(compute_lift(shape, pose, ground).lift, below, 1e-12);
-            EXPECT_NEAR(signed_distance(shape, pose, ground, 1.0).distance, -below * upright, 1e-9);
-        }
-        EXPECT_NEAR(
-            signed_distance(shape, pose_at(64.3, 64.4, surface + 0.5), ground, 1.0).distance,
-            0.5 * upright, 1e-9);
+        expect_answers_of_a_point(shape);
     }
     std::array<Contact, 8> contacts;
     for (const Shape& shape : {Shape(Capsule{0.0, 1.0}), Shape(Capsule{0.5, 0.0}),
@@ -380,7 +294,7 @@ TEST(FindContacts, RefuseWhatIsNotFiniteOrNotARotation) {
 }
 
 TEST(FindContacts, SayNotResidentWhereAChunkIsMissing) {
-    test::TableGroundSettings settings;
+    TableGroundSettings settings;
     settings.roots = 2;
     settings.is_resident = [](int column, int) { return column == 0; };
     const Ground ground = make_test_ground([](double, double) { return 0.0; }, settings);
@@ -394,7 +308,7 @@ TEST(FindContacts, SayNotResidentWhereAChunkIsMissing) {
 }
 
 TEST(FindContacts, MeetNoGroundInCellsThatLieOutside) {
-    test::TableGroundSettings settings;
+    TableGroundSettings settings;
     settings.is_outside = [](double x, double) { return x > 64.0; };
     const Ground ground = make_test_ground([](double, double) { return 0.0; }, settings);
     std::array<Contact, 4> contacts;
@@ -410,43 +324,21 @@ TEST(FindContacts, MeetNoGroundInCellsThatLieOutside) {
 TEST(FindContacts, GiveTheSameBitsTenThousandKilometresOut) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed);
     Random random(kSeed);
-    constexpr std::int32_t kFar = 78125;  // roots of 128 m: 1e7 m
-    const double shift = 128.0 * kFar;
-    const auto height = [](double x, double y) { return test::hash_height(x, y); };
-    test::TableGroundSettings far_settings;
-    far_settings.first_root = kFar;
-    const Ground near = make_test_ground(height, 1.0, 1);
-    const Ground far = make_test_ground(
-        [&](double x, double y) { return height(x - shift, y - shift); }, far_settings);
+    const FarGround grounds;
     for (const Shape& shape : make_shapes()) {
         for (int i = 0; i < 100; ++i) {
-            Pose pose = random_pose(random, near, -0.5, 1.5);
-            // Coordinates that both places hold exactly.
-            for (int k = 0; k < 2; ++k)
-                pose.translation[k] = std::floor(pose.translation[k] * 0x1p20) * 0x1p-20;
-            const Pose far_pose = moved(pose, {shift, shift, 0.0});
-            std::array<Contact, 64> a;
-            std::array<Contact, 64> b;
-            const ContactAnswer here = find_contacts(shape, pose, near, 0.01, a);
-            const ContactAnswer there = find_contacts(shape, far_pose, far, 0.01, b);
-            ASSERT_EQ(here.count, there.count);
-            EXPECT_EQ(std::memcmp(&here.lift, &there.lift, sizeof(double)), 0);
-            for (std::size_t k = 0; k < here.count; ++k) {
-                EXPECT_EQ(std::memcmp(&a[k].depth, &b[k].depth, sizeof(double)), 0);
-                EXPECT_EQ(std::memcmp(a[k].normal.data(), b[k].normal.data(), 3 * sizeof(double)),
-                          0);
-            }
+            const Pose pose = random_pose(random, grounds.near, -0.5, 1.5);
+            expect_the_same_contacts_far_out(shape, FarGround::rounded(pose), grounds);
         }
     }
 }
 
 TEST(FindContacts, AnswerForABoxOverAHundredThousandCells) {
-    test::TableGroundSettings settings;
+    TableGroundSettings settings;
     settings.spacing = 0.01;
     settings.roots = 3;
     const Ground ground = make_test_ground(
-        [](double x, double y) { return 0.01 * test::hash_height(100.0 * x, 100.0 * y); },
-        settings);
+        [](double x, double y) { return 0.01 * hash_height(100.0 * x, 100.0 * y); }, settings);
     Pose pose = pose_at(1.92, 1.92, 0.5);
     const Box box{{1.6, 1.6, 0.5}};
     const double lift = compute_lift(box, pose, ground).lift;

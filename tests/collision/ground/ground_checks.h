@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "collision/ground/ground_cases.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+// What holds for every kind of shape.
+namespace terrane::test {
+
+/// Contacts come deepest first, and moving by what resolves them frees the shape.
+inline void expect_freed_by_contacts(const Shape& shape, const Pose& pose, const Ground& ground) {
+    std::array<Contact, 256> contacts;
+    const ContactAnswer answer = find_contacts(shape, pose, ground, 0.0, contacts);
+    ASSERT_EQ(answer.status, ContactStatus::complete);
+    if (answer.lift <= 0.0) return;
+    EXPECT_NEAR(answer.lift, compute_lift(shape, pose, ground).lift, 1e-12);
+    ASSERT_GT(answer.count, 0u);
+    const Eigen::Vector3d d = resolve({contacts.data(), answer.count});
+    EXPECT_LE(compute_lift(shape, moved(pose, d), ground).lift, 2e-9);
+    for (std::size_t k = 0; k < answer.count; ++k) {
+        EXPECT_NEAR(contacts[k].normal.norm(), 1.0, 1e-12);
+        EXPECT_GT(contacts[k].normal.z(), 0.0);
+        if (!std::holds_alternative<Compound>(shape)) {
+            EXPECT_EQ(contacts[k].part, 0u);
+        }
+        if (k > 0) {
+            EXPECT_GE(contacts[k - 1].depth, contacts[k].depth);
+        }
+    }
+}
+
+/// The translation that the distance names frees the shape.
+inline void expect_freed_by_distance(const Shape& shape, const Pose& pose, const Ground& ground) {
+    const DistanceAnswer answer = signed_distance(shape, pose, ground, 1.0);
+    EXPECT_LE(compute_lift(shape, moved(pose, -answer.distance * answer.normal), ground).lift,
+              1e-9);
+}
+
+inline void expect_pushed_up_from_a_kilometre_below(const Shape& shape) {
+    const Ground ground = make_test_ground(hash_height, 1.0, 1);
+    const Pose pose = pose_at(64.3, 64.4, -1000.0);
+    std::array<Contact, 64> contacts;
+    const ContactAnswer answer = find_contacts(shape, pose, ground, 0.0, contacts);
+    ASSERT_EQ(answer.status, ContactStatus::complete);
+    EXPECT_GE(answer.lift, 1000.0 + support_distance(shape, -Eigen::Vector3d::UnitZ()) - 1e-9);
+    ASSERT_GE(answer.count, 1u);
+    EXPECT_LT(signed_distance(shape, pose, ground, 1.0).distance, 0.0);
+    expect_freed_by_distance(shape, pose, ground);
+}
+
+/// A shape that is no larger than a point, at, below and above a slope.
+inline void expect_answers_of_a_point(const Shape& shape) {
+    const Ground ground =
+        make_test_ground([](double x, double y) { return 0.25 * x + 0.5 * y; }, 1.0, 1);
+    const double surface = 0.25 * 64.3 + 0.5 * 64.4;
+    const double upright = 1.0 / std::sqrt(1.0 + 0.25 * 0.25 + 0.5 * 0.5);
+    for (const double below : {0.0, 0.01, 30.0}) {
+        const Pose pose = pose_at(64.3, 64.4, surface - below);
+        EXPECT_NEAR(compute_lift(shape, pose, ground).lift, below, 1e-12);
+        EXPECT_NEAR(signed_distance(shape, pose, ground, 1.0).distance, -below * upright, 1e-9);
+        EXPECT_TRUE(test_contact(shape, pose, ground).is_touching);
+    }
+    EXPECT_NEAR(signed_distance(shape, pose_at(64.3, 64.4, surface + 0.5), ground, 1.0).distance,
+                0.5 * upright, 1e-9);
+}
+
+/// A box of half extents 3 x 3 x 0.5 m, or a hull that is one, over a spike.
+inline void expect_spike_under_the_middle(const Shape& box, Contact& contact_out) {
+    const Ground ground = make_test_ground(
+        [](double x, double y) { return x == 64.0 && y == 64.0 ? 1.0 : 0.0; }, 1.0, 1);
+    std::array<Contact, 8> contacts;
+    const ContactAnswer answer =
+        find_contacts(box, pose_at(64.0, 64.0, 1.49), ground, 0.0, contacts);
+    ASSERT_EQ(answer.count, 1u);
+    contact_out = contacts[0];
+    EXPECT_NEAR(contact_out.depth, 0.01, 1e-9);
+    EXPECT_NEAR(contact_out.normal.z(), 1.0, 1e-9);
+    EXPECT_NEAR((contact_out.point_world - Eigen::Vector3d(64.0, 64.0, 0.99)).norm(), 0.0, 1e-9);
+}
+
+inline void expect_the_same_contacts_far_out(const Shape& shape, const Pose& pose,
+                                             const FarGround& grounds) {
+    std::array<Contact, 64> a, b;
+    const ContactAnswer here = find_contacts(shape, pose, grounds.near, 0.01, a);
+    const ContactAnswer there =
+        find_contacts(shape, FarGround::shifted(pose), grounds.far, 0.01, b);
+    ASSERT_EQ(here.count, there.count);
+    EXPECT_EQ(std::memcmp(&here.lift, &there.lift, sizeof(double)), 0);
+    for (std::size_t k = 0; k < here.count; ++k) {
+        EXPECT_EQ(std::memcmp(&a[k].depth, &b[k].depth, sizeof(double)), 0);
+        EXPECT_EQ(std::memcmp(a[k].normal.data(), b[k].normal.data(), 3 * sizeof(double)), 0);
+        EXPECT_EQ(a[k].feature, b[k].feature);
+        EXPECT_EQ(a[k].part, b[k].part);
+    }
+}
+
+inline void expect_the_same_cast_far_out(const Shape& shape, const Motion& motion,
+                                         const FarGround& grounds) {
+    Motion far_motion = motion;
+    far_motion.start = FarGround::shifted(motion.start);
+    const CastAnswer here = cast(shape, motion, grounds.near);
+    const CastAnswer there = cast(shape, far_motion, grounds.far);
+    EXPECT_EQ(here.hit, there.hit);
+    EXPECT_EQ(std::memcmp(&here.fraction, &there.fraction, sizeof(double)), 0)
+        << here.fraction << " and " << there.fraction;
+}
+
+}  // namespace terrane::test

@@ -1,0 +1,209 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""What the program makes: meshes, drops, and runs over slow storage, with their summaries and files."""
+
+import json
+import os
+
+from program import Folder, main, np, run, run_json
+
+
+def read_ply(path):
+    with open(path, "rb") as file:
+        content = file.read()
+    header, body = content.split(b"end_header\n", 1)
+    lines = header.decode().splitlines()
+    assert lines[:2] == ["ply", "format binary_little_endian 1.0"], lines
+    counts = {line.split()[1]: int(line.split()[2]) for line in lines if line.startswith("element")}
+    assert [line for line in lines if line.startswith("property")] == [
+        "property double x", "property double y", "property double z",
+        "property list uchar uint vertex_indices"]
+    vertices = np.frombuffer(body, "<f8", 3 * counts["vertex"]).reshape(-1, 3)
+    faces = np.frombuffer(body, np.dtype([("n", "u1"), ("v", "<u4", 3)]), counts["face"],
+                          24 * counts["vertex"])
+    assert len(body) == 24 * counts["vertex"] + 13 * counts["face"]
+    assert (faces["n"] == 3).all()
+    return vertices, faces["v"].astype(np.int64)
+
+
+class Mesh(Folder):
+    def check_mesh(self, terrain, budget, *arguments):
+        out = self.path("mesh.ply")
+        summary = run_json("mesh", *terrain, "--budget", budget, "--out", out, *arguments)
+        vertices, faces = read_ply(out)
+        self.assertEqual(summary["triangles"], len(faces))
+        self.assertEqual(summary["vertices"], len(vertices))
+        self.assertLessEqual(len(faces), budget)
+        self.assertGreater(summary["error_px"], 0)
+        self.assertIn(summary["status"], ("error_met", "budget_reached"))
+        # counter-clockwise from above, and together the whole of the root squares
+        a, b, c = (vertices[faces[:, k]] for k in range(3))
+        area = ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]) / 2
+        self.assertGreater(area.min(), 0)
+        size = vertices[:, :2].max(axis=0) - vertices[:, :2].min(axis=0)
+        self.assertAlmostEqual(area.sum() / (size[0] * size[1]), 1, places=9)
+        # each directed edge once; without its opposite only on the border
+        edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+        keys = edges[:, 0] * len(vertices) + edges[:, 1]
+        self.assertEqual(len(np.unique(keys)), len(keys))
+        single = edges[~np.isin(keys, edges[:, 1] * len(vertices) + edges[:, 0])]
+        low, high = vertices[:, :2].min(axis=0), vertices[:, :2].max(axis=0)
+        p, q = vertices[single[:, 0], :2], vertices[single[:, 1], :2]
+        on_border = (((p == low) & (q == low)) | ((p == high) & (q == high))).any(axis=1)
+        self.assertTrue(on_border.all())
+        self.assertEqual(len(np.unique(vertices[:, :2], axis=0)), len(vertices))
+        return summary
+
+    def test_mesh_of_a_fractal_is_whole_and_within_budget(self):
+        for budget in (8, 1000, 50_000):
+            summary = self.check_mesh(["--seed", 5], budget)
+            self.assertEqual(summary["status"], "budget_reached")
+        summary = self.check_mesh(["--seed", 5], 1_000_000, "--max-error-px", 8)
+        self.assertEqual(summary["status"], "error_met")
+        self.assertLessEqual(summary["error_px"], 8)
+
+    def test_mesh_of_a_raster_from_a_chosen_eye(self):
+        _, raster = self.hills(300, 200)
+        self.check_mesh(["--dem", raster], 20_000, "--eye", "-200,-900,700", "--look", "0,0,500",
+                        "--fov-deg", 45, "--size", "640x480")
+
+    def test_the_same_view_gives_the_same_bytes(self):
+        contents = []
+        for name in ("a.ply", "b.ply"):
+            run_json("mesh", "--seed", 5, "--budget", 3000, "--out", self.path(name))
+            with open(self.path(name), "rb") as file:
+                contents.append(file.read())
+        self.assertEqual(*contents)
+
+    def test_a_folder_that_is_not_there_leaves_nothing(self):
+        done = run("mesh", "--seed", 5, "--budget", 500, "--out", self.path("no/a.ply"))
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("no/a.ply", done.stderr)
+
+
+class Drop(Folder):
+    KEYS = {"bodies", "fell_through", "parked", "left_world", "lost_time_share", "awake_body_steps",
+            "max_depth_m", "step_ms_median", "step_ms_p99", "state_hash"}
+
+    def test_keys_and_trace(self):
+        _, raster = self.hills()
+        trace = self.path("trace.csv")
+        summary = run_json("drop", "--dem", raster, "--shape", "mixed", "--count", 30, "--speed", 20,
+                           "--spin", 2, "--dt", "1/60", "--seconds", 1, "--no-sleep", "--trace", trace)
+        self.assertLessEqual(self.KEYS, set(summary))
+        self.assertEqual(summary["bodies"], 30)
+        self.assertEqual(summary["awake_body_steps"], 30 * 60)
+        self.assertEqual((summary["fell_through"], summary["parked"], summary["left_world"]), (0, 0, 0))
+        self.assertRegex(summary["state_hash"], "^[0-9a-f]{16}$")
+        with open(trace) as file:
+            self.assertEqual(file.readline(), "step,body,x,y,z,qw,qx,qy,qz\n")
+            poses = np.loadtxt(file, delimiter=",")
+        self.assertEqual(poses.shape, (30 * 61, 9))
+        self.assertTrue((poses[:, 0] == np.repeat(np.arange(61), 30)).all())
+        self.assertTrue((poses[:, 1] == np.tile(np.arange(30), 61)).all())
+        self.assertLess(np.abs(np.linalg.norm(poses[:, 5:], axis=1) - 1).max(), 1e-12)
+        start, first = poses[:30], poses[30:60]
+        self.assertTrue((first[:, 4] < start[:, 4]).all())
+
+    def test_the_same_drop_gives_the_same_states_and_another_seed_does_not(self):
+        def state(seed):
+            return run_json("drop", "--seed", seed, "--count", 10, "--seconds", 0.5)["state_hash"]
+
+        self.assertEqual(state(3), state(3))
+        self.assertNotEqual(state(3), state(4))
+
+
+class Page(Folder):
+    KEYS = {"frames", "late_frames", "late_share", "excess_error_px_s", "bytes_loaded",
+            "bytes_wasted", "peak_bytes", "contact_late", "path", "speed", "policy", "radius",
+            "latency_ms", "bandwidth_mb", "memory_mb", "wasted_share", "error_px_max", "reloads",
+            "cancelled", "failed", "hard_evictions"}
+    QUICK = ["--seconds", 2, "--fps", 10, "--size", "320x180", "--budget", 50_000, "--bodies", 2]
+
+    def play(self, *arguments):
+        done = run("page", "--seed", 5, *self.QUICK, *arguments, "--json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return [json.loads(line) for line in done.stdout.splitlines()]
+
+    def test_every_combination_is_one_line(self):
+        rows = self.play("--path", "straight@300,spins", "--policy", "deadline,distance,oracle",
+                         "--latency-ms", "5,50", "--radius", "0.5,2", "--threads", 2)
+        self.assertEqual([(r["path"], r["latency_ms"], r["policy"]) for r in rows],
+                         [(path, latency, policy) for path in ("straight", "spins")
+                          for latency in (5, 50) for policy in ("deadline", "distance", "oracle")])
+        for row in rows:
+            self.assertLessEqual(self.KEYS, set(row))
+            self.assertEqual(row["frames"], 20)
+            self.assertEqual(row["late_share"], row["late_frames"] / 20)
+            self.assertLessEqual(row["peak_bytes"], row["memory_mb"] * 2**20)
+            self.assertLessEqual(row["bytes_wasted"], row["bytes_loaded"])
+            self.assertEqual(row["radius"] is not None, row["policy"] == "distance")
+            self.assertEqual(row["speed"], 300 if row["path"] == "straight" else None)
+
+    def test_the_best_radius_is_kept(self):
+        arguments = ["--path", "straight@300", "--policy", "distance", "--latency-ms", 50,
+                     "--bandwidth-mb", 5]
+        alone = [self.play(*arguments, "--radius", radius)[0] for radius in (0.25, 1, 4)]
+        best = min(alone, key=lambda r: (r["late_frames"], r["excess_error_px_s"]))
+        self.assertEqual(self.play(*arguments, "--radius", "0.25,1,4"), [best])
+
+    def test_figures_do_not_depend_on_threads_nor_on_the_cache(self):
+        arguments = ["--path", "teleports@200,turns@300", "--policy", "deadline,oracle",
+                     "--bandwidth-mb", 10, "--latency-spread", 1, "--failure-share", 0.05]
+        self.assertEqual(self.play(*arguments),
+                         self.play(*arguments, "--threads", 3, "--cache-mb", 1))
+
+    def test_slower_storage_is_later_and_files_say_the_same(self):
+        arguments = ["--path", "straight@300", "--policy", "distance"]
+        quick = self.play(*arguments, "--bandwidth-mb", 1000)[0]
+        out = self.path("out")
+        slow = self.play(*arguments, "--latency-ms", 500, "--bandwidth-mb", 0.5, "--out", out)[0]
+        self.assertGreater(slow["late_frames"], quick["late_frames"])
+        self.assertEqual(sorted(os.listdir(out)), ["frames.csv", "report.html"])
+        with open(os.path.join(out, "frames.csv")) as file:
+            header = file.readline().strip().split(",")
+            frames = [dict(zip(header, line.strip().split(","))) for line in file]
+        self.assertLessEqual({"time_s", "error_px", "late", "resident_bytes", "in_flight_bytes",
+                              "late_chunks", "contact_late"}, set(header))
+        errors = np.array([float(frame["error_px"]) for frame in frames])
+        late = [frame["status"] == "not_resident" and float(frame["error_px"]) > 2
+                for frame in frames]
+        self.assertEqual([frame["late"] == "1" for frame in frames], late)
+        self.assertEqual(slow["late_frames"], sum(late))
+        self.assertAlmostEqual(slow["excess_error_px_s"], np.maximum(errors - 2, 0).sum() / 10)
+        self.assertEqual(slow["contact_late"], sum(int(f["contact_late"]) for f in frames))
+        with open(os.path.join(out, "report.html")) as file:
+            self.assertIn('"late_frames":%d' % slow["late_frames"], file.read())
+
+    def test_storage_that_never_answers_rightly_is_a_failure(self):
+        done = run("page", "--seed", 5, *self.QUICK, "--failure-share", 1)
+        self.assertEqual((done.returncode, len(done.stderr.splitlines())), (1, 1), done.stderr)
+        self.assertIn("root squares", done.stderr)
+
+    def test_people_read_a_table_or_one_list(self):
+        one = run("page", "--seed", 5, *self.QUICK)
+        self.assertRegex(one.stdout, r"(?m)^late_frames +\d+$")
+        several = run("page", "--seed", 5, *self.QUICK, "--policy", "deadline,oracle")
+        self.assertEqual(len(several.stdout.splitlines()), 3)
+
+
+class Fly(Folder):
+    def test_slow_storage_in_real_time(self):
+        out = self.path("out")
+        flight = ["--path", "teleports", "--seconds", 6, "--fps", 10, "--size", "320x180",
+                  "--budget", 20_000, "--max-error-px", 4, "--realtime", "--out", out]
+        for policy in ("deadline", "distance", "oracle"):
+            summary = run_json("fly", "--seed", 5, *flight, "--latency-ms", 5, "--bandwidth-mb", 50,
+                               "--threads", 4, "--policy", policy)
+            with open(os.path.join(out, "frames.csv")) as file:
+                header = file.readline().strip().split(",")
+                frames = [dict(zip(header, line.strip().split(","))) for line in file]
+            late = [f["status"] == "not_resident" and float(f["error_px"]) > 4 for f in frames]
+            self.assertEqual([f["late"] == "1" for f in frames], late)
+            self.assertEqual(summary["late_frames"], sum(late))
+            excess = sum(max(0.0, float(f["error_px"]) - 4) for f in frames) / 10
+            self.assertAlmostEqual(summary["excess_error_px_s"], excess)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: MIT
+"""What the tests of the program share: how it is run, and a folder for the files of a test.
+
+A test script is called as SCRIPT PROGRAM [unittest arguments]. It shares no code with the library.
+Rasters are written here, as ESRI ASCII grids, so that no tool is needed; what needs GDAL's programs or
+the real data is skipped with a reason where they are absent.
+"""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+try:
+    import numpy as np
+except ImportError:
+    print("skipped: no numpy for", sys.executable)
+    sys.exit(77)
+
+PROGRAM = os.path.abspath(sys.argv[1]) if len(sys.argv) > 1 else "terrane"
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+DATA = os.environ.get("TERRANE_DATA", os.path.join(ROOT, "..", "shared", "data"))
+SEED = 20240501
+
+
+def run(*arguments, stdin=None, timeout=120):
+    return subprocess.run([PROGRAM, *map(str, arguments)], input=stdin, capture_output=True,
+                          text=True, timeout=timeout)
+
+
+def run_json(*arguments):
+    done = run(*arguments, "--json")
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def ask(terrain, questions, *arguments):
+    text = "".join((q if isinstance(q, str) else json.dumps(q)) + "\n" for q in questions)
+    done = run("query", *terrain, *arguments, stdin=text)
+    assert done.returncode == 0, done.stderr
+    return [json.loads(line) for line in done.stdout.splitlines()]
+
+
+class Folder(unittest.TestCase):
+    """A test with a folder for its files."""
+
+    def setUp(self):
+        self.folder = tempfile.mkdtemp(prefix="terrane_cli_")
+        self.addCleanup(shutil.rmtree, self.folder)
+
+    def path(self, name):
+        return os.path.join(self.folder, name)
+
+    def write_grid(self, name, heights, cell=10.0, nodata=-9999):
+        """Heights row by row from the north, as an ESRI ASCII grid."""
+        heights = np.asarray(heights, dtype=float)
+        with open(self.path(name), "w") as file:
+            file.write(f"ncols {heights.shape[1]}\nnrows {heights.shape[0]}\nxllcorner 500000\n"
+                       f"yllcorner 4000000\ncellsize {cell}\nNODATA_value {nodata}\n")
+            for row in heights:
+                file.write(" ".join(f"{value:.3f}" for value in row) + "\n")
+        return self.path(name)
+
+    def hills(self, columns=60, rows=45, cell=10.0):
+        random = np.random.default_rng(SEED)
+        y, x = np.mgrid[0:rows, 0:columns]
+        heights = 500 + 40 * np.sin(x / 5.0) * np.cos(y / 7.0) + random.uniform(0, 5, (rows, columns))
+        heights = np.round(heights, 3)
+        return heights, self.write_grid("hills.asc", heights, cell)
+
+
+def main():
+    unittest.main(argv=[sys.argv[0], *sys.argv[2:]])
