@@ -55,6 +55,14 @@ public:
         local_start_.window(pass(start_, 0.0, 1.0).cells(local_start_), 0);
     }
 
+    // Calls a function with the ground seen from near where the body is at t.
+    template <class Take>
+    auto with_ground(double t, Take&& take) const {
+        const Eigen::Vector3d place = origin_ + t * sweep_.motion.translation;
+        const bool is_near = place.cwiseAbs().maxCoeff() <= kNear * local_start_.spacing();
+        return is_near ? take(local_start_) : take(LocalGround(local_start_, place));
+    }
+
     // The whole motion, piece by piece; pieces grow while the ground is far below.
     PieceAnswer run(double sink) {
         sink_ = sink;
@@ -65,14 +73,9 @@ public:
             if (end > last_ || length_of_piece >= 1.0) end = last_;
             if (!(end > t))
                 return {t, true, false, Eigen::Vector3d::UnitZ()};  // no number in between
-            const Eigen::Vector3d middle = origin_ + 0.5 * (t + end) * sweep_.motion.translation;
-            const bool is_near = middle.cwiseAbs().maxCoeff() <= kNear * local_start_.spacing();
-            PieceAnswer answer{t};
-            if (is_near) {
-                answer = pass_piece(local_start_, t, end, length_of_piece);
-            } else {
-                answer = pass_piece(LocalGround(local_start_, middle), t, end, length_of_piece);
-            }
+            const PieceAnswer answer = with_ground(0.5 * (t + end), [&](const LocalGround& local) {
+                return pass_piece(local, t, end, length_of_piece);
+            });
             if (answer.is_hit || answer.is_missing) return answer;
             t = answer.t;
         }

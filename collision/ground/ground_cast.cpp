@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "caster.h"
+#include "contact_patches.h"
 #include "usable.h"
 
 #include <terrane/collision/ground_cast.h>
@@ -62,18 +63,26 @@ bool find_closing(const Shape& shape, const Motion& motion, const Pose& pose, co
     return count > 0;
 }
 
-// Of what is no surface, such as the side of the ground, the cast itself says where it is met.
-Contact make_contact(const Sweep& sweep, const PieceAnswer& end, const Ground& ground,
-                     const Pose& pose) {
-    const LocalGround local(ground, pose.translation);
-    const LocalBody body = sweep.at(local, end.t);
-    LocalHull hull;
-    const DeepestPoint deepest = body.part(end.part, hull).deepest(end.normal);
+// The deepest contact of a body that is clear of the ground. Of what is no surface, such as the side of the
+// ground, the cast itself says where it is met.
+Contact find_met(const LocalGround& local, const LocalBody& body, const PieceAnswer& end,
+                 double tolerance) {
+    ContactPatches patches;
+    double error_m = 0.0;
+    find_patches(local, body, Eigen::Vector3d::Zero(), tolerance, patches, error_m);
+    const std::span<const Contact> found = patches.finish();
     Contact contact;
-    contact.normal = end.normal;
-    contact.point_world = local.to_world(deepest.point);
-    contact.feature = deepest.feature;
-    contact.part = end.part;
+    if (!found.empty()) {
+        contact = found[0];
+    } else {
+        LocalHull hull;
+        const DeepestPoint deepest = body.part(end.part, hull).deepest(end.normal);
+        contact.normal = end.normal;
+        contact.point_world = deepest.point;
+        contact.feature = deepest.feature;
+        contact.part = end.part;
+    }
+    contact.point_world = local.to_world(contact.point_world);
     return contact;
 }
 
@@ -122,13 +131,18 @@ CastAnswer cast(const Shape& shape, const Motion& motion, const Ground& ground,
     if (end.is_missing) answer.status = ContactStatus::not_resident;
     if (!end.is_hit) return answer;
 
-    const Pose pose = motion.at(end.t);
-    const bool is_found =
-        answer.started_in_contact && settings.skip_separating
-            ? find_closing(shape, motion, pose, ground, settings.tolerance, answer.contact)
-            : find_contacts(shape, pose, ground, settings.tolerance, {&answer.contact, 1}).count >
-                  0;
-    if (!is_found) answer.contact = make_contact(sweep, end, ground, pose);
+    if (answer.started_in_contact) {
+        const Pose pose = motion.at(end.t);
+        const bool is_found =
+            settings.skip_separating
+                ? find_closing(shape, motion, pose, ground, settings.tolerance, answer.contact)
+                : find_contacts(shape, pose, ground, settings.tolerance, {&answer.contact, 1})
+                          .count > 0;
+        if (is_found) return answer;
+    }
+    answer.contact = caster.with_ground(end.t, [&](const LocalGround& there) {
+        return find_met(there, sweep.at(there, end.t), end, settings.tolerance);
+    });
     return answer;
 }
 
