@@ -6,6 +6,8 @@
 // constant x, y, and, two cells apart, x - y and x + y (see cut_to_north_east).
 #include "box_lift.h"
 
+#include "box_slabs.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -21,17 +23,15 @@ class Scan {
 public:
     Scan(const GroundWindow& window, const Eigen::Vector3d& corner, double spacing,
          const LocalShape& box, double floor)
-        : window_(window), box_(box), limit_(floor) {
+        : window_(window), box_(box), limit_(floor), slabs_(box, corner, spacing) {
         const double cells = 1.0 / spacing;
         for (std::size_t k = 0; k < 8; ++k) {
             const Eigen::Vector3d p = box.corner(static_cast<int>(k)) - corner;
             corners_[k] = {p[0] * cells, p[1] * cells, box.centre[2] + box.corners[k][2]};
         }
-        centre_ = box.centre - corner;
     }
 
-    WindowLift run(double spacing) {
-        make_slabs(spacing);
+    WindowLift run() {
         make_ranges();
         take_vertices();
         for (const Place& place : corners_) take_corner(place);
@@ -54,33 +54,6 @@ private:
         y_ = y;
     }
 
-    struct Slab {
-        double low, high;  // z of its planes at the window's corner, metres
-        double x, y;       // their slopes, metres a cell
-    };
-    // Two of the box's faces that stand upright: |level + x column + y row| <= half
-    struct Side {
-        double level, x, y, half;
-    };
-
-    void make_slabs(double spacing) {
-        for (std::size_t i = 0; i < 3; ++i) {
-            const Eigen::Vector3d n = box_.up(i);
-            const double half = box_.half[static_cast<Eigen::Index>(i)];
-            const double level = -n[0] * centre_[0] - n[1] * centre_[1];
-            if (n[2] < 1e-12) {
-                sides_[side_count_++] = {level, n[0] * spacing, n[1] * spacing, half};
-                constexpr double kInfinity = std::numeric_limits<double>::infinity();
-                slabs_[i] = {-kInfinity, kInfinity, 0.0, 0.0};
-                continue;
-            }
-            const double grade = 1.0 / n[2];
-            slabs_[i] = {box_.centre[2] - (half + level) * grade,
-                         box_.centre[2] + (half - level) * grade, -n[0] * grade * spacing,
-                         -n[1] * grade * spacing};
-        }
-    }
-
     // Vertices of the cells that the box is over; those straight under it, and one more on each side.
     void make_ranges() {
         double west = corners_[0].x, east = west, south = corners_[0].y, north = south;
@@ -101,35 +74,18 @@ private:
         const double lowest = box_.centre[2] - box_.bounds[2];
         for (int row = first_row_; row <= last_row_; ++row) {
             const auto v = static_cast<double>(row);
-            std::array<Slab, 3> slabs = slabs_;
-            for (Slab& slab : slabs) {
-                slab.low += slab.y * v;
-                slab.high += slab.y * v;
-            }
+            const std::array<BoxSlabs::Slab, 3> slabs = slabs_.along(v);
             for (int column = first_column_; column <= last_column_; ++column) {
                 const double z = window_.at(column, row);
                 if (!is_more(z - lowest)) continue;
                 const auto u = static_cast<double>(column);
-                const double low =
-                    std::max({slabs[0].low + slabs[0].x * u, slabs[1].low + slabs[1].x * u,
-                              slabs[2].low + slabs[2].x * u});
-                if (!is_more(z - low)) continue;
-                const double high =
-                    std::min({slabs[0].high + slabs[0].x * u, slabs[1].high + slabs[1].x * u,
-                              slabs[2].high + slabs[2].x * u});
-                if (low > high || !is_between_sides(u, v)) continue;
+                const double low = BoxSlabs::low(slabs, u);
+                if (!is_more(z - low) || low > BoxSlabs::high(slabs, u)) continue;
+                if (!slabs_.is_between_sides(u, v)) continue;
                 take(z - low, u, v, std::min(column, window_.columns - 1),
                      std::min(row, window_.rows - 1));
             }
         }
-    }
-
-    bool is_between_sides(double u, double v) const {
-        for (std::size_t i = 0; i < side_count_; ++i) {
-            const Side& side = sides_[i];
-            if (std::abs(side.level + (side.x * u + side.y * v)) > side.half) return false;
-        }
-        return true;
     }
 
     void take_corner(const Place& p) {
@@ -264,10 +220,7 @@ private:
     const LocalShape& box_;
     double limit_;  // lifts up to it are not looked for
     std::array<Place, 8> corners_;
-    Eigen::Vector3d centre_;  // from the window's corner
-    std::array<Slab, 3> slabs_;
-    std::array<Side, 3> sides_;
-    std::size_t side_count_ = 0;
+    BoxSlabs slabs_;
     int first_column_ = 0, last_column_ = 0, first_row_ = 0, last_row_ = 0;
     WindowLift best_;
     double x_ = 0.0, y_ = 0.0;  // where, in cells
@@ -277,7 +230,7 @@ private:
 
 WindowLift find_box_lift(const GroundWindow& window, const Eigen::Vector3d& corner, double spacing,
                          const LocalShape& box, double floor) {
-    return Scan(window, corner, spacing, box, floor).run(spacing);
+    return Scan(window, corner, spacing, box, floor).run();
 }
 
 }  // namespace terrane::internal

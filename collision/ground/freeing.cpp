@@ -62,43 +62,57 @@ bool find_from_inside(const LocalGround& local, const LocalBody& body, Eigen::Ve
     return !(find_lift(local, body, d_out, 0.5 * kFree).lift > 0.5 * kFree);
 }
 
-// Whether no translation of under `share` of the length of `d` frees the shape, seen from the point of it that
-// `d` takes furthest out: while that is inside the ground the shape is not free, and the surface is further away.
-bool is_far_inside(const LocalGround& local, const LocalShape& shape, const Eigen::Vector3d& d,
-                   double share) {
-    const double size = length(d);
+// Whether the surface comes nearer than `reach` to a point under it, in a range of cells that are all ground.
+bool is_surface_near(const LocalGround& local, const Eigen::Vector3d& p, double reach,
+                     const CellRange& cells) {
     struct Visitor {
         const LocalGround& local;
-        Eigen::Vector3d p;
+        const Eigen::Vector3d& p;
         double reach;
-        bool is_inside = false;  // under the surface
-        bool is_near = false;    // the surface
-        std::int64_t taken = 0;
+        bool is_near = false;
 
-        bool wants(const Prism&) const { return !is_near; }
+        bool wants(const Prism& prism) const {
+            const double x = std::max({0.0, prism.west - p[0], p[0] - prism.east});
+            const double y = std::max({0.0, prism.south - p[1], p[1] - prism.north});
+            const double z = std::max(0.0, prism.low - p[2]);
+            return !is_near && x * x + y * y + z * z < reach * reach;
+        }
         bool miss(const Prism&) {
             is_near = true;
             return false;
         }
         void take(const GroundCell& cell, std::int64_t column, std::int64_t row) {
-            ++taken;
             for (const Triangle& triangle : local.triangles(cell, column, row)) {
-                const double below = dot(triangle.normal, triangle.v[0] - p);
-                is_inside = is_inside || (below >= reach && is_over(p, triangle));
-                if (std::abs(below) >= reach) continue;
+                if (std::abs(dot(triangle.normal, triangle.v[0] - p)) >= reach) continue;
                 const Eigen::Vector3d to = closest_on_triangle(p, triangle) - p;
                 if (dot(to, to) < reach * reach) is_near = true;
             }
         }
     };
-    Visitor visitor{local, shape.deepest_point(d / size), share * size};
-    const Eigen::Vector3d& p = visitor.p;
-    const CellRange cells = local.cells(p[0] - visitor.reach, p[1] - visitor.reach,
-                                        p[0] + visitor.reach, p[1] + visitor.reach);
+    Visitor visitor{local, p, reach};
     visit_cells(local, cells, visitor);
+    return visitor.is_near;
+}
+
+// Whether no translation of under `share` of the length of `d` frees the shape, seen from the point of it that
+// `d` takes furthest out: while that is inside the ground the shape is not free, and the surface is further away.
+bool is_far_inside(const LocalGround& local, const LocalShape& shape, const Eigen::Vector3d& d,
+                   double share) {
+    const double size = length(d);
+    const double reach = share * size;
+    const Eigen::Vector3d p = shape.deepest_point(d / size);
+    const CellRange cells = local.cells(p[0] - reach, p[1] - reach, p[0] + reach, p[1] + reach);
+    const CellRange over = local.cells(p[0], p[1], p[0], p[1]);
+    if (over.east < over.west || over.north < over.south) return false;
+    const GroundCell cell = local.cell(over.east, over.north);
+    if (cell.status != GroundStatus::ok) return false;
+    bool is_inside = false;
+    for (const Triangle& triangle : local.triangles(cell, over.east, over.north)) {
+        is_inside =
+            is_inside || (dot(triangle.normal, triangle.v[0] - p) >= reach && is_over(p, triangle));
+    }
     // Where ground ends there is a way out too.
-    const std::int64_t all = (cells.east - cells.west + 1) * (cells.north - cells.south + 1);
-    return visitor.is_inside && !visitor.is_near && visitor.taken == all;
+    return is_inside && local.is_all_ground(cells) && !is_surface_near(local, p, reach, cells);
 }
 
 }  // namespace

@@ -37,9 +37,11 @@ inline bool is_foot_inside(const Eigen::Vector3d& p, const Triangle& triangle) {
     return true;
 }
 
-/// The vertical prism over a rectangle of cells and under `high`: contains the ground there.
+/// The vertical prism over a rectangle of cells and under `high`: contains the ground there, whose surface is
+/// nowhere below `low`.
 struct Prism {
     double west = 0.0, south = 0.0, east = 0.0, north = 0.0, high = 0.0;
+    double low = -std::numeric_limits<double>::infinity();
 };
 
 /// The ground seen from a point of its lattice near the question. Lattice integers are subtracted
@@ -62,7 +64,7 @@ public:
     /// Cells that a closed rectangle meets, clamped to the ground's extent.
     CellRange cells(double west, double south, double east, double north) const;
 
-    Prism prism(const CellRange& cells, std::int32_t high) const;
+    Prism prism(const CellRange& cells, std::int32_t low, std::int32_t high) const;
     GroundCell cell(std::int64_t column, std::int64_t row) const {
         return reader_.cell(column, row);
     }
@@ -79,6 +81,8 @@ public:
         }
         return cell(column, row).status == GroundStatus::ok;
     }
+    /// Whether all cells of a range are ground and resident. Cost: O(chunks); O(cells) where chunks have other ones
+    bool is_all_ground(const CellRange& cells) const { return reader_.is_all_ground(cells); }
     /// A corner of the contact surface; false where none of its cells is ground and resident.
     bool find_vertex(std::int64_t column, std::int64_t row, Eigen::Vector3d& p_out) const;
     /// Largest error_m of the cells of a range that are ground and resident, metres.
@@ -143,15 +147,16 @@ void visit_cells(const LocalGround& local, const CellRange& all, Visitor& visito
             for (std::int64_t column = r.west; column <= r.east; ++column) {
                 const GroundCell cell = local.cell(column, row);
                 if (cell.status == GroundStatus::ok) {
-                    const std::int32_t high = std::max(
+                    const auto [low, high] = std::minmax(
                         {cell.south_west, cell.south_east, cell.north_west, cell.north_east});
-                    if (visitor.wants(local.prism({column, row, column, row}, high))) {
+                    if (visitor.wants(local.prism({column, row, column, row}, low, high))) {
                         visitor.take(cell, column, row);
                     }
                 } else if (cell.status == GroundStatus::not_resident) {
                     const CellRange only{column, row, column, row};
-                    const std::int32_t high = local.ground().range(only).high;
-                    Prism prism = local.prism(only, high);
+                    const RangeAnswer range = local.ground().range(only);
+                    const std::int32_t high = range.high;
+                    Prism prism = local.prism(only, range.low, high);
                     if (high == std::numeric_limits<std::int32_t>::max()) {
                         prism.high = std::numeric_limits<double>::infinity();
                     }
@@ -187,7 +192,7 @@ void visit_cells(const LocalGround& local, const CellRange& all, Visitor& visito
                 const RangeAnswer range = local.square(square.west, square.south, square.log2_side);
                 if (range.status == GroundStatus::outside) continue;
                 if (range.high != std::numeric_limits<std::int32_t>::max() &&
-                    !visitor.wants(local.prism(r, range.high))) {
+                    !visitor.wants(local.prism(r, range.low, range.high))) {
                     continue;
                 }
                 if (square.log2_side <= kSmallest) {

@@ -16,10 +16,25 @@ Underside::Underside(const LocalShape& shape) : shape_(shape) {
             const double y = -n[1] / n[2];
             planes_[count_++] = {x, y, c[2] - drop / n[2] - x * c[0] - y * c[1]};
         });
+        if (shape.kind == ShapeKind::box) {
+            for (const Eigen::Vector3d& axis : shape.axes) add_side(-axis[1], axis[0]);
+        }
         return;
     }
     run_ = std::sqrt(shape.core[0] * shape.core[0] + shape.core[1] * shape.core[1]);
     core_length_ = length(shape.core);
+}
+
+void Underside::add_side(double x, double y) {
+    constexpr double kHair = 1e-9;  // metres
+    const double size = std::sqrt(x * x + y * y);
+    if (!(size > 1e-9)) return;  // an upright axis: the others say it
+    double reach = kHair * size;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const Eigen::Vector3d& axis = shape_.axes[i];
+        reach += std::abs(x * axis[0] + y * axis[1]) * shape_.half[static_cast<Eigen::Index>(i)];
+    }
+    sides_[side_count_++] = {x, y, reach};
 }
 
 double Underside::round_bottom(const Prism& prism) const {

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 
 namespace terrane::internal {
@@ -25,7 +26,7 @@ public:
                                       std::min(plane.y * prism.south, plane.y * prism.north);
                 if (lowest >= z) return false;
             }
-            return true;
+            return !is_beside(prism);
         }
         return round_bottom(prism) < z;
     }
@@ -35,11 +36,33 @@ private:
         double x, y, z;  // z = plane.z + plane.x x + plane.y y
     };
 
+    // A direction in the plane that a box's outline, seen from above, ends in.
+    struct Side {
+        double x, y;   // as long as they come
+        double reach;  // of the box from its centre, a hair added
+    };
+
+    void add_side(double x, double y);
     double round_bottom(const Prism& prism) const;
+    // Whether an edge of a box, seen from above, parts it from a rectangle.
+    bool is_beside(const Prism& prism) const {
+        const double x = 0.5 * (prism.west + prism.east) - shape_.centre[0];
+        const double y = 0.5 * (prism.south + prism.north) - shape_.centre[1];
+        for (std::size_t i = 0; i < side_count_; ++i) {
+            const Side& side = sides_[i];
+            const double reach =
+                side.reach + 0.5 * (std::abs(side.x) * (prism.east - prism.west) +
+                                    std::abs(side.y) * (prism.north - prism.south));
+            if (std::abs(side.x * x + side.y * y) > reach) return true;
+        }
+        return false;
+    }
 
     const LocalShape& shape_;
     std::array<Plane, LocalHull::kMostPlanes> planes_;
     std::size_t count_ = 0;
+    std::array<Side, 3> sides_;
+    std::size_t side_count_ = 0;
     double run_ = 0.0;
     double core_length_ = 0.0;
 };

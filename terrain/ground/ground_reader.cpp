@@ -101,6 +101,26 @@ void GroundReader::heights(const CellRange& range, std::size_t stride,
     });
 }
 
+bool GroundReader::is_all_ground(const CellRange& range) {
+    std::int64_t count = 0;
+    visit_chunks(range, [&](const Chunk& chunk, const CellRange& part) {
+        const std::int64_t columns = part.east - part.west + 1;
+        if (chunk.cell_flags.empty()) {
+            count += columns * (part.north - part.south + 1);
+            return;
+        }
+        for (std::int64_t row = part.south; row <= part.north; ++row) {
+            const auto first =
+                chunk.cell_flags.begin() + static_cast<std::ptrdiff_t>(cell_index(
+                                               static_cast<int>(part.west & (kChunkCells - 1)),
+                                               static_cast<int>(row & (kChunkCells - 1))));
+            count += std::count_if(first, first + columns,
+                                   [](std::uint8_t flags) { return (flags & cell_outside) == 0; });
+        }
+    });
+    return count == (range.east - range.west + 1) * (range.north - range.south + 1);
+}
+
 float GroundReader::error(const CellRange& range) {
     float error = 0.0f;
     visit_chunks(range, [&](const Chunk& chunk, const CellRange& part) {

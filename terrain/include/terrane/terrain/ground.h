@@ -158,6 +158,10 @@ public:
     /// @param ground_out  for each row, bit i is set where cell i from the west is ground and resident
     void heights(const CellRange& range, std::size_t stride, std::span<std::int32_t> heights_out,
                  std::span<std::uint32_t> ground_out);
+    /// Whether all cells of a range are ground and resident.
+    ///
+    /// Cost: O(chunks); O(cells) of chunks that have other cells too
+    bool is_all_ground(const CellRange& range);
     /// Largest error_m of the cells of a range that are ground and resident.
     float error(const CellRange& range);
 
