@@ -256,6 +256,33 @@ TEST(LawsOfContacts, OneContactIsAsDeepAsTheDistanceSays) {
     }
 }
 
+// Of round shapes, whose gap is that of a core: every feature that can be nearest is one that contacts know.
+TEST(LawsOfContacts, TheFirstOfARoundShapeApartIsItsGap) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 4);
+    Random random(kSeed + 4);
+    const long count = count_of_cases(2'000, 100'000);
+    std::array<Contact, 256> contacts;
+    for (const LawShape& shape : law_shapes()) {
+        if (!std::holds_alternative<Sphere>(shape.shape) &&
+            !std::holds_alternative<Capsule>(shape.shape)) {
+            continue;
+        }
+        for (long i = 0; i < count; ++i) {
+            const LawScene& scene = scene_of(i);
+            const double margin = random.between(0.0, 0.5);
+            const Pose pose = random_pose(random, scene, shape, -random.between(0.0, 2.0 * margin));
+            SCOPED_TRACE(describe(scene, shape, pose));
+            const ContactAnswer answer =
+                find_contacts(shape.shape, pose, scene.ground, margin, contacts);
+            const DistanceAnswer gap = signed_distance(shape.shape, pose, scene.ground, 1.0);
+            if (!gap.has_ground || std::abs(gap.distance - margin) < 1e-8) continue;
+            ASSERT_EQ(answer.count > 0, gap.distance < margin) << gap.distance << ' ' << margin;
+            if (answer.count == 0) continue;
+            ASSERT_NEAR(contacts[0].depth, -gap.distance, 1e-8);
+        }
+    }
+}
+
 TEST(LawsOfContacts, ReportNoGapsBeyondTheMargin) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed + 3);
     Random random(kSeed + 3);
