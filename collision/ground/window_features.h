@@ -83,7 +83,8 @@ void visit_convex_edges(const GroundWindow& window, const WindowVertex& first,
 /// @param spacing of the window's cells, metres
 inline bool is_top(const GroundWindow& window, const WindowVertex& at, double spacing,
                    const Eigen::Vector3d& n, double slack) {
-    const auto [column, row] = at;
+    const int column = at.column;
+    const int row = at.row;
     if (!window.is_full &&
         !(window.is_ground(column, row) && window.is_ground(column - 1, row) &&
           window.is_ground(column, row - 1) && window.is_ground(column - 1, row - 1))) {
