@@ -160,9 +160,7 @@ CellRange visit_soonest(const LocalGround& local, const GroundWindow& window,
         if (count == 0) return seen;
         const Cell cell = queue[next];
         queue[next] = queue[--count];
-        const double high = std::max(
-            {window.at(cell.column, cell.row), window.at(cell.column + 1, cell.row),
-             window.at(cell.column, cell.row + 1), window.at(cell.column + 1, cell.row + 1)});
+        const double high = window.highest(cell.column, cell.row);
         const std::int64_t x = window.cells.west + cell.column;
         const std::int64_t y = window.cells.south + cell.row;
         if (!visitor.wants({local.x(x), local.y(y), local.x(x + 1), local.y(y + 1), high})) {

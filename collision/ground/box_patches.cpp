@@ -16,11 +16,12 @@ namespace {
 
 class Pairs {
 public:
-    Pairs(const LocalGround& local, const GroundWindow& window, const LocalShape& box,
-          std::uint32_t part, const Eigen::Vector3d& freeing, double margin, double reach,
-          ContactPatches& patches)
+    Pairs(const LocalGround& local, const GroundWindow& window, const CellRange& cells,
+          const LocalShape& box, std::uint32_t part, const Eigen::Vector3d& freeing, double margin,
+          double reach, ContactPatches& patches)
         : local_(local),
           window_(window),
+          cells_(window, cells),
           at_start_(box),
           part_(part),
           freeing_(freeing),
@@ -28,14 +29,12 @@ public:
           reach_(reach),
           spacing_(local.spacing()),
           slack_(1e-10 * local.spacing()),
-          corner_(local.corner(window)),
           centre_(box.centre + freeing),
           patches_(patches) {
         for (std::size_t i = 0; i < 3; ++i) up_[i] = box.up(i);
-        first_.column = index_of(box.centre[0] - box.bounds[0] - margin - corner_[0], 1.0);
-        first_.row = index_of(box.centre[1] - box.bounds[1] - margin - corner_[1], 1.0);
-        last_.column = index_of(box.centre[0] + box.bounds[0] + margin - corner_[0], 0.0);
-        last_.row = index_of(box.centre[1] + box.bounds[1] + margin - corner_[1], 0.0);
+        const Eigen::Vector3d around = box.bounds + Eigen::Vector3d::Constant(margin);
+        low_ = box.centre - around;
+        high_ = box.centre + around;
     }
 
     void run() {
@@ -43,23 +42,12 @@ public:
         make_codes();
         take_vertices();
         visit_convex_edges(
-            window_, around_first_, around_last_, codes_,
+            window_, cells_, codes_,
             [&](const WindowVertex& from, const WindowVertex& to, const WindowVertex& left,
                 const WindowVertex& right) { take_edge(from, to, left, right); });
     }
 
 private:
-    int index_of(double p, double round_up) const {
-        const double index = p / spacing_;
-        const auto whole = static_cast<int>(index);
-        return round_up > 0.0 && static_cast<double>(whole) < index ? whole + 1 : whole;
-    }
-
-    Eigen::Vector3d vertex(int column, int row) const {
-        return {local_.x(window_.cells.west + column), local_.y(window_.cells.south + row),
-                window_.at(column, row)};
-    }
-
     void add(const Eigen::Vector3d& on_box, const Eigen::Vector3d& n, double gap,
              const ShapeFeature& feature) {
         Contact contact;
@@ -81,11 +69,11 @@ private:
             const Eigen::Vector3d start = at_start_.corner(k);
             if (start[2] > window_.high + margin_) continue;
             const Eigen::Vector3d p = start + freeing_;
-            const Eigen::Vector3d to = p - corner_;
-            const int west = std::clamp(cell_of(to[0] - reach_), 0, window_.columns - 1);
-            const int east = std::clamp(cell_of(to[0] + reach_), 0, window_.columns - 1);
-            const int south = std::clamp(cell_of(to[1] - reach_), 0, window_.rows - 1);
-            const int north = std::clamp(cell_of(to[1] + reach_), 0, window_.rows - 1);
+            const Eigen::Vector3d to = p - local_.corner(window_);
+            const int west = std::max(cells_.west, cell_of(to[0] - reach_));
+            const int east = std::min(cells_.east, cell_of(to[0] + reach_));
+            const int south = std::max(cells_.south, cell_of(to[1] - reach_));
+            const int north = std::min(cells_.north, cell_of(to[1] + reach_));
             for (int row = south; row <= north; ++row) {
                 for (int column = west; column <= east; ++column) {
                     // above the whole cell where it starts: not in it, and no nearer than the margin
@@ -96,43 +84,36 @@ private:
         }
     }
 
-    int cell_of(double p) const { return static_cast<int>(std::max(p, 0.0) / spacing_); }
+    // A cell's index from a length in the window; one outside for all that lie outside.
+    int cell_of(double p) const {
+        return static_cast<int>(
+            std::floor(std::clamp(p / spacing_, -1.0, double{GroundWindow::kMostCells})));
+    }
 
     void take_corner(int k, const Eigen::Vector3d& p, int column, int row) {
         if (!window_.is_ground(column, row)) return;
-        const bool is_even = window_.is_cut_to_north_east(column, row);
-        // where the cell's cut starts in the south
-        const Eigen::Vector3d from = vertex(is_even ? column : column + 1, row);
         for (const bool is_south : {true, false}) {
-            const WindowSlopes slopes = window_.slopes(column, row, is_south);
-            const double x = slopes.x / spacing_;
-            const double y = slopes.y / spacing_;
-            const Eigen::Vector3d to = p - from;
-            const double over = to[2] - (x * to[0] + y * to[1]);
-            const double over_start = over - (freeing_[2] - (x * freeing_[0] + y * freeing_[1]));
-            const double square = 1.0 + x * x + y * y;
-            if (over_start > 0.0 && over_start * over_start > margin_ * margin_ * square) continue;
-            if (over < 0.0 && over * over > kTouch * kTouch * square) continue;
-            // the foot of the perpendicular, roughly
-            const double foot_x = to[0] + x * (over / square);
-            const double foot_y = to[1] + y * (over / square);
-            const double hair = 1e-9 * spacing_;
-            const double u = is_even ? foot_x : foot_x + spacing_;
-            if (u < -hair || u > spacing_ + hair || foot_y < -hair || foot_y > spacing_ + hair) {
+            const WindowFace face = make_window_face(local_, window_, column, row, is_south);
+            const double over = face.above(p);
+            const double over_start =
+                over - (freeing_[2] - (face.x * freeing_[0] + face.y * freeing_[1]));
+            if (over_start > 0.0 && over_start * over_start > margin_ * margin_ * face.square)
                 continue;
-            }
+            if (over < 0.0 && over * over > kTouch * kTouch * face.square) continue;
+            if (!face.may_have_foot(p, over, spacing_)) continue;
             const Triangle triangle = local_.triangle(window_, column, row, is_south);
             const Eigen::Vector3d& n = triangle.normal;
             const double gap = dot(n, p - triangle.v[0]);
             if (!is_gap(n, gap) || !is_foot_inside(p, triangle)) continue;
             // only the face of the box that looks most at the triangle
-            std::size_t face = 0;
+            std::size_t nearest = 0;
             for (std::size_t i = 1; i < 3; ++i) {
-                if (std::abs(dot(n, at_start_.axes[i])) > std::abs(dot(n, at_start_.axes[face]))) {
-                    face = i;
+                if (std::abs(dot(n, at_start_.axes[i])) >
+                    std::abs(dot(n, at_start_.axes[nearest]))) {
+                    nearest = i;
                 }
             }
-            if (((k >> face & 1) == 0) != (dot(n, at_start_.axes[face]) > 0.0)) continue;
+            if (((k >> nearest & 1) == 0) != (dot(n, at_start_.axes[nearest]) > 0.0)) continue;
             const auto name = static_cast<std::uint32_t>(k);
             add(p, n, gap, {name, name});
         }
@@ -140,10 +121,10 @@ private:
 
     // Vertices of the ground under faces of the box.
     void take_vertices() {
-        for (int row = first_.row; row <= last_.row; ++row) {
-            for (int column = first_.column; column <= last_.column; ++column) {
+        for (int row = cells_.south; row <= cells_.north; ++row) {
+            for (int column = cells_.west; column <= cells_.east; ++column) {
                 if (codes_.at(column, row) != 0) continue;
-                const Eigen::Vector3d v = vertex(column, row);
+                const Eigen::Vector3d v = local_.vertex(window_, column, row);
                 const Eigen::Vector3d to = centre_ - v;
                 for (std::size_t i = 0; i < 3; ++i) {
                     const Eigen::Vector3d& n = up_[i];
@@ -164,25 +145,22 @@ private:
         }
     }
 
-    // Of the vertices under the bounds and those around them, from which edges reach in: which planes part a
-    // vertex, and all below it, from where the box is.
+    // Which planes under the box part a vertex, and all below it, from where the box is, and which sides of its
+    // bounds.
     void make_codes() {
-        around_first_ = {std::max(first_.column - 1, 1), std::max(first_.row - 1, 1)};
-        around_last_ = {std::min(last_.column + 1, window_.columns - 1),
-                        std::min(last_.row + 1, window_.rows - 1)};
         std::array<double, 3> lowest;
         for (std::size_t i = 0; i < 3; ++i) {
-            lowest[i] = dot(up_[i], at_start_.centre) -
-                        at_start_.half[static_cast<Eigen::Index>(i)] - margin_;
+            lowest[i] = -at_start_.half[static_cast<Eigen::Index>(i)] - margin_;
         }
-        for (int row = around_first_.row; row <= around_last_.row; ++row) {
-            const unsigned row_code = (row < first_.row ? 32u : 0u) | (row > last_.row ? 64u : 0u);
-            for (int column = around_first_.column; column <= around_last_.column; ++column) {
-                const Eigen::Vector3d v = vertex(column, row);
-                const unsigned code =
-                    row_code | (column < first_.column ? 8u : 0u) |
-                    (column > last_.column ? 16u : 0u) | (dot(up_[0], v) < lowest[0] ? 1u : 0u) |
-                    (dot(up_[1], v) < lowest[1] ? 2u : 0u) | (dot(up_[2], v) < lowest[2] ? 4u : 0u);
+        for (int row = cells_.south; row <= cells_.north + 1; ++row) {
+            for (int column = cells_.west; column <= cells_.east + 1; ++column) {
+                const Eigen::Vector3d v = local_.vertex(window_, column, row);
+                const Eigen::Vector3d to = v - at_start_.centre;
+                const unsigned code = (v[0] < low_[0] ? 8u : 0u) | (v[0] > high_[0] ? 16u : 0u) |
+                                      (v[1] < low_[1] ? 32u : 0u) | (v[1] > high_[1] ? 64u : 0u) |
+                                      (dot(up_[0], to) < lowest[0] ? 1u : 0u) |
+                                      (dot(up_[1], to) < lowest[1] ? 2u : 0u) |
+                                      (dot(up_[2], to) < lowest[2] ? 4u : 0u);
                 codes_.at(column, row) = static_cast<std::uint8_t>(code);
             }
         }
@@ -191,10 +169,13 @@ private:
     // A convex edge of the ground, and the third corners of its two triangles, under edges of the box.
     void take_edge(const WindowVertex& from, const WindowVertex& to, const WindowVertex& left,
                    const WindowVertex& right) {
-        const Eigen::Vector3d a = vertex(from.column, from.row);
-        const Eigen::Vector3d edge = vertex(to.column, to.row) - a;
-        const Eigen::Vector3d to_left = vertex(left.column, left.row) - a;
-        const Eigen::Vector3d to_right = vertex(right.column, right.row) - a;
+        const auto vertex = [&](const WindowVertex& v) {
+            return local_.vertex(window_, v.column, v.row);
+        };
+        const Eigen::Vector3d a = vertex(from);
+        const Eigen::Vector3d edge = vertex(to) - a;
+        const Eigen::Vector3d to_left = vertex(left) - a;
+        const Eigen::Vector3d to_right = vertex(right) - a;
         const double edge_square = dot(edge, edge);
         const double edge_length = std::sqrt(edge_square);
         for (std::size_t i = 0; i < 3; ++i) {
@@ -237,6 +218,7 @@ private:
 
     const LocalGround& local_;
     const GroundWindow& window_;
+    WindowCells cells_;
     const LocalShape& at_start_;
     std::uint32_t part_;
     const Eigen::Vector3d& freeing_;
@@ -244,21 +226,19 @@ private:
     double reach_;
     double spacing_;
     double slack_;  // by which a neighbour may stand out before it counts as above a plane
-    Eigen::Vector3d corner_;
     Eigen::Vector3d centre_;  // where the box is free
     std::array<Eigen::Vector3d, 3> up_;
-    WindowVertex first_, last_;  // of the vertices under the bounds
-    WindowVertex around_first_, around_last_;
+    Eigen::Vector3d low_, high_;  // ends of the bounds and the margin
     WindowCodes codes_;
     ContactPatches& patches_;
 };
 
 }  // namespace
 
-void find_box_patches(const LocalGround& local, const GroundWindow& window, const LocalShape& box,
-                      std::uint32_t part, const Eigen::Vector3d& freeing, double margin,
-                      double reach, ContactPatches& patches) {
-    Pairs(local, window, box, part, freeing, margin, reach, patches).run();
+void find_box_patches(const LocalGround& local, const GroundWindow& window, const CellRange& cells,
+                      const LocalShape& box, std::uint32_t part, const Eigen::Vector3d& freeing,
+                      double margin, double reach, ContactPatches& patches) {
+    Pairs(local, window, cells, box, part, freeing, margin, reach, patches).run();
 }
 
 }  // namespace terrane::internal

@@ -82,12 +82,32 @@ std::size_t reduce(std::span<Contact> patch) {
     return kept;
 }
 
+// Finds contacts with the cells of a range that a window holds, feature by feature; false where the shape is of
+// a kind that is paired triangle by triangle.
+bool find_window_patches(const LocalGround& local, const GroundWindow& window,
+                         const CellRange& cells, const LocalShape& shape, std::uint32_t part,
+                         const Eigen::Vector3d& freeing, double margin, double reach,
+                         ContactPatches& patches) {
+    if (shape.kind == ShapeKind::box) {
+        find_box_patches(local, window, cells, shape, part, freeing, margin, reach, patches);
+        return true;
+    }
+    if (shape.kind == ShapeKind::round && shape.radius > kThin) {
+        find_round_patches(local, window, cells, shape, part, freeing, margin, reach, patches);
+        return true;
+    }
+    return false;
+}
+
 struct PatchVisitor {
     const LocalGround& local;
     const LocalShape& shape;  ///< where it is
     const LocalShape& moved;  ///< where it is free
+    std::uint32_t part;
+    const Eigen::Vector3d& freeing;
     double margin;
     double reach;
+    ContactPatches& patches;
     FeaturePairs pairs;
     double error_m = 0.0;
     bool is_missing = false;
@@ -101,12 +121,20 @@ struct PatchVisitor {
         is_missing = true;
         return false;
     }
+    bool take_square(const CellRange& cells) {
+        const GroundWindow* const window = local.window(cells, 1);
+        if (window == nullptr || !find_window_patches(local, *window, cells, shape, part, freeing,
+                                                      margin, reach, patches)) {
+            return false;
+        }
+        error_m = std::max(error_m, local.error(cells));
+        return true;
+    }
     void take(const GroundCell& cell, std::int64_t column, std::int64_t row) {
         error_m = std::max(error_m, static_cast<double>(cell.error_m));
-        for (const Triangle& triangle : local.triangles(cell, column, row)) take(triangle);
-    }
-    void take(const Triangle& triangle) {
-        if (gap_along(triangle.normal, shape, triangle) <= margin) pairs.pair(triangle);
+        for (const Triangle& triangle : local.triangles(cell, column, row)) {
+            if (gap_along(triangle.normal, shape, triangle) <= margin) pairs.pair(triangle);
+        }
     }
 };
 
@@ -122,19 +150,16 @@ bool find_patches(const LocalGround& local, const LocalShape& shape, std::uint32
     if (window != nullptr) error_out = std::max(error_out, local.error(cells));
     // Of a deep overlap only what is near where the shape is free matters.
     const double reach = margin + std::min(length(freeing), kDeep * shape.smallest);
-    if (window != nullptr && shape.kind == ShapeKind::box) {
-        find_box_patches(local, *window, shape, part, freeing, margin, reach, patches);
-        return true;
-    }
-    if (window != nullptr && shape.kind == ShapeKind::round && shape.radius > kThin) {
-        find_round_patches(local, *window, cells, shape, part, freeing, margin, reach, patches);
+    if (window != nullptr &&
+        find_window_patches(local, *window, cells, shape, part, freeing, margin, reach, patches)) {
         return true;
     }
     LocalShape moved = shape;
     moved.centre += freeing;
-    PatchVisitor visitor{local, shape,
-                         moved, margin,
-                         reach, FeaturePairs(local, moved, freeing, reach, margin, part, patches)};
+    PatchVisitor visitor{
+        local, shape,   moved,
+        part,  freeing, margin,
+        reach, patches, FeaturePairs(local, moved, freeing, reach, margin, part, patches)};
     visit_cells(local, cells, visitor);
     error_out = std::max(error_out, visitor.error_m);
     return !visitor.is_missing;

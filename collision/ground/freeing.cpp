@@ -2,7 +2,7 @@
 // Sources: A. Yuille, A. Rangarajan. The concave-convex procedure. Neural Computation 2003 (what is
 //          free of a convex obstacle is cut down to a half-space, and again from where that led).
 // Deviations: the obstacles are the columns of the ground; a half-space is made only for those that
-//             stand in the way. Deep overlaps also start from a fan of sideways offsets.
+//             stand in the way. Deep overlaps also start from a grid of sideways offsets.
 #include "freeing.h"
 
 #include "closest_points.h"
@@ -183,22 +183,13 @@ Eigen::Vector3d find_freeing(const LocalGround& local, const LocalBody& body, do
         return length(best) < local.spacing() ? find_shortest_way(local, body, best) : best;
     }
 
-    // Deep: sideways offsets on rings, each with the lift that is left there.
-    constexpr std::array<double, 5> kRings{0.15, 0.35, 0.55, 0.75, 0.95};
-    constexpr double kDiagonal = 0.70710678118654752;
-    constexpr std::array<std::array<double, 2>, 8> kDirections{{{1.0, 0.0},
-                                                                {kDiagonal, kDiagonal},
-                                                                {0.0, 1.0},
-                                                                {-kDiagonal, kDiagonal},
-                                                                {-1.0, 0.0},
-                                                                {-kDiagonal, -kDiagonal},
-                                                                {0.0, -1.0},
-                                                                {kDiagonal, -kDiagonal}}};
-    const double reach = length(best);
+    // Deep: sideways offsets on a grid, each with the lift that is left there.
+    constexpr int kSide = 20;  // steps to each side
+    const double step = length(best) / kSide;
     Eigen::Vector3d start = best;
-    for (const double ring : kRings) {
-        for (const std::array<double, 2>& direction : kDirections) {
-            Eigen::Vector3d offset(ring * reach * direction[0], ring * reach * direction[1], 0.0);
+    for (int row = -kSide; row <= kSide; ++row) {
+        for (int column = -kSide; column <= kSide; ++column) {
+            Eigen::Vector3d offset(step * column, step * row, 0.0);
             // more than what is left of the shortest so far helps nobody
             const double square = dot(start, start) - dot(offset, offset);
             if (!(square > 0.0)) continue;
@@ -209,6 +200,7 @@ Eigen::Vector3d find_freeing(const LocalGround& local, const LocalBody& body, do
         }
     }
     if (length(start) < length(best)) best = shorten(local, body, start);
+    if (length(best) < 4.0 * local.spacing()) best = find_shortest_way(local, body, best);
     return best;
 }
 

@@ -13,6 +13,18 @@ namespace terrane {
 namespace internal {
 namespace {
 
+// Where a part is deepest against the way out of a column.
+Contact make_contact(const LocalShape& shape, std::uint32_t part, const Separation& exit) {
+    const DeepestPoint deepest = shape.deepest(exit.normal);
+    Contact contact;
+    contact.normal = exit.normal;
+    contact.depth = -exit.gap;
+    contact.point_world = deepest.point;
+    contact.feature = deepest.feature;
+    contact.part = part;
+    return contact;
+}
+
 // Adds contacts until the body is free after the shortest translation that resolves them all.
 void complete_patches(const LocalGround& local, const LocalBody& body, const GroundLift& lift,
                       const Eigen::Vector3d& freeing, double margin, ContactPatches& patches) {
@@ -32,25 +44,13 @@ void complete_patches(const LocalGround& local, const LocalBody& body, const Gro
         const Separation exit = find_exit(local, shape, rest.triangle, d);
         // Met on the way only, or left sooner straight up.
         if (-exit.gap < -margin || -exit.gap > lift.lift) break;
-        const DeepestPoint deepest = shape.deepest(exit.normal);
-        Contact contact;
-        contact.normal = exit.normal;
-        contact.depth = -exit.gap;
-        contact.point_world = deepest.point;
-        contact.feature = deepest.feature;
-        contact.part = rest.part;
-        patches.add(contact);
-        spaces.add({contact.normal, contact.depth});
+        patches.add(make_contact(shape, rest.part, exit));
+        spaces.add({exit.normal, -exit.gap});
     }
     // Straight up always frees.
     LocalHull hull;
-    const DeepestPoint deepest = body.part(lift.part, hull).deepest(Eigen::Vector3d::UnitZ());
-    Contact contact;
-    contact.depth = lift.lift;
-    contact.point_world = deepest.point;
-    contact.feature = deepest.feature;
-    contact.part = lift.part;
-    patches.add(contact);
+    patches.add(make_contact(body.part(lift.part, hull), lift.part,
+                             {Eigen::Vector3d::UnitZ(), -lift.lift}));
 }
 
 // Whether a shape is round and its core lies above the ground, where its lift is known. That of the core is less

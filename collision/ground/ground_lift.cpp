@@ -100,7 +100,7 @@ private:
     GroundLift result_;
 };
 
-// Over a window that holds the cells under a shape and one more on each side.
+// Over a window that holds the cells under a box or a round shape.
 GroundLift find_lift(const LocalGround& local, const GroundWindow& window, const CellRange& cells,
                      const LocalShape& shape, double floor) {
     GroundLift result;

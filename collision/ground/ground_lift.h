@@ -18,8 +18,7 @@ struct GroundLift {
     Triangle triangle;        ///< set where lift is finite
     std::uint32_t part = 0;   ///< of a compound, that decides it
     bool is_missing = false;  ///< a cell that the shape's bounds meet is not resident
-    double error_m =
-        0.0;  ///< largest bound of the cells that were looked at, where it is asked for
+    double error_m = 0.0;     ///< largest of the cells that were looked at, where it is asked for
 };
 
 /// The error of ground costs reading it: most lifts are only steps to an answer.

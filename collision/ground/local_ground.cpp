@@ -6,7 +6,10 @@
 namespace terrane::internal {
 
 LocalGround::LocalGround(const Ground& ground, const WorldPos& near_world)
-    : reader_(ground), spacing_(ground.spacing()), quantum_(ground.lattice().quantum) {
+    : reader_(ground),
+      spacing_(ground.spacing()),
+      inverse_spacing_(1.0 / ground.spacing()),
+      quantum_(ground.lattice().quantum) {
     // Far outside the extent the nearest lattice point of the extent serves.
     const WorldRect& extent = ground.extent();
     column_ = ground.column_at(std::clamp(near_world.x(), extent.west, extent.east));
@@ -19,6 +22,7 @@ LocalGround::LocalGround(const Ground& ground, const WorldPos& near_world)
 LocalGround::LocalGround(const LocalGround& other, const Eigen::Vector3d& near)
     : reader_(other.reader_),
       spacing_(other.spacing_),
+      inverse_spacing_(other.inverse_spacing_),
       quantum_(other.quantum_),
       column_(other.column_),
       row_(other.row_),
@@ -107,10 +111,7 @@ bool LocalGround::find_vertex(std::int64_t column, std::int64_t row, Eigen::Vect
 
 std::array<Eigen::Vector3d, 3> LocalGround::corners(const GroundWindow& window, int column, int row,
                                                     bool is_south) const {
-    const auto at = [&](int i, int j) {
-        return Eigen::Vector3d(x(window.cells.west + i), y(window.cells.south + j),
-                               window.at(i, j));
-    };
+    const auto at = [&](int i, int j) { return vertex(window, i, j); };
     // From one end of the cut to the other, and the corner on that side.
     if (window.is_cut_to_north_east(column, row)) {
         const Eigen::Vector3d from = at(column, row), to = at(column + 1, row + 1);

@@ -59,6 +59,7 @@ public:
     Eigen::Vector3d to_local(const WorldPos& p_world) const { return p_world - origin_world_; }
     WorldPos to_world(const Eigen::Vector3d& p) const { return p + origin_world_; }
     double spacing() const { return spacing_; }
+    double inverse_spacing() const { return inverse_spacing_; }
     const Ground& ground() const { return reader_.ground(); }
 
     /// Cells that a closed rectangle meets, clamped to the ground's extent.
@@ -90,6 +91,10 @@ public:
     /// The south-western corner of a window, at the height of this frame.
     Eigen::Vector3d corner(const GroundWindow& window) const {
         return {x(window.cells.west), y(window.cells.south), 0.0};
+    }
+    /// A vertex of a window.
+    Eigen::Vector3d vertex(const GroundWindow& window, int column, int row) const {
+        return {x(window.cells.west + column), y(window.cells.south + row), window.at(column, row)};
     }
     /// The triangle of a window's cell on its southern or northern side, and its corners.
     Triangle triangle(const GroundWindow& window, int column, int row, bool is_south) const {
@@ -123,6 +128,7 @@ private:
     mutable CellRange error_cells_;  ///< that were asked for last
     mutable double error_ = 0.0;     ///< theirs
     double spacing_;
+    double inverse_spacing_;
     double quantum_;
     std::int64_t column_ = 0;
     std::int64_t row_ = 0;
@@ -135,11 +141,15 @@ private:
 ///   void take(const GroundCell&, column, row)   a cell that is ground
 ///   bool miss(const Prism&)                     a cell that is not resident, under what is known of its
 ///                                               height; goes on if true
+/// and may have
+///   bool take_square(const CellRange&)          some 16 x 16 cells, or fewer; its cells are walked if false
 template <class Visitor>
 void visit_cells(const LocalGround& local, const CellRange& all, Visitor& visitor) {
     constexpr std::int64_t kFew = 4;  // cells along a side: not worth asking for their range
     constexpr int kLargest = 7;       // log2 of cells along a side: no more than a chunk
     constexpr int kSmallest = 2;
+    constexpr int kSquare = 4;  // what a window and one more cell on each side hold
+    static_assert((1 << kSquare) + 2 <= GroundWindow::kMostCells);
     if (all.east < all.west || all.north < all.south) return;
     const bool is_small = all.east - all.west < kFew && all.north - all.south < kFew;
     const auto visit_each = [&](const CellRange& r) {
@@ -194,6 +204,9 @@ void visit_cells(const LocalGround& local, const CellRange& all, Visitor& visito
                 if (range.high != std::numeric_limits<std::int32_t>::max() &&
                     !visitor.wants(local.prism(r, range.low, range.high))) {
                     continue;
+                }
+                if constexpr (requires { visitor.take_square(r); }) {
+                    if (square.log2_side == kSquare && visitor.take_square(r)) continue;
                 }
                 if (square.log2_side <= kSmallest) {
                     if (!visit_each(r)) return;

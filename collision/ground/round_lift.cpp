@@ -119,7 +119,7 @@ public:
           shape_(shape),
           floor_(floor),
           spacing_(local.spacing()),
-          per_metre_(1.0 / local.spacing()),
+          per_metre_(local.inverse_spacing()),
           lowest_(shape.centre[2] - shape.bounds[2]),
           west_(static_cast<int>(cells.west - window.cells.west)),
           south_(static_cast<int>(cells.south - window.cells.south)),

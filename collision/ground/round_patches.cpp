@@ -22,6 +22,7 @@ public:
           double margin, double reach, ContactPatches& patches)
         : local_(local),
           window_(window),
+          cells_(window, cells),
           shape_(shape),
           has_core_(shape.has_core()),
           part_(part),
@@ -31,32 +32,27 @@ public:
           // Where it is not moved, a core clear of the ground is paired with features up to it.
           nearest_(length(freeing) == 0.0 ? 0.0 : shape.radius - kTouch),
           furthest_(shape.radius + reach),
-          lowest_(shape.centre[2] - shape.bounds[2] - margin),
+          low_(shape.centre - shape.bounds - Eigen::Vector3d::Constant(margin)),
+          high_(shape.centre + shape.bounds + Eigen::Vector3d::Constant(margin)),
           spacing_(local.spacing()),
-          per_metre_(1.0 / local.spacing()),
           slack_(1e-10 * local.spacing()),
           from_(shape.centre + freeing - shape.core),
           to_(shape.centre + freeing + shape.core),
-          first_{static_cast<int>(cells.west - window.cells.west),
-                 static_cast<int>(cells.south - window.cells.south)},
-          last_{static_cast<int>(cells.east - window.cells.west) + 1,
-                static_cast<int>(cells.north - window.cells.south) + 1},
           patches_(patches) {}
 
     void run() {
-        make_codes();
+        if (!take_faces()) return;
         take_vertices();
         visit_convex_edges(
-            window_, first_, last_, codes_,
+            window_, cells_, codes_,
             [&](const WindowVertex& from, const WindowVertex& to, const WindowVertex& left,
                 const WindowVertex& right) { take_edge(from, to, left, right); });
-        take_faces();
     }
 
 private:
+    static constexpr unsigned kFar = 16;  // in the codes
     Eigen::Vector3d vertex(const WindowVertex& v) const {
-        return {local_.x(window_.cells.west + v.column), local_.y(window_.cells.south + v.row),
-                window_.at(v.column, v.row)};
+        return local_.vertex(window_, v.column, v.row);
     }
 
     // A way of a length from the ground to a point of the core.
@@ -79,8 +75,8 @@ private:
     }
 
     void take_vertices() {
-        for (int row = first_.row + 1; row < last_.row; ++row) {
-            for (int column = first_.column + 1; column < last_.column; ++column) {
+        for (int row = cells_.south; row <= cells_.north; ++row) {
+            for (int column = cells_.west; column <= cells_.east; ++column) {
                 if (codes_.at(column, row) != 0) continue;
                 const Eigen::Vector3d v = vertex({column, row});
                 Eigen::Vector3d on_core = from_;
@@ -95,19 +91,6 @@ private:
                 const double distance = std::sqrt(square);
                 const Eigen::Vector3d n = way / distance;
                 if (is_top(window_, {column, row}, spacing_, n, slack_)) add(on_core, n, distance);
-            }
-        }
-    }
-
-    // What joins two vertices below the shape, or beside it on the rim, is further than the margin.
-    void make_codes() {
-        for (int row = first_.row; row <= last_.row; ++row) {
-            for (int column = first_.column; column <= last_.column; ++column) {
-                const unsigned code = (column == first_.column ? 1u : 0u) |
-                                      (column == last_.column ? 2u : 0u) |
-                                      (row == first_.row ? 4u : 0u) | (row == last_.row ? 8u : 0u) |
-                                      (window_.at(column, row) < lowest_ ? 16u : 0u);
-                codes_.at(column, row) = static_cast<std::uint8_t>(code);
             }
         }
     }
@@ -129,38 +112,68 @@ private:
         }
     }
 
-    void take_faces() {
-        for (int row = first_.row; row < last_.row; ++row) {
-            for (int column = first_.column; column < last_.column; ++column) {
-                if (window_.highest(column, row) < lowest_) continue;
+    // Of all features only those of faces near the core where the shape is free can be contacts: codes say which
+    // vertices are, and which lie beyond a side of the bounds. False where there are none.
+    bool take_faces() {
+        bool is_any_near = false;
+        for (int row = cells_.south; row <= cells_.north + 1; ++row) {
+            const double y = local_.y(window_.cells.south + row);
+            const unsigned row_code = kFar | (y < low_[1] ? 4u : 0u) | (y > high_[1] ? 8u : 0u);
+            for (int column = cells_.west; column <= cells_.east + 1; ++column) {
+                const double x = local_.x(window_.cells.west + column);
+                codes_.at(column, row) = static_cast<std::uint8_t>(
+                    row_code | (x < low_[0] ? 1u : 0u) | (x > high_[0] ? 2u : 0u));
+            }
+        }
+        for (int row = cells_.south; row <= cells_.north; ++row) {
+            for (int column = cells_.west; column <= cells_.east; ++column) {
+                if (window_.highest(column, row) < low_[2]) continue;
                 for (const bool is_south : {true, false}) {
-                    const WindowSlopes slopes = window_.slopes(column, row, is_south);
-                    const double x = slopes.x * per_metre_;
-                    const double y = slopes.y * per_metre_;
-                    const Eigen::Vector3d start = vertex(
-                        {window_.is_cut_to_north_east(column, row) ? column : column + 1, row});
-                    take_face(column, row, is_south, x, y, from_ - start, from_);
-                    if (has_core_) take_face(column, row, is_south, x, y, to_ - start, to_);
+                    if (!take_face(column, row, is_south)) continue;
+                    is_any_near = true;
+                    const int odd = window_.is_cut_to_north_east(column, row) == is_south ? 1 : 0;
+                    unmark(column + odd, is_south ? row : row + 1);
+                    unmark(window_.is_cut_to_north_east(column, row) ? column : column + 1, row);
+                    unmark(window_.is_cut_to_north_east(column, row) ? column + 1 : column,
+                           row + 1);
                 }
             }
         }
+        return is_any_near;
     }
 
-    // One end of the core over a face of some slopes, seen from where the cell's cut starts in the south.
-    void take_face(int column, int row, bool is_south, double x, double y,
-                   const Eigen::Vector3d& to, const Eigen::Vector3d& end) {
-        const double over = to[2] - (x * to[0] + y * to[1]);
-        const double square = 1.0 + x * x + y * y;
-        if (over < 0.0 || over * over > furthest_ * furthest_ * square ||
-            over * over < nearest_ * nearest_ * square) {
+    void unmark(int column, int row) {
+        std::uint8_t& code = codes_.at(column, row);
+        code = static_cast<std::uint8_t>(code & ~kFar);
+    }
+
+    // A face under the ends of the core; false where its plane is too far from both.
+    bool take_face(int column, int row, bool is_south) {
+        const WindowFace face = make_window_face(local_, window_, column, row, is_south);
+        // a hair more, for what rounding does to planes
+        const double furthest = (1.0 + 1e-9) * furthest_ * furthest_ * face.square;
+        const double over_from = face.above(from_);
+        if (!has_core_) {
+            if (over_from > 0.0 && over_from * over_from > furthest) return false;
+            take_end(face, column, row, is_south, from_, over_from);
+            return true;
+        }
+        const double over_to = face.above(to_);
+        const double least = std::min(over_from, over_to);
+        if (least > 0.0 && least * least > furthest) return false;
+        take_end(face, column, row, is_south, from_, over_from);
+        take_end(face, column, row, is_south, to_, over_to);
+        return true;
+    }
+
+    // An end of the core so high above a face.
+    void take_end(const WindowFace& face, int column, int row, bool is_south,
+                  const Eigen::Vector3d& end, double over) {
+        if (over < 0.0 || over * over > furthest_ * furthest_ * face.square ||
+            over * over < nearest_ * nearest_ * face.square ||
+            !face.may_have_foot(end, over, spacing_)) {
             return;
         }
-        // the foot of the perpendicular, roughly
-        const double hair = 1e-9 * spacing_;
-        const double foot_x = to[0] + x * (over / square);
-        const double foot_y = to[1] + y * (over / square);
-        const double u = window_.is_cut_to_north_east(column, row) ? foot_x : foot_x + spacing_;
-        if (u < -hair || u > spacing_ + hair || foot_y < -hair || foot_y > spacing_ + hair) return;
         const Triangle triangle = local_.triangle(window_, column, row, is_south);
         if (!is_foot_inside(end, triangle)) return;
         add(end, triangle.normal, dot(triangle.normal, end - triangle.v[0]));
@@ -168,19 +181,18 @@ private:
 
     const LocalGround& local_;
     const GroundWindow& window_;
+    WindowCells cells_;
     const LocalShape& shape_;  ///< where it is
     bool has_core_;
     std::uint32_t part_;
     const Eigen::Vector3d& freeing_;
     double margin_;
     double reach_;
-    double nearest_, furthest_;  ///< ways from the ground to the core that count, metres
-    double lowest_;              ///< ground below this is further than the margin
+    double nearest_, furthest_;   ///< ways from the ground to the core that count, metres
+    Eigen::Vector3d low_, high_;  ///< ends of the bounds and the margin
     double spacing_;
-    double per_metre_;  ///< cells
-    double slack_;      ///< by which a neighbour may stand out before it counts as above a plane
+    double slack_;  ///< by which a neighbour may stand out before it counts as above a plane
     Eigen::Vector3d from_, to_;  ///< ends of the core where the shape is free
-    WindowVertex first_, last_;
     WindowCodes codes_;
     ContactPatches& patches_;
 };

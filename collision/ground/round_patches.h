@@ -6,10 +6,12 @@
 
 namespace terrane::internal {
 
-/// Finds all contacts of a sphere or capsule that is free after moving by `freeing`, or whose core is clear
-/// of the ground: see find_patches().
+/// Finds the contacts of a sphere or capsule that is free after moving by `freeing`, or whose core is clear of
+/// the ground, as find_patches() does, with some cells: their faces, southern and western sides, diagonals, and
+/// south-western corners.
 ///
-/// @param cells  that the bounds and the margin meet: the window holds them and one more on each side
+/// @param window holds the cells and one more on each side
+/// @param cells  all that the bounds and the margin meet, or some of them
 /// @param shape  thicker than a core whose nearest points tell no direction, radius > kThin
 /// @param reach  gaps up to this are looked at where the shape is free, metres
 void find_round_patches(const LocalGround& local, const GroundWindow& window,

@@ -177,6 +177,41 @@ TEST(FindContacts, SeeASpikeUnderTheMiddleOfABoxFace) {
     expect_spike_under_the_middle(Box{{3.0, 3.0, 0.5}}, contact);
 }
 
+// What is too large for one window is read square by square: none of their seams hides anything.
+TEST(FindContacts, SeeASpikeUnderALargeShapeWhereverItStands) {
+    constexpr double kApart = 37.0;  // cells, so that each column and row of a square gets a spike
+    const auto is_on_line = [](double p) { return p == kApart * std::floor(p / kApart); };
+    const Ground ground = make_test_ground(
+        [&](double x, double y) { return is_on_line(x) && is_on_line(y) ? 5.0 : 0.0; }, 1.0, 5);
+    // over one spike each: flat on it, on an edge, which leaves it by its sides, and round
+    struct Case {
+        Shape shape;
+        Pose pose;
+        double depth;
+    };
+    Motion turn;
+    turn.rotation_vector = 0.78539816339744831 * Eigen::Vector3d::UnitX();
+    const double half_root = std::sqrt(0.5);
+    const std::array<Case, 3> cases{{
+        {Box{{15.0, 15.0, 1.0}}, pose_at(0.0, 0.0, 5.99), 0.01},
+        {Box{{15.0, 15.0, 15.0}},
+         {turn.at(1.0).rotation, {0.0, 0.0, 4.99 + 30.0 * half_root}},
+         0.01 * half_root},
+        {Sphere{60.0}, pose_at(0.0, 0.0, 64.99), 0.01},
+    }};
+    std::array<Contact, 8> contacts;
+    for (const Case& each : cases) {
+        for (int i = 1; i <= 16; ++i) {
+            const Eigen::Vector3d spike(kApart * i, kApart * (17 - i), 5.0);
+            const Pose pose = moved(each.pose, {spike.x(), spike.y(), 0.0});
+            const ContactAnswer answer = find_contacts(each.shape, pose, ground, 0.0, contacts);
+            ASSERT_GE(answer.count, 1u) << i;
+            EXPECT_NEAR(contacts[0].depth, each.depth, 1e-9) << i;
+            EXPECT_NEAR((contacts[0].point_world - spike).norm(), each.depth, 1e-6) << i;
+        }
+    }
+}
+
 TEST(FindContacts, SeeARidgeUnderTheEdgeOfABox) {
     const Ground ground =
         make_test_ground([](double x, double) { return -std::abs(x - 64.0); }, 1.0, 1);
