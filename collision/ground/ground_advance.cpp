@@ -186,7 +186,8 @@ void AdvanceVisitor::take_turning(const Triangle& triangle) {
         // The way between nearest points is the widest of all.
         const ClosestPair pair = find_closest_in_column(*shape_.hull, shape_.centre, triangle);
         if (pair.distance > kTouch) {
-            const Eigen::Vector3d n = (pair.on_shape - pair.on_triangle) / pair.distance;
+            const Eigen::Vector3d way = pair.on_shape - pair.on_triangle;
+            const Eigen::Vector3d n = way / length(way);
             look(n, gap_along(n, shape_, triangle));
         }
     }
@@ -202,7 +203,8 @@ void AdvanceVisitor::take_turning(const Triangle& triangle) {
         if (shape_.kind == ShapeKind::box && sink == 0.0 && widest > 0.0) {
             const ClosestPair pair = find_closest(shape_, triangle);
             if (pair.distance > 0.5 * tolerance) {
-                const Eigen::Vector3d n = (pair.on_shape - pair.on_triangle) / pair.distance;
+                const Eigen::Vector3d way = pair.on_shape - pair.on_triangle;
+                const Eigen::Vector3d n = way / length(way);
                 if (n[2] >= 0.0) look(n, gap_along(n, shape_, triangle));
                 if (is_passed) return;
             }
