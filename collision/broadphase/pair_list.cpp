@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+#include "pair_list.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace terrane::internal {
+
+bool is_box(const Bounds& box) {
+    for (int i = 0; i < 3; ++i) {
+        if (!(box.low[i] <= box.high[i]) || !std::isfinite(box.low[i]) ||
+            !std::isfinite(box.high[i])) {
+            return false;
+        }
+    }
+    return true;
+}
+
+std::span<const BodyPair> PairList::sort(std::size_t body_count) {
+    first_.assign(body_count + 1, 0);
+    for (const BodyPair& pair : found_) ++first_[pair.a + 1];
+    for (std::size_t i = 1; i <= body_count; ++i) first_[i] += first_[i - 1];
+    sorted_.resize(found_.size());
+    for (const BodyPair& pair : found_) sorted_[first_[pair.a]++] = pair;
+    // Now first_[i] is where the pairs of body i end.
+    std::size_t begin = 0;
+    while (begin < sorted_.size()) {
+        const std::size_t end = first_[sorted_[begin].a];
+        std::sort(sorted_.begin() + static_cast<std::ptrdiff_t>(begin),
+                  sorted_.begin() + static_cast<std::ptrdiff_t>(end),
+                  [](const BodyPair& x, const BodyPair& y) { return x.b < y.b; });
+        begin = end;
+    }
+    return sorted_;
+}
+
+}  // namespace terrane::internal

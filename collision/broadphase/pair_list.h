@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/collision/broadphase.h>
+
+#include <span>
+#include <vector>
+
+namespace terrane::internal {
+
+/// Whether a box contains anything.
+bool is_box(const Bounds& box);
+
+/// Whether two boxes, each widened by a margin, overlap or touch: the one filter that all pairs pass.
+inline bool overlap(const Bounds& a, const Bounds& b, double margin) {
+    const double both = 2.0 * margin;
+    for (int i = 0; i < 3; ++i) {
+        if (a.low[i] - b.high[i] > both || b.low[i] - a.high[i] > both) return false;
+    }
+    return true;
+}
+
+/// Pairs of bodies as they are found, then in ascending order.
+class PairList {
+public:
+    void clear() { found_.clear(); }
+    void add(std::uint32_t i, std::uint32_t j) {
+        found_.push_back(i < j ? BodyPair{i, j} : BodyPair{j, i});
+    }
+    /// Cost: O(bodies + pairs log(pairs of a body))
+    std::span<const BodyPair> sort(std::size_t body_count);
+
+private:
+    std::vector<BodyPair> found_;
+    std::vector<BodyPair> sorted_;
+    std::vector<std::uint32_t> first_;  ///< of each body's pairs
+};
+
+}  // namespace terrane::internal

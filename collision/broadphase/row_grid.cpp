@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: MIT
+#include "row_grid.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace terrane::internal {
+namespace {
+
+constexpr std::uint32_t kNoBucket = 0xffffffffu;  // of what is no box
+
+}  // namespace
+
+// How large cells are, and where they are counted from.
+void RowGrid::measure(std::span<const Bounds> boxes) {
+    double largest = 0.0;
+    Eigen::Vector3d low = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
+    Eigen::Vector3d high = -low;
+    for (const Bounds& box : boxes) {
+        if (!is_box(box)) continue;
+        ++update_operations_;
+        largest = std::max(largest, (box.high - box.low).maxCoeff());
+        low = low.cwiseMin(box.low);
+        high = high.cwiseMax(box.low);
+    }
+    if (!(low[0] <= high[0])) return;
+    origin_ = low;
+    // A hair larger, for what rounding does to the quotients; and so large that there are not too many to count.
+    constexpr double kHair = 0x1p-18;
+    constexpr double kMostCells = 0x1p28;
+    const double cell =
+        std::max((largest + 2.0 * margin_) * (1.0 + kHair), (high - low).maxCoeff() / kMostCells);
+    per_cell_ = cell > 0.0 ? 1.0 / cell : 0.0;
+}
+
+std::int32_t RowGrid::cell_of(double p, int axis) const {
+    return static_cast<std::int32_t>((p - origin_[axis]) * per_cell_);
+}
+
+std::uint32_t RowGrid::bucket_of(std::int32_t y, std::int32_t z) const {
+    std::uint64_t hash = static_cast<std::uint64_t>(static_cast<std::uint32_t>(y)) << 32 |
+                         static_cast<std::uint32_t>(z);
+    hash *= 0x9e3779b97f4a7c15u;
+    hash ^= hash >> 29;
+    hash *= 0xbf58476d1ce4e5b9u;
+    // The upper half of a product spreads over any number of buckets.
+    return static_cast<std::uint32_t>((hash >> 32) * (first_of_bucket_.size() - 1) >> 32);
+}
+
+void RowGrid::update(std::span<const Bounds> boxes) {
+    boxes_ = boxes;
+    update_operations_ = 0;
+    measure(boxes);
+    const std::size_t count = boxes.size();
+    bucket_of_body_.resize(count);
+    first_of_bucket_.assign(count + 1, 0);
+    std::size_t box_count = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+        const Bounds& box = boxes[i];
+        if (!is_box(box)) {
+            bucket_of_body_[i] = kNoBucket;
+            continue;
+        }
+        const std::uint32_t bucket = bucket_of(cell_of(box.low[1], 1), cell_of(box.low[2], 2));
+        bucket_of_body_[i] = bucket;
+        ++first_of_bucket_[bucket];
+        ++box_count;
+        ++update_operations_;
+    }
+    std::uint32_t sum = 0;
+    for (std::uint32_t& first : first_of_bucket_) {
+        sum += first;
+        first = sum;
+        update_operations_ += 2;  // it was set, too
+    }
+    bodies_.resize(box_count);
+    // From the back, so that bodies keep their order and each entry ends as the first of its bucket.
+    for (std::size_t i = count; i-- > 0;) {
+        const std::uint32_t bucket = bucket_of_body_[i];
+        if (bucket == kNoBucket) continue;
+        bodies_[--first_of_bucket_[bucket]] = static_cast<std::uint32_t>(i);
+        ++update_operations_;
+    }
+}
+
+void RowGrid::sort_rows() {
+    entries_.resize(bodies_.size());
+    columns_.reset(bodies_.size(), 0, margin_, origin_);
+    rows_.clear();
+    const std::size_t bucket_count = first_of_bucket_.empty() ? 0 : first_of_bucket_.size() - 1;
+    first_row_of_bucket_.resize(bucket_count + 1);
+    for (std::size_t bucket = 0; bucket < bucket_count; ++bucket) {
+        first_row_of_bucket_[bucket] = static_cast<std::uint32_t>(rows_.size());
+        const std::uint32_t first = first_of_bucket_[bucket];
+        const std::uint32_t last = first_of_bucket_[bucket + 1];
+        if (first == last) continue;
+        for (std::uint32_t i = first; i < last; ++i) {
+            const Bounds& box = boxes_[bodies_[i]];
+            entries_[i] = {box.low[0], cell_of(box.low[1], 1), cell_of(box.low[2], 2), bodies_[i]};
+        }
+        std::sort(entries_.begin() + first, entries_.begin() + last,
+                  [](const Entry& a, const Entry& b) {
+                      if (a.z != b.z) return a.z < b.z;
+                      if (a.y != b.y) return a.y < b.y;
+                      if (a.low != b.low) return a.low < b.low;
+                      return a.body < b.body;
+                  });
+        for (std::uint32_t i = first; i < last; ++i) {
+            const Entry& entry = entries_[i];
+            columns_.set(i, entry.body, boxes_[entry.body]);
+            if (i == first || rows_.back().y != entry.y || rows_.back().z != entry.z) {
+                rows_.push_back({entry.y, entry.z, i, i});
+            }
+            rows_.back().last = i + 1;
+        }
+    }
+    first_row_of_bucket_[bucket_count] = static_cast<std::uint32_t>(rows_.size());
+}
+
+const RowGrid::Row* RowGrid::find_row(std::int32_t y, std::int32_t z) const {
+    const std::uint32_t bucket = bucket_of(y, z);
+    for (std::uint32_t i = first_row_of_bucket_[bucket]; i < first_row_of_bucket_[bucket + 1];
+         ++i) {
+        if (rows_[i].y == y && rows_[i].z == z) return &rows_[i];
+    }
+    return nullptr;
+}
+
+}  // namespace terrane::internal

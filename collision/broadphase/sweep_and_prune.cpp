@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: MIT
+#include "sweep_and_prune.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace terrane::internal {
+namespace {
+
+// An order is given up and sorted anew when it takes more moves a box than this.
+constexpr std::uint64_t kMostMoves = 8;
+// Another axis is taken when boxes are spread over it this much more.
+constexpr double kClearlyMore = 1.5;
+
+}  // namespace
+
+void SweepAndPrune::update(std::span<const Bounds> boxes) {
+    update_operations_ = boxes.size();
+    const int axis = axis_;
+    choose_axis(boxes);
+    const bool is_known = axis == axis_ && body_count_ == boxes.size();
+    body_count_ = boxes.size();
+    if (is_known) {
+        // Boxes that came or went empty change the list; the rest keeps its order.
+        std::size_t kept = 0;
+        for (const Entry& entry : order_) {
+            if (!is_box(boxes[entry.body])) continue;
+            order_[kept++] = {boxes[entry.body].low[axis_], entry.body};
+        }
+        const bool is_all = kept == order_.size();
+        order_.resize(kept);
+        update_operations_ += boxes.size();
+        const auto box_count = static_cast<std::size_t>(
+            std::count_if(boxes.begin(), boxes.end(), [](const Bounds& b) { return is_box(b); }));
+        if (!is_all || box_count != kept) collect(boxes);
+    } else {
+        collect(boxes);
+    }
+    if (!is_known || !sort_by_insertion()) {
+        std::sort(order_.begin(), order_.end(), [](const Entry& a, const Entry& b) {
+            return a.low != b.low ? a.low < b.low : a.body < b.body;
+        });
+        const double count = static_cast<double>(std::max<std::size_t>(order_.size(), 2));
+        update_operations_ += static_cast<std::uint64_t>(count * std::log2(count));
+    }
+    columns_.reset(order_.size(), axis_, margin_, origin_);
+    for (std::size_t i = 0; i < order_.size(); ++i) {
+        columns_.set(i, order_[i].body, boxes[order_[i].body]);
+    }
+    update_operations_ += order_.size();
+}
+
+// The axis along which the boxes overlap least, seen from their spread and their size.
+void SweepAndPrune::choose_axis(std::span<const Bounds> boxes) {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    Eigen::Vector3d squares = Eigen::Vector3d::Zero();
+    Eigen::Vector3d sizes = Eigen::Vector3d::Zero();
+    double count = 0.0;
+    for (const Bounds& box : boxes) {
+        if (!is_box(box)) continue;
+        if (count == 0.0) origin_ = box.low;
+        const Eigen::Vector3d from = box.low - origin_;
+        sum += from;
+        squares += from.cwiseProduct(from);
+        sizes += box.high - box.low;
+        count += 1.0;
+    }
+    if (count == 0.0) {
+        axis_ = std::max(axis_, 0);
+        return;
+    }
+    Eigen::Vector3d spread;
+    for (int i = 0; i < 3; ++i) {
+        const double mean = sum[i] / count;
+        const double variance = std::max(0.0, squares[i] / count - mean * mean);
+        const double size = sizes[i] / count + 2.0 * margin_;
+        spread[i] = size > 0.0 ? variance / (size * size) : variance;
+    }
+    int best = 0;
+    for (int i = 1; i < 3; ++i) {
+        if (spread[i] > spread[best]) best = i;
+    }
+    if (axis_ < 0 || !(spread[best] <= kClearlyMore * kClearlyMore * spread[axis_])) axis_ = best;
+}
+
+void SweepAndPrune::collect(std::span<const Bounds> boxes) {
+    order_.clear();
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+        if (is_box(boxes[i])) {
+            order_.push_back({boxes[i].low[axis_], static_cast<std::uint32_t>(i)});
+        }
+    }
+    update_operations_ += boxes.size();
+}
+
+// False, and any order, where too much has moved.
+bool SweepAndPrune::sort_by_insertion() {
+    const auto is_before = [](const Entry& a, const Entry& b) {
+        return a.low != b.low ? a.low < b.low : a.body < b.body;
+    };
+    const std::uint64_t most = kMostMoves * order_.size();
+    std::uint64_t moves = 0;
+    for (std::size_t i = 1; i < order_.size() && moves <= most; ++i) {
+        const Entry entry = order_[i];
+        std::size_t place = i;
+        while (place > 0 && is_before(entry, order_[place - 1])) {
+            order_[place] = order_[place - 1];
+            --place;
+        }
+        order_[place] = entry;
+        moves += i - place;
+    }
+    update_operations_ += moves;
+    return moves <= most;
+}
+
+}  // namespace terrane::internal

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "box_columns.h"
+
+namespace terrane::internal {
+
+/// Sources:    D. Baraff. Dynamic simulation of nonpenetrating rigid bodies. 1992, section 5.1 (sweep-and-prune,
+///             insertion sort on nearly sorted lists). J. Cohen et al. I-COLLIDE. 1995.
+/// Deviations: boxes are sorted along the axis that they are spread over most and swept along that one; the two
+///             others are compared many at a time, instead of keeping a list and overlaps of each axis.
+class SweepAndPrune {
+public:
+    explicit SweepAndPrune(double margin) : margin_(margin) {}
+
+    void update(std::span<const Bounds> boxes);
+    /// Calls take(i, j) once for each two boxes that overlap but for a rounding outwards.
+    template <class Take>
+    void visit_pairs(Take&& take) {
+        candidate_count_ = 0;
+        const std::size_t count = order_.size();
+        for (std::size_t place = 0; place + 1 < count; ++place) {
+            const float end = columns_.end(place);
+            std::size_t last = place + 1;
+            while (last < count && columns_.start(last) <= end) ++last;
+            candidate_count_ += last - place - 1;
+            columns_.visit_across(place, place + 1, last, [&](std::size_t other) {
+                take(columns_.body(place), columns_.body(other));
+            });
+        }
+    }
+
+    std::uint64_t candidate_count() const { return candidate_count_; }
+    std::uint64_t update_operations() const { return update_operations_; }
+
+private:
+    void choose_axis(std::span<const Bounds> boxes);
+    void collect(std::span<const Bounds> boxes);
+    bool sort_by_insertion();
+
+    struct Entry {
+        double low;
+        std::uint32_t body;
+    };
+
+    double margin_;
+    int axis_ = -1;
+    std::size_t body_count_ = 0;
+    Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
+    std::vector<Entry> order_;
+    BoxColumns columns_;
+    std::uint64_t candidate_count_ = 0;
+    std::uint64_t update_operations_ = 0;
+};
+
+}  // namespace terrane::internal

@@ -1,0 +1,275 @@
+// SPDX-License-Identifier: MIT
+// Every broadphase against every pair of boxes, compared by the test itself.
+#include "support/allocation_counter.h"
+#include "support/random.h"
+
+#include <terrane/collision/broadphase.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace terrane {
+namespace {
+
+using test::Random;
+
+constexpr std::uint64_t kSeed = 20261122;
+constexpr std::array kKinds{BroadphaseKind::sap, BroadphaseKind::grid, BroadphaseKind::two_scene,
+                            BroadphaseKind::brute};
+
+struct Crowd {
+    std::vector<Bounds> bounds;
+    std::vector<Ball> balls;
+
+    void add(const Eigen::Vector3d& centre, const Eigen::Vector3d& half) {
+        bounds.push_back({centre - half, centre + half});
+        balls.push_back({centre, half.norm()});
+    }
+    void move(std::size_t i, const Eigen::Vector3d& by) {
+        bounds[i].low += by;
+        bounds[i].high += by;
+        balls[i].centre += by;
+    }
+    void set_middle(std::size_t i, const Eigen::Vector3d& to) { move(i, to - balls[i].centre); }
+};
+
+Eigen::Vector3d random_place(Random& random, const Eigen::Vector3d& width) {
+    const double x = random.between(0.0, width.x());
+    const double y = random.between(0.0, width.y());
+    const double z = random.between(0.0, width.z());
+    return {x, y, z};
+}
+
+// Pairs whose boxes are no further apart than two margins along any axis.
+std::vector<BodyPair> compare_all(const Crowd& crowd, double margin) {
+    std::vector<BodyPair> pairs;
+    for (std::uint32_t i = 0; i < crowd.bounds.size(); ++i) {
+        for (std::uint32_t j = i + 1; j < crowd.bounds.size(); ++j) {
+            const Eigen::Vector3d after = crowd.bounds[j].low - crowd.bounds[i].high;
+            const Eigen::Vector3d before = crowd.bounds[i].low - crowd.bounds[j].high;
+            if (after.maxCoeff() <= 2.0 * margin && before.maxCoeff() <= 2.0 * margin) {
+                pairs.push_back({i, j});
+            }
+        }
+    }
+    return pairs;
+}
+
+void expect_all_pairs(Broadphase& broadphase, const Crowd& crowd, double margin) {
+    broadphase.update(crowd.bounds, crowd.balls);
+    const std::span<const BodyPair> found = broadphase.find_pairs();
+    const std::vector<BodyPair> expected = compare_all(crowd, margin);
+    ASSERT_EQ(found.size(), expected.size());
+    for (std::size_t k = 0; k < found.size(); ++k) ASSERT_EQ(found[k], expected[k]) << k;
+    EXPECT_GE(broadphase.candidate_count(), found.size());
+}
+
+struct NamedCrowd {
+    std::string name;
+    Crowd crowd;
+    double step;  ///< metres: what is slow motion here
+};
+
+std::vector<NamedCrowd> make_crowds(Random& random) {
+    std::vector<NamedCrowd> crowds;
+    const auto add = [&](std::string name, double step) -> Crowd& {
+        crowds.push_back({std::move(name), {}, step});
+        return crowds.back().crowd;
+    };
+    Crowd& equal = add("equal, spread", 0.01);
+    for (int i = 0; i < 400; ++i) {
+        equal.add(random_place(random, {20.0, 20.0, 20.0}), {0.5, 0.5, 0.5});
+    }
+    Crowd& clustered = add("clustered", 0.01);
+    for (int i = 0; i < 400; ++i) {
+        const double far = 1e5 * random.below(4);
+        clustered.add(random_place(random, {3.0, 3.0, 3.0}) + Eigen::Vector3d(far, -far, far),
+                      random_place(random, {0.3, 0.3, 0.3}));
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+        Crowd& stacked = add("stacked along axis " + std::to_string(axis), 0.01);
+        for (int i = 0; i < 300; ++i) {
+            // each touches the next exactly
+            stacked.add(i * Eigen::Vector3d::Unit(axis), {0.5, 0.5, 0.5});
+        }
+    }
+    Crowd& unequal = add("wildly unequal", 0.1);
+    for (int i = 0; i < 400; ++i) {
+        const double size = std::pow(10.0, random.between(-6.0, 2.0));
+        unequal.add(random_place(random, {300.0, 300.0, 30.0}),
+                    size * Eigen::Vector3d(1.0, random.between(0.0, 1.0), 1.0));
+    }
+    Crowd& sheet = add("flat, on a plane", 0.05);
+    for (int i = 0; i < 400; ++i) {
+        sheet.add(random_place(random, {100.0, 100.0, 0.0}), {1.0, 2.0, 0.0});
+    }
+    Crowd& far = add("a million kilometres away", 1.0);
+    for (int i = 0; i < 300; ++i) {
+        far.add(random_place(random, {20.0, 20.0, 20.0}) + Eigen::Vector3d(1e9, -1e9, 1e9),
+                {0.5, 0.5, 0.5});
+    }
+    Crowd& points = add("points, many in one place", 0.5);
+    for (int i = 0; i < 200; ++i) {
+        points.add(
+            {std::floor(random.between(0.0, 6.0)), 2.0, std::floor(random.between(0.0, 3.0))},
+            Eigen::Vector3d::Zero());
+    }
+    Crowd& lattice = add("on a lattice, touching", 1.0);
+    for (int i = 0; i < 343; ++i) {
+        lattice.add(Eigen::Vector3d(i % 7, i / 7 % 7, i / 49), {0.5, 0.5, 0.5});
+    }
+    return crowds;
+}
+
+class Broadphases : public testing::TestWithParam<BroadphaseKind> {};
+
+TEST_P(Broadphases, FindWhatComparingAllFindsWhateverMoves) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    Random random(kSeed);
+    for (const NamedCrowd& named : make_crowds(random)) {
+        SCOPED_TRACE(named.name);
+        for (const double margin : {0.0, 0.05, 3.0}) {
+            SCOPED_TRACE(margin);
+            Crowd crowd = named.crowd;
+            const auto broadphase = make_broadphase(GetParam(), margin);
+            // still, slow, fast, teleporting, and still again
+            for (const double speed : {0.0, 1.0, 30.0, 1e4, 0.0}) {
+                for (int step = 0; step < 3; ++step) {
+                    for (std::size_t i = 0; i < crowd.bounds.size(); ++i) {
+                        crowd.move(i, speed * named.step * random.direction());
+                    }
+                    ASSERT_NO_FATAL_FAILURE(expect_all_pairs(*broadphase, crowd, margin)) << speed;
+                }
+            }
+        }
+    }
+}
+
+TEST_P(Broadphases, FollowBodiesThatComeAndGo) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 1);
+    Random random(kSeed + 1);
+    const auto broadphase = make_broadphase(GetParam(), 0.1);
+    Crowd crowd;
+    for (const int count : {0, 1, 2, 40, 200, 3, 0, 60}) {
+        while (static_cast<int>(crowd.bounds.size()) > count) {
+            crowd.bounds.pop_back();
+            crowd.balls.pop_back();
+        }
+        while (static_cast<int>(crowd.bounds.size()) < count) {
+            crowd.add(random_place(random, {6.0, 6.0, 6.0}), {0.5, 0.4, 0.3});
+        }
+        ASSERT_NO_FATAL_FAILURE(expect_all_pairs(*broadphase, crowd, 0.1)) << count;
+    }
+}
+
+TEST_P(Broadphases, PassOverWhatIsNoBox) {
+    constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    const auto broadphase = make_broadphase(GetParam(), 0.0);
+    Crowd crowd;
+    for (int i = 0; i < 20; ++i) crowd.add({0.4 * i, 0.0, 0.0}, {0.5, 0.5, 0.5});
+    Crowd broken = crowd;
+    broken.bounds[3].low.y() = kNone;
+    broken.bounds[4].high.z() = kInfinity;
+    broken.bounds[5].low.x() = -kInfinity;
+    std::swap(broken.bounds[6].low, broken.bounds[6].high);
+    const auto is_whole = [](std::uint32_t i) { return i < 3 || i > 6; };
+    // whole, broken, and mended again
+    for (const Crowd* now : {&crowd, &broken, &crowd}) {
+        broadphase->update(now->bounds, now->balls);
+        std::vector<BodyPair> expected;
+        for (const BodyPair& pair : compare_all(crowd, 0.0)) {
+            if (now == &crowd || (is_whole(pair.a) && is_whole(pair.b))) expected.push_back(pair);
+        }
+        const std::span<const BodyPair> found = broadphase->find_pairs();
+        EXPECT_TRUE(std::equal(found.begin(), found.end(), expected.begin(), expected.end()));
+    }
+}
+
+TEST_P(Broadphases, KeepTheirMemory) {
+    Random random(kSeed + 2);
+    const auto broadphase = make_broadphase(GetParam(), 0.0);
+    Crowd crowd;
+    for (int i = 0; i < 500; ++i) {
+        crowd.add(random_place(random, {10.0, 10.0, 10.0}), {0.5, 0.5, 0.5});
+    }
+    const auto ask = [&] {
+        broadphase->update(crowd.bounds, crowd.balls);
+        return broadphase->find_pairs().size();
+    };
+    const std::size_t pairs = ask();
+    ASSERT_GT(pairs, 100u);
+    const test::AllocationCounter counter;
+    EXPECT_EQ(ask(), pairs);
+    EXPECT_EQ(counter.count(), 0u);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Broadphases, testing::ValuesIn(kKinds), [](const auto& tested) {
+    std::string name(to_string(tested.param));
+    std::erase(name, '-');
+    return name;
+});
+
+TEST(GridBroadphase, UpdatesInTheSameStepsABodyHoweverManyAndHoweverFarApart) {
+    Random random(kSeed + 3);
+    double least = std::numeric_limits<double>::infinity();
+    double most = 0.0;
+    for (const int count : {1000, 10'000, 100'000}) {
+        for (const double apart : {2.0, 2e4}) {
+            Crowd crowd;
+            const double width = apart * std::cbrt(count);
+            for (int i = 0; i < count; ++i) {
+                crowd.add(random_place(random, {width, width, width}), {0.5, 0.5, 0.5});
+            }
+            const auto grid = make_broadphase(BroadphaseKind::grid, 0.0);
+            grid->update(crowd.bounds, crowd.balls);
+            const double steps =
+                static_cast<double>(grid->update_operations()) / static_cast<double>(count);
+            least = std::min(least, steps);
+            most = std::max(most, steps);
+        }
+    }
+    EXPECT_LE(most, 1.02 * least);
+}
+
+TEST(GridBroadphase, ComparesFewPairsOfLikeBodies) {
+    Random random(kSeed + 4);
+    Crowd crowd;
+    // 2 % of the volume
+    const int count = 20'000;
+    const double width = std::cbrt(count * 0.5236 / 0.02);
+    for (int i = 0; i < count; ++i) {
+        crowd.add(random_place(random, {width, width, width}), {0.5, 0.5, 0.5});
+    }
+    const auto grid = make_broadphase(BroadphaseKind::grid, 0.0);
+    grid->update(crowd.bounds, crowd.balls);
+    const std::size_t pairs = grid->find_pairs().size();
+    EXPECT_GT(pairs, 100u);
+    // 27 cells of which one row in three sees the other's neighbours, against 8 box volumes
+    EXPECT_LT(grid->candidate_count(), 8 * pairs);
+}
+
+TEST(SapBroadphase, KeepsItsOrderWhereLittleMoves) {
+    Random random(kSeed + 5);
+    Crowd crowd;
+    for (int i = 0; i < 2000; ++i) {
+        crowd.add(random_place(random, {200.0, 40.0, 40.0}), {0.5, 0.5, 0.5});
+    }
+    const auto sap = make_broadphase(BroadphaseKind::sap, 0.0);
+    sap->update(crowd.bounds, crowd.balls);
+    const std::uint64_t from_scratch = sap->update_operations();
+    sap->update(crowd.bounds, crowd.balls);
+    const std::uint64_t still = sap->update_operations();
+    for (std::size_t i = 0; i < crowd.bounds.size(); ++i) crowd.move(i, 0.01 * random.direction());
+    sap->update(crowd.bounds, crowd.balls);
+    EXPECT_LT(still, from_scratch / 2);
+    EXPECT_LT(sap->update_operations(), from_scratch / 2);
+    EXPECT_GT(sap->update_operations(), still);
+}
+
+}  // namespace
+}  // namespace terrane
