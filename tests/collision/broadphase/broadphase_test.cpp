@@ -97,6 +97,13 @@ std::vector<NamedCrowd> make_crowds(Random& random) {
             stacked.add(i * Eigen::Vector3d::Unit(axis), {0.5, 0.5, 0.5});
         }
     }
+    Crowd& crooked = add("end to end, of numbers that are no floats", 0.01);
+    for (int i = 0; i < 300; ++i) {
+        const Eigen::Vector3d low(0.1 * i, 0.1 * (i % 3), 0.1 * (i % 7));
+        const Eigen::Vector3d high(0.1 * (i + 1), 0.1 * (i % 3 + 1), 0.1 * (i % 7 + 1));
+        crooked.bounds.push_back({low, high});
+        crooked.balls.push_back({0.5 * (low + high), 0.1});
+    }
     Crowd& unequal = add("wildly unequal", 0.1);
     for (int i = 0; i < 400; ++i) {
         const double size = std::pow(10.0, random.between(-6.0, 2.0));
