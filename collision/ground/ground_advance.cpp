@@ -182,17 +182,23 @@ void AdvanceVisitor::take_turning(const Triangle& triangle) {
     const auto look_top = [&](const Eigen::Vector3d& n, double gap) { look(n, gap + sink); };
     look_top(triangle.normal, gap_along(triangle.normal, shape_, triangle));
     if (is_passed) return;
-    if (shape_.kind == ShapeKind::hull && sink == 0.0) {
-        // The way between nearest points is the widest of all.
+    const auto look_along = [&](const Eigen::Vector3d& way) {
+        if (is_passed || !(way[2] >= 0.0)) return;
+        const Eigen::Vector3d n = way / length(way);
+        look(n, gap_along(n, shape_, triangle));
+    };
+    // The way between nearest points is the widest of all.
+    Eigen::Vector3d way = Eigen::Vector3d::Zero();
+    const bool has_way = shape_.kind == ShapeKind::hull && sink == 0.0;
+    if (has_way) {
         const ClosestPair pair = find_closest_in_column(*shape_.hull, shape_.centre, triangle);
         if (pair.distance > kTouch) {
-            const Eigen::Vector3d way = pair.on_shape - pair.on_triangle;
-            const Eigen::Vector3d n = way / length(way);
-            look(n, gap_along(n, shape_, triangle));
+            way = pair.on_shape - pair.on_triangle;
+            look_along(way);
         }
     }
     if (is_passed) return;
-    if (!(shape_.kind == ShapeKind::hull && sink == 0.0 && widest > kTouch)) {
+    if (!(has_way && widest > kTouch)) {
         visit_tops(shape_, triangle, look_top);
         if (is_passed) return;
         visit_walls(shape_, triangle, look);
@@ -202,12 +208,16 @@ void AdvanceVisitor::take_turning(const Triangle& triangle) {
         // Planes may be near where corners are not.
         if (shape_.kind == ShapeKind::box && sink == 0.0 && widest > 0.0) {
             const ClosestPair pair = find_closest(shape_, triangle);
-            if (pair.distance > 0.5 * tolerance) {
-                const Eigen::Vector3d way = pair.on_shape - pair.on_triangle;
-                const Eigen::Vector3d n = way / length(way);
-                if (n[2] >= 0.0) look(n, gap_along(n, shape_, triangle));
-                if (is_passed) return;
+            way = pair.on_shape - pair.on_triangle;
+        }
+        if (dot(way, way) > 0.25 * tolerance * tolerance) {
+            look_along(way);
+            // On a cliff the last digit of a way counts: square to the edge that it starts from.
+            for (std::size_t i = 0; i < 3; ++i) {
+                const Eigen::Vector3d edge = triangle.v[(i + 1) % 3] - triangle.v[i];
+                look_along(way - (dot(way, edge) / dot(edge, edge)) * edge);
             }
+            if (is_passed) return;
         }
         if (widest <= 0.25 * tolerance) {
             hit(0.0, normal);
