@@ -3,24 +3,69 @@
 
 #include "pair_list.h"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
 namespace terrane::internal {
 
-/// Boxes in the order of a sweep, a column for each end: floats, rounded outwards, so that what they part is
-/// apart.
+/// A widened box as a sweep along one axis sees it: floats, rounded outwards, so that what they part is apart.
+struct SweepBox {
+    float start, end;  ///< along the axis
+    float low_u, high_u, low_v, high_v;
+
+    bool meets_across(const SweepBox& other) const {
+        return low_u <= other.high_u && other.low_u <= high_u && low_v <= other.high_v &&
+               other.low_v <= high_v;
+    }
+};
+
+/// @param margin that it is widened by
+/// @param origin that it is counted from, near it
+inline SweepBox make_sweep_box(const Bounds& box, int axis, double margin,
+                               const Eigen::Vector3d& origin) {
+    // More than half a step of a float, and what rounding did before.
+    constexpr double kOut = 0x1p-23;
+    constexpr double kLeast = 0x1p-126;
+    constexpr double kFarthest = 0x1p126;
+    const auto low = [&](int i) {
+        const double d = box.low[i] - origin[i];
+        const double out = kOut * (std::abs(d) + margin) + kLeast;
+        return static_cast<float>(std::clamp(d - margin - out, -kFarthest, kFarthest));
+    };
+    const auto high = [&](int i) {
+        const double d = box.high[i] - origin[i];
+        const double out = kOut * (std::abs(d) + margin) + kLeast;
+        return static_cast<float>(std::clamp(d + margin + out, -kFarthest, kFarthest));
+    };
+    const int u = (axis + 1) % 3;
+    const int v = (axis + 2) % 3;
+    return {low(axis), high(axis), low(u), high(u), low(v), high(v)};
+}
+
+/// Boxes in the order of a sweep, a column for each end.
 class BoxColumns {
 public:
-    /// @param axis   along which they are swept
-    /// @param margin that each box is widened by
-    void reset(std::size_t count, int axis, double margin, const Eigen::Vector3d& origin);
-    /// Sets the box at a place of the order.
-    void set(std::size_t place, std::uint32_t body, const Bounds& box);
+    void resize(std::size_t count) {
+        bodies_.resize(count);
+        for (std::vector<float>* column : {&start_, &end_, &low_u_, &high_u_, &low_v_, &high_v_}) {
+            column->resize(count);
+        }
+    }
+    void set(std::size_t place, std::uint32_t body, const SweepBox& box) {
+        bodies_[place] = body;
+        start_[place] = box.start;
+        end_[place] = box.end;
+        low_u_[place] = box.low_u;
+        high_u_[place] = box.high_u;
+        low_v_[place] = box.low_v;
+        high_v_[place] = box.high_v;
+    }
 
+    std::size_t size() const { return bodies_.size(); }
     std::uint32_t body(std::size_t place) const { return bodies_[place]; }
-    /// Where it starts and ends along the axis of the sweep.
     float start(std::size_t place) const { return start_[place]; }
     float end(std::size_t place) const { return end_[place]; }
 
@@ -30,36 +75,32 @@ public:
     void visit_across(std::size_t place, std::size_t first, std::size_t last, Take&& take) const {
         const float low_u = low_u_[place], high_u = high_u_[place];
         const float low_v = low_v_[place], high_v = high_v_[place];
-        constexpr std::size_t kBlock = 16;
-        std::array<std::uint8_t, kBlock> meets;
-        for (; first + kBlock <= last; first += kBlock) {
+        const auto meets = [&](std::size_t i) {
             // No branch: compilers make vectors of it.
-            std::uint8_t any = 0;
+            return static_cast<unsigned>(low_u_[i] <= high_u) &
+                   static_cast<unsigned>(low_u <= high_u_[i]) &
+                   static_cast<unsigned>(low_v_[i] <= high_v) &
+                   static_cast<unsigned>(low_v <= high_v_[i]);
+        };
+        constexpr std::size_t kBlock = 16;
+        std::array<unsigned, kBlock> are_met;
+        for (; first + kBlock <= last; first += kBlock) {
+            unsigned any = 0;
             for (std::size_t k = 0; k < kBlock; ++k) {
-                const std::size_t i = first + k;
-                const int is_met =
-                    static_cast<int>(low_u_[i] <= high_u) & static_cast<int>(low_u <= high_u_[i]) &
-                    static_cast<int>(low_v_[i] <= high_v) & static_cast<int>(low_v <= high_v_[i]);
-                meets[k] = static_cast<std::uint8_t>(is_met);
-                any = static_cast<std::uint8_t>(any | meets[k]);
+                are_met[k] = meets(first + k);
+                any |= are_met[k];
             }
             if (any == 0) continue;
             for (std::size_t k = 0; k < kBlock; ++k) {
-                if (meets[k] != 0) take(first + k);
+                if (are_met[k] != 0) take(first + k);
             }
         }
         for (; first < last; ++first) {
-            if (low_u_[first] <= high_u && low_u <= high_u_[first] && low_v_[first] <= high_v &&
-                low_v <= high_v_[first]) {
-                take(first);
-            }
+            if (meets(first) != 0) take(first);
         }
     }
 
 private:
-    std::array<int, 3> axes_{0, 1, 2};  ///< of the sweep, and the two others
-    double margin_ = 0.0;
-    Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
     std::vector<std::uint32_t> bodies_;
     std::vector<float> start_, end_, low_u_, high_u_, low_v_, high_v_;
 };

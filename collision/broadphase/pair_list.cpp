@@ -2,19 +2,8 @@
 #include "pair_list.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace terrane::internal {
-
-bool is_box(const Bounds& box) {
-    for (int i = 0; i < 3; ++i) {
-        if (!(box.low[i] <= box.high[i]) || !std::isfinite(box.low[i]) ||
-            !std::isfinite(box.high[i])) {
-            return false;
-        }
-    }
-    return true;
-}
 
 std::span<const BodyPair> PairList::sort(std::size_t body_count) {
     first_.assign(body_count + 1, 0);

@@ -3,13 +3,22 @@
 
 #include <terrane/collision/broadphase.h>
 
+#include <limits>
 #include <span>
 #include <vector>
 
 namespace terrane::internal {
 
-/// Whether a box contains anything.
-bool is_box(const Bounds& box);
+/// Whether a box contains anything: all is finite, and no end is below its start.
+inline bool is_box(const Bounds& box) {
+    constexpr double kLargest = std::numeric_limits<double>::max();
+    bool is = true;
+    for (int i = 0; i < 3; ++i) {
+        is = is & (box.low[i] >= -kLargest) & (box.low[i] <= box.high[i]) &
+             (box.high[i] <= kLargest);
+    }
+    return is;
+}
 
 /// Whether two boxes, each widened by a margin, overlap or touch: the one filter that all pairs pass.
 inline bool overlap(const Bounds& a, const Bounds& b, double margin) {

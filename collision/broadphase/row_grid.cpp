@@ -8,6 +8,10 @@ namespace terrane::internal {
 namespace {
 
 constexpr std::uint32_t kNoBucket = 0xffffffffu;  // of what is no box
+// A hair larger than the boxes, for what rounding does to quotients.
+constexpr double kHair = 0x1p-18;
+// Along an axis, so that each has a number, and quotients the digits that the hair needs.
+constexpr double kMostCells = 0x1p28;
 
 }  // namespace
 
@@ -17,24 +21,21 @@ void RowGrid::measure(std::span<const Bounds> boxes) {
     Eigen::Vector3d low = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
     Eigen::Vector3d high = -low;
     for (const Bounds& box : boxes) {
-        if (!is_box(box)) continue;
         ++update_operations_;
+        if (!is_box(box)) continue;
         largest = std::max(largest, (box.high - box.low).maxCoeff());
         low = low.cwiseMin(box.low);
         high = high.cwiseMax(box.low);
     }
     if (!(low[0] <= high[0])) return;
-    origin_ = low;
-    // A hair larger, for what rounding does to the quotients; and so large that there are not too many to count.
-    constexpr double kHair = 0x1p-18;
-    constexpr double kMostCells = 0x1p28;
-    const double cell =
+    origin_ = 0.5 * low + 0.5 * high;
+    cell_ =
         std::max((largest + 2.0 * margin_) * (1.0 + kHair), (high - low).maxCoeff() / kMostCells);
-    per_cell_ = cell > 0.0 ? 1.0 / cell : 0.0;
+    per_cell_ = cell_ > 0.0 ? 1.0 / cell_ : 0.0;
 }
 
 std::int32_t RowGrid::cell_of(double p, int axis) const {
-    return static_cast<std::int32_t>((p - origin_[axis]) * per_cell_);
+    return static_cast<std::int32_t>(std::floor((p - origin_[axis]) * per_cell_));
 }
 
 std::uint32_t RowGrid::bucket_of(std::int32_t y, std::int32_t z) const {
@@ -47,34 +48,49 @@ std::uint32_t RowGrid::bucket_of(std::int32_t y, std::int32_t z) const {
     return static_cast<std::uint32_t>((hash >> 32) * (first_of_bucket_.size() - 1) >> 32);
 }
 
-void RowGrid::update(std::span<const Bounds> boxes) {
-    boxes_ = boxes;
-    update_operations_ = 0;
-    measure(boxes);
-    const std::size_t count = boxes.size();
-    bucket_of_body_.resize(count);
-    first_of_bucket_.assign(count + 1, 0);
-    std::size_t box_count = 0;
-    for (std::size_t i = 0; i < count; ++i) {
+// False where the cells of before no longer do: too small for a box, much too large for all of them, or too many.
+bool RowGrid::count_rows(std::span<const Bounds> boxes) {
+    std::fill(first_of_bucket_.begin(), first_of_bucket_.end(), 0u);
+    update_operations_ += first_of_bucket_.size();
+    double largest = 0.0;
+    double farthest = 0.0;
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
         const Bounds& box = boxes[i];
+        ++update_operations_;
         if (!is_box(box)) {
             bucket_of_body_[i] = kNoBucket;
             continue;
         }
+        const Eigen::Vector3d from = box.low - origin_;
+        largest = std::max(largest, (box.high - box.low).maxCoeff());
+        farthest = std::max(farthest, from.cwiseAbs().maxCoeff());
+        if (farthest > kMostCells * cell_) return false;
         const std::uint32_t bucket = bucket_of(cell_of(box.low[1], 1), cell_of(box.low[2], 2));
         bucket_of_body_[i] = bucket;
         ++first_of_bucket_[bucket];
-        ++box_count;
-        ++update_operations_;
+    }
+    const double needed = (largest + 2.0 * margin_) * (1.0 + kHair);
+    return needed <= cell_ && (cell_ <= 2.0 * needed || 4.0 * farthest > kMostCells * cell_);
+}
+
+void RowGrid::update(std::span<const Bounds> boxes) {
+    boxes_ = boxes;
+    update_operations_ = 0;
+    const std::size_t count = boxes.size();
+    bucket_of_body_.resize(count);
+    first_of_bucket_.resize(count + 1);
+    if (!count_rows(boxes)) {
+        measure(boxes);
+        count_rows(boxes);
     }
     std::uint32_t sum = 0;
     for (std::uint32_t& first : first_of_bucket_) {
         sum += first;
         first = sum;
-        update_operations_ += 2;  // it was set, too
+        ++update_operations_;
     }
-    bodies_.resize(box_count);
-    // From the back, so that bodies keep their order and each entry ends as the first of its bucket.
+    bodies_.resize(sum);
+    // From the back, so that bodies keep their order and each counter ends as the first of its bucket.
     for (std::size_t i = count; i-- > 0;) {
         const std::uint32_t bucket = bucket_of_body_[i];
         if (bucket == kNoBucket) continue;
@@ -84,30 +100,34 @@ void RowGrid::update(std::span<const Bounds> boxes) {
 }
 
 void RowGrid::sort_rows() {
+    // Boxes in one go: most lie far apart in memory.
     entries_.resize(bodies_.size());
-    columns_.reset(bodies_.size(), 0, margin_, origin_);
+    longest_ = 0.0f;
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+        const Bounds& box = boxes_[bodies_[i]];
+        entries_[i] = {make_sweep_box(box, 0, margin_, origin_), cell_of(box.low[1], 1),
+                       cell_of(box.low[2], 2), bodies_[i]};
+        longest_ = std::max(longest_, entries_[i].box.end - entries_[i].box.start);
+    }
+    longest_ *= 1.0f + 0x1p-20f;
+    const auto is_before = [](const Entry& a, const Entry& b) {
+        if (a.z != b.z) return a.z < b.z;
+        if (a.y != b.y) return a.y < b.y;
+        if (a.box.start != b.box.start) return a.box.start < b.box.start;
+        return a.body < b.body;
+    };
     rows_.clear();
-    const std::size_t bucket_count = first_of_bucket_.empty() ? 0 : first_of_bucket_.size() - 1;
+    const std::size_t bucket_count = first_of_bucket_.size() - 1;
     first_row_of_bucket_.resize(bucket_count + 1);
     for (std::size_t bucket = 0; bucket < bucket_count; ++bucket) {
         first_row_of_bucket_[bucket] = static_cast<std::uint32_t>(rows_.size());
         const std::uint32_t first = first_of_bucket_[bucket];
         const std::uint32_t last = first_of_bucket_[bucket + 1];
-        if (first == last) continue;
-        for (std::uint32_t i = first; i < last; ++i) {
-            const Bounds& box = boxes_[bodies_[i]];
-            entries_[i] = {box.low[0], cell_of(box.low[1], 1), cell_of(box.low[2], 2), bodies_[i]};
+        if (last - first > 1) {
+            std::sort(entries_.begin() + first, entries_.begin() + last, is_before);
         }
-        std::sort(entries_.begin() + first, entries_.begin() + last,
-                  [](const Entry& a, const Entry& b) {
-                      if (a.z != b.z) return a.z < b.z;
-                      if (a.y != b.y) return a.y < b.y;
-                      if (a.low != b.low) return a.low < b.low;
-                      return a.body < b.body;
-                  });
         for (std::uint32_t i = first; i < last; ++i) {
             const Entry& entry = entries_[i];
-            columns_.set(i, entry.body, boxes_[entry.body]);
             if (i == first || rows_.back().y != entry.y || rows_.back().z != entry.z) {
                 rows_.push_back({entry.y, entry.z, i, i});
             }

@@ -23,12 +23,13 @@ public:
         sort_rows();
         candidate_count_ = 0;
         for (const Row& row : rows_) {
-            sweep_itself(row, take);
+            for (std::uint32_t i = row.first; i < row.last; ++i) {
+                visit(entries_[i], i + 1, row.last, take);
+            }
             for (const auto& [y, z] : {Step{1, 0}, Step{-1, 1}, Step{0, 1}, Step{1, 1}}) {
-                const Row* const other = find_row(row.y + y, row.z + z);
-                if (other == nullptr) continue;
-                sweep(row, *other, take);
-                sweep(*other, row, take);
+                if (const Row* const other = find_row(row.y + y, row.z + z)) {
+                    sweep(row, *other, take);
+                }
             }
         }
     }
@@ -42,63 +43,56 @@ private:
     };
     struct Row {
         std::int32_t y, z;
-        std::uint32_t first, last;  ///< places of its boxes
+        std::uint32_t first, last;  ///< of its entries
     };
     struct Entry {
-        double low;  ///< along x
+        SweepBox box;
         std::int32_t y, z;
         std::uint32_t body;
     };
 
     void measure(std::span<const Bounds> boxes);
+    bool count_rows(std::span<const Bounds> boxes);
     void sort_rows();
     std::int32_t cell_of(double p, int axis) const;
     std::uint32_t bucket_of(std::int32_t y, std::int32_t z) const;
     const Row* find_row(std::int32_t y, std::int32_t z) const;
 
-    // Boxes of one row that start behind a box of another and not behind its end, or of the same row.
-    template <class Take>
-    void sweep_itself(const Row& row, Take&& take) {
-        for (std::uint32_t place = row.first; place < row.last; ++place) {
-            visit(place, place + 1, row.last, take);
-        }
-    }
+    // The boxes of two rows that overlap along them.
     template <class Take>
     void sweep(const Row& from, const Row& to, Take&& take) {
         std::uint32_t first = to.first;
-        for (std::uint32_t place = from.first; place < from.last; ++place) {
-            const float start = columns_.start(place);
-            // Of two that start together only one sees the other.
-            const bool is_later = &from > &to;
-            while (first < to.last && (columns_.start(first) < start ||
-                                       (is_later && columns_.start(first) == start))) {
-                ++first;
-            }
-            visit(place, first, to.last, take);
+        for (std::uint32_t i = from.first; i < from.last; ++i) {
+            const Entry& entry = entries_[i];
+            // No box is longer than a cell.
+            const float earliest = entry.box.start - longest_;
+            while (first < to.last && entries_[first].box.start < earliest) ++first;
+            if (first == to.last) return;
+            visit(entry, first, to.last, take);
         }
     }
     template <class Take>
-    void visit(std::uint32_t place, std::uint32_t first, std::uint32_t end_of_row, Take&& take) {
-        const float end = columns_.end(place);
-        std::uint32_t last = first;
-        while (last < end_of_row && columns_.start(last) <= end) ++last;
-        candidate_count_ += last - first;
-        columns_.visit_across(place, first, last, [&](std::size_t other) {
-            take(columns_.body(place), columns_.body(other));
-        });
+    void visit(const Entry& entry, std::uint32_t first, std::uint32_t last, Take&& take) {
+        for (; first < last && entries_[first].box.start <= entry.box.end; ++first) {
+            const Entry& other = entries_[first];
+            if (other.box.end < entry.box.start) continue;
+            ++candidate_count_;
+            if (entry.box.meets_across(other.box)) take(entry.body, other.body);
+        }
     }
 
     double margin_;
-    double per_cell_ = 1.0;  ///< of a metre
+    double cell_ = 0.0;  ///< metres; none yet
+    double per_cell_ = 0.0;
+    float longest_ = 0.0f;  ///< of the widened boxes along x, at least
     Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
     std::span<const Bounds> boxes_;
     std::vector<std::uint32_t> bucket_of_body_;
     std::vector<std::uint32_t> first_of_bucket_;
     std::vector<std::uint32_t> bodies_;  ///< bucket by bucket
-    std::vector<Entry> entries_;
+    std::vector<Entry> entries_;         ///< row by row
     std::vector<Row> rows_;
     std::vector<std::uint32_t> first_row_of_bucket_;
-    BoxColumns columns_;
     std::uint64_t candidate_count_ = 0;
     std::uint64_t update_operations_ = 0;
 };

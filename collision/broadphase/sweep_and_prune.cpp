@@ -43,9 +43,10 @@ void SweepAndPrune::update(std::span<const Bounds> boxes) {
         const double count = static_cast<double>(std::max<std::size_t>(order_.size(), 2));
         update_operations_ += static_cast<std::uint64_t>(count * std::log2(count));
     }
-    columns_.reset(order_.size(), axis_, margin_, origin_);
+    columns_.resize(order_.size());
     for (std::size_t i = 0; i < order_.size(); ++i) {
-        columns_.set(i, order_[i].body, boxes[order_[i].body]);
+        const std::uint32_t body = order_[i].body;
+        columns_.set(i, body, make_sweep_box(boxes[body], axis_, margin_, origin_));
     }
     update_operations_ += order_.size();
 }

@@ -2,9 +2,10 @@
 // What it costs to find which of many moving spheres touch: 2 % of the volume, 1 m across, moving 1/60 m a step.
 // Medians of steps, one thread; Bullet's world without bodies' dynamics beside it where it is found.
 //
-//   broadphase_benchmark [--quick] [--alone] [--most COUNT]
+//   broadphase_benchmark [--quick] [--alone] [--most COUNT] [--only KIND]
 //
 // --quick: few bodies and steps, as ctest runs it. --alone: without Bullet. --most: no more bodies than these.
+// --only: one kind, without Bullet.
 //
 // Ends with 1 where two of them find different numbers of touching pairs, or where updates of the grid take more steps
 // a body for some counts than for others by over 2 %.
@@ -127,7 +128,15 @@ void measure_peer(PeerBroadphase kind, const char* name, std::size_t count, int 
 }
 #endif
 
-int run(bool is_quick, bool is_alone, std::size_t most) {
+struct Settings {
+    bool is_quick = false;
+    bool is_alone = false;
+    std::size_t most = 1'000'000;
+    std::string_view only;
+};
+
+int run(const Settings& settings) {
+    const bool is_quick = settings.is_quick;
     std::printf("%s\n", describe_machine().c_str());
     std::printf("spheres of 1 m, 2 %% of the volume, 1/60 m a step; medians, ms\n");
     std::printf("%9s  %-14s %9s %9s %9s %9s %10s %9s %12s %8s\n", "bodies", "kind", "update",
@@ -136,11 +145,12 @@ int run(bool is_quick, bool is_alone, std::size_t most) {
     double least = 1e300, largest = 0.0;
     for (const std::size_t count :
          {std::size_t{1000}, std::size_t{10'000}, std::size_t{100'000}, std::size_t{1'000'000}}) {
-        if (count > most) break;
+        if (count > settings.most) break;
         const int steps = is_quick ? 5 : count > 200'000 ? 11 : 61;
         std::size_t touching = 0;
         for (const BroadphaseKind kind : {BroadphaseKind::grid, BroadphaseKind::sap,
                                           BroadphaseKind::two_scene, BroadphaseKind::brute}) {
+            if (!settings.only.empty() && settings.only != to_string(kind)) continue;
             // What takes minutes tells nothing more.
             if (kind == BroadphaseKind::brute && count > 10'000) continue;
             if (kind != BroadphaseKind::grid && count > 100'000) continue;
@@ -151,15 +161,15 @@ int run(bool is_quick, bool is_alone, std::size_t most) {
                         static_cast<unsigned long long>(costs.candidates), costs.touching,
                         costs.operations_a_body,
                         1e6 * costs.update_ms / static_cast<double>(count));
+            if (touching == 0) touching = costs.touching;
             if (kind == BroadphaseKind::grid) {
-                touching = costs.touching;
                 least = std::min(least, costs.operations_a_body);
                 largest = std::max(largest, costs.operations_a_body);
             }
             is_sound = is_sound && costs.touching == touching;
         }
 #ifdef TERRANE_BENCH_BULLET
-        if (!is_alone && count <= 100'000) {
+        if (!settings.is_alone && settings.only.empty() && count <= 100'000) {
             std::size_t of_peer = 0;
             measure_peer(PeerBroadphase::tree, "Bullet dbvt", count, steps, of_peer);
             is_sound = is_sound && of_peer == touching;
@@ -169,8 +179,6 @@ int run(bool is_quick, bool is_alone, std::size_t most) {
                 is_sound = is_sound && of_peer == touching;
             }
         }
-#else
-        static_cast<void>(is_alone);
 #endif
         std::fflush(stdout);
     }
@@ -186,21 +194,22 @@ int run(bool is_quick, bool is_alone, std::size_t most) {
 }  // namespace terrane::bench
 
 int main(int argc, char** argv) {
-    bool is_quick = false, is_alone = false;
-    std::size_t most = 1'000'000;
+    terrane::bench::Settings settings;
     for (int i = 1; i < argc; ++i) {
         const std::string_view flag = argv[i];
         if (flag == "--quick") {
-            is_quick = true;
-            most = std::min<std::size_t>(most, 10'000);
+            settings.is_quick = true;
+            settings.most = std::min<std::size_t>(settings.most, 10'000);
         } else if (flag == "--alone") {
-            is_alone = true;
+            settings.is_alone = true;
         } else if (flag == "--most" && i + 1 < argc) {
-            most = static_cast<std::size_t>(std::strtoull(argv[++i], nullptr, 10));
+            settings.most = static_cast<std::size_t>(std::strtoull(argv[++i], nullptr, 10));
+        } else if (flag == "--only" && i + 1 < argc) {
+            settings.only = argv[++i];
         } else {
             std::fprintf(stderr, "broadphase_benchmark: %s is not understood\n", argv[i]);
             return 2;
         }
     }
-    return terrane::bench::run(is_quick, is_alone, most);
+    return terrane::bench::run(settings);
 }
