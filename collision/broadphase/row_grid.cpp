@@ -7,6 +7,8 @@
 namespace terrane::internal {
 namespace {
 
+constexpr std::uint32_t kSide = 8;  // of a block of rows
+constexpr std::uint32_t kBlock = kSide * kSide;
 constexpr std::uint32_t kNoBucket = 0xffffffffu;  // of what is no box
 // A hair larger than the boxes, for what rounding does to quotients.
 constexpr double kHair = 0x1p-18;
@@ -34,18 +36,18 @@ void RowGrid::measure(std::span<const Bounds> boxes) {
     per_cell_ = cell_ > 0.0 ? 1.0 / cell_ : 0.0;
 }
 
-std::int32_t RowGrid::cell_of(double p, int axis) const {
-    return static_cast<std::int32_t>(std::floor((p - origin_[axis]) * per_cell_));
-}
-
 std::uint32_t RowGrid::bucket_of(std::int32_t y, std::int32_t z) const {
-    std::uint64_t hash = static_cast<std::uint64_t>(static_cast<std::uint32_t>(y)) << 32 |
-                         static_cast<std::uint32_t>(z);
+    const auto row = static_cast<std::uint32_t>(y);
+    const auto layer = static_cast<std::uint32_t>(z);
+    std::uint64_t hash = static_cast<std::uint64_t>(row / kSide) << 32 | layer / kSide;
     hash *= 0x9e3779b97f4a7c15u;
     hash ^= hash >> 29;
     hash *= 0xbf58476d1ce4e5b9u;
-    // The upper half of a product spreads over any number of buckets.
-    return static_cast<std::uint32_t>((hash >> 32) * (first_of_bucket_.size() - 1) >> 32);
+    // The upper half of a product spreads over any number of blocks; inside, blocks that share buckets differ.
+    const std::uint64_t blocks = (first_of_bucket_.size() - 1) / kBlock;
+    const std::uint64_t block = (hash >> 32) * blocks >> 32;
+    const std::uint32_t inside = row % kSide + kSide * (layer % kSide);
+    return static_cast<std::uint32_t>(block * kBlock + (inside ^ (hash & (kBlock - 1))));
 }
 
 // False where the cells of before no longer do: too small for a box, much too large for all of them, or too many.
@@ -78,7 +80,7 @@ void RowGrid::update(std::span<const Bounds> boxes) {
     update_operations_ = 0;
     const std::size_t count = boxes.size();
     bucket_of_body_.resize(count);
-    first_of_bucket_.resize(count + 1);
+    first_of_bucket_.resize((count + kBlock - 1) / kBlock * kBlock + 1);
     if (!count_rows(boxes)) {
         measure(boxes);
         count_rows(boxes);

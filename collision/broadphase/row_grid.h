@@ -11,8 +11,8 @@ namespace terrane::internal {
 /// Sources:    M. Teschner et al. Optimized spatial hashing for collision detection of deformable objects. 2003
 ///             (cells by a hash). NVIDIA. GPU Gems 3. 2007, chapter 32 (half of the neighbours).
 /// Deviations: not cells but rows of cells along x are hashed, into as many buckets as there are boxes, by
-///             counting: an update is linear in the boxes, whatever the volume. A row is swept along x, with
-///             itself and four of the eight rows around it.
+///             counting: an update is linear in the boxes, whatever the volume. Rows of a block of 8 x 8 lie
+///             together in memory. A row is swept along x, with itself and four of the eight rows around it.
 class RowGrid {
 public:
     explicit RowGrid(double margin) : margin_(margin) {}
@@ -54,7 +54,11 @@ private:
     void measure(std::span<const Bounds> boxes);
     bool count_rows(std::span<const Bounds> boxes);
     void sort_rows();
-    std::int32_t cell_of(double p, int axis) const;
+    std::int32_t cell_of(double p, int axis) const {
+        const double cells = (p - origin_[axis]) * per_cell_;
+        const auto whole = static_cast<std::int32_t>(cells);
+        return whole - static_cast<std::int32_t>(cells < static_cast<double>(whole));
+    }
     std::uint32_t bucket_of(std::int32_t y, std::int32_t z) const;
     const Row* find_row(std::int32_t y, std::int32_t z) const;
 
