@@ -12,12 +12,13 @@ namespace terrane::internal {
 /// Whether a box contains anything: all is finite, and no end is below its start.
 inline bool is_box(const Bounds& box) {
     constexpr double kLargest = std::numeric_limits<double>::max();
-    bool is = true;
+    int is = 1;
     for (int i = 0; i < 3; ++i) {
-        is = is & (box.low[i] >= -kLargest) & (box.low[i] <= box.high[i]) &
-             (box.high[i] <= kLargest);
+        is &= static_cast<int>(box.low[i] >= -kLargest) &
+              static_cast<int>(box.low[i] <= box.high[i]) &
+              static_cast<int>(box.high[i] <= kLargest);
     }
-    return is;
+    return is != 0;
 }
 
 /// Whether two boxes, each widened by a margin, overlap or touch: the one filter that all pairs pass.

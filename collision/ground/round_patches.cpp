@@ -51,6 +51,7 @@ public:
 
 private:
     static constexpr unsigned kFar = 16;  // in the codes
+
     Eigen::Vector3d vertex(const WindowVertex& v) const {
         return local_.vertex(window_, v.column, v.row);
     }
@@ -128,14 +129,13 @@ private:
         for (int row = cells_.south; row <= cells_.north; ++row) {
             for (int column = cells_.west; column <= cells_.east; ++column) {
                 if (window_.highest(column, row) < low_[2]) continue;
+                const bool is_even = window_.is_cut_to_north_east(column, row);
                 for (const bool is_south : {true, false}) {
                     if (!take_face(column, row, is_south)) continue;
                     is_any_near = true;
-                    const int odd = window_.is_cut_to_north_east(column, row) == is_south ? 1 : 0;
-                    unmark(column + odd, is_south ? row : row + 1);
-                    unmark(window_.is_cut_to_north_east(column, row) ? column : column + 1, row);
-                    unmark(window_.is_cut_to_north_east(column, row) ? column + 1 : column,
-                           row + 1);
+                    unmark(is_even ? column : column + 1, row);
+                    unmark(is_even ? column + 1 : column, row + 1);
+                    unmark(is_even == is_south ? column + 1 : column, is_south ? row : row + 1);
                 }
             }
         }

@@ -113,6 +113,33 @@ class Drop(Folder):
         self.assertNotEqual(state(3), state(4))
 
 
+class Bodies(Folder):
+    KEYS = {"queries", "query_ms", "positive_queries", "positive_ms", "update_ms", "pairs"}
+
+    def test_says_the_same_whatever_the_broadphase(self):
+        answers = []
+        for kind in ("sap", "grid", "two-scene", "brute"):
+            summary = run_json("bodies", "--count", 60, "--queries", 50, "--share", 0.1, "--dt", 0.2,
+                               "--broadphase", kind)
+            self.assertLessEqual(self.KEYS, set(summary))
+            self.assertEqual(summary["queries"], 50)
+            self.assertEqual(summary["broadphase"], kind)
+            self.assertGreater(summary["positive_queries"], 0)
+            self.assertGreater(summary["query_ms"], 0)
+            self.assertLessEqual(summary["pairs"], summary["candidates"])
+            answers.append([summary[key] for key in ("pairs", "touching", "positive_queries")])
+        self.assertEqual(answers, answers[:1] * 4)
+
+    def test_refuses_what_makes_no_sense(self):
+        for arguments, line in (
+                (("--broadphase", "tree"), "--broadphase"), (("--count", 0), "--count"),
+                (("--detail", 1), "--detail"), (("--share", 0.9), "--share"), (("--dt", "nan"), "--dt")):
+            result = run("bodies", *arguments)
+            self.assertEqual(result.returncode, 2)
+            self.assertIn(line, result.stderr)
+            self.assertEqual(result.stderr.count("\n"), 1)
+
+
 class Page(Folder):
     KEYS = {"frames", "late_frames", "late_share", "excess_error_px_s", "bytes_loaded",
             "bytes_wasted", "peak_bytes", "contact_late", "path", "speed", "policy", "radius",

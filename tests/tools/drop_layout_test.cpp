@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "drop/drop_layout.h"
 
+#include "drop/body_random.h"
+
 #include <terrane/collision/ground_contact.h>
 #include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/pager.h>

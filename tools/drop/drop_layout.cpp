@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT
-//
-// Sources:
-//   G. Steele, D. Lea, C. Flood. Fast Splittable Pseudorandom Number Generators. OOPSLA 2014. (the mix)
 #include "drop/drop_layout.h"
 
+#include "drop/body_random.h"
 #include "query/quaternion.h"
 
 #include <algorithm>
@@ -18,43 +16,6 @@ constexpr double kFurtherUp =
     10.0;  // metres over which starts are spread, so that not all land at once
 constexpr std::uint64_t kTries = 64;  // places looked at before a body is given up
 
-std::uint64_t mix(std::uint64_t z) {
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-    return z ^ (z >> 31);
-}
-
-/// Uniform numbers of one body, in their order.
-class BodyRandom {
-public:
-    BodyRandom(std::uint64_t seed, std::uint64_t body) : seed_(seed), body_(body) {}
-    /// 0 to 1, 1 left out.
-    double unit() {
-        return static_cast<double>(hash_numbers(seed_, body_, next_++) >> 11) * 0x1p-53;
-    }
-    double within(double low, double high) { return low + (high - low) * unit(); }
-
-    /// Uniform over the directions of a space, by taking points of the cube until one is in the ball.
-    template <std::size_t dimensions>
-    std::array<double, dimensions> direction() {
-        for (;;) {
-            std::array<double, dimensions> v{};
-            double square = 0.0;
-            for (double& component : v) {
-                component = within(-1.0, 1.0);
-                square += component * component;
-            }
-            if (square > 1.0 || square < 0x1p-20) continue;
-            const double length = std::sqrt(square);
-            for (double& component : v) component /= length;
-            return v;
-        }
-    }
-
-private:
-    std::uint64_t seed_, body_, next_ = 0;
-};
-
 /// Highest the contact surface may be under a disc; nothing where part of it is no ground.
 std::optional<double> ground_below(const Ground& ground, double x, double y, double radius) {
     const CellRange cells{ground.column_at(x - radius), ground.row_at(y - radius),
@@ -66,11 +27,6 @@ std::optional<double> ground_below(const Ground& ground, double x, double y, dou
 }
 
 }  // namespace
-
-std::uint64_t hash_numbers(std::uint64_t seed, std::uint64_t index, std::uint64_t stream) {
-    constexpr std::uint64_t kGolden = 0x9e3779b97f4a7c15u;
-    return mix(mix(mix(seed + kGolden) ^ (index + kGolden)) + stream * kGolden);
-}
 
 Shape shape_of_body(DropShape shape, std::size_t body) {
     constexpr std::array kTurns{DropShape::sphere, DropShape::capsule, DropShape::box};

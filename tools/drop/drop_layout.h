@@ -40,7 +40,4 @@ struct DroppedBody {
 /// Requires the area's ground to be resident.
 std::vector<DroppedBody> lay_out(const DropLayout& layout, const Ground& ground);
 
-/// Hash of three numbers, uniform over 64 bits: random numbers without a state, the same everywhere.
-std::uint64_t hash_numbers(std::uint64_t seed, std::uint64_t index, std::uint64_t stream);
-
 }  // namespace terrane::tools
