@@ -130,10 +130,20 @@ class Bodies(Folder):
             answers.append([summary[key] for key in ("pairs", "touching", "positive_queries")])
         self.assertEqual(answers, answers[:1] * 4)
 
+    def test_the_study_says_how_much_sooner_it_answers(self):
+        summary = run_json("bodies", "--study", "--out", self.path("study"), "--most-bodies", 50,
+                           "--seconds-a-point", 0.002)
+        for key in ("count", "detail", "radius", "equal"):
+            self.assertGreater(summary[key + "_least_speedup"], 0)
+        self.assertIsNotNone(summary["count_slopes"]["sap"]["published_places"])
+        with open(self.path("study/report.html")) as file:
+            self.assertIn("rings of corners", file.read())
+
     def test_refuses_what_makes_no_sense(self):
         for arguments, line in (
                 (("--broadphase", "tree"), "--broadphase"), (("--count", 0), "--count"),
-                (("--detail", 1), "--detail"), (("--share", 0.9), "--share"), (("--dt", "nan"), "--dt")):
+                (("--detail", 1), "--detail"), (("--share", 0.9), "--share"), (("--dt", "nan"), "--dt"),
+                (("--study",), "--out")):
             result = run("bodies", *arguments)
             self.assertEqual(result.returncode, 2)
             self.assertIn(line, result.stderr)

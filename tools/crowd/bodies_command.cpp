@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include "command.h"
-#include "crowd/crowd.h"
+#include "crowd/study.h"
 #include "options/option_values.h"
 #include "output/progress.h"
 #include "output/summary.h"
+#include "report/study_report.h"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
-#include <algorithm>
+#include <filesystem>
 #include <memory>
 
 namespace terrane::tools {
@@ -22,10 +23,44 @@ struct BodiesOptions {
     std::size_t queries = 600;
     double dt = 1.0 / 60.0;
     std::size_t seed = 1;
+    bool is_study = false;
+    std::size_t most_bodies = 1'000'000;  ///< of the study
+    double seconds_a_point = 0.3;         ///< of the study
+    std::string out;
     bool json = false;
 };
 
+CommandResult<void> run_study_command(const BodiesOptions& options) {
+    if (options.out.empty()) return usage_error("--study needs --out DIR for its report.html");
+    const Result<void> ready = prepare_output_folder(options.out);
+    if (!ready) return pass_on(ready.error());
+    StudySettings settings;
+    settings.seed = options.seed;
+    settings.most_bodies = options.most_bodies;
+    settings.seconds_a_point = options.seconds_a_point;
+    Progress progress("studying");
+    const std::vector<StudyTable> tables =
+        run_study(settings, [&](double share) { progress.show(share); });
+    nlohmann::ordered_json summary;
+    for (const StudyTable& table : tables) {
+        summary[table.key + "_slopes"] = to_json(table)["slopes"];
+        const std::optional<double> speedup = least_speedup(table);
+        if (speedup) summary[table.key + "_least_speedup"] = *speedup;
+    }
+    const std::string path = (std::filesystem::path(options.out) / "report.html").string();
+    const Result<void> written = write_study_report(path,
+                                                    {.title = "Many bodies",
+                                                     .command_line = own_command_line(),
+                                                     .film = "",
+                                                     .summary = summary},
+                                                    tables);
+    if (!written) return pass_on(written.error());
+    print_summary(summary, options.json);
+    return {};
+}
+
 CommandResult<void> run_bodies(const BodiesOptions& options) {
+    if (options.is_study) return run_study_command(options);
     if (options.layout.count > kMostBodies) {
         return usage_error(
             fmt::format("--count must be at most {}, got {}", kMostBodies, options.layout.count));
@@ -38,37 +73,22 @@ CommandResult<void> run_bodies(const BodiesOptions& options) {
     layout.seed = options.seed;
     Crowd crowd(layout);
     Progress progress("looking");
-    CrowdQuery total;
-    std::size_t positive_queries = 0;
-    double positive_ms = 0.0;
-    for (std::size_t i = 0; i < options.queries; ++i) {
-        progress.show(static_cast<double>(i) / static_cast<double>(options.queries));
-        const CrowdQuery query = crowd.look();
-        total.update_ms += query.update_ms;
-        total.query_ms += query.query_ms;
-        total.pairs += query.pairs;
-        total.touching += query.touching;
-        total.candidates += query.candidates;
-        if (query.touching > 0) {
-            ++positive_queries;
-            positive_ms += query.query_ms;
-        }
-        crowd.move(options.dt);
-    }
-    const auto count = static_cast<double>(options.queries);
+    const CrowdTotals totals = run_crowd(crowd, options.dt, [&](const CrowdTotals& so_far) {
+        progress.show(static_cast<double>(so_far.queries) / static_cast<double>(options.queries));
+        return so_far.queries < options.queries;
+    });
     nlohmann::ordered_json summary;
     summary["bodies"] = layout.count;
     summary["broadphase"] = to_string(layout.broadphase);
     summary["corners"] = crowd.corner_count();
     summary["queries"] = options.queries;
-    summary["query_ms"] = total.query_ms / count;
-    summary["positive_queries"] = positive_queries;
-    summary["positive_ms"] =
-        positive_queries > 0 ? positive_ms / static_cast<double>(positive_queries) : 0.0;
-    summary["update_ms"] = total.update_ms / count;
-    summary["pairs"] = total.pairs;
-    summary["touching"] = total.touching;
-    summary["candidates"] = total.candidates;
+    summary["query_ms"] = totals.mean_query_ms();
+    summary["positive_queries"] = totals.positive_queries;
+    summary["positive_ms"] = totals.mean_positive_ms();
+    summary["update_ms"] = totals.mean_update_ms();
+    summary["pairs"] = totals.pairs;
+    summary["touching"] = totals.touching;
+    summary["candidates"] = totals.candidates;
     print_summary(summary, options.json);
     return {};
 }
@@ -115,6 +135,13 @@ void add_bodies_command(CLI::App& app, CommandContext& context) {
             "rotation first) or brute (every pair)")
         ->type_name("NAME")
         ->default_str("sap");
+    bodies->add_flag(
+        "--study", options->is_study,
+        "Tables against count, detail and radius, beside published ones: report.html in --out");
+    add_count(*bodies, "--most-bodies", options->most_bodies, 50, "Of the study's tables, at most");
+    add_positive(*bodies, "--seconds-a-point", options->seconds_a_point,
+                 "Time that the study looks at each point and broadphase for, seconds");
+    bodies->add_option("--out", options->out, "Folder of the study's report")->type_name("DIR");
     bodies->add_flag("--json", options->json, "Print one JSON object");
     bodies->footer(
         "Bodies fly straight, turn evenly, pass through each other and are thrown back by the "

@@ -128,7 +128,7 @@ CrowdQuery Crowd::look() {
     for (const BodyPair& pair : pairs) {
         const Body& a = bodies_[pair.a];
         const Body& b = bodies_[pair.b];
-        query.touching += test_contact(a.shape, a.pose, b.shape, b.pose).is_touching ? 1 : 0;
+        query.touching += test_contact(a.shape, a.pose, b.shape, b.pose).is_touching ? 1u : 0u;
     }
     query.query_ms = now_ms() - updated;
     query.update_ms = updated - start;

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+#include "crowd/crowd_run.h"
+
+namespace terrane::tools {
+
+void CrowdTotals::add(const CrowdQuery& query) {
+    ++queries;
+    query_ms += query.query_ms;
+    update_ms += query.update_ms;
+    pairs += query.pairs;
+    touching += query.touching;
+    candidates += query.candidates;
+    if (query.touching == 0) return;
+    ++positive_queries;
+    positive_ms += query.query_ms;
+}
+
+CrowdTotals run_crowd(Crowd& crowd, double dt,
+                      const std::function<bool(const CrowdTotals&)>& goes_on) {
+    CrowdTotals totals;
+    do {
+        totals.add(crowd.look());
+        crowd.move(dt);
+    } while (goes_on(totals));
+    return totals;
+}
+
+}  // namespace terrane::tools

@@ -1,0 +1,105 @@
+// Fills the report of the study of many bodies: a card for each table, with a plot of its logarithms.
+const colours = {published: "--soft", sap: "--main", grid: "--limit", "two-scene": "--second"};
+const series = table => Object.keys(table.slopes);
+const milliseconds = value => value === undefined ? "" : Number(value.toPrecision(3)).toString();
+
+// [heading, what a point shows] of a table
+function columnsOf(table) {
+  const columns = [[table.x_name, point => short(point.x)]];
+  const isPublished = table.points.some(point => "published_query_ms" in point);
+  if (isPublished) columns.push(["published, ms", point => milliseconds(point.published_query_ms)]);
+  for (const name of series(table)) {
+    columns.push([name + " query, ms", point => milliseconds(point[name]?.query_ms)]);
+    columns.push([name + " positive, ms",
+      point => point[name]?.positive_queries ? milliseconds(point[name].positive_ms) : ""]);
+    columns.push([name + " update, ms", point => milliseconds(point[name]?.update_ms)]);
+  }
+  if (isPublished) {
+    const best = point => Math.min(...series(table).map(name => point[name]?.query_ms ?? Infinity));
+    columns.push(["published / best", point =>
+      "published_query_ms" in point ? short(Math.round(point.published_query_ms / best(point))) : ""]);
+  }
+  return columns;
+}
+
+function tableOf(table) {
+  const made = element("table");
+  const head = made.createTHead().insertRow();
+  const columns = columnsOf(table);
+  for (const [name] of columns) head.append(element("th", name));
+  const body = made.createTBody();
+  for (const point of table.points) {
+    const row = body.insertRow();
+    for (const [, show] of columns) row.append(element("td", show(point)));
+  }
+  return made;
+}
+
+const slopesOf = table => "Slopes of query times: " + series(table).map(name => {
+  const {all, published_places: few} = table.slopes[name];
+  const fits = [];
+  if (few !== null) fits.push(few.toFixed(2) + " over the published places");
+  if (all !== null && all !== few) fits.push(all.toFixed(2) + " over all");
+  return fits.length ? name + " " + fits.join(", ") : "";
+}).filter(text => text).join("; ") + ".";
+
+function drawLogarithms(table, canvas) {
+  const line = (label, name, points, dashed) => ({
+    label, data: points, showLine: true, borderColor: colour(name), backgroundColor: colour(name),
+    borderWidth: 1.5, borderDash: dashed ? [6, 4] : [], pointRadius: 2.5,
+  });
+  const lines = [];
+  const published = table.points.filter(point => "published_query_ms" in point);
+  if (published.length > 1) {
+    lines.push(line("published", colours.published,
+      published.map(point => ({x: point.x, y: point.published_query_ms})), true));
+  }
+  for (const name of series(table)) {
+    lines.push(line(name, colours[name], table.points.filter(point => name in point).map(
+      point => ({x: point.x, y: point[name].query_ms})), false));
+  }
+  const axis = text => ({type: "logarithmic", title: {display: true, text},
+    ticks: {maxRotation: 0, callback: value => {
+      const power = Math.log10(value);
+      return Math.abs(power - Math.round(power)) < 1e-9 ? short(value) : "";
+    }}});
+  return new Chart(canvas, {
+    type: "scatter", data: {datasets: lines},
+    options: {
+      animation: false, maintainAspectRatio: false,
+      plugins: {legend: {align: "end", labels: {boxWidth: 18, boxHeight: 1}}},
+      scales: {x: axis(table.x_name), y: axis("ms a query")},
+    },
+  });
+}
+
+const tiles = [];
+for (const table of data.tables) {
+  const fit = table.slopes[series(table)[0]].published_places;
+  if (fit !== null) tiles.push([table.title + ": slope", fit.toFixed(2), false]);
+}
+showTiles(tiles);
+document.getElementById("plots").style.gridTemplateColumns = "1fr";  // for the width of the tables
+const canvases = data.tables.map(table => {
+  const card = element("section", undefined, "card");
+  const plot = element("div", undefined, "plot");
+  const canvas = element("canvas");
+  plot.append(canvas);
+  const wide = element("div", undefined, "wide");
+  wide.append(tableOf(table));
+  card.append(element("h2", table.title), element("p", table.text), plot,
+    element("p", slopesOf(table)), wide);
+  document.getElementById("plots").append(card);
+  return canvas;
+});
+const charts = [];
+const draw = () => {
+  while (charts.length) charts.pop().destroy();
+  Chart.defaults.color = colour("--soft");
+  Chart.defaults.borderColor = colour("--grid");
+  Chart.defaults.font.family = "system-ui, 'DejaVu Sans', sans-serif";
+  data.tables.forEach((table, i) => charts.push(drawLogarithms(table, canvases[i])));
+};
+draw();
+window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
+showSummary();

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "crowd/study.h"
+#include "report/report.h"
+
+#include <span>
+#include <string>
+
+namespace terrane::tools {
+
+/// The report of the study of many bodies: for each table what is seen, our times beside the published ones,
+/// and both axes' logarithms drawn with the slopes that fit them.
+///
+/// Fails with io, naming the path.
+Result<void> write_study_report(const std::string& path, const ReportHeader& header,
+                                std::span<const StudyTable> tables);
+
+}  // namespace terrane::tools
