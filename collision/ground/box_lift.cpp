@@ -22,8 +22,8 @@ struct Place {
 class Scan {
 public:
     Scan(const GroundWindow& window, const Eigen::Vector3d& corner, double spacing,
-         const LocalShape& box, double floor)
-        : window_(window), box_(box), limit_(floor), slabs_(box, corner, spacing) {
+         const LocalShape& box, double floor, double enough)
+        : window_(window), box_(box), limit_(floor), enough_(enough), slabs_(box, corner, spacing) {
         const double cells = 1.0 / spacing;
         for (std::size_t k = 0; k < 8; ++k) {
             const Eigen::Vector3d p = box.corner(static_cast<int>(k)) - corner;
@@ -34,8 +34,10 @@ public:
     WindowLift run() {
         make_ranges();
         take_vertices();
-        for (const Place& place : corners_) take_corner(place);
-        take_edges();
+        if (limit_ <= enough_) {
+            for (const Place& place : corners_) take_corner(place);
+            take_edges();
+        }
         const double u = x_ - static_cast<double>(best_.column);
         const double v = y_ - static_cast<double>(best_.row);
         best_.is_south =
@@ -72,7 +74,7 @@ private:
     // Vertices of the ground, seen straight up from below the box.
     void take_vertices() {
         const double lowest = box_.centre[2] - box_.bounds[2];
-        for (int row = first_row_; row <= last_row_; ++row) {
+        for (int row = first_row_; row <= last_row_ && limit_ <= enough_; ++row) {
             const auto v = static_cast<double>(row);
             const std::array<BoxSlabs::Slab, 3> slabs = slabs_.along(v);
             for (int column = first_column_; column <= last_column_; ++column) {
@@ -218,7 +220,8 @@ private:
 
     const GroundWindow& window_;
     const LocalShape& box_;
-    double limit_;  // lifts up to it are not looked for
+    double limit_;   // lifts up to it are not looked for
+    double enough_;  // nor others where one is above this
     std::array<Place, 8> corners_;
     BoxSlabs slabs_;
     int first_column_ = 0, last_column_ = 0, first_row_ = 0, last_row_ = 0;
@@ -229,8 +232,8 @@ private:
 }  // namespace
 
 WindowLift find_box_lift(const GroundWindow& window, const Eigen::Vector3d& corner, double spacing,
-                         const LocalShape& box, double floor) {
-    return Scan(window, corner, spacing, box, floor).run();
+                         const LocalShape& box, double floor, double enough) {
+    return Scan(window, corner, spacing, box, floor, enough).run();
 }
 
 }  // namespace terrane::internal

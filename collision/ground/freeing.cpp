@@ -94,6 +94,18 @@ bool is_surface_near(const LocalGround& local, const Eigen::Vector3d& p, double 
     return visitor.is_near;
 }
 
+// Whether a point of a shape is under the ground by more than a height: then so is the shape.
+bool is_below(const LocalGround& local, const Eigen::Vector3d& p, double height) {
+    const CellRange over = local.cells(p[0], p[1], p[0], p[1]);
+    if (over.east < over.west || over.north < over.south) return false;
+    const GroundCell cell = local.cell(over.east, over.north);
+    if (cell.status != GroundStatus::ok) return false;
+    for (const Triangle& triangle : local.triangles(cell, over.east, over.north)) {
+        if (is_over(p, triangle) && TrianglePlane(triangle).above(p) > height) return true;
+    }
+    return false;
+}
+
 // Whether no translation of under `share` of the length of `d` frees the shape, seen from the point of it that
 // `d` takes furthest out: while that is inside the ground the shape is not free, and the surface is further away.
 bool is_far_inside(const LocalGround& local, const LocalShape& shape, const Eigen::Vector3d& d,
@@ -165,16 +177,16 @@ Eigen::Vector3d find_freeing(const LocalGround& local, const LocalBody& body, do
     if (!(lift > 0.0)) return Eigen::Vector3d::Zero();
     const Eigen::Vector3d up(0.0, 0.0, lift);
     Eigen::Vector3d best = up;
-    Eigen::Vector3d inside;
+    Eigen::Vector3d from_inside;
     double least = 0.0;
-    if (find_from_inside(local, body, inside, least) && length(inside) <= lift) {
+    if (find_from_inside(local, body, from_inside, least) && length(from_inside) <= lift) {
         const double smallest = body.whole().smallest;
-        if (is_short_enough(smallest, length(inside), least)) return inside;
-        if (!body.is_compound() && is_deep(length(inside), smallest) &&
-            is_far_inside(local, body.whole(), inside, kShare)) {
-            return inside;
+        if (is_short_enough(smallest, length(from_inside), least)) return from_inside;
+        if (!body.is_compound() && is_deep(length(from_inside), smallest) &&
+            is_far_inside(local, body.whole(), from_inside, kShare)) {
+            return from_inside;
         }
-        best = shorten(local, body, inside);
+        best = shorten(local, body, from_inside);
     }
     const Eigen::Vector3d from_above = shorten(local, body, up);
     if (length(from_above) < length(best)) best = from_above;
@@ -183,20 +195,35 @@ Eigen::Vector3d find_freeing(const LocalGround& local, const LocalBody& body, do
         return length(best) < local.spacing() ? find_shortest_way(local, body, best) : best;
     }
 
-    // Deep: sideways offsets on a grid, each with the lift that is left there.
+    if (!body.is_compound() && is_far_inside(local, body.whole(), best, kShare)) return best;
+
+    // Deep: sideways offsets on a grid, each with the lift that is left there, for a way that is much shorter.
     constexpr int kSide = 20;  // steps to each side
-    const double step = length(best) / kSide;
+    const double step = kShare * length(best) / kSide;
     Eigen::Vector3d start = best;
+    // Most offsets are told to be hopeless by one of a few points.
+    std::array<Eigen::Vector3d, 3> inside;
+    std::size_t inside_count = 0;
+    if (!body.is_compound()) {
+        const LocalShape& shape = body.whole();
+        inside = {shape.deepest_point(best / length(best)),
+                  shape.deepest_point(Eigen::Vector3d::UnitZ()), shape.centre};
+        inside_count = inside.size();
+    }
     for (int row = -kSide; row <= kSide; ++row) {
         for (int column = -kSide; column <= kSide; ++column) {
             Eigen::Vector3d offset(step * column, step * row, 0.0);
-            // more than what is left of the shortest so far helps nobody
-            const double square = dot(start, start) - dot(offset, offset);
+            const double square = kShare * kShare * dot(start, start) - dot(offset, offset);
             if (!(square > 0.0)) continue;
-            const double enough = std::sqrt(square) * (1.0 + 1e-9);
+            const double enough = std::sqrt(square);
+            bool is_hopeless = false;
+            for (std::size_t i = 0; i < inside_count && !is_hopeless; ++i) {
+                is_hopeless = is_below(local, inside[i] + offset, enough);
+            }
+            if (is_hopeless) continue;
             const double rest = find_lift(local, body, offset, 0.0, enough).lift;
             offset[2] = std::max(rest, 0.0);
-            if (length(offset) < length(start)) start = offset;
+            if (length(offset) < kShare * length(start)) start = offset;
         }
     }
     if (length(start) < length(best)) best = shorten(local, body, start);

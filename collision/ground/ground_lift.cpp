@@ -102,12 +102,12 @@ private:
 
 // Over a window that holds the cells under a box or a round shape.
 GroundLift find_lift(const LocalGround& local, const GroundWindow& window, const CellRange& cells,
-                     const LocalShape& shape, double floor) {
+                     const LocalShape& shape, double floor, double enough) {
     GroundLift result;
     const WindowLift found =
         shape.kind == ShapeKind::box
-            ? find_box_lift(window, local.corner(window), local.spacing(), shape, floor)
-            : find_round_lift(local, window, cells, shape, floor);
+            ? find_box_lift(window, local.corner(window), local.spacing(), shape, floor, enough)
+            : find_round_lift(local, window, cells, shape, floor, enough);
     if (!(found.lift > floor)) return result;
     result.lift = found.lift;
     result.triangle = local.triangle(window, found.column, found.row, found.is_south);
@@ -155,7 +155,7 @@ GroundLift find_lift(const LocalGround& local, const LocalShape& shape, const Ei
     const CellRange cells = local.cells(low[0], low[1], high[0], high[1]);
     const GroundWindow* const window = local.window(cells, 0);
     if (window != nullptr && moved.kind != ShapeKind::hull) {
-        GroundLift lift = find_lift(local, *window, cells, moved, floor);
+        GroundLift lift = find_lift(local, *window, cells, moved, floor, enough);
         if (error == LiftError::asked_for) lift.error_m = local.error(cells);
         return lift;
     }

@@ -113,11 +113,12 @@ double lift_over_rim(const LocalShape& shape, const std::array<Eigen::Vector3d, 
 class Scan {
 public:
     Scan(const LocalGround& local, const GroundWindow& window, const CellRange& cells,
-         const LocalShape& shape, double floor)
+         const LocalShape& shape, double floor, double enough)
         : local_(local),
           window_(window),
           shape_(shape),
           floor_(floor),
+          enough_(enough),
           spacing_(local.spacing()),
           per_metre_(local.inverse_spacing()),
           lowest_(shape.centre[2] - shape.bounds[2]),
@@ -133,14 +134,14 @@ public:
         const int first_column = std::clamp(static_cast<int>(p[0] / spacing_), west_, east_);
         const int first_row = std::clamp(static_cast<int>(p[1] / spacing_), south_, north_);
         take_cell(first_column, first_row);
-        for (int row = south_; row <= north_; ++row) {
+        for (int row = south_; row <= north_ && best_.lift <= enough_; ++row) {
             for (int column = west_; column <= east_; ++column) {
                 if (column != first_column || row != first_row) take_cell(column, row);
             }
         }
         for (std::size_t i = 0; i < open_count_; ++i) {
             const Open& open = open_[i];
-            if (!is_more(open.bound)) continue;
+            if (!is_more(open.bound) || best_.lift > enough_) continue;
             take(
                 lift_over_rim(shape_, local_.corners(window_, open.column, open.row, open.is_south),
                               {open.most_x, open.most_y, 0.0}),
@@ -208,6 +209,7 @@ private:
     const GroundWindow& window_;
     const LocalShape& shape_;
     double floor_;
+    double enough_;
     double spacing_;
     double per_metre_;  // cells
     double lowest_;
@@ -238,8 +240,9 @@ double compute_round_lift(const LocalShape& shape, const Triangle& triangle) {
 }
 
 WindowLift find_round_lift(const LocalGround& local, const GroundWindow& window,
-                           const CellRange& cells, const LocalShape& shape, double floor) {
-    return Scan(local, window, cells, shape, floor).run();
+                           const CellRange& cells, const LocalShape& shape, double floor,
+                           double enough) {
+    return Scan(local, window, cells, shape, floor, enough).run();
 }
 
 }  // namespace terrane::internal

@@ -11,8 +11,9 @@ namespace terrane::internal {
 double compute_round_lift(const LocalShape& shape, const Triangle& triangle);
 
 /// The lift of a sphere or capsule over the cells of a range, none of them more than one cell from the end
-/// of the window. Lifts at or below `floor` need not be found.
+/// of the window. Lifts at or below `floor` need not be found, nor others where one is above `enough`.
 WindowLift find_round_lift(const LocalGround& local, const GroundWindow& window,
-                           const CellRange& cells, const LocalShape& shape, double floor);
+                           const CellRange& cells, const LocalShape& shape, double floor,
+                           double enough);
 
 }  // namespace terrane::internal
