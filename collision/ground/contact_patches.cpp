@@ -82,21 +82,21 @@ std::size_t reduce(std::span<Contact> patch) {
     return kept;
 }
 
-// Finds contacts with the cells of a range that a window holds, feature by feature; false where the shape is of
-// a kind that is paired triangle by triangle.
-bool find_window_patches(const LocalGround& local, const GroundWindow& window,
+// Whether a shape is paired with the features of a window; else it is with triangle after triangle.
+bool is_paired_by_feature(const LocalShape& shape) {
+    return shape.kind == ShapeKind::box || (shape.kind == ShapeKind::round && shape.radius > kThin);
+}
+
+// Finds contacts of such a shape with cells that a window holds.
+void find_window_patches(const LocalGround& local, const GroundWindow& window,
                          const CellRange& cells, const LocalShape& shape, std::uint32_t part,
                          const Eigen::Vector3d& freeing, double margin, double reach,
                          ContactPatches& patches) {
     if (shape.kind == ShapeKind::box) {
         find_box_patches(local, window, cells, shape, part, freeing, margin, reach, patches);
-        return true;
-    }
-    if (shape.kind == ShapeKind::round && shape.radius > kThin) {
+    } else {
         find_round_patches(local, window, cells, shape, part, freeing, margin, reach, patches);
-        return true;
     }
-    return false;
 }
 
 struct PatchVisitor {
@@ -122,11 +122,10 @@ struct PatchVisitor {
         return false;
     }
     bool take_square(const CellRange& cells) {
+        if (!is_paired_by_feature(shape)) return false;
         const GroundWindow* const window = local.window(cells, 1);
-        if (window == nullptr || !find_window_patches(local, *window, cells, shape, part, freeing,
-                                                      margin, reach, patches)) {
-            return false;
-        }
+        if (window == nullptr) return false;
+        find_window_patches(local, *window, cells, shape, part, freeing, margin, reach, patches);
         error_m = std::max(error_m, local.error(cells));
         return true;
     }
@@ -150,8 +149,8 @@ bool find_patches(const LocalGround& local, const LocalShape& shape, std::uint32
     if (window != nullptr) error_out = std::max(error_out, local.error(cells));
     // Of a deep overlap only what is near where the shape is free matters.
     const double reach = margin + std::min(length(freeing), kDeep * shape.smallest);
-    if (window != nullptr &&
-        find_window_patches(local, *window, cells, shape, part, freeing, margin, reach, patches)) {
+    if (window != nullptr && is_paired_by_feature(shape)) {
+        find_window_patches(local, *window, cells, shape, part, freeing, margin, reach, patches);
         return true;
     }
     LocalShape moved = shape;

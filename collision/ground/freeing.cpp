@@ -127,6 +127,41 @@ bool is_far_inside(const LocalGround& local, const LocalShape& shape, const Eige
     return is_inside && local.is_all_ground(cells) && !is_surface_near(local, p, reach, cells);
 }
 
+// A translation that frees a body and is much shorter than a known one, or that one: sideways offsets on a grid,
+// each with the lift that is left there.
+Eigen::Vector3d look_around(const LocalGround& local, const LocalBody& body,
+                            const Eigen::Vector3d& known) {
+    constexpr int kSide = 20;  // steps to each side
+    const double step = kShare * length(known) / kSide;
+    Eigen::Vector3d best = known;
+    // Most offsets are told to be hopeless by one of a few points.
+    std::array<Eigen::Vector3d, 3> inside;
+    std::size_t inside_count = 0;
+    if (!body.is_compound()) {
+        const LocalShape& shape = body.whole();
+        inside = {shape.deepest_point(known / length(known)),
+                  shape.deepest_point(Eigen::Vector3d::UnitZ()), shape.centre};
+        inside_count = inside.size();
+    }
+    for (int row = -kSide; row <= kSide; ++row) {
+        for (int column = -kSide; column <= kSide; ++column) {
+            Eigen::Vector3d offset(step * column, step * row, 0.0);
+            const double square = kShare * kShare * dot(best, best) - dot(offset, offset);
+            if (!(square > 0.0)) continue;
+            const double enough = std::sqrt(square);
+            bool is_hopeless = false;
+            for (std::size_t i = 0; i < inside_count && !is_hopeless; ++i) {
+                is_hopeless = is_below(local, inside[i] + offset, enough);
+            }
+            if (is_hopeless) continue;
+            const double rest = find_lift(local, body, offset, 0.0, enough).lift;
+            offset[2] = std::max(rest, 0.0);
+            if (length(offset) < kShare * length(best)) best = offset;
+        }
+    }
+    return best;
+}
+
 }  // namespace
 
 Eigen::Vector3d shorten(const LocalGround& local, const LocalBody& body, Eigen::Vector3d d) {
@@ -194,38 +229,8 @@ Eigen::Vector3d find_freeing(const LocalGround& local, const LocalBody& body, do
         // Cells that are smaller than the way have more sides than ways out.
         return length(best) < local.spacing() ? find_shortest_way(local, body, best) : best;
     }
-
     if (!body.is_compound() && is_far_inside(local, body.whole(), best, kShare)) return best;
-
-    // Deep: sideways offsets on a grid, each with the lift that is left there, for a way that is much shorter.
-    constexpr int kSide = 20;  // steps to each side
-    const double step = kShare * length(best) / kSide;
-    Eigen::Vector3d start = best;
-    // Most offsets are told to be hopeless by one of a few points.
-    std::array<Eigen::Vector3d, 3> inside;
-    std::size_t inside_count = 0;
-    if (!body.is_compound()) {
-        const LocalShape& shape = body.whole();
-        inside = {shape.deepest_point(best / length(best)),
-                  shape.deepest_point(Eigen::Vector3d::UnitZ()), shape.centre};
-        inside_count = inside.size();
-    }
-    for (int row = -kSide; row <= kSide; ++row) {
-        for (int column = -kSide; column <= kSide; ++column) {
-            Eigen::Vector3d offset(step * column, step * row, 0.0);
-            const double square = kShare * kShare * dot(start, start) - dot(offset, offset);
-            if (!(square > 0.0)) continue;
-            const double enough = std::sqrt(square);
-            bool is_hopeless = false;
-            for (std::size_t i = 0; i < inside_count && !is_hopeless; ++i) {
-                is_hopeless = is_below(local, inside[i] + offset, enough);
-            }
-            if (is_hopeless) continue;
-            const double rest = find_lift(local, body, offset, 0.0, enough).lift;
-            offset[2] = std::max(rest, 0.0);
-            if (length(offset) < kShare * length(start)) start = offset;
-        }
-    }
+    const Eigen::Vector3d start = look_around(local, body, best);
     if (length(start) < length(best)) best = shorten(local, body, start);
     if (length(best) < 4.0 * local.spacing()) best = find_shortest_way(local, body, best);
     return best;
