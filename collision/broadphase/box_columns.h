@@ -64,7 +64,6 @@ public:
         high_v_[place] = box.high_v;
     }
 
-    std::size_t size() const { return bodies_.size(); }
     std::uint32_t body(std::size_t place) const { return bodies_[place]; }
     float start(std::size_t place) const { return start_[place]; }
     float end(std::size_t place) const { return end_[place]; }

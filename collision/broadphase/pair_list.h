@@ -3,15 +3,14 @@
 
 #include <terrane/collision/broadphase.h>
 
-#include <limits>
 #include <span>
 #include <vector>
 
 namespace terrane::internal {
 
-/// Whether a box contains anything: all is finite, and no end is below its start.
+/// Whether a box contains anything: see Bounds.
 inline bool is_box(const Bounds& box) {
-    constexpr double kLargest = std::numeric_limits<double>::max();
+    constexpr double kLargest = 1e150;  // squares of differences are finite
     int is = 1;
     for (int i = 0; i < 3; ++i) {
         is &= static_cast<int>(box.low[i] >= -kLargest) &

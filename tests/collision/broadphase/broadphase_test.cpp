@@ -184,7 +184,9 @@ TEST_P(Broadphases, PassOverWhatIsNoBox) {
     broken.bounds[4].high.z() = kInfinity;
     broken.bounds[5].low.x() = -kInfinity;
     std::swap(broken.bounds[6].low, broken.bounds[6].high);
-    const auto is_whole = [](std::uint32_t i) { return i < 3 || i > 6; };
+    broken.bounds[7].high.x() = 1e300;
+    broken.bounds[8].low.z() = -std::numeric_limits<double>::max();
+    const auto is_whole = [](std::uint32_t i) { return i < 3 || i > 8; };
     // whole, broken, and mended again
     for (const Crowd* now : {&crowd, &broken, &crowd}) {
         broadphase->update(now->bounds, now->balls);
@@ -194,6 +196,20 @@ TEST_P(Broadphases, PassOverWhatIsNoBox) {
         }
         const std::span<const BodyPair> found = broadphase->find_pairs();
         EXPECT_TRUE(std::equal(found.begin(), found.end(), expected.begin(), expected.end()));
+    }
+}
+
+TEST_P(Broadphases, HoldOutAtTheEndsOfTheWorld) {
+    Crowd crowd;
+    for (const double far : {-1e150, -1.0, 0.0, 1.0, 1e150}) {
+        for (const double half : {0.0, 1e-150, 0.5, 1e149}) {
+            const Eigen::Vector3d centre(0.8 * far, -0.8 * far, 0.0);
+            crowd.add(centre, {half, half, half});
+        }
+    }
+    const auto broadphase = make_broadphase(GetParam(), 0.0);
+    for (int step = 0; step < 2; ++step) {
+        ASSERT_NO_FATAL_FAILURE(expect_all_pairs(*broadphase, crowd, 0.0));
     }
 }
 

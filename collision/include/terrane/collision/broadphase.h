@@ -10,8 +10,8 @@
 
 namespace terrane {
 
-/// A box along the world's axes, metres: closed, empty where an end of it is not a number, not finite or below
-/// its start.
+/// A box along the world's axes, metres: closed, empty where an end of it is not a number, further than 1e150
+/// from 0 or below its start.
 struct Bounds {
     Eigen::Vector3d low = Eigen::Vector3d::Zero();
     Eigen::Vector3d high = Eigen::Vector3d::Zero();
