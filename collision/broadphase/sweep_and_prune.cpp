@@ -2,7 +2,6 @@
 #include "sweep_and_prune.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace terrane::internal {
 namespace {
@@ -30,18 +29,15 @@ void SweepAndPrune::update(std::span<const Bounds> boxes) {
         const bool is_all = kept == order_.size();
         order_.resize(kept);
         update_operations_ += boxes.size();
-        const auto box_count = static_cast<std::size_t>(
-            std::count_if(boxes.begin(), boxes.end(), [](const Bounds& b) { return is_box(b); }));
-        if (!is_all || box_count != kept) collect(boxes);
+        if (!is_all || box_count_ != kept) collect(boxes);
     } else {
         collect(boxes);
     }
     if (!is_known || !sort_by_insertion()) {
-        std::sort(order_.begin(), order_.end(), [](const Entry& a, const Entry& b) {
-            return a.low != b.low ? a.low < b.low : a.body < b.body;
+        std::sort(order_.begin(), order_.end(), [this](const Entry& a, const Entry& b) {
+            ++update_operations_;
+            return is_before(a, b);
         });
-        const double count = static_cast<double>(std::max<std::size_t>(order_.size(), 2));
-        update_operations_ += static_cast<std::uint64_t>(count * std::log2(count));
     }
     columns_.resize(order_.size());
     for (std::size_t i = 0; i < order_.size(); ++i) {
@@ -56,20 +52,21 @@ void SweepAndPrune::choose_axis(std::span<const Bounds> boxes) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     Eigen::Vector3d squares = Eigen::Vector3d::Zero();
     Eigen::Vector3d sizes = Eigen::Vector3d::Zero();
-    double count = 0.0;
+    box_count_ = 0;
     for (const Bounds& box : boxes) {
         if (!is_box(box)) continue;
-        if (count == 0.0) origin_ = box.low;
+        if (box_count_ == 0) origin_ = box.low;
         const Eigen::Vector3d from = box.low - origin_;
         sum += from;
         squares += from.cwiseProduct(from);
         sizes += box.high - box.low;
-        count += 1.0;
+        ++box_count_;
     }
-    if (count == 0.0) {
+    if (box_count_ == 0) {
         axis_ = std::max(axis_, 0);
         return;
     }
+    const auto count = static_cast<double>(box_count_);
     Eigen::Vector3d spread;
     for (int i = 0; i < 3; ++i) {
         const double mean = sum[i] / count;
@@ -96,9 +93,6 @@ void SweepAndPrune::collect(std::span<const Bounds> boxes) {
 
 // False, and any order, where too much has moved.
 bool SweepAndPrune::sort_by_insertion() {
-    const auto is_before = [](const Entry& a, const Entry& b) {
-        return a.low != b.low ? a.low < b.low : a.body < b.body;
-    };
     const std::uint64_t most = kMostMoves * order_.size();
     std::uint64_t moves = 0;
     for (std::size_t i = 1; i < order_.size() && moves <= most; ++i) {

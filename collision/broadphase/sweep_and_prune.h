@@ -42,10 +42,14 @@ private:
         double low;
         std::uint32_t body;
     };
+    static bool is_before(const Entry& a, const Entry& b) {
+        return a.low != b.low ? a.low < b.low : a.body < b.body;
+    }
 
     double margin_;
     int axis_ = -1;
-    std::size_t body_count_ = 0;
+    std::size_t body_count_ = 0;  ///< of the last update
+    std::size_t box_count_ = 0;   ///< of them that are boxes
     Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
     std::vector<Entry> order_;
     BoxColumns columns_;

@@ -94,13 +94,22 @@ bool is_surface_near(const LocalGround& local, const Eigen::Vector3d& p, double 
     return visitor.is_near;
 }
 
-// Whether a point of a shape is under the ground by more than a height: then so is the shape.
-bool is_below(const LocalGround& local, const Eigen::Vector3d& p, double height) {
+// The triangles of the cell that a point is over or under: false where that is no ground.
+bool find_cell_at(const LocalGround& local, const Eigen::Vector3d& p,
+                  std::array<Triangle, 2>& triangles_out) {
     const CellRange over = local.cells(p[0], p[1], p[0], p[1]);
     if (over.east < over.west || over.north < over.south) return false;
     const GroundCell cell = local.cell(over.east, over.north);
     if (cell.status != GroundStatus::ok) return false;
-    for (const Triangle& triangle : local.triangles(cell, over.east, over.north)) {
+    triangles_out = local.triangles(cell, over.east, over.north);
+    return true;
+}
+
+// Whether a point of a shape is under the ground by more than a height: then so is the shape.
+bool is_below(const LocalGround& local, const Eigen::Vector3d& p, double height) {
+    std::array<Triangle, 2> triangles;
+    if (!find_cell_at(local, p, triangles)) return false;
+    for (const Triangle& triangle : triangles) {
         if (is_over(p, triangle) && TrianglePlane(triangle).above(p) > height) return true;
     }
     return false;
@@ -114,12 +123,10 @@ bool is_far_inside(const LocalGround& local, const LocalShape& shape, const Eige
     const double reach = share * size;
     const Eigen::Vector3d p = shape.deepest_point(d / size);
     const CellRange cells = local.cells(p[0] - reach, p[1] - reach, p[0] + reach, p[1] + reach);
-    const CellRange over = local.cells(p[0], p[1], p[0], p[1]);
-    if (over.east < over.west || over.north < over.south) return false;
-    const GroundCell cell = local.cell(over.east, over.north);
-    if (cell.status != GroundStatus::ok) return false;
+    std::array<Triangle, 2> triangles;
+    if (!find_cell_at(local, p, triangles)) return false;
     bool is_inside = false;
-    for (const Triangle& triangle : local.triangles(cell, over.east, over.north)) {
+    for (const Triangle& triangle : triangles) {
         is_inside =
             is_inside || (dot(triangle.normal, triangle.v[0] - p) >= reach && is_over(p, triangle));
     }
@@ -212,7 +219,7 @@ Eigen::Vector3d find_freeing(const LocalGround& local, const LocalBody& body, do
     if (!(lift > 0.0)) return Eigen::Vector3d::Zero();
     const Eigen::Vector3d up(0.0, 0.0, lift);
     Eigen::Vector3d best = up;
-    Eigen::Vector3d from_inside;
+    Eigen::Vector3d from_inside = Eigen::Vector3d::Zero();
     double least = 0.0;
     if (find_from_inside(local, body, from_inside, least) && length(from_inside) <= lift) {
         const double smallest = body.whole().smallest;
@@ -229,7 +236,11 @@ Eigen::Vector3d find_freeing(const LocalGround& local, const LocalBody& body, do
         // Cells that are smaller than the way have more sides than ways out.
         return length(best) < local.spacing() ? find_shortest_way(local, body, best) : best;
     }
-    if (!body.is_compound() && is_far_inside(local, body.whole(), best, kShare)) return best;
+    // Where it is the way from inside, that was not proved before.
+    if (!body.is_compound() && best != from_inside &&
+        is_far_inside(local, body.whole(), best, kShare)) {
+        return best;
+    }
     const Eigen::Vector3d start = look_around(local, body, best);
     if (length(start) < length(best)) best = shorten(local, body, start);
     if (length(best) < 4.0 * local.spacing()) best = find_shortest_way(local, body, best);

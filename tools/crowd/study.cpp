@@ -58,6 +58,16 @@ void add_point(Plan& plan, double x, std::optional<double> published_ms,
     plan.layouts.push_back(layout);
 }
 
+// A published place each, with what it changes of the usual layout.
+void add_published(Plan& plan, std::span<const Published> places, const CrowdLayout& usual,
+                   double CrowdLayout::*changed) {
+    for (const Published& each : places) {
+        CrowdLayout layout = usual;
+        layout.*changed = each.x;
+        add_point(plan, each.x, each.ms, layout);
+    }
+}
+
 std::vector<Plan> make_plans(const StudySettings& settings) {
     CrowdLayout usual;
     usual.count = kUsualCount;
@@ -98,11 +108,7 @@ std::vector<Plan> make_plans(const StudySettings& settings) {
         "whose six ends "
         "are looked up by the same climb. The published times grew by 2.4 from detail 2 to 35.",
         {BroadphaseKind::sap});
-    for (const Published& each : kOfDetail) {
-        CrowdLayout layout = usual;
-        layout.detail = each.x;
-        add_point(detail, each.x, each.ms, layout);
-    }
+    add_published(detail, kOfDetail, usual, &CrowdLayout::detail);
     plans.push_back(std::move(detail));
 
     Plan radius = make_plan("radius", "Radius of 20 bodies", "metres",
@@ -110,11 +116,7 @@ std::vector<Plan> make_plans(const StudySettings& settings) {
                             "changes: a query takes the same time at "
                             "any radius. The published times grew by a tenth from 0.5 to 5 m.",
                             {BroadphaseKind::sap});
-    for (const Published& each : kOfRadius) {
-        CrowdLayout layout = usual;
-        layout.radius = each.x;
-        add_point(radius, each.x, each.ms, layout);
-    }
+    add_published(radius, kOfRadius, usual, &CrowdLayout::radius);
     plans.push_back(std::move(radius));
 
     Plan equal = make_plan("equal", "Bodies of equal size", "bodies",

@@ -63,6 +63,20 @@ function drawPlot({time, series}, canvas) {
   });
 }
 
+// Draws charts, and draws them again when the page changes its colours: makeCharts returns them.
+function keepDrawn(makeCharts) {
+  let charts = [];
+  const draw = () => {
+    charts.forEach(chart => chart.destroy());
+    Chart.defaults.color = colour("--soft");
+    Chart.defaults.borderColor = colour("--grid");
+    Chart.defaults.font.family = "system-ui, 'DejaVu Sans', sans-serif";
+    charts = makeCharts();
+  };
+  draw();
+  window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
+}
+
 function showPlots(plots) {
   const canvases = plots.map(({title, text}) => {
     const card = element("section", undefined, "card");
@@ -73,14 +87,5 @@ function showPlots(plots) {
     document.getElementById("plots").append(card);
     return canvas;
   });
-  const charts = [];
-  const draw = () => {
-    while (charts.length) charts.pop().destroy();
-    Chart.defaults.color = colour("--soft");
-    Chart.defaults.borderColor = colour("--grid");
-    Chart.defaults.font.family = "system-ui, 'DejaVu Sans', sans-serif";
-    plots.forEach((plot, i) => charts.push(drawPlot(plot, canvases[i])));
-  };
-  draw();
-  window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
+  keepDrawn(() => plots.map((plot, i) => drawPlot(plot, canvases[i])));
 }

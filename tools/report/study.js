@@ -92,14 +92,5 @@ const canvases = data.tables.map(table => {
   document.getElementById("plots").append(card);
   return canvas;
 });
-const charts = [];
-const draw = () => {
-  while (charts.length) charts.pop().destroy();
-  Chart.defaults.color = colour("--soft");
-  Chart.defaults.borderColor = colour("--grid");
-  Chart.defaults.font.family = "system-ui, 'DejaVu Sans', sans-serif";
-  data.tables.forEach((table, i) => charts.push(drawLogarithms(table, canvases[i])));
-};
-draw();
-window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
+keepDrawn(() => data.tables.map((table, i) => drawLogarithms(table, canvases[i])));
 showSummary();

@@ -64,7 +64,8 @@ public:
     /// Pairs whose boxes the last find_pairs() compared.
     virtual std::uint64_t candidate_count() const = 0;
 
-    /// Elementary steps of the last update(): a body read, moved or counted, a counter added up.
+    /// Elementary steps of the last update(): a body read, moved, compared or counted, a
+    /// counter added up.
     virtual std::uint64_t update_operations() const = 0;
 };
 
