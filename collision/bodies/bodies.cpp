@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "body_step.h"
+#include "body_world_state.h"
 
 #include <terrane/collision/bodies.h>
 #include <terrane/terrain/assert.h>
@@ -18,10 +18,7 @@ constexpr double kMaxPlace = 1e9;        // metres
 constexpr double kMaxSpeed = 1e6;        // metres a second
 constexpr double kMaxSpin = 1e6;         // radians a second
 constexpr double kRotationSlack = 1e-6;  // of a rotation's columns from orthonormal
-constexpr double kSleepSpeed = 0.03;     // metres a second, of the fastest point
-constexpr double kSleepDelay = 0.5;      // seconds
 constexpr double kReachTime = 0.1;       // seconds: the longest step that needs() looks ahead for
-constexpr double kRoundingSlack = 1e-9;  // of a substep count, so that 2.0000001 is 2
 
 std::string spell(double value) { return std::to_string(value); }
 
@@ -94,6 +91,7 @@ RigidBody make_body(const BodySettings& settings, const BodyState& state) {
     RigidBody body;
     body.parts[0].shape = settings.shape;
     body.radius = bounding_radius(settings.shape);
+    body.thickness = smallest_half_extent(settings.shape);
     body.mass = internal::make_mass_properties(settings.shape, settings.mass);
     body.friction = settings.friction;
     body.restitution = settings.restitution;
@@ -101,13 +99,6 @@ RigidBody make_body(const BodySettings& settings, const BodyState& state) {
     body.pose = state.pose;
     body.velocity = {state.velocity, state.angular_velocity};
     return body;
-}
-
-/// Whether there is no ground under a point at any height.
-bool is_outside(const Ground& ground, const WorldPos& point) {
-    return !ground.extent().contains(point.x(), point.y()) ||
-           ground.cell(ground.column_at(point.x()), ground.row_at(point.y())).status ==
-               GroundStatus::outside;
 }
 
 void mix(std::uint64_t& hash, std::uint64_t value) {
@@ -121,18 +112,6 @@ void mix(std::uint64_t& hash, const Eigen::Vector3d& value) {
 
 }  // namespace
 
-struct BodyWorld::State {
-    BodyWorldSettings settings;
-    std::vector<RigidBody> bodies;
-    std::vector<double> quiet_times;  ///< how long each body has been slow on the ground, s
-    std::vector<BodyState> states;
-    std::vector<BodySettings> body_settings;
-    std::vector<BodyNeed> needs;
-
-    void step_body(std::size_t index, const Ground& ground, double dt, StepReport& report);
-    void fall_asleep_if_quiet(std::size_t index, bool touches, double dt);
-};
-
 BodyWorld::BodyWorld(std::unique_ptr<State> state) : state_(std::move(state)) {}
 BodyWorld::BodyWorld(BodyWorld&&) noexcept = default;
 BodyWorld& BodyWorld::operator=(BodyWorld&&) noexcept = default;
@@ -145,9 +124,10 @@ Result<BodyWorld> BodyWorld::create(const BodyWorldSettings& settings) {
     if (auto ok = check_value("max_substep", settings.max_substep, 1e-5, 1.0); !ok) {
         return tl::unexpected<Error>(ok.error());
     }
-    auto state = std::make_unique<State>();
-    state->settings = settings;
-    return BodyWorld(std::move(state));
+    if (auto ok = check_value("worker_count", settings.worker_count, 1, 64); !ok) {
+        return tl::unexpected<Error>(ok.error());
+    }
+    return BodyWorld(std::make_unique<State>(settings));
 }
 
 Result<std::size_t> BodyWorld::add(const BodySettings& settings, const BodyState& state) {
@@ -157,13 +137,7 @@ Result<std::size_t> BodyWorld::add(const BodySettings& settings, const BodyState
     if (complete.contact_tolerance == 0.0) {
         complete.contact_tolerance = default_contact_tolerance(settings.shape);
     }
-    state_->bodies.push_back(make_body(complete, state));
-    state_->quiet_times.push_back(0.0);
-    state_->states.push_back(state);
-    state_->states.back().condition = BodyCondition::awake;
-    state_->body_settings.push_back(complete);
-    state_->needs.emplace_back();
-    return state_->bodies.size() - 1;
+    return state_->add(make_body(complete, state), complete, state);
 }
 
 Result<void> BodyWorld::set_state(std::size_t body, const BodyState& state) {
@@ -173,10 +147,7 @@ Result<void> BodyWorld::set_state(std::size_t body, const BodyState& state) {
                                                      ", got " + std::to_string(body));
     }
     if (auto ok = check_state(state); !ok) return ok;
-    state_->bodies[body] = make_body(state_->body_settings[body], state);
-    state_->quiet_times[body] = 0.0;
-    state_->states[body] = state;
-    state_->states[body].condition = BodyCondition::awake;
+    state_->replace(body, make_body(state_->body_settings[body], state), state);
     return {};
 }
 
@@ -198,78 +169,7 @@ std::span<const BodyNeed> BodyWorld::needs() {
 
 StepReport BodyWorld::step(const Ground& ground, double dt) {
     TERRANE_ASSERT(dt > 0.0 && dt <= 1.0, "dt must be > 0 and at most 1 s");
-    StepReport report;
-    for (std::size_t i = 0; i < state_->bodies.size(); ++i) {
-        state_->step_body(i, ground, dt, report);
-    }
-    return report;
-}
-
-void BodyWorld::State::step_body(std::size_t index, const Ground& ground, double dt,
-                                 StepReport& report) {
-    RigidBody& body = bodies[index];
-    BodyState& state = states[index];
-    if (state.condition == BodyCondition::asleep) {
-        ++report.asleep;
-        return;
-    }
-    const RigidBody before = body;
-    const double substep_count =
-        std::max(1.0, std::ceil(dt / settings.max_substep - kRoundingSlack));
-    const double substep = dt / substep_count;
-    const double gravity = internal::length(settings.gravity);
-    internal::SubstepAnswer total;
-    for (double done = 0.0; done < substep_count; done += 1.0) {
-        body.velocity.linear += settings.gravity * substep;
-        const internal::SubstepAnswer answer = internal::step_body(body, ground, gravity, substep);
-        total.impacts += answer.impacts;
-        total.lived_time += answer.lived_time;
-        total.lost_time += answer.lost_time;
-        total.touches = answer.touches;
-        if (!answer.resident) {
-            // The whole step waits: what was moved so far is taken back.
-            body = before;
-            state.condition = BodyCondition::parked;
-            ++report.parked;
-            return;
-        }
-        // Whoever fell off the world's side may not come back in below the ground. The side is no
-        // surface that could push, so only the way in is taken from the body, and it falls on.
-        if (state.condition == BodyCondition::left_world && answer.lost_time > 0.0) {
-            body.velocity.linear.x() = 0.0;
-            body.velocity.linear.y() = 0.0;
-        }
-    }
-    report.impacts += total.impacts;
-    if (!total.touches && is_outside(ground, body.pose.translation)) {
-        state.condition = BodyCondition::left_world;
-        ++report.left_world;
-    } else {
-        state.condition = BodyCondition::awake;
-        ++report.awake;
-        report.lived_time += total.lived_time;
-        report.lost_time += total.lost_time;
-        const double depth =
-            internal::deepest(body, ground, std::min(report.max_depth_m, body.tolerance));
-        report.max_depth_m = std::max(report.max_depth_m, depth);
-        if (depth > body.tolerance && !body.started_deep) ++report.too_deep;
-        fall_asleep_if_quiet(index, total.touches, dt);
-    }
-    state.pose = body.pose;
-    state.velocity = body.velocity.linear;
-    state.angular_velocity = body.velocity.angular;
-}
-
-void BodyWorld::State::fall_asleep_if_quiet(std::size_t index, bool touches, double dt) {
-    RigidBody& body = bodies[index];
-    const double speed = internal::length(body.velocity.linear) +
-                         body.radius * internal::length(body.velocity.angular);
-    const bool is_quiet =
-        settings.allow_sleep && touches && !body.started_deep && speed < kSleepSpeed;
-    quiet_times[index] = is_quiet ? quiet_times[index] + dt : 0.0;
-    if (quiet_times[index] < kSleepDelay) return;
-    body.velocity = {};
-    states[index].condition = BodyCondition::asleep;
+    return state_->step(ground, dt);
 }
 
 std::uint64_t BodyWorld::state_hash() const {

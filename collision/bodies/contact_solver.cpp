@@ -7,11 +7,14 @@
 namespace terrane::internal {
 namespace {
 
-// A box on four corners converges by about a third an iteration; measured, 100 leave less than 1e-9
-// of the approach in all but wedged poses.
-constexpr int kMaxIterations = 100;
 constexpr int kSeparationIterations = 12;
-constexpr double kRelativeTolerance = 1e-11;
+constexpr double kClosingSlack = 1e-11;  // m/s: closing faster than allowed by less is rounding
+
+/// How far the end of an arm leaves its straight path against the normal, for small turns: m/s^2.
+double bend(const Eigen::Vector3d& normal, const Eigen::Vector3d& spin,
+            const Eigen::Vector3d& arm) {
+    return dot(spin, spin) * dot(normal, arm) - dot(normal, spin) * dot(spin, arm);
+}
 
 }  // namespace
 
@@ -46,47 +49,82 @@ double kinetic_energy(const MassProperties& mass, const Pose& pose, const Twist&
             dot(velocity.angular, apply_tensor(pose.rotation, mass.inertia, velocity.angular)));
 }
 
-ContactSolver::Row ContactSolver::make_row(const Eigen::Vector3d& arm,
-                                           const Eigen::Vector3d& direction) const {
+ContactSolver::Row ContactSolver::make_row(const SolverContact& contact, const SolverBody& a,
+                                           const SolverBody* b, const Eigen::Vector3d& direction) {
     Row row;
     row.direction = direction;
-    row.moment = cross(arm, direction);
-    row.spin = apply_tensor(pose_.rotation, mass_.inverse_inertia, row.moment);
-    row.effective_mass = 1.0 / (mass_.inverse_mass + dot(row.moment, row.spin));
+    row.moment = cross(contact.point_a - a.pose.translation, direction);
+    row.spin = apply_tensor(a.pose.rotation, a.mass.inverse_inertia, row.moment);
+    double give = a.mass.inverse_mass + dot(row.moment, row.spin);
+    if (b != nullptr) {
+        row.other_moment = cross(contact.point_b - b->pose.translation, direction);
+        row.other_spin = apply_tensor(b->pose.rotation, b->mass.inverse_inertia, row.other_moment);
+        give += b->mass.inverse_mass + dot(row.other_moment, row.other_spin);
+    }
+    row.effective_mass = 1.0 / give;
+    row.impulse = dot(contact.guess, direction);
     return row;
 }
 
-void ContactSolver::add(std::span<const Contact> contacts, std::span<const double> roundings) {
-    for (std::size_t i = 0; i < contacts.size(); ++i) {
-        const Contact& contact = contacts[i];
-        if (count_ == contacts_.size()) return;
-        ContactRows& rows = contacts_[count_++];
-        const Eigen::Vector3d arm = contact.point_world - pose_.translation;
-        const Eigen::Vector3d tangent = any_tangent(contact.normal);
-        rows.normal = make_row(arm, contact.normal);
-        rows.tangent = make_row(arm, tangent);
-        rows.bitangent = make_row(arm, cross(contact.normal, tangent));
-        rows.core_arm = arm + roundings[i] * contact.normal;
-        rows.gap = -contact.depth;
+double ContactSolver::speed(const ContactRows& contact, const Row& row) {
+    const Twist& a = contact.a_->velocity;
+    double speed = dot(row.direction, a.linear) + dot(row.moment, a.angular);
+    if (contact.b_ != nullptr) {
+        const Twist& b = contact.b_->velocity;
+        speed -= dot(row.direction, b.linear) + dot(row.other_moment, b.angular);
+    }
+    return speed;
+}
+
+void ContactSolver::apply(const ContactRows& contact, const Row& row, double impulse) {
+    // What nothing moves may belong to the contacts of others, and is not written.
+    if (contact.a_->mass.inverse_mass > 0.0) {
+        Twist& a = contact.a_->velocity;
+        a.linear += row.direction * (impulse * contact.a_->mass.inverse_mass);
+        a.angular += row.spin * impulse;
+    }
+    if (contact.b_ != nullptr && contact.b_->mass.inverse_mass > 0.0) {
+        Twist& b = contact.b_->velocity;
+        b.linear -= row.direction * (impulse * contact.b_->mass.inverse_mass);
+        b.angular -= row.other_spin * impulse;
     }
 }
 
-double ContactSolver::push(ContactRows& contact, Twist& velocity) const {
-    Row& row = contact.normal;
+void ContactSolver::add(const SolverContact& contact) {
+    if (count_ == room_.size()) return;
+    ContactRows& rows = room_[count_++];
+    rows.a_ = &bodies_[contact.a];
+    rows.b_ = contact.b == SolverContact::kGround ? nullptr : &bodies_[contact.b];
+    const Eigen::Vector3d tangent = any_tangent(contact.normal);
+    rows.normal_ = make_row(contact, *rows.a_, rows.b_, contact.normal);
+    rows.tangent_ = make_row(contact, *rows.a_, rows.b_, tangent);
+    rows.bitangent_ = make_row(contact, *rows.a_, rows.b_, cross(contact.normal, tangent));
+    rows.normal_.impulse = std::max(0.0, rows.normal_.impulse);
+    rows.core_arm_ =
+        contact.point_a - rows.a_->pose.translation + contact.rounding * contact.normal;
+    rows.gap_ = contact.gap;
+    rows.rest_gap_ = contact.rest_gap;
+    rows.wanted_gap_ = contact.wanted_gap;
+    rows.friction_ = contact.friction;
+    rows.restitution_ = contact.restitution;
+}
+
+double ContactSolver::push(ContactRows& contact) {
+    Row& row = contact.normal_;
     const double wanted =
-        row.impulse - row.effective_mass * (speed(row, velocity) + contact.allowed_closing);
-    const double change = std::max(wanted, contact.least_impulse) - row.impulse;
+        row.impulse - row.effective_mass * (speed(contact, row) + contact.allowed_closing_);
+    const double change = std::max(wanted, contact.least_impulse_) - row.impulse;
     row.impulse += change;
-    apply(row, change, velocity);
+    apply(contact, row, change);
     return std::abs(change) / row.effective_mass;
 }
 
-double ContactSolver::rub(ContactRows& contact, double friction, Twist& velocity) const {
-    Row& u = contact.tangent;
-    Row& v = contact.bitangent;
-    const double limit = friction * contact.normal.impulse;
-    double wanted_u = u.impulse - u.effective_mass * speed(u, velocity);
-    double wanted_v = v.impulse - v.effective_mass * speed(v, velocity);
+double ContactSolver::rub(ContactRows& contact) {
+    Row& u = contact.tangent_;
+    Row& v = contact.bitangent_;
+    const double limit = contact.friction_ * contact.normal_.impulse;
+    double wanted_u = u.impulse - u.effective_mass * speed(contact, u);
+    double wanted_v = v.impulse - v.effective_mass * speed(contact, v);
     const double size = std::sqrt(wanted_u * wanted_u + wanted_v * wanted_v);
     if (size > limit) {
         wanted_u *= limit / size;
@@ -96,111 +134,171 @@ double ContactSolver::rub(ContactRows& contact, double friction, Twist& velocity
     const double change_v = wanted_v - v.impulse;
     u.impulse = wanted_u;
     v.impulse = wanted_v;
-    apply(u, change_u, velocity);
-    apply(v, change_v, velocity);
+    apply(contact, u, change_u);
+    apply(contact, v, change_v);
     return std::max(std::abs(change_u) / u.effective_mass, std::abs(change_v) / v.effective_mass);
 }
 
-void ContactSolver::iterate(Twist& velocity, double friction, double tolerance) {
-    for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
+void ContactSolver::iterate(const SolverEffort& effort, double tolerance) {
+    const std::span<ContactRows> rows = contacts();
+    for (int iteration = 0; iteration < effort.iterations; ++iteration) {
+        // Up and down in turns: a sweep carries a load from one end of a stack to the other only one way.
+        const auto at = [&](std::size_t i) -> ContactRows& {
+            return rows[iteration % 2 == 0 ? i : rows.size() - 1 - i];
+        };
         double change = 0.0;
-        if (friction > 0.0) {
-            for (std::size_t i = 0; i < count_; ++i) {
-                change = std::max(change, rub(contacts_[i], friction, velocity));
-            }
+        for (std::size_t i = 0; i < rows.size(); ++i) {
+            if (at(i).friction_ > 0.0) change = std::max(change, rub(at(i)));
         }
-        for (std::size_t i = 0; i < count_; ++i) {
-            change = std::max(change, push(contacts_[i], velocity));
-        }
+        for (std::size_t i = 0; i < rows.size(); ++i) change = std::max(change, push(at(i)));
         if (change <= tolerance) return;
     }
 }
 
 /// Sets how fast each contact may close. A turning body carries its corners round: where that bends a path
 /// into the ground, the contact has to open by half of the bend, so that it has opened and closed as much by
-/// the end. Returns whether a contact closes faster than it may.
-bool ContactSolver::aim(const Twist& velocity, double rest_gap, double duration) {
-    const Eigen::Vector3d& spin = velocity.angular;
+/// the end. Bodies that touch each other may be overlapped by as little. Returns whether a contact closes faster
+/// than it may.
+bool ContactSolver::aim(double duration) {
     bool closes = false;
-    for (std::size_t i = 0; i < count_; ++i) {
-        ContactRows& contact = contacts_[i];
-        const Eigen::Vector3d& normal = contact.normal.direction;
-        const double bend = dot(spin, spin) * dot(normal, contact.core_arm) -
-                            dot(normal, spin) * dot(spin, contact.core_arm);
-        contact.allowed_closing =
-            std::max(0.0, contact.gap - rest_gap) / duration - 0.5 * duration * std::max(0.0, bend);
-        const double approach = -speed(contact.normal, velocity);
-        closes = closes || approach > contact.allowed_closing + kRelativeTolerance;
+    for (ContactRows& contact : contacts()) {
+        contact.allowed_closing_ = std::max(0.0, contact.gap_ - contact.rest_gap_) / duration;
+        if (contact.b_ == nullptr) {
+            contact.allowed_closing_ -=
+                0.5 * duration *
+                std::max(0.0, bend(contact.normal_.direction, contact.a_->velocity.angular,
+                                   contact.core_arm_));
+        }
+        const double approach = -speed(contact, contact.normal_);
+        closes = closes || approach > contact.allowed_closing_ + kClosingSlack;
     }
     return closes;
 }
 
-void ContactSolver::solve_velocity(Twist& velocity, const Surface& surface, double rest_gap,
-                                   double duration) {
-    if (!aim(velocity, rest_gap, duration)) return;
-    double largest_speed = 0.0;
-    for (std::size_t i = 0; i < count_; ++i) {
-        ContactRows& contact = contacts_[i];
-        contact.approach_speed = -speed(contact.normal, velocity);
-        contact.least_impulse = 0.0;
-        contact.normal.impulse = contact.tangent.impulse = contact.bitangent.impulse = 0.0;
-        largest_speed = std::max(largest_speed, std::abs(contact.approach_speed));
+double ContactSolver::energy(std::span<const std::uint32_t> members) const {
+    double energy = 0.0;
+    for (const std::uint32_t member : members) {
+        const SolverBody& body = bodies_[member];
+        energy += kinetic_energy(body.mass, body.pose, body.velocity);
     }
+    return energy;
+}
 
-    const Twist before = velocity;
-    const double energy_before = kinetic_energy(mass_, pose_, before);
-    const double tolerance = kRelativeTolerance * std::max(1.0, largest_speed);
-    // The blow changes the spin, and with it the bends.
-    iterate(velocity, surface.friction, tolerance);
-    if (aim(velocity, rest_gap, duration)) iterate(velocity, surface.friction, tolerance);
-
-    bool bounces = false;
-    const Twist plastic = velocity;
-    for (std::size_t i = 0; i < count_; ++i) {
-        ContactRows& contact = contacts_[i];
-        if (contact.approach_speed <= surface.bounce_speed ||
-            contact.approach_speed <= contact.allowed_closing) {
-            continue;
-        }
-        contact.least_impulse = (1.0 + surface.restitution) * contact.normal.impulse;
-        bounces = bounces || surface.restitution > 0.0;
+/// Scales what the bodies' velocities have over that of their common centre of mass; all of it where they
+/// touch what gives and takes momentum.
+void ContactSolver::slow_down(std::span<const std::uint32_t> members, double scale) {
+    bool is_free = true;
+    for (const ContactRows& contact : contacts()) {
+        is_free = is_free && contact.b_ != nullptr && contact.a_->mass.inverse_mass > 0.0 &&
+                  contact.b_->mass.inverse_mass > 0.0;
     }
-    if (bounces) {
-        iterate(velocity, surface.friction, tolerance);
-        if (kinetic_energy(mass_, pose_, velocity) > energy_before) {
-            velocity.linear =
-                plastic.linear + surface.restitution * (plastic.linear - before.linear);
-            velocity.angular =
-                plastic.angular + surface.restitution * (plastic.angular - before.angular);
+    Eigen::Vector3d drift = Eigen::Vector3d::Zero();
+    if (is_free) {
+        double mass = 0.0;
+        for (const std::uint32_t member : members) {
+            const SolverBody& body = bodies_[member];
+            mass += 1.0 / body.mass.inverse_mass;
+            drift += body.velocity.linear / body.mass.inverse_mass;
         }
+        drift /= mass;
     }
-    // Opening for a bend costs nothing in truth, and may here: it is paid for by all of the velocity.
-    const double energy_after = kinetic_energy(mass_, pose_, velocity);
-    if (energy_after > energy_before) {
-        const double scale = std::sqrt(energy_before / energy_after);
-        velocity.linear *= scale;
+    for (const std::uint32_t member : members) {
+        Twist& velocity = bodies_[member].velocity;
+        velocity.linear = drift + (velocity.linear - drift) * scale;
         velocity.angular *= scale;
     }
 }
 
-Twist ContactSolver::solve_separation(double wanted_gap, double max_distance, bool may_turn) {
-    Twist displacement;
-    for (std::size_t i = 0; i < count_; ++i) {
-        ContactRows& contact = contacts_[i];
-        const double wanted = std::clamp(0.5 * (wanted_gap - contact.gap), 0.0, max_distance);
+void ContactSolver::solve_velocity(std::span<const std::uint32_t> members, double bounce_speed,
+                                   double duration, const SolverEffort& effort) {
+    const bool closes = aim(duration);
+    double largest_speed = 0.0;
+    for (ContactRows& contact : contacts()) {
+        contact.approach_speed_ = -speed(contact, contact.normal_);
+        contact.least_impulse_ = 0.0;
+        largest_speed = std::max(largest_speed, std::abs(contact.approach_speed_));
+        if (!closes) {
+            contact.normal_.impulse = contact.tangent_.impulse = contact.bitangent_.impulse = 0.0;
+        }
+    }
+    if (!closes) return;
+
+    for (const std::uint32_t member : members) bodies_[member].before = bodies_[member].velocity;
+    const double energy_before = energy(members);
+    const double tolerance = effort.tolerance * std::max(1.0, largest_speed);
+    for (const ContactRows& contact : contacts()) {
+        for (const Row* row : {&contact.normal_, &contact.tangent_, &contact.bitangent_}) {
+            if (row->impulse != 0.0) apply(contact, *row, row->impulse);
+        }
+    }
+    // The blow changes the spin, and with it the bends.
+    iterate(effort, tolerance);
+    if (aim(duration)) iterate(effort, tolerance);
+
+    double bounce = 0.0;
+    for (const std::uint32_t member : members) bodies_[member].plastic = bodies_[member].velocity;
+    for (ContactRows& contact : contacts()) {
+        if (contact.approach_speed_ <= bounce_speed ||
+            contact.approach_speed_ <= contact.allowed_closing_) {
+            continue;
+        }
+        contact.least_impulse_ = (1.0 + contact.restitution_) * contact.normal_.impulse;
+        // The least that bounces decides where impulses would give energy.
+        if (contact.restitution_ > 0.0) {
+            bounce = bounce > 0.0 ? std::min(bounce, contact.restitution_) : contact.restitution_;
+        }
+    }
+    if (bounce > 0.0) {
+        iterate(effort, tolerance);
+        if (energy(members) > energy_before) {
+            for (const std::uint32_t member : members) {
+                SolverBody& body = bodies_[member];
+                const Twist &before = body.before, &plastic = body.plastic;
+                body.velocity.linear = plastic.linear + bounce * (plastic.linear - before.linear);
+                body.velocity.angular =
+                    plastic.angular + bounce * (plastic.angular - before.angular);
+            }
+        }
+    }
+    // Opening for a bend costs nothing in truth, and may here: it is paid for by all of the velocity.
+    const double energy_after = energy(members);
+    if (energy_after > energy_before) {
+        slow_down(members, std::sqrt(energy_before / energy_after));
+    }
+}
+
+Eigen::Vector3d ContactSolver::impulse(std::size_t contact) const {
+    const ContactRows& rows = room_[contact];
+    Eigen::Vector3d sum = rows.normal_.direction * rows.normal_.impulse;
+    sum += rows.tangent_.direction * rows.tangent_.impulse;
+    sum += rows.bitangent_.direction * rows.bitangent_.impulse;
+    return sum;
+}
+
+void ContactSolver::solve_separation(double max_distance, bool may_turn) {
+    for (ContactRows& contact : contacts()) {
+        const double wanted =
+            std::clamp(0.5 * (contact.wanted_gap_ - contact.gap_), 0.0, max_distance);
         // A contact with gap to spare may close by half of what it has.
-        contact.allowed_closing = wanted > 0.0 ? -wanted : 0.5 * (contact.gap - wanted_gap);
-        contact.least_impulse = 0.0;
-        contact.normal.impulse = 0.0;
+        contact.allowed_closing_ =
+            wanted > 0.0 ? -wanted : 0.5 * (contact.gap_ - contact.wanted_gap_);
+        contact.least_impulse_ = 0.0;
+        Row& row = contact.normal_;
+        row.impulse = 0.0;
         if (may_turn) continue;
-        contact.normal.moment.setZero();
-        contact.normal.spin.setZero();
-        contact.normal.effective_mass = 1.0 / mass_.inverse_mass;
+        row.moment.setZero();
+        row.spin.setZero();
+        double give = contact.a_->mass.inverse_mass;
+        if (contact.b_ != nullptr) {
+            row.other_moment.setZero();
+            row.other_spin.setZero();
+            give += contact.b_->mass.inverse_mass;
+        }
+        row.effective_mass = 1.0 / give;
     }
     for (int iteration = 0; iteration < kSeparationIterations; ++iteration) {
-        for (std::size_t i = 0; i < count_; ++i) push(contacts_[i], displacement);
+        for (ContactRows& contact : contacts()) push(contact);
     }
-    return displacement;
 }
 
 }  // namespace terrane::internal

@@ -3,17 +3,19 @@
 
 #include "vector_math.h"
 
-#include <terrane/collision/ground_contact.h>
+#include <terrane/collision/shapes.h>
 
-#include <array>
+#include <cstddef>
+#include <cstdint>
 #include <span>
 
-// Sources:    Catto. Iterative dynamics with temporal coherence. GDC 2005 (sequential impulses).
+// Sources:    Catto. Iterative dynamics with temporal coherence. GDC 2005 (sequential impulses, kept from step
+//             to step).
 //             Stewart. Rigid-body dynamics with friction and impact. SIAM Review 2000, section 2
 //             (Poisson's restitution; that it may give energy, and when it cannot).
-// Deviations: one body against a world that does not move; a plastic solve first and restitution
-//             after it, so that the energy can be checked: where Poisson's impulses would add energy,
-//             the plastic impulses are scaled by 1 + restitution instead, which provably adds none.
+// Deviations: a plastic solve first and restitution after it, so that the energy can be checked: where Poisson's
+//             impulses would add energy, the plastic impulses are scaled by 1 + restitution instead, which
+//             provably adds none.
 namespace terrane::internal {
 
 /// Velocity, or a small displacement, of a rigid body: of its centre, and around it in world axes.
@@ -23,7 +25,7 @@ struct Twist {
 };
 
 /// Mass of a body in its own axes. An inverse inertia of 0 is a shape without size around that axis:
-/// its spin never changes.
+/// its spin never changes. An inverse mass of 0 is a body that nothing moves.
 struct MassProperties {
     double inverse_mass = 1.0;
     Eigen::Vector3d inertia = Eigen::Vector3d::Zero();
@@ -35,68 +37,104 @@ MassProperties make_mass_properties(const Shape& shape, double mass);
 
 double kinetic_energy(const MassProperties& mass, const Pose& pose, const Twist& velocity);
 
-inline constexpr std::size_t kMaxSolverContacts = 64;
+/// A body as the solver sees it.
+struct SolverBody {
+    MassProperties mass;
+    Pose pose;  ///< that the points of its contacts belong to
+    Twist velocity;
+    Twist before, plastic;  ///< the solver's own
+};
 
-/// The impulses of one body's contacts at one moment.
+/// A contact of a body with the ground, or with another body.
+struct SolverContact {
+    static constexpr std::uint32_t kGround = ~std::uint32_t{0};
+
+    std::uint32_t a = 0;        ///< index of the body that the normal points into
+    std::uint32_t b = kGround;  ///< of the one that it points out of
+    Eigen::Vector3d point_a = Eigen::Vector3d::Zero();  ///< world, on a
+    Eigen::Vector3d point_b = Eigen::Vector3d::Zero();  ///< on b; not read for the ground
+    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
+    double rounding = 0.0;  ///< radius of the sphere of a that rolls at the contact; 0 for a corner
+    double gap = 0.0;       ///< metres; negative: an overlap
+    double rest_gap = 0.0;  ///< that the contact may close to, metres
+    double wanted_gap = 0.0;  ///< below which separation opens it, metres
+    double friction = 0.0;
+    double restitution = 0.0;
+    Eigen::Vector3d guess = Eigen::Vector3d::Zero();  ///< impulse on a to start from, N s
+};
+
+/// How long the solver tries: until no velocity changes by more than `tolerance` of the fastest approach.
+struct SolverEffort {
+    int iterations = 0;
+    double tolerance = 0.0;
+};
+
+/// A contact with what solving it takes; made by ContactSolver::add().
+class ContactRows {
+    friend class ContactSolver;
+    struct Row {
+        Eigen::Vector3d direction;     // of the impulse on a, world
+        Eigen::Vector3d moment, spin;  // of a: arm x direction; inverse inertia * moment
+        Eigen::Vector3d other_moment, other_spin;  // of b; not set for the ground
+        double effective_mass;
+        double impulse;
+    };
+    Row normal_, tangent_, bitangent_;
+    SolverBody* a_;
+    SolverBody* b_;             // null for the ground
+    Eigen::Vector3d core_arm_;  // of a, to the point that turning carries round
+    double gap_, rest_gap_, wanted_gap_;
+    double friction_, restitution_;
+    double allowed_closing_;  // m/s
+    double least_impulse_;
+    double approach_speed_;
+};
+
+/// The impulses of the contacts of one body, or of bodies that touch each other, at one moment.
 class ContactSolver {
 public:
-    struct Surface {
-        double friction = 0.0;
-        double restitution = 0.0;
-        double bounce_speed = 0.0;  ///< contacts that approach more slowly do not bounce, m/s
-    };
+    /// @param bodies that contacts name by their index
+    /// @param room   for as many contacts as will be taken
+    ContactSolver(std::span<SolverBody> bodies, std::span<ContactRows> room)
+        : bodies_(bodies), room_(room) {}
 
-    ContactSolver(const MassProperties& mass, const Pose& world_from_body)
-        : mass_(mass), pose_(world_from_body) {}
-
-    /// Takes contacts up to the capacity; their points must belong to the pose of the constructor.
-    /// @param roundings radius of the sphere that rolls at each contact; 0 for a corner
-    void add(std::span<const Contact> contacts, std::span<const double> roundings);
+    /// Takes a contact; none where the room is full.
+    void add(const SolverContact& contact);
     bool empty() const { return count_ == 0; }
 
-    /// Changes a velocity so that no contact closes to less than `rest_gap` within `duration`:
-    /// contacts with less gap do not close at all. Energy never grows.
-    void solve_velocity(Twist& velocity, const Surface& surface, double rest_gap, double duration);
+    /// Changes the velocities so that no contact closes to less than its rest gap within `duration`:
+    /// contacts with less gap do not close at all. The bodies' energy never grows.
+    ///
+    /// @param members      the bodies that the contacts name and that move
+    /// @param bounce_speed contacts that approach more slowly do not bounce, m/s
+    void solve_velocity(std::span<const std::uint32_t> members, double bounce_speed,
+                        double duration, const SolverEffort& effort);
 
-    /// The displacement that opens every contact with less than `wanted_gap` half the way to it, and
-    /// no contact by more than `max_distance`.
-    /// @param may_turn false: by a translation alone
-    Twist solve_separation(double wanted_gap, double max_distance, bool may_turn);
+    /// The impulse of a contact on its body a in the last solve_velocity(), N s.
+    Eigen::Vector3d impulse(std::size_t contact) const;
+
+    /// Makes the velocities, which must be zero, the displacements that open every contact with less than its
+    /// wanted gap half the way to it, and no contact by more than `max_distance`.
+    /// @param may_turn false: by translations alone
+    void solve_separation(double max_distance, bool may_turn);
 
 private:
-    struct Row {
-        Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< of the impulse, world
-        Eigen::Vector3d moment = Eigen::Vector3d::Zero();     ///< arm x direction
-        Eigen::Vector3d spin = Eigen::Vector3d::Zero();       ///< inverse inertia * moment
-        double effective_mass = 0.0;
-        double impulse = 0.0;
-    };
-    struct ContactRows {
-        Row normal, tangent, bitangent;
-        Eigen::Vector3d core_arm =
-            Eigen::Vector3d::Zero();  ///< to the point that turning carries round
-        double gap = 0.0;
-        double allowed_closing = 0.0;  ///< m/s
-        double least_impulse = 0.0;
-        double approach_speed = 0.0;
-    };
+    using Row = ContactRows::Row;
 
-    Row make_row(const Eigen::Vector3d& arm, const Eigen::Vector3d& direction) const;
-    static double speed(const Row& row, const Twist& velocity) {
-        return dot(row.direction, velocity.linear) + dot(row.moment, velocity.angular);
-    }
-    void apply(const Row& row, double impulse, Twist& velocity) const {
-        velocity.linear += row.direction * (impulse * mass_.inverse_mass);
-        velocity.angular += row.spin * impulse;
-    }
-    bool aim(const Twist& velocity, double rest_gap, double duration);
-    void iterate(Twist& velocity, double friction, double tolerance);
-    double push(ContactRows& contact, Twist& velocity) const;
-    double rub(ContactRows& contact, double friction, Twist& velocity) const;
+    static Row make_row(const SolverContact& contact, const SolverBody& a, const SolverBody* b,
+                        const Eigen::Vector3d& direction);
+    static double speed(const ContactRows& contact, const Row& row);
+    static void apply(const ContactRows& contact, const Row& row, double impulse);
+    static double push(ContactRows& contact);
+    static double rub(ContactRows& contact);
+    std::span<ContactRows> contacts() const { return room_.first(count_); }
+    bool aim(double duration);
+    void iterate(const SolverEffort& effort, double tolerance);
+    double energy(std::span<const std::uint32_t> members) const;
+    void slow_down(std::span<const std::uint32_t> members, double scale);
 
-    MassProperties mass_;
-    Pose pose_;
-    std::array<ContactRows, kMaxSolverContacts> contacts_;
+    std::span<SolverBody> bodies_;
+    std::span<ContactRows> room_;
     std::size_t count_ = 0;
 };
 

@@ -114,15 +114,23 @@ double clamped(double value, double low, double high) {
 struct Truck::State {
     TruckSettings settings;
     RigidBody body;
+    internal::GroundLook look;
     BodyState chassis;
     TruckControls controls;
     std::array<WheelState, kWheelCount> wheels;
     std::array<WheelTouch, kWheelCount> touches;
 
+    /// What a step that parks takes back.
+    struct Before {
+        internal::BodyMotion motion;
+        std::array<WheelState, kWheelCount> wheels;
+        std::array<WheelTouch, kWheelCount> touches;
+    };
+
     bool feel_ground(const Ground& ground);
     void push_springs(double substep);
     void turn_tyres(double substep);
-    StepReport park(StepReport report, const State& before);
+    StepReport park(const Before& before);
 };
 
 Truck::Truck(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -288,12 +296,12 @@ void Truck::State::turn_tyres(double substep) {
     }
 }
 
-StepReport Truck::State::park(StepReport report, const State& before) {
-    body = before.body;
+StepReport Truck::State::park(const Before& before) {
+    static_cast<internal::BodyMotion&>(body) = before.motion;
     wheels = before.wheels;
     touches = before.touches;
     chassis.condition = BodyCondition::parked;
-    report = {};
+    StepReport report;
     report.parked = 1;
     return report;
 }
@@ -307,18 +315,20 @@ StepReport Truck::step(const Ground& ground, const TruckControls& controls, doub
         state.controls = {clamped(controls.throttle, -1.0, 1.0), clamped(controls.brake, 0.0, 1.0),
                           clamped(controls.steer, -1.0, 1.0)};
     }
-    const State before = state;
+    const State::Before before{body, state.wheels, state.touches};
+    state.look.forget();
     StepReport report;
     const double substep_count = std::max(1.0, std::ceil(dt / kMaxSubstep - 1e-9));
     const double substep = dt / substep_count;
-    if (!state.feel_ground(ground)) return state.park(report, before);
+    if (!state.feel_ground(ground)) return state.park(before);
     bool touches = false;
     for (double done = 0.0; done < substep_count; done += 1.0) {
         body.velocity.linear.z() -= kGravity * substep;
         state.push_springs(substep);
         state.turn_tyres(substep);
-        const internal::SubstepAnswer answer = internal::step_body(body, ground, kGravity, substep);
-        if (!answer.resident || !state.feel_ground(ground)) return state.park(report, before);
+        const internal::SubstepAnswer answer =
+            internal::step_body(body, state.look, ground, kGravity, substep);
+        if (!answer.resident || !state.feel_ground(ground)) return state.park(before);
         report.impacts += answer.impacts;
         report.lived_time += answer.lived_time;
         report.lost_time += answer.lost_time;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <terrane/collision/broadphase.h>
 #include <terrane/collision/ground_cast.h>
 #include <terrane/terrain/pager.h>
 
@@ -38,6 +39,9 @@ struct BodyWorldSettings {
     Eigen::Vector3d gravity = Eigen::Vector3d(0.0, 0.0, -9.81);
     double max_substep = 1.0 / 120.0;  ///< steps are cut in equal parts not longer than this, s
     bool allow_sleep = true;
+    bool bodies_meet = true;  ///< false: they pass through each other, and nothing is spent on it
+    BroadphaseKind broadphase = BroadphaseKind::sap;  ///< `grid` for bodies of like size
+    int worker_count = 1;  ///< threads that step() runs on, its caller's included, 1 to 64
 };
 
 /// What the last step cost and lost. Counts are of bodies, times of body seconds.
@@ -46,20 +50,25 @@ struct StepReport {
     std::uint64_t parked = 0;
     std::uint64_t left_world = 0;
     std::uint64_t asleep = 0;
-    std::uint64_t impacts = 0;
-    double lived_time = 0.0;   ///< sum over awake bodies of the time that they moved for
-    double lost_time = 0.0;    ///< sum of what was cut off after too many impacts in one substep
-    double max_depth_m = 0.0;  ///< deepest of any awake body in the contact surface after the step
+    std::uint64_t touching_pairs = 0;  ///< of bodies, not both at rest, in the last substep
+    std::uint64_t islands = 0;  ///< groups of bodies that touch each other, in the last substep
+    std::uint64_t impacts = 0;  ///< on the ground
+    double lived_time = 0.0;    ///< sum over awake bodies of the time that they moved for
+    double lost_time = 0.0;     ///< sum of what was cut off after too many impacts in one substep
+    double max_depth_m = 0.0;   ///< deepest of any awake body in the contact surface after the step
     std::uint64_t too_deep = 0;  ///< bodies deeper than their tolerance that did not start so
 };
 
-/// Rigid bodies on the ground. Bodies do not meet each other yet.
+/// Rigid bodies on the ground and on each other.
 ///
 /// Every pose change passes one gate that casts: nothing is ever set from a height lookup. A body
-/// is never deeper than its tolerance in the contact surface; one that was put in deeper comes out
-/// along contact normals at bounded speed and never gets deeper. The same calls give the same bits.
+/// is never deeper than its tolerance in the contact surface, whoever pushes it; one that was put in deeper
+/// comes out along contact normals at bounded speed and never gets deeper. Bodies that overlap each other part at
+/// bounded speed. Bodies that touch sleep and wake together. Parked bodies stand still for all others.
+/// The same calls give the same bits with any number of workers.
 ///
-/// Threads: one at a time.
+/// Threads:   one at a time
+/// Allocates: step() only where more bodies, or more that touch, take part than ever before
 class BodyWorld {
 public:
     static Result<BodyWorld> create(const BodyWorldSettings& settings);

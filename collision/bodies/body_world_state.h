@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "body_step.h"
+#include "meetings.h"
+
+#include <terrane/collision/bodies.h>
+
+#include <vector>
+
+namespace terrane {
+
+/// Arrays by body, and what they share.
+struct BodyWorld::State {
+    explicit State(const BodyWorldSettings& settings);
+
+    std::size_t add(const internal::RigidBody& body, const BodySettings& body_settings,
+                    const BodyState& state);
+    void replace(std::size_t index, const internal::RigidBody& body, const BodyState& state);
+    StepReport step(const Ground& ground, double dt);
+
+    BodyWorldSettings settings;
+    std::vector<internal::RigidBody> bodies;
+    std::vector<BodyState> states;
+    std::vector<BodySettings> body_settings;
+    std::vector<BodyNeed> needs;
+
+private:
+    void begin_step();
+    void meet(const Ground& ground, double substep);
+    void live_substep(std::size_t index, const Ground& ground, double substep);
+    void finish_body(std::size_t index, const Ground& ground, StepReport& report);
+    void fall_asleep(double dt);
+    void put_to_sleep(std::size_t index, std::uint32_t group);
+    void wake_group(std::uint32_t group);
+    bool is_asleep(std::size_t index) const {
+        return states[index].condition == BodyCondition::asleep;
+    }
+
+    std::vector<internal::GroundLook> looks;
+    std::vector<internal::BodyMotion> before;      // the step, for those that park in it
+    std::vector<internal::SubstepAnswer> totals;   // of the step
+    std::vector<internal::SubstepAnswer> answers;  // of what is over of the substep
+    std::vector<internal::Mobility> mobility;
+    std::vector<double> quiet_times;          // how long each body has been slow and held, s
+    std::vector<std::uint32_t> sleep_groups;  // the lowest body that it fell asleep with
+    std::vector<std::uint8_t> waits;          // parked in this step
+    std::vector<std::uint8_t> in_island;      // touches another body
+    internal::WorkerTeam team;
+    internal::Meetings meetings;
+};
+
+}  // namespace terrane

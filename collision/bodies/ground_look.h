@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "contact_solver.h"
+#include "rigid_body.h"
+
+#include <terrane/collision/ground_contact.h>
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace terrane::internal {
+
+/// How far gates are lowered, in tolerances: from a quarter of it, in ever smaller steps, almost to all of it. There
+/// is a next gate for every body that was stopped at one, so that nothing that moves away is ever held.
+inline constexpr double kFirstGate = 0.25;
+inline constexpr int kGateCount = 48;
+/// Where the cast stops above its gate at most, in tolerances. Far below a gate's step, so that a stopped
+/// body is clear of the next gate on slopes up to 86 degrees.
+inline constexpr double kStopGap = 1.0 / 256.0;
+/// Where bodies rest above the first gate, in tolerances: on the surface itself, so that what was put there stays,
+/// and above every stop, so that sliding is free.
+inline constexpr double kRestGap = kFirstGate;
+/// The gap that bodies are separated to, in tolerances.
+inline constexpr double kSeparationGap = 0.75 * kRestGap;
+/// Contacts are looked for this far above the gate, in tolerances.
+inline constexpr double kContactMargin = 1.0 / 2.0;
+
+/// How far the surface is lowered for a gate, metres.
+double lowering(const RigidBody& body, int gate);
+/// Lowering the surface is asked for as raising what meets it.
+Pose raised(Pose pose, double height);
+
+/// What a body has met on the surface that a gate lowers, as far as contacts are looked for. A body that has
+/// hardly moved since takes its contacts along instead of looking again: each stays with its plane.
+class GroundLook {
+public:
+    /// Looks through the first gate; or takes the last look along where it was through the first gate, and the
+    /// body has moved so little since that nothing else can have come near.
+    void update(const RigidBody& body, const Ground& ground);
+
+    /// Looks from where the body is.
+    void look(const RigidBody& body, const Ground& ground, int gate);
+
+    /// Looks again the next time; to be called where the ground may be another one.
+    void forget() { is_kept_ = false; }
+
+    bool is_resident() const { return resident_; }
+    bool has_contacts() const { return !contacts_.empty(); }
+    std::size_t count() const { return contacts_.size(); }
+    /// At least the largest lift of the parts at the gate that was asked for, metres.
+    double lift() const { return lift_ + moved_; }
+    /// How far every point of the body may move without coming near the surface of a gate, which is lower by
+    /// `further`, metres: at most half of the least gap. 0 or less where nobody knows.
+    double free_way(const RigidBody& body, double further) const;
+    /// At least how deep the body is in the contact surface, metres, where it was not moved since.
+    double depth_bound(const RigidBody& body) const { return lift() + lowering(body, gate_); }
+
+    /// Smallest gap of the contacts if the surface were lower by `further`; `most` where all are wider.
+    double least_gap(double further, double most) const;
+
+    /// A contact, for a solver that knows the body by this index.
+    SolverContact contact(std::size_t i, const RigidBody& body, std::uint32_t index) const;
+
+    void set_impulse(std::size_t i, const Eigen::Vector3d& impulse) {
+        contacts_[i].impulse = impulse;
+    }
+
+private:
+    struct Place {
+        ShapeFeature feature;
+        std::uint32_t part;
+        Eigen::Vector3d impulse;    // of the last solve for several bodies, N s
+        Eigen::Vector3d core_body;  // the point that turning carries round
+        Eigen::Vector3d normal;
+        double gap;       // now
+        double gap_seen;  // when it was looked at
+        Eigen::Vector3d core_seen;
+        double rounding;
+    };
+    void follow(const RigidBody& body);
+    Eigen::Vector3d impulse_before(const Place& place) const;
+
+    std::vector<Place> contacts_, contacts_before_;
+    Pose pose_seen_;
+    double lift_ = -1.0;
+    double moved_ = 0.0;
+    int gate_ = 0;
+    bool resident_ = true;
+    bool is_kept_ = false;
+    bool is_whole_ = false;  // there is ground everywhere below and above the body
+};
+
+}  // namespace terrane::internal

@@ -1,0 +1,286 @@
+// SPDX-License-Identifier: MIT
+#include "meetings.h"
+
+#include "body_step.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace terrane::internal {
+namespace {
+
+constexpr std::uint32_t kNone = ~std::uint32_t{0};
+/// Bodies that touch each other come apart at this speed at most, and no velocity of it stays, m/s.
+constexpr double kPartingSpeed = 0.5;
+/// Impulses are kept from substep to substep, so that stacks converge over many of them.
+/// So small islands are solved as exactly as one likes, and large ones as far as is left for a sweep.
+constexpr double kTolerance = 1e-6;
+constexpr std::size_t kMaxPushes = 40'000;
+constexpr std::size_t kLeastIterations = 20;
+/// Islands and pairs are handed out to threads one by one, other loops in blocks of this many.
+constexpr std::size_t kBlock = 32;
+
+template <typename Job>
+void for_each_in_blocks(WorkerTeam& team, std::size_t count, const Job& job) {
+    team.run((count + kBlock - 1) / kBlock, [&](std::size_t block, int) {
+        const std::size_t end = std::min(count, (block + 1) * kBlock);
+        for (std::size_t i = block * kBlock; i < end; ++i) job(i);
+    });
+}
+
+/// How far a shape reaches along the world's axes, metres, for any of its rotations within a turn.
+Eigen::Vector3d half_box(const RigidBody& body, double turn_way) {
+    const Shape& shape = body.parts[0].shape;
+    const Eigen::Matrix3d& r = body.pose.rotation;
+    Eigen::Vector3d half;
+    for (int axis = 0; axis < 3; ++axis) {
+        double reach = body.radius;
+        if (const auto* box = std::get_if<Box>(&shape)) {
+            const Eigen::Vector3d& h = box->half_extents;
+            reach = std::abs(r(axis, 0)) * h.x() + std::abs(r(axis, 1)) * h.y() +
+                    std::abs(r(axis, 2)) * h.z();
+        } else if (const auto* capsule = std::get_if<Capsule>(&shape)) {
+            reach = capsule->radius + std::abs(r(axis, 2)) * capsule->half_height;
+        }
+        half[axis] = std::min(body.radius, reach + turn_way);
+    }
+    return half;
+}
+
+}  // namespace
+
+void Meetings::place_bounds(std::span<const RigidBody> bodies, double duration) {
+    bounds_.resize(bodies.size());
+    balls_.resize(bodies.size());
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+        const RigidBody& body = bodies[i];
+        const Eigen::Vector3d way = body.velocity.linear * duration;
+        const double turn_way = body.radius * length(body.velocity.angular) * duration;
+        const Eigen::Vector3d half = half_box(body, turn_way);
+        const double margin = body.tolerance;
+        const WorldPos& centre = body.pose.translation;
+        for (int axis = 0; axis < 3; ++axis) {
+            bounds_[i].low[axis] = centre[axis] - half[axis] - margin + std::min(0.0, way[axis]);
+            bounds_[i].high[axis] = centre[axis] + half[axis] + margin + std::max(0.0, way[axis]);
+        }
+        balls_[i] = {centre, body.radius + margin + length(way)};
+    }
+}
+
+/// Makes a touch of every pair that may touch, with where it was a substep ago.
+void Meetings::take_pairs(std::span<const RigidBody> bodies, std::span<const Mobility> mobility,
+                          double duration) {
+    std::swap(touches_, touches_before_);
+    touches_.clear();
+    before_.clear();
+    const auto is_earlier = [](const BodyPair& a, const BodyPair& b) {
+        return a.a != b.a ? a.a < b.a : a.b < b.b;
+    };
+    std::size_t old = 0;
+    for (const BodyPair& pair : broadphase_->find_pairs()) {
+        const RigidBody &a = bodies[pair.a], &b = bodies[pair.b];
+        const bool rests =
+            mobility[pair.a] != Mobility::moving && mobility[pair.b] != Mobility::moving;
+        const double reach = a.radius + b.radius + a.tolerance + b.tolerance +
+                             duration * length(a.velocity.linear - b.velocity.linear);
+        const Eigen::Vector3d between = a.pose.translation - b.pose.translation;
+        if (dot(between, between) > reach * reach) continue;
+        while (old < touches_before_.size() && is_earlier(touches_before_[old].pair, pair)) ++old;
+        const bool was = old < touches_before_.size() && touches_before_[old].pair == pair;
+        if (rests && !was) continue;
+        touches_.emplace_back().pair = pair;
+        before_.push_back(was ? static_cast<std::uint32_t>(old) : kNone);
+    }
+}
+
+void Meetings::wake(std::span<const std::uint32_t> groups, std::span<Mobility> mobility) {
+    bool any = false;
+    wakes_.assign(mobility.size(), 0);
+    for (const PairTouch& touch : touches_) {
+        if (touch.count() == 0) continue;
+        const auto [a, b] = touch.pair;
+        if (mobility[a] == Mobility::asleep && mobility[b] == Mobility::moving) {
+            wakes_[groups[a]] = 1;
+            any = true;
+        }
+        if (mobility[b] == Mobility::asleep && mobility[a] == Mobility::moving) {
+            wakes_[groups[b]] = 1;
+            any = true;
+        }
+    }
+    if (!any) return;
+    for (std::size_t i = 0; i < mobility.size(); ++i) {
+        if (mobility[i] == Mobility::asleep && wakes_[groups[i]] != 0) {
+            mobility[i] = Mobility::moving;
+        }
+    }
+}
+
+void Meetings::find(std::span<const RigidBody> bodies, std::span<const std::uint32_t> groups,
+                    std::span<Mobility> mobility, double duration, WorkerTeam& team) {
+    place_bounds(bodies, duration);
+    broadphase_->update(bounds_, balls_);
+    take_pairs(bodies, mobility, duration);
+    for_each_in_blocks(team, touches_.size(), [&](std::size_t i) {
+        PairTouch& touch = touches_[i];
+        const PairTouch* before = before_[i] == kNone ? nullptr : &touches_before_[before_[i]];
+        const auto [a, b] = touch.pair;
+        if (mobility[a] != Mobility::moving && mobility[b] != Mobility::moving) {
+            touch = *before;
+        } else {
+            touch.update(bodies[a], bodies[b], before, duration);
+        }
+    });
+    std::erase_if(touches_, [](const PairTouch& touch) { return touch.count() == 0; });
+    wake(groups, mobility);
+
+    links_.clear();
+    link_touches_.clear();
+    for (std::size_t i = 0; i < touches_.size(); ++i) {
+        const BodyPair& pair = touches_[i].pair;
+        if (mobility[pair.a] != Mobility::moving && mobility[pair.b] != Mobility::moving) continue;
+        links_.push_back(pair);
+        link_touches_.push_back(static_cast<std::uint32_t>(i));
+    }
+    moves_.resize(bodies.size());
+    for (std::size_t i = 0; i < bodies.size(); ++i) moves_[i] = mobility[i] == Mobility::moving;
+    islands_.build(links_, moves_);
+}
+
+/// What all islands share.
+struct Meetings::Scene {
+    std::span<RigidBody> bodies;
+    std::span<GroundLook> looks;
+    std::span<SubstepAnswer> answers;
+    const Ground& ground;
+    double gravity;
+    double duration;
+};
+
+void Meetings::solve(std::span<RigidBody> bodies, std::span<GroundLook> looks,
+                     std::span<SubstepAnswer> answers, const Ground& ground, double gravity,
+                     double duration, WorkerTeam& team) {
+    if (islands_.count() == 0) return;
+    solver_bodies_.resize(bodies.size());
+    flights_.resize(bodies.size());
+    rows_.resize(static_cast<std::size_t>(team.size()));
+    // What does not move may belong to several islands: no island writes it.
+    for (const BodyPair& link : links_) {
+        for (const std::uint32_t i : {link.a, link.b}) {
+            if (moves_[i] != 0) continue;
+            solver_bodies_[i].pose = bodies[i].pose;
+            solver_bodies_[i].mass = {.inverse_mass = 0.0};
+            solver_bodies_[i].velocity = {};
+        }
+    }
+    const Scene scene{bodies, looks, answers, ground, gravity, duration};
+    team.run(islands_.count(), [&](std::size_t island, int worker) {
+        fly_to_impacts(island, scene);
+        solve_island(island, worker, scene);
+    });
+}
+
+/// Lets bodies that fly at each other live until they meet: what they have then is what they bounce with. What else
+/// they meet in this substep they only slow down for.
+void Meetings::fly_to_impacts(std::size_t island, const Scene& scene) {
+    const double least_speed = bounce_speed(scene.gravity, scene.duration);
+    const auto is_first = [&](std::uint32_t body, double share) {
+        return share > 0.0 && share < flights_[body];
+    };
+    bool any = false;
+    for (const std::uint32_t member : islands_.bodies(island)) flights_[member] = 1.0;
+    for (const std::uint32_t link : islands_.links(island)) {
+        const PairTouch& touch = touches_[link_touches_[link]];
+        const auto [a, b] = touch.pair;
+        const double share =
+            touch.first_impact(scene.bodies[a], scene.bodies[b], least_speed, scene.duration);
+        for (const std::uint32_t body : {a, b}) {
+            if (moves_[body] == 0 || !is_first(body, share)) continue;
+            flights_[body] = share;
+            any = true;
+        }
+    }
+    if (!any) return;
+
+    for (const std::uint32_t member : islands_.bodies(island)) {
+        if (flights_[member] >= 1.0) continue;
+        scene.answers[member] = step_body(scene.bodies[member], scene.looks[member], scene.ground,
+                                          scene.gravity, flights_[member] * scene.duration);
+    }
+    for (const std::uint32_t link : islands_.links(island)) {
+        PairTouch& touch = touches_[link_touches_[link]];
+        const auto [a, b] = touch.pair;
+        const bool flew =
+            (moves_[a] != 0 && flights_[a] < 1.0) || (moves_[b] != 0 && flights_[b] < 1.0);
+        if (!flew) continue;
+        const PairTouch before = touch;
+        touch.update(scene.bodies[a], scene.bodies[b], &before, scene.duration);
+    }
+}
+
+void Meetings::solve_island(std::size_t island, int worker, const Scene& scene) {
+    const double duration = scene.duration;
+    const std::span<RigidBody> bodies = scene.bodies;
+    const std::span<GroundLook> looks = scene.looks;
+    const std::span<const std::uint32_t> members = islands_.bodies(island);
+    const std::span<const std::uint32_t> links = islands_.links(island);
+    std::size_t row_count = 0;
+    for (const std::uint32_t link : links) row_count += touches_[link_touches_[link]].count();
+    for (const std::uint32_t member : members) {
+        SolverBody& body = solver_bodies_[member];
+        body.pose = bodies[member].pose;
+        body.mass = bodies[member].mass;
+        body.velocity = bodies[member].velocity;
+        looks[member].update(bodies[member], scene.ground);
+        row_count += looks[member].count();
+    }
+    std::vector<ContactRows>& rows = rows_[static_cast<std::size_t>(worker)];
+    if (rows.size() < row_count) rows.resize(row_count);
+
+    ContactSolver solver(solver_bodies_, rows);
+    bool overlaps = false;
+    const auto add = [&](const SolverContact& contact) {
+        overlaps = overlaps || contact.gap < contact.wanted_gap;
+        solver.add(contact);
+    };
+    for (const std::uint32_t link : links) {
+        const PairTouch& touch = touches_[link_touches_[link]];
+        const auto [a, b] = touch.pair;
+        for (std::size_t i = 0; i < touch.count(); ++i) {
+            add(touch.contact(i, bodies[a], bodies[b]));
+        }
+    }
+    // The ground comes last, and has the last word.
+    for (const std::uint32_t member : members) {
+        for (std::size_t i = 0; i < looks[member].count(); ++i) {
+            add(looks[member].contact(i, bodies[member], member));
+        }
+    }
+
+    const std::size_t iterations =
+        std::max(kLeastIterations, kMaxPushes / std::max<std::size_t>(1, row_count));
+    solver.solve_velocity(members, bounce_speed(scene.gravity, scene.duration), duration,
+                          {.iterations = static_cast<int>(iterations), .tolerance = kTolerance});
+    std::size_t row = 0;
+    for (const std::uint32_t link : links) {
+        PairTouch& touch = touches_[link_touches_[link]];
+        for (std::size_t i = 0; i < touch.count(); ++i) touch.set_impulse(i, solver.impulse(row++));
+    }
+    for (const std::uint32_t member : members) {
+        for (std::size_t i = 0; i < looks[member].count(); ++i) {
+            looks[member].set_impulse(i, solver.impulse(row++));
+        }
+        bodies[member].velocity = solver_bodies_[member].velocity;
+    }
+    if (!overlaps) return;
+
+    for (const std::uint32_t member : members) solver_bodies_[member].velocity = {};
+    solver.solve_separation(kPartingSpeed * duration, true);
+    for (const std::uint32_t member : members) {
+        const Twist& way = solver_bodies_[member].velocity;
+        // Where ground is not loaded the body stays, and parks in its own step.
+        push_body(bodies[member], looks[member], scene.ground, way, scene.gravity, duration);
+    }
+}
+
+}  // namespace terrane::internal

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "contact_solver.h"
+#include "rigid_body.h"
+
+#include <terrane/collision/broadphase.h>
+#include <terrane/collision/shape_feature.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace terrane::internal {
+
+/// Where two bodies touch, or will within a substep: up to four contacts of one normal. While the bodies have
+/// hardly moved past each other, the contacts are taken along with them; impulses are kept from substep to
+/// substep.
+class PairTouch {
+public:
+    static constexpr std::size_t kMaxCount = 4;
+
+    BodyPair pair;
+
+    /// Looks at the bodies, or takes the contacts of `before` along.
+    /// @param before  the same pair a substep ago, or null
+    /// @param duration that the bodies will move for, seconds
+    void update(const RigidBody& a, const RigidBody& b, const PairTouch* before, double duration);
+
+    std::size_t count() const { return count_; }
+
+    /// When bodies first meet that will bounce off each other, as a share of `duration`; 1 where none do.
+    double first_impact(const RigidBody& a, const RigidBody& b, double bounce_speed,
+                        double duration) const;
+
+    /// A contact for a solver that knows the bodies by their indices.
+    SolverContact contact(std::size_t i, const RigidBody& a, const RigidBody& b) const;
+
+    void set_impulse(std::size_t i, const Eigen::Vector3d& impulse) {
+        points_[i].impulse = impulse;
+    }
+
+private:
+    struct Point {
+        // The points that turning carries round, body frames.
+        Eigen::Vector3d core_a_body, core_b_body;
+        ShapeFeature feature_a, feature_b;
+        double gap = 0.0;
+        Eigen::Vector3d impulse = Eigen::Vector3d::Zero();  // of the last substep, on a, N s
+    };
+    bool follow(const RigidBody& a, const RigidBody& b, const PairTouch& before);
+    void look(const RigidBody& a, const RigidBody& b, double margin);
+    void look_ahead(const RigidBody& a, const RigidBody& b, double duration);
+    void place(const RigidBody& a, const RigidBody& b, Point& point) const;
+
+    std::uint32_t count_ = 0;
+    bool is_ahead_ = false;  // found by a cast: good for one substep
+    double rounding_a_ = 0.0, rounding_b_ = 0.0;
+    Eigen::Vector3d normal_ = Eigen::Vector3d::UnitZ();  // out of b
+    Pose seen_a_, seen_b_;
+    std::array<Point, kMaxCount> points_;
+};
+
+}  // namespace terrane::internal

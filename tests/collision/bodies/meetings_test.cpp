@@ -1,0 +1,340 @@
+// SPDX-License-Identifier: MIT
+// Bodies that meet each other.
+#include "support/allocation_counter.h"
+#include "support/random.h"
+#include "support/table_ground.h"
+
+#include <terrane/collision/bodies.h>
+#include <terrane/collision/shape_pairs.h>
+
+#include <Eigen/Geometry>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+#include <vector>
+
+namespace terrane {
+namespace {
+
+using test::make_test_ground;
+using test::Random;
+
+constexpr double kStep = 1.0 / 60.0;
+constexpr double kMiddle = 64.3;
+
+BodyWorld make_world(const BodyWorldSettings& settings) {
+    Result<BodyWorld> world = BodyWorld::create(settings);
+    EXPECT_TRUE(world.has_value());
+    return std::move(*world);
+}
+
+BodyState at(const Eigen::Vector3d& place, const Eigen::Vector3d& velocity = {0.0, 0.0, 0.0}) {
+    BodyState state;
+    state.pose.translation = place;
+    state.velocity = velocity;
+    return state;
+}
+
+Ground make_flat(int roots = 1) {
+    return make_test_ground([](double, double) { return 5.0; }, 1.0, roots);
+}
+
+std::vector<Shape> all_shapes() { return {Sphere{0.5}, Capsule{0.4, 0.8}, Box{{1.0, 2.0, 0.5}}}; }
+
+const char* name_of(const Shape& shape) {
+    return std::holds_alternative<Sphere>(shape)    ? "sphere"
+           : std::holds_alternative<Capsule>(shape) ? "capsule"
+                                                    : "box";
+}
+
+struct Totals {
+    Eigen::Vector3d momentum = Eigen::Vector3d::Zero();
+    Eigen::Vector3d angular_momentum = Eigen::Vector3d::Zero();
+    double energy = 0.0;
+};
+
+/// Of spheres, whose inertia is one number.
+Totals count_up(const BodyWorld& world) {
+    Totals totals;
+    for (std::size_t i = 0; i < world.states().size(); ++i) {
+        const BodyState& state = world.states()[i];
+        const BodySettings& settings = world.settings()[i];
+        const double r = std::get<Sphere>(settings.shape).radius;
+        const Eigen::Vector3d p = settings.mass * state.velocity;
+        const Eigen::Vector3d spin = 0.4 * settings.mass * r * r * state.angular_velocity;
+        totals.momentum += p;
+        totals.angular_momentum += state.pose.translation.cross(p) + spin;
+        totals.energy += 0.5 * p.dot(state.velocity) + 0.5 * spin.dot(state.angular_velocity);
+    }
+    return totals;
+}
+
+double deepest_overlap(const BodyWorld& world) {
+    double deepest = 0.0;
+    for (std::size_t a = 0; a < world.states().size(); ++a) {
+        for (std::size_t b = a + 1; b < world.states().size(); ++b) {
+            const PairDistanceAnswer answer =
+                signed_distance(world.settings()[a].shape, world.states()[a].pose,
+                                world.settings()[b].shape, world.states()[b].pose);
+            deepest = std::max(deepest, -answer.distance);
+        }
+    }
+    return deepest;
+}
+
+TEST(MeetingBodies, TwoBallsBounceAsRestitutionSays) {
+    const Ground ground = make_flat();
+    for (const double restitution : {0.0, 0.5, 1.0}) {
+        for (const double speed : {2.0, 20.0, 300.0, 3000.0}) {
+            SCOPED_TRACE(std::to_string(restitution) + ", " + std::to_string(speed) + " m/s");
+            BodyWorld world = make_world({.gravity = Eigen::Vector3d::Zero()});
+            const BodySettings light{.shape = Sphere{0.5}, .mass = 1.0, .restitution = restitution};
+            BodySettings heavy = light;
+            heavy.mass = 3.0;
+            ASSERT_TRUE(world.add(light, at({10.0, kMiddle, 50.0}, {speed, 0.0, 0.0})));
+            ASSERT_TRUE(world.add(heavy, at({40.0, kMiddle, 50.0}, {-0.5 * speed, 0.0, 0.0})));
+            for (int step = 0; step * kStep < 40.0 / speed + 4.0 * kStep; ++step) {
+                world.step(ground, kStep);
+            }
+            // Momentum -0.5 m v in all; they part with the restitution of 1.5 v.
+            const double common = -0.5 * speed / 4.0, parting = restitution * 1.5 * speed;
+            EXPECT_NEAR(world.states()[0].velocity.x(), common - 0.75 * parting, 1e-9 * speed);
+            EXPECT_NEAR(world.states()[1].velocity.x(), common + 0.25 * parting, 1e-9 * speed);
+            EXPECT_NEAR(world.states()[0].velocity.y(), 0.0, 1e-9 * speed);
+        }
+    }
+}
+
+TEST(MeetingBodies, KeepMomentumAndGainNoEnergyInTheAir) {
+    constexpr std::uint64_t kSeed = 7;
+    const Ground ground = make_flat();
+    for (int run = 0; run < 20; ++run) {
+        SCOPED_TRACE("seed " + std::to_string(kSeed) + ", run " + std::to_string(run));
+        Random random(kSeed + static_cast<std::uint64_t>(run));
+        BodyWorld world = make_world({.gravity = Eigen::Vector3d::Zero()});
+        for (int i = 0; i < 40; ++i) {
+            BodySettings settings{.shape = Sphere{random.between(0.2, 0.8)},
+                                  .mass = random.between(0.1, 10.0),
+                                  .friction = random.between(0.0, 1.0),
+                                  .restitution = random.between(0.0, 1.0)};
+            BodyState state = at({random.between(60.0, 68.0), random.between(60.0, 68.0),
+                                  random.between(900.0, 908.0)},
+                                 {random.between(-20.0, 20.0), random.between(-20.0, 20.0),
+                                  random.between(-20.0, 20.0)});
+            state.angular_velocity = {random.between(-20.0, 20.0), 3.0, -2.0};
+            ASSERT_TRUE(world.add(settings, state));
+        }
+        const Totals start = count_up(world);
+        double energy = start.energy;
+        std::uint64_t touches = 0;
+        for (int step = 0; step < 60; ++step) {
+            touches += world.step(ground, kStep).touching_pairs;
+            const Totals now = count_up(world);
+            EXPECT_LE(now.energy, energy * (1.0 + 1e-12)) << "step " << step;
+            energy = now.energy;
+            EXPECT_LT((now.momentum - start.momentum).norm(), 1e-9 * start.momentum.norm());
+        }
+        EXPECT_GT(touches, 10u);
+    }
+}
+
+TEST(MeetingBodies, FastOnesDoNotPassThroughEachOther) {
+    constexpr std::uint64_t kSeed = 11;
+    const Ground ground = make_flat();
+    Random random(kSeed);
+    for (const Shape& shape : all_shapes()) {
+        for (const Shape& other : all_shapes()) {
+            for (int run = 0; run < 10; ++run) {
+                BodyWorld world = make_world({.gravity = Eigen::Vector3d::Zero()});
+                const double speed = random.between(100.0, 2000.0);
+                BodyState bullet = at({3.0, kMiddle, 50.0}, {speed, 0.0, 0.0});
+                bullet.angular_velocity = {random.between(-20, 20), random.between(-20, 20), 1.0};
+                ASSERT_TRUE(world.add({.shape = shape}, bullet));
+                ASSERT_TRUE(
+                    world.add({.shape = other}, at({random.between(30.0, 60.0), kMiddle, 50.0})));
+                for (int step = 0; step < 60; ++step) world.step(ground, kStep);
+                // It flies at the other's centre: whatever turns, it gives most of its push away.
+                SCOPED_TRACE("seed " + std::to_string(kSeed) + ", run " + std::to_string(run) +
+                             ", " + std::to_string(speed) + " m/s, " + name_of(shape) + " at " +
+                             name_of(other));
+                EXPECT_GT(world.states()[1].velocity.x(), 0.1 * speed);
+            }
+        }
+    }
+}
+
+TEST(MeetingBodies, StackStandsAndSleepsTogetherAndWakesTogether) {
+    const Ground ground = make_flat();
+    BodyWorld world = make_world({});
+    constexpr std::size_t kCount = 10;
+    for (std::size_t i = 0; i < kCount; ++i) {
+        ASSERT_TRUE(world.add({.shape = Box{{0.5, 0.5, 0.5}}},
+                              at({kMiddle, kMiddle, 5.5 + 1.0 * static_cast<double>(i)})));
+    }
+    int step = 0;
+    while (world.step(ground, kStep).asleep < kCount && step < 600) ++step;
+    EXPECT_LT(step, 300) << "asleep within 5 s";
+    for (std::size_t i = 0; i < kCount; ++i) {
+        const WorldPos& place = world.states()[i].pose.translation;
+        EXPECT_NEAR(place.x(), kMiddle, 1e-3) << i;
+        EXPECT_NEAR(place.y(), kMiddle, 1e-3) << i;
+        EXPECT_NEAR(place.z(), 5.5 + 1.0 * static_cast<double>(i), 0.02) << i;
+    }
+    // A body that falls on them wakes all.
+    ASSERT_TRUE(world.add({.shape = Sphere{0.3}}, at({kMiddle, kMiddle, 17.0})));
+    std::uint64_t least_asleep = kCount;
+    for (step = 0; step < 120; ++step) {
+        least_asleep = std::min(least_asleep, world.step(ground, kStep).asleep);
+        if (least_asleep < kCount) break;
+    }
+    EXPECT_EQ(least_asleep, 0u);
+}
+
+TEST(MeetingBodies, SleepersFallWhenWhatTheySleptOnIsTakenAway) {
+    const Ground ground = make_flat();
+    BodyWorld world = make_world({});
+    for (const double z : {5.5, 6.5}) {
+        ASSERT_TRUE(world.add({.shape = Box{{0.5, 0.5, 0.5}}}, at({kMiddle, kMiddle, z})));
+    }
+    for (int step = 0; step < 300; ++step) world.step(ground, kStep);
+    ASSERT_EQ(world.states()[1].condition, BodyCondition::asleep);
+    ASSERT_TRUE(world.set_state(0, at({20.0, 20.0, 5.5})));
+    for (int step = 0; step < 120; ++step) world.step(ground, kStep);
+    EXPECT_LT(world.states()[1].pose.translation.z(), 5.6);
+}
+
+/// Ten flat boxes stacked along the normal of a slope.
+class StackOnASlope : public testing::Test {
+protected:
+    static constexpr double kSlope = 0.36397023426620234;  // tan 20 degrees
+    static constexpr std::size_t kCount = 10;
+
+    Ground ground =
+        make_test_ground([](double x, double) { return kSlope * x; }, {.quantum = 0x1p-20});
+
+    BodyWorld build(bool allow_sleep) {
+        BodyWorld world = make_world({.allow_sleep = allow_sleep});
+        const Eigen::Vector3d normal = Eigen::Vector3d(-kSlope, 0.0, 1.0).normalized();
+        Pose pose;
+        pose.rotation.col(0) = Eigen::Vector3d(1.0, 0.0, kSlope).normalized();
+        pose.rotation.col(1) = Eigen::Vector3d::UnitY();
+        pose.rotation.col(2) = normal;
+        const Eigen::Vector3d foot(kMiddle, kMiddle, kSlope * kMiddle);
+        for (std::size_t i = 0; i < kCount; ++i) {
+            BodyState state;
+            state.pose = pose;
+            state.pose.translation = foot + normal * (0.1 + 0.2 * static_cast<double>(i));
+            EXPECT_TRUE(world.add({.shape = Box{{0.5, 0.5, 0.1}}, .friction = 0.8}, state));
+        }
+        return world;
+    }
+};
+
+TEST_F(StackOnASlope, DoesNotMoveInAMinute) {
+    BodyWorld world = build(false);
+    const std::vector<BodyState> start(world.states().begin(), world.states().end());
+    double along = 0.0, down = 0.0;
+    for (int step = 0; step < 3600; ++step) {
+        world.step(ground, kStep);
+        for (std::size_t i = 0; i < kCount; ++i) {
+            const Eigen::Vector3d moved =
+                start[i].pose.rotation.transpose() *
+                (world.states()[i].pose.translation - start[i].pose.translation);
+            along = std::max(along, std::hypot(moved.x(), moved.y()));
+            down = std::max(down, std::abs(moved.z()));
+        }
+    }
+    RecordProperty("along_mm", std::to_string(1e3 * along));
+    EXPECT_LT(along, 1e-4);
+    EXPECT_LT(down, 1e-4);
+}
+
+TEST_F(StackOnASlope, IsAsleepWithinFiveSeconds) {
+    BodyWorld world = build(true);
+    for (int step = 0; step < 300; ++step) world.step(ground, kStep);
+    for (const BodyState& state : world.states()) {
+        EXPECT_EQ(state.condition, BodyCondition::asleep);
+    }
+}
+
+/// A heap in a pit, which has everything: fast ones, stacks, sleepers, ground that is steep.
+BodyWorld make_heap(const BodyWorldSettings& settings, std::size_t count) {
+    constexpr std::uint64_t kSeed = 3;
+    Random random(kSeed);
+    BodyWorld world = make_world(settings);
+    const std::vector<Shape> shapes{Sphere{0.5}, Capsule{0.4, 0.5}, Box{{0.4, 0.6, 0.3}}};
+    for (std::size_t i = 0; i < count; ++i) {
+        BodyState state = at({random.between(58.0, 70.0), random.between(58.0, 70.0),
+                              random.between(8.0, 8.0 + 0.15 * static_cast<double>(count))},
+                             {0.0, 0.0, random.between(-30.0, 0.0)});
+        state.angular_velocity = {random.between(-9.0, 9.0), random.between(-9.0, 9.0), 1.0};
+        EXPECT_TRUE(world.add({.shape = shapes[i % 3], .mass = random.between(0.5, 5.0)}, state));
+    }
+    return world;
+}
+
+Ground make_pit() {
+    return make_test_ground(
+        [](double x, double y) {
+            const double r = std::hypot(x - 64.0, y - 64.0);
+            return 0.05 * r * r;
+        },
+        1.0, 1);
+}
+
+TEST(MeetingBodies, HeapSettlesWithoutOverlapsAndNobodyFalls) {
+    const Ground ground = make_pit();
+    BodyWorld world = make_heap({}, 120);
+    std::uint64_t too_deep = 0;
+    for (int step = 0; step < 600; ++step) too_deep += world.step(ground, kStep).too_deep;
+    EXPECT_EQ(too_deep, 0u);
+    EXPECT_LT(deepest_overlap(world), 0.02);
+    const auto asleep = std::count_if(
+        world.states().begin(), world.states().end(),
+        [](const BodyState& state) { return state.condition == BodyCondition::asleep; });
+    EXPECT_EQ(asleep, 120);
+}
+
+TEST(MeetingBodies, GiveTheSameBitsForEveryNumberOfWorkersAndBroadphase) {
+    const Ground ground = make_pit();
+    BodyWorld alone = make_heap({}, 120);
+    for (int step = 0; step < 120; ++step) alone.step(ground, kStep);
+    for (const int workers : {2, 3, 8}) {
+        BodyWorld world = make_heap({.worker_count = workers}, 120);
+        for (int step = 0; step < 120; ++step) world.step(ground, kStep);
+        EXPECT_EQ(world.state_hash(), alone.state_hash()) << workers << " workers";
+    }
+    for (const BroadphaseKind kind :
+         {BroadphaseKind::grid, BroadphaseKind::two_scene, BroadphaseKind::brute}) {
+        BodyWorld world = make_heap({.broadphase = kind}, 120);
+        for (int step = 0; step < 120; ++step) world.step(ground, kStep);
+        EXPECT_EQ(world.state_hash(), alone.state_hash()) << to_string(kind);
+    }
+}
+
+TEST(MeetingBodies, PassThroughEachOtherWhereTheyDoNotMeet) {
+    const Ground ground = make_flat();
+    BodyWorld world = make_world({.gravity = Eigen::Vector3d::Zero(), .bodies_meet = false});
+    ASSERT_TRUE(world.add({}, at({50.0, kMiddle, 50.0}, {5.0, 0.0, 0.0})));
+    ASSERT_TRUE(world.add({}, at({60.0, kMiddle, 50.0})));
+    for (int step = 0; step < 240; ++step) {
+        EXPECT_EQ(world.step(ground, kStep).touching_pairs, 0u);
+    }
+    EXPECT_NEAR(world.states()[0].pose.translation.x(), 70.0, 1e-6);
+    EXPECT_EQ(world.states()[1].pose.translation.x(), 60.0);
+}
+
+TEST(MeetingBodies, AllocateNothingOnceTheyHaveMet) {
+    const Ground ground = make_pit();
+    BodyWorld world = make_heap({.allow_sleep = false}, 30);
+    for (int step = 0; step < 600; ++step) world.step(ground, kStep);
+    const test::AllocationCounter counter;
+    for (int step = 0; step < 60; ++step) world.step(ground, kStep);
+    EXPECT_EQ(counter.count(), 0u);
+}
+
+}  // namespace
+}  // namespace terrane
