@@ -45,8 +45,9 @@ void PairTouch::update(const RigidBody& a, const RigidBody& b, const PairTouch* 
     if (before != nullptr && before->count_ > 0 && way <= margin && follow(a, b, *before)) return;
 
     const double thin = kMarginOfExtent * std::min(a.thickness, b.thickness);
-    look(a, b, margin + std::min(way, thin));
-    if (count_ == 0 && way > thin) look_ahead(a, b, duration);
+    // Where they may pass each other whole, nearest points do not tell what will meet.
+    if (way > thin) look_ahead(a, b, duration);
+    if (count_ == 0) look(a, b, margin + std::min(way, thin));
     if (before == nullptr) return;
     for (std::size_t i = 0; i < count_; ++i) {
         for (std::size_t k = 0; k < before->count_; ++k) {

@@ -1,17 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "broadphase_peer.h"
 
+#include "bullet_shapes.h"
+
 #include <BulletCollision/BroadphaseCollision/btAxisSweep3.h>
-#include <btBulletCollisionCommon.h>
 
 #include <vector>
 
 namespace terrane::bench {
 namespace {
-
-btVector3 to_bullet(const Eigen::Vector3d& v) {
-    return {btScalar(v.x()), btScalar(v.y()), btScalar(v.z())};
-}
 
 std::unique_ptr<btBroadphaseInterface> make_bullet(PeerBroadphase kind,
                                                    std::span<const Eigen::Vector3d> centres) {

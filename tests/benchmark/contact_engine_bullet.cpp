@@ -1,64 +1,18 @@
 // SPDX-License-Identifier: MIT
 // Bullet's own height field, with the diamonds that contacts see cut as ours; rays with its accelerator. A pose is answered by the
 // algorithm that its world would run for the pair, kept from pose to pose, with an empty manifold.
+#include "bullet_shapes.h"
 #include "contact_engine.h"
-
-#include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
-#include <btBulletCollisionCommon.h>
-
-#include <algorithm>
 
 namespace terrane::bench {
 namespace {
 
-btVector3 to_bullet(const Eigen::Vector3d& v) {
-    return {btScalar(v.x()), btScalar(v.y()), btScalar(v.z())};
-}
-
-btTransform to_bullet(const Pose& pose) {
-    const Eigen::Matrix3d& r = pose.rotation;
-    const auto at = [&](int row, int column) { return btScalar(r(row, column)); };
-    const btMatrix3x3 turn(at(0, 0), at(0, 1), at(0, 2), at(1, 0), at(1, 1), at(1, 2), at(2, 0),
-                           at(2, 1), at(2, 2));
-    return btTransform(turn, to_bullet(pose.translation));
-}
-
-std::unique_ptr<btConvexShape> make_shape(const Shape& shape) {
-    if (const Sphere* sphere = std::get_if<Sphere>(&shape)) {
-        return std::make_unique<btSphereShape>(btScalar(sphere->radius));
-    }
-    if (const Capsule* capsule = std::get_if<Capsule>(&shape)) {
-        return std::make_unique<btCapsuleShapeZ>(btScalar(capsule->radius),
-                                                 btScalar(2.0 * capsule->half_height));
-    }
-    if (const Box* box = std::get_if<Box>(&shape)) {
-        return std::make_unique<btBoxShape>(to_bullet(box->half_extents));
-    }
-    return nullptr;
-}
-
 class BulletEngine final : public ContactEngine {
 public:
     explicit BulletEngine(const test::HeightTable& table)
-        : field_(table.columns, table.rows, table.heights.data(),
-                 btScalar(*std::min_element(table.heights.begin(), table.heights.end())),
-                 btScalar(*std::max_element(table.heights.begin(), table.heights.end())),
-                 /*upAxis=*/2, /*flipQuadEdges=*/false),
-          dispatcher_(&configuration_) {
-        field_.setUseDiamondSubdivision(true);
-        field_.setFlipTriangleWinding(true);  // else normals point down where z is up
-        const auto spacing = btScalar(table.spacing);
-        field_.setLocalScaling({spacing, spacing, btScalar(1.0)});
-        field_.setMargin(btScalar(0.0));  // the surface is where the heights are
-        field_.buildAccelerator();
-        ground_.setCollisionShape(&field_);
-        // its frame has its origin in the middle of the box around it
-        const auto [low, high] = std::minmax_element(table.heights.begin(), table.heights.end());
-        btTransform place = btTransform::getIdentity();
-        place.setOrigin({btScalar(0.5 * table.spacing * (table.columns - 1)),
-                         btScalar(0.5 * table.spacing * (table.rows - 1)),
-                         btScalar(0.5) * (btScalar(*low) + btScalar(*high))});
-        ground_.setWorldTransform(place);
+        : surface_(table), dispatcher_(&configuration_) {
+        ground_.setCollisionShape(&surface_.field);
+        ground_.setWorldTransform(surface_.place);
     }
 
     std::string name() const override {
@@ -80,7 +34,7 @@ public:
             from.setOrigin(to_bullet(rays[i].from));
             to.setOrigin(to_bullet(rays[i].to));
             btCollisionWorld::ClosestRayResultCallback answer(from.getOrigin(), to.getOrigin());
-            btCollisionWorld::rayTestSingle(from, to, &ground_, &field_,
+            btCollisionWorld::rayTestSingle(from, to, &ground_, &surface_.field,
                                             ground_.getWorldTransform(), answer);
             fractions_out[i] =
                 answer.hasHit() ? static_cast<double>(answer.m_closestHitFraction) : kNoHit;
@@ -90,13 +44,13 @@ public:
 
     bool contacts(const Shape& shape, std::span<const Pose> poses,
                   std::span<int> counts_out) override {
-        const std::unique_ptr<btConvexShape> convex = make_shape(shape);
+        const std::unique_ptr<btConvexShape> convex = make_bullet_shape(shape);
         if (!convex) return false;
         btCollisionObject body;
         body.setCollisionShape(convex.get());
         const btCollisionObjectWrapper body_wrap(nullptr, convex.get(), &body,
                                                  body.getWorldTransform(), -1, -1);
-        const btCollisionObjectWrapper ground_wrap(nullptr, &field_, &ground_,
+        const btCollisionObjectWrapper ground_wrap(nullptr, &surface_.field, &ground_,
                                                    ground_.getWorldTransform(), -1, -1);
         btCollisionAlgorithm* algorithm = dispatcher_.findAlgorithm(
             &body_wrap, &ground_wrap, nullptr, BT_CONTACT_POINT_ALGORITHMS);
@@ -117,14 +71,14 @@ public:
 
     bool casts(const Shape& shape, std::span<const Sweep> sweeps,
                std::span<double> fractions_out) override {
-        const std::unique_ptr<btConvexShape> convex = make_shape(shape);
+        const std::unique_ptr<btConvexShape> convex = make_bullet_shape(shape);
         if (!convex) return false;
         for (std::size_t i = 0; i < sweeps.size(); ++i) {
             const btTransform from = to_bullet(sweeps[i].start);
             btTransform to = from;
             to.setOrigin(from.getOrigin() + to_bullet(sweeps[i].translation));
             btCollisionWorld::ClosestConvexResultCallback answer(from.getOrigin(), to.getOrigin());
-            btCollisionWorld::objectQuerySingle(convex.get(), from, to, &ground_, &field_,
+            btCollisionWorld::objectQuerySingle(convex.get(), from, to, &ground_, &surface_.field,
                                                 ground_.getWorldTransform(), answer, btScalar(0.0));
             fractions_out[i] =
                 answer.hasHit() ? static_cast<double>(answer.m_closestHitFraction) : kNoHit;
@@ -133,7 +87,7 @@ public:
     }
 
 private:
-    btHeightfieldTerrainShape field_;
+    BulletGround surface_;
     btCollisionObject ground_;
     btDefaultCollisionConfiguration configuration_;
     btCollisionDispatcher dispatcher_;

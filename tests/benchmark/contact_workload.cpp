@@ -72,8 +72,12 @@ double highest_near(const HeightTable& table, double x, double y, double distanc
 }  // namespace
 
 ContactMap make_contact_map(int side, double spacing) {
-    const auto source =
-        std::make_shared<const test::TableHeights>(test::make_contact_table(side, spacing));
+    return make_map(test::make_contact_table(side, spacing));
+}
+
+ContactMap make_map(const HeightTable& heights) {
+    const int side = heights.columns;
+    const auto source = std::make_shared<const test::TableHeights>(heights);
     PagerSettings settings;
     settings.memory_bytes = std::size_t{2} << 30;
     settings.worker_count = 0;
@@ -88,7 +92,7 @@ ContactMap make_contact_map(int side, double spacing) {
     }
     ContactMap map{Ground(pager.resident(), pager.contact_level()), {}};
     map.table.columns = map.table.rows = side;
-    map.table.spacing = spacing;
+    map.table.spacing = heights.spacing;
     const double quantum = map.ground.lattice().quantum;
     for (int row = 0; row < side; ++row) {
         for (int column = 0; column < side; ++column) {

@@ -20,6 +20,9 @@ struct ContactMap {
 /// where that fails.
 ContactMap make_contact_map(int side, double spacing);
 
+/// The same of any table of as many columns as rows.
+ContactMap make_map(const test::HeightTable& heights);
+
 /// From above the map straight through it.
 std::vector<Ray> make_vertical_rays(const ContactMap& map, std::size_t count, std::uint64_t seed);
 /// From 1.5 to 40 m above the ground, anywhere, `length` metres on, level or up to 9 degrees down.
