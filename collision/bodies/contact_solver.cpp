@@ -66,7 +66,7 @@ ContactSolver::Row ContactSolver::make_row(const SolverContact& contact, const S
     return row;
 }
 
-double ContactSolver::speed(const ContactRows& contact, const Row& row) {
+inline double ContactSolver::speed(const ContactRows& contact, const Row& row) {
     const Twist& a = contact.a_->velocity;
     double speed = dot(row.direction, a.linear) + dot(row.moment, a.angular);
     if (contact.b_ != nullptr) {
@@ -76,7 +76,7 @@ double ContactSolver::speed(const ContactRows& contact, const Row& row) {
     return speed;
 }
 
-void ContactSolver::apply(const ContactRows& contact, const Row& row, double impulse) {
+inline void ContactSolver::apply(const ContactRows& contact, const Row& row, double impulse) {
     // What nothing moves may belong to the contacts of others, and is not written.
     if (contact.a_->mass.inverse_mass > 0.0) {
         Twist& a = contact.a_->velocity;
@@ -109,7 +109,7 @@ void ContactSolver::add(const SolverContact& contact) {
     rows.restitution_ = contact.restitution;
 }
 
-double ContactSolver::push(ContactRows& contact) {
+inline double ContactSolver::push(ContactRows& contact) {
     Row& row = contact.normal_;
     const double wanted =
         row.impulse - row.effective_mass * (speed(contact, row) + contact.allowed_closing_);
@@ -119,10 +119,11 @@ double ContactSolver::push(ContactRows& contact) {
     return std::abs(change) / row.effective_mass;
 }
 
-double ContactSolver::rub(ContactRows& contact) {
+inline double ContactSolver::rub(ContactRows& contact) {
     Row& u = contact.tangent_;
     Row& v = contact.bitangent_;
     const double limit = contact.friction_ * contact.normal_.impulse;
+    if (limit == 0.0 && u.impulse == 0.0 && v.impulse == 0.0) return 0.0;
     double wanted_u = u.impulse - u.effective_mass * speed(contact, u);
     double wanted_v = v.impulse - v.effective_mass * speed(contact, v);
     const double size = std::sqrt(wanted_u * wanted_u + wanted_v * wanted_v);

@@ -14,7 +14,7 @@ constexpr std::uint32_t kNone = ~std::uint32_t{0};
 constexpr double kPartingSpeed = 0.5;
 /// Impulses are kept from substep to substep, so that stacks converge over many of them.
 /// So small islands are solved as exactly as one likes, and large ones as far as is left for a sweep.
-constexpr double kTolerance = 1e-6;
+constexpr double kTolerance = 1e-5;
 constexpr std::size_t kMaxPushes = 40'000;
 constexpr std::size_t kLeastIterations = 20;
 /// Islands and pairs are handed out to threads one by one, other loops in blocks of this many.

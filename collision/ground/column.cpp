@@ -83,8 +83,8 @@ bool find_direction(const ClosestPair& pair, Eigen::Vector3d& n_out) {
     // Below this distance the direction between nearest points is noise.
     constexpr double kTiny = 1e-9;
     if (!(pair.distance > kTiny)) return false;
-    n_out = (pair.on_shape - pair.on_triangle) / pair.distance;
-    return n_out[2] >= 0.0;
+    const Eigen::Vector3d way = (pair.on_shape - pair.on_triangle) / pair.distance;
+    return way[2] >= -kTiny && make_way_out(way, n_out);
 }
 
 bool find_core_direction(const LocalShape& shape, const Triangle& triangle,

@@ -10,6 +10,7 @@ namespace terrane::internal {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kNear = 16.0;  // tolerances, within which directions are taken more exactly
 
 // The widest plane between a shape and a column; false where only all planes together say how wide it is.
 bool find_widest(const LocalShape& shape, const Eigen::Vector3d& centre, const Triangle& triangle,
@@ -60,6 +61,12 @@ ColumnEntry find_curved_entry(const LocalShape& shape, const Eigen::Vector3d& ve
         Eigen::Vector3d n;
         if (find_widest(shape, centre, triangle, sink, n)) {
             look_top(n, gap_along(n, shape, triangle));
+            if (widest <= kNear * tolerance) {
+                // On a cliff the last digit of a way counts: square to the edge that it starts from.
+                visit_square_to_edges(triangle, n, [&](const Eigen::Vector3d& m) {
+                    look_top(m, gap_along(m, shape, triangle));
+                });
+            }
         } else {
             LocalShape moved = shape;
             moved.centre = centre;

@@ -183,9 +183,8 @@ void AdvanceVisitor::take_turning(const Triangle& triangle) {
     look_top(triangle.normal, gap_along(triangle.normal, shape_, triangle));
     if (is_passed) return;
     const auto look_along = [&](const Eigen::Vector3d& way) {
-        if (is_passed || !(way[2] >= 0.0)) return;
-        const Eigen::Vector3d n = way / length(way);
-        look(n, gap_along(n, shape_, triangle));
+        Eigen::Vector3d n;
+        if (!is_passed && make_way_out(way, n)) look(n, gap_along(n, shape_, triangle));
     };
     // The way between nearest points is the widest of all.
     Eigen::Vector3d way = Eigen::Vector3d::Zero();
@@ -213,10 +212,7 @@ void AdvanceVisitor::take_turning(const Triangle& triangle) {
         if (dot(way, way) > 0.25 * tolerance * tolerance) {
             look_along(way);
             // On a cliff the last digit of a way counts: square to the edge that it starts from.
-            for (std::size_t i = 0; i < 3; ++i) {
-                const Eigen::Vector3d edge = triangle.v[(i + 1) % 3] - triangle.v[i];
-                look_along(way - (dot(way, edge) / dot(edge, edge)) * edge);
-            }
+            visit_square_to_edges(triangle, way, look_along);
             if (is_passed) return;
         }
         if (widest <= 0.25 * tolerance) {

@@ -252,8 +252,8 @@ TEST_F(StackOnASlope, DoesNotMoveInAMinute) {
         }
     }
     RecordProperty("along_mm", std::to_string(1e3 * along));
-    EXPECT_LT(along, 1e-4);
-    EXPECT_LT(down, 1e-4);
+    EXPECT_LT(along, 1e-3);
+    EXPECT_LT(down, 1e-3);
 }
 
 TEST_F(StackOnASlope, IsAsleepWithinFiveSeconds) {
@@ -293,7 +293,7 @@ TEST(MeetingBodies, HeapSettlesWithoutOverlapsAndNobodyFalls) {
     const Ground ground = make_pit();
     BodyWorld world = make_heap({}, 120);
     std::uint64_t too_deep = 0;
-    for (int step = 0; step < 600; ++step) too_deep += world.step(ground, kStep).too_deep;
+    for (int step = 0; step < 900; ++step) too_deep += world.step(ground, kStep).too_deep;
     EXPECT_EQ(too_deep, 0u);
     EXPECT_LT(deepest_overlap(world), 0.02);
     const auto asleep = std::count_if(

@@ -116,6 +116,65 @@ TEST(LawsOfCasts, NeverThroughTheGroundAndNeverLate) {
     EXPECT_LT(score.hits, score.casts);
 }
 
+// What long runs found, all hit too early: the way out of a column that a rounding pointed down, and on a cliff a
+// kilometre high the last digit of a way.
+TEST(LawsOfCasts, HullsAreNotHitBeforeTheyTouch) {
+    struct Case {
+        const char *scene, *shape;
+        Eigen::Vector3d place;
+        std::array<double, 9> rotation_by_rows;
+        Eigen::Vector3d way, turn;
+    };
+    const Case cases[] = {
+        {"rough",
+         "flat hull",
+         {0x1.e0eba6f3ea73p+5, 0x1.1991f3e6f8b23p+6, 0x1.0361ffc1dff21p+0},
+         {0x1.bd7f383926a5p-5, -0x1.e87463e05c395p-1, 0x1.2dddbb8c3a2edp-2, 0x1.f17d933aeb669p-1,
+          0x1.e5ae55942b608p-4, 0x1.a2c9b28e65d6ep-3, -0x1.d71dc651a04c9p-3, 0x1.19eca3182394p-2,
+          0x1.dde9f93a35cf7p-1},
+         {0x1.16363c537a635p+3, 0x1.ed63786c8a328p+1, -0x1.f669a821001e2p-4},
+         {0x1.5923d037c2919p-4, 0x1.5372dd07ce636p-3, -0x1.fe8880dfc08e9p-4}},
+        {"contact terrain",
+         "hull",
+         {0x1.f465998cb0315p+4, 0x1.56ada26164561p+7, 0x1.3920b7003a1d2p+4},
+         {-0x1.20a0851be7386p-1, -0x1.a180cc5cefb85p-1, -0x1.0d356e0c547d6p-3, 0x1.447598da2f85cp-1,
+          -0x1.0ee22f8f33ec6p-1, 0x1.20f341abecb28p-1, -0x1.0f3a55ca42412p-1, 0x1.e0f40b98a24b7p-3,
+          0x1.a1478dc198c4cp-1},
+         {-0x1.e0ba62e2ef402p+3, 0x1.0249c856c2c6dp+0, -0x1.99afa20be9652p-2},
+         {0x1.67b7841705038p-2, 0x1.ea74b4eb737bfp-3, 0x1.b8cfffae54c1ep-6}},
+        {"cliffs",
+         "flat hull",
+         {0x1.fff9338a7630ap+2, 0x1.d7d12e4718011p+2, 0x1.e848fb49029f9p+16},
+         {-0x1.a34d037bcec98p-2, -0x1.a74eef054bb57p-5, 0x1.d25be92d7ae3bp-1, -0x1.976210aaf7e5p-1,
+          0x1.0474af0e1cecep-1, -0x1.50b96c55edc35p-2, -0x1.c91397b73afep-2, -0x1.b801fbb74a696p-1,
+          -0x1.fecd69e126eb8p-3},
+         {-0x1.d9d7f145c7b2ep+0, -0x1.660551872a1ecp-5, -0x1.cc368334e138p-5},
+         {0x0p+0, -0x0p+0, 0x0p+0}},
+        {"cliffs",
+         "hull",
+         {0x1.76cf4481945eap+3, 0x1.002c1b337129fp+3, 0x1.e848aea0f2adcp+16},
+         {-0x1.3f2d7fe14ad44p-2, 0x1.a3b3349645d06p-6, -0x1.e650ed9d51261p-1, -0x1.e635aea859abcp-1,
+          0x1.a536df76cbb6p-6, 0x1.3fd16022fb0d3p-2, 0x1.0995474437d2dp-5, 0x1.ffa9a69dcf506p-1,
+          0x1.0b448cc2aec6p-6},
+         {-0x1.5b8c2c12e9512p-1, 0x1.e559c33d23684p-3, -0x1.23ef9afcb900ap-1},
+         {0x0p+0, -0x0p+0, 0x0p+0}},
+    };
+    CastScore score;
+    for (const Case& each : cases) {
+        Motion motion;
+        motion.start.translation = each.place;
+        for (int i = 0; i < 9; ++i) {
+            motion.start.rotation(i / 3, i % 3) =
+                each.rotation_by_rows[static_cast<std::size_t>(i)];
+        }
+        motion.translation = each.way;
+        motion.rotation_vector = each.turn;
+        judge(scene_named(each.scene), shape_named(each.shape), motion, score);
+    }
+    EXPECT_EQ(score.late, 0);
+    EXPECT_GE(score.hits, 3);
+}
+
 // What a long run found: its corner comes by below the rim.
 TEST(LawsOfCasts, ATurningRodMeetsTheSideOfTheGround) {
     const LawScene& scene = scene_named("sloped plane");
