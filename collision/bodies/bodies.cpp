@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "body_checks.h"
 #include "body_world_state.h"
 
 #include <terrane/collision/bodies.h>
@@ -12,58 +13,12 @@
 namespace terrane {
 namespace {
 
+using internal::check_state;
+using internal::check_value;
+using internal::check_vector;
 using internal::RigidBody;
 
-constexpr double kMaxPlace = 1e9;        // metres
-constexpr double kMaxSpeed = 1e6;        // metres a second
-constexpr double kMaxSpin = 1e6;         // radians a second
-constexpr double kRotationSlack = 1e-6;  // of a rotation's columns from orthonormal
-constexpr double kReachTime = 0.1;       // seconds: the longest step that needs() looks ahead for
-
-std::string spell(double value) { return std::to_string(value); }
-
-Result<void> check_value(const char* name, double value, double low, double high) {
-    if (value >= low && value <= high) return {};
-    return fail(ErrorCode::invalid_argument, std::string(name) + " must be " + spell(low) + " to " +
-                                                 spell(high) + ", got " + spell(value));
-}
-
-Result<void> check_vector(const char* name, const Eigen::Vector3d& value, double limit) {
-    static constexpr const char* kAxes[] = {".x", ".y", ".z"};
-    for (int axis = 0; axis < 3; ++axis) {
-        const std::string component = std::string(name) + kAxes[axis];
-        if (auto ok = check_value(component.c_str(), value[axis], -limit, limit); !ok) return ok;
-    }
-    return {};
-}
-
-Result<void> check_rotation(const Eigen::Matrix3d& rotation) {
-    for (int a = 0; a < 3; ++a) {
-        const Eigen::Vector3d column = rotation.col(a);
-        if (auto ok = check_vector("pose.rotation", column, 1.0 + kRotationSlack); !ok) return ok;
-    }
-    double worst = 0.0;
-    for (int a = 0; a < 3; ++a) {
-        for (int b = 0; b < 3; ++b) {
-            const double product = internal::dot(rotation.col(a), rotation.col(b));
-            worst = std::max(worst, std::abs(product - (a == b ? 1.0 : 0.0)));
-        }
-    }
-    const double determinant =
-        internal::dot(rotation.col(0), internal::cross(rotation.col(1), rotation.col(2)));
-    if (worst <= kRotationSlack && determinant > 0.0) return {};
-    return fail(ErrorCode::invalid_argument,
-                "pose.rotation must be orthonormal with determinant 1, got determinant " +
-                    spell(determinant) + " and columns off by " + spell(worst));
-}
-
-Result<void> check_state(const BodyState& state) {
-    if (auto ok = check_vector("pose.translation", state.pose.translation, kMaxPlace); !ok)
-        return ok;
-    if (auto ok = check_rotation(state.pose.rotation); !ok) return ok;
-    if (auto ok = check_vector("velocity", state.velocity, kMaxSpeed); !ok) return ok;
-    return check_vector("angular_velocity", state.angular_velocity, kMaxSpin);
-}
+constexpr double kReachTime = 0.1;  // seconds: the longest step that needs() looks ahead for
 
 Result<void> check_settings(const BodySettings& settings) {
     if (auto ok = check(settings.shape); !ok) return ok;

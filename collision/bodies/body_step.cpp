@@ -377,18 +377,33 @@ SubstepAnswer step_body(RigidBody& body, GroundLook& look, const Ground& ground,
     return total;
 }
 
+MoveAnswer move_body(RigidBody& body, GroundLook& look, const Ground& ground, const Twist& way) {
+    look.update(body, ground);
+    if (!look.is_resident()) return {.resident = false, .fraction = 0.0};
+    const int index = find_gate(body, look);
+    if (index == kGateCount) return {.resident = true, .fraction = 0.0};
+    Gate gate = make_gate(body, look, 0, index);
+    const GateAnswer answer = advance(body, ground, way, gate);
+    return {answer.resident, answer.fraction};
+}
+
 bool push_body(RigidBody& body, GroundLook& look, const Ground& ground, const Twist& way,
                double gravity, double duration) {
-    look.update(body, ground);
-    if (!look.is_resident()) return false;
-    const int index = find_gate(body, look);
-    if (index == kGateCount) return true;  // it comes out of the ground first
-    Gate gate = make_gate(body, look, 0, index);
     const double height = body.pose.translation.z();
     const Twist bounded = shortened(way, body.radius, kSeparationSpeed * duration);
-    if (!advance(body, ground, bounded, gate).resident) return false;
+    if (!move_body(body, look, ground, bounded).resident) return false;
     pay_for_lift(body, gravity, height);
     return true;
+}
+
+bool is_too_deep(const RigidBody& body, const GroundLook& look) {
+    return find_gate(body, look) == kGateCount;
+}
+
+bool is_outside(const Ground& ground, const WorldPos& point) {
+    return !ground.extent().contains(point.x(), point.y()) ||
+           ground.cell(ground.column_at(point.x()), ground.row_at(point.y())).status ==
+               GroundStatus::outside;
 }
 
 double contact_raise(double tolerance) { return kFirstGate * tolerance; }

@@ -36,6 +36,18 @@ struct SubstepAnswer {
 SubstepAnswer step_body(RigidBody& body, GroundLook& look, const Ground& ground, double gravity,
                         double duration);
 
+struct MoveAnswer {
+    bool resident = true;
+    double fraction = 1.0;  ///< of the way that was gone
+};
+
+/// Moves a body along a way through the gate, until it comes too close to the ground. A body that is too deep
+/// does not move: step_body() takes it out.
+MoveAnswer move_body(RigidBody& body, GroundLook& look, const Ground& ground, const Twist& way);
+
+/// Whether a body that was looked at is deeper than any gate.
+bool is_too_deep(const RigidBody& body, const GroundLook& look);
+
 /// Moves a body by a displacement that parts it from others, through the same gate, as far as that goes and at
 /// bounded speed. False: unloaded ground is in the way.
 bool push_body(RigidBody& body, GroundLook& look, const Ground& ground, const Twist& way,
@@ -49,6 +61,9 @@ double bounce_speed(double gravity, double duration);
 CastAnswer cast_part(const Shape& shape, const Motion& motion, const Ground& ground,
                      double tolerance);
 double contact_raise(double tolerance);
+
+/// Whether there is no ground under a point at any height.
+bool is_outside(const Ground& ground, const WorldPos& point);
 
 /// How deep a body is in the contact surface, metres: the largest of `at_least` and its signed depth.
 /// Cheap while the body's lift is below `at_least`.

@@ -19,13 +19,6 @@ constexpr double kSleepDelay = 0.5;      // seconds
 constexpr double kRoundingSlack = 1e-9;  // of a substep count, so that 2.0000001 is 2
 constexpr std::size_t kBlock = 16;       // bodies that a thread takes at once
 
-/// Whether there is no ground under a point at any height.
-bool is_outside(const Ground& ground, const WorldPos& point) {
-    return !ground.extent().contains(point.x(), point.y()) ||
-           ground.cell(ground.column_at(point.x()), ground.row_at(point.y())).status ==
-               GroundStatus::outside;
-}
-
 /// Speed of a body's fastest point at most, m/s.
 double greatest_speed(const RigidBody& body) {
     return internal::length(body.velocity.linear) +
@@ -174,7 +167,7 @@ void BodyWorld::State::finish_body(std::size_t index, const Ground& ground, Step
     const RigidBody& body = bodies[index];
     const internal::SubstepAnswer& total = totals[index];
     report.impacts += total.impacts;
-    if (!total.touches && is_outside(ground, body.pose.translation)) {
+    if (!total.touches && internal::is_outside(ground, body.pose.translation)) {
         state.condition = BodyCondition::left_world;
         ++report.left_world;
     } else {

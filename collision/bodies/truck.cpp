@@ -3,6 +3,7 @@
 // Sources:    Catto. Soft constraints. GDC 2011 (springs and dampers as implicit impulses).
 //             Pacejka. Tire and vehicle dynamics. 2012, section 1.2 (the friction circle).
 // Deviations: tyres have no slip curve: up to the circle they hold, at it they slide.
+#include "body_checks.h"
 #include "body_step.h"
 
 #include <terrane/collision/truck.h>
@@ -33,13 +34,6 @@ constexpr int kTyreIterations = 40;
 constexpr double kTwoPi = 6.283185307179586;
 constexpr std::size_t kWheelCount = 4;
 
-Result<void> check_value(const char* name, double value, double low, double high) {
-    if (value >= low && value <= high) return {};
-    return fail(ErrorCode::invalid_argument, std::string(name) + " must be " + std::to_string(low) +
-                                                 " to " + std::to_string(high) + ", got " +
-                                                 std::to_string(value));
-}
-
 Result<void> check_settings(const TruckSettings& s) {
     const struct {
         const char* name;
@@ -61,7 +55,8 @@ Result<void> check_settings(const TruckSettings& s) {
         {"max_steer", s.max_steer, 0.0, 1.5},
     };
     for (const auto& field : fields) {
-        if (auto ok = check_value(field.name, field.value, field.low, field.high); !ok) return ok;
+        if (auto ok = internal::check_value(field.name, field.value, field.low, field.high); !ok)
+            return ok;
     }
     return {};
 }
@@ -142,14 +137,9 @@ Result<Truck> Truck::create(const TruckSettings& settings, const Pose& start_wor
     if (auto ok = check_settings(settings); !ok) return tl::unexpected<Error>(ok.error());
     const Box chassis{settings.chassis_half_extents};
 
-    // A throw-away world checks the pose as it does for every body.
-    auto checker = BodyWorld::create({});
-    if (!checker) return tl::unexpected<Error>(checker.error());
     BodyState start;
     start.pose = start_world;
-    if (auto ok = checker->add({.shape = chassis, .mass = settings.mass}, start); !ok) {
-        return tl::unexpected<Error>(ok.error());
-    }
+    if (auto ok = internal::check_state(start); !ok) return tl::unexpected<Error>(ok.error());
 
     auto state = std::make_unique<State>();
     state->settings = settings;
@@ -351,11 +341,7 @@ StepReport Truck::step(const Ground& ground, const TruckControls& controls, doub
     }
     if (report.max_depth_m > body.tolerance && !body.started_deep) report.too_deep = 1;
 
-    const WorldPos& centre = body.pose.translation;
-    const bool is_outside =
-        !touches && (!ground.extent().contains(centre.x(), centre.y()) ||
-                     ground.cell(ground.column_at(centre.x()), ground.row_at(centre.y())).status ==
-                         GroundStatus::outside);
+    const bool is_outside = !touches && internal::is_outside(ground, body.pose.translation);
     (is_outside ? report.left_world : report.awake) = 1;
     state.chassis.condition = is_outside ? BodyCondition::left_world : BodyCondition::awake;
     state.chassis.pose = body.pose;
