@@ -42,6 +42,12 @@ Result<void> check_settings(const BodySettings& settings) {
     return {};
 }
 
+Result<void> check_index(std::size_t body, std::size_t count) {
+    if (body < count) return {};
+    return fail(ErrorCode::invalid_argument,
+                "body must be below " + std::to_string(count) + ", got " + std::to_string(body));
+}
+
 RigidBody make_body(const BodySettings& settings, const BodyState& state) {
     RigidBody body;
     body.parts[0].shape = settings.shape;
@@ -96,13 +102,26 @@ Result<std::size_t> BodyWorld::add(const BodySettings& settings, const BodyState
 }
 
 Result<void> BodyWorld::set_state(std::size_t body, const BodyState& state) {
-    if (body >= state_->bodies.size()) {
-        return fail(ErrorCode::invalid_argument, "body must be below " +
-                                                     std::to_string(state_->bodies.size()) +
-                                                     ", got " + std::to_string(body));
-    }
+    if (auto ok = check_index(body, state_->bodies.size()); !ok) return ok;
     if (auto ok = check_state(state); !ok) return ok;
     state_->replace(body, make_body(state_->body_settings[body], state), state);
+    return {};
+}
+
+Result<void> BodyWorld::push(std::size_t body, const WorldPos& point_world,
+                             const Eigen::Vector3d& impulse) {
+    if (auto ok = check_index(body, state_->bodies.size()); !ok) return ok;
+    if (auto ok = check_vector("point_world", point_world, 2e9); !ok) return ok;
+    if (auto ok = check_vector("impulse", impulse, 1e18); !ok) return ok;
+    BodyState pushed = state_->states[body];
+    const RigidBody& rigid = state_->bodies[body];
+    const Eigen::Vector3d moment = internal::cross(point_world - rigid.pose.translation, impulse);
+    pushed.velocity = rigid.velocity.linear + rigid.mass.inverse_mass * impulse;
+    pushed.angular_velocity =
+        rigid.velocity.angular +
+        internal::apply_tensor(rigid.pose.rotation, rigid.mass.inverse_inertia, moment);
+    if (auto ok = check_state(pushed); !ok) return ok;
+    state_->set_velocity(body, {pushed.velocity, pushed.angular_velocity});
     return {};
 }
 

@@ -17,6 +17,8 @@ struct BodyWorld::State {
     std::size_t add(const internal::RigidBody& body, const BodySettings& body_settings,
                     const BodyState& state);
     void replace(std::size_t index, const internal::RigidBody& body, const BodyState& state);
+    /// Wakes the body and who sleeps with it.
+    void set_velocity(std::size_t index, const internal::Twist& velocity);
     StepReport step(const Ground& ground, double dt);
 
     BodyWorldSettings settings;

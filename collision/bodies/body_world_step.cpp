@@ -62,6 +62,14 @@ void BodyWorld::State::replace(std::size_t index, const RigidBody& body, const B
     states[index].condition = BodyCondition::awake;
 }
 
+void BodyWorld::State::set_velocity(std::size_t index, const internal::Twist& velocity) {
+    if (is_asleep(index)) wake_group(sleep_groups[index]);
+    bodies[index].velocity = velocity;
+    quiet_times[index] = 0.0;
+    states[index].velocity = velocity.linear;
+    states[index].angular_velocity = velocity.angular;
+}
+
 void BodyWorld::State::wake_group(std::uint32_t group) {
     for (std::size_t i = 0; i < bodies.size(); ++i) {
         if (!is_asleep(i) || sleep_groups[i] != group) continue;

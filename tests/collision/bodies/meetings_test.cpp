@@ -319,6 +319,45 @@ TEST(MeetingBodies, GiveTheSameBitsForEveryNumberOfWorkersAndBroadphase) {
     }
 }
 
+TEST(Projectile, HitsTheFirstBodyOrTheGroundAndPushesIt) {
+    const Ground ground = make_flat();
+    BodyWorld world = make_world({});
+    for (const double x : {40.0, 30.0, 50.0}) {
+        ASSERT_TRUE(world.add({.shape = Sphere{0.5}, .mass = 2.0}, at({x, kMiddle, 5.5})));
+    }
+    for (int step = 0; step < 120; ++step) world.step(ground, kStep);
+    ASSERT_EQ(world.states()[1].condition, BodyCondition::asleep);
+
+    const Sphere ball{0.05};
+    Motion flight;
+    flight.start.translation = {20.0, kMiddle, 5.5};
+    flight.translation = {100.0, 0.0, 0.0};
+    const WorldCastAnswer first = world.cast(ground, ball, flight);
+    ASSERT_TRUE(first.hit);
+    EXPECT_EQ(first.body, 1u);
+    EXPECT_NEAR(first.fraction, (30.0 - 0.55 - 20.0) / 100.0, 1e-5);
+    EXPECT_NEAR(first.normal.x(), -1.0, 1e-9);
+    EXPECT_EQ(world.cast(ground, ball, flight, 1).body, 0u);
+
+    flight.translation = {100.0, 0.0, -4.0};
+    flight.start.translation.z() = 7.5;  // over them all, down to the ground
+    const WorldCastAnswer low = world.cast(ground, ball, flight);
+    ASSERT_TRUE(low.hit);
+    EXPECT_EQ(low.body, WorldCastAnswer::kGround);
+    EXPECT_NEAR(low.fraction, 2.45 / 4.0, 1e-4);
+
+    ASSERT_TRUE(world.push(1, first.point_world, {3.0, 0.0, 0.0}));
+    EXPECT_EQ(world.states()[1].condition, BodyCondition::awake);
+    EXPECT_NEAR(world.states()[1].velocity.x(), 1.5, 1e-12);
+    EXPECT_NEAR(world.states()[1].angular_velocity.norm(), 0.0, 1e-6);
+    world.step(ground, kStep);
+    EXPECT_GT(world.states()[1].pose.translation.x(), 30.01);
+    EXPECT_NE(world.push(9, first.point_world, {3.0, 0.0, 0.0}).error().message.find("body"),
+              std::string::npos);
+    EXPECT_NE(world.push(1, first.point_world, {1e17, 0.0, 0.0}).error().message.find("velocity"),
+              std::string::npos);
+}
+
 TEST(MeetingBodies, PassThroughEachOtherWhereTheyDoNotMeet) {
     const Ground ground = make_flat();
     BodyWorld world = make_world({.gravity = Eigen::Vector3d::Zero(), .bodies_meet = false});

@@ -59,6 +59,18 @@ struct StepReport {
     std::uint64_t too_deep = 0;  ///< bodies deeper than their tolerance that did not start so
 };
 
+/// What a shape that moves through a world of bodies meets first.
+struct WorldCastAnswer {
+    static constexpr std::size_t kGround = ~std::size_t{0};
+
+    ContactStatus status = ContactStatus::invalid;
+    bool hit = false;
+    double fraction = 1.0;       ///< of the motion
+    std::size_t body = kGround;  ///< that was hit
+    WorldPos point_world = WorldPos::Zero();
+    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, towards the moving shape
+};
+
 /// Rigid bodies on the ground and on each other.
 ///
 /// Every pose change passes one gate that casts: nothing is ever set from a height lookup. A body
@@ -83,6 +95,21 @@ public:
     /// Replaces a body's state (a teleport: not a motion, nothing is cast).
     /// Fails with invalid_argument, and keeps the last good state, for anything not finite.
     Result<void> set_state(std::size_t body, const BodyState& state);
+
+    /// Changes a body's velocities by an impulse, N s, that acts at a point; wakes it and who sleeps with it.
+    /// Fails with invalid_argument for anything not finite, or where the velocities would be out of range.
+    Result<void> push(std::size_t body, const WorldPos& point_world,
+                      const Eigen::Vector3d& impulse);
+
+    /// What a moving shape, a projectile say, meets first: bodies where they are now, or the ground. A body that
+    /// it meets already at its start counts only where they move closer.
+    ///
+    /// @param except a body that is passed through: who shot
+    /// Threads:   any number at once, while nothing else is called
+    /// Allocates: nothing
+    /// Cost:      O(bodies) for their bounds, and a cast for each that the way comes near
+    WorldCastAnswer cast(const Ground& ground, const Shape& shape, const Motion& motion,
+                         std::size_t except = WorldCastAnswer::kGround) const;
 
     std::span<const BodyState> states() const;
     std::span<const BodySettings> settings() const;
