@@ -19,12 +19,6 @@ constexpr double kSleepDelay = 0.5;      // seconds
 constexpr double kRoundingSlack = 1e-9;  // of a substep count, so that 2.0000001 is 2
 constexpr std::size_t kBlock = 16;       // bodies that a thread takes at once
 
-/// Speed of a body's fastest point at most, m/s.
-double greatest_speed(const RigidBody& body) {
-    return internal::length(body.velocity.linear) +
-           body.radius * internal::length(body.velocity.angular);
-}
-
 }  // namespace
 
 BodyWorld::State::State(const BodyWorldSettings& world_settings)
@@ -204,7 +198,7 @@ void BodyWorld::State::fall_asleep(double dt) {
         if (states[i].condition == BodyCondition::parked) continue;  // no time passes for it
         const bool is_held = in_island[i] != 0 || totals[i].touches;
         const bool is_quiet = states[i].condition == BodyCondition::awake && is_held &&
-                              !bodies[i].started_deep && greatest_speed(bodies[i]) < kSleepSpeed;
+                              !bodies[i].started_deep && internal::greatest_speed(bodies[i]) < kSleepSpeed;
         quiet_times[i] = is_quiet ? quiet_times[i] + dt : 0.0;
         if (in_island[i] == 0 && quiet_times[i] >= kSleepDelay) {
             put_to_sleep(i, static_cast<std::uint32_t>(i));

@@ -15,6 +15,10 @@ constexpr double kPartingSpeed = 0.5;
 /// Impulses are kept from substep to substep, so that stacks converge over many of them.
 /// So small islands are solved as exactly as one likes, and large ones as far as is left for a sweep.
 constexpr double kTolerance = 1e-5;
+/// What rolls or rocks on others meets no friction, and would never come to rest: where a whole island is slower
+/// than this, m/s, spins lose this share of themselves a second.
+constexpr double kSlow = 0.3;
+constexpr double kRollingLoss = 4.0;
 constexpr std::size_t kMaxPushes = 40'000;
 constexpr std::size_t kLeastIterations = 20;
 /// Islands and pairs are handed out to threads one by one, other loops in blocks of this many.
@@ -271,6 +275,13 @@ void Meetings::solve_island(std::size_t island, int worker, const Scene& scene) 
             looks[member].set_impulse(i, solver.impulse(row++));
         }
         bodies[member].velocity = solver_bodies_[member].velocity;
+    }
+    const bool is_slow = std::all_of(members.begin(), members.end(), [&](std::uint32_t member) {
+        return greatest_speed(bodies[member]) < kSlow;
+    });
+    if (is_slow) {
+        const double kept = std::max(0.0, 1.0 - kRollingLoss * duration);
+        for (const std::uint32_t member : members) bodies[member].velocity.angular *= kept;
     }
     if (!overlaps) return;
 

@@ -51,6 +51,11 @@ inline double rounding_of(const Shape& shape) {
     return 0.0;
 }
 
+/// Speed of a body's fastest point at most, m/s.
+inline double greatest_speed(const RigidBody& body) {
+    return length(body.velocity.linear) + body.radius * length(body.velocity.angular);
+}
+
 /// How far the points of a body have moved at most between two poses, metres.
 double greatest_move(const RigidBody& body, const Pose& from, const Pose& to);
 
