@@ -9,32 +9,26 @@
 
 #include <terrane/collision/shape_pairs.h>
 #include <terrane/collision/walker.h>
+
+#include "body_checks.h"
+#include "walker_state.h"
+
 #include <terrane/terrain/assert.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <vector>
 
 namespace terrane {
 namespace {
 
 using internal::dot;
-using internal::kStopGap;
 using internal::length;
 using internal::RigidBody;
 using internal::SolverContact;
 
-constexpr double kGravity = 9.81;
 constexpr double kMaxSubstep = 1.0 / 120.0;
 constexpr double kTerminalSpeed = 1e4;  // metres a second
 constexpr int kMaxSlides = 4;           // of a substep
-constexpr std::size_t kMaxContacts = 128;
-constexpr std::size_t kMaxOfObstacle = 24;
-constexpr std::array<std::uint32_t, 1> kAlone{0};
-constexpr internal::SolverEffort kEffort{.iterations = 100, .tolerance = 1e-11};
-/// A walker stands on contacts that are not wider than this beyond where bodies rest, in tolerances.
-constexpr double kStandingGap = 1.0 / 8.0;
 /// Stopped is who comes less far than this share of the way.
 constexpr double kStoppedShare = 0.9;
 
@@ -73,32 +67,6 @@ double cosine_of(double angle) {
 
 }  // namespace
 
-struct Walker::State {
-    WalkerSettings settings;
-    WalkerState state;
-    WalkerControls controls;
-    RigidBody body;
-    internal::GroundLook look;
-    double least_cosine = 0.0;  // of what it stands on
-    bool rises = false;         // onto a step
-    std::vector<SolverContact> contacts;
-    std::vector<internal::ContactRows> rows;
-
-    void live_substep(const Ground& ground, std::span<const Obstacle> obstacles, double substep,
-                      StepReport& report);
-    void gather(const Ground& ground, std::span<const Obstacle> obstacles);
-    bool is_walkable(const SolverContact& contact) const {
-        return contact.normal.z() >= least_cosine;
-    }
-    const SolverContact* find_support() const;
-    void want(double substep);
-    void solve(double duration);
-    internal::MoveAnswer move(const Ground& ground, std::span<const Obstacle> obstacles,
-                              const Eigen::Vector3d& way);
-    bool could_step(const Ground& ground, std::span<const Obstacle> obstacles,
-                    const Eigen::Vector3d& forward);
-};
-
 Walker::Walker(std::unique_ptr<State> state) : state_(std::move(state)) {}
 Walker::Walker(Walker&&) noexcept = default;
 Walker& Walker::operator=(Walker&&) noexcept = default;
@@ -123,7 +91,7 @@ Result<Walker> Walker::create(const WalkerSettings& settings, const WorldPos& pl
                                                       : default_contact_tolerance(capsule);
     body.pose = start.pose;
     state->least_cosine = cosine_of(settings.max_slope);
-    state->rows.resize(kMaxContacts);
+    state->rows.resize(kMaxWalkerContacts);
     return Walker(std::move(state));
 }
 
@@ -134,41 +102,6 @@ BodyNeed Walker::need() const {
     const RigidBody& body = state_->body;
     return {body.pose.translation, body.velocity.linear,
             body.radius + state_->settings.max_step + body.tolerance};
-}
-
-/// Everything that touches the walker, the ground first.
-void Walker::State::gather(const Ground& ground, std::span<const Obstacle> obstacles) {
-    look.update(body, ground);
-    contacts.clear();
-    for (std::size_t i = 0; i < look.count(); ++i) contacts.push_back(look.contact(i, body, 0));
-    std::array<PairContact, kMaxOfObstacle> found;
-    for (const Obstacle& obstacle : obstacles) {
-        const PairContactAnswer answer =
-            find_contacts(body.parts[0].shape, body.pose, obstacle.shape, obstacle.pose,
-                          internal::kContactMargin * body.tolerance, found);
-        for (std::size_t i = 0; i < answer.count; ++i) {
-            SolverContact contact;
-            contact.point_a = found[i].point_world;
-            contact.normal = found[i].normal;
-            contact.rounding = settings.radius;
-            contact.gap = -found[i].depth;
-            contact.rest_gap = internal::kRestGap * body.tolerance;
-            contact.wanted_gap = internal::kSeparationGap * body.tolerance;
-            contacts.push_back(contact);
-        }
-    }
-    if (contacts.size() > kMaxContacts) contacts.resize(kMaxContacts);
-}
-
-/// The flattest of what it stands on; null in the air.
-const SolverContact* Walker::State::find_support() const {
-    const SolverContact* support = nullptr;
-    for (const SolverContact& contact : contacts) {
-        if (!is_walkable(contact)) continue;
-        if (contact.gap > contact.rest_gap + kStandingGap * body.tolerance) continue;
-        if (support == nullptr || contact.normal.z() > support->normal.z()) support = &contact;
-    }
-    return support;
 }
 
 /// Sets the velocity that the controls ask for, without what must not be climbed.
@@ -205,77 +138,8 @@ void Walker::State::want(double substep) {
     } else if (rises) {
         velocity = {x, y, 0.0};
     } else {
-        velocity = {x, y, std::max(velocity.z() - kGravity * substep, -kTerminalSpeed)};
+        velocity = {x, y, std::max(velocity.z() - kWalkerGravity * substep, -kTerminalSpeed)};
     }
-}
-
-void Walker::State::solve(double duration) {
-    if (contacts.empty()) return;
-    std::array<internal::SolverBody, 1> bodies;
-    bodies[0].mass = body.mass;
-    bodies[0].pose = body.pose;
-    bodies[0].velocity = body.velocity;
-    internal::ContactSolver solver(bodies, rows);
-    for (const SolverContact& contact : contacts) {
-        SolverContact smooth = contact;
-        smooth.friction = smooth.restitution = 0.0;
-        smooth.guess.setZero();
-        solver.add(smooth);
-    }
-    solver.solve_velocity(kAlone, internal::bounce_speed(kGravity, duration), duration, kEffort);
-    body.velocity = bodies[0].velocity;
-}
-
-/// Moves the walker until obstacles or the ground stop it.
-internal::MoveAnswer Walker::State::move(const Ground& ground, std::span<const Obstacle> obstacles,
-                                         const Eigen::Vector3d& way) {
-    double fraction = 1.0;
-    const Motion motion{body.pose, way, Eigen::Vector3d::Zero()};
-    for (const Obstacle& obstacle : obstacles) {
-        // Closer than a stop it may still move along: half of what is left is let go.
-        double gap = kStopGap * body.tolerance;
-        for (const SolverContact& contact : contacts) gap = std::min(gap, 0.5 * contact.gap);
-        const PairCastAnswer hit =
-            cast(body.parts[0].shape, motion, obstacle.shape, Motion{obstacle.pose},
-                 {.tolerance = std::max(1e-11, gap), .skip_separating = true});
-        if (hit.hit) fraction = std::min(fraction, hit.fraction);
-    }
-    internal::MoveAnswer answer =
-        internal::move_body(body, look, ground, {fraction * way, Eigen::Vector3d::Zero()});
-    answer.fraction *= fraction;
-    return answer;
-}
-
-/// Whether the way from higher up leads onto something higher that can be stood on.
-bool Walker::State::could_step(const Ground& ground, std::span<const Obstacle> obstacles,
-                               const Eigen::Vector3d& forward) {
-    const internal::BodyMotion before = body;
-    const Eigen::Vector3d up(0.0, 0.0, settings.max_step);
-    const double highest = before.pose.translation.z() - settings.radius - settings.half_height +
-                           settings.max_step + body.tolerance;
-    const double rise = move(ground, obstacles, up).fraction;
-    gather(ground, obstacles);
-    move(ground, obstacles, forward);
-    gather(ground, obstacles);
-    // Where its round foot met an edge it steps back until its side is beside it, to come down there.
-    double back = 0.0;
-    for (const SolverContact& contact : contacts) {
-        const Eigen::Vector3d& n = contact.normal;
-        if (dot(n, forward) >= 0.0) continue;
-        const double level = std::sqrt(n.x() * n.x() + n.y() * n.y());
-        back = std::max(back, settings.radius * (1.0 - level) + body.tolerance);
-    }
-    if (back > 0.0) move(ground, obstacles, forward * (-back / length(forward)));
-    gather(ground, obstacles);
-    const double fall = move(ground, obstacles, -rise * up).fraction;
-    gather(ground, obstacles);
-    const bool is_higher = body.pose.translation.z() > before.pose.translation.z() + body.tolerance;
-    const SolverContact* const support = find_support();
-    const bool could =
-        fall < 1.0 && is_higher && support != nullptr && support->point_a.z() <= highest;
-    static_cast<internal::BodyMotion&>(body) = before;
-    look.forget();
-    return could;
 }
 
 void Walker::State::live_substep(const Ground& ground, std::span<const Obstacle> obstacles,
@@ -286,11 +150,13 @@ void Walker::State::live_substep(const Ground& ground, std::span<const Obstacle>
         return;
     }
     if (internal::is_too_deep(body, look)) {
-        report.parked = internal::step_body(body, look, ground, kGravity, substep).resident ? 0 : 1;
+        report.parked =
+            internal::step_body(body, look, ground, kWalkerGravity, substep).resident ? 0 : 1;
         report.lived_time += substep;
         rises = false;
         return;
     }
+    part(ground, obstacles, substep);
     want(substep);
     rises = false;
     const Eigen::Vector3d wanted(controls.velocity.x(), controls.velocity.y(), 0.0);

@@ -146,6 +146,17 @@ TEST(Walker, ClimbsStepsOfTheGroundItself) {
     }
 }
 
+TEST(Walker, IsPushedOutByAnObstacleThatMovesIntoIt) {
+    const Ground ground = make_slope(0.0);
+    Walker walker = make_walker({64.0, 64.0, kTall});
+    Obstacle door{Box{{0.2, 2.0, 2.0}}, {Eigen::Matrix3d::Identity(), {63.0, 64.0, 2.0}}};
+    for (int step = 0; step < 240; ++step) {
+        door.pose.translation.x() += 0.3 * kStep;
+        EXPECT_EQ(walker.step(ground, {&door, 1}, {}, kStep).too_deep, 0u);
+    }
+    EXPECT_NEAR(walker.state().place_world.x(), 63.0 + 0.3 * 4.0 + 0.2 + 0.35, 0.02);
+}
+
 TEST(Walker, JumpsAsHighAsItsSpeedSaysAndLands) {
     const Ground ground = make_slope(0.0);
     Walker walker = make_walker({64.0, 64.0, kTall});
