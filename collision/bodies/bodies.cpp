@@ -50,7 +50,6 @@ Result<void> check_index(std::size_t body, std::size_t count) {
 
 RigidBody make_body(const BodySettings& settings, const BodyState& state) {
     RigidBody body;
-    body.parts[0].shape = settings.shape;
     body.radius = bounding_radius(settings.shape);
     body.thickness = smallest_half_extent(settings.shape);
     body.mass = internal::make_mass_properties(settings.shape, settings.mass);

@@ -45,7 +45,7 @@ constexpr std::size_t kMaxSolverContacts = 64;
 constexpr SolverEffort kEffort{.iterations = 100, .tolerance = 1e-11};
 
 bool turns_matter(const RigidBody& body) {
-    return body.part_count > 1 || !std::holds_alternative<Sphere>(body.parts[0].shape);
+    return body.parts.size() > 1 || !std::holds_alternative<Sphere>(body.parts[0].shape);
 }
 
 /// How low the surface is for a piece of motion, and how near to it the motion ends.
@@ -96,7 +96,7 @@ GateAnswer advance(RigidBody& body, const Ground& ground, const Twist& way, Gate
         return answer;
     }
     gate.free_way = 0.0;
-    for (const BodyPart& part : body.active_parts()) {
+    for (const BodyPart& part : body.parts) {
         Motion path;
         path.start = raised(part_pose(part, body.pose), lowering(body, gate.index));
         const bool is_sphere = std::holds_alternative<Sphere>(part.shape);
@@ -243,7 +243,7 @@ struct Depth {
 
 Depth compute_depth(const RigidBody& body, const Pose& pose, const Ground& ground) {
     Depth deepest_part;
-    for (const BodyPart& part : body.active_parts()) {
+    for (const BodyPart& part : body.parts) {
         const DistanceAnswer answer =
             signed_distance(part.shape, part_pose(part, pose), ground, 0.0);
         if (answer.status == ContactStatus::not_resident) deepest_part.resident = false;
@@ -325,7 +325,7 @@ Stretch live_stretch(RigidBody& body, GroundLook& look, const Ground& ground, do
             stretch.lost_time = remaining;
             return stretch;
         }
-        const double max_turn = body.part_count > 1 ? kMaxTurnOfParts : kMaxTurn;
+        const double max_turn = body.parts.size() > 1 ? kMaxTurnOfParts : kMaxTurn;
         const double turn = rate() * remaining;
         const double share = turn > max_turn ? max_turn / turn : 1.0;
         const GateAnswer moved =
@@ -417,7 +417,7 @@ CastAnswer cast_part(const Shape& shape, const Motion& motion, const Ground& gro
 
 double deepest(const RigidBody& body, const Ground& ground, double at_least) {
     double lift = 0.0;
-    for (const BodyPart& part : body.active_parts()) {
+    for (const BodyPart& part : body.parts) {
         lift = std::max(lift, compute_lift(part.shape, part_pose(part, body.pose), ground).lift);
     }
     if (lift <= at_least) return at_least;

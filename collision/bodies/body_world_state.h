@@ -6,6 +6,7 @@
 
 #include <terrane/collision/bodies.h>
 
+#include <deque>
 #include <vector>
 
 namespace terrane {
@@ -14,6 +15,7 @@ namespace terrane {
 struct BodyWorld::State {
     explicit State(const BodyWorldSettings& settings);
 
+    // The state has the body's parts.
     std::size_t add(const internal::RigidBody& body, const BodySettings& body_settings,
                     const BodyState& state);
     void replace(std::size_t index, const internal::RigidBody& body, const BodyState& state);
@@ -39,6 +41,7 @@ private:
         return states[index].condition == BodyCondition::asleep;
     }
 
+    std::deque<internal::BodyPart> parts;  // one each; they stay where they are
     std::vector<internal::GroundLook> looks;
     std::vector<internal::BodyMotion> before;      // the step, for those that park in it
     std::vector<internal::SubstepAnswer> totals;   // of the step

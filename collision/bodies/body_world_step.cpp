@@ -29,7 +29,9 @@ BodyWorld::State::State(const BodyWorldSettings& world_settings)
 std::size_t BodyWorld::State::add(const RigidBody& body, const BodySettings& own_settings,
                                   const BodyState& state) {
     const std::size_t index = bodies.size();
+    parts.push_back({.shape = own_settings.shape});
     bodies.push_back(body);
+    bodies.back().parts = {&parts.back(), 1};
     states.push_back(state);
     states.back().condition = BodyCondition::awake;
     body_settings.push_back(own_settings);
@@ -50,6 +52,7 @@ void BodyWorld::State::replace(std::size_t index, const RigidBody& body, const B
     // Whoever slept on it or beside it may have lost what held it.
     if (is_asleep(index)) wake_group(sleep_groups[index]);
     bodies[index] = body;
+    bodies[index].parts = {&parts[index], 1};
     looks[index] = {};
     quiet_times[index] = 0.0;
     states[index] = state;
@@ -198,7 +201,8 @@ void BodyWorld::State::fall_asleep(double dt) {
         if (states[i].condition == BodyCondition::parked) continue;  // no time passes for it
         const bool is_held = in_island[i] != 0 || totals[i].touches;
         const bool is_quiet = states[i].condition == BodyCondition::awake && is_held &&
-                              !bodies[i].started_deep && internal::greatest_speed(bodies[i]) < kSleepSpeed;
+                              !bodies[i].started_deep &&
+                              internal::greatest_speed(bodies[i]) < kSleepSpeed;
         quiet_times[i] = is_quiet ? quiet_times[i] + dt : 0.0;
         if (in_island[i] == 0 && quiet_times[i] >= kSleepDelay) {
             put_to_sleep(i, static_cast<std::uint32_t>(i));

@@ -90,7 +90,7 @@ void GroundLook::look(const RigidBody& body, const Ground& ground, int gate) {
     moved_ = 0.0;
     gate_ = gate;
     pose_seen_ = body.pose;
-    for (std::size_t p = 0; p < body.part_count; ++p) {
+    for (std::size_t p = 0; p < body.parts.size(); ++p) {
         const BodyPart& part = body.parts[p];
         const ContactAnswer answer =
             find_contacts(part.shape, raised(part_pose(part, body.pose), lowering(body, gate)),

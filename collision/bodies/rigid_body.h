@@ -3,7 +3,6 @@
 
 #include "contact_solver.h"
 
-#include <array>
 #include <span>
 
 namespace terrane::internal {
@@ -26,18 +25,13 @@ struct BodyMotion {
 
 /// Everything that one substep of a rigid body reads and writes.
 struct RigidBody : BodyMotion {
-    static constexpr std::size_t kMaxParts = 5;
-
-    std::array<BodyPart, kMaxParts> parts;
-    std::size_t part_count = 1;
-    double radius = 0.0;     ///< bounding, around the origin
-    double thickness = 0.0;  ///< smallest half extent
+    std::span<const BodyPart> parts;  ///< at least one; they outlive the body
+    double radius = 0.0;              ///< bounding, around the origin
+    double thickness = 0.0;           ///< smallest half extent
     MassProperties mass;
     double friction = 0.0;
     double restitution = 0.0;
     double tolerance = 0.01;  ///< depth that the body never exceeds, metres, > 0
-
-    std::span<const BodyPart> active_parts() const { return {parts.data(), part_count}; }
 };
 
 inline Pose part_pose(const BodyPart& part, const Pose& pose) {

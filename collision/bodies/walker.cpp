@@ -6,13 +6,10 @@
 // stand there: then it rises by as much as it walks.
 #include "body_checks.h"
 #include "body_step.h"
+#include "walker_state.h"
 
 #include <terrane/collision/shape_pairs.h>
 #include <terrane/collision/walker.h>
-
-#include "body_checks.h"
-#include "walker_state.h"
-
 #include <terrane/terrain/assert.h>
 
 #include <algorithm>
@@ -83,7 +80,8 @@ Result<Walker> Walker::create(const WalkerSettings& settings, const WorldPos& pl
     state->state.place_world = place_world;
     const Capsule capsule{settings.radius, settings.half_height};
     RigidBody& body = state->body;
-    body.parts[0].shape = capsule;
+    state->capsule.shape = capsule;
+    body.parts = {&state->capsule, 1};
     body.radius = bounding_radius(capsule);
     body.thickness = settings.radius;
     body.mass.inverse_mass = 1.0;  // and no inverse inertia: it stays upright

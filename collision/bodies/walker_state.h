@@ -19,6 +19,7 @@ struct Walker::State {
     WalkerSettings settings;
     WalkerState state;
     WalkerControls controls;
+    internal::BodyPart capsule;
     internal::RigidBody body;
     internal::GroundLook look;
     double least_cosine = 0.0;  // of what it stands on

@@ -3,8 +3,9 @@
 
 #include <terrane/collision/bodies.h>
 
-#include <array>
 #include <memory>
+#include <span>
+#include <vector>
 
 namespace terrane {
 
@@ -54,7 +55,7 @@ public:
 
     const BodyState& chassis() const;
     const TruckSettings& settings() const;
-    const std::array<WheelState, 4>& wheels() const;
+    std::span<const WheelState> wheels() const;  ///< four
     BodyNeed need() const;
 
 private:

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "body_step.h"
+
+#include <terrane/collision/truck.h>
+
+#include <span>
+#include <vector>
+
+namespace terrane::internal {
+
+/// A box on wheels, each with a spring, a damper and a tyre: what vehicles consist of. The wheels at the top of
+/// their travel are part of the hull that passes the gate.
+struct ChassisSettings {
+    Eigen::Vector3d half_extents = Eigen::Vector3d::Zero();
+    double mass = 0.0;
+    double wheel_radius = 0.0;
+    double suspension_travel = 0.0;
+    double suspension_hertz = 0.0;
+    double damping_ratio = 0.0;
+    double tyre_friction = 0.0;
+    double side_grip =
+        1.0;  ///< friction across the way that wheels roll, as a share of that along it
+    /// Where both are too much, a belt takes what it needs to roll and leaves the rest; a tyre slides both ways.
+    bool rolls_first = false;
+};
+
+/// What a wheel does in a step.
+struct WheelCommand {
+    double drive_force = 0.0;  ///< newtons, forward
+    double brake_force = 0.0;  ///< newtons at most, against its roll
+    double steer = 0.0;        ///< radians, to the left
+};
+
+/// Where an impulse acts on the chassis.
+struct ChassisLever {
+    Eigen::Vector3d direction = Eigen::Vector3d::Zero();
+    Eigen::Vector3d moment = Eigen::Vector3d::Zero();
+    Eigen::Vector3d spin = Eigen::Vector3d::Zero();
+    double effective_mass = 0.0;
+};
+
+class WheeledChassis {
+public:
+    /// @param wheels_body centres at the top of their travel
+    WheeledChassis(const ChassisSettings& settings, std::span<const Eigen::Vector3d> wheels_body,
+                   const BodyState& start);
+    WheeledChassis(const WheeledChassis&) = delete;
+    WheeledChassis& operator=(const WheeledChassis&) = delete;
+
+    /// @param commands [wheels]
+    StepReport step(const Ground& ground, std::span<const WheelCommand> commands, double dt);
+
+    const BodyState& state() const { return state_; }
+    std::span<const WheelState> wheels() const { return wheels_; }
+    BodyNeed need() const;
+
+private:
+    /// A wheel's touch with the ground, and the impulses of one substep.
+    struct Touch {
+        bool on_ground = false;
+        double compression = 0.0;
+        Eigen::Vector3d point_world = Eigen::Vector3d::Zero();
+        Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
+        Eigen::Vector3d centre_world = Eigen::Vector3d::Zero();
+        double load_impulse = 0.0;
+        double roll_speed = 0.0;
+    };
+    struct Tyre {
+        ChassisLever roll, side;
+        double limit = 0.0;
+        double drive = 0.0;
+        double brake_limit = 0.0;
+        double roll_impulse = 0.0, side_impulse = 0.0, brake_impulse = 0.0;
+        bool grips = false;
+    };
+
+    bool feel_ground(const Ground& ground);
+    void push_springs(double substep);
+    void turn_tyres(std::span<const WheelCommand> commands, double substep);
+    StepReport park();
+
+    ChassisSettings settings_;
+    std::vector<BodyPart> parts_;  // the box, then the wheels
+    RigidBody body_;
+    GroundLook look_;
+    BodyState state_;
+    std::vector<WheelState> wheels_, wheels_before_;
+    std::vector<Touch> touches_, touches_before_;
+    std::vector<Tyre> tyres_;
+    BodyMotion before_;
+};
+
+/// Fails with invalid_argument, naming the field, where one is out of the range that it works in.
+Result<void> check_settings(const ChassisSettings& settings);
+
+}  // namespace terrane::internal
