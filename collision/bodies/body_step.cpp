@@ -415,11 +415,15 @@ CastAnswer cast_part(const Shape& shape, const Motion& motion, const Ground& gro
     return cast(shape, path, ground, {.tolerance = kStopGap * tolerance, .skip_separating = false});
 }
 
-double deepest(const RigidBody& body, const Ground& ground, double at_least) {
+double greatest_lift(const RigidBody& body, const Ground& ground) {
     double lift = 0.0;
     for (const BodyPart& part : body.parts) {
         lift = std::max(lift, compute_lift(part.shape, part_pose(part, body.pose), ground).lift);
     }
+    return lift;
+}
+
+double deepest(const RigidBody& body, const Ground& ground, double lift, double at_least) {
     if (lift <= at_least) return at_least;
     return std::max(at_least, compute_depth(body, body.pose, ground).depth);
 }

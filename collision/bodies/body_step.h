@@ -65,8 +65,11 @@ double contact_raise(double tolerance);
 /// Whether there is no ground under a point at any height.
 bool is_outside(const Ground& ground, const WorldPos& point);
 
+/// Largest lift of a body's parts, metres: at least how deep it is in the contact surface. At least 0.
+double greatest_lift(const RigidBody& body, const Ground& ground);
+
 /// How deep a body is in the contact surface, metres: the largest of `at_least` and its signed depth.
-/// Cheap while the body's lift is below `at_least`.
-double deepest(const RigidBody& body, const Ground& ground, double at_least);
+/// @param lift its greatest_lift(): nothing is looked at where that is no more than `at_least`
+double deepest(const RigidBody& body, const Ground& ground, double lift, double at_least);
 
 }  // namespace terrane::internal

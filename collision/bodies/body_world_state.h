@@ -50,6 +50,7 @@ private:
     std::vector<double> quiet_times;          // how long each body has been slow and held, s
     std::vector<std::uint32_t> sleep_groups;  // the lowest body that it fell asleep with
     std::vector<std::uint8_t> waits;          // parked in this step
+    std::vector<double> lifts;                // after the step
     std::vector<std::uint8_t> in_island;      // touches another body
     internal::WorkerTeam team;
     internal::Meetings meetings;

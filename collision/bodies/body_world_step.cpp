@@ -45,6 +45,7 @@ std::size_t BodyWorld::State::add(const RigidBody& body, const BodySettings& own
     sleep_groups.push_back(static_cast<std::uint32_t>(index));
     waits.push_back(0);
     in_island.push_back(0);
+    lifts.push_back(0.0);
     return index;
 }
 
@@ -94,6 +95,14 @@ StepReport BodyWorld::State::step(const Ground& ground, double dt) {
         });
     }
 
+    team.run(block_count, [&](std::size_t block, int) {
+        const std::size_t end = std::min(bodies.size(), (block + 1) * kBlock);
+        for (std::size_t i = block * kBlock; i < end; ++i) {
+            if (!is_asleep(i) && waits[i] == 0) {
+                lifts[i] = internal::greatest_lift(bodies[i], ground);
+            }
+        }
+    });
     StepReport report;
     for (std::size_t i = 0; i < bodies.size(); ++i) finish_body(i, ground, report);
     report.touching_pairs = meetings.touch_count();
@@ -180,8 +189,8 @@ void BodyWorld::State::finish_body(std::size_t index, const Ground& ground, Step
         ++report.awake;
         report.lived_time += total.lived_time;
         report.lost_time += total.lost_time;
-        const double depth =
-            internal::deepest(body, ground, std::min(report.max_depth_m, body.tolerance));
+        const double depth = internal::deepest(body, ground, lifts[index],
+                                               std::min(report.max_depth_m, body.tolerance));
         report.max_depth_m = std::max(report.max_depth_m, depth);
         if (depth > body.tolerance && !body.started_deep) ++report.too_deep;
     }

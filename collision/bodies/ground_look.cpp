@@ -88,7 +88,6 @@ void GroundLook::look(const RigidBody& body, const Ground& ground, int gate) {
     resident_ = true;
     lift_ = -1.0;
     moved_ = 0.0;
-    gate_ = gate;
     pose_seen_ = body.pose;
     for (std::size_t p = 0; p < body.parts.size(); ++p) {
         const BodyPart& part = body.parts[p];

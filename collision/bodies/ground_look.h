@@ -22,8 +22,8 @@ inline constexpr double kStopGap = 1.0 / 256.0;
 /// Where bodies rest above the first gate, in tolerances: on the surface itself, so that what was put there stays,
 /// and above every stop, so that sliding is free.
 inline constexpr double kRestGap = kFirstGate;
-/// The gap that bodies are separated to, in tolerances.
-inline constexpr double kSeparationGap = 0.75 * kRestGap;
+/// The gap that bodies are separated to, in tolerances: less than what has been put on a slope of 60 degrees has.
+inline constexpr double kSeparationGap = 0.5 * kRestGap;
 /// Contacts are looked for this far above the gate, in tolerances.
 inline constexpr double kContactMargin = 1.0 / 2.0;
 
@@ -54,8 +54,6 @@ public:
     /// How far every point of the body may move without coming near the surface of a gate, which is lower by
     /// `further`, metres: at most half of the least gap. 0 or less where nobody knows.
     double free_way(const RigidBody& body, double further) const;
-    /// At least how deep the body is in the contact surface, metres, where it was not moved since.
-    double depth_bound(const RigidBody& body) const { return lift() + lowering(body, gate_); }
 
     /// Smallest gap of the contacts if the surface were lower by `further`; `most` where all are wider.
     double least_gap(double further, double most) const;
@@ -86,7 +84,6 @@ private:
     Pose pose_seen_;
     double lift_ = -1.0;
     double moved_ = 0.0;
-    int gate_ = 0;
     bool resident_ = true;
     bool is_kept_ = false;
     bool is_whole_ = false;  // there is ground everywhere below and above the body

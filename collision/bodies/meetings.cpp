@@ -12,16 +12,16 @@ namespace {
 constexpr std::uint32_t kNone = ~std::uint32_t{0};
 /// Bodies that touch each other come apart at this speed at most, and no velocity of it stays, m/s.
 constexpr double kPartingSpeed = 0.5;
-/// Impulses are kept from substep to substep, so that stacks converge over many of them.
-/// So small islands are solved as exactly as one likes, and large ones as far as is left for a sweep.
+/// Impulses are kept from substep to substep, so that stacks converge over many of them. Small islands are solved
+/// until no velocity changes by more than this, m/s; large ones as far as so many pushes go, or so many sweeps.
 constexpr double kTolerance = 1e-5;
+constexpr std::size_t kMaxPushes = 40'000;
+constexpr std::size_t kLeastIterations = 20;
 /// What rolls or rocks on others meets no friction, and would never come to rest: where a whole island is slower
 /// than this, m/s, spins lose this share of themselves a second.
 constexpr double kSlow = 0.3;
 constexpr double kRollingLoss = 4.0;
-constexpr std::size_t kMaxPushes = 40'000;
-constexpr std::size_t kLeastIterations = 20;
-/// Islands and pairs are handed out to threads one by one, other loops in blocks of this many.
+/// Islands are handed out to threads one by one, pairs in blocks of this many.
 constexpr std::size_t kBlock = 32;
 
 template <typename Job>

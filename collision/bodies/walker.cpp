@@ -218,7 +218,8 @@ StepReport Walker::step(const Ground& ground, std::span<const Obstacle> obstacle
         report.parked = 1;
         return report;
     }
-    report.max_depth_m = internal::deepest(s.body, ground, 0.0);
+    report.max_depth_m =
+        internal::deepest(s.body, ground, internal::greatest_lift(s.body, ground), 0.0);
     if (report.max_depth_m > s.body.tolerance && !s.body.started_deep) report.too_deep = 1;
     const bool is_outside =
         !s.state.stands && internal::is_outside(ground, s.body.pose.translation);

@@ -239,7 +239,7 @@ StepReport WheeledChassis::step(const Ground& ground, std::span<const WheelComma
         report.lost_time += answer.lost_time;
         touches = answer.touches;
     }
-    report.max_depth_m = deepest(body_, ground, 0.0);
+    report.max_depth_m = deepest(body_, ground, greatest_lift(body_, ground), 0.0);
     for (std::size_t i = 0; i < wheels_.size(); ++i) {
         const Touch& touch = touches_[i];
         WheelState& wheel = wheels_[i];
