@@ -31,5 +31,30 @@ TEST(GoldenBodies, AreTheSameWithEveryCompilerAtEveryLevel) {
     EXPECT_EQ(world.state_hash(), 0x72eaa5cd12dfc102u) << std::hex << world.state_hash();
 }
 
+// A heap of all shapes that fall onto each other, on several threads.
+TEST(GoldenBodies, OfAHeapAreTheSameWithEveryCompilerAtEveryLevel) {
+    const auto source = FractalHeights::create({.seed = 12, .root_size_log2 = 12}).value();
+    Pager pager = Pager::create(source, {.worker_count = 0, .horizon = 0.1}).value();
+    BodyWorld world = BodyWorld::create({.worker_count = 3}).value();
+    const std::array<Shape, 3> shapes{Sphere{0.5}, Capsule{0.4, 0.8}, Box{{1.0, 0.6, 0.5}}};
+    for (int i = 0; i < 24; ++i) {
+        BodyState state;
+        const double x = 1.3 * (i % 3), y = 1.1 * (i / 3 % 2);
+        state.pose.translation = {x, y, source->height(x, y) + 3.0 + 1.2 * (i / 6)};
+        state.velocity = {0.5 * (i % 4), -1.0, -3.0 * (i % 5)};
+        state.angular_velocity = {0.5 * i, 1.0, -2.0};
+        ASSERT_TRUE(
+            world.add({.shape = shapes[static_cast<std::size_t>(i) % 3]}, state).has_value());
+    }
+    std::uint64_t pairs = 0;
+    for (int step = 0; step < 90; ++step) {
+        pager.update({}, world.needs(), step / 60.0);
+        pairs +=
+            world.step(Ground(pager.resident(), pager.contact_level()), 1.0 / 60.0).touching_pairs;
+    }
+    EXPECT_GT(pairs, 1000u);
+    EXPECT_EQ(world.state_hash(), 0x7c0131060b56ddfeu) << std::hex << world.state_hash();
+}
+
 }  // namespace
 }  // namespace terrane
