@@ -37,7 +37,7 @@ TEST(GoldenBodies, OfAHeapAreTheSameWithEveryCompilerAtEveryLevel) {
     Pager pager = Pager::create(source, {.worker_count = 0, .horizon = 0.1}).value();
     BodyWorld world = BodyWorld::create({.worker_count = 3}).value();
     const std::array<Shape, 3> shapes{Sphere{0.5}, Capsule{0.4, 0.8}, Box{{1.0, 0.6, 0.5}}};
-    for (int i = 0; i < 24; ++i) {
+    for (int i = 0; i < 12; ++i) {
         BodyState state;
         const double x = 1.3 * (i % 3), y = 1.1 * (i / 3 % 2);
         state.pose.translation = {x, y, source->height(x, y) + 3.0 + 1.2 * (i / 6)};
@@ -47,13 +47,13 @@ TEST(GoldenBodies, OfAHeapAreTheSameWithEveryCompilerAtEveryLevel) {
             world.add({.shape = shapes[static_cast<std::size_t>(i) % 3]}, state).has_value());
     }
     std::uint64_t pairs = 0;
-    for (int step = 0; step < 90; ++step) {
+    for (int step = 0; step < 60; ++step) {
         pager.update({}, world.needs(), step / 60.0);
         pairs +=
             world.step(Ground(pager.resident(), pager.contact_level()), 1.0 / 60.0).touching_pairs;
     }
-    EXPECT_GT(pairs, 1000u);
-    EXPECT_EQ(world.state_hash(), 0x7c0131060b56ddfeu) << std::hex << world.state_hash();
+    EXPECT_GT(pairs, 100u);
+    EXPECT_EQ(world.state_hash(), 0x619bf823f0357cfcu) << std::hex << world.state_hash();
 }
 
 }  // namespace
