@@ -44,6 +44,13 @@ Result<void> check_value(const char* name, double value, double low, double high
                                                  spell(high) + ", got " + spell(value));
 }
 
+Result<void> check_fields(std::span<const FieldRange> fields) {
+    for (const FieldRange& field : fields) {
+        if (auto ok = check_value(field.name, field.value, field.low, field.high); !ok) return ok;
+    }
+    return {};
+}
+
 Result<void> check_vector(const char* name, const Eigen::Vector3d& value, double limit) {
     static constexpr const char* kAxes[] = {".x", ".y", ".z"};
     for (int axis = 0; axis < 3; ++axis) {

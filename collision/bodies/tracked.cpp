@@ -29,10 +29,7 @@ internal::ChassisSettings chassis_of(const TrackedSettings& s) {
 }
 
 Result<void> check_settings(const TrackedSettings& s) {
-    const struct {
-        const char* name;
-        double value, low, high;
-    } fields[] = {
+    const internal::FieldRange fields[] = {
         {"wheels_a_side", static_cast<double>(s.wheels_a_side), 2.0, 16.0},
         {"track_length", s.track_length, 0.01, 1e3},
         {"track", s.track, 0.01, 1e3},
@@ -40,11 +37,7 @@ Result<void> check_settings(const TrackedSettings& s) {
         {"max_drive_force", s.max_drive_force, 0.0, 1e12},
         {"max_brake_force", s.max_brake_force, 0.0, 1e12},
     };
-    for (const auto& field : fields) {
-        if (auto ok = internal::check_value(field.name, field.value, field.low, field.high); !ok) {
-            return ok;
-        }
-    }
+    if (auto ok = internal::check_fields(fields); !ok) return ok;
     return check_settings(chassis_of(s));
 }
 

@@ -25,22 +25,14 @@ internal::ChassisSettings chassis_of(const TruckSettings& s) {
 
 Result<void> check_settings(const TruckSettings& s) {
     if (auto ok = check_settings(chassis_of(s)); !ok) return ok;
-    const struct {
-        const char* name;
-        double value, low, high;
-    } fields[] = {
+    const internal::FieldRange fields[] = {
         {"wheelbase", s.wheelbase, 0.01, 1e3},
         {"track", s.track, 0.01, 1e3},
         {"max_drive_force", s.max_drive_force, 0.0, 1e12},
         {"max_brake_force", s.max_brake_force, 0.0, 1e12},
         {"max_steer", s.max_steer, 0.0, 1.5},
     };
-    for (const auto& field : fields) {
-        if (auto ok = internal::check_value(field.name, field.value, field.low, field.high); !ok) {
-            return ok;
-        }
-    }
-    return {};
+    return internal::check_fields(fields);
 }
 
 std::array<Eigen::Vector3d, kWheelCount> wheels_of(const TruckSettings& s) {

@@ -30,10 +30,7 @@ constexpr int kMaxSlides = 4;           // of a substep
 constexpr double kStoppedShare = 0.9;
 
 Result<void> check_settings(const WalkerSettings& s) {
-    const struct {
-        const char* name;
-        double value, low, high;
-    } fields[] = {
+    const internal::FieldRange fields[] = {
         {"radius", s.radius, 1e-3, 1e3},
         {"half_height", s.half_height, 0.0, 1e3},
         {"max_slope", s.max_slope, 0.0, 1.57},
@@ -41,12 +38,7 @@ Result<void> check_settings(const WalkerSettings& s) {
         {"air_acceleration", s.air_acceleration, 0.0, 1e6},
         {"contact_tolerance", s.contact_tolerance, 0.0, 1e3},
     };
-    for (const auto& field : fields) {
-        if (auto ok = internal::check_value(field.name, field.value, field.low, field.high); !ok) {
-            return ok;
-        }
-    }
-    return {};
+    return internal::check_fields(fields);
 }
 
 bool is_good(const WalkerControls& controls) {

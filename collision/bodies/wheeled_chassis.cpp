@@ -52,10 +52,7 @@ void apply(RigidBody& body, const Lever& lever, double impulse) {
 }  // namespace
 
 Result<void> check_settings(const ChassisSettings& s) {
-    const struct {
-        const char* name;
-        double value, low, high;
-    } fields[] = {
+    const FieldRange fields[] = {
         {"chassis_half_extents.x", s.half_extents.x(), 0.01, 1e3},
         {"chassis_half_extents.y", s.half_extents.y(), 0.01, 1e3},
         {"chassis_half_extents.z", s.half_extents.z(), 0.01, 1e3},
@@ -67,10 +64,7 @@ Result<void> check_settings(const ChassisSettings& s) {
         {"tyre_friction", s.tyre_friction, 0.0, 100.0},
         {"side_grip", s.side_grip, 0.01, 1.0},
     };
-    for (const auto& field : fields) {
-        if (auto ok = check_value(field.name, field.value, field.low, field.high); !ok) return ok;
-    }
-    return {};
+    return check_fields(fields);
 }
 
 WheeledChassis::WheeledChassis(const ChassisSettings& settings,
