@@ -39,7 +39,6 @@ constexpr double kSeparationSpeed = 0.5;
 constexpr double kUnfollowedSlowing = 0.5;
 
 constexpr std::array<std::uint32_t, 1> kAlone{0};
-constexpr std::size_t kMaxSolverContacts = 64;
 // A box on four corners converges by about a third an iteration; measured, 100 leave less than 1e-9
 // of the approach in all but wedged poses.
 constexpr SolverEffort kEffort{.iterations = 100, .tolerance = 1e-11};
@@ -180,7 +179,7 @@ public:
 
 private:
     std::array<SolverBody, 1> bodies_;
-    std::array<ContactRows, kMaxSolverContacts> room_;
+    std::array<ContactRows, GroundLook::kMaxCount> room_;
     ContactSolver solver_;
 };
 

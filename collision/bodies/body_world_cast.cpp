@@ -30,9 +30,9 @@ WorldCastAnswer BodyWorld::cast(const Ground& ground, const Shape& shape, const 
     const CastAnswer below = terrane::cast(shape, motion, ground, settings);
     answer.status = below.status;
     if (below.status == ContactStatus::invalid) return answer;
+    answer.fraction = below.fraction;  // of missing ground, where that comes first
     if (below.hit) {
         answer.hit = true;
-        answer.fraction = below.fraction;
         answer.point_world = below.contact.point_world;
         answer.normal = below.contact.normal;
     }

@@ -25,7 +25,6 @@ constexpr double kLookReach = 1.0 / 32.0;
 constexpr double kKeptGap = 1.0 / 8.0;
 /// Cosine between the normals of what counts as one contact in two looks.
 constexpr double kSameNormal = 0.95;
-constexpr std::size_t kMaxContacts = 64;
 /// The share of a gap that a body may cross without being cast.
 constexpr double kSureShare = 0.5;
 /// Bodies over more cells than this each way are always cast.
@@ -82,10 +81,13 @@ void GroundLook::update(const RigidBody& body, const Ground& ground) {
 }
 
 void GroundLook::look(const RigidBody& body, const Ground& ground, int gate) {
-    std::array<Contact, kMaxContacts> found;
+    std::array<Contact, kMaxCount> found;
     std::swap(contacts_, contacts_before_);
     contacts_.clear();
     resident_ = true;
+    is_whole_ = false;
+    is_kept_ = false;
+    bool is_complete = true;
     lift_ = -1.0;
     moved_ = 0.0;
     pose_seen_ = body.pose;
@@ -94,12 +96,12 @@ void GroundLook::look(const RigidBody& body, const Ground& ground, int gate) {
         const ContactAnswer answer =
             find_contacts(part.shape, raised(part_pose(part, body.pose), lowering(body, gate)),
                           ground, kContactMargin * body.tolerance,
-                          std::span<Contact>(found).first(kMaxContacts - contacts_.size()));
+                          std::span<Contact>(found).first(kMaxCount - contacts_.size()));
         if (answer.status == ContactStatus::not_resident) {
             resident_ = false;
-            is_kept_ = false;
             return;
         }
+        is_complete = is_complete && answer.status == ContactStatus::complete;
         lift_ = std::max(lift_, answer.lift);
         const double rounding = rounding_of(part.shape);
         for (std::size_t i = 0; i < answer.count; ++i) {
@@ -117,8 +119,9 @@ void GroundLook::look(const RigidBody& body, const Ground& ground, int gate) {
             contacts_.push_back(place);
         }
     }
-    is_whole_ = !contacts_.empty() && has_ground_around(body, ground);
-    is_kept_ = gate == 0 && least_gap(0.0, kKeptGap * body.tolerance) >= kKeptGap * body.tolerance;
+    // What was cut off may be nearer than what was kept of another part: such a look promises nothing.
+    is_whole_ = is_complete && !contacts_.empty() && has_ground_around(body, ground);
+    is_kept_ = is_complete && gate == 0 && least_gap(0.0, kKeptGap * body.tolerance) >= kKeptGap * body.tolerance;
 }
 
 /// The impulse of the same feature of the same part in the last look.

@@ -36,6 +36,8 @@ Pose raised(Pose pose, double height);
 /// hardly moved since takes its contacts along instead of looking again: each stays with its plane.
 class GroundLook {
 public:
+    static constexpr std::size_t kMaxCount = 64;  ///< of contacts, of all parts
+
     /// Looks through the first gate; or takes the last look along where it was through the first gate, and the
     /// body has moved so little since that nothing else can have come near.
     void update(const RigidBody& body, const Ground& ground);
@@ -86,7 +88,7 @@ private:
     double moved_ = 0.0;
     bool resident_ = true;
     bool is_kept_ = false;
-    bool is_whole_ = false;  // there is ground everywhere below and above the body
+    bool is_whole_ = false;  // it has all contacts, and ground everywhere below and above the body
 };
 
 }  // namespace terrane::internal

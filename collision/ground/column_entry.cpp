@@ -61,7 +61,7 @@ ColumnEntry find_curved_entry(const LocalShape& shape, const Eigen::Vector3d& ve
         Eigen::Vector3d n;
         if (find_widest(shape, centre, triangle, sink, n)) {
             look_top(n, gap_along(n, shape, triangle));
-            if (widest <= kNear * tolerance) {
+            if (shape.kind == ShapeKind::hull && widest <= kNear * tolerance) {
                 // On a cliff the last digit of a way counts: square to the edge that it starts from.
                 visit_square_to_edges(triangle, n, [&](const Eigen::Vector3d& m) {
                     look_top(m, gap_along(m, shape, triangle));

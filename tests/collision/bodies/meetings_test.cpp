@@ -358,6 +358,27 @@ TEST(Projectile, HitsTheFirstBodyOrTheGroundAndPushesIt) {
               std::string::npos);
 }
 
+TEST(Projectile, SaysWhereGroundIsMissingBeforeWhatItMeetsBehind) {
+    const Ground half =
+        make_test_ground([](double, double) { return 5.0; },
+                         {.roots = 2, .is_resident = [](int column, int) { return column == 0; }});
+    BodyWorld world = make_world({});
+    for (const double x : {100.0, 200.0}) {
+        ASSERT_TRUE(world.add({.shape = Sphere{0.5}}, at({x, kMiddle, 5.5})));
+    }
+    Motion flight;
+    flight.start.translation = {110.0, kMiddle, 5.5};
+    flight.translation = {120.0, 0.0, 0.0};
+    const WorldCastAnswer unknown = world.cast(half, Sphere{0.05}, flight);
+    EXPECT_EQ(unknown.status, ContactStatus::not_resident);
+    EXPECT_FALSE(unknown.hit) << "a body behind ground that nobody knows";
+    EXPECT_LT(unknown.fraction, 0.2);
+    flight.start.translation.x() = 90.0;
+    const WorldCastAnswer first = world.cast(half, Sphere{0.05}, flight);
+    EXPECT_EQ(first.status, ContactStatus::complete);
+    EXPECT_EQ(first.body, 0u);
+}
+
 TEST(MeetingBodies, PassThroughEachOtherWhereTheyDoNotMeet) {
     const Ground ground = make_flat();
     BodyWorld world = make_world({.gravity = Eigen::Vector3d::Zero(), .bodies_meet = false});

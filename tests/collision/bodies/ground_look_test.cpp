@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: MIT
+// What a look at the ground promises: how far a body may move without being cast.
+#include "bodies/ground_look.h"
+
+#include "support/random.h"
+#include "support/table_ground.h"
+
+#include <terrane/collision/ground_cast.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+namespace terrane::internal {
+namespace {
+
+using test::make_test_ground;
+
+RigidBody make_body(std::span<const BodyPart> parts, double radius, const Pose& pose) {
+    RigidBody body;
+    body.parts = parts;
+    body.radius = radius;
+    body.pose = pose;
+    return body;
+}
+
+// The last of many spheres is the lowest, and there is no room for its contact.
+TEST(GroundLook, PromisesNothingWhereContactsWereCutOff) {
+    const Ground ground = make_test_ground([](double, double) { return 0.0; }, 2.0, 1);
+    std::vector<BodyPart> parts;
+    for (std::size_t i = 0; i <= GroundLook::kMaxCount; ++i) {
+        const double x = 0.7 * static_cast<double>(i % 9) - 2.8;
+        const double y = 0.7 * static_cast<double>(i / 9) - 2.5;
+        parts.push_back({Sphere{0.3}, {x, y, 0.0}});
+    }
+    parts.back().offset_body.z() = -0.0038;
+    Pose pose;
+    // A quarter of the tolerance above the ground is half of it above the gate, where contacts end.
+    pose.translation = {100.0, 100.0, 0.3 + 0.0023};
+    const RigidBody body = make_body(parts, 4.3, pose);
+    GroundLook look;
+    look.update(body, ground);
+    ASSERT_EQ(look.count(), GroundLook::kMaxCount);
+    EXPECT_LE(look.free_way(body, 0.0), 0.0);
+
+    // With room for all of them it says how far.
+    const RigidBody smaller = make_body(std::span(parts).last(9), 4.3, pose);
+    look.forget();
+    look.update(smaller, ground);
+    ASSERT_EQ(look.count(), 9u);
+    EXPECT_GT(look.free_way(smaller, 0.0), 0.0);
+    EXPECT_LT(look.free_way(smaller, 0.0), 0.001);
+}
+
+// No motion within the promise, in any direction and turned any way, meets the gate; nor after the body has
+// moved a little with its look.
+TEST(GroundLook, IsKeptByEveryMotionThatItPromises) {
+    constexpr std::uint64_t kSeed = 17;
+    test::Random random(kSeed);
+    const Ground ground = make_test_ground(
+        [](double x, double y) { return 0.6 * std::sin(1.1 * x) * std::sin(0.9 * y); }, 1.0, 1);
+    const std::array<Shape, 3> shapes{Sphere{0.5}, Capsule{0.4, 0.8}, Box{{0.6, 0.8, 0.5}}};
+    int promised = 0;
+    for (int run = 0; run < 20'000; ++run) {
+        const BodyPart part{shapes[static_cast<std::size_t>(run % 3)], Eigen::Vector3d::Zero()};
+        Pose pose;
+        pose.rotation =
+            Motion{{}, Eigen::Vector3d::Zero(), 3.0 * random.direction()}.at(1.0).rotation;
+        pose.translation = {random.between(10.0, 118.0), random.between(10.0, 118.0), 0.0};
+        pose.translation.z() += compute_lift(part.shape, pose, ground).lift;
+        pose.translation.z() += random.between(-0.002, 0.006);
+        RigidBody body = make_body({&part, 1}, bounding_radius(part.shape), pose);
+        GroundLook look;
+        look.update(body, ground);
+        body.pose.translation += random.between(0.0, 0.0003) * random.direction();
+        look.update(body, ground);
+        const double free_way = look.free_way(body, 0.0);
+        if (!(free_way > 0.0)) continue;
+        ++promised;
+        const double share = random.between(0.0, 1.0);
+        Motion motion;
+        motion.start = raised(body.pose, lowering(body, 0));
+        motion.translation = share * free_way * random.direction();
+        motion.rotation_vector = (1.0 - share) * free_way / body.radius * random.direction();
+        const CastAnswer hit = cast(part.shape, motion, ground, {.tolerance = 1e-9});
+        EXPECT_FALSE(hit.hit) << "seed " << kSeed << ", run " << run;
+    }
+    EXPECT_GT(promised, 5'000);
+}
+
+}  // namespace
+}  // namespace terrane::internal
