@@ -34,7 +34,6 @@ constexpr double kMaxTurnOfParts = 0.03;
 constexpr double kLeastStopGap = 1e-11;
 /// Bodies come out of the ground at this speed, and no velocity of it stays, m/s.
 constexpr double kRecoverySpeed = 2.0;
-constexpr double kSeparationSpeed = 0.5;
 /// What a body keeps of its velocity when it met more impacts in a stretch than are followed.
 constexpr double kUnfollowedSlowing = 0.5;
 
@@ -76,18 +75,12 @@ int find_gate(const RigidBody& body, const GroundLook& look) {
     return gate;
 }
 
-struct GateAnswer {
-    bool resident = true;
-    bool hit = false;
-    double fraction = 1.0;
-};
-
 /// The gate: moves a body along a motion until it would come too close to the lowered surface. Nothing
 /// else in this library changes the pose of a body that is stepped.
-GateAnswer advance(RigidBody& body, const Ground& ground, const Twist& way, Gate& gate) {
+MoveAnswer advance(RigidBody& body, const Ground& ground, const Twist& way, Gate& gate) {
     const Motion motion{body.pose, way.linear, way.angular};
     const Pose end = motion.at(1.0);
-    GateAnswer answer;
+    MoveAnswer answer;
     const double reach = length(way.linear) + body.radius * length(way.angular);
     if (reach <= gate.free_way) {
         gate.free_way -= reach;
@@ -137,7 +130,7 @@ double spin_energy(const RigidBody& body, const Eigen::Matrix3d& rotation,
 /// One piece of motion through the gate. The spin within it is constant: in flight that of its middle, at
 /// contacts that of its start, which is the one that they were solved for. At its end the angular
 /// momentum is what it was, and the energy no more.
-GateAnswer move_piece(RigidBody& body, const Ground& ground, double duration, Gate& gate,
+MoveAnswer move_piece(RigidBody& body, const Ground& ground, double duration, Gate& gate,
                       bool is_flying) {
     const Eigen::Vector3d spin = body.velocity.angular;
     const bool constant = spins_freely(body) || dot(spin, spin) == 0.0;
@@ -152,7 +145,7 @@ GateAnswer move_piece(RigidBody& body, const Ground& ground, double duration, Ga
         const Motion half{body.pose, Eigen::Vector3d::Zero(), 0.5 * way.angular};
         way.angular = spin_at(body, half.at(1.0).rotation, momentum) * duration;
     }
-    const GateAnswer answer = advance(body, ground, way, gate);
+    const MoveAnswer answer = advance(body, ground, way, gate);
     if (answer.fraction > 0.0) {
         Eigen::Vector3d& spin_after = body.velocity.angular;
         spin_after = spin_at(body, body.pose.rotation, momentum);
@@ -225,7 +218,7 @@ bool separate(RigidBody& body, const Ground& ground, const GroundLook& look, Gat
         (*solver).solve_separation(distance, may_turn);
         const Twist way = shortened(solver.velocity(), body.radius, 2.0 * distance);
         if (way.linear.isZero(0.0) && way.angular.isZero(0.0)) return true;
-        const GateAnswer moved = advance(body, ground, way, gate);
+        const MoveAnswer moved = advance(body, ground, way, gate);
         if (!moved.resident) return false;
         if (moved.fraction > 0.0) break;
     }
@@ -327,7 +320,7 @@ Stretch live_stretch(RigidBody& body, GroundLook& look, const Ground& ground, do
         const double max_turn = body.parts.size() > 1 ? kMaxTurnOfParts : kMaxTurn;
         const double turn = rate() * remaining;
         const double share = turn > max_turn ? max_turn / turn : 1.0;
-        const GateAnswer moved =
+        const MoveAnswer moved =
             move_piece(body, ground, share * remaining, gate, !stretch.touches);
         if (!moved.resident) return {.resident = false};
         const double lived = moved.fraction * share * remaining;
@@ -350,6 +343,11 @@ Stretch live_stretch(RigidBody& body, GroundLook& look, const Ground& ground, do
 }
 
 }  // namespace
+
+double count_substeps(double dt, double max_substep) {
+    constexpr double kSlack = 1e-9;  // so that 2.0000001 is 2
+    return std::max(1.0, std::ceil(dt / max_substep - kSlack));
+}
 
 double bounce_speed(double gravity, double duration) {
     return std::max(0.1, 4.0 * gravity * duration);
@@ -378,12 +376,11 @@ SubstepAnswer step_body(RigidBody& body, GroundLook& look, const Ground& ground,
 
 MoveAnswer move_body(RigidBody& body, GroundLook& look, const Ground& ground, const Twist& way) {
     look.update(body, ground);
-    if (!look.is_resident()) return {.resident = false, .fraction = 0.0};
+    if (!look.is_resident()) return {.resident = false, .hit = false, .fraction = 0.0};
     const int index = find_gate(body, look);
-    if (index == kGateCount) return {.resident = true, .fraction = 0.0};
+    if (index == kGateCount) return {.resident = true, .hit = true, .fraction = 0.0};
     Gate gate = make_gate(body, look, 0, index);
-    const GateAnswer answer = advance(body, ground, way, gate);
-    return {answer.resident, answer.fraction};
+    return advance(body, ground, way, gate);
 }
 
 bool push_body(RigidBody& body, GroundLook& look, const Ground& ground, const Twist& way,

@@ -10,6 +10,13 @@
 
 namespace terrane::internal {
 
+inline constexpr double kGravity = 9.81;  ///< where nobody says another, m/s^2
+/// Bodies are parted from what they touch at this speed at most, and no velocity of it stays, m/s.
+inline constexpr double kSeparationSpeed = 0.5;
+
+/// How many equal substeps a step is cut in.
+double count_substeps(double dt, double max_substep);
+
 struct SubstepAnswer {
     bool resident =
         true;  ///< false: unloaded ground is in the way; the body may be part of the way
@@ -38,6 +45,7 @@ SubstepAnswer step_body(RigidBody& body, GroundLook& look, const Ground& ground,
 
 struct MoveAnswer {
     bool resident = true;
+    bool hit = false;
     double fraction = 1.0;  ///< of the way that was gone
 };
 

@@ -14,10 +14,9 @@ namespace {
 
 using internal::RigidBody;
 
-constexpr double kSleepSpeed = 0.03;     // metres a second, of the fastest point
-constexpr double kSleepDelay = 0.5;      // seconds
-constexpr double kRoundingSlack = 1e-9;  // of a substep count, so that 2.0000001 is 2
-constexpr std::size_t kBlock = 16;       // bodies that a thread takes at once
+constexpr double kSleepSpeed = 0.03;  // metres a second, of the fastest point
+constexpr double kSleepDelay = 0.5;   // seconds
+constexpr std::size_t kBlock = 16;    // bodies that a thread takes at once
 
 }  // namespace
 
@@ -78,10 +77,8 @@ void BodyWorld::State::wake_group(std::uint32_t group) {
 
 StepReport BodyWorld::State::step(const Ground& ground, double dt) {
     begin_step();
-    const double substep_count =
-        std::max(1.0, std::ceil(dt / settings.max_substep - kRoundingSlack));
+    const double substep_count = internal::count_substeps(dt, settings.max_substep);
     const double substep = dt / substep_count;
-    const std::size_t block_count = (bodies.size() + kBlock - 1) / kBlock;
     for (double done = 0.0; done < substep_count; done += 1.0) {
         for (std::size_t i = 0; i < bodies.size(); ++i) {
             if (!is_asleep(i) && waits[i] == 0) {
@@ -89,19 +86,12 @@ StepReport BodyWorld::State::step(const Ground& ground, double dt) {
             }
         }
         if (settings.bodies_meet && bodies.size() > 1) meet(ground, substep);
-        team.run(block_count, [&](std::size_t block, int) {
-            const std::size_t end = std::min(bodies.size(), (block + 1) * kBlock);
-            for (std::size_t i = block * kBlock; i < end; ++i) live_substep(i, ground, substep);
-        });
+        team.run_blocks(bodies.size(), kBlock,
+                        [&](std::size_t i) { live_substep(i, ground, substep); });
     }
 
-    team.run(block_count, [&](std::size_t block, int) {
-        const std::size_t end = std::min(bodies.size(), (block + 1) * kBlock);
-        for (std::size_t i = block * kBlock; i < end; ++i) {
-            if (!is_asleep(i) && waits[i] == 0) {
-                lifts[i] = internal::greatest_lift(bodies[i], ground);
-            }
-        }
+    team.run_blocks(bodies.size(), kBlock, [&](std::size_t i) {
+        if (!is_asleep(i) && waits[i] == 0) lifts[i] = internal::greatest_lift(bodies[i], ground);
     });
     StepReport report;
     for (std::size_t i = 0; i < bodies.size(); ++i) finish_body(i, ground, report);

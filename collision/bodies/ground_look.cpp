@@ -121,7 +121,8 @@ void GroundLook::look(const RigidBody& body, const Ground& ground, int gate) {
     }
     // What was cut off may be nearer than what was kept of another part: such a look promises nothing.
     is_whole_ = is_complete && !contacts_.empty() && has_ground_around(body, ground);
-    is_kept_ = is_complete && gate == 0 && least_gap(0.0, kKeptGap * body.tolerance) >= kKeptGap * body.tolerance;
+    is_kept_ = is_complete && gate == 0 &&
+               least_gap(0.0, kKeptGap * body.tolerance) >= kKeptGap * body.tolerance;
 }
 
 /// The impulse of the same feature of the same part in the last look.

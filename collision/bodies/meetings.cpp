@@ -10,8 +10,6 @@ namespace terrane::internal {
 namespace {
 
 constexpr std::uint32_t kNone = ~std::uint32_t{0};
-/// Bodies that touch each other come apart at this speed at most, and no velocity of it stays, m/s.
-constexpr double kPartingSpeed = 0.5;
 /// Impulses are kept from substep to substep, so that stacks converge over many of them. Small islands are solved
 /// until no velocity changes by more than this, m/s; large ones as far as so many pushes go, or so many sweeps.
 constexpr double kTolerance = 1e-5;
@@ -23,14 +21,6 @@ constexpr double kSlow = 0.3;
 constexpr double kRollingLoss = 4.0;
 /// Islands are handed out to threads one by one, pairs in blocks of this many.
 constexpr std::size_t kBlock = 32;
-
-template <typename Job>
-void for_each_in_blocks(WorkerTeam& team, std::size_t count, const Job& job) {
-    team.run((count + kBlock - 1) / kBlock, [&](std::size_t block, int) {
-        const std::size_t end = std::min(count, (block + 1) * kBlock);
-        for (std::size_t i = block * kBlock; i < end; ++i) job(i);
-    });
-}
 
 /// How far a shape reaches along the world's axes, metres, for any of its rotations within a turn.
 Eigen::Vector3d half_box(const RigidBody& body, double turn_way) {
@@ -125,7 +115,7 @@ void Meetings::find(std::span<const RigidBody> bodies, std::span<const std::uint
     place_bounds(bodies, duration);
     broadphase_->update(bounds_, balls_);
     take_pairs(bodies, mobility, duration);
-    for_each_in_blocks(team, touches_.size(), [&](std::size_t i) {
+    team.run_blocks(touches_.size(), kBlock, [&](std::size_t i) {
         PairTouch& touch = touches_[i];
         const PairTouch* before = before_[i] == kNone ? nullptr : &touches_before_[before_[i]];
         const auto [a, b] = touch.pair;
@@ -286,7 +276,7 @@ void Meetings::solve_island(std::size_t island, int worker, const Scene& scene) 
     if (!overlaps) return;
 
     for (const std::uint32_t member : members) solver_bodies_[member].velocity = {};
-    solver.solve_separation(kPartingSpeed * duration, true);
+    solver.solve_separation(kSeparationSpeed * duration, true);
     for (const std::uint32_t member : members) {
         const Twist& way = solver_bodies_[member].velocity;
         // Where ground is not loaded the body stays, and parks in its own step.

@@ -81,6 +81,7 @@ Result<Walker> Walker::create(const WalkerSettings& settings, const WorldPos& pl
                                                       : default_contact_tolerance(capsule);
     body.pose = start.pose;
     state->least_cosine = cosine_of(settings.max_slope);
+    state->contacts.reserve(kMaxWalkerContacts);
     state->rows.resize(kMaxWalkerContacts);
     return Walker(std::move(state));
 }
@@ -128,7 +129,7 @@ void Walker::State::want(double substep) {
     } else if (rises) {
         velocity = {x, y, 0.0};
     } else {
-        velocity = {x, y, std::max(velocity.z() - kWalkerGravity * substep, -kTerminalSpeed)};
+        velocity = {x, y, std::max(velocity.z() - internal::kGravity * substep, -kTerminalSpeed)};
     }
 }
 
@@ -141,7 +142,7 @@ void Walker::State::live_substep(const Ground& ground, std::span<const Obstacle>
     }
     if (internal::is_too_deep(body, look)) {
         report.parked =
-            internal::step_body(body, look, ground, kWalkerGravity, substep).resident ? 0 : 1;
+            internal::step_body(body, look, ground, internal::kGravity, substep).resident ? 0 : 1;
         report.lived_time += substep;
         rises = false;
         return;
@@ -199,7 +200,7 @@ StepReport Walker::step(const Ground& ground, std::span<const Obstacle> obstacle
     const internal::BodyMotion before = s.body;
     s.look.forget();
     StepReport report;
-    const double substep_count = std::max(1.0, std::ceil(dt / kMaxSubstep - 1e-9));
+    const double substep_count = internal::count_substeps(dt, kMaxSubstep);
     const double substep = dt / substep_count;
     for (double done = 0.0; done < substep_count; done += 1.0) {
         s.live_substep(ground, obstacles, substep, report);

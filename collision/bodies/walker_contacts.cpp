@@ -19,8 +19,6 @@ using internal::SolverContact;
 constexpr std::size_t kMaxOfObstacle = 24;
 constexpr std::array<std::uint32_t, 1> kAlone{0};
 constexpr internal::SolverEffort kEffort{.iterations = 100, .tolerance = 1e-11};
-/// Speed at which it is parted from what it touches, m/s; no velocity of it stays.
-constexpr double kPartingSpeed = 0.5;
 
 }  // namespace
 
@@ -34,7 +32,7 @@ void Walker::State::gather(const Ground& ground, std::span<const Obstacle> obsta
         const PairContactAnswer answer =
             find_contacts(body.parts[0].shape, body.pose, obstacle.shape, obstacle.pose,
                           internal::kContactMargin * body.tolerance, found);
-        for (std::size_t i = 0; i < answer.count; ++i) {
+        for (std::size_t i = 0; i < answer.count && contacts.size() < kMaxWalkerContacts; ++i) {
             SolverContact contact;
             contact.point_a = found[i].point_world;
             contact.normal = found[i].normal;
@@ -45,7 +43,6 @@ void Walker::State::gather(const Ground& ground, std::span<const Obstacle> obsta
             contacts.push_back(contact);
         }
     }
-    if (contacts.size() > kMaxWalkerContacts) contacts.resize(kMaxWalkerContacts);
 }
 
 /// The flattest of what it stands on; null in the air.
@@ -83,7 +80,7 @@ private:
 void Walker::State::solve(double duration) {
     if (contacts.empty()) return;
     Solver solver(*this, body.velocity);
-    (*solver).solve_velocity(kAlone, internal::bounce_speed(kWalkerGravity, duration), duration,
+    (*solver).solve_velocity(kAlone, internal::bounce_speed(internal::kGravity, duration), duration,
                              kEffort);
     body.velocity = solver.velocity();
 }
@@ -96,7 +93,7 @@ void Walker::State::part(const Ground& ground, std::span<const Obstacle> obstacl
                     [](const SolverContact& contact) { return contact.gap < contact.wanted_gap; });
     if (!is_close) return;
     Solver solver(*this, {});
-    (*solver).solve_separation(kPartingSpeed * substep, false);
+    (*solver).solve_separation(internal::kSeparationSpeed * substep, false);
     move(ground, obstacles, solver.velocity().linear);
     gather(ground, obstacles);
 }
@@ -106,10 +103,10 @@ internal::MoveAnswer Walker::State::move(const Ground& ground, std::span<const O
                                          const Eigen::Vector3d& way) {
     double fraction = 1.0;
     const Motion motion{body.pose, way, Eigen::Vector3d::Zero()};
+    // Closer than a stop it may still move along: half of what is left is let go.
+    double gap = kStopGap * body.tolerance;
+    for (const SolverContact& contact : contacts) gap = std::min(gap, 0.5 * contact.gap);
     for (const Obstacle& obstacle : obstacles) {
-        // Closer than a stop it may still move along: half of what is left is let go.
-        double gap = kStopGap * body.tolerance;
-        for (const SolverContact& contact : contacts) gap = std::min(gap, 0.5 * contact.gap);
         const PairCastAnswer hit =
             cast(body.parts[0].shape, motion, obstacle.shape, Motion{obstacle.pose},
                  {.tolerance = std::max(1e-11, gap), .skip_separating = true});

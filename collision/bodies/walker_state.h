@@ -10,7 +10,6 @@
 
 namespace terrane {
 
-inline constexpr double kWalkerGravity = 9.81;  // m/s^2
 inline constexpr std::size_t kMaxWalkerContacts = 128;
 /// A walker stands on contacts that are not wider than this beyond where bodies rest, in tolerances.
 inline constexpr double kStandingGap = 1.0 / 8.0;

@@ -16,7 +16,6 @@
 namespace terrane::internal {
 namespace {
 
-constexpr double kGravity = 9.81;
 constexpr double kMaxSubstep =
     1.0 / 240.0;  // a hundredth of the period of the stiffest springs allowed
 constexpr double kChassisFriction = 0.5;
@@ -217,22 +216,23 @@ StepReport WheeledChassis::step(const Ground& ground, std::span<const WheelComma
     wheels_before_ = wheels_;
     touches_before_ = touches_;
     look_.forget();
-    StepReport report;
-    const double substep_count = std::max(1.0, std::ceil(dt / kMaxSubstep - 1e-9));
+    SubstepAnswer total;
+    const double substep_count = count_substeps(dt, kMaxSubstep);
     const double substep = dt / substep_count;
     if (!feel_ground(ground)) return park();
-    bool touches = false;
     for (double done = 0.0; done < substep_count; done += 1.0) {
         body_.velocity.linear.z() -= kGravity * substep;
         push_springs(substep);
         turn_tyres(commands, substep);
         const SubstepAnswer answer = step_body(body_, look_, ground, kGravity, substep);
         if (!answer.resident || !feel_ground(ground)) return park();
-        report.impacts += answer.impacts;
-        report.lived_time += answer.lived_time;
-        report.lost_time += answer.lost_time;
-        touches = answer.touches;
+        total.add(answer);
     }
+    StepReport report;
+    report.impacts = total.impacts;
+    report.lived_time = total.lived_time;
+    report.lost_time = total.lost_time;
+    bool touches = total.touches;
     report.max_depth_m = deepest(body_, ground, greatest_lift(body_, ground), 0.0);
     for (std::size_t i = 0; i < wheels_.size(); ++i) {
         const Touch& touch = touches_[i];

@@ -33,6 +33,16 @@ public:
         });
     }
 
+    /// The same with job(index), in blocks of some indices that one worker takes one after the other.
+    template <typename Job>
+    void run_blocks(std::size_t count, std::size_t block_size, const Job& job) {
+        run((count + block_size - 1) / block_size, [&](std::size_t block, int) {
+            const std::size_t end =
+                count - block * block_size < block_size ? count : (block + 1) * block_size;
+            for (std::size_t i = block * block_size; i < end; ++i) job(i);
+        });
+    }
+
 private:
     using Call = void (*)(const void* context, std::size_t index, int worker);
     void start(std::size_t count, const void* context, Call call);

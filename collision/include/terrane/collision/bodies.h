@@ -76,11 +76,12 @@ struct WorldCastAnswer {
 /// Every pose change passes one gate that casts: nothing is ever set from a height lookup. A body
 /// is never deeper than its tolerance in the contact surface, whoever pushes it; one that was put in deeper
 /// comes out along contact normals at bounded speed and never gets deeper. Bodies that overlap each other part at
-/// bounded speed. Bodies that touch sleep and wake together. Parked bodies stand still for all others.
+/// bounded speed. Bodies that touch sleep and wake together; where all of such a group are slower than 0.3 m/s
+/// their spins lose 4 of themselves a second, or what rocks on others never came to rest. Parked bodies stand still for all others.
 /// The same calls give the same bits with any number of workers.
 ///
 /// Threads:   one at a time
-/// Allocates: step() only where more bodies, or more that touch, take part than ever before
+/// Allocates: step() only where more bodies, or more that touch, take part on a thread than ever before
 class BodyWorld {
 public:
     static Result<BodyWorld> create(const BodyWorldSettings& settings);

@@ -23,7 +23,8 @@ struct WalkerControls {
     double jump_speed = 0.0;                             ///< upward, m/s, where it stands; 0: none
 };
 
-/// What stands in a walker's way: moved by its owner, never by the walker.
+/// What stands in a walker's way: moved by its owner, never by the walker. One that check() or a question refuses
+/// is not there.
 struct Obstacle {
     Shape shape = Box{};
     Pose pose;
@@ -52,6 +53,8 @@ public:
 
     /// Moves the walker by dt seconds, 0 < dt <= 1. Controls that are not finite are refused: the last good
     /// ones are kept.
+    ///
+    /// Cost: a few casts of the ground and of every obstacle, a substep of 1/120 s
     StepReport step(const Ground& ground, std::span<const Obstacle> obstacles,
                     const WalkerControls& controls, double dt);
 
