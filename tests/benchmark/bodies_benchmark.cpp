@@ -72,13 +72,6 @@ struct Times {
         for (const double one : ms) sum += one;
         return sum / static_cast<double>(ms.size());
     }
-    double median() const {
-        std::vector<double> sorted = ms;
-        std::nth_element(sorted.begin(),
-                         sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2),
-                         sorted.end());
-        return sorted[sorted.size() / 2];
-    }
 };
 
 /// Whether nobody fell.
@@ -102,7 +95,7 @@ bool measure(const char* scene, const ContactMap& map, const Drop& drop, const O
     }
     std::printf(
         "%-9s %6zu  Terrane  mean %8.3f  median %8.3f ms a step, %llu fell, %.0f pairs touch\n",
-        scene, drop.states.size(), ours.mean(), ours.median(),
+        scene, drop.states.size(), ours.mean(), median(ours.ms),
         static_cast<unsigned long long>(fell), static_cast<double>(pairs) / step_count);
 #ifdef TERRANE_BENCH_BULLET
     if (!options.alone) {
@@ -124,8 +117,8 @@ bool measure(const char* scene, const ContactMap& map, const Drop& drop, const O
         }
         std::printf(
             "%-9s %6zu  %-8s mean %8.3f  median %8.3f ms a step, %zu ended below; %.2f x, %.2f x\n",
-            scene, drop.states.size(), BodiesPeer::name().c_str(), theirs.mean(), theirs.median(),
-            below, theirs.mean() / ours.mean(), theirs.median() / ours.median());
+            scene, drop.states.size(), BodiesPeer::name().c_str(), theirs.mean(), median(theirs.ms),
+            below, theirs.mean() / ours.mean(), median(theirs.ms) / median(ours.ms));
     }
 #endif
     return fell == 0;

@@ -49,12 +49,6 @@ struct Spheres {
     }
 };
 
-double median(std::vector<double> values) {
-    std::nth_element(values.begin(),
-                     values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
-    return values[values.size() / 2];
-}
-
 struct Costs {
     double update_ms = 0.0;
     double pairs_ms = 0.0;   ///< from boxes to pairs

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 namespace terrane::bench {
 
@@ -24,5 +25,8 @@ private:
     Clock clock_;
     double from_;
 };
+
+/// The middle one; of an even count the upper of both. Requires at least one.
+double median(std::vector<double> values);
 
 }  // namespace terrane::bench

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "collision/bodies/body_cases.h"
 #include "support/random.h"
 #include "support/table_ground.h"
 
@@ -14,36 +15,19 @@
 namespace terrane {
 namespace {
 
+using test::all_shapes;
+using test::at;
 using test::make_test_ground;
+using test::make_world;
+using test::name_of;
 using test::Random;
 using test::TableGroundSettings;
 
 constexpr double kGravity = 9.81;
 constexpr double kMiddle = 64.3;  // of the ground of one root square, off the lattice
 
-BodyWorld make_world(bool allow_sleep = true) {
-    Result<BodyWorld> world = BodyWorld::create({.allow_sleep = allow_sleep});
-    EXPECT_TRUE(world.has_value());
-    return std::move(*world);
-}
-
-BodyState at(const Eigen::Vector3d& place, const Eigen::Vector3d& velocity = {0.0, 0.0, 0.0}) {
-    BodyState state;
-    state.pose.translation = place;
-    state.velocity = velocity;
-    return state;
-}
-
 Eigen::Matrix3d turned(const Eigen::Vector3d& rotation_vector) {
     return Motion{{}, Eigen::Vector3d::Zero(), rotation_vector}.at(1.0).rotation;
-}
-
-std::vector<Shape> all_shapes() { return {Sphere{0.5}, Capsule{0.4, 0.8}, Box{{1.0, 2.0, 0.5}}}; }
-
-const char* name_of(const Shape& shape) {
-    return std::holds_alternative<Sphere>(shape)    ? "sphere"
-           : std::holds_alternative<Capsule>(shape) ? "capsule"
-                                                    : "box";
 }
 
 Ground make_flat() {
@@ -175,7 +159,7 @@ TEST(BodyWorld, HoldsWithoutCreepingWhereFrictionIsEnough) {
     const double slope = 0.5;
     const double cosine = 1.0 / std::sqrt(1.0 + slope * slope), sine = slope * cosine;
     const Ground ground = make_tilted(slope);
-    BodyWorld world = make_world(false);
+    BodyWorld world = make_world({.allow_sleep = false});
     BodyState state;
     state.pose.rotation = turned({0.0, -std::atan(slope), 0.0});
     state.pose.translation =
@@ -190,7 +174,7 @@ TEST(BodyWorld, HoldsWithoutCreepingWhereFrictionIsEnough) {
 TEST(BodyWorld, SlidesOverFlatCellsWithoutLosingSpeedOrGainingEnergy) {
     const Ground ground = make_flat();
     for (const Shape& shape : all_shapes()) {
-        BodyWorld world = make_world(false);
+        BodyWorld world = make_world({.allow_sleep = false});
         const double height = std::holds_alternative<Capsule>(shape) ? 1.2 : 0.5;
         ASSERT_TRUE(world.add({.shape = shape, .friction = 0.0, .restitution = 0.0},
                               at({20.3, 30.6, 5.0 + height + 0.001}, {3.0, 0.4, 0.0})));
@@ -213,7 +197,7 @@ TEST(BodyWorld, SlidesOverFlatCellsWithoutLosingSpeedOrGainingEnergy) {
 TEST(BodyWorld, BouncesToTheHeightThatRestitutionGives) {
     const Ground ground = make_flat();
     for (const double restitution : {0.0, 0.5, 0.8, 1.0}) {
-        BodyWorld world = make_world(false);
+        BodyWorld world = make_world({.allow_sleep = false});
         const double drop = 3.0;
         ASSERT_TRUE(world.add({.shape = Sphere{0.5}, .restitution = restitution},
                               at({kMiddle, kMiddle, 5.5 + drop})));
@@ -237,7 +221,7 @@ TEST(BodyWorld, GainsNoEnergyInRoughFrictionalImpacts) {
     const Ground ground = make_test_ground(
         [](double x, double y) { return 2.0 * std::sin(0.7 * x) * std::sin(0.9 * y); }, 1.0, 1);
     for (int run = 0; run < 30; ++run) {
-        BodyWorld world = make_world(false);
+        BodyWorld world = make_world({.allow_sleep = false});
         BodyState state =
             at({random.between(40, 90), random.between(40, 90), 8.0},
                {random.between(-20, 20), random.between(-20, 20), random.between(-30, 0)});

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Bodies that meet each other.
+#include "collision/bodies/body_cases.h"
 #include "support/allocation_counter.h"
 #include "support/random.h"
 #include "support/table_ground.h"
@@ -19,35 +20,18 @@
 namespace terrane {
 namespace {
 
+using test::all_shapes;
+using test::at;
 using test::make_test_ground;
+using test::make_world;
+using test::name_of;
 using test::Random;
 
 constexpr double kStep = 1.0 / 60.0;
 constexpr double kMiddle = 64.3;
 
-BodyWorld make_world(const BodyWorldSettings& settings) {
-    Result<BodyWorld> world = BodyWorld::create(settings);
-    EXPECT_TRUE(world.has_value());
-    return std::move(*world);
-}
-
-BodyState at(const Eigen::Vector3d& place, const Eigen::Vector3d& velocity = {0.0, 0.0, 0.0}) {
-    BodyState state;
-    state.pose.translation = place;
-    state.velocity = velocity;
-    return state;
-}
-
 Ground make_flat(int roots = 1) {
     return make_test_ground([](double, double) { return 5.0; }, 1.0, roots);
-}
-
-std::vector<Shape> all_shapes() { return {Sphere{0.5}, Capsule{0.4, 0.8}, Box{{1.0, 2.0, 0.5}}}; }
-
-const char* name_of(const Shape& shape) {
-    return std::holds_alternative<Sphere>(shape)    ? "sphere"
-           : std::holds_alternative<Capsule>(shape) ? "capsule"
-                                                    : "box";
 }
 
 struct Totals {

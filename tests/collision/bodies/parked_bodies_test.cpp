@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Bodies whose ground is not loaded: they stop, and go on as if nothing had been.
+#include "collision/bodies/body_cases.h"
 #include "support/random.h"
 #include "support/table_ground.h"
 
@@ -17,7 +18,10 @@
 namespace terrane {
 namespace {
 
+using test::all_shapes;
+using test::at;
 using test::make_test_ground;
+using test::make_world;
 using test::Random;
 using test::TableGroundSettings;
 
@@ -47,23 +51,10 @@ Ground make_rough(std::function<bool(int column, int row)> is_resident = {}) {
 bool is_western(int column, int) { return column == 0; }
 bool is_none(int, int) { return false; }
 
-BodyWorld make_world() { return BodyWorld::create({}).value(); }
-
-BodyState at(const Eigen::Vector3d& place, const Eigen::Vector3d& velocity = {0.0, 0.0, 0.0},
-             const Eigen::Vector3d& spin = {0.0, 0.0, 0.0}) {
-    BodyState state;
-    state.pose.translation = place;
-    state.velocity = velocity;
-    state.angular_velocity = spin;
-    return state;
-}
-
 bool is_same(const BodyState& a, const BodyState& b) {
     return a.pose.rotation == b.pose.rotation && a.pose.translation == b.pose.translation &&
            a.velocity == b.velocity && a.angular_velocity == b.angular_velocity;
 }
-
-std::vector<Shape> all_shapes() { return {Sphere{0.5}, Capsule{0.4, 0.8}, Box{{1.0, 2.0, 0.5}}}; }
 
 TEST(ParkedBody, KeepsItsStateForAnyNumberOfSteps) {
     const Ground absent = make_flat(is_western);
