@@ -3,6 +3,7 @@
 #include "freeing.h"
 #include "half_spaces.h"
 #include "nearest.h"
+#include "normal_cone.h"
 #include "usable.h"
 
 #include <terrane/collision/ground_contact.h>
@@ -13,44 +14,79 @@ namespace terrane {
 namespace internal {
 namespace {
 
-// Where a part is deepest against the way out of a column.
-Contact make_contact(const LocalShape& shape, std::uint32_t part, const Separation& exit) {
-    const DeepestPoint deepest = shape.deepest(exit.normal);
+// Adds contacts that a body has a gap at, and that it would overlap after moving by d: whether there are any.
+bool add_met(std::span<const Contact> contacts, const Eigen::Vector3d& d, HalfSpaces& spaces) {
+    const std::size_t before = spaces.count;
+    for (const Contact& contact : contacts) {
+        if (contact.depth > 0.0 || dot(contact.normal, d) >= contact.depth - kFree) continue;
+        spaces.add({contact.normal, contact.depth});
+    }
+    return spaces.count > before;
+}
+
+// Of the planes in the ground's normal cone that part a column from a shape that has moved by `freeing`, the one that asks
+// least; false where there is none: it is left by a side that is inside the ground.
+bool find_least(const LocalGround& local, const LocalShape& moved, const Triangle& triangle,
+                const Eigen::Vector3d& freeing, HalfSpace& least_out) {
+    bool is_found = false;
+    visit_tops(moved, triangle, [&](const Eigen::Vector3d& n, double gap) {
+        const double depth = dot(n, freeing) - gap;
+        if (gap < -kTouch || (is_found && !(depth < least_out.depth))) return;
+        if (!is_in_normal_cone(local, triangle, n)) return;
+        least_out = {n, depth};
+        is_found = true;
+    });
+    return is_found;
+}
+
+// Where a part is deepest against a plane.
+Contact make_contact(const LocalShape& shape, std::uint32_t part, const HalfSpace& plane) {
+    const DeepestPoint deepest = shape.deepest(plane.normal);
     Contact contact;
-    contact.normal = exit.normal;
-    contact.depth = -exit.gap;
+    contact.normal = plane.normal;
+    contact.depth = plane.depth;
     contact.point_world = deepest.point;
     contact.feature = deepest.feature;
     contact.part = part;
     return contact;
 }
 
-// Adds contacts until the body is free after the shortest translation that resolves them all.
+// Adds contacts until the body is free after the shortest translation that resolves them all. None asks for more than
+// what frees, and each cuts off where the ones before it led.
 void complete_patches(const LocalGround& local, const LocalBody& body, const GroundLift& lift,
                       const Eigen::Vector3d& freeing, double margin, ContactPatches& patches) {
-    constexpr int kRounds = 8;
+    constexpr int kRounds = 24;
     HalfSpaces spaces;
     for (const Contact& contact : patches.finish()) {
         if (contact.depth > 0.0) spaces.add({contact.normal, contact.depth});
     }
+    LocalHull hull;
+    std::uint32_t part = 0;
     for (int round = 0; round < kRounds; ++round) {
         Eigen::Vector3d d;
         if (!find_shortest(spaces, d)) break;
         if (length(d - freeing) <= 0.1 * kFree) return;  // known to be free
+        if (add_met(patches.finish(), d, spaces)) continue;
         const GroundLift rest = find_lift(local, body, d, 0.5 * kTouch);
         if (!(rest.lift > 0.5 * kTouch)) return;
-        LocalHull hull;
-        const LocalShape shape = body.part(rest.part, hull);
-        const Separation exit = find_exit(local, shape, rest.triangle, d);
-        // Met on the way only, or left sooner straight up.
-        if (-exit.gap < -margin || -exit.gap > lift.lift) break;
-        patches.add(make_contact(shape, rest.part, exit));
-        spaces.add({exit.normal, -exit.gap});
+        part = rest.part;
+        const LocalShape shape = body.part(part, hull);
+        LocalShape moved = shape;
+        moved.centre += freeing;
+        HalfSpace least;
+        if (!find_least(local, moved, rest.triangle, freeing, least) || least.depth < -margin)
+            break;
+        patches.add(make_contact(shape, part, least));
+        spaces.add(least);
     }
-    // Straight up always frees.
-    LocalHull hull;
-    patches.add(make_contact(body.part(lift.part, hull), lift.part,
-                             {Eigen::Vector3d::UnitZ(), -lift.lift}));
+    // What frees at once is a contact by itself. From deep down that is not by the nearest end of the ground, but up.
+    const double depth = length(freeing);
+    if (depth > kDeep * body.whole().smallest) {
+        patches.add(make_contact(body.part(lift.part, hull), lift.part,
+                                 {Eigen::Vector3d::UnitZ(), lift.lift}));
+    } else {
+        patches.add(make_contact(body.part(part, hull), part, {freeing / depth, depth}));
+    }
 }
 
 // Whether a shape is round and its core lies above the ground, where its lift is known. That of the core is less
