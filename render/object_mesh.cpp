@@ -22,6 +22,42 @@ ObjectMesh upload(const std::vector<float>& vertices, const std::vector<std::uin
     return mesh;
 }
 
+/// A point of a round mesh's outline, beside z, and the normal there.
+struct Outline {
+    double radius, z;
+    double normal_out, normal_up;
+};
+
+/// What an outline from below to above sweeps around z.
+template <class Line>
+ObjectMesh make_round(int step_count, const Line& outline) {
+    constexpr int kMeridians = 32;
+    std::vector<float> vertices;
+    std::vector<std::uint16_t> indices;
+    for (int step = 0; step <= step_count; ++step) {
+        const Outline at = outline(step);
+        for (int meridian = 0; meridian <= kMeridians; ++meridian) {
+            const double longitude = 2.0 * std::numbers::pi * meridian / kMeridians;
+            const double x = std::cos(longitude), y = std::sin(longitude);
+            for (const double value : {at.radius * x, at.radius * y, at.z, at.normal_out * x,
+                                       at.normal_out * y, at.normal_up}) {
+                vertices.push_back(static_cast<float>(value));
+            }
+        }
+    }
+    for (int step = 0; step < step_count; ++step) {
+        for (int meridian = 0; meridian < kMeridians; ++meridian) {
+            const int south_west = step * (kMeridians + 1) + meridian;
+            const int north_west = south_west + kMeridians + 1;
+            for (const int i : {south_west, south_west + 1, north_west + 1, south_west,
+                                north_west + 1, north_west}) {
+                indices.push_back(static_cast<std::uint16_t>(i));
+            }
+        }
+    }
+    return upload(vertices, indices);
+}
+
 }  // namespace
 
 ObjectMesh make_cube() {
@@ -49,34 +85,18 @@ ObjectMesh make_cube() {
 }
 
 ObjectMesh make_ball() {
-    constexpr int kMeridians = 48;
-    constexpr int kParallels = 24;
-    std::vector<float> vertices;
-    std::vector<std::uint16_t> indices;
-    for (int parallel = 0; parallel <= kParallels; ++parallel) {
+    constexpr int kParallels = 16;
+    return make_round(kParallels, [](int parallel) {
         const double latitude =
             std::numbers::pi * (static_cast<double>(parallel) / kParallels - 0.5);
-        for (int meridian = 0; meridian <= kMeridians; ++meridian) {
-            const double longitude = 2.0 * std::numbers::pi * meridian / kMeridians;
-            const double normal[3] = {std::cos(latitude) * std::cos(longitude),
-                                      std::cos(latitude) * std::sin(longitude), std::sin(latitude)};
-            // the position is the normal
-            for (int twice = 0; twice < 2; ++twice) {
-                for (const double n : normal) vertices.push_back(static_cast<float>(n));
-            }
-        }
-    }
-    for (int parallel = 0; parallel < kParallels; ++parallel) {
-        for (int meridian = 0; meridian < kMeridians; ++meridian) {
-            const int south_west = parallel * (kMeridians + 1) + meridian;
-            const int north_west = south_west + kMeridians + 1;
-            for (const int i : {south_west, south_west + 1, north_west + 1, south_west,
-                                north_west + 1, north_west}) {
-                indices.push_back(static_cast<std::uint16_t>(i));
-            }
-        }
-    }
-    return upload(vertices, indices);
+        // the position is the normal
+        const double run = std::cos(latitude), rise = std::sin(latitude);
+        return Outline{run, rise, run, rise};
+    });
+}
+
+ObjectMesh make_tube() {
+    return make_round(1, [](int end) { return Outline{1.0, end == 0 ? -1.0 : 1.0, 1.0, 0.0}; });
 }
 
 }  // namespace terrane::internal

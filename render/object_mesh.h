@@ -18,5 +18,7 @@ struct ObjectMesh {
 ObjectMesh make_cube();
 /// Of radius 1 around the origin.
 ObjectMesh make_ball();
+/// Of radius 1 about z, from -1 to 1, without ends.
+ObjectMesh make_tube();
 
 }  // namespace terrane::internal

@@ -93,7 +93,7 @@ struct TerrainRenderer::State {
     GlVertexArray object_layout, no_layout;
     GlBuffer frame_uniforms;
     GlTexture noise;
-    ObjectMesh cube, ball;
+    ObjectMesh cube, ball, tube;
     GroundDraws draws;
 
     explicit State(Framebuffer made) : picture(std::move(made)) {}
@@ -101,8 +101,7 @@ struct TerrainRenderer::State {
     Result<void> make_programs();
     void make_buffers();
     void draw_ground();
-    void draw_objects(const View& view, std::span<const DrawnBox> boxes,
-                      std::span<const DrawnSphere> spheres);
+    void draw_objects(const View& view, std::span<const DrawnObject> drawn);
     void draw_sky();
 };
 
@@ -129,6 +128,7 @@ void TerrainRenderer::State::make_buffers() {
     noise = make_ground_noise();
     cube = make_cube();
     ball = make_ball();
+    tube = make_tube();
 
     no_layout = make_vertex_array();
     object_layout = make_vertex_array();
@@ -159,38 +159,30 @@ void TerrainRenderer::State::draw_ground() {
     draws.finish();
 }
 
-void TerrainRenderer::State::draw_objects(const View& view, std::span<const DrawnBox> boxes,
-                                          std::span<const DrawnSphere> spheres) {
-    if (boxes.empty() && spheres.empty()) return;
+void TerrainRenderer::State::draw_objects(const View& view, std::span<const DrawnObject> drawn) {
+    if (drawn.empty()) return;
     glUseProgram(objects.program.name());
     glBindVertexArray(object_layout.name());
-    const auto draw = [&](const ObjectMesh& mesh, const Pose& world_from_object,
-                          const Eigen::Vector3d& extents, float red, float green, float blue) {
-        const Eigen::Matrix3f axes = world_from_object.rotation.cast<float>();
-        const Eigen::Vector3f size = extents.cast<float>();
-        const LocalVec centre = to_local(world_from_object.translation, view.eye_world);
-        glUniformMatrix3fv(objects.axes, 1, GL_FALSE, axes.data());
-        glUniform3f(objects.extents, size.x(), size.y(), size.z());
-        glUniform3f(objects.centre, centre.x(), centre.y(), centre.z());
-        glUniform3f(objects.colour, red, green, blue);
-        glDrawElements(GL_TRIANGLES, mesh.index_count, GL_UNSIGNED_SHORT, nullptr);
-    };
-    const auto bind = [&](const ObjectMesh& mesh) {
+    const auto draw_all = [&](DrawnObject::Form form, const ObjectMesh& mesh) {
         glVertexArrayVertexBuffer(object_layout.name(), 0, mesh.vertices.name(), 0,
                                   6 * sizeof(float));
         glVertexArrayElementBuffer(object_layout.name(), mesh.indices.name());
+        for (const DrawnObject& object : drawn) {
+            if (object.form != form) continue;
+            const Eigen::Matrix3f axes = object.world_from_object.rotation.cast<float>();
+            const Eigen::Vector3f size = object.extents.cast<float>();
+            const LocalVec centre = to_local(object.world_from_object.translation, view.eye_world);
+            const Colour& colour = object.colour;
+            glUniformMatrix3fv(objects.axes, 1, GL_FALSE, axes.data());
+            glUniform3f(objects.extents, size.x(), size.y(), size.z());
+            glUniform3f(objects.centre, centre.x(), centre.y(), centre.z());
+            glUniform3f(objects.colour, colour.red, colour.green, colour.blue);
+            glDrawElements(GL_TRIANGLES, mesh.index_count, GL_UNSIGNED_SHORT, nullptr);
+        }
     };
-    bind(cube);
-    for (const DrawnBox& box : boxes) {
-        draw(cube, box.world_from_box, box.half_extents, box.red, box.green, box.blue);
-    }
-    bind(ball);
-    for (const DrawnSphere& sphere : spheres) {
-        Pose pose;
-        pose.translation = sphere.centre_world;
-        draw(ball, pose, Eigen::Vector3d::Constant(sphere.radius), sphere.red, sphere.green,
-             sphere.blue);
-    }
+    draw_all(DrawnObject::Form::box, cube);
+    draw_all(DrawnObject::Form::ball, ball);
+    draw_all(DrawnObject::Form::tube, tube);
 }
 
 void TerrainRenderer::State::draw_sky() {
@@ -223,8 +215,7 @@ Result<TerrainRenderer> TerrainRenderer::create(EglContext& context, int width_p
 }
 
 Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
-                                   std::span<const DrawnBox> boxes,
-                                   std::span<const DrawnSphere> spheres) {
+                                   std::span<const DrawnObject> objects) {
     State& state = *state_;
     if (const Result<void> good = check(mesh, view, state.picture); !good) return good;
     // without a world any lattice will do for the sky
@@ -248,7 +239,7 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
     glClearDepth(0.0);
     glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
     state.draw_ground();
-    state.draw_objects(view, boxes, spheres);
+    state.draw_objects(view, objects);
     // last, where nothing else is: it lies at depth 0
     state.draw_sky();
     if (const Result<void> good = check_gl("draw the terrain"); !good) return good;

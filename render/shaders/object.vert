@@ -11,6 +11,6 @@ out vec3 surface_normal;
 
 void main() {
     p_eye = centre + axes * (position * extents);
-    surface_normal = axes * normal;  // exact for boxes and balls
+    surface_normal = axes * normal;  // exact for boxes, balls and tubes
     gl_Position = frame.clip_from_eye * vec4(p_eye, 1.0);
 }

@@ -296,27 +296,32 @@ TEST_F(TerrainRendererTest, WireframeDrawsLinesOverTheSameGround) {
     EXPECT_EQ(count_different(lines, draw(lined, scene.mesh(), look_down())), 0);
 }
 
-TEST_F(TerrainRendererTest, BoxesAndBallsCoverWhatLiesBehindAndHideBehindHills) {
+TEST_F(TerrainRendererTest, ObjectsCoverWhatLiesBehindAndHideBehindHills) {
     const Scene scene = make_scene();
     TerrainRenderer renderer = make();
     const Image ground = draw(renderer, scene.mesh(), look_down());
-    DrawnBox box;
-    box.world_from_box.translation = {240.0, 130.0, 30.0};
-    box.half_extents = {6.0, 6.0, 6.0};
-    DrawnSphere ball;
-    ball.centre_world = {270.0, 130.0, 30.0};
-    ball.radius = 6.0;
-    ASSERT_TRUE(renderer.draw(scene.mesh(), look_down(), {&box, 1}, {&ball, 1}));
-    const Image shown = renderer.read();
-    const int covered = count_different(ground, shown);
-    // 12 m at 114 to 126 m are about 16 pixels
-    EXPECT_GT(covered, 350);
-    EXPECT_LT(covered, 900);
+    using Form = DrawnObject::Form;
+    // 12 m at 114 to 126 m are about 16 pixels: a square of them, a disc, and a tube that lies
+    for (const auto& [form, least, most] :
+         {std::tuple(Form::box, 200, 400), std::tuple(Form::ball, 150, 300),
+          std::tuple(Form::tube, 200, 400)}) {
+        SCOPED_TRACE(static_cast<int>(form));
+        DrawnObject object;
+        object.form = form;
+        object.extents = {6.0, 6.0, 6.0};
+        object.world_from_object.translation = {240.0, 130.0, 30.0};
+        if (form == Form::tube) {
+            object.world_from_object.rotation << 0, 0, 1, 1, 0, 0, 0, 1, 0;
+        }
+        ASSERT_TRUE(renderer.draw(scene.mesh(), look_down(), {&object, 1}));
+        const int covered = count_different(ground, renderer.read());
+        EXPECT_GT(covered, least);
+        EXPECT_LT(covered, most);
 
-    box.world_from_box.translation.z() = -60.0;
-    ball.centre_world.z() = -60.0;
-    ASSERT_TRUE(renderer.draw(scene.mesh(), look_down(), {&box, 1}, {&ball, 1}));
-    EXPECT_EQ(count_different(ground, renderer.read()), 0);
+        object.world_from_object.translation.z() = -60.0;
+        ASSERT_TRUE(renderer.draw(scene.mesh(), look_down(), {&object, 1}));
+        EXPECT_EQ(count_different(ground, renderer.read()), 0);
+    }
 }
 
 TEST_F(TerrainRendererTest, KeepsBuffersWhileChunksAreResidentAndDropsThemAfterwards) {

@@ -112,6 +112,18 @@ class Drop(Folder):
         self.assertEqual(state(3), state(3))
         self.assertNotEqual(state(3), state(4))
 
+    def test_frames_are_written_and_change_nothing(self):
+        command = ("drop", "--seed", 3, "--shape", "mixed", "--count", 10, "--seconds", 0.5, "--scale", 0.2)
+        out = self.path("out")
+        summary = run_json(*command, "--out", out, "--fps", 20)
+        self.assertEqual(summary["state_hash"], run_json(*command)["state_hash"])
+        self.assertNotEqual(summary["state_hash"], run_json(*command[:-1], 0.1)["state_hash"])
+        self.assertEqual(sorted(os.listdir(out)), ["frames.csv", "report.html"])
+        frames = np.genfromtxt(os.path.join(out, "frames.csv"), delimiter=",", names=True)
+        self.assertEqual(len(frames), 11)  # the start, and one every 0.05 s
+        self.assertTrue((frames["awake"][1:] == 10).all())
+        self.assertLess(np.abs(frames["time_s"] - 0.05 * np.arange(11)).max(), 1e-9)
+
 
 class Bodies(Folder):
     KEYS = {"queries", "query_ms", "positive_queries", "positive_ms", "update_ms", "pairs"}

@@ -41,6 +41,23 @@ TEST(LayOut, StartsEveryBodyClearAboveTheGround) {
     }
 }
 
+TEST(LayOut, ScalesEveryLength) {
+    const DropLayout small{.shape = DropShape::mixed, .scale = 0.125, .count = 48};
+    DropLayout large = small;
+    large.scale = 1.0;
+    const WorldRect extent{-1000.0, -1000.0, 1000.0, 1000.0};
+    EXPECT_EQ(8.0 * drop_area(small, extent).east, drop_area(large, extent).east);
+    const Ground ground = load_area(large);
+    const std::vector<DroppedBody> bodies = lay_out(small, ground);
+    ASSERT_EQ(bodies.size(), 48u);
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+        const Shape& shape = bodies[i].settings.shape;
+        EXPECT_EQ(8.0 * bounding_radius(shape), bounding_radius(shape_of_body(large, i)));
+        const double lift = compute_lift(shape, bodies[i].state.pose, ground).lift;
+        EXPECT_LT(lift, -0.125) << "body " << i;
+    }
+}
+
 TEST(LayOut, FollowsItsSeedAndNothingElse) {
     DropLayout layout{.shape = DropShape::box, .count = 50, .spin = 1.0};
     const Ground ground = load_area(layout);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "command.h"
+#include "drop/drop_film.h"
 #include "drop/drop_layout.h"
 #include "options/option_values.h"
 #include "options/terrain_options.h"
@@ -29,6 +30,7 @@ constexpr double kMaxSteps = 1e8;
 struct DropOptions {
     TerrainOptions terrain;
     DropLayout layout;
+    FlightOptions film;  ///< of it what add_picture_options() adds
     double dt = 1.0 / 60.0;
     double seconds = 10.0;
     double contact_spacing_m = 0.0;
@@ -118,7 +120,7 @@ CommandResult<BodyWorld> make_world(const DropOptions& options, Pager& pager) {
 }
 
 CommandResult<DropTotals> simulate(const DropOptions& options, Pager& pager, BodyWorld& world,
-                                   OutputFile* trace) {
+                                   OutputFile* trace, DropFilm* film) {
     using Clock = std::chrono::steady_clock;
     const auto step_count =
         static_cast<std::size_t>(std::max(1.0, std::floor(options.seconds / options.dt + 0.5)));
@@ -126,13 +128,20 @@ CommandResult<DropTotals> simulate(const DropOptions& options, Pager& pager, Bod
     DropTotals totals;
     totals.step_ms.reserve(step_count);
     if (trace != nullptr) write_poses(*trace, 0, world.states());
+    StepReport report;
+    const auto film_until = [&](double time) {
+        return film == nullptr ? Result<void>{} : film->show(world, report, time);
+    };
+    if (const Result<void> shown = film_until(0.0); !shown) return pass_on(shown.error());
     for (std::size_t step = 1; step <= step_count; ++step) {
         progress.show(static_cast<double>(step) / static_cast<double>(step_count));
-        pager.update({}, world.needs(), options.dt * static_cast<double>(step));
+        const double time = options.dt * static_cast<double>(step);
+        pager.update({}, world.needs(), time);
         const Ground ground(pager.resident(), pager.contact_level());
         const Clock::time_point begin = Clock::now();
-        const StepReport report = world.step(ground, options.dt);
+        report = world.step(ground, options.dt);
         totals.add(report, std::chrono::duration<double, std::milli>(Clock::now() - begin).count());
+        if (const Result<void> shown = film_until(time); !shown) return pass_on(shown.error());
         if (trace == nullptr) continue;
         write_poses(*trace, step, world.states());
         if (trace->has_failed()) break;  // commit() says why
@@ -145,6 +154,7 @@ CommandResult<void> run_drop(const DropOptions& options) {
         return usage_error(fmt::format("--seconds {} with --dt {} is more than {} steps",
                                        options.seconds, options.dt, kMaxSteps));
     }
+    if (const CommandResult<void> good = check_pictures(options.film); !good) return good;
     const CommandResult<Terrain> terrain = open_terrain(options.terrain);
     if (!terrain) return pass_on(terrain.error());
     DropOptions with_seed = options;
@@ -167,8 +177,15 @@ CommandResult<void> run_drop(const DropOptions& options) {
         trace.emplace(std::move(*file));
         trace->write("step,body,x,y,z,qw,qx,qy,qz\n");
     }
+    std::optional<DropFilm> film;
+    if (!options.film.out.empty()) {
+        Result<DropFilm> made =
+            DropFilm::create(options.film, with_seed.layout, terrain->source, *world);
+        if (!made) return pass_on(made.error());
+        film.emplace(std::move(*made));
+    }
     const CommandResult<DropTotals> totals =
-        simulate(options, *pager, *world, trace ? &*trace : nullptr);
+        simulate(options, *pager, *world, trace ? &*trace : nullptr, film ? &*film : nullptr);
     if (!totals) return pass_on(totals.error());
     if (trace) {
         const Result<void> written = trace->commit();
@@ -189,6 +206,10 @@ CommandResult<void> run_drop(const DropOptions& options) {
     summary["step_ms_p99"] = quantile(totals->step_ms, 0.99);
     summary["peak_bytes"] = pager->stats().peak_bytes;
     summary["state_hash"] = fmt::format("{:016x}", world->state_hash());
+    if (film) {
+        const Result<void> ended = film->finish("Drop onto " + terrain->name, summary);
+        if (!ended) return pass_on(ended.error());
+    }
     print_summary(summary, options.json);
     return {};
 }
@@ -222,6 +243,8 @@ void add_drop_command(CLI::App& app, CommandContext& context) {
             "mixed, which takes turns in this order")
         ->type_name("NAME")
         ->default_str("sphere");
+    add_in_range(*drop, "--scale", options->layout.scale, 1e-3, 1e3,
+                 "Of the shapes, of the room between them and of their way to the ground");
     add_count(*drop, "--count", options->layout.count, 1, "Bodies");
     add_in_range(*drop, "--speed", options->layout.speed, -1e6, 1e6, "Downward at the start, m/s");
     add_in_range(*drop, "--spin", options->layout.spin, -1e6, 1e6,
@@ -237,6 +260,7 @@ void add_drop_command(CLI::App& app, CommandContext& context) {
     drop->add_option("--trace", options->trace,
                      "CSV of every pose of every body and step, the start being step 0")
         ->type_name("FILE");
+    add_picture_options(*drop, options->film, "film");
     drop->add_flag("--json", options->json, "Print one JSON object");
     drop->footer(
         "The seed also moves and turns the bodies at the start.\n"

@@ -10,6 +10,7 @@
 namespace terrane::tools {
 namespace {
 
+// At a scale of 1:
 constexpr double kPlace = 5.0;      // metres of the square of each body: more than the longest box
 constexpr double kClearance = 2.0;  // metres between the ground and the lowest start
 constexpr double kFurtherUp =
@@ -28,22 +29,24 @@ std::optional<double> ground_below(const Ground& ground, double x, double y, dou
 
 }  // namespace
 
-Shape shape_of_body(DropShape shape, std::size_t body) {
+Shape shape_of_body(const DropLayout& layout, std::size_t body) {
     constexpr std::array kTurns{DropShape::sphere, DropShape::capsule, DropShape::box};
-    switch (shape == DropShape::mixed ? kTurns[body % kTurns.size()] : shape) {
+    const double scale = layout.scale;
+    switch (layout.shape == DropShape::mixed ? kTurns[body % kTurns.size()] : layout.shape) {
         case DropShape::capsule:
-            return Capsule{.radius = 0.4, .half_height = 0.8};
+            return Capsule{.radius = 0.4 * scale, .half_height = 0.8 * scale};
         case DropShape::box:
-            return Box{.half_extents = {1.0, 2.0, 0.5}};
+            return Box{.half_extents = {1.0 * scale, 2.0 * scale, 0.5 * scale}};
         case DropShape::sphere:
         case DropShape::mixed:
             break;
     }
-    return Sphere{.radius = 0.5};
+    return Sphere{.radius = 0.5 * scale};
 }
 
 WorldRect drop_area(const DropLayout& layout, const WorldRect& extent) {
-    const double side = kPlace * std::ceil(std::sqrt(static_cast<double>(layout.count)));
+    const double side =
+        kPlace * layout.scale * std::ceil(std::sqrt(static_cast<double>(layout.count)));
     const double centre_x = 0.5 * (extent.west + extent.east);
     const double centre_y = 0.5 * (extent.south + extent.north);
     const double half_x = 0.5 * std::min(side, extent.east - extent.west);
@@ -61,7 +64,7 @@ std::vector<DroppedBody> lay_out(const DropLayout& layout, const Ground& ground)
     for (std::size_t body = 0; body < layout.count; ++body) {
         BodyRandom random(layout.seed, body);
         DroppedBody dropped;
-        dropped.settings.shape = shape_of_body(layout.shape, body);
+        dropped.settings.shape = shape_of_body(layout, body);
         const double radius = bounding_radius(dropped.settings.shape);
         const auto column = static_cast<double>(body % columns);
         const auto row = static_cast<double>(body / columns);
@@ -74,7 +77,8 @@ std::vector<DroppedBody> lay_out(const DropLayout& layout, const Ground& ground)
             below = ground_below(ground, x, y, radius);
         }
         if (!below) continue;
-        const double z = *below + radius + kClearance + random.within(0.0, kFurtherUp);
+        const double z =
+            *below + radius + layout.scale * (kClearance + random.within(0.0, kFurtherUp));
         dropped.state.pose.translation = WorldPos(x, y, z);
         dropped.state.pose.rotation = matrix_from_quaternion(random.direction<4>());
         dropped.state.velocity = Eigen::Vector3d(0.0, 0.0, -layout.speed);

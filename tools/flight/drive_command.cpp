@@ -124,27 +124,29 @@ Pose start_pose(const HeightSource& source, const std::vector<Eigen::Vector2d>& 
     return pose;
 }
 
-// A flat bed and a cab, both inside the chassis that collides.
-std::array<DrawnBox, 2> chassis_boxes(const Truck& truck) {
+// A flat bed and a cab, both inside the chassis that collides, and the wheels.
+std::array<DrawnObject, 6> draw_truck(const Truck& truck) {
     const Eigen::Vector3d& half = truck.settings().chassis_half_extents;
     const Pose& pose = truck.chassis().pose;
-    const auto box = [&](const Eigen::Vector3d& centre, const Eigen::Vector3d& extents, float red,
-                         float green, float blue) {
-        return DrawnBox{{pose.rotation, pose * centre}, extents, red, green, blue};
+    const auto box = [&](const Eigen::Vector3d& centre, const Eigen::Vector3d& extents,
+                         const Colour& colour) {
+        return DrawnObject{DrawnObject::Form::box, {pose.rotation, pose * centre}, extents, colour};
     };
-    return {
-        box({0.0, 0.0, -0.5 * half.z()}, {half.x(), half.y(), 0.5 * half.z()}, 0.78f, 0.22f, 0.12f),
-        box({0.35 * half.x(), 0.0, 0.5 * half.z()},
-            {0.4 * half.x(), 0.92 * half.y(), 0.5 * half.z()}, 0.85f, 0.80f, 0.72f)};
-}
-
-std::array<DrawnSphere, 4> wheel_spheres(const Truck& truck) {
-    std::array<DrawnSphere, 4> spheres;
-    for (std::size_t i = 0; i < spheres.size(); ++i) {
-        spheres[i].centre_world = truck.wheels()[i].centre_world;
-        spheres[i].radius = truck.settings().wheel_radius;
-    }
-    return spheres;
+    const auto wheel = [&](std::size_t i) {
+        const double radius = truck.settings().wheel_radius;
+        return DrawnObject{DrawnObject::Form::ball,
+                           {pose.rotation, truck.wheels()[i].centre_world},
+                           Eigen::Vector3d::Constant(radius),
+                           {0.15f, 0.15f, 0.15f}};
+    };
+    return {box({0.0, 0.0, -0.5 * half.z()}, {half.x(), half.y(), 0.5 * half.z()},
+                {0.78f, 0.22f, 0.12f}),
+            box({0.35 * half.x(), 0.0, 0.5 * half.z()},
+                {0.4 * half.x(), 0.92 * half.y(), 0.5 * half.z()}, {0.85f, 0.80f, 0.72f}),
+            wheel(0),
+            wheel(1),
+            wheel(2),
+            wheel(3)};
 }
 
 int wheels_on_ground(const Truck& truck) {
@@ -208,8 +210,7 @@ Result<DriveTotals> drive(const FlightOptions& options, const HeightSource& sour
         MadeFrame frame = maker.make({.view = view, .velocity = camera.velocity()}, needs, time);
         frame.record.extra = {truck.chassis().velocity.norm(), last.max_depth_m,
                               static_cast<double>(wheels_on_ground(truck))};
-        const Result<void> added =
-            output.add(std::move(frame), view, chassis_boxes(truck), wheel_spheres(truck));
+        const Result<void> added = output.add(std::move(frame), view, draw_truck(truck));
         if (!added) return tl::unexpected(added.error());
         if (output.is_closed()) break;
         if (driver.is_done() && truck.chassis().velocity.norm() < 0.1) break;

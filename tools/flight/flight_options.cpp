@@ -13,11 +13,21 @@
 
 namespace terrane::tools {
 
-void add_flight_options(CLI::App& app, FlightOptions& options) {
-    add_terrain_options(app, options.terrain);
-    add_in_range(app, "--fps", options.fps, 0.1, 1000.0, "Frames a second of the flight");
+void add_picture_options(CLI::App& app, FlightOptions& options, const std::string& what) {
+    add_in_range(app, "--fps", options.fps, 0.1, 1000.0, "Frames a second of the " + what);
     add_size(app, "--size", options.size, "Size of the picture, pixels");
     add_in_range(app, "--fov-deg", options.fov_deg, 1.0, 170.0, "Vertical field of view, degrees");
+    app.add_option("--out", options.out,
+                   "Folder for frames.csv, report.html, and pictures or film where asked for; what "
+                   "an earlier run left there is replaced")
+        ->type_name("DIR");
+    app.add_flag("--png", options.png, "Write every frame as frame_000000.png and so on");
+    app.add_flag("--video", options.video, "Write flight.mp4, with ffmpeg");
+}
+
+void add_flight_options(CLI::App& app, FlightOptions& options) {
+    add_terrain_options(app, options.terrain);
+    add_picture_options(app, options, "flight");
     add_count(app, "--budget", options.budget, 1, "Most triangles a frame");
     add_positive(app, "--max-error-px", options.max_error_px,
                  "Refinement stops below this screen error, pixels");
@@ -29,12 +39,6 @@ void add_flight_options(CLI::App& app, FlightOptions& options) {
                  "Ceiling of the memory that chunks take, MB of 2^20 bytes");
     add_count(app, "--threads", options.threads, 0,
               "Loader threads; 0 loads inside the update, so that a flight gives the same bits");
-    app.add_option("--out", options.out,
-                   "Folder for frames.csv, report.html, and pictures or film where asked for; what "
-                   "an earlier flight left there is replaced")
-        ->type_name("DIR");
-    app.add_flag("--png", options.png, "Write every frame as frame_000000.png and so on");
-    app.add_flag("--video", options.video, "Write flight.mp4, with ffmpeg");
     app.add_flag(
         "--realtime", options.realtime,
         "Wait for the clock at every frame, so that loaders get the time of a real flight");
@@ -76,19 +80,24 @@ Result<CameraPath> open_path(const std::string& name, const Terrain& terrain,
     return CameraPath::create(std::move(*track), *terrain.source, settings);
 }
 
-CommandResult<void> check(const FlightOptions& options) {
-    constexpr std::size_t kMostThreads = 256;
-    if (const CommandResult<void> good = check_path(options.path); !good) return good;
+CommandResult<void> check_pictures(const FlightOptions& options) {
     if ((options.png || options.video) && options.out.empty()) {
         return usage_error(fmt::format("{} needs --out DIR", options.png ? "--png" : "--video"));
-    }
-    if (options.threads > kMostThreads) {
-        return usage_error(
-            fmt::format("--threads must be 0 to {}, got {}", kMostThreads, options.threads));
     }
     if (options.video && (options.size.width_px % 2 != 0 || options.size.height_px % 2 != 0)) {
         return usage_error(fmt::format("--size of a film must be even, got {}x{}",
                                        options.size.width_px, options.size.height_px));
+    }
+    return {};
+}
+
+CommandResult<void> check(const FlightOptions& options) {
+    constexpr std::size_t kMostThreads = 256;
+    if (const CommandResult<void> good = check_path(options.path); !good) return good;
+    if (const CommandResult<void> good = check_pictures(options); !good) return good;
+    if (options.threads > kMostThreads) {
+        return usage_error(
+            fmt::format("--threads must be 0 to {}, got {}", kMostThreads, options.threads));
     }
     return {};
 }

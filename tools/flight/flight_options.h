@@ -46,6 +46,11 @@ struct FlightOptions {
     bool waits_for_clock() const { return realtime || window; }
 };
 
+/// Adds --fps, --size, --fov-deg, --out, --png and --video.
+///
+/// @param what makes the frames: "flight"
+void add_picture_options(CLI::App& app, FlightOptions& options, const std::string& what);
+
 /// Adds all of them but --path, --speed, --altitude and --seconds, whose meanings differ.
 void add_flight_options(CLI::App& app, FlightOptions& options);
 
@@ -58,6 +63,9 @@ CommandResult<void> check_path(const std::string& name);
 /// A built-in path over a terrain, or that of a track file. Fails as CameraPath and read_track() do.
 Result<CameraPath> open_path(const std::string& name, const Terrain& terrain,
                              const CameraPathSettings& settings);
+
+/// Refuses pictures without a folder and films of odd sizes. Fails with exit_usage.
+CommandResult<void> check_pictures(const FlightOptions& options);
 
 /// Refuses what no single option shows to be wrong. Fails with exit_usage.
 CommandResult<void> check(const FlightOptions& options);

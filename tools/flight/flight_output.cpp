@@ -29,11 +29,10 @@ Result<FlightOutput> FlightOutput::create(const FlightOptions& options, const He
     return output;
 }
 
-Result<void> FlightOutput::add(MadeFrame frame, const View& view, std::span<const DrawnBox> boxes,
-                               std::span<const DrawnSphere> spheres) {
+Result<void> FlightOutput::add(MadeFrame frame, const View& view,
+                               std::span<const DrawnObject> objects) {
     if (pictures_) {
-        const Result<void> drawn =
-            pictures_->add(log_.frames().size(), frame.mesh, view, boxes, spheres);
+        const Result<void> drawn = pictures_->add(log_.frames().size(), frame.mesh, view, objects);
         if (!drawn) return drawn;
     }
     return log_.add(std::move(frame.record));

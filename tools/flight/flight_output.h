@@ -23,8 +23,7 @@ public:
                                        std::vector<std::string> extra_columns = {});
 
     /// Draws a frame where pictures are wanted, and logs it. Fails with io.
-    Result<void> add(MadeFrame frame, const View& view, std::span<const DrawnBox> boxes = {},
-                     std::span<const DrawnSphere> spheres = {});
+    Result<void> add(MadeFrame frame, const View& view, std::span<const DrawnObject> objects = {});
 
     /// Whether the flight was watched in a window that the user closed.
     bool is_closed() const { return pictures_ && pictures_->is_closed(); }

@@ -62,9 +62,8 @@ Result<FlightPictures> FlightPictures::create(const FlightOptions& options,
 }
 
 Result<void> FlightPictures::add(std::size_t frame, const TerrainMesh& mesh, const View& view,
-                                 std::span<const DrawnBox> boxes,
-                                 std::span<const DrawnSphere> spheres) {
-    if (const Result<void> drawn = renderer_.draw(mesh, view, boxes, spheres); !drawn) return drawn;
+                                 std::span<const DrawnObject> objects) {
+    if (const Result<void> drawn = renderer_.draw(mesh, view, objects); !drawn) return drawn;
     const Image image = renderer_.read();
     if (window_) {
         window_->show(image);

@@ -22,8 +22,7 @@ public:
 
     /// Draws a frame and writes it. Fails with io.
     Result<void> add(std::size_t frame, const TerrainMesh& mesh, const View& view,
-                     std::span<const DrawnBox> boxes = {},
-                     std::span<const DrawnSphere> spheres = {});
+                     std::span<const DrawnObject> objects = {});
 
     /// Whether there is a window, and the user closed it.
     bool is_closed() const { return window_ && window_->is_closed(); }

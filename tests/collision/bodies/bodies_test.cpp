@@ -222,9 +222,8 @@ TEST(BodyWorld, GainsNoEnergyInRoughFrictionalImpacts) {
         [](double x, double y) { return 2.0 * std::sin(0.7 * x) * std::sin(0.9 * y); }, 1.0, 1);
     for (int run = 0; run < 30; ++run) {
         BodyWorld world = make_world({.allow_sleep = false});
-        BodyState state =
-            at({random.between(40, 90), random.between(40, 90), 8.0},
-               {random.between(-20, 20), random.between(-20, 20), random.between(-30, 0)});
+        BodyState state = at({random.between(40, 90), random.between(40, 90), 8.0});
+        state.velocity = {random.between(-20, 20), random.between(-20, 20), random.between(-30, 0)};
         for (int axis = 0; axis < 3; ++axis) state.angular_velocity[axis] = random.between(-8, 8);
         const Eigen::Vector3d half(1.0, 2.0, 0.5);
         ASSERT_TRUE(world.add({.shape = Box{half}, .restitution = 0.7}, state));
@@ -442,8 +441,8 @@ TEST(BodyWorld, GivesTheSameBitsForTheSameCalls) {
         BodyWorld world = make_world();
         const std::vector<Shape> shapes = all_shapes();
         for (int body = 0; body < 30; ++body) {
-            BodyState state = at({random.between(30, 98), random.between(30, 98), 9.0},
-                                 {0.0, 0.0, random.between(-60, 0)});
+            BodyState state = at({random.between(30, 98), random.between(30, 98), 9.0});
+            state.velocity = {0.0, 0.0, random.between(-60, 0)};
             state.angular_velocity = {random.between(-5, 5), random.between(-5, 5), 1.0};
             EXPECT_TRUE(world.add({.shape = shapes[static_cast<std::size_t>(body % 3)]}, state));
         }

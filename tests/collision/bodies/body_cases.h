@@ -16,6 +16,7 @@ inline BodyWorld make_world(const BodyWorldSettings& settings = {}) {
     return std::move(*world);
 }
 
+/// Random places and velocities are better set one by one: the order of arguments is the compiler's.
 inline BodyState at(const Eigen::Vector3d& place, const Eigen::Vector3d& velocity = {0.0, 0.0, 0.0},
                     const Eigen::Vector3d& angular_velocity = {0.0, 0.0, 0.0}) {
     BodyState state;

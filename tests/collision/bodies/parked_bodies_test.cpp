@@ -98,10 +98,11 @@ TEST(ParkedBody, GoesOnAsIfItHadNotWaited) {
     for (int run = 0; run < 60; ++run) {
         SCOPED_TRACE("seed " + std::to_string(kSeed) + ", run " + std::to_string(run));
         const BodySettings settings{.shape = all_shapes()[static_cast<std::size_t>(run % 3)]};
-        const BodyState start =
-            at({random.between(100, 156), random.between(100, 156), random.between(6, 14)},
-               {random.between(-20, 20), random.between(-20, 20), random.between(-30, 0)},
-               {random.between(-8, 8), random.between(-8, 8), random.between(-8, 8)});
+        BodyState start =
+            at({random.between(100, 156), random.between(100, 156), random.between(6, 14)});
+        start.velocity = {random.between(-20, 20), random.between(-20, 20), random.between(-30, 0)};
+        start.angular_velocity = {random.between(-8, 8), random.between(-8, 8),
+                                  random.between(-8, 8)};
         BodyWorld straight = make_world(), waiting = make_world();
         ASSERT_TRUE(straight.add(settings, start));
         ASSERT_TRUE(waiting.add(settings, start));

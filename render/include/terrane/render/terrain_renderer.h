@@ -29,18 +29,17 @@ struct RendererSettings {
     Colour zenith{0.22f, 0.42f, 0.72f};   ///< sky overhead
 };
 
-/// A solid box that is drawn with the terrain: vehicles and bodies.
-struct DrawnBox {
-    Pose world_from_box;
-    Eigen::Vector3d half_extents = Eigen::Vector3d::Constant(0.5);
-    float red = 0.8f, green = 0.2f, blue = 0.1f;
-};
-
-/// A solid sphere that is drawn with the terrain: wheels.
-struct DrawnSphere {
-    WorldPos centre_world = WorldPos::Zero();
-    double radius = 0.5;
-    float red = 0.15f, green = 0.15f, blue = 0.15f;
+/// A solid that is drawn with the terrain: a part of a vehicle or of a body.
+struct DrawnObject {
+    enum class Form {
+        box,   ///< from -extents to extents
+        ball,  ///< of radius extents
+        tube,  ///< round, about z, open at its ends
+    };
+    Form form = Form::box;
+    Pose world_from_object;
+    Eigen::Vector3d extents = Eigen::Vector3d::Constant(0.5);  ///< half, along its axes, metres
+    Colour colour{0.8f, 0.2f, 0.1f};
 };
 
 /// Draws meshes of a Triangulator off screen.
@@ -70,8 +69,7 @@ public:
     /// are not those of its resident set or whose indices end early; device_unavailable for errors
     /// of OpenGL. Then the last frame stays.
     Result<void> draw(const TerrainMesh& mesh, const View& view,
-                      std::span<const DrawnBox> boxes = {},
-                      std::span<const DrawnSphere> spheres = {});
+                      std::span<const DrawnObject> objects = {});
 
     /// The last frame.
     Image read() const;

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT
+#include "drop/drop_camera.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace terrane::tools {
+namespace {
+
+constexpr double kSpreads = 1.5;     // of the bodies' spread that the camera stays away
+constexpr double kNearest = 4.0;     // metres
+constexpr double kRise = 0.5;        // of the distance, over the middle
+constexpr double kClearance = 0.25;  // of the distance, from the ground
+constexpr double kTurn = 0.08;       // radians a second
+constexpr double kLag = 0.7;         // seconds that the camera lags behind
+
+// Of the bodies that are on the terrain; all where none is.
+WorldPos find_middle(std::span<const BodyState> bodies) {
+    WorldPos sum = WorldPos::Zero(), sum_of_all = WorldPos::Zero();
+    std::size_t count = 0;
+    for (const BodyState& body : bodies) {
+        sum_of_all += body.pose.translation;
+        if (body.condition == BodyCondition::left_world) continue;
+        sum += body.pose.translation;
+        ++count;
+    }
+    return count > 0 ? WorldPos(sum / static_cast<double>(count))
+                     : WorldPos(sum_of_all / static_cast<double>(bodies.size()));
+}
+
+}  // namespace
+
+DropCamera::DropCamera(std::shared_ptr<const HeightSource> source,
+                       std::span<const BodyState> bodies)
+    : source_(std::move(source)), target_world_(find_middle(bodies)) {
+    double square = 0.0;
+    for (const BodyState& body : bodies) {
+        square += (body.pose.translation - target_world_).squaredNorm();
+    }
+    const double spread = std::sqrt(square / static_cast<double>(bodies.size()));
+    distance_ = std::max(kSpreads * spread, kNearest);
+    // from below the slope, where it is seen best
+    const double reach = distance_;
+    const double east = source_->height(target_world_.x() + reach, target_world_.y()) -
+                        source_->height(target_world_.x() - reach, target_world_.y());
+    const double north = source_->height(target_world_.x(), target_world_.y() + reach) -
+                         source_->height(target_world_.x(), target_world_.y() - reach);
+    if (std::isfinite(east + north)) heading_ = std::atan2(-north, -east);
+    eye_world_ = find_eye();
+}
+
+WorldPos DropCamera::find_eye() const {
+    WorldPos eye =
+        target_world_ + distance_ * Eigen::Vector3d(std::cos(heading_), std::sin(heading_), kRise);
+    const double ground = source_->height(eye.x(), eye.y());
+    if (std::isfinite(ground)) eye.z() = std::max(eye.z(), ground + kClearance * distance_);
+    return eye;
+}
+
+void DropCamera::follow(std::span<const BodyState> bodies, double dt) {
+    const double share = dt / (dt + kLag);
+    heading_ += kTurn * dt;
+    target_world_ += share * (find_middle(bodies) - target_world_);
+    const WorldPos before = eye_world_;
+    const WorldPos wanted = find_eye();
+    eye_world_ += share * (wanted - eye_world_);
+    velocity_ = (eye_world_ - before) / dt;
+}
+
+View DropCamera::view(View view) const {
+    const Result<View> looking =
+        look_at(eye_world_, target_world_, view.vertical_fov, view.width_px, view.height_px);
+    view.eye_world = eye_world_;
+    if (looking) {
+        view.forward = looking->forward;
+        view.up = looking->up;
+    }
+    return view;
+}
+
+}  // namespace terrane::tools

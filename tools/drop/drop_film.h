@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "drop/drop_camera.h"
+#include "drop/drop_layout.h"
+#include "flight/flight_output.h"
+
+#include <memory>
+#include <vector>
+
+namespace terrane::tools {
+
+/// Pictures of falling bodies, and frames.csv and report.html beside them. Has loaders of its own: what is
+/// drawn changes nothing of what falls.
+class DropFilm {
+public:
+    /// @param options fps, size, fov_deg, out, png and video are used
+    ///
+    /// Fails as FlightOutput and FrameMaker do.
+    static Result<DropFilm> create(const FlightOptions& options, const DropLayout& layout,
+                                   std::shared_ptr<const HeightSource> source,
+                                   const BodyWorld& world);
+
+    /// Makes the frames that are due by a time, seconds from the start, with the bodies where they are. Fails with io.
+    Result<void> show(const BodyWorld& world, const StepReport& report, double time);
+
+    /// Ends all files, and completes the summary. Fails with io.
+    Result<void> finish(const std::string& title, nlohmann::ordered_json& summary);
+
+private:
+    DropFilm(const FlightOptions& options, const DropLayout& layout, FrameMaker maker,
+             FlightOutput output, DropCamera camera);
+
+    FlightOptions options_;
+    DropLayout layout_;
+    FrameMaker maker_;
+    FlightOutput output_;
+    DropCamera camera_;
+    std::vector<DrawnObject> objects_;
+};
+
+}  // namespace terrane::tools
