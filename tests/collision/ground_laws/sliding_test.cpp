@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <optional>
 
 namespace terrane {
 namespace {
@@ -27,12 +28,13 @@ constexpr std::array<DyadicPlane, 4> kPlanes{
 
 // A paged world of one root square with two levels of chunks below it: at 128 m the parents of two
 // neighbours are the same, at 256 m they meet only in the root.
-Ground make_paged_plane(const DyadicPlane& plane) {
+template <class Height>
+Ground make_paged_ground(const Height& height) {
     HeightTable table;
     table.columns = table.rows = 513;
     for (int y = 0; y < table.rows; ++y) {
         for (int x = 0; x < table.columns; ++x) {
-            table.heights.push_back(static_cast<float>(plane.height(x, y)));
+            table.heights.push_back(static_cast<float>(height(x, y)));
         }
     }
     const auto source = std::make_shared<const TableHeights>(std::move(table));
@@ -108,7 +110,8 @@ TEST(LawsOfSliding, NothingIsKickedOverSeamsOfRootSquares) {
 
 TEST(LawsOfSliding, NothingIsKickedOverSeamsOfChunksWhateverTheirParents) {
     for (const DyadicPlane& plane : kPlanes) {
-        const Ground ground = make_paged_plane(plane);
+        const Ground ground =
+            make_paged_ground([&](double x, double y) { return plane.height(x, y); });
         for (const double seam : {128.0, 256.0}) {
             for (const char* name : {"box", "capsule", "sphere"}) {
                 expect_no_kick(plane, ground, seam, shape_named(name));
@@ -131,6 +134,145 @@ TEST(LawsOfSliding, ABoxOverFlatCellsForTwoSecondsKeepsItsVelocity) {
     EXPECT_LT((world.states()[0].velocity - state.velocity).norm(), 2e-3);
     EXPECT_NEAR(world.states()[0].pose.translation.x(), 46.3, 4e-3);
     EXPECT_LT(world.states()[0].angular_velocity.norm(), 2e-3);
+}
+
+// Of a kilogram, in the shape's axes.
+Eigen::Vector3d solid_inertia(const Shape& shape) {
+    if (const auto* box = std::get_if<Box>(&shape)) {
+        const Eigen::Vector3d square = box->half_extents.cwiseAbs2() / 3.0;
+        return {square.y() + square.z(), square.x() + square.z(), square.x() + square.y()};
+    }
+    if (const auto* sphere = std::get_if<Sphere>(&shape)) {
+        return Eigen::Vector3d::Constant(0.4 * sphere->radius * sphere->radius);
+    }
+    // A cylinder and two half balls, whose middles are 3/8 of the radius outside of it.
+    const auto& capsule = std::get<Capsule>(shape);
+    const double r = capsule.radius, h = capsule.half_height;
+    const double ends = (4.0 / 3.0 * r) / (4.0 / 3.0 * r + 2.0 * h), middle = 1.0 - ends;
+    const double across =
+        middle * (r * r / 4.0 + h * h / 3.0) + ends * (0.4 * r * r + h * h + 0.75 * h * r);
+    return {across, across, middle * r * r / 2.0 + ends * 0.4 * r * r};
+}
+
+/// A body that slides down without friction, let go at rest where it touches.
+class Downhill {
+public:
+    // @param along the way down at the start, horizontal, unit
+    Downhill(Ground ground, const LawShape& shape, const Eigen::Vector2d& start,
+             const Eigen::Vector3d& normal, const Eigen::Vector2d& along)
+        : ground_(std::move(ground)), inertia_(solid_inertia(shape.shape)) {
+        BodySettings settings;
+        settings.shape = shape.shape;
+        settings.friction = settings.restitution = 0.0;
+        BodyState state;
+        const Eigen::Vector3d level(along.x(), along.y(), 0.0);
+        const Eigen::Vector3d down = (level - level.dot(normal) * normal).normalized();
+        const Eigen::Vector3d side = normal.cross(down);
+        if (std::holds_alternative<Capsule>(shape.shape)) {
+            state.pose.rotation << side, normal, down;
+        } else {
+            state.pose.rotation << down, side, normal;
+        }
+        state.pose.translation = {start.x(), start.y(), 0.0};
+        const Soup soup(ground_);
+        for (int round = 0; round < 3; ++round) {
+            state.pose.translation.z() +=
+                static_cast<double>(brute_lift<long double>(soup, shape.oracle, state.pose));
+        }
+        BodyWorldSettings world;
+        world.allow_sleep = false;
+        world_.emplace(*BodyWorld::create(world));
+        EXPECT_TRUE(world_->add(settings, state));
+        energy_ = energy();
+    }
+
+    void step() {
+        world_->step(ground_, kStep);
+        const double now = energy();
+        growth_ = std::max(growth_, now - energy_);
+        energy_ = now;
+    }
+    const BodyState& body() const { return world_->states()[0]; }
+    /// Most that the energy of a kilogram grew in a step, joules.
+    double growth() const { return growth_; }
+
+    static constexpr double kStep = 1.0 / 60.0;
+
+private:
+    // Of a kilogram: of its way, its turning and its height.
+    double energy() const {
+        const Eigen::Vector3d spin = body().pose.rotation.transpose() * body().angular_velocity;
+        return 0.5 * (body().velocity.squaredNorm() + spin.dot(inertia_.cwiseProduct(spin))) +
+               9.81 * body().pose.translation.z();
+    }
+
+    Ground ground_;
+    std::optional<BodyWorld> world_;
+    Eigen::Vector3d inertia_;
+    double energy_ = 0.0, growth_ = 0.0;
+};
+
+TEST(LawsOfSliding, DownAPlaneTheWayIsThatOfTheInclinedPlane) {
+    for (const DyadicPlane& plane : kPlanes) {
+        if (plane.slope_x == 0.0 && plane.slope_y == 0.0) continue;
+        const Ground ground =
+            make_paged_ground([&](double x, double y) { return plane.height(x, y); });
+        const Eigen::Vector2d slope(plane.slope_x, plane.slope_y);
+        const Eigen::Vector2d along = -slope.normalized();
+        const Eigen::Vector2d start = Eigen::Vector2d::Constant(256.0) - 190.0 * along;
+        const double pull = 9.81 * slope.norm() / std::hypot(1.0, slope.norm());
+        for (const char* name : {"box", "capsule", "sphere"}) {
+            SCOPED_TRACE(testing::Message() << name << ", slopes " << slope.transpose());
+            Downhill downhill(ground, shape_named(name), start, plane.normal(), along);
+            const WorldPos from = downhill.body().pose.translation;
+            double time = 0.0;
+            while ((downhill.body().pose.translation - from).norm() < 380.0 && time < 60.0) {
+                downhill.step();
+                time += Downhill::kStep;
+            }
+            const double way = (downhill.body().pose.translation - from).norm();
+            EXPECT_NEAR(way, 0.5 * pull * time * time, 1e-3 * way) << time << " s";
+            EXPECT_LE(downhill.growth(), 0.0);
+        }
+    }
+}
+
+TEST(LawsOfSliding, ThroughAValleyTheWayIsThatOfAPendulum) {
+    constexpr double kRadius = 5000.0, kMiddle = 256.0;
+    const auto height = [](double x, double) {
+        return (x - kMiddle) * (x - kMiddle) / (2.0 * kRadius);
+    };
+    const Ground ground = make_paged_ground(height);
+    for (const char* name : {"box", "capsule", "sphere"}) {
+        SCOPED_TRACE(name);
+        const double start = kMiddle - 200.0;
+        const double slope = (start - kMiddle) / kRadius;
+        Downhill downhill(ground, shape_named(name), {start, 100.3},
+                          Eigen::Vector3d(-slope, 0.0, 1.0).normalized(), {1.0, 0.0});
+        // a bead on that curve, by the midpoint rule
+        double x = downhill.body().pose.translation.x() - kMiddle, v = 0.0;
+        const double from = x;
+        const auto pull = [](double at, double speed) {
+            const double rise = at / kRadius;
+            return -rise * (9.81 + speed * speed / kRadius) / (1.0 + rise * rise);
+        };
+        for (int step = 0; step < 60 * 60; ++step) {
+            downhill.step();
+            constexpr int kParts = 20;
+            for (int part = 0; part < kParts; ++part) {
+                const double h = Downhill::kStep / kParts;
+                const double x_half = x + 0.5 * h * v, v_half = v + 0.5 * h * pull(x, v);
+                x += h * v_half;
+                v += h * pull(x_half, v_half);
+            }
+            const double way = x - from;
+            const double slid = downhill.body().pose.translation.x() - kMiddle - from;
+            if (step % 600 == 599) {
+                EXPECT_NEAR(slid, way, 1e-3 * way) << (step + 1) / 60 << " s";
+            }
+        }
+        EXPECT_LE(downhill.growth(), 0.0);
+    }
 }
 
 // Cast and find alone, without a solver: the way along the plane is never a hit, and contacts push along
