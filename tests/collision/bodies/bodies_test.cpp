@@ -310,6 +310,52 @@ TEST(BodyWorld, LetsNoBodyFallThroughRoughGroundAtAnySpeedSpinOrStep) {
     }
 }
 
+TEST(BodyWorld, NoneOfAThousandAtFiveKilometresASecondPassesARidgeOneCellThick) {
+    constexpr double kRidge = 256.0, kTop = 400.0;
+    const Ground ground =
+        make_test_ground([](double x, double) { return x == kRidge ? kTop : 0.0; }, 1.0, 4);
+    const std::uint64_t seed = 5;
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    Random random(seed);
+    const std::vector<Shape> shapes = all_shapes();
+    for (const double dt : {1.0 / 60.0, 0.1}) {
+        BodyWorld world = make_world();
+        for (int body = 0; body < 1000; ++body) {
+            BodyState state = at({40.0 + 14.0 * (body % 10), 60.0 + 16.0 * (body / 10 % 25),
+                                  10.0 + 24.0 * (body / 250)});
+            state.pose.translation += 3.0 * random.direction();
+            state.pose.rotation = random.rotation();
+            state.velocity = {5000.0, random.between(-50.0, 50.0), random.between(-50.0, 50.0)};
+            state.angular_velocity = 20.0 * random.direction();
+            ASSERT_TRUE(world.add({.shape = shapes[static_cast<std::size_t>(body % 3)]}, state));
+        }
+        std::vector<bool> has_left(1000, false);
+        std::uint64_t too_deep = 0, impacts = 0;
+        double lived = 0.0, lost = 0.0;
+        for (double time = 0.0; time < 1.0; time += dt) {
+            const StepReport report = world.step(ground, dt);
+            too_deep += report.too_deep;
+            impacts += report.impacts;
+            lived += report.lived_time;
+            lost += report.lost_time;
+            ASSERT_EQ(report.parked, 0u);
+            for (std::size_t body = 0; body < has_left.size(); ++body) {
+                // Around the ridge's ends, beyond the world, there is a way, and over it for who is thrown up.
+                const BodyState& state = world.states()[body];
+                if (state.condition == BodyCondition::left_world ||
+                    state.pose.translation.z() > kTop) {
+                    has_left[body] = true;
+                }
+                if (has_left[body]) continue;
+                ASSERT_LT(state.pose.translation.x(), kRidge) << "dt " << dt << ", body " << body;
+            }
+        }
+        EXPECT_EQ(too_deep, 0u) << dt;
+        EXPECT_GE(impacts, 1000u) << dt;
+        EXPECT_LE(lost, 0.01 * (lived + lost)) << dt;
+    }
+}
+
 TEST(BodyWorld, BringsADeepStartOutWithoutEverGoingDeeperOrGivingItVelocity) {
     const Ground ground = make_test_ground(
         [](double x, double y) { return 2.0 * std::sin(0.5 * x) * std::sin(0.4 * y); }, 1.0, 1);
