@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: MIT
+// Bodies of every shape and size on every kind of ground for as many steps as there is time for: nobody falls.
+#include "collision/bodies/body_cases.h"
+#include "collision/bodies/rough_grounds.h"
+#include "support/random.h"
+#include "support/reference_maps.h"
+#include "support/table_ground.h"
+
+#include <terrane/collision/bodies.h>
+#include <terrane/collision/ground_contact.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace terrane {
+namespace {
+
+using namespace test;
+
+constexpr std::uint64_t kSeed = 20261122;
+constexpr int kRoots = 4;  // of 128 m a side
+constexpr std::size_t kBodies = 200;
+
+struct NamedGround {
+    std::string name;
+    Ground ground;
+};
+
+std::vector<NamedGround> make_grounds() {
+    std::vector<NamedGround> grounds;
+    for (const RoughGround& rough : kRoughGrounds) {
+        grounds.push_back({rough.name, make_test_ground(rough.height, 1.0, kRoots)});
+    }
+    constexpr int kSide = 128 * kRoots + 1;
+    const HeightTable table = make_contact_table(kSide, 1.0);
+    const auto height = [&table](double x, double y) {
+        return double{table.at(static_cast<int>(std::clamp(x, 0.0, kSide - 1.0)),
+                               static_cast<int>(std::clamp(y, 0.0, kSide - 1.0)))};
+    };
+    grounds.push_back({"contact terrain", make_test_ground(height, 1.0, kRoots)});
+    return grounds;
+}
+
+Shape scaled(const Shape& shape, double scale) {
+    if (const auto* sphere = std::get_if<Sphere>(&shape)) return Sphere{scale * sphere->radius};
+    if (const auto* capsule = std::get_if<Capsule>(&shape)) {
+        return Capsule{scale * capsule->radius, scale * capsule->half_height};
+    }
+    return Box{scale * std::get<Box>(shape).half_extents};
+}
+
+/// What a run is made of. The same number gives the same run.
+struct Trial {
+    explicit Trial(std::uint64_t number, std::size_t ground_count) : random(kSeed + number) {
+        const auto one_of = [this](std::initializer_list<double> values) {
+            return values.begin()[random.below(static_cast<int>(values.size()))];
+        };
+        ground = number % ground_count;
+        speed = one_of({0.0, 30.0, 300.0, 3000.0});
+        spin = one_of({0.0, 20.0, 200.0});
+        dt = one_of({1.0 / 240.0, 1.0 / 60.0, 1.0 / 10.0});
+        scale = one_of({0.1, 0.3, 1.0, 3.0});
+    }
+
+    BodyWorld make_world(const Ground& on) {
+        BodyWorldSettings settings;
+        settings.allow_sleep = false;
+        settings.worker_count =
+            static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 64u));
+        BodyWorld world = *BodyWorld::create(settings);
+        const std::vector<Shape> shapes = all_shapes();
+        for (std::size_t i = 0; i < kBodies; ++i) {
+            BodySettings body;
+            body.shape = scaled(shapes[i % shapes.size()], scale);
+            body.friction = random.between(0.0, 1.0);
+            body.restitution = random.between(0.0, 1.0);
+            BodyState state = at({random.between(120.0, 392.0), random.between(120.0, 392.0), 0.0});
+            state.pose.rotation = random.rotation();
+            const double above = scale * random.between(0.5, 10.0);
+            state.pose.translation.z() += compute_lift(body.shape, state.pose, on).lift + above;
+            state.velocity = {random.between(-0.3, 0.3) * speed, random.between(-0.3, 0.3) * speed,
+                              -speed};
+            state.angular_velocity = spin * random.direction();
+            EXPECT_TRUE(world.add(body, state));
+        }
+        return world;
+    }
+
+    Random random;
+    std::size_t ground = 0;
+    double speed = 0.0, spin = 0.0, dt = 0.0, scale = 0.0;
+};
+
+// As many awake body steps as TERRANE_BODY_STEPS says, a few unless it does.
+TEST(NobodyFalls, HoweverManyStepsAreTaken) {
+    constexpr double kSeconds = 10.0;
+    const char* asked = std::getenv("TERRANE_BODY_STEPS");
+    const double most = asked == nullptr ? 1e5 : std::atof(asked);
+    const std::vector<NamedGround> grounds = make_grounds();
+    double steps = 0.0, lived = 0.0, lost = 0.0, shown = 0.0;
+    std::uint64_t number = 0, too_deep = 0, parked = 0;
+    for (; steps < most; ++number) {
+        Trial run(number, grounds.size());
+        SCOPED_TRACE(testing::Message() << "run " << number << ", seed " << kSeed);
+        const NamedGround& on = grounds[run.ground];
+        BodyWorld world = run.make_world(on.ground);
+        std::uint64_t deep_here = 0;
+        for (double time = 0.0; time < kSeconds && steps < most; time += run.dt) {
+            const StepReport report = world.step(on.ground, run.dt);
+            deep_here += report.too_deep;
+            parked += report.parked;
+            lived += report.lived_time;
+            lost += report.lost_time;
+            steps += static_cast<double>(report.awake);
+        }
+        EXPECT_EQ(deep_here, 0u) << on.name << ", " << run.speed << " m/s, " << run.spin
+                                 << " rad/s, dt " << run.dt << ", scale " << run.scale;
+        too_deep += deep_here;
+        if (steps < shown + 1e6) continue;
+        shown = steps;
+        std::printf("%.0f of %.0f body steps, %.0f s lived, %.3g %% lost, %llu fell, %llu parked\n",
+                    steps, most, lived, 100.0 * lost / (lived + lost),
+                    static_cast<unsigned long long>(too_deep),
+                    static_cast<unsigned long long>(parked));
+        std::fflush(stdout);
+    }
+    EXPECT_EQ(parked, 0u);
+}
+
+}  // namespace
+}  // namespace terrane
