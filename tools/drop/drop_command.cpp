@@ -88,8 +88,7 @@ void write_poses(OutputFile& trace, std::size_t step, std::span<const BodyState>
 CommandResult<BodyWorld> make_world(const DropOptions& options, Pager& pager) {
     pager.update({}, {}, 0.0);
     const WorldRect area = drop_area(options.layout, pager.resident()->extent());
-    const double margin =
-        10.0 * std::max(options.layout.scale, 0.1);  // metres: the widest shape, cells
+    const double margin = 10.0;  // metres: the widest shape and a cell
     const Pager::Ticket ticket = pager.require(
         {area.west - margin, area.south - margin, area.east + margin, area.north + margin}, 0.0);
     pager.update({}, {}, 0.0);
