@@ -112,6 +112,11 @@ class Drop(Folder):
         self.assertEqual(state(3), state(3))
         self.assertNotEqual(state(3), state(4))
 
+    def test_any_number_of_threads_gives_the_same_states(self):
+        states = {run_json("drop", "--seed", 3, "--shape", "mixed", "--count", 64, "--scale", 0.5, "--seconds", 2,
+                           "--threads", threads)["state_hash"] for threads in (1, 2, 5)}
+        self.assertEqual(len(states), 1)
+
     def test_frames_are_written_and_change_nothing(self):
         command = ("drop", "--seed", 3, "--shape", "mixed", "--count", 10, "--seconds", 0.5, "--scale", 0.2)
         out = self.path("out")

@@ -62,7 +62,8 @@ class CommandLine(Folder):
         for flag, value in (("--count", 0), ("--count", -1), ("--count", 1.5), ("--dt", 0),
                             ("--dt", -0.1), ("--dt", 1.5), ("--dt", "nan"), ("--seconds", 0),
                             ("--seconds", "nan"), ("--speed", "nan"), ("--spin", "inf"),
-                            ("--shape", "egg"), ("--scale", 0), ("--scale", "nan"), ("--fps", 0)):
+                            ("--shape", "egg"), ("--scale", 0), ("--scale", "nan"), ("--fps", 0),
+                            ("--threads", 0), ("--threads", 65)):
             done = run("drop", "--seed", 1, "--trace", trace, f"{flag}={value}")
             self.assert_refused(done, [2], flag, value)
             self.assertEqual(os.listdir(self.folder), [])

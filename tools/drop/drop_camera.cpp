@@ -8,12 +8,13 @@
 namespace terrane::tools {
 namespace {
 
-constexpr double kSpreads = 1.5;     // of the bodies' spread that the camera stays away
-constexpr double kNearest = 4.0;     // metres
-constexpr double kRise = 0.5;        // of the distance, over the middle
-constexpr double kClearance = 0.25;  // of the distance, from the ground
-constexpr double kTurn = 0.08;       // radians a second
-constexpr double kLag = 0.7;         // seconds that the camera lags behind
+constexpr double kSpreads = 1.5;          // of the bodies' spread that the camera stays away
+constexpr double kNearest = 4.0;          // metres
+constexpr double kRise = 0.5;             // of the distance, over the middle
+constexpr double kClearance = 0.25;       // of the distance, from the ground
+constexpr double kLeastClearance = 0.05;  // the same on the way there
+constexpr double kTurn = 0.08;            // radians a second
+constexpr double kLag = 0.7;              // seconds that the camera lags behind
 
 // Of the bodies that are on the terrain; all where none is.
 WorldPos find_middle(std::span<const BodyState> bodies) {
@@ -53,8 +54,13 @@ DropCamera::DropCamera(std::shared_ptr<const HeightSource> source,
 WorldPos DropCamera::find_eye() const {
     WorldPos eye =
         target_world_ + distance_ * Eigen::Vector3d(std::cos(heading_), std::sin(heading_), kRise);
+    return clear_of_ground(eye, kClearance);
+}
+
+// A place, or one over it that many distances above the ground.
+WorldPos DropCamera::clear_of_ground(WorldPos eye, double clearance) const {
     const double ground = source_->height(eye.x(), eye.y());
-    if (std::isfinite(ground)) eye.z() = std::max(eye.z(), ground + kClearance * distance_);
+    if (std::isfinite(ground)) eye.z() = std::max(eye.z(), ground + clearance * distance_);
     return eye;
 }
 
@@ -64,7 +70,7 @@ void DropCamera::follow(std::span<const BodyState> bodies, double dt) {
     target_world_ += share * (find_middle(bodies) - target_world_);
     const WorldPos before = eye_world_;
     const WorldPos wanted = find_eye();
-    eye_world_ += share * (wanted - eye_world_);
+    eye_world_ = clear_of_ground(before + share * (wanted - before), kLeastClearance);
     velocity_ = (eye_world_ - before) / dt;
 }
 

@@ -26,6 +26,7 @@ public:
 
 private:
     WorldPos find_eye() const;
+    WorldPos clear_of_ground(WorldPos eye, double clearance) const;
 
     std::shared_ptr<const HeightSource> source_;
     double distance_ = 0.0;  // metres from the middle

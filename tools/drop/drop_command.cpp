@@ -26,6 +26,7 @@ namespace terrane::tools {
 namespace {
 
 constexpr double kMaxSteps = 1e8;
+constexpr std::size_t kMostThreads = 64;
 
 struct DropOptions {
     TerrainOptions terrain;
@@ -35,6 +36,7 @@ struct DropOptions {
     double seconds = 10.0;
     double contact_spacing_m = 0.0;
     double memory_mb = 1024.0;
+    std::size_t threads = 1;
     bool no_sleep = false;
     std::string trace;
     bool json = false;
@@ -110,6 +112,7 @@ CommandResult<BodyWorld> make_world(const DropOptions& options, Pager& pager) {
     }
     BodyWorldSettings settings;
     settings.allow_sleep = !options.no_sleep;
+    settings.worker_count = static_cast<int>(options.threads);
     Result<BodyWorld> world = BodyWorld::create(settings);
     if (!world) return pass_on(world.error());
     for (const DroppedBody& body : bodies) {
@@ -155,6 +158,10 @@ CommandResult<void> run_drop(const DropOptions& options) {
                                        options.seconds, options.dt, kMaxSteps));
     }
     if (const CommandResult<void> good = check_pictures(options.film); !good) return good;
+    if (options.threads > kMostThreads) {
+        return usage_error(
+            fmt::format("--threads must be 1 to {}, got {}", kMostThreads, options.threads));
+    }
     const CommandResult<Terrain> terrain = open_terrain(options.terrain);
     if (!terrain) return pass_on(terrain.error());
     DropOptions with_seed = options;
@@ -256,6 +263,8 @@ void add_drop_command(CLI::App& app, CommandContext& context) {
         "Bodies touch the coarsest level of at most this spacing, metres; 0: the finest");
     add_in_range(*drop, "--memory-mb", options->memory_mb, 0.001, 0x1p32,
                  "Most memory that chunks take, MB of 2^20 bytes");
+    add_count(*drop, "--threads", options->threads, 1,
+              "Threads that step the bodies; any number of them gives the same bits");
     drop->add_flag("--no-sleep", options->no_sleep, "Bodies at rest go on being simulated");
     drop->add_option("--trace", options->trace,
                      "CSV of every pose of every body and step, the start being step 0")
