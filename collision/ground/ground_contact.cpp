@@ -79,9 +79,10 @@ void complete_patches(const LocalGround& local, const LocalBody& body, const Gro
         patches.add(make_contact(shape, part, least));
         spaces.add(least);
     }
-    // What frees at once is a contact by itself. From deep down that is not by the nearest end of the ground, but up.
+    // What frees at once is a contact by itself. From deep down, and where the ground ends, that is not to the side, but
+    // up.
     const double depth = length(freeing);
-    if (depth > kDeep * body.whole().smallest) {
+    if (depth > kDeep * body.whole().smallest || !(freeing[2] > 0.0)) {
         patches.add(make_contact(body.part(lift.part, hull), lift.part,
                                  {Eigen::Vector3d::UnitZ(), lift.lift}));
     } else {

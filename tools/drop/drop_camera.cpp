@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "drop/drop_camera.h"
 
+#include "track/look_towards.h"
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -74,15 +76,8 @@ void DropCamera::follow(std::span<const BodyState> bodies, double dt) {
     velocity_ = (eye_world_ - before) / dt;
 }
 
-View DropCamera::view(View view) const {
-    const Result<View> looking =
-        look_at(eye_world_, target_world_, view.vertical_fov, view.width_px, view.height_px);
-    view.eye_world = eye_world_;
-    if (looking) {
-        view.forward = looking->forward;
-        view.up = looking->up;
-    }
-    return view;
+View DropCamera::view(const View& view) const {
+    return look_towards(view, eye_world_, target_world_);
 }
 
 }  // namespace terrane::tools

@@ -20,7 +20,7 @@ public:
     void follow(std::span<const BodyState> bodies, double dt);
 
     /// The camera's place and look in `view`, whose picture is kept.
-    View view(View view) const;
+    View view(const View& view) const;
     /// Of the eye over the last call of follow(), metres a second.
     const Eigen::Vector3d& velocity() const { return velocity_; }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "track/chase_camera.h"
 
+#include "track/look_towards.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -52,15 +54,8 @@ void ChaseCamera::follow(const Pose& pose_world, double dt) {
     target_world_.z() += lag(dt, kHeightTime) * (target.z() - target_world_.z());
 }
 
-View ChaseCamera::view(View view) const {
-    const Result<View> looking =
-        look_at(eye_world_, target_world_, view.vertical_fov, view.width_px, view.height_px);
-    view.eye_world = eye_world_;
-    if (looking) {
-        view.forward = looking->forward;
-        view.up = looking->up;
-    }
-    return view;
+View ChaseCamera::view(const View& view) const {
+    return look_towards(view, eye_world_, target_world_);
 }
 
 }  // namespace terrane::tools
