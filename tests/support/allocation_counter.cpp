@@ -11,6 +11,11 @@ namespace {
 std::atomic<std::uint64_t> of_all_threads{0};
 thread_local std::uint64_t of_this_thread = 0;
 
+}  // namespace
+
+#if TERRANE_COUNTS_ALLOCATIONS
+namespace {
+
 void* try_allocate(std::size_t size, std::size_t alignment) noexcept {
     of_all_threads.fetch_add(1, std::memory_order_relaxed);
     ++of_this_thread;
@@ -60,6 +65,7 @@ void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std
 void operator delete[](void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
 void operator delete(void* memory, const std::nothrow_t&) noexcept { std::free(memory); }
 void operator delete[](void* memory, const std::nothrow_t&) noexcept { std::free(memory); }
+#endif
 
 namespace terrane::test {
 
