@@ -79,14 +79,17 @@ void complete_patches(const LocalGround& local, const LocalBody& body, const Gro
         patches.add(make_contact(shape, part, least));
         spaces.add(least);
     }
-    // What frees at once is a contact by itself. From deep down, and where the ground ends, that is not to the side, but
-    // up.
+    // What frees at once is a contact by itself. Deeper down than it is large a body leaves not by the nearest end of
+    // the ground, but up.
+    constexpr double kLeastRise = 1e-9;  // of a normal
     const double depth = length(freeing);
-    if (depth > kDeep * body.whole().smallest || !(freeing[2] > 0.0)) {
+    if (depth > 2.0 * body.whole().bounds.maxCoeff()) {
         patches.add(make_contact(body.part(lift.part, hull), lift.part,
                                  {Eigen::Vector3d::UnitZ(), lift.lift}));
     } else {
-        patches.add(make_contact(body.part(part, hull), part, {freeing / depth, depth}));
+        Eigen::Vector3d n = freeing / depth;
+        n[2] = std::max(n[2], kLeastRise);
+        patches.add(make_contact(body.part(part, hull), part, {n, depth}));
     }
 }
 
