@@ -154,37 +154,77 @@ nlohmann::ordered_json slope_of(const StudyTable& table, std::size_t series,
     return slope ? nlohmann::ordered_json(*slope) : nlohmann::ordered_json();
 }
 
+// Of one place and broadphase, for so many seconds of looking and updating.
+CrowdTotals measure(Crowd& crowd, double seconds) {
+    constexpr std::size_t kFewest = 5;  // queries
+    constexpr double kStep = 1.0 / 60.0;
+    return run_crowd(crowd, kStep, [&](const CrowdTotals& totals) {
+        return totals.queries < kFewest || totals.query_ms + totals.update_ms < 1e3 * seconds;
+    });
+}
+
+// The round whose query took the median time.
+CrowdTotals median_of(std::span<CrowdTotals> rounds) {
+    const auto middle = rounds.begin() + static_cast<std::ptrdiff_t>(rounds.size() / 2);
+    std::nth_element(rounds.begin(), middle, rounds.end(),
+                     [](const CrowdTotals& a, const CrowdTotals& b) {
+                         return a.mean_query_ms() < b.mean_query_ms();
+                     });
+    return *middle;
+}
+
+// Measures a place with each of a plan's broadphases. Places of few bodies are looked at in rounds through all of
+// them, so that a slow second of the machine does not bend the table.
+void measure_all(Plan& plan, double seconds, const std::function<void()>& show_point) {
+    constexpr int kRounds = 5;
+    constexpr std::size_t kFewBodies = 1000;
+    struct Place {
+        Crowd crowd;
+        CrowdTotals* result;
+        std::vector<CrowdTotals> rounds;
+    };
+    std::vector<Place> places;
+    for (std::size_t i = 0; i < plan.layouts.size(); ++i) {
+        std::vector<CrowdTotals>& measured = plan.table.points[i].measured;
+        measured.resize(plan.kinds.size());
+        for (std::size_t series = 0; series < plan.kinds.size(); ++series) {
+            CrowdLayout layout = plan.layouts[i];
+            layout.broadphase = plan.kinds[series];
+            if (layout.broadphase != BroadphaseKind::grid &&
+                static_cast<double>(layout.count) > kMostSwept) {
+                continue;
+            }
+            if (layout.count <= kFewBodies) {
+                places.push_back({Crowd(layout), &measured[series], {}});
+            } else {
+                Crowd crowd(layout);
+                measured[series] = measure(crowd, seconds);
+            }
+        }
+        show_point();
+    }
+    for (int round = 0; round < kRounds; ++round) {
+        for (Place& place : places) {
+            place.rounds.push_back(measure(place.crowd, seconds / kRounds));
+        }
+    }
+    for (Place& place : places) *place.result = median_of(place.rounds);
+}
+
 }  // namespace
 
 std::vector<StudyTable> run_study(const StudySettings& settings,
                                   const std::function<void(double)>& show) {
-    constexpr std::size_t kFewest = 5;  // queries
-    constexpr double kStep = 1.0 / 60.0;
     std::vector<Plan> plans = make_plans(settings);
     double all = 0.0;
     for (const Plan& plan : plans) all += static_cast<double>(plan.layouts.size());
     double done = 0.0;
     std::vector<StudyTable> tables;
     for (Plan& plan : plans) {
-        for (std::size_t i = 0; i < plan.layouts.size(); ++i) {
+        measure_all(plan, settings.seconds_a_point, [&] {
             show(done / all);
             done += 1.0;
-            for (const BroadphaseKind kind : plan.kinds) {
-                CrowdLayout layout = plan.layouts[i];
-                layout.broadphase = kind;
-                if (kind != BroadphaseKind::grid &&
-                    static_cast<double>(layout.count) > kMostSwept) {
-                    plan.table.points[i].measured.emplace_back();
-                    continue;
-                }
-                Crowd crowd(layout);
-                plan.table.points[i].measured.push_back(
-                    run_crowd(crowd, kStep, [&](const CrowdTotals& totals) {
-                        return totals.queries < kFewest ||
-                               totals.query_ms + totals.update_ms < 1e3 * settings.seconds_a_point;
-                    }));
-            }
-        }
+        });
         tables.push_back(std::move(plan.table));
     }
     return tables;

@@ -32,7 +32,8 @@ struct StudyTable {
 };
 
 struct StudySettings {
-    double seconds_a_point = 0.3;  ///< of queries, at least
+    /// Of queries, at least. Up to 1000 bodies in five rounds through all points, of which the median counts.
+    double seconds_a_point = 0.3;
     std::size_t most_bodies = 1'000'000;
     std::uint64_t seed = 1;
 };
