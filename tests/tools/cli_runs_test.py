@@ -126,7 +126,12 @@ class Drop(Folder):
         self.assertEqual(sorted(os.listdir(out)), ["frames.csv", "report.html"])
         frames = np.genfromtxt(os.path.join(out, "frames.csv"), delimiter=",", names=True)
         self.assertEqual(len(frames), 11)  # the start, and one every 0.05 s
-        self.assertTrue((frames["awake"][1:] == 10).all())
+        self.assertTrue((frames["awake"] == 10).all())
+        self.assertEqual(summary["frames"], 11)
+        with open(os.path.join(out, "report.html")) as file:
+            report = file.read()
+        for key in ("triangles_max", "error_px_median", "update_ms_p99", "memory_bytes", "fell_through"):
+            self.assertIn(f'"{key}":', report)
         self.assertLess(np.abs(frames["time_s"] - 0.05 * np.arange(11)).max(), 1e-9)
 
 

@@ -132,6 +132,7 @@ CommandResult<DropTotals> simulate(const DropOptions& options, Pager& pager, Bod
     totals.step_ms.reserve(step_count);
     if (trace != nullptr) write_poses(*trace, 0, world.states());
     StepReport report;
+    report.awake = world.states().size();
     const auto film_until = [&](double time) {
         return film == nullptr ? Result<void>{} : film->show(world, report, time);
     };

@@ -79,7 +79,12 @@ Result<void> DropFilm::show(const BodyWorld& world, const StepReport& report, do
 }
 
 Result<void> DropFilm::finish(const std::string& title, nlohmann::ordered_json& summary) {
-    return output_.finish(title, summary);
+    // The report shows what the frames cost too; what was dropped stays as it was counted.
+    nlohmann::ordered_json of_frames = summary;
+    of_frames.update(summarize(output_.frames(), options_.memory_bytes(), options_.fps));
+    if (const Result<void> ended = output_.finish(title, of_frames); !ended) return ended;
+    for (const char* key : {"frames", "renderer", "out"}) summary[key] = of_frames[key];
+    return {};
 }
 
 }  // namespace terrane::tools

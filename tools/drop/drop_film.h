@@ -24,7 +24,7 @@ public:
     /// Makes the frames that are due by a time, seconds from the start, with the bodies where they are. Fails with io.
     Result<void> show(const BodyWorld& world, const StepReport& report, double time);
 
-    /// Ends all files, and completes the summary. Fails with io.
+    /// Ends all files, and completes the summary with frames, renderer and out. Fails with io.
     Result<void> finish(const std::string& title, nlohmann::ordered_json& summary);
 
 private:
