@@ -12,9 +12,12 @@
 #include "triangle_plane.h"
 
 namespace terrane::internal {
+namespace {
 
+// The way to leave a column that holds a shape at `d`: the shortest in the ground's normal cone; where that is
+// known not to do, the normal of its face. `least_out` is the least translation that frees the shape of this column alone.
 Separation find_exit(const LocalGround& local, const LocalShape& shape, const Triangle& triangle,
-                     const Eigen::Vector3d& d, double* least_out) {
+                     const Eigen::Vector3d& d, double& least_out) {
     const Separation face{triangle.normal, gap_along(triangle.normal, shape, triangle)};
     Separation best = face;
     double widest = face.gap;
@@ -22,16 +25,12 @@ Separation find_exit(const LocalGround& local, const LocalShape& shape, const Tr
         widest = std::max(widest, gap);
         if (gap > best.gap && is_in_normal_cone(local, triangle, n)) best = {n, gap};
     });
-    if (least_out != nullptr) {
-        visit_walls(shape, triangle,
-                    [&](const Eigen::Vector3d&, double gap) { widest = std::max(widest, gap); });
-        *least_out = -widest;
-    }
+    visit_walls(shape, triangle,
+                [&](const Eigen::Vector3d&, double gap) { widest = std::max(widest, gap); });
+    least_out = -widest;
     // The same column again: its plane was made for another direction.
     return dot(best.normal, d) + best.gap > 0.0 ? face : best;
 }
-
-namespace {
 
 // Deep down a translation may be longer than the shortest one: that one is at least this much of it.
 constexpr double kShare = 0.8;
@@ -54,7 +53,7 @@ bool find_from_inside(const LocalGround& local, const LocalBody& body, Eigen::Ve
         LocalHull hull;
         const LocalShape shape = body.part(lift.part, hull);
         double least = 0.0;
-        const Separation best = find_exit(local, shape, lift.triangle, d_out, &least);
+        const Separation best = find_exit(local, shape, lift.triangle, d_out, least);
         least_out = std::max(least_out, least);
         spaces.add({best.normal, -best.gap});
         if (!find_shortest(spaces, d_out)) return false;

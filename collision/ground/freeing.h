@@ -11,13 +11,6 @@ inline constexpr double kFree = 1e-10;
 /// Overlaps above this much of the smallest half extent are deep: a shape is at least twice as thick.
 inline constexpr double kDeep = 0.2;
 
-/// The way to leave a column that holds a shape at `d`: the shortest in the ground's normal cone; where that is
-/// known not to do, the normal of its face.
-///
-/// @param least_out if not null, the least translation that frees the shape of this column alone, metres
-Separation find_exit(const LocalGround& local, const LocalShape& shape, const Triangle& triangle,
-                     const Eigen::Vector3d& d, double* least_out = nullptr);
-
 /// From a free place towards the body: shorter with every round, and free all the way.
 Eigen::Vector3d shorten(const LocalGround& local, const LocalBody& body, Eigen::Vector3d d);
 

@@ -61,7 +61,7 @@ void complete_patches(const LocalGround& local, const LocalBody& body, const Gro
         if (contact.depth > 0.0) spaces.add({contact.normal, contact.depth});
     }
     LocalHull hull;
-    std::uint32_t part = 0;
+    std::uint32_t part = lift.part;
     for (int round = 0; round < kRounds; ++round) {
         Eigen::Vector3d d;
         if (!find_shortest(spaces, d)) break;

@@ -69,8 +69,8 @@ void cross_sides(const SupportPolygon& a, std::size_t i, const TopPolygon& b, st
     if (last > first) take(last);
 }
 
-// A way from a triangle to the hull, without what the last digits of their nearest points turned it by: then more
-// of the two is apart along it. On a cliff of kilometres that is milliradians a micrometre away.
+// A way from a triangle to the hull, without what the last digits of their nearest points turned it by: their gap is
+// wider along it. On a cliff of 125 km and 3 nm away that is 3.5 milliradians.
 Eigen::Vector3d exact_way(const Eigen::Vector3d& way, double distance, const LocalShape& shape,
                           const Triangle& triangle) {
     constexpr double kExact = 1e-7;  // of the triangle's size: rounding turns the way by 1e-9

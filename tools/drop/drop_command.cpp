@@ -226,6 +226,7 @@ CommandResult<void> run_drop(const DropOptions& options) {
 
 void add_drop_command(CLI::App& app, CommandContext& context) {
     const auto options = std::make_shared<DropOptions>();
+    options->film.threads = 0;  // nobody waits for frames: none is drawn before its ground is there
     CLI::App* drop = app.add_subcommand(
         "drop",
         "Drops bodies onto the ground around the terrain's centre and counts what goes wrong");
