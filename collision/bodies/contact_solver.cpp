@@ -61,6 +61,7 @@ ContactSolver::Row ContactSolver::make_row(const SolverContact& contact, const S
         row.other_spin = apply_tensor(b->pose.rotation, b->mass.inverse_inertia, row.other_moment);
         give += b->mass.inverse_mass + dot(row.other_moment, row.other_spin);
     }
+    row.give = give;
     row.effective_mass = 1.0 / give;
     row.impulse = dot(contact.guess, direction);
     return row;
@@ -116,7 +117,7 @@ inline double ContactSolver::push(ContactRows& contact) {
     const double change = std::max(wanted, contact.least_impulse_) - row.impulse;
     row.impulse += change;
     apply(contact, row, change);
-    return std::abs(change) / row.effective_mass;
+    return std::abs(change) * row.give;
 }
 
 inline double ContactSolver::rub(ContactRows& contact) {
@@ -126,10 +127,11 @@ inline double ContactSolver::rub(ContactRows& contact) {
     if (limit == 0.0 && u.impulse == 0.0 && v.impulse == 0.0) return 0.0;
     double wanted_u = u.impulse - u.effective_mass * speed(contact, u);
     double wanted_v = v.impulse - v.effective_mass * speed(contact, v);
-    const double size = std::sqrt(wanted_u * wanted_u + wanted_v * wanted_v);
-    if (size > limit) {
-        wanted_u *= limit / size;
-        wanted_v *= limit / size;
+    const double square = wanted_u * wanted_u + wanted_v * wanted_v;
+    if (square > limit * limit) {
+        const double scale = limit / std::sqrt(square);
+        wanted_u *= scale;
+        wanted_v *= scale;
     }
     const double change_u = wanted_u - u.impulse;
     const double change_v = wanted_v - v.impulse;
@@ -137,11 +139,12 @@ inline double ContactSolver::rub(ContactRows& contact) {
     v.impulse = wanted_v;
     apply(contact, u, change_u);
     apply(contact, v, change_v);
-    return std::max(std::abs(change_u) / u.effective_mass, std::abs(change_v) / v.effective_mass);
+    return std::max(std::abs(change_u) * u.give, std::abs(change_v) * v.give);
 }
 
 void ContactSolver::iterate(const SolverEffort& effort, double tolerance) {
     const std::span<ContactRows> rows = contacts();
+    double change_before = std::numeric_limits<double>::infinity();
     for (int iteration = 0; iteration < effort.iterations; ++iteration) {
         // Up and down in turns: a sweep carries a load from one end of a stack to the other only one way.
         const auto at = [&](std::size_t i) -> ContactRows& {
@@ -153,6 +156,9 @@ void ContactSolver::iterate(const SolverEffort& effort, double tolerance) {
         }
         for (std::size_t i = 0; i < rows.size(); ++i) change = std::max(change, push(at(i)));
         if (change <= tolerance) return;
+        if ((iteration + 1) % effort.patience != 0) continue;
+        if (change > 0.9 * change_before) return;
+        change_before = change;
     }
 }
 

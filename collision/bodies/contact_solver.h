@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 
 // Sources:    Catto. Iterative dynamics with temporal coherence. GDC 2005 (sequential impulses, kept from step
@@ -63,10 +64,12 @@ struct SolverContact {
     Eigen::Vector3d guess = Eigen::Vector3d::Zero();  ///< impulse on a to start from, N s
 };
 
-/// How long the solver tries: until no velocity changes by more than `tolerance` of the fastest approach.
+/// How long the solver tries: until no velocity changes by more than `tolerance` of the fastest approach, or
+/// as many iterations as `patience` says have taken less than a tenth off that change.
 struct SolverEffort {
     int iterations = 0;
     double tolerance = 0.0;
+    int patience = std::numeric_limits<int>::max();
 };
 
 /// A contact with what solving it takes; made by ContactSolver::add().
@@ -76,7 +79,8 @@ class ContactRows {
         Eigen::Vector3d direction;     // of the impulse on a, world
         Eigen::Vector3d moment, spin;  // of a: arm x direction; inverse inertia * moment
         Eigen::Vector3d other_moment, other_spin;  // of b; not set for the ground
-        double effective_mass;
+        double give;                               // m/s of a unit impulse
+        double effective_mass;                     // 1 / give
         double impulse;
     };
     Row normal_, tangent_, bitangent_;
