@@ -32,6 +32,8 @@ constexpr double kMaxTurn = 0.5;
 /// The same for bodies with parts off their origin, whose paths are cast as straight lines: at 3 m from
 /// the centre the arc is within 0.4 mm of its chord.
 constexpr double kMaxTurnOfParts = 0.03;
+/// Proofs that the way is clear get shorter by halves down to this share of it, then it is cast.
+constexpr double kLeastProved = 1.0 / 16.0;
 /// Where the cast stops at least, metres, little more than rounding: a body that is closer than kStopGap may
 /// move away.
 constexpr double kLeastStopGap = 1e-11;
@@ -78,6 +80,25 @@ int find_gate(const RigidBody& body, const GroundLook& look) {
     return gate;
 }
 
+/// Casts what of a motion is not proved to be clear. Where something is met, most of the way to it is proved.
+CastAnswer find_hit(const Shape& shape, const Motion& motion, const Ground& ground,
+                    double tolerance) {
+    const auto piece = [&](double from, double share) -> Motion {
+        return {motion.at(from), share * motion.translation, share * motion.rotation_vector};
+    };
+    double clear = 0.0;
+    for (double share = 1.0; share >= kLeastProved && clear < 1.0; share *= 0.5) {
+        if (is_way_clear(shape, piece(clear, share), ground, tolerance)) clear += share;
+    }
+    CastAnswer answer;
+    answer.status = ContactStatus::complete;
+    if (clear == 1.0) return answer;
+    answer = cast(shape, piece(clear, 1.0 - clear), ground,
+                  {.tolerance = tolerance, .skip_separating = true});
+    answer.fraction = clear + answer.fraction * (1.0 - clear);
+    return answer;
+}
+
 /// The gate: moves a body along a motion until it would come too close to the lowered surface; most motions are
 /// proved to be clear of it, the others are cast. Nothing else in this library changes the pose of a body that is
 /// stepped.
@@ -99,9 +120,7 @@ MoveAnswer advance(RigidBody& body, const Ground& ground, const Twist& way, Gate
         path.translation =
             part_pose(part, end).translation - part_pose(part, body.pose).translation;
         if (!is_sphere) path.rotation_vector = way.angular;
-        if (is_way_clear(part.shape, path, ground, gate.stop_gap)) continue;
-        const CastAnswer hit =
-            cast(part.shape, path, ground, {.tolerance = gate.stop_gap, .skip_separating = true});
+        const CastAnswer hit = find_hit(part.shape, path, ground, gate.stop_gap);
         if (hit.status == ContactStatus::not_resident || hit.status == ContactStatus::invalid) {
             return {.resident = false, .hit = false, .fraction = 0.0};
         }

@@ -33,10 +33,13 @@ class Way {
 public:
     Way(const LocalShape& start, const LocalShape& end, const Motion& motion, double margin)
         : start_(start), end_(end), margin_(margin) {
-        const double arm = start.kind == ShapeKind::box ? length(start.half) : length(start.core);
+        // What is round about the axis of its spin does not move.
         const double spin = length(motion.rotation_vector);
-        travel_ = length(motion.translation) + spin * arm;
-        bend_ = spin * spin * arm;
+        const double turned = start.kind == ShapeKind::box
+                                  ? spin * length(start.half)
+                                  : length(cross(motion.rotation_vector, start.core));
+        travel_ = length(motion.translation) + turned;
+        bend_ = spin * turned;
     }
 
     /// How far a plane's ends have to be from the shape, so that it is no nearer than the margin in between: a
@@ -68,12 +71,12 @@ public:
     Triangles(const LocalGround& local, const GroundWindow& window, const CellRange& cells,
               const Way& way)
         : local_(local), window_(window), cells_(window, cells), way_(way) {
-        mark([](const Eigen::Vector3d&) { return false; });
         if (way.start().kind == ShapeKind::box) {
-            mark_by_faces();
+            take_faces();
         } else {
-            mark_around();
+            take_around();
         }
+        mark();
     }
 
     /// Whether each is beyond a plane.
@@ -92,7 +95,8 @@ public:
         }
         return std::all_of(open_.begin(), open_.begin() + open_count_,
                            [&](const Triangle& triangle) {
-                               return is_beyond_known(triangle) || is_beyond_any(triangle);
+                               return is_beyond_known(triangle) || is_beyond_edges(triangle) ||
+                                      is_beside(triangle);
                            });
     }
 
@@ -102,47 +106,33 @@ private:
         double depth;  ///< from the centre at the start
     };
 
-    /// Takes the next bit for what `is_beyond` says of the way from a vertex to the shape's centre at the start.
-    template <class IsBeyond>
-    void mark(IsBeyond&& is_beyond) {
-        for (int row = cells_.south; row <= cells_.north + 1; ++row) {
-            for (int column = cells_.west; column <= cells_.east + 1; ++column) {
-                std::uint8_t& code = codes_.at(column, row);
-                if (bit_ == 0) code = 0;
-                if (is_beyond(way_.start().centre - local_.vertex(window_, column, row))) {
-                    code = static_cast<std::uint8_t>(code | bit_);
-                }
-            }
-        }
-        bit_ = bit_ == 0 ? 1 : bit_ << 1;
-    }
+    /// A plane that has vertices beyond it where they are at its end too.
+    struct TurningPlane {
+        Plane start;
+        Plane end;  ///< its depth from the centre at the start too
+    };
 
-    /// A plane that stands.
-    void mark_beyond(const Eigen::Vector3d& n) {
-        if (!(n[2] > 0.0)) return;
-        const double depth = way_.depth(n);
-        mark([&](const Eigen::Vector3d& to) { return dot(n, to) >= depth; });
+    void take(const Eigen::Vector3d& n) {
+        if (n[2] > 0.0) standing_[standing_count_++] = {n, way_.depth(n)};
     }
 
     /// The lower faces of a box: where they start, and turning with it.
-    void mark_by_faces() {
+    void take_faces() {
         const LocalShape &start = way_.start(), &end = way_.end();
-        const Eigen::Vector3d go = end.centre - start.centre;
         for (std::size_t i = 0; i < 3; ++i) {
             const Eigen::Vector3d n = start.up(i);
-            mark_beyond(n);
-            const Turn turn{
-                n, dot(n, end.axes[i]) < 0.0 ? Eigen::Vector3d(-end.axes[i]) : end.axes[i]};
+            take(n);
+            const Eigen::Vector3d& axis = end.axes[i];
+            const Turn turn{n, dot(n, axis) < 0.0 ? Eigen::Vector3d(-axis) : axis};
             if (turn.at_end[2] < 0.0) continue;
             const double depth = start.half[static_cast<Eigen::Index>(i)] + way_.room(turn);
-            mark([&](const Eigen::Vector3d& to) {
-                return dot(turn.at_start, to) >= depth && dot(turn.at_end, to + go) >= depth;
-            });
+            const double further = dot(turn.at_end, end.centre - start.centre);
+            turning_[turning_count_++] = {{n, depth}, {turn.at_end, depth - further}};
         }
     }
 
     /// Planes around what is round.
-    void mark_around() {
+    void take_around() {
         const Eigen::Vector3d& core = way_.start().core;
         const double size = length(core);
         const double level = std::sqrt(core[0] * core[0] + core[1] * core[1]);
@@ -152,11 +142,33 @@ private:
             up = (level / size) * Eigen::Vector3d::UnitZ() - (core[2] / size) * along;
         }
         const Eigen::Vector3d side(-along[1], along[0], 0.0);
-        mark_beyond(up);
+        take(up);
         for (const double sign : {-1.0, 1.0}) {
-            mark_beyond(0.8 * up + 0.6 * sign * side);
-            mark_beyond(0.28 * up + 0.96 * sign * side);
-            mark_beyond(0.6 * Eigen::Vector3d::UnitZ() + 0.8 * sign * along);
+            take(0.8 * up + 0.6 * sign * side);
+            take(0.28 * up + 0.96 * sign * side);
+            take(0.6 * Eigen::Vector3d::UnitZ() + 0.8 * sign * along);
+        }
+    }
+
+    /// Gives each vertex a bit for each plane that it is beyond.
+    void mark() {
+        const Eigen::Vector3d& centre = way_.start().centre;
+        for (int row = cells_.south; row <= cells_.north + 1; ++row) {
+            for (int column = cells_.west; column <= cells_.east + 1; ++column) {
+                const Eigen::Vector3d to = centre - local_.vertex(window_, column, row);
+                const auto is_beyond = [&to](const Plane& plane) {
+                    return dot(plane.normal, to) >= plane.depth;
+                };
+                unsigned code = 0;
+                for (std::size_t i = 0; i < standing_count_; ++i) {
+                    code = code << 1 | (is_beyond(standing_[i]) ? 1u : 0u);
+                }
+                for (std::size_t i = 0; i < turning_count_; ++i) {
+                    const TurningPlane& plane = turning_[i];
+                    code = code << 1 | (is_beyond(plane.start) && is_beyond(plane.end) ? 1u : 0u);
+                }
+                codes_.at(column, row) = static_cast<std::uint8_t>(code);
+            }
         }
     }
 
@@ -188,8 +200,8 @@ private:
         return std::min(gap, gap_along(turn.at_end, way_.end(), triangle)) >= way_.room(turn);
     }
 
-    /// Planes along an edge of each.
-    bool is_beyond_any(const Triangle& triangle) const {
+    /// Planes along an edge of each, that turn.
+    bool is_beyond_edges(const Triangle& triangle) const {
         const LocalShape &start = way_.start(), &end = way_.end();
         Turn turn;
         if (start.kind == ShapeKind::round) {
@@ -212,15 +224,26 @@ private:
         return false;
     }
 
+    /// Upright planes that stand.
+    bool is_beside(const Triangle& triangle) const {
+        bool is_found = false;
+        visit_walls(way_.start(), triangle, [&](const Eigen::Vector3d& n, double gap) {
+            is_found = is_found ||
+                       (gap >= way_.room() && gap_along(n, way_.end(), triangle) >= way_.room());
+        });
+        return is_found;
+    }
+
     const LocalGround& local_;
     const GroundWindow& window_;
     WindowCells cells_;
     const Way& way_;
+    std::array<Plane, 7> standing_;
+    std::array<TurningPlane, 3> turning_;
     WindowCodes codes_;
-    unsigned bit_ = 0;
     std::array<Plane, 16> known_;    // that part their triangles
     std::array<Triangle, 32> open_;  // that their own planes do not part
-    std::size_t known_count_ = 0, open_count_ = 0;
+    std::size_t standing_count_ = 0, turning_count_ = 0, known_count_ = 0, open_count_ = 0;
 };
 
 }  // namespace

@@ -28,7 +28,7 @@ TEST(GoldenBodies, AreTheSameWithEveryCompilerAtEveryLevel) {
         pager.update({}, world.needs(), step / 60.0);
         world.step(Ground(pager.resident(), pager.contact_level()), 1.0 / 60.0);
     }
-    EXPECT_EQ(world.state_hash(), 0x6423f76fc30995fcu) << std::hex << world.state_hash();
+    EXPECT_EQ(world.state_hash(), 0x97ab7768ba9be32bu) << std::hex << world.state_hash();
 }
 
 // A heap of all shapes that fall onto each other, on several threads.
@@ -53,7 +53,7 @@ TEST(GoldenBodies, OfAHeapAreTheSameWithEveryCompilerAtEveryLevel) {
             world.step(Ground(pager.resident(), pager.contact_level()), 1.0 / 60.0).touching_pairs;
     }
     EXPECT_GT(pairs, 100u);
-    EXPECT_EQ(world.state_hash(), 0x371aeb0bb8ce46b2u) << std::hex << world.state_hash();
+    EXPECT_EQ(world.state_hash(), 0xe4249c53272e5f12u) << std::hex << world.state_hash();
 }
 
 }  // namespace
