@@ -48,7 +48,7 @@ public:
         return margin_ + 0.125 * (2.0 * length(n.at_end - n.at_start) * travel_ + bend_);
     }
     double room() const { return margin_ + 0.125 * bend_; }
-    /// How far from the centre at the start a plane that stands is beyond the room, metres.
+    /// How far below the centre at the start a plane that stands has to be, metres.
     double depth(const Eigen::Vector3d& n) const {
         return room() +
                std::max(start_.drop(n), end_.drop(n) - dot(n, end_.centre - start_.centre));
@@ -101,15 +101,15 @@ public:
     }
 
 private:
+    /// Points p are beyond it where normal . (centre at the start - p) >= depth.
     struct Plane {
         Eigen::Vector3d normal;
-        double depth;  ///< from the centre at the start
+        double depth;
     };
 
-    /// A plane that has vertices beyond it where they are at its end too.
+    /// Beyond it is what is beyond both.
     struct TurningPlane {
-        Plane start;
-        Plane end;  ///< its depth from the centre at the start too
+        Plane start, end;
     };
 
     void take(const Eigen::Vector3d& n) {

@@ -21,7 +21,8 @@ void ContactNeeds::find(std::span<const BodyNeed> bodies, std::span<const Region
     stands_.clear();
     is_cut_ = false;
     lay_out_moments(regions, time_s, horizon);
-    const double share = kMostSquares / std::max(1.0, static_cast<double>(bodies.size()));
+    const double share =
+        std::max(kLeastShare, kMostSquares / std::max(1.0, static_cast<double>(bodies.size())));
     for (std::size_t i = 0; i < bodies.size(); ++i) {
         find_body(i, bodies[i], time_s, horizon, share);
     }

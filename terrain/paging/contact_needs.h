@@ -38,8 +38,10 @@ class ContactNeeds {
 public:
     static constexpr std::size_t kSteps = 256;
     /// Squares that all bodies together may look at, about, and all regions; each body has an equal
-    /// share. Of what would take more only what comes first, or is nearest to the body, counts.
+    /// share, but no less than the least one: a crowd pays for what it is. Of what would take more only
+    /// what comes first, or is nearest to the body, counts.
     static constexpr double kMostSquares = 131072.0;
+    static constexpr double kLeastShare = 128.0;
 
     struct Entry {
         ChunkKey key;

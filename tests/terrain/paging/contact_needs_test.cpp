@@ -252,6 +252,27 @@ TEST(ContactNeeds, LetNoBodyOrRegionTakeTheShareOfTheOthers) {
     EXPECT_EQ(all.stands()[0].body, 0u);
 }
 
+// Each falls over a dozen chunks or more: alone that is little, and in a crowd no less.
+TEST(ContactNeeds, OfACrowdAreThoseOfEachOfIt) {
+    const Terraces source = deep_terraces();
+    std::vector<BodyNeed> bodies;
+    for (int i = 0; i < 20'000; ++i) {
+        bodies.push_back(body_at({3.0 * (i % 200), 3.0 * (i / 200), 5.0}, 0.5, {20, 10, -10}));
+    }
+    ContactNeeds all(source, kDeepLevel);
+    all.find(bodies, {}, 0.0, 0.5);
+    EXPECT_FALSE(all.is_cut());
+    for (std::size_t i = 0; i < bodies.size(); i += 997) {
+        ContactNeeds alone(source, kDeepLevel);
+        alone.find({&bodies[i], 1}, {}, 0.0, 0.5);
+        ASSERT_FALSE(alone.is_cut());
+        EXPECT_GT(keys_of(alone, kDeepLevel).size(), 12u);
+        for (const ContactNeeds::Entry& entry : alone.entries()) {
+            ASSERT_LE(all.time_until(entry.key), entry.time) << i;
+        }
+    }
+}
+
 TEST(ContactNeeds, ForgetWhatIsGone) {
     const Terraces source = small_terraces();
     const BodyNeed body = body_at({0, 0, 0});
