@@ -3,6 +3,7 @@
 #include "pairs.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace terrane::internal {
 namespace {
@@ -52,10 +53,22 @@ void find_contacts(const PlacedCapsule& a, const PlacedCapsule& b, const Gap& ga
     const Eigen::Vector3d p = a.centre - a.half_axis;
     const Eigen::Vector3d q = b.centre - b.half_axis;
     const double radii = a.radius + b.radius;
-    const auto add = [&](double s, double t) {
-        const Eigen::Vector3d on_a = p + s * u;
-        const double depth = radii - dot(gap.normal, on_a - (q + t * v));
-        manifold.add(on_a - a.radius * gap.normal, depth, feature_at(s), feature_at(t));
+    const double slack = kTouchShare * (radii + length(u) + length(v));
+    // An end of one over the core of the other: where they cross it lies beside it, and what is round falls off.
+    const auto add_end = [&](double s, double t, bool is_of_a) {
+        const Eigen::Vector3d core_a = p + s * u;
+        const Eigen::Vector3d d = core_a - (q + t * v);
+        const double along = dot(gap.normal, d);
+        const Eigen::Vector3d beside = d - along * gap.normal;
+        const double other = is_of_a ? b.radius : a.radius;
+        const double square = other * other - dot(beside, beside);
+        if (square < -slack * slack) return;
+        const double height = std::sqrt(std::max(0.0, square));
+        const double reach_a = is_of_a ? a.radius : height;
+        const double reach_b = is_of_a ? height : b.radius;
+        Eigen::Vector3d on_a = core_a - reach_a * gap.normal;
+        if (!is_of_a) on_a -= beside;
+        manifold.add(on_a, reach_a + reach_b - along, feature_at(s), feature_at(t));
     };
     const double uu = dot(u, u);
     const double vv = dot(v, v);
@@ -66,11 +79,15 @@ void find_contacts(const PlacedCapsule& a, const PlacedCapsule& b, const Gap& ga
         0.02;  // sine; ends that are far from the other are left out by depth
     if (uu > 0.0 && vv > 0.0 && dot(square, square) < kParallel * kParallel * uu * vv) {
         for (const double end : {0.0, 1.0}) {
-            if (const double t = dot(v, p + end * u - q) / vv; t >= 0.0 && t <= 1.0) add(end, t);
-            if (const double s = dot(u, q + end * v - p) / uu; s >= 0.0 && s <= 1.0) add(s, end);
+            if (const double t = dot(v, p + end * u - q) / vv; t >= 0.0 && t <= 1.0) {
+                add_end(end, t, true);
+            }
+            if (const double s = dot(u, q + end * v - p) / uu; s >= 0.0 && s <= 1.0) {
+                add_end(s, end, false);
+            }
         }
     }
-    if (!manifold.has_depth(-gap.distance - kTouchShare * (radii + length(u) + length(v)))) {
+    if (!manifold.has_depth(-gap.distance - slack)) {
         manifold.add(p + pair.s * u - a.radius * gap.normal, -gap.distance, feature_at(pair.s),
                      feature_at(pair.t));
     }

@@ -107,6 +107,9 @@ private:
             spaces.add(plane);
             Eigen::Vector3d way;
             if (!find_shortest(spaces, way)) return;
+            // Planes that almost oppose each other lead far away; where the bounds are apart nothing is in the way.
+            const double size = length(way);
+            if (!(size <= far_along(way / size) + 4.0 * touch_)) return;
             if (is_solved && !(dot(way, way) < dot(shortest, shortest))) return;
             is_solved = true;
             shortest = way;
@@ -176,23 +179,21 @@ private:
     PartGap deepest_;
 };
 
-// The faces, edges and corners of a cube.
-constexpr std::array<std::array<double, 3>, 26> make_fan() {
-    std::array<std::array<double, 3>, 26> fan{};
+// Points spread over the sides of a cube.
+constexpr std::array<std::array<double, 3>, 98> make_fan() {
+    std::array<std::array<double, 3>, 98> fan{};
     std::size_t count = 0;
-    for (int sides = 1; sides <= 3; ++sides) {
-        for (int x = -1; x <= 1; ++x) {
-            for (int y = -1; y <= 1; ++y) {
-                for (int z = -1; z <= 1; ++z) {
-                    if (x * x + y * y + z * z != sides) continue;
-                    fan[count++] = {double(x), double(y), double(z)};
-                }
+    for (int x = -2; x <= 2; ++x) {
+        for (int y = -2; y <= 2; ++y) {
+            for (int z = -2; z <= 2; ++z) {
+                if (x * x != 4 && y * y != 4 && z * z != 4) continue;
+                fan[count++] = {double(x), double(y), double(z)};
             }
         }
     }
     return fan;
 }
-constexpr std::array<std::array<double, 3>, 26> kFan = make_fan();
+constexpr std::array<std::array<double, 3>, 98> kFan = make_fan();
 
 // The shortest few, in order.
 struct Shortlist {

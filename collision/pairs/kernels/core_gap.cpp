@@ -52,9 +52,11 @@ Gap find_core_gap(const Core& a, const Core& b, AxisFinder find_axis) {
     if (is_apart && !is_rounding && axis.gap < (1.0 - 1e-6) * closest.distance) return gap;
     gap.normal = axis.normal;
     gap.has_points = closest.distance > 0.0 && axis.gap > 0.0;
-    gap.distance = (gap.has_points ? std::max(closest.distance, axis.gap)
-                                   : std::min(axis.gap, gap_along(a, b, axis.normal))) -
-                   radii;
+    gap.distance = gap.has_points ? std::max(closest.distance, axis.gap)
+                                  : std::min(axis.gap, gap_along(a, b, axis.normal));
+    // An axis may be preferred to one that is better by a touch; what is proved to be apart is.
+    if (is_apart) gap.distance = std::max(gap.distance, closest.lower);
+    gap.distance -= radii;
     return gap;
 }
 
