@@ -36,8 +36,8 @@ struct SubstepAnswer {
 
 /// Moves a body by `duration` seconds. Its velocity has the forces of the substep in it already.
 ///
-/// Every change of the pose is cast against the contact surface lowered by half the tolerance, so
-/// that depth is bounded by construction, whatever the solver and the integrator do.
+/// Every change of the pose is proved clear of the contact surface lowered by a part of the tolerance, or cast
+/// against it, so that depth is bounded by construction, whatever the solver and the integrator do.
 ///
 /// @param look what the body has seen of the same ground before
 SubstepAnswer step_body(RigidBody& body, GroundLook& look, const Ground& ground, double gravity,

@@ -73,7 +73,7 @@ struct WorldCastAnswer {
 
 /// Rigid bodies on the ground and on each other.
 ///
-/// Every pose change passes one gate that casts: nothing is ever set from a height lookup. A body
+/// Every pose change passes one gate, which proves its way clear or casts it: nothing is ever set from a height lookup. A body
 /// is never deeper than its tolerance in the contact surface, whoever pushes it; one that was put in deeper
 /// comes out along contact normals at bounded speed and never gets deeper. Bodies that overlap each other part at
 /// bounded speed. Bodies that touch sleep and wake together; where all of such a group are slower than 0.3 m/s
