@@ -22,13 +22,6 @@ constexpr double kReachTime = 0.1;  // seconds: the longest step that needs() lo
 
 Result<void> check_settings(const BodySettings& settings) {
     if (auto ok = check(settings.shape); !ok) return ok;
-    // Nothing computes the inertia of the others.
-    const bool is_hull = std::holds_alternative<ConvexHull>(settings.shape);
-    if (is_hull || std::holds_alternative<Compound>(settings.shape)) {
-        return fail(ErrorCode::invalid_argument,
-                    std::string("shape of a body must be a sphere, a capsule or a box, got a ") +
-                        (is_hull ? "convex hull" : "compound"));
-    }
     if (auto ok = check_value("mass", settings.mass, 1e-9, 1e12); !ok) return ok;
     if (auto ok = check_value("friction", settings.friction, 0.0, 1e6); !ok) return ok;
     if (auto ok = check_value("restitution", settings.restitution, 0.0, 1.0); !ok) return ok;
@@ -48,7 +41,8 @@ Result<void> check_index(std::size_t body, std::size_t count) {
                 "body must be below " + std::to_string(count) + ", got " + std::to_string(body));
 }
 
-RigidBody make_body(const BodySettings& settings, const BodyState& state) {
+/// @param settings whose shape is centred
+RigidBody make_body(const BodySettings& settings) {
     RigidBody body;
     body.radius = bounding_radius(settings.shape);
     body.thickness = smallest_half_extent(settings.shape);
@@ -56,8 +50,6 @@ RigidBody make_body(const BodySettings& settings, const BodyState& state) {
     body.friction = settings.friction;
     body.restitution = settings.restitution;
     body.tolerance = settings.contact_tolerance;
-    body.pose = state.pose;
-    body.velocity = {state.velocity, state.angular_velocity};
     return body;
 }
 
@@ -97,13 +89,17 @@ Result<std::size_t> BodyWorld::add(const BodySettings& settings, const BodyState
     if (complete.contact_tolerance == 0.0) {
         complete.contact_tolerance = default_contact_tolerance(settings.shape);
     }
-    return state_->add(make_body(complete, state), complete, state);
+    Result<internal::CentredShape> centred = internal::make_centred(settings.shape);
+    if (!centred) return tl::unexpected<Error>(centred.error());
+    BodySettings inner = complete;
+    inner.shape = centred->shape;
+    return state_->add(make_body(inner), std::move(*centred), complete, state);
 }
 
 Result<void> BodyWorld::set_state(std::size_t body, const BodyState& state) {
     if (auto ok = check_index(body, state_->bodies.size()); !ok) return ok;
     if (auto ok = check_state(state); !ok) return ok;
-    state_->replace(body, make_body(state_->body_settings[body], state), state);
+    state_->replace(body, state);
     return {};
 }
 

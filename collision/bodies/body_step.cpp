@@ -39,6 +39,8 @@ constexpr double kLeastProved = 1.0 / 16.0;
 constexpr double kLeastStopGap = 1e-11;
 /// Bodies come out of the ground at this speed, and no velocity of it stays, m/s.
 constexpr double kRecoverySpeed = 2.0;
+/// What parts a body from the ground and gets less far than this share of its way is followed by another try.
+constexpr double kUsefulShare = 0.1;
 /// What a body keeps of its velocity when it met more impacts in a stretch than are followed.
 constexpr double kUnfollowedSlowing = 0.5;
 
@@ -229,6 +231,8 @@ void pay_for_lift(RigidBody& body, double gravity, double height_before) {
     body.velocity.angular *= scale;
 }
 
+enum class Parting { turning, sliding, lifting };
+
 /// Opens contacts that are closer than bodies rest, at bounded speed.
 bool separate(RigidBody& body, const Ground& ground, const GroundLook& look, Gate& gate,
               double gravity, double duration) {
@@ -236,15 +240,21 @@ bool separate(RigidBody& body, const Ground& ground, const GroundLook& look, Gat
     if (look.least_gap(0.0, wanted_gap) >= wanted_gap) return true;
     const double distance = kSeparationSpeed * duration;
     const double height = body.pose.translation.z();
-    // A turn may bring another corner in; a translation that opens all contacts brings none.
-    for (const bool may_turn : {true, false}) {
-        GroundSolver solver(body, look);
-        (*solver).solve_separation(distance, may_turn);
-        const Twist way = shortened(solver.velocity(), body.radius, 2.0 * distance);
+    // A turn may bring another corner in, and a translation that the solver is not done with meets the other wall of
+    // what the body is wedged in. Straight up nothing is met.
+    for (const Parting parting : {Parting::turning, Parting::sliding, Parting::lifting}) {
+        Twist way;
+        if (parting == Parting::lifting) {
+            way.linear.z() = std::min(distance, std::max(0.0, look.lift()) + wanted_gap);
+        } else {
+            GroundSolver solver(body, look);
+            (*solver).solve_separation(distance, parting == Parting::turning);
+            way = shortened(solver.velocity(), body.radius, 2.0 * distance);
+        }
         if (way.linear.isZero(0.0) && way.angular.isZero(0.0)) return true;
         const MoveAnswer moved = advance(body, ground, way, gate);
         if (!moved.resident) return false;
-        if (moved.fraction > 0.0) break;
+        if (moved.fraction >= kUsefulShare) break;
     }
     pay_for_lift(body, gravity, height);
     return true;

@@ -15,10 +15,10 @@ namespace terrane {
 struct BodyWorld::State {
     explicit State(const BodyWorldSettings& settings);
 
-    // The state has the body's parts.
-    std::size_t add(const internal::RigidBody& body, const BodySettings& body_settings,
-                    const BodyState& state);
-    void replace(std::size_t index, const internal::RigidBody& body, const BodyState& state);
+    /// Adds a body that has everything but its parts and its motion.
+    std::size_t add(const internal::RigidBody& body, internal::CentredShape&& shape,
+                    const BodySettings& body_settings, const BodyState& state);
+    void replace(std::size_t index, const BodyState& state);
     /// Wakes the body and who sleeps with it.
     void set_velocity(std::size_t index, const internal::Twist& velocity);
     StepReport step(const Ground& ground, double dt);
@@ -41,7 +41,8 @@ private:
         return states[index].condition == BodyCondition::asleep;
     }
 
-    std::deque<internal::BodyPart> parts;  // one each; they stay where they are
+    std::deque<internal::BodyPart> parts;  // one each, centred; they stay where they are
+    std::vector<Pose> frames;              // body_from_centred of each
     std::vector<internal::GroundLook> looks;
     std::vector<internal::BodyMotion> before;      // the step, for those that park in it
     std::vector<internal::SubstepAnswer> totals;   // of the step

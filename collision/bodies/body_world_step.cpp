@@ -25,14 +25,14 @@ BodyWorld::State::State(const BodyWorldSettings& world_settings)
       team(world_settings.worker_count),
       meetings(world_settings.broadphase) {}
 
-std::size_t BodyWorld::State::add(const RigidBody& body, const BodySettings& own_settings,
-                                  const BodyState& state) {
+std::size_t BodyWorld::State::add(const RigidBody& body, internal::CentredShape&& shape,
+                                  const BodySettings& own_settings, const BodyState& state) {
     const std::size_t index = bodies.size();
-    parts.push_back({.shape = own_settings.shape});
+    parts.push_back({.shape = std::move(shape.shape)});
+    frames.push_back(shape.body_from_centred);
     bodies.push_back(body);
     bodies.back().parts = {&parts.back(), 1};
-    states.push_back(state);
-    states.back().condition = BodyCondition::awake;
+    states.emplace_back();
     body_settings.push_back(own_settings);
     needs.emplace_back();
     looks.emplace_back();
@@ -45,14 +45,16 @@ std::size_t BodyWorld::State::add(const RigidBody& body, const BodySettings& own
     waits.push_back(0);
     in_island.push_back(0);
     lifts.push_back(0.0);
+    replace(index, state);
     return index;
 }
 
-void BodyWorld::State::replace(std::size_t index, const RigidBody& body, const BodyState& state) {
+void BodyWorld::State::replace(std::size_t index, const BodyState& state) {
     // Whoever slept on it or beside it may have lost what held it.
     if (is_asleep(index)) wake_group(sleep_groups[index]);
-    bodies[index] = body;
-    bodies[index].parts = {&parts[index], 1};
+    static_cast<internal::BodyMotion&>(bodies[index]) = {
+        .pose = internal::to_centred(state.pose, frames[index]),
+        .velocity = {state.velocity, state.angular_velocity}};
     looks[index] = {};
     quiet_times[index] = 0.0;
     states[index] = state;
@@ -95,7 +97,7 @@ StepReport BodyWorld::State::step(const Ground& ground, double dt) {
     });
     StepReport report;
     for (std::size_t i = 0; i < bodies.size(); ++i) finish_body(i, ground, report);
-    report.touching_pairs = meetings.touch_count();
+    report.touching_pairs = meetings.touching_pair_count();
     report.islands = meetings.islands().count();
     if (settings.allow_sleep) fall_asleep(dt);
     return report;
@@ -184,7 +186,7 @@ void BodyWorld::State::finish_body(std::size_t index, const Ground& ground, Step
         report.max_depth_m = std::max(report.max_depth_m, depth);
         if (depth > body.tolerance && !body.started_deep) ++report.too_deep;
     }
-    state.pose = body.pose;
+    state.pose = internal::from_centred(body.pose, frames[index]);
     state.velocity = body.velocity.linear;
     state.angular_velocity = body.velocity.angular;
 }

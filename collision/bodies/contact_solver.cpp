@@ -18,31 +18,6 @@ double bend(const Eigen::Vector3d& normal, const Eigen::Vector3d& spin,
 
 }  // namespace
 
-MassProperties make_mass_properties(const Shape& shape, double mass) {
-    MassProperties properties;
-    properties.inverse_mass = 1.0 / mass;
-    Eigen::Vector3d& inertia = properties.inertia;
-    if (const auto* sphere = std::get_if<Sphere>(&shape)) {
-        inertia.setConstant(0.4 * mass * sphere->radius * sphere->radius);
-    } else if (const auto* capsule = std::get_if<Capsule>(&shape)) {
-        // Volumes over pi r^2: a cylinder of length 2 h, and a sphere cut in two caps.
-        const double r = capsule->radius, h = capsule->half_height;
-        const double cylinder = 2.0 * h, caps = 4.0 / 3.0 * r;
-        const double density = cylinder + caps > 0.0 ? mass / (cylinder + caps) : 0.0;
-        const double across = density * (cylinder * (0.25 * r * r + h * h / 3.0) +
-                                         caps * (0.4 * r * r + h * h + 0.75 * h * r));
-        inertia = {across, across, density * (cylinder * 0.5 + caps * 0.4) * r * r};
-    } else {
-        const Eigen::Vector3d half = std::get<Box>(shape).half_extents;
-        const double xx = half.x() * half.x(), yy = half.y() * half.y(), zz = half.z() * half.z();
-        inertia = Eigen::Vector3d(yy + zz, xx + zz, xx + yy) * (mass / 3.0);
-    }
-    for (int axis = 0; axis < 3; ++axis) {
-        properties.inverse_inertia[axis] = inertia[axis] > 1e-30 ? 1.0 / inertia[axis] : 0.0;
-    }
-    return properties;
-}
-
 double kinetic_energy(const MassProperties& mass, const Pose& pose, const Twist& velocity) {
     return 0.5 *
            (dot(velocity.linear, velocity.linear) / mass.inverse_mass +

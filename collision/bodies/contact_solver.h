@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "mass_properties.h"
 #include "vector_math.h"
-
-#include <terrane/collision/shapes.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -24,17 +23,6 @@ struct Twist {
     Eigen::Vector3d linear = Eigen::Vector3d::Zero();
     Eigen::Vector3d angular = Eigen::Vector3d::Zero();
 };
-
-/// Mass of a body in its own axes. An inverse inertia of 0 is a shape without size around that axis:
-/// its spin never changes. An inverse mass of 0 is a body that nothing moves.
-struct MassProperties {
-    double inverse_mass = 1.0;
-    Eigen::Vector3d inertia = Eigen::Vector3d::Zero();
-    Eigen::Vector3d inverse_inertia = Eigen::Vector3d::Zero();
-};
-
-/// Inertia of the solid shape. Fails never; a shape without size has none.
-MassProperties make_mass_properties(const Shape& shape, double mass);
 
 double kinetic_energy(const MassProperties& mass, const Pose& pose, const Twist& velocity);
 

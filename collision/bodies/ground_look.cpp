@@ -103,16 +103,16 @@ void GroundLook::look(const RigidBody& body, const Ground& ground, int gate) {
         }
         is_complete = is_complete && answer.status == ContactStatus::complete;
         lift_ = std::max(lift_, answer.lift);
-        const double rounding = rounding_of(part.shape);
         for (std::size_t i = 0; i < answer.count; ++i) {
             Place place;
             place.feature = found[i].feature;
             place.part = static_cast<std::uint32_t>(p);
+            place.piece = found[i].part;
             place.normal = found[i].normal;
             place.impulse = impulse_before(place);
             place.gap = place.gap_seen = -found[i].depth;
-            place.rounding = rounding;
-            place.core_seen = found[i].point_world + rounding * place.normal;
+            place.rounding = rounding_of(part.shape, place.piece);
+            place.core_seen = found[i].point_world + place.rounding * place.normal;
             place.core_seen.z() -= lowering(body, gate);
             place.core_body =
                 rotated_back(body.pose.rotation, place.core_seen - body.pose.translation);
@@ -125,10 +125,10 @@ void GroundLook::look(const RigidBody& body, const Ground& ground, int gate) {
                least_gap(0.0, kKeptGap * body.tolerance) >= kKeptGap * body.tolerance;
 }
 
-/// The impulse of the same feature of the same part in the last look.
+/// The impulse of the same feature in the last look.
 Eigen::Vector3d GroundLook::impulse_before(const Place& place) const {
     for (const Place& old : contacts_before_) {
-        if (old.feature == place.feature && old.part == place.part &&
+        if (old.feature == place.feature && old.part == place.part && old.piece == place.piece &&
             dot(old.normal, place.normal) > kSameNormal) {
             return old.impulse;
         }

@@ -71,6 +71,7 @@ private:
     struct Place {
         ShapeFeature feature;
         std::uint32_t part;
+        std::uint32_t piece;        // of the part, where that is a compound
         Eigen::Vector3d impulse;    // of the last solve for several bodies, N s
         Eigen::Vector3d core_body;  // the point that turning carries round
         Eigen::Vector3d normal;

@@ -2,8 +2,10 @@
 #include "meetings.h"
 
 #include "body_step.h"
+#include "ground/local_body.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace terrane::internal {
@@ -22,11 +24,20 @@ constexpr double kRollingLoss = 4.0;
 /// Islands are handed out to threads one by one, pairs in blocks of this many.
 constexpr std::size_t kBlock = 32;
 
-/// How far a shape reaches along the world's axes, metres, for any of its rotations within a turn.
+/// How far a shape reaches from its centre along the world's axes, metres, for any of its rotations within a turn.
 Eigen::Vector3d half_box(const RigidBody& body, double turn_way) {
     const Shape& shape = body.parts[0].shape;
     const Eigen::Matrix3d& r = body.pose.rotation;
     Eigen::Vector3d half;
+    if (std::holds_alternative<ConvexHull>(shape) || std::holds_alternative<Compound>(shape)) {
+        const LocalBody placed(shape, r, Eigen::Vector3d::Zero());
+        const LocalShape& whole = placed.whole();
+        for (int axis = 0; axis < 3; ++axis) {
+            const double reach = std::abs(whole.centre[axis]) + whole.bounds[axis];
+            half[axis] = std::min(body.radius, reach + turn_way);
+        }
+        return half;
+    }
     for (int axis = 0; axis < 3; ++axis) {
         double reach = body.radius;
         if (const auto* box = std::get_if<Box>(&shape)) {
@@ -82,9 +93,32 @@ void Meetings::take_pairs(std::span<const RigidBody> bodies, std::span<const Mob
         while (old < touches_before_.size() && is_earlier(touches_before_[old].pair, pair)) ++old;
         const bool was = old < touches_before_.size() && touches_before_[old].pair == pair;
         if (rests && !was) continue;
-        touches_.emplace_back().pair = pair;
+        before_.resize(touches_.size(), kNone);
         before_.push_back(was ? static_cast<std::uint32_t>(old) : kNone);
+        const std::size_t most = PairTouch::most(a, b);
+        for (std::size_t i = 0; i < most; ++i) touches_.emplace_back().pair = pair;
     }
+}
+
+/// The touches of a pair, from the first of them on.
+std::span<PairTouch> Meetings::touches_of_pair(std::span<PairTouch> touches, std::size_t first) {
+    std::size_t end = first + 1;
+    while (end < touches.size() && touches[end].pair == touches[first].pair) ++end;
+    return touches.subspan(first, end - first);
+}
+
+/// Forgets pairs without contacts. Of the others all touches are kept, empty ones too.
+void Meetings::erase_apart() {
+    std::size_t kept = 0;
+    bool touches = false;
+    for (std::size_t i = 0; i < touches_.size(); ++i) {
+        const bool is_first = i == 0 || !(touches_[i].pair == touches_[i - 1].pair);
+        if (is_first) touches = touches_[i].count() > 0;
+        if (!touches) continue;
+        if (kept != i) touches_[kept] = touches_[i];
+        ++kept;
+    }
+    touches_.resize(kept);
 }
 
 void Meetings::wake(std::span<const std::uint32_t> groups, std::span<Mobility> mobility) {
@@ -116,23 +150,27 @@ void Meetings::find(std::span<const RigidBody> bodies, std::span<const std::uint
     broadphase_->update(bounds_, balls_);
     take_pairs(bodies, mobility, duration);
     team.run_blocks(touches_.size(), kBlock, [&](std::size_t i) {
-        PairTouch& touch = touches_[i];
-        const PairTouch* before = before_[i] == kNone ? nullptr : &touches_before_[before_[i]];
-        const auto [a, b] = touch.pair;
+        const auto [a, b] = touches_[i].pair;
+        if (i > 0 && touches_[i - 1].pair == touches_[i].pair) return;  // goes with the first
+        const std::span<PairTouch> touches = touches_of_pair(touches_, i);
+        std::span<PairTouch> before;
+        if (before_[i] != kNone) before = touches_of_pair(touches_before_, before_[i]);
         if (mobility[a] != Mobility::moving && mobility[b] != Mobility::moving) {
-            touch = *before;
+            std::copy(before.begin(), before.end(), touches.begin());
         } else {
-            touch.update(bodies[a], bodies[b], before, duration);
+            PairTouch::update(touches, bodies[a], bodies[b], before, duration);
         }
     });
-    std::erase_if(touches_, [](const PairTouch& touch) { return touch.count() == 0; });
+    erase_apart();
     wake(groups, mobility);
 
     links_.clear();
     link_touches_.clear();
+    pair_count_ = 0;
     for (std::size_t i = 0; i < touches_.size(); ++i) {
         const BodyPair& pair = touches_[i].pair;
         if (mobility[pair.a] != Mobility::moving && mobility[pair.b] != Mobility::moving) continue;
+        if (links_.empty() || !(links_.back() == pair)) ++pair_count_;
         links_.push_back(pair);
         link_touches_.push_back(static_cast<std::uint32_t>(i));
     }
@@ -202,13 +240,16 @@ void Meetings::fly_to_impacts(std::size_t island, const Scene& scene) {
                                           scene.gravity, flights_[member] * scene.duration);
     }
     for (const std::uint32_t link : islands_.links(island)) {
-        PairTouch& touch = touches_[link_touches_[link]];
-        const auto [a, b] = touch.pair;
+        if (link > 0 && links_[link - 1] == links_[link]) continue;  // went with the first
+        const auto [a, b] = links_[link];
         const bool flew =
             (moves_[a] != 0 && flights_[a] < 1.0) || (moves_[b] != 0 && flights_[b] < 1.0);
         if (!flew) continue;
-        const PairTouch before = touch;
-        touch.update(scene.bodies[a], scene.bodies[b], &before, scene.duration);
+        const std::span<PairTouch> touches = touches_of_pair(touches_, link_touches_[link]);
+        std::array<PairTouch, PairTouch::kMaxTouches> before;
+        std::copy(touches.begin(), touches.end(), before.begin());
+        PairTouch::update(touches, scene.bodies[a], scene.bodies[b],
+                          std::span(before).first(touches.size()), scene.duration);
     }
 }
 

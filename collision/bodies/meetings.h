@@ -44,12 +44,13 @@ public:
     /// Of the last find(); sleepers belong to none.
     const Islands& islands() const { return islands_; }
     /// Pairs of bodies that touch and are not both at rest.
-    std::size_t touch_count() const { return links_.size(); }
+    std::size_t touching_pair_count() const { return pair_count_; }
 
 private:
     void place_bounds(std::span<const RigidBody> bodies, double duration);
     void take_pairs(std::span<const RigidBody> bodies, std::span<const Mobility> mobility,
                     double duration);
+    void erase_apart();
     void wake(std::span<const std::uint32_t> groups, std::span<Mobility> mobility);
     struct Scene;
     void fly_to_impacts(std::size_t island, const Scene& scene);
@@ -58,11 +59,13 @@ private:
     std::unique_ptr<Broadphase> broadphase_;
     std::vector<Bounds> bounds_;
     std::vector<Ball> balls_;
+    static std::span<PairTouch> touches_of_pair(std::span<PairTouch> touches, std::size_t first);
     std::vector<PairTouch> touches_, touches_before_;  // ascending by pair
-    std::vector<std::uint32_t> before_;                // of each touch: where it was, or none
-    std::vector<BodyPair> links_;                      // touches that are not asleep
-    std::vector<std::uint32_t> link_touches_;          // where each link's touch is
-    std::vector<std::uint8_t> wakes_;                  // [groups]
+    std::vector<std::uint32_t> before_;  // of the first touch of each pair: where it was, or none
+    std::size_t pair_count_ = 0;         // of what moves and touches
+    std::vector<BodyPair> links_;        // touches that are not asleep
+    std::vector<std::uint32_t> link_touches_;  // where each link's touch is
+    std::vector<std::uint8_t> wakes_;          // [groups]
     std::vector<std::uint8_t> moves_;
     Islands islands_;
     std::vector<double>

@@ -37,44 +37,61 @@ double closing_way(const RigidBody& a, const RigidBody& b, double duration) {
 
 }  // namespace
 
-void PairTouch::update(const RigidBody& a, const RigidBody& b, const PairTouch* before,
-                       double duration) {
-    count_ = 0;
+std::size_t PairTouch::most(const RigidBody& a, const RigidBody& b) {
+    const auto is_compound = [](const RigidBody& body) {
+        return std::holds_alternative<Compound>(body.parts[0].shape);
+    };
+    return is_compound(a) || is_compound(b) ? kMaxTouches : 1;
+}
+
+void PairTouch::update(std::span<PairTouch> touches, const RigidBody& a, const RigidBody& b,
+                       std::span<const PairTouch> before, double duration) {
+    for (PairTouch& touch : touches) touch.count_ = 0;
     const double way = closing_way(a, b, duration);
     const double margin = kMargin * tolerance_of(a, b);
-    if (before != nullptr && before->count_ > 0 && way <= margin && follow(a, b, *before)) return;
+    const bool touched = !before.empty() && before[0].count_ > 0;
+    if (touched && way <= margin && !before[0].is_ahead_ && !have_moved(a, b, before[0])) {
+        const BodyPair same = touches[0].pair;
+        std::copy(before.begin(), before.end(), touches.begin());
+        for (PairTouch& touch : touches) {
+            touch.pair = same;
+            for (std::size_t i = 0; i < touch.count_; ++i) touch.place(a, b, touch.points_[i]);
+        }
+        return;
+    }
 
     const double thin = kMarginOfExtent * std::min(a.thickness, b.thickness);
     // Where they may pass each other whole, nearest points do not tell what will meet.
-    if (way > thin) look_ahead(a, b, duration);
-    if (count_ == 0) look(a, b, margin + std::min(way, thin));
-    if (before == nullptr) return;
+    if (way > thin) touches[0].look_ahead(a, b, duration);
+    if (touches[0].count_ == 0) look(touches, a, b, margin + std::min(way, thin));
+    for (PairTouch& touch : touches) touch.take_impulses(before);
+}
+
+void PairTouch::take_impulses(std::span<const PairTouch> before) {
     for (std::size_t i = 0; i < count_; ++i) {
-        for (std::size_t k = 0; k < before->count_; ++k) {
-            const Point& old = before->points_[k];
-            if (!(old.feature_a == points_[i].feature_a) ||
-                !(old.feature_b == points_[i].feature_b)) {
-                continue;
+        for (const PairTouch& touch : before) {
+            for (std::size_t k = 0; k < touch.count_; ++k) {
+                const Point& old = touch.points_[k];
+                if (old.feature_a == points_[i].feature_a &&
+                    old.feature_b == points_[i].feature_b && old.part_a == points_[i].part_a &&
+                    old.part_b == points_[i].part_b) {
+                    points_[i].impulse = old.impulse;
+                }
             }
-            points_[i].impulse = old.impulse;
         }
     }
 }
 
-bool PairTouch::follow(const RigidBody& a, const RigidBody& b, const PairTouch& before) {
-    if (before.is_ahead_) return false;
+/// Whether two bodies have moved past each other since they were looked at, so far that they have to be looked at
+/// again.
+bool PairTouch::have_moved(const RigidBody& a, const RigidBody& b, const PairTouch& before) {
     // How b moved, seen from a: what both do is no motion past each other where neither turned.
     Pose b_with_a = before.seen_b_;
     b_with_a.translation += a.pose.translation - before.seen_a_.translation;
     Pose a_turned = before.seen_a_;
     a_turned.translation = a.pose.translation;
     const double moved = greatest_move(a, a_turned, a.pose) + greatest_move(b, b_with_a, b.pose);
-    if (!(moved < kReach * tolerance_of(a, b))) return false;
-    const BodyPair same = pair;
-    *this = before;
-    pair = same;
-    for (std::size_t i = 0; i < count_; ++i) place(a, b, points_[i]);
-    return true;
+    return !(moved < kReach * tolerance_of(a, b));
 }
 
 /// Sets the gap of a contact where the bodies are now.
@@ -85,30 +102,24 @@ void PairTouch::place(const RigidBody& a, const RigidBody& b, Point& point) cons
     point.gap = dot(normal_, between + arm_a - arm_b) - rounding_a_ - rounding_b_;
 }
 
-void PairTouch::look(const RigidBody& a, const RigidBody& b, double margin) {
+/// Shares the contacts out by what they have in common.
+void PairTouch::look(std::span<PairTouch> touches, const RigidBody& a, const RigidBody& b,
+                     double margin) {
     const Shape &shape_a = a.parts[0].shape, &shape_b = b.parts[0].shape;
-    std::array<PairContact, kMaxCount> found;
-    const PairContactAnswer answer = find_contacts(shape_a, a.pose, shape_b, b.pose, margin, found);
-    count_ = static_cast<std::uint32_t>(answer.count);
-    if (count_ == 0) return;
-    is_ahead_ = false;
-    rounding_a_ = rounding_of(shape_a);
-    rounding_b_ = rounding_of(shape_b);
-    normal_ = found[0].normal;
-    seen_a_ = a.pose;
-    seen_b_ = b.pose;
-    for (std::size_t i = 0; i < count_; ++i) {
-        const PairContact& contact = found[i];
-        Point& point = points_[i];
-        const Eigen::Vector3d on_b = contact.point_world + contact.depth * normal_;
-        point.core_a_body = rotated_back(
-            a.pose.rotation, contact.point_world + rounding_a_ * normal_ - a.pose.translation);
-        point.core_b_body =
-            rotated_back(b.pose.rotation, on_b - rounding_b_ * normal_ - b.pose.translation);
-        point.feature_a = contact.feature_a;
-        point.feature_b = contact.feature_b;
-        point.gap = -contact.depth;
-        point.impulse.setZero();
+    std::array<PairContact, kMaxTouches * kMaxCount> found;
+    const std::span<PairContact> room(found.data(), touches.size() * kMaxCount);
+    const PairContactAnswer answer = find_contacts(shape_a, a.pose, shape_b, b.pose, margin, room);
+    for (const PairContact& contact : room.first(answer.count)) {
+        const double rounding_a = rounding_of(shape_a, contact.part_a);
+        const double rounding_b = rounding_of(shape_b, contact.part_b);
+        const auto touch = std::find_if(touches.begin(), touches.end(), [&](const PairTouch& t) {
+            return t.count_ == 0 || (t.count_ < kMaxCount && t.normal_ == contact.normal &&
+                                     t.rounding_a_ == rounding_a && t.rounding_b_ == rounding_b);
+        });
+        if (touch == touches.end()) continue;
+        if (touch->count_ == 0) touch->begin(a, b, contact, false);
+        const Arms arms = touch->arms_of(contact, a.pose.translation, b.pose.translation);
+        touch->take(contact, a, b, arms).gap = -contact.depth;
     }
 }
 
@@ -121,28 +132,46 @@ void PairTouch::look_ahead(const RigidBody& a, const RigidBody& b, double durati
         cast(a.parts[0].shape, motion_a, b.parts[0].shape, motion_b,
              {.tolerance = kSlop * tolerance_of(a, b), .skip_separating = true});
     if (!hit.hit || hit.count == 0) return;
-    is_ahead_ = true;
-    count_ = static_cast<std::uint32_t>(hit.count);
-    rounding_a_ = rounding_of(a.parts[0].shape);
-    rounding_b_ = rounding_of(b.parts[0].shape);
-    normal_ = hit.contacts[0].normal;
-    const Pose then_a = motion_a.at(hit.fraction), then_b = motion_b.at(hit.fraction);
-    for (std::size_t i = 0; i < count_; ++i) {
-        const PairContact& contact = hit.contacts[i];
-        Point& point = points_[i];
-        const Eigen::Vector3d arm_a =
-            contact.point_world + rounding_a_ * normal_ - then_a.translation;
-        const Eigen::Vector3d arm_b = contact.point_world + contact.depth * normal_ -
-                                      rounding_b_ * normal_ - then_b.translation;
+    begin(a, b, hit.contacts[0], true);
+    const WorldPos then_a = motion_a.at(hit.fraction).translation;
+    const WorldPos then_b = motion_b.at(hit.fraction).translation;
+    for (std::size_t i = 0; i < hit.count; ++i) {
+        if (!(hit.contacts[i].normal == normal_)) continue;
         // Arms as they will be, told in the frames of now.
-        point.core_a_body = rotated_back(a.pose.rotation, arm_a);
-        point.core_b_body = rotated_back(b.pose.rotation, arm_b);
-        point.feature_a = contact.feature_a;
-        point.feature_b = contact.feature_b;
-        const double closing = -dot(normal_, velocity_at(a, arm_a) - velocity_at(b, arm_b));
-        point.gap = std::max(0.0, closing) * hit.fraction * duration;
-        point.impulse.setZero();
+        const Arms arms = arms_of(hit.contacts[i], then_a, then_b);
+        const double closing = -dot(normal_, velocity_at(a, arms.a) - velocity_at(b, arms.b));
+        take(hit.contacts[i], a, b, arms).gap = std::max(0.0, closing) * hit.fraction * duration;
     }
+}
+
+void PairTouch::begin(const RigidBody& a, const RigidBody& b, const PairContact& first,
+                      bool is_ahead) {
+    is_ahead_ = is_ahead;
+    rounding_a_ = rounding_of(a.parts[0].shape, first.part_a);
+    rounding_b_ = rounding_of(b.parts[0].shape, first.part_b);
+    normal_ = first.normal;
+    seen_a_ = a.pose;
+    seen_b_ = b.pose;
+}
+
+PairTouch::Arms PairTouch::arms_of(const PairContact& contact, const WorldPos& centre_a,
+                                   const WorldPos& centre_b) const {
+    const Eigen::Vector3d on_b = contact.point_world + contact.depth * normal_;
+    return {contact.point_world + rounding_a_ * normal_ - centre_a,
+            on_b - rounding_b_ * normal_ - centre_b};
+}
+
+PairTouch::Point& PairTouch::take(const PairContact& contact, const RigidBody& a,
+                                  const RigidBody& b, const Arms& arms) {
+    Point& point = points_[count_++];
+    point.impulse.setZero();
+    point.core_a_body = rotated_back(a.pose.rotation, arms.a);
+    point.core_b_body = rotated_back(b.pose.rotation, arms.b);
+    point.feature_a = contact.feature_a;
+    point.feature_b = contact.feature_b;
+    point.part_a = contact.part_a;
+    point.part_b = contact.part_b;
+    return point;
 }
 
 double PairTouch::first_impact(const RigidBody& a, const RigidBody& b, double bounce_speed,

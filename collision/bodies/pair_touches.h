@@ -5,7 +5,7 @@
 #include "rigid_body.h"
 
 #include <terrane/collision/broadphase.h>
-#include <terrane/collision/shape_feature.h>
+#include <terrane/collision/shape_pairs.h>
 
 #include <array>
 #include <cstddef>
@@ -14,19 +14,26 @@
 
 namespace terrane::internal {
 
-/// Where two bodies touch, or will within a substep: up to four contacts of one normal. While the bodies have
-/// hardly moved past each other, the contacts are taken along with them; impulses are kept from substep to
-/// substep.
+/// Where two bodies touch, or will within a substep: up to four contacts of one normal. Two convex bodies have one
+/// touch, compounds several in a row. While the bodies have hardly moved past each other, the contacts are taken along
+/// with them; impulses are kept from substep to substep.
 class PairTouch {
 public:
     static constexpr std::size_t kMaxCount = 4;
+    /// Of two bodies: those with the deepest contacts are kept.
+    static constexpr std::size_t kMaxTouches = 8;
 
     BodyPair pair;
 
-    /// Looks at the bodies, or takes the contacts of `before` along.
-    /// @param before  the same pair a substep ago, or null
+    /// How many touches two bodies may have.
+    static std::size_t most(const RigidBody& a, const RigidBody& b);
+
+    /// Looks at two bodies, or takes their contacts of before along.
+    /// @param touches  of this pair: those that are not needed come last, without contacts
+    /// @param before   those of the same pair a substep ago, or none
     /// @param duration that the bodies will move for, seconds
-    void update(const RigidBody& a, const RigidBody& b, const PairTouch* before, double duration);
+    static void update(std::span<PairTouch> touches, const RigidBody& a, const RigidBody& b,
+                       std::span<const PairTouch> before, double duration);
 
     std::size_t count() const { return count_; }
 
@@ -46,12 +53,24 @@ private:
         // The points that turning carries round, body frames.
         Eigen::Vector3d core_a_body, core_b_body;
         ShapeFeature feature_a, feature_b;
+        std::uint32_t part_a = 0, part_b = 0;
         double gap = 0.0;
         Eigen::Vector3d impulse = Eigen::Vector3d::Zero();  // of the last substep, on a, N s
     };
-    bool follow(const RigidBody& a, const RigidBody& b, const PairTouch& before);
-    void look(const RigidBody& a, const RigidBody& b, double margin);
+    /// From the bodies' centres to the points that turning carries round, world.
+    struct Arms {
+        Eigen::Vector3d a, b;
+    };
+    static bool have_moved(const RigidBody& a, const RigidBody& b, const PairTouch& before);
+    static void look(std::span<PairTouch> touches, const RigidBody& a, const RigidBody& b,
+                     double margin);
     void look_ahead(const RigidBody& a, const RigidBody& b, double duration);
+    void begin(const RigidBody& a, const RigidBody& b, const PairContact& first, bool is_ahead);
+    Arms arms_of(const PairContact& contact, const WorldPos& centre_a,
+                 const WorldPos& centre_b) const;
+    Point& take(const PairContact& contact, const RigidBody& a, const RigidBody& b,
+                const Arms& arms);
+    void take_impulses(std::span<const PairTouch> before);
     void place(const RigidBody& a, const RigidBody& b, Point& point) const;
 
     std::uint32_t count_ = 0;

@@ -38,11 +38,17 @@ inline Pose part_pose(const BodyPart& part, const Pose& pose) {
     return {pose.rotation, pose.translation + rotated(pose.rotation, part.offset_body)};
 }
 
-/// Radius of the sphere that rolls where a shape touches; 0 for corners.
-inline double rounding_of(const Shape& shape) {
+/// Radius of the sphere that rolls where a shape touches, with a part of it if it is a compound; 0 for corners.
+inline double rounding_of(const auto& shape) {
     if (const auto* sphere = std::get_if<Sphere>(&shape)) return sphere->radius;
     if (const auto* capsule = std::get_if<Capsule>(&shape)) return capsule->radius;
     return 0.0;
+}
+inline double rounding_of(const Shape& shape, std::uint32_t part) {
+    if (const auto* compound = std::get_if<Compound>(&shape)) {
+        return rounding_of(compound->parts()[part].shape);
+    }
+    return rounding_of(shape);
 }
 
 /// Speed of a body's fastest point at most, m/s.

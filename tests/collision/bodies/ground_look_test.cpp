@@ -2,6 +2,7 @@
 // What a look at the ground promises: how far a body may move without being cast.
 #include "bodies/ground_look.h"
 
+#include "body_cases.h"
 #include "support/random.h"
 #include "support/table_ground.h"
 
@@ -16,7 +17,9 @@
 namespace terrane::internal {
 namespace {
 
+using test::make_hammer;
 using test::make_test_ground;
+using test::make_wedge;
 
 RigidBody make_body(std::span<const BodyPart> parts, double radius, const Pose& pose) {
     RigidBody body;
@@ -61,10 +64,12 @@ TEST(GroundLook, IsKeptByEveryMotionThatItPromises) {
     test::Random random(kSeed);
     const Ground ground = make_test_ground(
         [](double x, double y) { return 0.6 * std::sin(1.1 * x) * std::sin(0.9 * y); }, 1.0, 1);
-    const std::array<Shape, 3> shapes{Sphere{0.5}, Capsule{0.4, 0.8}, Box{{0.6, 0.8, 0.5}}};
+    const std::vector<Shape> shapes{Sphere{0.5}, Capsule{0.4, 0.8}, Box{{0.6, 0.8, 0.5}},
+                                    make_wedge(0.7), make_hammer(0.7)};
     int promised = 0;
     for (int run = 0; run < 20'000; ++run) {
-        const BodyPart part{shapes[static_cast<std::size_t>(run % 3)], Eigen::Vector3d::Zero()};
+        const BodyPart part{shapes[static_cast<std::size_t>(run) % shapes.size()],
+                            Eigen::Vector3d::Zero()};
         Pose pose;
         pose.rotation =
             Motion{{}, Eigen::Vector3d::Zero(), 3.0 * random.direction()}.at(1.0).rotation;

@@ -46,14 +46,6 @@ std::vector<NamedGround> make_grounds() {
     return grounds;
 }
 
-Shape scaled(const Shape& shape, double scale) {
-    if (const auto* sphere = std::get_if<Sphere>(&shape)) return Sphere{scale * sphere->radius};
-    if (const auto* capsule = std::get_if<Capsule>(&shape)) {
-        return Capsule{scale * capsule->radius, scale * capsule->half_height};
-    }
-    return Box{scale * std::get<Box>(shape).half_extents};
-}
-
 /// What a run is made of. The same number gives the same run.
 struct Trial {
     explicit Trial(std::uint64_t number, std::size_t ground_count) : random(kSeed + number) {
@@ -71,10 +63,10 @@ struct Trial {
         BodyWorldSettings settings;
         settings.allow_sleep = false;
         BodyWorld world = *BodyWorld::create(settings);
-        const std::vector<Shape> shapes = all_shapes();
+        const std::vector<Shape> shapes = all_shapes(scale);
         for (std::size_t i = 0; i < kBodies; ++i) {
             BodySettings body;
-            body.shape = scaled(shapes[i % shapes.size()], scale);
+            body.shape = shapes[i % shapes.size()];
             body.friction = random.between(0.0, 1.0);
             body.restitution = random.between(0.0, 1.0);
             BodyState state = at({random.between(120.0, 392.0), random.between(120.0, 392.0), 0.0});

@@ -22,7 +22,9 @@ namespace {
 
 using test::all_shapes;
 using test::at;
+using test::make_hammer;
 using test::make_test_ground;
+using test::make_wedge;
 using test::make_world;
 using test::name_of;
 using test::Random;
@@ -148,7 +150,11 @@ TEST(MeetingBodies, FastOnesDoNotPassThroughEachOther) {
                 SCOPED_TRACE("seed " + std::to_string(kSeed) + ", run " + std::to_string(run) +
                              ", " + std::to_string(speed) + " m/s, " + name_of(shape) + " at " +
                              name_of(other));
-                EXPECT_GT(world.states()[1].velocity.x(), 0.1 * speed);
+                // A hammer may hit, or be hit, far from its centre of mass.
+                const bool is_eccentric = std::holds_alternative<Compound>(shape) ||
+                                          std::holds_alternative<Compound>(other);
+                const double least = is_eccentric ? 0.02 : 0.1;
+                EXPECT_GT(world.states()[1].velocity.x(), least * speed);
             }
         }
     }
@@ -253,13 +259,15 @@ BodyWorld make_heap(const BodyWorldSettings& settings, std::size_t count) {
     constexpr std::uint64_t kSeed = 3;
     Random random(kSeed);
     BodyWorld world = make_world(settings);
-    const std::vector<Shape> shapes{Sphere{0.5}, Capsule{0.4, 0.5}, Box{{0.4, 0.6, 0.3}}};
+    const std::vector<Shape> shapes{Sphere{0.5}, Capsule{0.4, 0.5}, Box{{0.4, 0.6, 0.3}},
+                                    make_wedge(0.6), make_hammer(0.6)};
     for (std::size_t i = 0; i < count; ++i) {
         BodyState state = at({random.between(58.0, 70.0), random.between(58.0, 70.0),
                               random.between(8.0, 8.0 + 0.15 * static_cast<double>(count))});
         state.velocity = {0.0, 0.0, random.between(-30.0, 0.0)};
         state.angular_velocity = {random.between(-9.0, 9.0), random.between(-9.0, 9.0), 1.0};
-        EXPECT_TRUE(world.add({.shape = shapes[i % 3], .mass = random.between(0.5, 5.0)}, state));
+        EXPECT_TRUE(world.add(
+            {.shape = shapes[i % shapes.size()], .mass = random.between(0.5, 5.0)}, state));
     }
     return world;
 }

@@ -72,9 +72,14 @@ TEST(ParkedBody, KeepsItsStateForAnyNumberOfSteps) {
         }
         // it asks for its ground as long as it waits
         const BodyNeed need = world.needs()[0];
-        EXPECT_EQ(need.centre_world, before.pose.translation);
+        EXPECT_LE((need.centre_world - before.pose.translation).norm(), bounding_radius(shape));
         EXPECT_EQ(need.velocity, before.velocity);
-        EXPECT_GT(need.radius, bounding_radius(shape));
+        EXPECT_GT(need.radius, smallest_half_extent(shape));
+        if (!std::holds_alternative<Compound>(shape) &&
+            !std::holds_alternative<ConvexHull>(shape)) {
+            EXPECT_EQ(need.centre_world, before.pose.translation);
+            EXPECT_GT(need.radius, bounding_radius(shape));
+        }
     }
 }
 
@@ -97,7 +102,7 @@ TEST(ParkedBody, GoesOnAsIfItHadNotWaited) {
     const Ground whole = make_rough(), absent = make_rough(is_none);
     for (int run = 0; run < 60; ++run) {
         SCOPED_TRACE("seed " + std::to_string(kSeed) + ", run " + std::to_string(run));
-        const BodySettings settings{.shape = all_shapes()[static_cast<std::size_t>(run % 3)]};
+        const BodySettings settings{.shape = all_shapes()[static_cast<std::size_t>(run % 5)]};
         BodyState start =
             at({random.between(100, 156), random.between(100, 156), random.between(6, 14)});
         start.velocity = {random.between(-20, 20), random.between(-20, 20), random.between(-30, 0)};

@@ -13,8 +13,10 @@
 namespace terrane {
 
 struct BodySettings {
-    Shape shape = Sphere{};          ///< a sphere, a capsule or a box
-    double mass = 1.0;               ///< kilograms, > 0; the inertia is that of the solid shape
+    /// Of uniform density; of flat shapes the area has mass, and of a compound's parts those that are solid, if any
+    /// is. Where parts overlap, mass counts twice.
+    Shape shape = Sphere{};
+    double mass = 1.0;               ///< kilograms, > 0
     double friction = 0.6;           ///< Coulomb, >= 0
     double restitution = 0.2;        ///< 0 to 1
     double contact_tolerance = 0.0;  ///< metres; 0: default_contact_tolerance(shape)
@@ -29,8 +31,8 @@ enum class BodyCondition : std::uint8_t {
 };
 
 struct BodyState {
-    Pose pose;
-    Eigen::Vector3d velocity = Eigen::Vector3d::Zero();          ///< of the centre, m/s
+    Pose pose;                                                   ///< world_from_shape
+    Eigen::Vector3d velocity = Eigen::Vector3d::Zero();          ///< of the centre of mass, m/s
     Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  ///< world axes, rad/s
     BodyCondition condition = BodyCondition::awake;
 };
@@ -90,7 +92,10 @@ public:
     ~BodyWorld();
 
     /// Adds a body; its index is the count of bodies before.
-    /// Fails with invalid_argument for a hull or a compound, and for anything not finite or out of range.
+    /// Fails with invalid_argument for anything not finite or out of range.
+    ///
+    /// Allocates: a hull or compound whose centre of mass is not its origin, or whose axes are not those of its
+    /// inertia, is made anew for the body
     Result<std::size_t> add(const BodySettings& settings, const BodyState& state);
 
     /// Replaces a body's state (a teleport: not a motion, nothing is cast).
