@@ -1,21 +1,10 @@
 // SPDX-License-Identifier: MIT
-//
-// Sources: S. Redon, A. Kheddar, S. Coquillart. Fast continuous collision detection between rigid bodies. 2002
-//          (one direction that separates over an interval of time).
-// Deviations: a plane that goes straight from where it parts a shape and a column at the start to where it parts
-//          them at the end parts them in between too, but for what turning bends: ground stands still, so that it is
-//          beyond the plane all along if it is at both ends. Vertices of the ground are marked with the planes that
-//          they are beyond; triangles whose corners share one need no look of their own.
 #include "clear_way.h"
 
-#include "column.h"
+#include "clear_planes.h"
 #include "ground_lift.h"
 #include "local_body.h"
 #include "usable.h"
-#include "window_features.h"
-
-#include <algorithm>
-#include <cmath>
 
 namespace terrane::internal {
 namespace {
@@ -23,256 +12,47 @@ namespace {
 /// Motions that turn further than this, radians, are not looked at.
 constexpr double kMostTurn = 0.5;
 
-/// The normal of a plane at the start of a way and at its end: unit, z >= 0.
-struct Turn {
-    Eigen::Vector3d at_start, at_end;
-};
-
-/// A shape at both ends of a way.
-class Way {
-public:
-    Way(const LocalShape& start, const LocalShape& end, const Motion& motion, double margin)
-        : start_(start), end_(end), margin_(margin) {
-        // What is round about the axis of its spin does not move.
-        const double spin = length(motion.rotation_vector);
-        const double turned = start.kind == ShapeKind::box
-                                  ? spin * length(start.half)
-                                  : length(cross(motion.rotation_vector, start.core));
-        travel_ = length(motion.translation) + turned;
-        bend_ = spin * turned;
-    }
-
-    /// How far a plane's ends have to be from the shape, so that it is no nearer than the margin in between: a
-    /// quantity whose second derivative is at most G is at most G / 8 below the line between its ends.
-    double room(const Turn& n) const {
-        return margin_ + 0.125 * (2.0 * length(n.at_end - n.at_start) * travel_ + bend_);
-    }
-    double room() const { return margin_ + 0.125 * bend_; }
-    /// How far below the centre at the start a plane that stands has to be, metres.
-    double depth(const Eigen::Vector3d& n) const {
-        return room() +
-               std::max(start_.drop(n), end_.drop(n) - dot(n, end_.centre - start_.centre));
-    }
-
-    const LocalShape& start() const { return start_; }
-    const LocalShape& end() const { return end_; }
-
-private:
-    const LocalShape& start_;
-    const LocalShape& end_;
-    double margin_;
-    double travel_;  ///< of any point, at most
-    double bend_;    ///< second derivative of the way of any point, at most, over the whole of it
-};
-
-/// The triangles of the cells of a window, and planes between them and a way.
-class Triangles {
-public:
-    Triangles(const LocalGround& local, const GroundWindow& window, const CellRange& cells,
-              const Way& way)
-        : local_(local), window_(window), cells_(window, cells), way_(way) {
-        if (way.start().kind == ShapeKind::box) {
-            take_faces();
-        } else {
-            take_around();
-        }
-        mark();
-    }
-
-    /// Whether each is beyond a plane.
-    bool are_clear() {
-        for (int row = cells_.south; row <= cells_.north; ++row) {
-            for (int column = cells_.west; column <= cells_.east; ++column) {
-                // The ends of the cut are corners of both triangles, the ends of the other diagonal of one.
-                const bool is_even = window_.is_cut_to_north_east(column, row);
-                const int from = is_even ? column : column + 1;
-                const int to = is_even ? column + 1 : column;
-                const unsigned cut = codes_.at(from, row) & codes_.at(to, row + 1);
-                if ((cut & codes_.at(to, row)) == 0 && !look(column, row, true)) return false;
-                if ((cut & codes_.at(from, row + 1)) == 0 && !look(column, row, false))
-                    return false;
-            }
-        }
-        return std::all_of(open_.begin(), open_.begin() + open_count_,
-                           [&](const Triangle& triangle) {
-                               return is_beyond_known(triangle) || is_beyond_edges(triangle) ||
-                                      is_beside(triangle);
-                           });
-    }
-
-private:
-    /// Points p are beyond it where normal . (centre at the start - p) >= depth.
-    struct Plane {
-        Eigen::Vector3d normal;
-        double depth;
+bool is_part_clear(const LocalGround& local, const LocalShape& start, const LocalShape& end,
+                   const Motion& motion, double margin) {
+    const Way way(start, end, motion, margin);
+    const auto reach = [&](const LocalShape& shape) -> Eigen::Vector3d {
+        return shape.bounds + Eigen::Vector3d::Constant(way.room());
     };
-
-    /// Beyond it is what is beyond both.
-    struct TurningPlane {
-        Plane start, end;
-    };
-
-    void take(const Eigen::Vector3d& n) {
-        if (n[2] > 0.0) standing_[standing_count_++] = {n, way_.depth(n)};
-    }
-
-    /// The lower faces of a box: where they start, and turning with it.
-    void take_faces() {
-        const LocalShape &start = way_.start(), &end = way_.end();
-        for (std::size_t i = 0; i < 3; ++i) {
-            const Eigen::Vector3d n = start.up(i);
-            take(n);
-            const Eigen::Vector3d& axis = end.axes[i];
-            const Turn turn{n, dot(n, axis) < 0.0 ? Eigen::Vector3d(-axis) : axis};
-            if (turn.at_end[2] < 0.0) continue;
-            const double depth = start.half[static_cast<Eigen::Index>(i)] + way_.room(turn);
-            const double further = dot(turn.at_end, end.centre - start.centre);
-            turning_[turning_count_++] = {{n, depth}, {turn.at_end, depth - further}};
-        }
-    }
-
-    /// Planes around what is round.
-    void take_around() {
-        const Eigen::Vector3d& core = way_.start().core;
-        const double size = length(core);
-        const double level = std::sqrt(core[0] * core[0] + core[1] * core[1]);
-        Eigen::Vector3d along = Eigen::Vector3d::UnitX(), up = Eigen::Vector3d::UnitZ();
-        if (level > 0.1 * size) {
-            along = {core[0] / level, core[1] / level, 0.0};
-            up = (level / size) * Eigen::Vector3d::UnitZ() - (core[2] / size) * along;
-        }
-        const Eigen::Vector3d side(-along[1], along[0], 0.0);
-        take(up);
-        for (const double sign : {-1.0, 1.0}) {
-            take(0.8 * up + 0.6 * sign * side);
-            take(0.28 * up + 0.96 * sign * side);
-            take(0.6 * Eigen::Vector3d::UnitZ() + 0.8 * sign * along);
-        }
-    }
-
-    /// Gives each vertex a bit for each plane that it is beyond.
-    void mark() {
-        const Eigen::Vector3d& centre = way_.start().centre;
-        for (int row = cells_.south; row <= cells_.north + 1; ++row) {
-            for (int column = cells_.west; column <= cells_.east + 1; ++column) {
-                const Eigen::Vector3d to = centre - local_.vertex(window_, column, row);
-                const auto is_beyond = [&to](const Plane& plane) {
-                    return dot(plane.normal, to) >= plane.depth;
-                };
-                unsigned code = 0;
-                for (std::size_t i = 0; i < standing_count_; ++i) {
-                    code = code << 1 | (is_beyond(standing_[i]) ? 1u : 0u);
-                }
-                for (std::size_t i = 0; i < turning_count_; ++i) {
-                    const TurningPlane& plane = turning_[i];
-                    code = code << 1 | (is_beyond(plane.start) && is_beyond(plane.end) ? 1u : 0u);
-                }
-                codes_.at(column, row) = static_cast<std::uint8_t>(code);
-            }
-        }
-    }
-
-    /// Looks at a triangle's own plane. False where too many are open.
-    bool look(int column, int row, bool is_south) {
-        const Triangle triangle = local_.triangle(window_, column, row, is_south);
-        const Plane own{triangle.normal, way_.depth(triangle.normal)};
-        if (is_beyond(triangle, own)) {
-            if (known_count_ < known_.size()) known_[known_count_++] = own;
-            return true;
-        }
-        if (open_count_ == open_.size()) return false;
-        open_[open_count_++] = triangle;
-        return true;
-    }
-
-    bool is_beyond(const Triangle& triangle, const Plane& plane) const {
-        return std::all_of(triangle.v.begin(), triangle.v.end(), [&](const Eigen::Vector3d& v) {
-            return dot(plane.normal, way_.start().centre - v) >= plane.depth;
-        });
-    }
-    bool is_beyond_known(const Triangle& triangle) const {
-        return std::any_of(known_.begin(), known_.begin() + known_count_,
-                           [&](const Plane& plane) { return is_beyond(triangle, plane); });
-    }
-    bool is_beyond(const Triangle& triangle, const Turn& turn) const {
-        const double gap = gap_along(turn.at_start, way_.start(), triangle);
-        if (!(gap >= way_.room())) return false;
-        return std::min(gap, gap_along(turn.at_end, way_.end(), triangle)) >= way_.room(turn);
-    }
-
-    /// Planes along an edge of each, that turn.
-    bool is_beyond_edges(const Triangle& triangle) const {
-        const LocalShape &start = way_.start(), &end = way_.end();
-        Turn turn;
-        if (start.kind == ShapeKind::round) {
-            return find_core_direction(start, triangle, turn.at_start) &&
-                   find_core_direction(end, triangle, turn.at_end) && is_beyond(triangle, turn);
-        }
-        for (std::size_t j = 0; j < 3; ++j) {
-            const Eigen::Vector3d edge = triangle.v[(j + 1) % 3] - triangle.v[j];
-            const double least = 1e-6 * dot(edge, edge);
-            for (std::size_t i = 0; i < 3; ++i) {
-                turn = {cross(start.axes[i], edge), cross(end.axes[i], edge)};
-                if (turn.at_start[2] < 0.0) turn = {-turn.at_start, -turn.at_end};
-                const double from = dot(turn.at_start, turn.at_start);
-                const double to = dot(turn.at_end, turn.at_end);
-                if (!(from > least && to > least) || turn.at_end[2] < 0.0) continue;
-                turn = {turn.at_start / std::sqrt(from), turn.at_end / std::sqrt(to)};
-                if (is_beyond(triangle, turn)) return true;
-            }
-        }
-        return false;
-    }
-
-    /// Upright planes that stand.
-    bool is_beside(const Triangle& triangle) const {
-        bool is_found = false;
-        visit_walls(way_.start(), triangle, [&](const Eigen::Vector3d& n, double gap) {
-            is_found = is_found ||
-                       (gap >= way_.room() && gap_along(n, way_.end(), triangle) >= way_.room());
-        });
-        return is_found;
-    }
-
-    const LocalGround& local_;
-    const GroundWindow& window_;
-    WindowCells cells_;
-    const Way& way_;
-    std::array<Plane, 7> standing_;
-    std::array<TurningPlane, 3> turning_;
-    WindowCodes codes_;
-    std::array<Plane, 16> known_;    // that part their triangles
-    std::array<Triangle, 32> open_;  // that their own planes do not part
-    std::size_t standing_count_ = 0, turning_count_ = 0, known_count_ = 0, open_count_ = 0;
-};
+    const Eigen::Vector3d low = (start.centre - reach(start)).cwiseMin(end.centre - reach(end));
+    const Eigen::Vector3d high = (start.centre + reach(start)).cwiseMax(end.centre + reach(end));
+    const Eigen::Vector3d middle = 0.5 * (low + high);
+    if (low[2] > bound_ground(local, middle, high - middle)) return true;
+    const CellRange cells = local.cells(low[0], low[1], high[0], high[1]);
+    const GroundWindow* const window = local.window(cells, 0);
+    return window != nullptr && are_clear(local, *window, cells, way);
+}
 
 }  // namespace
 
 bool is_way_clear(const Shape& shape, const Motion& motion, const Ground& ground, double margin) {
-    const bool is_simple = std::holds_alternative<Sphere>(shape) ||
-                           std::holds_alternative<Capsule>(shape) ||
-                           std::holds_alternative<Box>(shape);
-    if (!is_simple || !(length(motion.rotation_vector) < kMostTurn) ||
-        !is_usable(shape, motion.start) || !is_finite(motion.translation)) {
+    const double spin = length(motion.rotation_vector);
+    if (!(spin < kMostTurn) || !is_usable(shape, motion.start) || !is_finite(motion.translation)) {
         return false;
     }
     const LocalGround local(ground, motion.start.translation);
     const Eigen::Vector3d from = local.to_local(motion.start.translation);
     const LocalBody start(shape, motion.start.rotation, from);
     const LocalBody end(shape, motion.at(1.0).rotation, from + motion.translation);
-    const Way way(start.whole(), end.whole(), motion, margin);
-    const auto reach = [&](const LocalShape& whole) -> Eigen::Vector3d {
-        return whole.bounds + Eigen::Vector3d::Constant(way.room());
+    if (!start.is_compound())
+        return is_part_clear(local, start.whole(), end.whole(), motion, margin);
+
+    // How far anything goes from where its box is at the start.
+    const double reach = margin + length(motion.translation) + spin * bounding_radius(shape);
+    bool is_clear = true;
+    const auto may_meet = [&](const Eigen::Vector3d& centre, const Eigen::Vector3d& bounds) {
+        const Eigen::Vector3d half = bounds + Eigen::Vector3d::Constant(reach);
+        return is_clear && !(centre[2] - half[2] > bound_ground(local, centre, half));
     };
-    const Eigen::Vector3d low = (start.whole().centre - reach(start.whole()))
-                                    .cwiseMin(end.whole().centre - reach(end.whole()));
-    const Eigen::Vector3d high = (start.whole().centre + reach(start.whole()))
-                                     .cwiseMax(end.whole().centre + reach(end.whole()));
-    const Eigen::Vector3d middle = 0.5 * (low + high);
-    if (low[2] > bound_ground(local, middle, high - middle)) return true;
-    const CellRange cells = local.cells(low[0], low[1], high[0], high[1]);
-    const GroundWindow* const window = local.window(cells, 0);
-    return window != nullptr && Triangles(local, *window, cells, way).are_clear();
+    start.visit(may_meet, [&](const LocalShape& part, std::uint32_t index) {
+        LocalHull hull;
+        is_clear = is_clear && is_part_clear(local, part, end.part(index, hull), motion, margin);
+    });
+    return is_clear;
 }
 
 }  // namespace terrane::internal

@@ -5,10 +5,10 @@
 
 namespace terrane::internal {
 
-/// Whether a sphere, capsule or box stays further than a margin from the ground all along a short motion: true
+/// Whether a shape stays further than a margin from the ground all along a short motion: true
 /// where planes prove it, one for each triangle in reach, at once and for all of the motion. False where nobody
-/// knows: where a plane would have to change on the way, where cells in reach are no ground or not resident, for
-/// hulls and compounds, and for motions too long to be looked at in one piece.
+/// knows: where a plane would have to change on the way, where cells in reach are no ground or not resident, and for
+/// motions too long to be looked at in one piece.
 ///
 /// @param margin metres, > 0
 /// Cost: O(cells in reach), and a fraction of a cast

@@ -52,6 +52,7 @@ void add_planes(LocalHull& hull) {
         const Eigen::Vector3d n = -rotated(hull.rotation, face.normal);
         hull.planes[hull.plane_count++] = {n, face.offset + dot(n, hull.middle)};
     }
+    hull.face_count = count;
     // Four slopes, for what is round.
     constexpr double kAcross = 0.36;
     constexpr double kUp = 0.8606974497462901;  // a unit vector with the former twice

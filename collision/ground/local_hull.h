@@ -26,6 +26,7 @@ struct LocalHull {
     static constexpr std::size_t kMostPlanes = 8;
     std::array<Plane, kMostPlanes> planes;  ///< faces around the lowest vertex, and some slopes
     std::size_t plane_count = 0;
+    std::size_t face_count = 0;  ///< that come first among the planes
 
     Eigen::Vector3d to_body(const Eigen::Vector3d& n) const { return rotated_back(rotation, n); }
     Eigen::Vector3d vertex(std::uint32_t i) const {
