@@ -111,7 +111,7 @@ MoveAnswer advance(RigidBody& body, const Ground& ground, const Twist& way, Gate
     const double reach = length(way.linear) + body.radius * length(way.angular);
     if (reach <= gate.free_way) {
         gate.free_way -= reach;
-        body.pose = {orthonormalized(end.rotation), end.translation};
+        body.pose = end;
         return answer;
     }
     gate.free_way = 0.0;
@@ -132,7 +132,6 @@ MoveAnswer advance(RigidBody& body, const Ground& ground, const Twist& way, Gate
     }
     if (answer.fraction > 0.0) {
         body.pose = answer.fraction < 1.0 ? motion.at(answer.fraction) : end;
-        body.pose.rotation = orthonormalized(body.pose.rotation);
     }
     return answer;
 }
@@ -184,12 +183,14 @@ MoveAnswer move_piece(RigidBody& body, const Ground& ground, double duration, Ga
 /// The solver of one body's contacts with the ground.
 class GroundSolver {
 public:
-    GroundSolver(const RigidBody& body, const GroundLook& look) : solver_(bodies_, room_) {
+    /// @param is_guessed starts from the impulses of the substep before
+    GroundSolver(const RigidBody& body, const GroundLook& look, bool is_guessed)
+        : solver_(bodies_, room_) {
         bodies_[0].mass = body.mass;
         bodies_[0].pose = body.pose;
         for (std::size_t i = 0; i < look.count(); ++i) {
             SolverContact contact = look.contact(i, body, 0);
-            contact.guess.setZero();  // what several bodies were solved for is in the velocity
+            if (!is_guessed) contact.guess.setZero();
             solver_.add(contact);
         }
     }
@@ -202,12 +203,16 @@ private:
     ContactSolver solver_;
 };
 
-void solve(RigidBody& body, const GroundLook& look, double gravity, double duration) {
+/// @param is_first of a body alone in a substep: solved from the impulses of the substep before, which it becomes for
+///                 the next one. Else what was solved before is in the velocity.
+void solve(RigidBody& body, GroundLook& look, double gravity, double duration, bool is_first) {
     if (!look.has_contacts()) return;
-    GroundSolver solver(body, look);
+    GroundSolver solver(body, look, is_first);
     solver.velocity() = body.velocity;
     (*solver).solve_velocity(kAlone, bounce_speed(gravity, duration), duration, kEffort);
     body.velocity = solver.velocity();
+    if (!is_first) return;
+    for (std::size_t i = 0; i < look.count(); ++i) look.set_impulse(i, (*solver).impulse(i));
 }
 
 /// A displacement that moves no point by more than `most`.
@@ -247,7 +252,7 @@ bool separate(RigidBody& body, const Ground& ground, const GroundLook& look, Gat
         if (parting == Parting::lifting) {
             way.linear.z() = std::min(distance, std::max(0.0, look.lift()) + wanted_gap);
         } else {
-            GroundSolver solver(body, look);
+            GroundSolver solver(body, look, false);
             (*solver).solve_separation(distance, parting == Parting::turning);
             way = shortened(solver.velocity(), body.radius, 2.0 * distance);
         }
@@ -311,7 +316,7 @@ struct Stretch {
 /// Looks at the ground, solves what touches it, and moves on. Ends after `duration`; or earlier, where a
 /// body that touches has turned so far that its contacts have to be looked at again.
 Stretch live_stretch(RigidBody& body, GroundLook& look, const Ground& ground, double gravity,
-                     double duration) {
+                     double duration, bool is_first) {
     look.update(body, ground);
     if (!look.is_resident()) return {.resident = false};
 
@@ -337,7 +342,7 @@ Stretch live_stretch(RigidBody& body, GroundLook& look, const Ground& ground, do
         const double turn = rate() * remaining;
         stretch.is_last = turn <= kContactTurn;
         if (!stretch.is_last) remaining *= kContactTurn / turn;
-        solve(body, look, gravity, remaining);
+        solve(body, look, gravity, remaining, is_first);
         if (!separate(body, ground, look, gate, gravity, remaining)) return {.resident = false};
     }
 
@@ -366,7 +371,7 @@ Stretch live_stretch(RigidBody& body, GroundLook& look, const Ground& ground, do
         stretch.touches = true;
         look.look(body, ground, gate.index);
         if (!look.is_resident()) return {.resident = false};
-        solve(body, look, gravity, std::max(remaining, kLeastSolveShare * duration));
+        solve(body, look, gravity, std::max(remaining, kLeastSolveShare * duration), false);
         gate = make_gate(body, look, gate.index, std::min(gate.index + 1, kGateCount - 1));
         if (lived > 0.0 && rate() * remaining > kContactTurn) {
             stretch.is_last = false;
@@ -388,7 +393,7 @@ double bounce_speed(double gravity, double duration) {
 }
 
 SubstepAnswer step_body(RigidBody& body, GroundLook& look, const Ground& ground, double gravity,
-                        double duration) {
+                        double duration, bool is_alone) {
     SubstepAnswer total;
     double remaining = duration;
     for (int count = 0; remaining > 0.0; ++count) {
@@ -396,7 +401,8 @@ SubstepAnswer step_body(RigidBody& body, GroundLook& look, const Ground& ground,
             total.lost_time += remaining;
             break;
         }
-        const Stretch stretch = live_stretch(body, look, ground, gravity, remaining);
+        const bool is_first = is_alone && count == 0;
+        const Stretch stretch = live_stretch(body, look, ground, gravity, remaining, is_first);
         total.resident = stretch.resident;
         if (!stretch.resident) break;
         total.touches = stretch.touches;

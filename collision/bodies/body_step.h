@@ -39,9 +39,11 @@ struct SubstepAnswer {
 /// Every change of the pose is proved clear of the contact surface lowered by a part of the tolerance, or cast
 /// against it, so that depth is bounded by construction, whatever the solver and the integrator do.
 ///
-/// @param look what the body has seen of the same ground before
+/// @param look     what the body has seen of the same ground before
+/// @param is_alone nothing else has solved for what the ground gives in this substep: it is solved from the impulses
+///                 of the substep before
 SubstepAnswer step_body(RigidBody& body, GroundLook& look, const Ground& ground, double gravity,
-                        double duration);
+                        double duration, bool is_alone = false);
 
 struct MoveAnswer {
     bool resident = true;

@@ -52,9 +52,10 @@ std::size_t BodyWorld::State::add(const RigidBody& body, internal::CentredShape&
 void BodyWorld::State::replace(std::size_t index, const BodyState& state) {
     // Whoever slept on it or beside it may have lost what held it.
     if (is_asleep(index)) wake_group(sleep_groups[index]);
+    Pose pose = internal::to_centred(state.pose, frames[index]);
+    pose.rotation = orthonormalized(pose.rotation);
     static_cast<internal::BodyMotion&>(bodies[index]) = {
-        .pose = internal::to_centred(state.pose, frames[index]),
-        .velocity = {state.velocity, state.angular_velocity}};
+        .pose = pose, .velocity = {state.velocity, state.angular_velocity}};
     looks[index] = {};
     quiet_times[index] = 0.0;
     states[index] = state;
@@ -106,7 +107,7 @@ StepReport BodyWorld::State::step(const Ground& ground, double dt) {
 void BodyWorld::State::begin_step() {
     for (std::size_t i = 0; i < bodies.size(); ++i) {
         // Nothing seen is kept over a step: what a body does must not depend on what is loaded elsewhere.
-        looks[i].forget();
+        looks[i].begin_step();
         before[i] = bodies[i];
         totals[i] = {};
         waits[i] = 0;
@@ -140,14 +141,15 @@ void BodyWorld::State::live_substep(std::size_t index, const Ground& ground, dou
     internal::SubstepAnswer answer = answers[index];
     if (answer.resident) {
         const double left = substep - answer.lived_time - answer.lost_time;
-        answer.add(internal::step_body(body, looks[index], ground, gravity, left));
+        answer.add(internal::step_body(body, looks[index], ground, gravity, left,
+                                       !meetings.islands().has(index)));
     }
     answers[index] = {};
     totals[index].add(answer);
     if (!answer.resident) {
         // The whole step waits: what was moved so far is taken back.
         static_cast<internal::BodyMotion&>(body) = before[index];
-        looks[index].forget();
+        looks[index].undo_step();
         states[index].condition = BodyCondition::parked;
         waits[index] = 1;
         return;

@@ -100,13 +100,21 @@ inline double ContactSolver::rub(ContactRows& contact) {
     Row& v = contact.bitangent_;
     const double limit = contact.friction_ * contact.normal_.impulse;
     if (limit == 0.0 && u.impulse == 0.0 && v.impulse == 0.0) return 0.0;
-    double wanted_u = u.impulse - u.effective_mass * speed(contact, u);
-    double wanted_v = v.impulse - v.effective_mass * speed(contact, v);
-    const double square = wanted_u * wanted_u + wanted_v * wanted_v;
-    if (square > limit * limit) {
-        const double scale = limit / std::sqrt(square);
-        wanted_u *= scale;
-        wanted_v *= scale;
+    const double speed_u = speed(contact, u), speed_v = speed(contact, v);
+    double wanted_u = u.impulse - u.effective_mass * speed_u;
+    double wanted_v = v.impulse - v.effective_mass * speed_v;
+    const double limit_square = limit * limit;
+    if (wanted_u * wanted_u + wanted_v * wanted_v > limit_square) {
+        // It slides, and friction is against the slip, whichever way the bodies give more.
+        const double mass = std::min(u.effective_mass, v.effective_mass);
+        wanted_u = u.impulse - mass * speed_u;
+        wanted_v = v.impulse - mass * speed_v;
+        const double square = wanted_u * wanted_u + wanted_v * wanted_v;
+        if (square > limit_square) {
+            const double scale = limit / std::sqrt(square);
+            wanted_u *= scale;
+            wanted_v *= scale;
+        }
     }
     const double change_u = wanted_u - u.impulse;
     const double change_v = wanted_v - v.impulse;

@@ -47,6 +47,15 @@ public:
 
     /// Looks again the next time; to be called where the ground may be another one.
     void forget() { is_kept_ = false; }
+    /// The same at the start of a step that undo_step() may take back: then the impulses are those of now again.
+    void begin_step() {
+        forget();
+        contacts_at_start_ = contacts_;
+    }
+    void undo_step() {
+        forget();
+        contacts_ = contacts_at_start_;
+    }
 
     bool is_resident() const { return resident_; }
     bool has_contacts() const { return !contacts_.empty(); }
@@ -72,7 +81,7 @@ private:
         ShapeFeature feature;
         std::uint32_t part;
         std::uint32_t piece;        // of the part, where that is a compound
-        Eigen::Vector3d impulse;    // of the last solve for several bodies, N s
+        Eigen::Vector3d impulse;    // of the last substep, N s
         Eigen::Vector3d core_body;  // the point that turning carries round
         Eigen::Vector3d normal;
         double gap;       // now
@@ -83,7 +92,7 @@ private:
     void follow(const RigidBody& body);
     Eigen::Vector3d impulse_before(const Place& place) const;
 
-    std::vector<Place> contacts_, contacts_before_;
+    std::vector<Place> contacts_, contacts_before_, contacts_at_start_;
     Pose pose_seen_;
     double lift_ = -1.0;
     double moved_ = 0.0;

@@ -89,6 +89,10 @@ void Islands::build(std::span<const BodyPair> links, std::span<const std::uint8_
     rewind(link_starts_);
 }
 
+bool Islands::has(std::size_t body) const {
+    return body < islands_.size() && islands_[body] != kNone;
+}
+
 std::span<const std::uint32_t> Islands::bodies(std::size_t island) const {
     return std::span(bodies_).subspan(body_starts_[island],
                                       body_starts_[island + 1] - body_starts_[island]);

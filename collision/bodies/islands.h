@@ -19,6 +19,8 @@ public:
     void build(std::span<const BodyPair> links, std::span<const std::uint8_t> moves);
 
     std::size_t count() const { return body_starts_.size() - 1; }
+    /// Whether a body belongs to any.
+    bool has(std::size_t body) const;
     /// Bodies of an island; at least one.
     std::span<const std::uint32_t> bodies(std::size_t island) const;
     /// Indices of the links of an island.
