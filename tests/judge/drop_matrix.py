@@ -24,7 +24,7 @@ def main():
     options = parser.parse_args()
 
     terrains = {"raster": ["--dem", options.dem], "fractal": ["--seed", options.seed]}
-    runs = itertools.product(terrains, ("sphere", "capsule", "box"), ("0", "300", "3000"), ("1/60", "1/10"))
+    runs = itertools.product(terrains, ("sphere", "capsule", "box", "hull", "compound"), ("0", "300", "3000"), ("1/60", "1/10"))
     print("| terrain | shape | m/s | dt | fell | parked | left | lost | max depth m | step ms median |")
     print("|---|---|---|---|---|---|---|---|---|---|")
     failures = 0

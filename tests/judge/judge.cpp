@@ -2,6 +2,7 @@
 #include "judge.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <vector>
@@ -25,8 +26,7 @@ bool parse(const std::string& line, double (&values)[kFields]) {
     return true;
 }
 
-bool place(Body& body, const double (&v)[kFields]) {
-    body.centre = {v[2], v[3], v[4]};
+bool place(std::vector<Body>& parts, const double (&v)[kFields]) {
     double w = v[5], x = v[6], y = v[7], z = v[8];
     const double norm = std::sqrt(w * w + x * x + y * y + z * z);
     if (std::abs(norm - 1.0) > 1e-6) return false;
@@ -34,9 +34,15 @@ bool place(Body& body, const double (&v)[kFields]) {
     x /= norm;
     y /= norm;
     z /= norm;
-    body.axes[0] = {1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)};
-    body.axes[1] = {2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)};
-    body.axes[2] = {2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)};
+    std::array<Vec, 3> axes;
+    axes[0] = {1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)};
+    axes[1] = {2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)};
+    axes[2] = {2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)};
+    const auto turned = [&](const Vec& p) { return p.x * axes[0] + p.y * axes[1] + p.z * axes[2]; };
+    for (Body& part : parts) {
+        part.centre = Vec{v[2], v[3], v[4]} + turned(part.centre);
+        for (Vec& axis : part.axes) axis = turned(axis);
+    }
     return true;
 }
 
@@ -49,10 +55,24 @@ struct Verdict {
 
 }  // namespace
 
-Body make_drop_body(DropShape shape, std::int64_t body_index) {
+std::vector<Body> make_drop_body(DropShape shape, std::int64_t body_index) {
     const bool mixed = shape == DropShape::mixed;
     Body body;
-    if (shape == DropShape::box || (mixed && body_index % 3 == 2)) {
+    if (shape == DropShape::hull) {
+        body.kind = ShapeKind::hull;
+        body.points = {{1.2, 0.0, 0.1},  {-0.9, 0.2, 0.0}, {0.0, 1.0, -0.1},
+                       {0.1, -0.8, 0.0}, {0.0, 0.1, 0.7},  {0.0, 0.0, -0.6}};
+    } else if (shape == DropShape::compound) {
+        Body head;
+        head.kind = ShapeKind::box;
+        head.half_extents = {0.3, 0.8, 0.3};
+        head.centre = {1.0, 0.0, 0.0};
+        body.kind = ShapeKind::capsule;
+        body.radius = 0.2;
+        body.half_height = 0.8;
+        body.axes = {Vec{0, 1, 0}, Vec{0, 0, 1}, Vec{1, 0, 0}};
+        return {head, body};
+    } else if (shape == DropShape::box || (mixed && body_index % 3 == 2)) {
         body.kind = ShapeKind::box;
         body.half_extents = {1.0, 2.0, 0.5};
     } else if (shape == DropShape::capsule || (mixed && body_index % 3 == 1)) {
@@ -63,7 +83,7 @@ Body make_drop_body(DropShape shape, std::int64_t body_index) {
         body.kind = ShapeKind::sphere;
         body.radius = 0.5;
     }
-    return body;
+    return {body};
 }
 
 Report judge_trace(std::istream& trace, const Surface& surface, const Settings& settings) {
@@ -82,7 +102,7 @@ Report judge_trace(std::istream& trace, const Surface& surface, const Settings& 
         };
         if (!parse(line, values) || values[1] < 0.0 || values[1] > 1e7) return refuse();
         const auto index = static_cast<std::size_t>(values[1]);
-        Body body = make_drop_body(settings.shape, static_cast<std::int64_t>(index));
+        std::vector<Body> body = make_drop_body(settings.shape, static_cast<std::int64_t>(index));
         if (!place(body, values)) return refuse();
         if (index >= last.size()) last.resize(index + 1);
         Verdict& verdict = last[index];

@@ -10,10 +10,10 @@
 namespace judge {
 
 /// Shapes of `terrane drop`; mixed: body index modulo 3 is sphere, capsule, box.
-enum class DropShape { sphere, capsule, box, mixed };
+enum class DropShape { sphere, capsule, box, hull, compound, mixed };
 
-/// The shape of one body of a drop, without a pose.
-Body make_drop_body(DropShape shape, std::int64_t body_index);
+/// The parts of one body of a drop, at the origin.
+std::vector<Body> make_drop_body(DropShape shape, std::int64_t body_index);
 
 struct Settings {
     DropShape shape = DropShape::sphere;

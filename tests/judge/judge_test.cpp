@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <sstream>
@@ -53,13 +54,39 @@ TEST(Judge, FindsABodyOfEveryShapeThatSankTwoCentimetres) {
     const struct {
         DropShape shape;
         double rest;
-    } cases[] = {{DropShape::sphere, 3.5}, {DropShape::capsule, 4.2}, {DropShape::box, 3.5}};
+    } cases[] = {{DropShape::sphere, 3.5},
+                 {DropShape::capsule, 4.2},
+                 {DropShape::box, 3.5},
+                 {DropShape::hull, 3.6},
+                 {DropShape::compound, 3.3}};
     for (const auto& c : cases) {
         const Report report = judge_one(c.shape, flat, {0.3, 0.4, c.rest - 0.02});
         EXPECT_EQ(report.too_deep, 1u);
         EXPECT_NEAR(report.max_depth, 0.02, 1e-3);
         EXPECT_EQ(judge_one(c.shape, flat, {0.3, 0.4, c.rest - 0.009}).too_deep, 0u);
     }
+}
+
+// Turned by 90 degrees about y, x looks down: of the hammer its head, of the stone its longest point.
+TEST(Judge, KnowsHowAStoneAndAHammerStand) {
+    const double half = std::sqrt(0.5);
+    const struct {
+        DropShape shape;
+        double rest;
+    } cases[] = {{DropShape::hull, 4.2}, {DropShape::compound, 4.3}};
+    for (const auto& c : cases) {
+        EXPECT_EQ(judge_one(c.shape, flat, {0.0, 0.0, c.rest, half, 0.0, half, 0.0}).too_deep, 0u);
+        EXPECT_EQ(
+            judge_one(c.shape, flat, {0.0, 0.0, c.rest - 0.02, half, 0.0, half, 0.0}).too_deep, 1u);
+    }
+}
+
+TEST(Judge, FindsASpikeThatPokesIntoASideOfAStone) {
+    // Above the top of the spike, the side through three corners is at 3 / 7 of a metre below the centre, or so.
+    const Report clear = judge_one(DropShape::hull, spike, {-0.3, -0.3, 5.6});
+    EXPECT_EQ(clear.too_deep, 0u);
+    const Report poked = judge_one(DropShape::hull, spike, {-0.3, -0.3, 5.2});
+    EXPECT_EQ(poked.too_deep, 1u);
 }
 
 TEST(Judge, KnowsALyingCapsuleFromAStandingOne) {
@@ -91,7 +118,8 @@ TEST(Judge, FindsABodyInsideAWallThatItsCentreIsClearOf) {
 }
 
 TEST(Judge, FindsABodyThatFellFarBelow) {
-    for (const DropShape shape : {DropShape::sphere, DropShape::capsule, DropShape::box}) {
+    for (const DropShape shape : {DropShape::sphere, DropShape::capsule, DropShape::box,
+                                  DropShape::hull, DropShape::compound}) {
         EXPECT_EQ(judge_one(shape, flat, {0.0, 0.0, -50.0}).too_deep, 1u);
     }
 }
@@ -103,9 +131,10 @@ TEST(Judge, CutsCellsAsTheParitySays) {
     Body body;
     body.radius = 1e-6;
     body.centre = {0.5, 0.5, 0.5};
-    EXPECT_NEAR(compute_lift(body, surface).value, 0.5, 1e-5);
+    const std::array parts{body};
+    EXPECT_NEAR(compute_lift(parts, surface).value, 0.5, 1e-5);
     surface.parity = 1;
-    EXPECT_EQ(compute_lift(body, surface).value, 0.0);
+    EXPECT_EQ(compute_lift(parts, surface).value, 0.0);
 }
 
 TEST(Judge, SaysWhereGroundIsUnknownAndWhereATraceIsBroken) {

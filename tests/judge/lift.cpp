@@ -90,13 +90,21 @@ double capsule_over_triangle(const Body& body, const Triangle& t) {
     return best;
 }
 
-std::array<Vec, 8> corners_of(const Body& body) {
-    std::array<Vec, 8> corners;
+Vec to_world(const Body& body, const Vec& p) {
+    return body.centre + p.x * body.axes[0] + p.y * body.axes[1] + p.z * body.axes[2];
+}
+
+std::vector<Vec> corners_of(const Body& body) {
+    std::vector<Vec> corners;
+    if (body.kind == ShapeKind::hull) {
+        for (const Vec& p : body.points) corners.push_back(to_world(body, p));
+    }
+    if (body.kind != ShapeKind::box) return corners;
     for (unsigned i = 0; i < 8; ++i) {
         const double sx = i & 1u ? body.half_extents.x : -body.half_extents.x;
         const double sy = i & 2u ? body.half_extents.y : -body.half_extents.y;
         const double sz = i & 4u ? body.half_extents.z : -body.half_extents.z;
-        corners[i] = body.centre + sx * body.axes[0] + sy * body.axes[1] + sz * body.axes[2];
+        corners.push_back(to_world(body, {sx, sy, sz}));
     }
     return corners;
 }
@@ -120,9 +128,29 @@ bool box_bottom(const Body& body, double x, double y, double& z_out) {
     return low <= high;
 }
 
-/// Surface and box are piecewise linear: the largest difference is at a corner of either, or where
+/// The same of a hull: every triangle of its corners lies in it, and its lower side consists of such.
+bool hull_bottom(const std::vector<Vec>& corners, double x, double y, double& z_out) {
+    bool is_over = false;
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+        for (std::size_t j = i + 1; j < corners.size(); ++j) {
+            for (std::size_t k = j + 1; k < corners.size(); ++k) {
+                const Triangle t{corners[i], corners[j], corners[k]};
+                if (std::abs(turn(t[0], t[1], t[2])) < 1e-14) continue;
+                bool inside = false;
+                const double z = plane_height(t, x, y, inside);
+                if (!inside || (is_over && z >= z_out)) continue;
+                is_over = true;
+                z_out = z;
+            }
+        }
+    }
+    return is_over;
+}
+
+/// Surface and shape are piecewise linear: the largest difference is at a corner of either, or where
 /// two edges cross in the plane.
-double box_over_triangle(const Body& body, const std::array<Vec, 8>& corners, const Triangle& t) {
+double polyhedron_over_triangle(const Body& body, const std::vector<Vec>& corners,
+                                const Triangle& t) {
     double best = -1e300;
     for (const Vec& corner : corners) {
         bool inside = false;
@@ -131,13 +159,16 @@ double box_over_triangle(const Body& body, const std::array<Vec, 8>& corners, co
     }
     for (const Vec& vertex : t) {
         double z = 0.0;
-        if (box_bottom(body, vertex.x, vertex.y, z)) best = std::max(best, vertex.z - z);
+        const bool is_over = body.kind == ShapeKind::box
+                                 ? box_bottom(body, vertex.x, vertex.y, z)
+                                 : hull_bottom(corners, vertex.x, vertex.y, z);
+        if (is_over) best = std::max(best, vertex.z - z);
     }
-    for (unsigned i = 0; i < 8; ++i) {
-        for (unsigned axis = 1; axis < 8; axis *= 2) {
-            if (i & axis) continue;
+    // All pairs of corners: what is no edge lies within, and is lifted by no more than the edges are.
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+        for (std::size_t j = i + 1; j < corners.size(); ++j) {
             const Vec& a = corners[i];
-            const Vec& b = corners[i | axis];
+            const Vec& b = corners[j];
             for (std::size_t k = 0; k < 3; ++k) {
                 const Vec& c = t[k];
                 const Vec& d = t[(k + 1) % 3];
@@ -157,27 +188,38 @@ double box_over_triangle(const Body& body, const std::array<Vec, 8>& corners, co
 }  // namespace
 
 double Body::reach() const {
+    if (kind == ShapeKind::hull) {
+        double square = 0.0;
+        for (const Vec& p : points) square = std::max(square, dot(p, p));
+        return std::sqrt(square);
+    }
     if (kind == ShapeKind::box) return std::sqrt(dot(half_extents, half_extents));
     return radius + half_height;
 }
 
 double Body::bottom() const {
+    if (kind == ShapeKind::hull) {
+        double low = 1e300;
+        for (const Vec& p : points) low = std::min(low, to_world(*this, p).z);
+        return low;
+    }
     if (kind == ShapeKind::sphere) return centre.z - radius;
     if (kind == ShapeKind::capsule) return centre.z - radius - std::abs(axes[2].z) * half_height;
     return centre.z - std::abs(axes[0].z) * half_extents.x - std::abs(axes[1].z) * half_extents.y -
            std::abs(axes[2].z) * half_extents.z;
 }
 
-Lift compute_lift(const Body& body, const Surface& surface) {
-    Lift lift;
+namespace {
+
+/// Raises the lift of a body to that of one of its parts.
+void add_lift(const Body& body, const Surface& surface, Lift& lift) {
     const double reach = body.reach();
     const std::int64_t west = surface.column_below(body.centre.x - reach);
     const std::int64_t east = surface.column_below(body.centre.x + reach);
     const std::int64_t south = surface.row_below(body.centre.y - reach);
     const std::int64_t north = surface.row_below(body.centre.y + reach);
     const double bottom = body.bottom();
-    std::array<Vec, 8> corners{};
-    if (body.kind == ShapeKind::box) corners = corners_of(body);
+    const std::vector<Vec> corners = corners_of(body);
     for (std::int64_t row = south; row <= north; ++row) {
         for (std::int64_t column = west; column <= east; ++column) {
             Vec corner[4];
@@ -211,17 +253,25 @@ Lift compute_lift(const Body& body, const Surface& surface) {
                         value = capsule_over_triangle(body, t);
                         break;
                     case ShapeKind::box:
-                        value = box_over_triangle(body, corners, t);
+                    case ShapeKind::hull:
+                        value = polyhedron_over_triangle(body, corners, t);
                         break;
                 }
                 lift.value = std::max(lift.value, value);
             }
         }
     }
+}
+
+}  // namespace
+
+Lift compute_lift(std::span<const Body> parts, const Surface& surface) {
+    Lift lift;
+    for (const Body& part : parts) add_lift(part, surface, lift);
     return lift;
 }
 
-double compute_depth(const Body& body, const Surface& surface, double lift) {
+double compute_depth(std::span<const Body> parts, const Surface& surface, double lift) {
     double best = lift;  // straight up always parts them
     constexpr int kDirections = 600;
     constexpr int kLengths = 40;
@@ -232,8 +282,8 @@ double compute_depth(const Body& body, const Surface& surface, double lift) {
         const Vec direction{flat * std::cos(kGoldenTurn * i), flat * std::sin(kGoldenTurn * i), z};
         for (int k = 1; k < kLengths; ++k) {
             const double length = best * k / kLengths;
-            Body moved = body;
-            moved.centre = body.centre + length * direction;
+            std::vector<Body> moved(parts.begin(), parts.end());
+            for (Body& part : moved) part.centre = part.centre + length * direction;
             if (compute_lift(moved, surface).value <= 1e-9) {
                 best = length;
                 break;

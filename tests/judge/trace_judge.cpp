@@ -17,7 +17,8 @@
 namespace {
 
 constexpr const char* kUsage =
-    "trace_judge --trace FILE --shape sphere|capsule|box|mixed (--heights FILE | --dem FILE)\n"
+    "trace_judge --trace FILE --shape sphere|capsule|box|hull|compound|mixed (--heights FILE | "
+    "--dem FILE)\n"
     "            [--parity 0|1] [--tolerance M] [--slack M] [--allow-unjudged]\n"
     "\n"
     "--heights: a text file; first line `spacing west south parity`, then `column row height` a "
@@ -102,10 +103,9 @@ bool parse_shape(const std::string& name, judge::DropShape& shape_out) {
     const struct {
         const char* name;
         judge::DropShape shape;
-    } shapes[] = {{"sphere", judge::DropShape::sphere},
-                  {"capsule", judge::DropShape::capsule},
-                  {"box", judge::DropShape::box},
-                  {"mixed", judge::DropShape::mixed}};
+    } shapes[] = {{"sphere", judge::DropShape::sphere},     {"capsule", judge::DropShape::capsule},
+                  {"box", judge::DropShape::box},           {"hull", judge::DropShape::hull},
+                  {"compound", judge::DropShape::compound}, {"mixed", judge::DropShape::mixed}};
     for (const auto& entry : shapes) {
         if (name != entry.name) continue;
         shape_out = entry.shape;

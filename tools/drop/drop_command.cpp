@@ -187,8 +187,7 @@ CommandResult<void> run_drop(const DropOptions& options) {
     }
     std::optional<DropFilm> film;
     if (!options.film.out.empty()) {
-        Result<DropFilm> made =
-            DropFilm::create(options.film, with_seed.layout, terrain->source, *world);
+        Result<DropFilm> made = DropFilm::create(options.film, terrain->source, *world);
         if (!made) return pass_on(made.error());
         film.emplace(std::move(*made));
     }
@@ -231,10 +230,10 @@ void add_drop_command(CLI::App& app, CommandContext& context) {
         "drop",
         "Drops bodies onto the ground around the terrain's centre and counts what goes wrong");
     add_terrain_options(*drop, options->terrain);
-    const std::map<std::string, DropShape> shapes{{"sphere", DropShape::sphere},
-                                                  {"capsule", DropShape::capsule},
-                                                  {"box", DropShape::box},
-                                                  {"mixed", DropShape::mixed}};
+    const std::map<std::string, DropShape> shapes{
+        {"sphere", DropShape::sphere},     {"capsule", DropShape::capsule},
+        {"box", DropShape::box},           {"hull", DropShape::hull},
+        {"compound", DropShape::compound}, {"mixed", DropShape::mixed}};
     DropShape* const shape = &options->layout.shape;
     drop->add_option_function<std::string>(
             "--shape",
@@ -243,13 +242,15 @@ void add_drop_command(CLI::App& app, CommandContext& context) {
                 if (found == shapes.end()) {
                     throw CLI::ValidationError(
                         "--shape",
-                        fmt::format("must be sphere, capsule, box or mixed, got '{}'", name));
+                        fmt::format(
+                            "must be sphere, capsule, box, hull, compound or mixed, got '{}'",
+                            name));
                 }
                 *shape = found->second;
             },
             "sphere (radius 0.5 m), capsule (0.4, half height 0.8), box (half extents 1, 2, 0.5), "
-            "or "
-            "mixed, which takes turns in this order")
+            "hull (a stone of six corners), compound (a hammer), or mixed, which takes turns of "
+            "the first three")
         ->type_name("NAME")
         ->default_str("sphere");
     add_in_range(*drop, "--scale", options->layout.scale, 1e-3, 1e3,

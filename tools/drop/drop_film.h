@@ -2,7 +2,6 @@
 #pragma once
 
 #include "drop/drop_camera.h"
-#include "drop/drop_layout.h"
 #include "flight/flight_output.h"
 
 #include <memory>
@@ -17,7 +16,7 @@ public:
     /// @param options fps, size, fov_deg, out, png and video are used
     ///
     /// Fails as FlightOutput and FrameMaker do.
-    static Result<DropFilm> create(const FlightOptions& options, const DropLayout& layout,
+    static Result<DropFilm> create(const FlightOptions& options,
                                    std::shared_ptr<const HeightSource> source,
                                    const BodyWorld& world);
 
@@ -28,11 +27,10 @@ public:
     Result<void> finish(const std::string& title, nlohmann::ordered_json& summary);
 
 private:
-    DropFilm(const FlightOptions& options, const DropLayout& layout, FrameMaker maker,
-             FlightOutput output, DropCamera camera);
+    DropFilm(const FlightOptions& options, FrameMaker maker, FlightOutput output,
+             DropCamera camera);
 
     FlightOptions options_;
-    DropLayout layout_;
     FrameMaker maker_;
     FlightOutput output_;
     DropCamera camera_;

@@ -27,6 +27,28 @@ std::optional<double> ground_below(const Ground& ground, double x, double y, dou
     return ground.lattice().quantum * static_cast<double>(range.high);
 }
 
+ConvexHull make_stone(double scale) {
+    std::array<Eigen::Vector3d, 6> corners{{{1.2, 0.0, 0.1},
+                                            {-0.9, 0.2, 0.0},
+                                            {0.0, 1.0, -0.1},
+                                            {0.1, -0.8, 0.0},
+                                            {0.0, 0.1, 0.7},
+                                            {0.0, 0.0, -0.6}}};
+    for (Eigen::Vector3d& corner : corners) corner *= scale;
+    return ConvexHull::create(corners).value();
+}
+
+Compound make_hammer(double scale) {
+    std::array<CompoundPart, 2> parts{
+        CompoundPart{Box{scale * Eigen::Vector3d(0.3, 0.8, 0.3)}, {}},
+        CompoundPart{Capsule{.radius = 0.2 * scale, .half_height = 0.8 * scale}, {}}};
+    parts[0].body_from_part.translation = {1.0 * scale, 0.0, 0.0};
+    parts[1].body_from_part.rotation << 0.0, 0.0, 1.0,  //
+        1.0, 0.0, 0.0,                                  //
+        0.0, 1.0, 0.0;
+    return Compound::create(parts).value();
+}
+
 }  // namespace
 
 Shape shape_of_body(const DropLayout& layout, std::size_t body) {
@@ -37,6 +59,10 @@ Shape shape_of_body(const DropLayout& layout, std::size_t body) {
             return Capsule{.radius = 0.4 * scale, .half_height = 0.8 * scale};
         case DropShape::box:
             return Box{.half_extents = {1.0 * scale, 2.0 * scale, 0.5 * scale}};
+        case DropShape::hull:
+            return make_stone(scale);
+        case DropShape::compound:
+            return make_hammer(scale);
         case DropShape::sphere:
         case DropShape::mixed:
             break;

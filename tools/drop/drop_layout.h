@@ -11,7 +11,7 @@
 
 namespace terrane::tools {
 
-enum class DropShape { sphere, capsule, box, mixed };
+enum class DropShape { sphere, capsule, box, hull, compound, mixed };
 
 struct DropLayout {
     DropShape shape = DropShape::sphere;
@@ -22,8 +22,9 @@ struct DropLayout {
     std::uint64_t seed = 1;
 };
 
-/// Sphere of radius 0.5; capsule of radius 0.4 and half height 0.8; box of half extents 1, 2, 0.5; each times the
-/// scale. Mixed takes turns, by the body's index modulo 3.
+/// Sphere of radius 0.5; capsule of radius 0.4 and half height 0.8; box of half extents 1, 2, 0.5; hull: a stone of six
+/// corners; compound: a hammer, whose head is a box and whose handle is a capsule; each times the scale. Mixed takes
+/// turns of the first three, by the body's index modulo 3.
 Shape shape_of_body(const DropLayout& layout, std::size_t body);
 
 /// The square around the terrain's centre that bodies start over, inside the extent.
