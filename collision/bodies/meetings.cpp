@@ -17,6 +17,8 @@ constexpr std::uint32_t kNone = ~std::uint32_t{0};
 constexpr double kTolerance = 1e-5;
 constexpr std::size_t kMaxPushes = 40'000;
 constexpr std::size_t kLeastIterations = 20;
+/// Piles settle by less than a hundredth a sweep; what has not by a tenth in this many asks for the impossible.
+constexpr int kPatience = 100;
 /// What rolls or rocks on others meets no friction, and would never come to rest: where a whole island is slower
 /// than this, m/s, spins lose this share of themselves a second.
 constexpr double kSlow = 0.3;
@@ -295,7 +297,9 @@ void Meetings::solve_island(std::size_t island, int worker, const Scene& scene) 
     const std::size_t iterations =
         std::max(kLeastIterations, kMaxPushes / std::max<std::size_t>(1, row_count));
     solver.solve_velocity(members, bounce_speed(scene.gravity, scene.duration), duration,
-                          {.iterations = static_cast<int>(iterations), .tolerance = kTolerance});
+                          {.iterations = static_cast<int>(iterations),
+                           .tolerance = kTolerance,
+                           .patience = kPatience});
     std::size_t row = 0;
     for (const std::uint32_t link : links) {
         PairTouch& touch = touches_[link_touches_[link]];
