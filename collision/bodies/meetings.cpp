@@ -12,6 +12,7 @@ namespace terrane::internal {
 namespace {
 
 constexpr std::uint32_t kNone = ~std::uint32_t{0};
+constexpr std::uint32_t kNotFirst = kNone - 1;
 /// Impulses are kept from substep to substep, so that stacks converge over many of them. Small islands are solved
 /// until no velocity changes by more than this, m/s; large ones as far as so many pushes go, or so many sweeps.
 constexpr double kTolerance = 1e-5;
@@ -95,18 +96,11 @@ void Meetings::take_pairs(std::span<const RigidBody> bodies, std::span<const Mob
         while (old < touches_before_.size() && is_earlier(touches_before_[old].pair, pair)) ++old;
         const bool was = old < touches_before_.size() && touches_before_[old].pair == pair;
         if (rests && !was) continue;
-        before_.resize(touches_.size(), kNone);
         before_.push_back(was ? static_cast<std::uint32_t>(old) : kNone);
         const std::size_t most = PairTouch::most(a, b);
         for (std::size_t i = 0; i < most; ++i) touches_.emplace_back().pair = pair;
+        before_.resize(touches_.size(), kNotFirst);
     }
-}
-
-/// The touches of a pair, from the first of them on.
-std::span<PairTouch> Meetings::touches_of_pair(std::span<PairTouch> touches, std::size_t first) {
-    std::size_t end = first + 1;
-    while (end < touches.size() && touches[end].pair == touches[first].pair) ++end;
-    return touches.subspan(first, end - first);
 }
 
 /// Forgets pairs without contacts. Of the others all touches are kept, empty ones too.
@@ -152,11 +146,12 @@ void Meetings::find(std::span<const RigidBody> bodies, std::span<const std::uint
     broadphase_->update(bounds_, balls_);
     take_pairs(bodies, mobility, duration);
     team.run_blocks(touches_.size(), kBlock, [&](std::size_t i) {
+        if (before_[i] == kNotFirst) return;  // another thread may have it
         const auto [a, b] = touches_[i].pair;
-        if (i > 0 && touches_[i - 1].pair == touches_[i].pair) return;  // goes with the first
-        const std::span<PairTouch> touches = touches_of_pair(touches_, i);
+        const std::size_t most = PairTouch::most(bodies[a], bodies[b]);
+        const std::span<PairTouch> touches = std::span(touches_).subspan(i, most);
         std::span<PairTouch> before;
-        if (before_[i] != kNone) before = touches_of_pair(touches_before_, before_[i]);
+        if (before_[i] != kNone) before = std::span(touches_before_).subspan(before_[i], most);
         if (mobility[a] != Mobility::moving && mobility[b] != Mobility::moving) {
             std::copy(before.begin(), before.end(), touches.begin());
         } else {
@@ -247,7 +242,8 @@ void Meetings::fly_to_impacts(std::size_t island, const Scene& scene) {
         const bool flew =
             (moves_[a] != 0 && flights_[a] < 1.0) || (moves_[b] != 0 && flights_[b] < 1.0);
         if (!flew) continue;
-        const std::span<PairTouch> touches = touches_of_pair(touches_, link_touches_[link]);
+        const std::span<PairTouch> touches = std::span(touches_).subspan(
+            link_touches_[link], PairTouch::most(scene.bodies[a], scene.bodies[b]));
         std::array<PairTouch, PairTouch::kMaxTouches> before;
         std::copy(touches.begin(), touches.end(), before.begin());
         PairTouch::update(touches, scene.bodies[a], scene.bodies[b],

@@ -59,9 +59,8 @@ private:
     std::unique_ptr<Broadphase> broadphase_;
     std::vector<Bounds> bounds_;
     std::vector<Ball> balls_;
-    static std::span<PairTouch> touches_of_pair(std::span<PairTouch> touches, std::size_t first);
     std::vector<PairTouch> touches_, touches_before_;  // ascending by pair
-    std::vector<std::uint32_t> before_;  // of the first touch of each pair: where it was, or none
+    std::vector<std::uint32_t> before_;  // of the first touch of each pair: where it was, if it was
     std::size_t pair_count_ = 0;         // of what moves and touches
     std::vector<BodyPair> links_;        // touches that are not asleep
     std::vector<std::uint32_t> link_touches_;  // where each link's touch is
