@@ -47,7 +47,7 @@ constexpr double kUnfollowedSlowing = 0.5;
 constexpr std::array<std::uint32_t, 1> kAlone{0};
 // A box on four corners converges by about a third an iteration. What rolls on two points may be asked to open at
 // both by more than a rigid body can: then nothing converges, and patience ends it.
-constexpr SolverEffort kEffort{.iterations = 100, .tolerance = 1e-9, .patience = 8};
+constexpr SolverEffort kEffort{.iterations = 100, .tolerance = 1e-12, .patience = 8};
 
 bool turns_matter(const RigidBody& body) {
     return body.parts.size() > 1 || !std::holds_alternative<Sphere>(body.parts[0].shape);
@@ -207,7 +207,8 @@ private:
 ///                 the next one. Else what was solved before is in the velocity.
 void solve(RigidBody& body, GroundLook& look, double gravity, double duration, bool is_first) {
     if (!look.has_contacts()) return;
-    GroundSolver solver(body, look, is_first);
+    // What carried a body on other contacts would pass to new ones in many small shares.
+    GroundSolver solver(body, look, is_first && look.has_same_contacts());
     solver.velocity() = body.velocity;
     (*solver).solve_velocity(kAlone, bounce_speed(gravity, duration), duration, kEffort);
     body.velocity = solver.velocity();

@@ -76,6 +76,8 @@ void ContactSolver::add(const SolverContact& contact) {
     rows.tangent_ = make_row(contact, *rows.a_, rows.b_, tangent);
     rows.bitangent_ = make_row(contact, *rows.a_, rows.b_, cross(contact.normal, tangent));
     rows.normal_.impulse = std::max(0.0, rows.normal_.impulse);
+    // A guess for another normal has a share along this one's surface, which nothing would take back.
+    if (!(contact.friction > 0.0)) rows.tangent_.impulse = rows.bitangent_.impulse = 0.0;
     rows.core_arm_ =
         contact.point_a - rows.a_->pose.translation + contact.rounding * contact.normal;
     rows.gap_ = contact.gap;

@@ -25,6 +25,8 @@ constexpr double kLookReach = 1.0 / 32.0;
 constexpr double kKeptGap = 1.0 / 8.0;
 /// Cosine between the normals of what counts as one contact in two looks.
 constexpr double kSameNormal = 0.95;
+/// How far components of normals that count as the same are from each other.
+constexpr double kSameDirection = 1e-9;
 /// The share of a gap that a body may cross without being cast.
 constexpr double kSureShare = 0.5;
 /// Bodies over more cells than this each way are always cast.
@@ -87,6 +89,7 @@ void GroundLook::look(const RigidBody& body, const Ground& ground, int gate) {
     resident_ = true;
     is_whole_ = false;
     is_kept_ = false;
+    is_same_ = true;
     bool is_complete = true;
     lift_ = -1.0;
     moved_ = 0.0;
@@ -109,7 +112,10 @@ void GroundLook::look(const RigidBody& body, const Ground& ground, int gate) {
             place.part = static_cast<std::uint32_t>(p);
             place.piece = found[i].part;
             place.normal = found[i].normal;
-            place.impulse = impulse_before(place);
+            const Place* const before = find_before(place);
+            place.impulse = before != nullptr ? before->impulse : Eigen::Vector3d::Zero();
+            is_same_ = is_same_ && before != nullptr &&
+                       (before->normal - place.normal).isZero(kSameDirection);
             place.gap = place.gap_seen = -found[i].depth;
             place.rounding = rounding_of(part.shape, place.piece);
             place.core_seen = found[i].point_world + place.rounding * place.normal;
@@ -119,21 +125,22 @@ void GroundLook::look(const RigidBody& body, const Ground& ground, int gate) {
             contacts_.push_back(place);
         }
     }
+    is_same_ = is_same_ && contacts_.size() == contacts_before_.size();
     // What was cut off may be nearer than what was kept of another part: such a look promises nothing.
     is_whole_ = is_complete && !contacts_.empty() && has_ground_around(body, ground);
     is_kept_ = is_complete && gate == 0 &&
                least_gap(0.0, kKeptGap * body.tolerance) >= kKeptGap * body.tolerance;
 }
 
-/// The impulse of the same feature in the last look.
-Eigen::Vector3d GroundLook::impulse_before(const Place& place) const {
+/// The contact of the same feature in the last look, or null.
+const GroundLook::Place* GroundLook::find_before(const Place& place) const {
     for (const Place& old : contacts_before_) {
         if (old.feature == place.feature && old.part == place.part && old.piece == place.piece &&
             dot(old.normal, place.normal) > kSameNormal) {
-            return old.impulse;
+            return &old;
         }
     }
-    return Eigen::Vector3d::Zero();
+    return nullptr;
 }
 
 void GroundLook::follow(const RigidBody& body) {

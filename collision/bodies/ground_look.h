@@ -60,6 +60,8 @@ public:
     bool is_resident() const { return resident_; }
     bool has_contacts() const { return !contacts_.empty(); }
     std::size_t count() const { return contacts_.size(); }
+    /// Whether the contacts, and their normals, are those of the look before.
+    bool has_same_contacts() const { return is_same_; }
     /// At least the largest lift of the parts at the gate that was asked for, metres.
     double lift() const { return lift_ + moved_; }
     /// How far every point of the body may move without coming near the surface of a gate, which is lower by
@@ -90,7 +92,7 @@ private:
         double rounding;
     };
     void follow(const RigidBody& body);
-    Eigen::Vector3d impulse_before(const Place& place) const;
+    const Place* find_before(const Place& place) const;
 
     std::vector<Place> contacts_, contacts_before_, contacts_at_start_;
     Pose pose_seen_;
@@ -98,6 +100,7 @@ private:
     double moved_ = 0.0;
     bool resident_ = true;
     bool is_kept_ = false;
+    bool is_same_ = false;
     bool is_whole_ = false;  // it has all contacts, and ground everywhere below and above the body
 };
 
