@@ -294,6 +294,43 @@ TEST(MeetingBodies, HeapSettlesWithoutOverlapsAndNobodyFalls) {
     EXPECT_GT(asleep, 50) << "of 60";  // one may roll on for long
 }
 
+/// A plate with two walls on it, which fall to a line half a metre above its bottom from both sides.
+Compound make_groove() {
+    std::vector<CompoundPart> parts{{Box{{1.0, 1.0, 0.1}}, {}}};
+    parts[0].body_from_part.translation.z() = 0.1;
+    const double h = std::sqrt(0.5);
+    for (const double side : {-1.0, 1.0}) {
+        const Eigen::Vector3d along(h, 0.0, side * h), up(-side * h, 0.0, h);
+        CompoundPart wall{Box{{0.8, 1.0, 0.1}}, {}};
+        wall.body_from_part.rotation << along, Eigen::Vector3d::UnitY(), up;
+        wall.body_from_part.translation =
+            Eigen::Vector3d(0.0, 0.0, 0.5) + side * 0.8 * along - 0.1 * up;
+        parts.push_back(wall);
+    }
+    return Compound::create(parts).value();
+}
+
+// It is held from two sides at once.
+TEST(MeetingBodies, ABallRestsInAGroove) {
+    const Ground ground = make_flat();
+    BodyWorld world = make_world({.allow_sleep = false});
+    const double top = 5.0;  // of the ground
+    ASSERT_TRUE(world.add({.shape = make_groove(), .mass = 50.0}, at({kMiddle, kMiddle, top})));
+    const double rest = top + 0.5 + 0.5 * std::sqrt(2.0);
+    ASSERT_TRUE(world.add({.shape = Sphere{0.5}, .friction = 0.3, .restitution = 0.0},
+                          at({kMiddle + 0.1, kMiddle, rest + 0.3})));
+    for (int step = 0; step < 300; ++step) world.step(ground, kStep);
+    const BodyState& ball = world.states()[1];
+    double fastest = 0.0;
+    for (int step = 0; step < 60; ++step) {
+        world.step(ground, kStep);
+        fastest = std::max(fastest, ball.velocity.norm());
+    }
+    EXPECT_LT(fastest, 1e-3);
+    EXPECT_NEAR(ball.pose.translation.x(), world.states()[0].pose.translation.x(), 0.01);
+    EXPECT_NEAR(ball.pose.translation.z(), rest, 0.01);
+}
+
 TEST(MeetingBodies, GiveTheSameBitsForEveryNumberOfWorkersAndBroadphase) {
     const Ground ground = make_pit();
     BodyWorld alone = make_heap({}, 60);
