@@ -41,12 +41,12 @@ Result<void> check_index(std::size_t body, std::size_t count) {
                 "body must be below " + std::to_string(count) + ", got " + std::to_string(body));
 }
 
-/// @param settings whose shape is centred
-RigidBody make_body(const BodySettings& settings) {
+/// @param shape that of the settings, centred
+RigidBody make_body(const BodySettings& settings, const Shape& shape) {
     RigidBody body;
-    body.radius = bounding_radius(settings.shape);
-    body.thickness = smallest_half_extent(settings.shape);
-    body.mass = internal::make_mass_properties(settings.shape, settings.mass);
+    body.radius = bounding_radius(shape);
+    body.thickness = smallest_half_extent(shape);
+    body.mass = internal::make_mass_properties(shape, settings.mass);
     body.friction = settings.friction;
     body.restitution = settings.restitution;
     body.tolerance = settings.contact_tolerance;
@@ -91,9 +91,8 @@ Result<std::size_t> BodyWorld::add(const BodySettings& settings, const BodyState
     }
     Result<internal::CentredShape> centred = internal::make_centred(settings.shape);
     if (!centred) return tl::unexpected<Error>(centred.error());
-    BodySettings inner = complete;
-    inner.shape = centred->shape;
-    return state_->add(make_body(inner), std::move(*centred), complete, state);
+    const RigidBody body = make_body(complete, centred->shape);
+    return state_->add(body, std::move(*centred), complete, state);
 }
 
 Result<void> BodyWorld::set_state(std::size_t body, const BodyState& state) {

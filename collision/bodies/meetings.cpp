@@ -5,7 +5,6 @@
 #include "ground/local_body.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace terrane::internal {
@@ -244,10 +243,7 @@ void Meetings::fly_to_impacts(std::size_t island, const Scene& scene) {
         if (!flew) continue;
         const std::span<PairTouch> touches = std::span(touches_).subspan(
             link_touches_[link], PairTouch::most(scene.bodies[a], scene.bodies[b]));
-        std::array<PairTouch, PairTouch::kMaxTouches> before;
-        std::copy(touches.begin(), touches.end(), before.begin());
-        PairTouch::update(touches, scene.bodies[a], scene.bodies[b],
-                          std::span(before).first(touches.size()), scene.duration);
+        PairTouch::update_again(touches, scene.bodies[a], scene.bodies[b], scene.duration);
     }
 }
 

@@ -63,8 +63,30 @@ void PairTouch::update(std::span<PairTouch> touches, const RigidBody& a, const R
     const double thin = kMarginOfExtent * std::min(a.thickness, b.thickness);
     // Where they may pass each other whole, nearest points do not tell what will meet.
     if (way > thin) touches[0].look_ahead(a, b, duration);
-    if (touches[0].count_ == 0) look(touches, a, b, margin + std::min(way, thin));
+    if (touches[0].count_ == 0) {
+        const double ahead = margin + std::min(way, thin);
+        // Only compounds pay for the room that they need.
+        if (touches.size() == 1) {
+            std::array<PairContact, kMaxCount> room;
+            look(touches, a, b, ahead, room);
+        } else {
+            std::array<PairContact, kMaxTouches * kMaxCount> room;
+            look(touches, a, b, ahead, room);
+        }
+    }
     for (PairTouch& touch : touches) touch.take_impulses(before);
+}
+
+void PairTouch::update_again(std::span<PairTouch> touches, const RigidBody& a, const RigidBody& b,
+                             double duration) {
+    if (touches.size() == 1) {
+        const PairTouch before = touches[0];
+        update(touches, a, b, {&before, 1}, duration);
+        return;
+    }
+    std::array<PairTouch, kMaxTouches> before;
+    std::copy(touches.begin(), touches.end(), before.begin());
+    update(touches, a, b, std::span(before).first(touches.size()), duration);
 }
 
 void PairTouch::take_impulses(std::span<const PairTouch> before) {
@@ -104,10 +126,8 @@ void PairTouch::place(const RigidBody& a, const RigidBody& b, Point& point) cons
 
 /// Shares the contacts out by what they have in common.
 void PairTouch::look(std::span<PairTouch> touches, const RigidBody& a, const RigidBody& b,
-                     double margin) {
+                     double margin, std::span<PairContact> room) {
     const Shape &shape_a = a.parts[0].shape, &shape_b = b.parts[0].shape;
-    std::array<PairContact, kMaxTouches * kMaxCount> found;
-    const std::span<PairContact> room(found.data(), touches.size() * kMaxCount);
     const PairContactAnswer answer = find_contacts(shape_a, a.pose, shape_b, b.pose, margin, room);
     for (const PairContact& contact : room.first(answer.count)) {
         const double rounding_a = rounding_of(shape_a, contact.part_a);

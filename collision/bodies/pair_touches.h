@@ -35,6 +35,10 @@ public:
     static void update(std::span<PairTouch> touches, const RigidBody& a, const RigidBody& b,
                        std::span<const PairTouch> before, double duration);
 
+    /// The same from where they were looked at last in this substep.
+    static void update_again(std::span<PairTouch> touches, const RigidBody& a, const RigidBody& b,
+                             double duration);
+
     std::size_t count() const { return count_; }
 
     /// When bodies first meet that will bounce off each other, as a share of `duration`; 1 where none do.
@@ -63,7 +67,7 @@ private:
     };
     static bool have_moved(const RigidBody& a, const RigidBody& b, const PairTouch& before);
     static void look(std::span<PairTouch> touches, const RigidBody& a, const RigidBody& b,
-                     double margin);
+                     double margin, std::span<PairContact> room);
     void look_ahead(const RigidBody& a, const RigidBody& b, double duration);
     void begin(const RigidBody& a, const RigidBody& b, const PairContact& first, bool is_ahead);
     Arms arms_of(const PairContact& contact, const WorldPos& centre_a,

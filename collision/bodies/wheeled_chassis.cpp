@@ -87,7 +87,7 @@ WheeledChassis::WheeledChassis(const ChassisSettings& settings,
     body_.mass = make_mass_properties(box, settings.mass);
     body_.friction = kChassisFriction;
     body_.tolerance = std::min(default_contact_tolerance(box), default_contact_tolerance(wheel));
-    body_.pose = start.pose;
+    body_.pose = {orthonormalized(start.pose.rotation), start.pose.translation};
     body_.velocity = {start.velocity, start.angular_velocity};
 }
 

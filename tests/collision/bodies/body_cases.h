@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "support/table_ground.h"
+
 #include <terrane/collision/bodies.h>
 
 #include <gtest/gtest.h>
@@ -10,6 +12,16 @@
 #include <vector>
 
 namespace terrane::test {
+
+inline constexpr double kMiddle = 64.3;  // of a ground of one root square, off the lattice
+
+inline Ground make_flat() {
+    return make_test_ground([](double, double) { return 5.0; }, 1.0, 1);
+}
+
+inline Eigen::Matrix3d turned(const Eigen::Vector3d& rotation_vector) {
+    return Motion{{}, Eigen::Vector3d::Zero(), rotation_vector}.at(1.0).rotation;
+}
 
 inline BodyWorld make_world(const BodyWorldSettings& settings = {}) {
     Result<BodyWorld> world = BodyWorld::create(settings);

@@ -1,0 +1,318 @@
+// SPDX-License-Identifier: MIT
+#include "collision/bodies/body_cases.h"
+#include "support/random.h"
+#include "support/table_ground.h"
+
+#include <terrane/collision/bodies.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace terrane {
+namespace {
+
+using test::all_shapes;
+using test::at;
+using test::kMiddle;
+using test::make_flat;
+using test::make_test_ground;
+using test::make_world;
+using test::name_of;
+using test::Random;
+using test::simple_shapes;
+using test::turned;
+
+constexpr double kGravity = 9.81;
+
+/// z = slope * x: the triangles are all in one plane.
+Ground make_tilted(double slope) {
+    return make_test_ground([slope](double x, double) { return slope * x; }, 1.0, 2);
+}
+
+double mechanical_energy(const BodyState& state, double inertia) {
+    return 0.5 * state.velocity.squaredNorm() + kGravity * state.pose.translation.z() +
+           0.5 * inertia * state.angular_velocity.squaredNorm();
+}
+
+TEST(BodyWorld, FallsFreelyAsTheIntegratorSays) {
+    const Ground ground = make_flat();
+    for (const double dt : {1.0 / 60.0, 0.1}) {
+        BodyWorld world = make_world();
+        ASSERT_TRUE(world.add({.shape = Sphere{0.5}}, at({kMiddle, kMiddle, 500.0}, {3.0, 0, 0})));
+        const double substeps = std::ceil(dt * 120.0 - 1e-9);
+        const double h = dt / substeps;
+        double z = 500.0, vz = 0.0;
+        for (int step = 0; step < 20; ++step) {
+            const StepReport report = world.step(ground, dt);
+            EXPECT_EQ(report.awake, 1u);
+            EXPECT_NEAR(report.lived_time, dt, 1e-12);
+            for (double i = 0.0; i < substeps; i += 1.0) {
+                vz -= kGravity * h;
+                z += vz * h;
+            }
+            EXPECT_NEAR(world.states()[0].pose.translation.z(), z, 1e-9);
+            EXPECT_NEAR(world.states()[0].pose.translation.x(), kMiddle + 3.0 * dt * (step + 1),
+                        1e-9);
+        }
+    }
+}
+
+TEST(BodyWorld, KeepsAngularMomentumInTheAirAndItsEnergyDoesNotGrow) {
+    const Ground ground = make_flat();
+    BodyWorld world = make_world();
+    const Eigen::Vector3d half(1.0, 2.0, 0.5);
+    BodyState state = at({kMiddle, kMiddle, 4000.0});
+    state.angular_velocity = {3.0, 7.0, 11.0};
+    ASSERT_TRUE(world.add({.shape = Box{half}, .mass = 3.0}, state));
+    const Eigen::Vector3d inertia(half.y() * half.y() + half.z() * half.z(),
+                                  half.x() * half.x() + half.z() * half.z(),
+                                  half.x() * half.x() + half.y() * half.y());
+    const auto momentum = [&](const BodyState& s) {
+        const Eigen::Vector3d spin = s.pose.rotation.transpose() * s.angular_velocity;
+        return Eigen::Vector3d(s.pose.rotation * inertia.cwiseProduct(spin));
+    };
+    const auto energy = [&](const BodyState& s) {
+        const Eigen::Vector3d spin = s.pose.rotation.transpose() * s.angular_velocity;
+        return spin.dot(inertia.cwiseProduct(spin));
+    };
+    const Eigen::Vector3d momentum_before = momentum(state);
+    double energy_before = energy(state);
+    for (int step = 0; step < 600; ++step) {
+        world.step(ground, 1.0 / 60.0);
+        const double energy_now = energy(world.states()[0]);
+        EXPECT_LE(energy_now, energy_before * (1.0 + 1e-12));
+        energy_before = energy_now;
+    }
+    EXPECT_GT(energy_before, 0.99 * energy(state));
+    EXPECT_LT((momentum(world.states()[0]) - momentum_before).norm(),
+              0.01 * momentum_before.norm());
+}
+
+TEST(BodyWorld, RestsOnAPlaneWithinItsToleranceAndFallsAsleep) {
+    const Ground ground = make_flat();
+    for (const Shape& shape : all_shapes()) {
+        BodyWorld world = make_world();
+        BodyState state = at({kMiddle, kMiddle, 7.5});
+        ASSERT_TRUE(world.add({.shape = shape}, state));
+        StepReport report;
+        for (int step = 0; step < 60 * 8; ++step) {
+            report = world.step(ground, 1.0 / 60.0);
+            EXPECT_EQ(report.too_deep, 0u);
+            EXPECT_EQ(report.lost_time, 0.0);
+        }
+        const BodyState& rest = world.states()[0];
+        const double gap =
+            rest.pose.translation.z() - 5.0 -
+            support_distance(shape, rest.pose.rotation.transpose() * Eigen::Vector3d(0, 0, -1));
+        EXPECT_LE(std::abs(gap), 0.01) << name_of(shape);
+        EXPECT_EQ(rest.condition, BodyCondition::asleep) << name_of(shape);
+        EXPECT_EQ(rest.velocity.norm(), 0.0);
+        EXPECT_EQ(report.asleep, 1u);
+        EXPECT_EQ(report.awake, 0u);
+    }
+}
+
+TEST(BodyWorld, SlidesDownATiltedPlaneAsCoulombSays) {
+    const double slope = 0.5;
+    const double cosine = 1.0 / std::sqrt(1.0 + slope * slope), sine = slope * cosine;
+    const Ground ground = make_tilted(slope);
+    for (const double friction : {0.0, 0.1, 0.3}) {
+        BodyWorld world = make_world();
+        BodyState state;
+        state.pose.rotation = turned({0.0, -std::atan(slope), 0.0});
+        const Eigen::Vector3d normal(-sine, 0.0, cosine);
+        state.pose.translation = Eigen::Vector3d(190.2, 128.6, 190.2 * slope) + 0.5 * normal;
+        ASSERT_TRUE(world.add({.shape = Box{{1.0, 2.0, 0.5}}, .friction = friction}, state));
+        const double seconds = 3.0;
+        for (int step = 0; step < 60 * 3; ++step) world.step(ground, 1.0 / 60.0);
+        const double expected = kGravity * (sine - friction * cosine) * seconds;
+        EXPECT_NEAR(world.states()[0].velocity.norm(), expected, 0.01 * expected + 0.02)
+            << friction;
+        EXPECT_LT(std::abs(world.states()[0].velocity.y()), 0.02);
+    }
+}
+
+// Friction is against the slip, not against what of it the box gives most to: nothing turns it, and it goes where a
+// point goes.
+TEST(BodyWorld, SlidesAcrossATiltedPlaneWithoutTurning) {
+    const double slope = 0.5, friction = 0.3;
+    const double cosine = 1.0 / std::sqrt(1.0 + slope * slope), sine = slope * cosine;
+    const Ground ground = make_tilted(slope);
+    BodyWorld world = make_world({.allow_sleep = false});
+    BodyState state = at({kMiddle, kMiddle, slope * kMiddle + 0.4 / cosine}, {0.0, 2.0, 0.0});
+    state.pose.rotation = turned({0.0, -std::atan(slope), 0.0});
+    ASSERT_TRUE(world.add({.shape = Box{{1.0, 0.6, 0.4}}, .friction = friction}, state));
+    for (int step = 0; step < 120; ++step) world.step(ground, 1.0 / 60.0);
+
+    Eigen::Vector2d place(0.0, 0.0), velocity(0.0, 2.0);  // down the slope and across it
+    constexpr double kTick = 1e-5;
+    for (double time = 0.0; time < 2.0; time += kTick) {
+        const Eigen::Vector2d pull(kGravity * sine, 0.0);
+        velocity += kTick * (pull - friction * kGravity * cosine * velocity.normalized());
+        place += kTick * velocity;
+    }
+    const BodyState& end = world.states()[0];
+    EXPECT_NEAR(kMiddle - end.pose.translation.x(), place.x() * cosine, 0.01 * place.x());
+    EXPECT_NEAR(end.pose.translation.y() - kMiddle, place.y(), 0.01 * place.y());
+    const double yaw = (end.pose.rotation * state.pose.rotation.transpose())(1, 0);
+    EXPECT_LT(std::abs(yaw), 1e-6);
+}
+
+/// A box of half extents 1, 0.6, 0.4, made in three ways: as itself, as a hull of its corners and of two parts.
+std::vector<Shape> make_boxes(const Pose& shape_from_box) {
+    const Eigen::Vector3d half(1.0, 0.6, 0.4);
+    std::vector<Eigen::Vector3d> corners;
+    for (int i = 0; i < 8; ++i) {
+        const Eigen::Vector3d signs((i & 1) != 0 ? 1 : -1, (i & 2) != 0 ? 1 : -1,
+                                    (i & 4) != 0 ? 1 : -1);
+        corners.push_back(shape_from_box * half.cwiseProduct(signs));
+    }
+    std::vector<CompoundPart> parts;
+    for (const double side : {-0.5, 0.5}) {
+        Pose pose = shape_from_box;
+        pose.translation = shape_from_box * Eigen::Vector3d(side, 0.0, 0.0);
+        parts.push_back({Box{{0.5, 0.6, 0.4}}, pose});
+    }
+    return {Box{half}, ConvexHull::create(corners).value(), Compound::create(parts).value()};
+}
+
+// Wherever the origin of a shape is and however its axes are turned.
+TEST(BodyWorld, MovesABoxAlikeWhateverItIsMadeOf) {
+    const Ground ground = make_tilted(0.5);
+    const double cosine = 1.0 / std::sqrt(1.25);
+    const Pose shape_from_box{turned({0.3, -0.5, 2.0}), {3.0, -1.0, 0.5}};
+    const std::vector<Shape> boxes = make_boxes(shape_from_box);
+    std::vector<Eigen::Vector3d> ends;
+    for (const Shape& shape : boxes) {
+        const bool is_itself = std::holds_alternative<Box>(shape);
+        const Pose from_box = is_itself ? Pose{} : shape_from_box;
+        BodyWorld world = make_world({.allow_sleep = false});
+        // One slides down the plane; one flies, turning about none of its axes.
+        for (const bool flies : {false, true}) {
+            BodyState state = at({0.0, 0.0, 0.0}, {0.0, 2.0, 0.0});
+            if (flies) state.angular_velocity = {2.0, -1.0, 3.0};
+            const Eigen::Matrix3d tilt = turned({0.0, -std::atan(0.5), 0.0});
+            const Eigen::Vector3d centre(kMiddle, kMiddle,
+                                         0.5 * kMiddle + (flies ? 40.0 : 0.4 / cosine + 0.0005));
+            state.pose.rotation = tilt * from_box.rotation.transpose();
+            state.pose.translation = centre - state.pose.rotation * from_box.translation;
+            ASSERT_TRUE(world.add({.shape = shape, .mass = 2.0, .friction = 0.3}, state));
+        }
+        for (int step = 0; step < 60; ++step) world.step(ground, 1.0 / 60.0);
+        for (const BodyState& state : world.states()) {
+            ends.push_back(state.pose * from_box.translation);
+            ends.push_back(state.pose * (from_box * Eigen::Vector3d(1.0, 0.6, 0.4)));
+        }
+    }
+    for (std::size_t i = 4; i < ends.size(); ++i) {
+        EXPECT_LT((ends[i] - ends[i % 4]).norm(), i % 4 < 2 ? 1e-4 : 1e-9)
+            << name_of(boxes[i / 4]) << ", point " << i % 4;
+    }
+}
+
+TEST(BodyWorld, RollsDownATiltedPlaneAsASolidSphereDoes) {
+    const double slope = 0.3;
+    const double cosine = 1.0 / std::sqrt(1.0 + slope * slope), sine = slope * cosine;
+    const Ground ground = make_tilted(slope);
+    BodyWorld world = make_world();
+    ASSERT_TRUE(world.add({.shape = Sphere{0.5}}, at(Eigen::Vector3d(200.2, 128.6, 200.2 * slope) +
+                                                     0.5 * Eigen::Vector3d(-sine, 0.0, cosine))));
+    for (int step = 0; step < 60 * 3; ++step) world.step(ground, 1.0 / 60.0);
+    const double expected = 5.0 / 7.0 * kGravity * sine * 3.0;
+    EXPECT_NEAR(world.states()[0].velocity.norm(), expected, 0.01 * expected);
+    EXPECT_NEAR(world.states()[0].angular_velocity.norm() * 0.5, expected, 0.02 * expected);
+}
+
+TEST(BodyWorld, HoldsWithoutCreepingWhereFrictionIsEnough) {
+    const double slope = 0.5;
+    const double cosine = 1.0 / std::sqrt(1.0 + slope * slope), sine = slope * cosine;
+    const Ground ground = make_tilted(slope);
+    BodyWorld world = make_world({.allow_sleep = false});
+    BodyState state;
+    state.pose.rotation = turned({0.0, -std::atan(slope), 0.0});
+    state.pose.translation =
+        Eigen::Vector3d(128.2, 128.6, 128.2 * slope) + 0.505 * Eigen::Vector3d(-sine, 0.0, cosine);
+    ASSERT_TRUE(world.add({.shape = Box{{1.0, 2.0, 0.5}}, .friction = 0.6}, state));
+    for (int step = 0; step < 60; ++step) world.step(ground, 1.0 / 60.0);
+    const Eigen::Vector3d settled = world.states()[0].pose.translation;
+    for (int step = 0; step < 60 * 10; ++step) world.step(ground, 1.0 / 60.0);
+    EXPECT_LT((world.states()[0].pose.translation - settled).norm(), 1e-3);
+}
+
+TEST(BodyWorld, SlidesOverFlatCellsWithoutLosingSpeedOrGainingEnergy) {
+    const Ground ground = make_flat();
+    for (const Shape& shape : simple_shapes()) {
+        BodyWorld world = make_world({.allow_sleep = false});
+        const double height = std::holds_alternative<Capsule>(shape) ? 1.2 : 0.5;
+        ASSERT_TRUE(world.add({.shape = shape, .friction = 0.0, .restitution = 0.0},
+                              at({20.3, 30.6, 5.0 + height + 0.001}, {3.0, 0.4, 0.0})));
+        for (int step = 0; step < 12; ++step) world.step(ground, 1.0 / 60.0);
+        const Eigen::Vector3d start = world.states()[0].velocity;
+        double energy = mechanical_energy(world.states()[0], 0.1);
+        for (int step = 0; step < 120; ++step) {
+            const StepReport report = world.step(ground, 1.0 / 60.0);
+            EXPECT_EQ(report.lost_time, 0.0);
+            const double now = mechanical_energy(world.states()[0], 0.1);
+            EXPECT_LE(now, energy + 1e-9) << name_of(shape);
+            energy = now;
+        }
+        EXPECT_LT((world.states()[0].velocity - start).norm(), 2e-3) << name_of(shape);
+        EXPECT_NEAR(start.x(), 3.0, 2e-3) << name_of(shape);
+        EXPECT_NEAR(start.y(), 0.4, 2e-3) << name_of(shape);
+    }
+}
+
+TEST(BodyWorld, BouncesToTheHeightThatRestitutionGives) {
+    const Ground ground = make_flat();
+    for (const double restitution : {0.0, 0.5, 0.8, 1.0}) {
+        BodyWorld world = make_world({.allow_sleep = false});
+        const double drop = 3.0;
+        ASSERT_TRUE(world.add({.shape = Sphere{0.5}, .restitution = restitution},
+                              at({kMiddle, kMiddle, 5.5 + drop})));
+        double highest = 0.0;
+        bool has_bounced = false;
+        for (int step = 0; step < 240 * 2; ++step) {
+            const StepReport report = world.step(ground, 1.0 / 240.0);
+            if (has_bounced && report.impacts > 0) break;
+            has_bounced = has_bounced || report.impacts > 0;
+            if (has_bounced) {
+                highest = std::max(highest, world.states()[0].pose.translation.z() - 5.5);
+            }
+        }
+        ASSERT_TRUE(has_bounced);
+        EXPECT_NEAR(highest, restitution * restitution * drop, 0.03 * drop) << restitution;
+    }
+}
+
+TEST(BodyWorld, GainsNoEnergyInRoughFrictionalImpacts) {
+    Random random(11);
+    const Ground ground = make_test_ground(
+        [](double x, double y) { return 2.0 * std::sin(0.7 * x) * std::sin(0.9 * y); }, 1.0, 1);
+    for (int run = 0; run < 30; ++run) {
+        BodyWorld world = make_world({.allow_sleep = false});
+        BodyState state = at({random.between(40, 90), random.between(40, 90), 8.0});
+        state.velocity = {random.between(-20, 20), random.between(-20, 20), random.between(-30, 0)};
+        for (int axis = 0; axis < 3; ++axis) state.angular_velocity[axis] = random.between(-8, 8);
+        const Eigen::Vector3d half(1.0, 2.0, 0.5);
+        ASSERT_TRUE(world.add({.shape = Box{half}, .restitution = 0.7}, state));
+        const Eigen::Vector3d inertia = Eigen::Vector3d(4.25, 1.25, 5.0) / 3.0;
+        const auto energy = [&](const BodyState& s) {
+            const Eigen::Vector3d spin = s.pose.rotation.transpose() * s.angular_velocity;
+            return 0.5 * s.velocity.squaredNorm() + kGravity * s.pose.translation.z() +
+                   0.5 * spin.dot(inertia.cwiseProduct(spin));
+        };
+        double before = energy(world.states()[0]);
+        for (int step = 0; step < 120; ++step) {
+            world.step(ground, 1.0 / 60.0);
+            const double now = energy(world.states()[0]);
+            // Coming out by a tolerance may lift it a little; a blow may not speed it up.
+            EXPECT_LE(now, before + kGravity * 0.012) << "run " << run << " step " << step;
+            before = now;
+        }
+    }
+}
+
+}  // namespace
+}  // namespace terrane
