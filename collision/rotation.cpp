@@ -21,6 +21,15 @@ struct SineCosine {
     double cosine = 1.0;
 };
 
+// Sum over k of (-xx)^k / (2k + Odd)!, times Odd!: what sine and cosine are made of.
+template <int Terms, int Odd>
+double alternating_sum(double xx) {
+    double sum = 1.0;
+    for (int k = Terms; k >= 1; --k)
+        sum = 1.0 - sum * (xx * (1.0 / ((2.0 * k) * (2.0 * k + 2.0 * Odd - 1.0))));
+    return sum;
+}
+
 // Error below 3e-16 for angles below 1e5; larger ones lose their last digits like any product.
 SineCosine compute_sine_cosine(double angle) {
     // pi / 2 in three parts: multiples up to 2^20 of the first two are exact.
@@ -30,11 +39,8 @@ SineCosine compute_sine_cosine(double angle) {
     const double quarter = std::floor(angle * 0.63661977236758134308 + 0.5);
     const double x = ((angle - quarter * kHigh) - quarter * kMiddle) - quarter * kLow;
     const double xx = x * x;
-    double sine = 1.0;  // sum over k of (-1)^k x^(2k) / (2k + 1)!
-    for (int k = 9; k >= 1; --k) sine = 1.0 - sine * xx / ((2.0 * k) * (2.0 * k + 1.0));
-    sine *= x;
-    double cosine = 1.0;
-    for (int k = 10; k >= 1; --k) cosine = 1.0 - cosine * xx / ((2.0 * k) * (2.0 * k - 1.0));
+    const double sine = x * alternating_sum<9, 1>(xx);
+    const double cosine = alternating_sum<10, 0>(xx);
     const double turns = quarter - 4.0 * std::floor(quarter * 0.25);
     if (turns == 1.0) return {cosine, -sine};
     if (turns == 2.0) return {-sine, -cosine};
@@ -63,24 +69,32 @@ Eigen::Matrix3d product(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
     return c;
 }
 
+Eigen::Vector3d normalized(const Eigen::Vector3d& v) {
+    const double excess = dot(v, v) - 1.0;
+    // One step of Newton's method, whose error is 3/8 of the excess squared, is exact for what is nearly normalized.
+    if (std::abs(excess) < 1e-8) return v * (1.0 - 0.5 * excess);
+    return v / internal::length(v);
+}
+
 Eigen::Matrix3d make_rotation(const Eigen::Vector3d& axis, double angle) {
-    const SineCosine turn = compute_sine_cosine(angle);
-    // 1 - cos without cancellation.
-    const double half_sine = compute_sine_cosine(0.5 * angle).sine;
-    const double versine = 2.0 * half_sine * half_sine;
+    // Of half the angle, so that 1 - cos has no cancellation.
+    const SineCosine half = compute_sine_cosine(0.5 * angle);
+    const double sine = 2.0 * half.sine * half.cosine;
+    const double versine = 2.0 * half.sine * half.sine;
+    const double cosine = 1.0 - versine;
     Eigen::Matrix3d r;
     for (int row = 0; row < 3; ++row) {
         for (int column = 0; column < 3; ++column) {
             r(row, column) = versine * axis[row] * axis[column];
         }
-        r(row, row) += turn.cosine;
+        r(row, row) += cosine;
     }
-    r(0, 1) -= turn.sine * axis[2];
-    r(1, 0) += turn.sine * axis[2];
-    r(0, 2) += turn.sine * axis[1];
-    r(2, 0) -= turn.sine * axis[1];
-    r(1, 2) -= turn.sine * axis[0];
-    r(2, 1) += turn.sine * axis[0];
+    r(0, 1) -= sine * axis[2];
+    r(1, 0) += sine * axis[2];
+    r(0, 2) += sine * axis[1];
+    r(2, 0) -= sine * axis[1];
+    r(1, 2) -= sine * axis[0];
+    r(2, 1) += sine * axis[0];
     return r;
 }
 
@@ -124,11 +138,10 @@ Eigen::Vector3d rotation_vector_between(const Eigen::Matrix3d& from, const Eigen
 }
 
 Eigen::Matrix3d orthonormalized(const Eigen::Matrix3d& rotation) {
-    Eigen::Vector3d x = rotation.col(0);
-    x /= internal::length(x);
+    const Eigen::Vector3d x = normalized(rotation.col(0));
     Eigen::Vector3d y = rotation.col(1);
     y -= dot(x, y) * x;
-    y /= internal::length(y);
+    y = normalized(y);
     Eigen::Matrix3d result;
     result.col(0) = x;
     result.col(1) = y;

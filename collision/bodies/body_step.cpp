@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace terrane::internal {
 namespace {
@@ -48,6 +49,18 @@ constexpr std::array<std::uint32_t, 1> kAlone{0};
 // A box on four corners converges by about a third an iteration. What rolls on two points may be asked to open at
 // both by more than a rigid body can: then nothing converges, and patience ends it.
 constexpr SolverEffort kEffort{.iterations = 100, .tolerance = 1e-12, .patience = 8};
+
+/// Whether a body cannot come near the ground in a time, however it turns: the box that its bounding sphere sweeps is
+/// above all ground below it.
+bool flies_high(const RigidBody& body, const Ground& ground, double duration) {
+    const LocalGround local(ground, body.pose.translation);
+    const Eigen::Vector3d half_way = 0.5 * duration * body.velocity.linear;
+    const Eigen::Vector3d centre = local.to_local(body.pose.translation) + half_way;
+    const Eigen::Vector3d half =
+        half_way.cwiseAbs() + Eigen::Vector3d::Constant(body.radius + body.tolerance);
+    return is_finite(half) && is_finite(body.velocity.angular) &&
+           centre.z() - half.z() > bound_ground(local, centre, half);
+}
 
 bool turns_matter(const RigidBody& body) {
     return body.parts.size() > 1 || !std::holds_alternative<Sphere>(body.parts[0].shape);
@@ -318,7 +331,12 @@ struct Stretch {
 /// body that touches has turned so far that its contacts have to be looked at again.
 Stretch live_stretch(RigidBody& body, GroundLook& look, const Ground& ground, double gravity,
                      double duration, bool is_first) {
-    look.update(body, ground);
+    const bool is_high = flies_high(body, ground, duration);
+    if (is_high) {
+        look.see_nothing();
+    } else {
+        look.update(body, ground);
+    }
     if (!look.is_resident()) return {.resident = false};
 
     const int first_gate = find_gate(body, look);
@@ -336,6 +354,7 @@ Stretch live_stretch(RigidBody& body, GroundLook& look, const Ground& ground, do
     body.started_deep = false;
     body.way_out.setZero();
     Gate gate = make_gate(body, look, 0, first_gate);
+    if (is_high) gate.free_way = std::numeric_limits<double>::infinity();
 
     const auto rate = [&] { return turns_matter(body) ? length(body.velocity.angular) : 0.0; };
     double remaining = duration;

@@ -132,6 +132,14 @@ void GroundLook::look(const RigidBody& body, const Ground& ground, int gate) {
                least_gap(0.0, kKeptGap * body.tolerance) >= kKeptGap * body.tolerance;
 }
 
+void GroundLook::see_nothing() {
+    contacts_.clear();
+    resident_ = true;
+    is_whole_ = is_kept_ = is_same_ = false;
+    lift_ = -1.0;
+    moved_ = 0.0;
+}
+
 /// The contact of the same feature in the last look, or null.
 const GroundLook::Place* GroundLook::find_before(const Place& place) const {
     for (const Place& old : contacts_before_) {

@@ -45,6 +45,9 @@ public:
     /// Looks from where the body is.
     void look(const RigidBody& body, const Ground& ground, int gate);
 
+    /// For a body that is known to be far from all ground.
+    void see_nothing();
+
     /// Looks again the next time; to be called where the ground may be another one.
     void forget() { is_kept_ = false; }
     /// The same at the start of a step that undo_step() may take back: then the impulses are those of now again.

@@ -89,7 +89,7 @@ TEST(GoldenHulls, AreTheSameWithEveryCompilerAtEveryLevel) {
         hash.add(smallest_half_extent(hull));
         for (int i = 0; i < 20; ++i) hash.add(support_distance(hull, direction(random)));
     }
-    EXPECT_EQ(hash.value(), 0xe360efd42bd0fae8u) << std::hex << hash.value();
+    EXPECT_EQ(hash.value(), 0x7f52b77af9f94df3u) << std::hex << hash.value();
 }
 
 std::vector<Shape> make_shapes() {
@@ -182,7 +182,7 @@ TEST(GoldenPairs, AnswerTheSameWithEveryCompilerAtEveryLevel) {
             }
         }
     }
-    EXPECT_EQ(hash.value(), 0xc01f7899629fce32u) << std::hex << hash.value();
+    EXPECT_EQ(hash.value(), 0x0f26b0728dd586c7u) << std::hex << hash.value();
 }
 
 }  // namespace

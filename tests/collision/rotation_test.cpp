@@ -40,6 +40,25 @@ TEST(MotionAt, StaysOrthonormal) {
     }
 }
 
+// As exact from rounding away as from far away: the way that is taken changes at 1e-8.
+TEST(Orthonormalized, KeepsTheFirstAxisAndThePlaneOfTheSecond) {
+    SCOPED_TRACE("seed 11");
+    test::Random random(11);
+    for (const double off : {0.0, 1e-16, 1e-12, 1e-9, 4.9e-9, 5.1e-9, 1e-8, 1e-6, 0.1, 10.0}) {
+        for (int i = 0; i < 200; ++i) {
+            const Eigen::Matrix3d exact = random.rotation();
+            Eigen::Matrix3d skewed = exact;
+            for (int column = 0; column < 3; ++column) {
+                skewed.col(column) *= 1.0 + random.between(0.0, off);
+            }
+            skewed.col(1) += random.between(-off, off) * exact.col(0);
+            skewed.col(2) += off * random.direction();
+            EXPECT_LE((orthonormalized(skewed) - exact).cwiseAbs().maxCoeff(), 2e-15 * (1.0 + off))
+                << off;
+        }
+    }
+}
+
 TEST(RotationVectorBetween, IsUndoneByAMotion) {
     SCOPED_TRACE("seed 9");
     test::Random random(9);
