@@ -2,20 +2,16 @@
 //
 // Sources:    Mirtich. Timewarp and impulse-based simulation of rigid bodies. PhD thesis 1996, chapters
 //             2 and 3 (conservative advancement, impacts one after the other).
-//             Ericson. Real-Time Collision Detection. 2005, section 9.5 (lowering instead of inflating).
 // Deviations: the gate is lowered a little further after each impact of a substep, so that a body that
-//             was stopped a hair above one gate starts the next piece clear of it. Lowering the surface
-//             by L equals raising the shape by L, which is how the cast is asked; and a body that does
-//             not meet the surface lowered by L is freed by moving up by L, so its depth is at most L.
+//             was stopped a hair above one gate starts the next piece clear of it.
 #include "body_step.h"
 
-#include "ground/clear_way.h"
-#include "ground/ground_lift.h"
+#include "body_depth.h"
+#include "gate.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 namespace terrane::internal {
 namespace {
@@ -33,11 +29,6 @@ constexpr double kMaxTurn = 0.5;
 /// The same for bodies with parts off their origin, whose paths are cast as straight lines: at 3 m from
 /// the centre the arc is within 0.4 mm of its chord.
 constexpr double kMaxTurnOfParts = 0.03;
-/// Proofs that the way is clear get shorter by halves down to this share of it, then it is cast.
-constexpr double kLeastProved = 1.0 / 16.0;
-/// Where the cast stops at least, metres, little more than rounding: a body that is closer than kStopGap may
-/// move away.
-constexpr double kLeastStopGap = 1e-11;
 /// Bodies come out of the ground at this speed, and no velocity of it stays, m/s.
 constexpr double kRecoverySpeed = 2.0;
 /// What parts a body from the ground and gets less far than this share of its way is followed by another try.
@@ -50,103 +41,8 @@ constexpr std::array<std::uint32_t, 1> kAlone{0};
 // both by more than a rigid body can: then nothing converges, and patience ends it.
 constexpr SolverEffort kEffort{.iterations = 100, .tolerance = 1e-12, .patience = 8};
 
-/// Whether a body cannot come near the ground in a time, however it turns: the box that its bounding sphere sweeps is
-/// above all ground below it.
-bool flies_high(const RigidBody& body, const Ground& ground, double duration) {
-    const LocalGround local(ground, body.pose.translation);
-    const Eigen::Vector3d half_way = 0.5 * duration * body.velocity.linear;
-    const Eigen::Vector3d centre = local.to_local(body.pose.translation) + half_way;
-    const Eigen::Vector3d half =
-        half_way.cwiseAbs() + Eigen::Vector3d::Constant(body.radius + body.tolerance);
-    return is_finite(half) && is_finite(body.velocity.angular) &&
-           centre.z() - half.z() > bound_ground(local, centre, half);
-}
-
 bool turns_matter(const RigidBody& body) {
     return body.parts.size() > 1 || !std::holds_alternative<Sphere>(body.parts[0].shape);
-}
-
-/// How low the surface is for a piece of motion, and how near to it the motion ends.
-struct Gate {
-    int index = 0;
-    double stop_gap = 0.0;
-    double free_way = 0.0;  ///< how far every point may move without coming near it, metres
-};
-
-/// A gate for a body that was looked at from the gate `from`.
-Gate make_gate(const RigidBody& body, const GroundLook& look, int from, int index) {
-    const double further = lowering(body, index) - lowering(body, from);
-    const double gap = look.least_gap(further, 2.0 * kStopGap * body.tolerance);
-    return {index, std::max(kLeastStopGap, 0.5 * gap), look.free_way(body, further)};
-}
-
-/// The first gate that a body which was looked at from gate 0 is clear of; kGateCount where there is none.
-/// The lift falls by exactly what the surface is lowered by, so one look is enough.
-int find_gate(const RigidBody& body, const GroundLook& look) {
-    const double clear = kStopGap * body.tolerance;
-    int gate = 0;
-    for (; gate < kGateCount; ++gate) {
-        const double further = lowering(body, gate) - lowering(body, 0);
-        if (look.lift() > further) continue;
-        if (gate + 1 == kGateCount || look.least_gap(further, clear) >= clear) break;
-        // Further gates are nearer to each other than this: the next one has to do.
-        if (lowering(body, gate + 1) - lowering(body, gate) < 2.0 * clear) break;
-    }
-    return gate;
-}
-
-/// Casts what of a motion is not proved to be clear. Where something is met, most of the way to it is proved.
-CastAnswer find_hit(const Shape& shape, const Motion& motion, const Ground& ground,
-                    double tolerance) {
-    const auto piece = [&](double from, double share) -> Motion {
-        return {motion.at(from), share * motion.translation, share * motion.rotation_vector};
-    };
-    double clear = 0.0;
-    for (double share = 1.0; share >= kLeastProved && clear < 1.0; share *= 0.5) {
-        if (is_way_clear(shape, piece(clear, share), ground, tolerance)) clear += share;
-    }
-    CastAnswer answer;
-    answer.status = ContactStatus::complete;
-    if (clear == 1.0) return answer;
-    answer = cast(shape, piece(clear, 1.0 - clear), ground,
-                  {.tolerance = tolerance, .skip_separating = true});
-    answer.fraction = clear + answer.fraction * (1.0 - clear);
-    return answer;
-}
-
-/// The gate: moves a body along a motion until it would come too close to the lowered surface; most motions are
-/// proved to be clear of it, the others are cast. Nothing else in this library changes the pose of a body that is
-/// stepped.
-MoveAnswer advance(RigidBody& body, const Ground& ground, const Twist& way, Gate& gate) {
-    const Motion motion{body.pose, way.linear, way.angular};
-    const Pose end = motion.at(1.0);
-    MoveAnswer answer;
-    const double reach = length(way.linear) + body.radius * length(way.angular);
-    if (reach <= gate.free_way) {
-        gate.free_way -= reach;
-        body.pose = end;
-        return answer;
-    }
-    gate.free_way = 0.0;
-    for (const BodyPart& part : body.parts) {
-        Motion path;
-        path.start = raised(part_pose(part, body.pose), lowering(body, gate.index));
-        const bool is_sphere = std::holds_alternative<Sphere>(part.shape);
-        path.translation =
-            part_pose(part, end).translation - part_pose(part, body.pose).translation;
-        if (!is_sphere) path.rotation_vector = way.angular;
-        const CastAnswer hit = find_hit(part.shape, path, ground, gate.stop_gap);
-        if (hit.status == ContactStatus::not_resident || hit.status == ContactStatus::invalid) {
-            return {.resident = false, .hit = false, .fraction = 0.0};
-        }
-        if (!hit.hit) continue;
-        answer.hit = true;
-        answer.fraction = std::min(answer.fraction, hit.fraction);
-    }
-    if (answer.fraction > 0.0) {
-        body.pose = answer.fraction < 1.0 ? motion.at(answer.fraction) : end;
-    }
-    return answer;
 }
 
 bool spins_freely(const RigidBody& body) {
@@ -279,32 +175,12 @@ bool separate(RigidBody& body, const Ground& ground, const GroundLook& look, Gat
     return true;
 }
 
-/// Depth of the whole body and the way out of its deepest part.
-struct Depth {
-    bool resident = true;
-    double depth = 0.0;
-    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
-};
-
-Depth compute_depth(const RigidBody& body, const Pose& pose, const Ground& ground) {
-    Depth deepest_part;
-    for (const BodyPart& part : body.parts) {
-        const DistanceAnswer answer =
-            signed_distance(part.shape, part_pose(part, pose), ground, 0.0);
-        if (answer.status == ContactStatus::not_resident) deepest_part.resident = false;
-        if (!answer.has_ground || -answer.distance <= deepest_part.depth) continue;
-        deepest_part.depth = -answer.distance;
-        deepest_part.normal = answer.normal;
-    }
-    return deepest_part;
-}
-
 /// A body that was put deeper than any gate: it comes out along the shortest way known at bounded speed,
 /// and has no other motion until then. What is left of a way out bounds the depth, so the depth falls by
 /// what is moved; a new way is taken only where it is shorter than what is left of the old one.
 bool recover(RigidBody& body, const Ground& ground, double duration) {
     body.velocity = {};
-    const Depth now = compute_depth(body, body.pose, ground);
+    const Depth now = compute_depth(body, ground);
     if (!now.resident) return false;
     double left = length(body.way_out);
     if (left == 0.0 || now.depth < left) {
@@ -331,8 +207,7 @@ struct Stretch {
 /// body that touches has turned so far that its contacts have to be looked at again.
 Stretch live_stretch(RigidBody& body, GroundLook& look, const Ground& ground, double gravity,
                      double duration, bool is_first) {
-    const bool is_high = flies_high(body, ground, duration);
-    if (is_high) {
+    if (flies_high(body, ground, duration)) {
         look.see_nothing();
     } else {
         look.update(body, ground);
@@ -354,7 +229,6 @@ Stretch live_stretch(RigidBody& body, GroundLook& look, const Ground& ground, do
     body.started_deep = false;
     body.way_out.setZero();
     Gate gate = make_gate(body, look, 0, first_gate);
-    if (is_high) gate.free_way = std::numeric_limits<double>::infinity();
 
     const auto rate = [&] { return turns_matter(body) ? length(body.velocity.angular) : 0.0; };
     double remaining = duration;
@@ -434,15 +308,6 @@ SubstepAnswer step_body(RigidBody& body, GroundLook& look, const Ground& ground,
     return total;
 }
 
-MoveAnswer move_body(RigidBody& body, GroundLook& look, const Ground& ground, const Twist& way) {
-    look.update(body, ground);
-    if (!look.is_resident()) return {.resident = false, .hit = false, .fraction = 0.0};
-    const int index = find_gate(body, look);
-    if (index == kGateCount) return {.resident = true, .hit = true, .fraction = 0.0};
-    Gate gate = make_gate(body, look, 0, index);
-    return advance(body, ground, way, gate);
-}
-
 bool push_body(RigidBody& body, GroundLook& look, const Ground& ground, const Twist& way,
                double gravity, double duration) {
     const double height = body.pose.translation.z();
@@ -450,41 +315,6 @@ bool push_body(RigidBody& body, GroundLook& look, const Ground& ground, const Tw
     if (!move_body(body, look, ground, bounded).resident) return false;
     pay_for_lift(body, gravity, height);
     return true;
-}
-
-bool is_too_deep(const RigidBody& body, const GroundLook& look) {
-    return find_gate(body, look) == kGateCount;
-}
-
-bool is_outside(const Ground& ground, const WorldPos& point) {
-    return !ground.extent().contains(point.x(), point.y()) ||
-           ground.cell(ground.column_at(point.x()), ground.row_at(point.y())).status ==
-               GroundStatus::outside;
-}
-
-double contact_raise(double tolerance) { return kFirstGate * tolerance; }
-
-CastAnswer cast_part(const Shape& shape, const Motion& motion, const Ground& ground,
-                     double tolerance) {
-    Motion path = motion;
-    path.start = raised(motion.start, contact_raise(tolerance));
-    return cast(shape, path, ground, {.tolerance = kStopGap * tolerance, .skip_separating = false});
-}
-
-double greatest_lift(const RigidBody& body, const Ground& ground) {
-    double lift = 0.0;
-    for (const BodyPart& part : body.parts) {
-        const Pose pose = part_pose(part, body.pose);
-        const LocalGround local(ground, pose.translation);
-        const LocalBody there(part.shape, pose.rotation, local.to_local(pose.translation));
-        lift = std::max(lift, find_lift(local, there, Eigen::Vector3d::Zero(), lift).lift);
-    }
-    return lift;
-}
-
-double deepest(const RigidBody& body, const Ground& ground, double lift, double at_least) {
-    if (lift <= at_least) return at_least;
-    return std::max(at_least, compute_depth(body, body.pose, ground).depth);
 }
 
 }  // namespace terrane::internal

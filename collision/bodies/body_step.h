@@ -4,8 +4,6 @@
 #include "ground_look.h"
 #include "rigid_body.h"
 
-#include <terrane/collision/ground_cast.h>
-
 #include <cstdint>
 
 namespace terrane::internal {
@@ -45,19 +43,6 @@ struct SubstepAnswer {
 SubstepAnswer step_body(RigidBody& body, GroundLook& look, const Ground& ground, double gravity,
                         double duration, bool is_alone = false);
 
-struct MoveAnswer {
-    bool resident = true;
-    bool hit = false;
-    double fraction = 1.0;  ///< of the way that was gone
-};
-
-/// Moves a body along a way through the gate, until it comes too close to the ground. A body that is too deep
-/// does not move: step_body() takes it out.
-MoveAnswer move_body(RigidBody& body, GroundLook& look, const Ground& ground, const Twist& way);
-
-/// Whether a body that was looked at is deeper than any gate.
-bool is_too_deep(const RigidBody& body, const GroundLook& look);
-
 /// Moves a body by a displacement that parts it from others, through the same gate, as far as that goes and at
 /// bounded speed. False: unloaded ground is in the way.
 bool push_body(RigidBody& body, GroundLook& look, const Ground& ground, const Twist& way,
@@ -65,21 +50,5 @@ bool push_body(RigidBody& body, GroundLook& look, const Ground& ground, const Tw
 
 /// Contacts that approach more slowly are at rest and do not bounce, m/s: what gravity gives in four substeps.
 double bounce_speed(double gravity, double duration);
-
-/// Casts a part of a body as the gate does: against the surface that is lowered for bodies of this
-/// tolerance. The contact that comes back is raised by as much: see `contact_raise`.
-CastAnswer cast_part(const Shape& shape, const Motion& motion, const Ground& ground,
-                     double tolerance);
-double contact_raise(double tolerance);
-
-/// Whether there is no ground under a point at any height.
-bool is_outside(const Ground& ground, const WorldPos& point);
-
-/// Largest lift of a body's parts, metres: at least how deep it is in the contact surface. At least 0.
-double greatest_lift(const RigidBody& body, const Ground& ground);
-
-/// How deep a body is in the contact surface, metres: the largest of `at_least` and its signed depth.
-/// @param lift its greatest_lift(): nothing is looked at where that is no more than `at_least`
-double deepest(const RigidBody& body, const Ground& ground, double lift, double at_least);
 
 }  // namespace terrane::internal

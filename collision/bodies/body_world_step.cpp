@@ -3,8 +3,10 @@
 // Sources:    Macklin et al. Small steps in physics simulation. SCA 2019 (substeps instead of iterations).
 //             Mirtich. Timewarp and impulse-based simulation. 2000 (islands).
 // Deviations: bodies that touch each other are solved together with the ground below them; then each one moves
-//             alone, through the gate of body_step, and the ground has the last word.
+//             alone, through its gate, and the ground has the last word.
 #include "body_world_state.h"
+
+#include "body_depth.h"
 
 #include <algorithm>
 #include <cmath>

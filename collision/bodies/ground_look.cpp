@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace terrane::internal {
 namespace {
@@ -87,6 +88,7 @@ void GroundLook::look(const RigidBody& body, const Ground& ground, int gate) {
     std::swap(contacts_, contacts_before_);
     contacts_.clear();
     resident_ = true;
+    is_far_ = false;
     is_whole_ = false;
     is_kept_ = false;
     is_same_ = true;
@@ -134,7 +136,7 @@ void GroundLook::look(const RigidBody& body, const Ground& ground, int gate) {
 
 void GroundLook::see_nothing() {
     contacts_.clear();
-    resident_ = true;
+    resident_ = is_far_ = true;
     is_whole_ = is_kept_ = is_same_ = false;
     lift_ = -1.0;
     moved_ = 0.0;
@@ -168,6 +170,7 @@ double GroundLook::least_gap(double further, double most) const {
 }
 
 double GroundLook::free_way(const RigidBody& body, double further) const {
+    if (is_far_) return std::numeric_limits<double>::infinity();
     if (!is_whole_) return 0.0;
     return kSureShare * least_gap(further, kContactMargin * body.tolerance) - moved_;
 }

@@ -45,7 +45,7 @@ public:
     /// Looks from where the body is.
     void look(const RigidBody& body, const Ground& ground, int gate);
 
-    /// For a body that is known to be far from all ground.
+    /// For a body that is known to be far from all ground wherever it moves until the next look.
     void see_nothing();
 
     /// Looks again the next time; to be called where the ground may be another one.
@@ -104,6 +104,7 @@ private:
     bool resident_ = true;
     bool is_kept_ = false;
     bool is_same_ = false;
+    bool is_far_ = false;
     bool is_whole_ = false;  // it has all contacts, and ground everywhere below and above the body
 };
 

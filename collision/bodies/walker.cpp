@@ -5,6 +5,7 @@
 // Where it is stopped on foot it looks whether the way is free from max_step higher up, and whether it could
 // stand there: then it rises by as much as it walks.
 #include "body_checks.h"
+#include "body_depth.h"
 #include "body_step.h"
 #include "walker_state.h"
 

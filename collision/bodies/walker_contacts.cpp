@@ -2,6 +2,8 @@
 // What touches a walker, and how it moves along it.
 #include "walker_state.h"
 
+#include "body_step.h"
+
 #include <terrane/collision/shape_pairs.h>
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "body_step.h"
+#include "gate.h"
 
 #include <terrane/collision/walker.h>
 

@@ -7,6 +7,8 @@
 #include "wheeled_chassis.h"
 
 #include "body_checks.h"
+#include "body_depth.h"
+#include "gate.h"
 
 #include <terrane/terrain/assert.h>
 
