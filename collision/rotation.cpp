@@ -21,12 +21,14 @@ struct SineCosine {
     double cosine = 1.0;
 };
 
-// Sum over k of (-xx)^k / (2k + Odd)!, times Odd!: what sine and cosine are made of.
+// Sum over k of (-xx)^k / (2k + Odd)!, with constants for its divisors: of x^2 the cosine, and the sine over x.
 template <int Terms, int Odd>
 double alternating_sum(double xx) {
     double sum = 1.0;
-    for (int k = Terms; k >= 1; --k)
-        sum = 1.0 - sum * (xx * (1.0 / ((2.0 * k) * (2.0 * k + 2.0 * Odd - 1.0))));
+    for (int k = Terms; k >= 1; --k) {
+        const double share = 1.0 / ((2.0 * k) * (2.0 * k + 2.0 * Odd - 1.0));
+        sum = 1.0 - sum * (xx * share);
+    }
     return sum;
 }
 

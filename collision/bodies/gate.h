@@ -35,7 +35,8 @@ struct MoveAnswer {
 };
 
 /// Moves a body along a way until it would come too close to the lowered surface; most ways are proved to be clear of
-/// it, the others are cast. Nothing else in this library changes the pose of a body that is stepped.
+/// it, the others are cast. Nothing else changes the pose of a body that is stepped, but what takes one out that was put
+/// in too deep.
 MoveAnswer advance(RigidBody& body, const Ground& ground, const Twist& way, Gate& gate);
 
 /// Looks, and moves a body through the first gate that it is clear of. One that is too deep does not move: step_body()
