@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
-// Fades. With fade f a vertex of screen error p counts as f p. It shows none of itself up to the
-// threshold t, and above it the share W (1 - t / (f p)), at most all, W = w / (w - 1) for the morph
-// ratio w. So it moves by at most W t d pixels when 1 / f changes by d, whatever p and f are: 1 / f is
-// what changes evenly, and t / f is the screen error that is still held back.
+// Fades. With fade f a vertex of screen error p counts as f p. Up to the threshold t it is not displaced at
+// all, and above it by the share F (1 - (t / (f p))^2) of its rise, at most 1, with F = w^2 / (w^2 - 1) for the
+// morph ratio w. The derivative of that share by 1 / f is at most 2 F t / p, so the vertex moves by at most
+// 2 F t d pixels when 1 / f changes by d, whatever p and f are: 1 / f is what changes evenly, and t / f is the
+// screen error that is still held back.
 #include "fades.h"
 
 #include "outlook.h"

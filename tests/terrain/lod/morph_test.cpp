@@ -48,16 +48,16 @@ TEST(Morph, BoundsWhatSlidesLateByTheMeanOfItsMeshes) {
 }
 
 TEST(Morph, BoundsWhatIsOnTimeByTheSpread) {
-    const Morph morph(1.15, 1.0f);
-    EXPECT_NEAR(morph.spread(), mean_error(1.15, 1.0, 1.0), 1e-4);
+    const Morph morph(kDefaultMorphRatio, 1.0f);
+    EXPECT_NEAR(morph.spread(), mean_error(kDefaultMorphRatio, 1.0, 1.0), 1e-4);
     EXPECT_EQ(morph.with_held(1.1, 1.1), morph.spread());
     EXPECT_EQ(morph.with_held(0.5, 1.1), morph.spread());
 }
 
 // A vertex that shows nothing yet is as good as missing; one that shows something is better.
 TEST(Morph, IsBetweenInPlaceAndMissing) {
-    const Morph morph(1.15, 1.0f);
-    for (const double excess : {1.01, 1.1, 1.15, 1.5, 3.0}) {
+    const Morph morph(kDefaultMorphRatio, 1.0f);
+    for (const double excess : {1.01, 1.1, kDefaultMorphRatio, 1.5, 3.0}) {
         EXPECT_NEAR(morph.with_held(excess, 1.0), morph.with_missing(excess), 1e-12) << excess;
         EXPECT_LE(morph.with_held(excess, 1.05), morph.with_missing(excess) + 1e-12) << excess;
         EXPECT_GE(morph.with_held(excess, 1.05), morph.spread()) << excess;

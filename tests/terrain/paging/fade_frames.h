@@ -17,8 +17,8 @@ namespace terrane::test {
 using Set = std::shared_ptr<const ResidentSet>;
 
 /// What pager.h promises.
-inline constexpr double kMorphGain = 2.0 * 1.15 * 1.15 / (1.15 * 1.15 - 1.0);
-static_assert(kDefaultMorphRatio == 1.15);
+inline constexpr double kMorphGain = 2.0 * 1.3 * 1.3 / (1.3 * 1.3 - 1.0);
+static_assert(kDefaultMorphRatio == 1.3);
 inline constexpr double kMostMove_px = 0.25;
 inline constexpr double kPromised_px = 1.5;
 inline constexpr double kMostHeld_px = 1.55;  // of what comes late

