@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "chunk_checks.h"
 #include "chunk_reaches.h"
 
 #include <terrane/terrain/assert.h>
@@ -141,6 +142,13 @@ Result<void> fill_vertex_bounds(const HeightSource& source, const std::stop_toke
     if (const Result<void> read = source.mesh_bounds(wide.grid, bounds, wide.bounds); !read) {
         return read;
     }
+    const auto check = [&](const SampleGrid& grid, std::span<const float> of_grid) {
+        return internal::check_rises(source.lattice(), grid, of_grid, wide.grid, wide.heights);
+    };
+    if (const Result<void> good = check(wide.grid, bounds); !good) return good;
+#if TERRANE_ASSERTS
+    internal::assert_source_holds(source, wide.grid, wide.heights, wide.bounds);
+#endif
     if (const Result<void> kept = keep_vertex_bounds(wide.grid, bounds, half_quantum, chunk);
         !kept || chunk.key.level > 0) {
         return kept;
@@ -153,6 +161,7 @@ Result<void> fill_vertex_bounds(const HeightSource& source, const std::stop_toke
                           kChunkCells / stride + 1};
         const std::span<float> out(bounds.data(), sparse.size());
         if (const Result<void> read = source.vertex_bounds(sparse, out); !read) return read;
+        if (const Result<void> good = check(sparse, out); !good) return good;
         if (const Result<void> kept = keep_vertex_bounds(sparse, out, half_quantum, chunk); !kept) {
             return kept;
         }

@@ -169,6 +169,8 @@ std::shared_ptr<const ResidentSet> Pager::resident() const { return state_->set;
 
 int Pager::contact_level() const { return state_->contact_level; }
 
+std::string Pager::last_failure() const { return state_->last_failure; }
+
 PagerStats Pager::stats() const {
     PagerStats stats = state_->stats;
     const std::size_t bytes = state_->bytes->load();

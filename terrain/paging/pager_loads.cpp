@@ -56,6 +56,7 @@ void Pager::State::take_in(FinishedLoad& load) {
                 [[fallthrough]];
             default:
                 ++stats.failed;
+                last_failure = load.chunk.error().message;
                 retries.failed(load.key, time_s);
         }
         return;

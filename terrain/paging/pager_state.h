@@ -14,6 +14,7 @@
 #include <limits>
 #include <map>
 #include <set>
+#include <string>
 #include <utility>
 
 namespace terrane {
@@ -100,6 +101,7 @@ struct Pager::State {
     std::vector<internal::Placed> order;  // of the set's chunks
     std::vector<std::shared_ptr<const Chunk>> come;
     PagerStats stats;
+    std::string last_failure;             // message of the last load that failed
     std::unique_ptr<ChunkLoader> loader;  // last: stopped first
 
     bool take_clients(std::span<const CameraNeed> cameras, std::span<const BodyNeed> all_bodies,

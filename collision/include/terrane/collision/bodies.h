@@ -82,6 +82,12 @@ struct WorldCastAnswer {
 /// their spins lose 4 of themselves a second, or what rocks on others never came to rest. Parked bodies stand still for all others.
 /// The same calls give the same bits with any number of workers.
 ///
+/// Left out on purpose, so that each promise above holds without exception: joints, motors and springs; static and
+/// kinematic bodies; forces that last (push() in each step), drag and rolling resistance; collision filters and
+/// sensors; removal of bodies (an index stays a body's name); lists of contacts (find_contacts() and shape_pairs.h
+/// answer them for any pose). Trucks, tracked vehicles and walkers meet the ground, not these bodies. docs/bodies.md
+/// says what to do instead.
+///
 /// Threads:   one at a time
 /// Allocates: step() only where more bodies, or more that touch, take part on a thread than ever before
 class BodyWorld {

@@ -50,7 +50,10 @@ struct WorldRect {
 /// even index sum (indices in units of s). Bounds are pure functions of the address, rounded outward, and
 /// nested within a spacing: a centre's are at least those of its midpoints, theirs at least those of
 /// the cells around. To the next spacing they are nested too, but for fractals: there a few centres
-/// have slightly more than the midpoints whose children they are.
+/// have more than the midpoints whose children they are, 1.5 times as much at most.
+///
+/// Everything that Terrane certifies rests on these laws. check_source() in check_source.h tries whether
+/// a source keeps them; docs/height_source.md shows how to write one.
 class HeightSource {
 public:
     virtual ~HeightSource() = default;

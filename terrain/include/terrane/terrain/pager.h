@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
 
 namespace terrane {
 
@@ -91,9 +92,10 @@ struct PagerStats {
     std::size_t peak_bytes = 0;  ///< resident and in flight together
     std::uint64_t loaded = 0;
     std::uint64_t evicted = 0;
-    std::uint64_t reloaded = 0;       ///< begun less than a horizon after they were evicted
-    std::uint64_t cancelled = 0;      ///< taken back from the queue, or given up in flight
-    std::uint64_t failed = 0;         ///< loads that brought nothing; retried with back-off
+    std::uint64_t reloaded = 0;   ///< begun less than a horizon after they were evicted
+    std::uint64_t cancelled = 0;  ///< taken back from the queue, or given up in flight
+    /// Loads that brought nothing; retried with back-off. Pager::last_failure() says why.
+    std::uint64_t failed = 0;
     std::uint64_t timed_out = 0;      ///< ... of these, because the storage did not answer
     std::uint64_t refused_needs = 0;  ///< cameras or bodies that were not finite
     std::uint64_t cut_needs = 0;  ///< times when bodies and regions asked for too much to look at
@@ -190,6 +192,8 @@ public:
     /// The level that ground queries answer at.
     int contact_level() const;
     PagerStats stats() const;
+    /// Why the last of PagerStats::failed brought nothing, one sentence; empty where none has failed.
+    std::string last_failure() const;
 
 private:
     struct State;

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: MIT
+// The whole loop of a simulator: paging, ground, bodies, a truck and the mesh, in the order of a frame.
+#include <terrane/collision/bodies.h>
+#include <terrane/collision/truck.h>
+#include <terrane/terrain/fractal_heights.h>
+#include <terrane/terrain/triangulator.h>
+
+#include <cstdio>
+#include <vector>
+
+using namespace terrane;
+
+namespace {
+
+// From behind and above the truck. x is forward in the frame of a chassis.
+View follow(const Pose& world_from_chassis) {
+    const WorldPos eye = world_from_chassis.translation -
+                         12.0 * world_from_chassis.rotation.col(0) + 6.0 * Eigen::Vector3d::UnitZ();
+    return look_at(eye, world_from_chassis.translation, 1.0, 1280, 720).value();
+}
+
+}  // namespace
+
+int main() {
+    // Once. value() throws where a setting is out of range; look at error() where it is user data.
+    const auto source = FractalHeights::create({.seed = 7}).value();
+    // 0 loads inside update(), so that every run is the same; a simulator in real time takes threads.
+    Pager pager = Pager::create(source, {.worker_count = 0}).value();
+    Triangulator triangulator =
+        Triangulator::create(*source, {.triangle_budget = 100'000, .max_error_px = 1.0}).value();
+    BodyWorld bodies = BodyWorld::create({}).value();
+
+    // Before anything stands on it: the ground around the start, at contact level.
+    const Pager::Ticket start = pager.require({-60, -60, 60, 60}, 0.0);
+    pager.update({}, {}, 0.0);
+    pager.finish();  // waits; the only place where that is right is before the loop
+    if (!pager.is_ready(start)) {
+        std::printf("no ground to start on: %s\n", pager.last_failure().c_str());
+        return 1;
+    }
+    const auto above_ground = [&](double x, double y, double clearance) {
+        const HeightAnswer at = Ground(pager.resident(), pager.contact_level()).height(x, y);
+        Pose pose;  // world_from_body
+        pose.translation = {x, y, at.height + clearance};
+        return pose;
+    };
+    Truck truck = Truck::create({}, above_ground(0, 0, 1.5)).value();
+    for (int i = 0; i < 10; ++i) {
+        BodyState state;
+        state.pose = above_ground(20 + 3 * i, 8, 5);
+        bodies.add({.shape = Sphere{.radius = 0.4}, .mass = 30}, state).value();
+    }
+    pager.release(start);  // from here on needs() keep the ground
+
+    const double dt = 1.0 / 60.0;
+    CameraNeed camera{.view = follow(truck.chassis().pose), .threshold_px = 1.0};
+    std::vector<BodyNeed> needs;
+    std::uint64_t parked = 0, too_deep = 0;
+    TerrainMesh mesh;
+    for (int frame = 0; frame < 300; ++frame) {
+        // 1. What the ground is needed for: all bodies, vehicles and walkers in one list.
+        needs.assign(bodies.needs().begin(), bodies.needs().end());
+        needs.push_back(truck.need());
+
+        // 2. Take in what was loaded, ask for what comes next. Never waits for a loader thread.
+        pager.update({&camera, 1}, needs, frame * dt);
+
+        // 3. A new Ground for each step: the one before knows the chunks of then.
+        const Ground ground(pager.resident(), pager.contact_level());
+
+        // 4. Step. What has no ground yet is parked and counted, never dropped.
+        const StepReport of_bodies = bodies.step(ground, dt);
+        const StepReport of_truck = truck.step(ground, {.throttle = 0.3}, dt);
+        parked += of_bodies.parked + of_truck.parked;
+        too_deep += of_bodies.too_deep + of_truck.too_deep;
+
+        // 5. The mesh of what the camera sees now, from the same resident set.
+        camera.view = follow(truck.chassis().pose);
+        camera.velocity = truck.chassis().velocity;
+        mesh = triangulator.update(pager.resident(), camera.view);
+        camera.threshold_px = mesh.threshold_px;  // the pager fetches no finer than this
+
+        // 6. Draw mesh (mesh_uploader.cpp), the truck's wheels() and the bodies' states().
+    }
+    std::printf("%zu triangles, off by %.2f px at most; %llu parked, %llu too deep\n",
+                mesh.triangle_count, mesh.error_px, static_cast<unsigned long long>(parked),
+                static_cast<unsigned long long>(too_deep));
+    return mesh.triangle_count > 0 && parked + too_deep == 0 ? 0 : 1;
+}

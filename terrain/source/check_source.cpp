@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: MIT
+#include "settings_check.h"
+#include "source_checks.h"
+
+#include <terrane/terrain/check_source.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <thread>
+#include <utility>
+
+namespace terrane {
+namespace {
+
+using internal::CheckRandom;
+using internal::GridAnswers;
+using internal::SourceChecks;
+
+constexpr int kGridPoints = 9;
+constexpr std::size_t kThreadGrids = 64;  // that every thread asks for
+
+Result<void> check(const SourceCheckSettings& settings) {
+    for (const Result<void>& good : {check_range("places", settings.places, 1, 1'000'000),
+                                     check_range("points", settings.points, 1, 1'000'000),
+                                     check_range("threads", settings.threads, 1, 64)}) {
+        if (!good) return good;
+    }
+    if (settings.first_level < 0 || settings.last_level < settings.first_level) {
+        return fail(ErrorCode::invalid_argument,
+                    "first_level and last_level must rise from 0, got " +
+                        std::to_string(settings.first_level) + " and " +
+                        std::to_string(settings.last_level));
+    }
+    if (!(settings.nesting_slack >= 1.0 && std::isfinite(settings.nesting_slack))) {
+        return fail(ErrorCode::invalid_argument, "nesting_slack must be at least 1, got " +
+                                                     std::to_string(settings.nesting_slack));
+    }
+    return {};
+}
+
+WorldRect overlap(const WorldRect& a, const WorldRect& b) {
+    return {std::max(a.west, b.west), std::max(a.south, b.south), std::min(a.east, b.east),
+            std::min(a.north, b.north)};
+}
+
+bool is_area(const WorldRect& rect) {
+    return rect.west < rect.east && rect.south < rect.north && std::isfinite(rect.west) &&
+           std::isfinite(rect.south) && std::isfinite(rect.east) && std::isfinite(rect.north);
+}
+
+// The grids of one spacing that are asked for.
+class Places {
+public:
+    Places(const Lattice& lattice, const WorldRect& region, std::uint64_t seed)
+        : random_(seed),
+          low_{index(region.west, lattice.origin_x, lattice.spacing),
+               index(region.south, lattice.origin_y, lattice.spacing)},
+          high_{index(region.east, lattice.origin_x, lattice.spacing),
+                index(region.north, lattice.origin_y, lattice.spacing)},
+          lattice_(lattice) {}
+
+    // Corners of the region first, then places on its edges, then anywhere, by turns.
+    SampleGrid next(std::int64_t step) {
+        const int place = count_++ % 12;
+        const bool at_west = place == 0 || place == 2, at_east = place == 1 || place == 3;
+        const bool at_south = place == 0 || place == 1, at_north = place == 2 || place == 3;
+        const auto [x, columns] = along(step, low_.x, high_.x, lattice_.west(), lattice_.east(),
+                                        at_west || place == 4, at_east || place == 5);
+        const auto [y, rows] = along(step, low_.y, high_.y, lattice_.south(), lattice_.north(),
+                                     at_south || place == 6, at_north || place == 7);
+        return {{x, y}, step, columns, rows};
+    }
+
+private:
+    static std::int64_t index(double place, double origin, double spacing) {
+        return static_cast<std::int64_t>(std::floor((place - origin) / spacing));
+    }
+
+    // First index and number of points. Chunks ask for two samples beyond the world, no more.
+    std::pair<std::int64_t, int> along(std::int64_t step, std::int64_t low, std::int64_t high,
+                                       std::int64_t world_low, std::int64_t world_high, bool at_low,
+                                       bool at_high) {
+        const std::int64_t side = 2 * step;
+        const auto floor_to = [&](std::int64_t i) { return i - ((i % side) + side) % side; };
+        const auto points = static_cast<int>(
+            std::min<std::int64_t>(kGridPoints, (world_high - world_low) / step + 1));
+        const std::int64_t reach = (points - 1) * step;
+        const std::int64_t beyond = step <= lattice_.step(0) ? side : 0;
+        const std::int64_t first = std::max(floor_to(low), world_low);
+        const std::int64_t last = std::max(first, std::min(floor_to(high), world_high - reach));
+        if (at_low) return {first - beyond, points};
+        if (at_high) return {last + beyond, points};
+        return {floor_to(random_.integer(first, last)), points};
+    }
+
+    CheckRandom random_;
+    LatticePoint low_, high_;
+    Lattice lattice_;
+    int count_ = 0;
+};
+
+// Rectangles and distances from a cell's to the region's size.
+void check_ranges(SourceChecks& checks, const Lattice& lattice, const WorldRect& region,
+                  std::int64_t step, int places, CheckRandom& random) {
+    const double spacing = lattice.spacing * static_cast<double>(step);
+    const int level = internal::level_of(lattice, step);
+    for (int place = 0; place < places; ++place) {
+        // as a chunk's square is asked for, and of any shape
+        const double width = place % 2 == 0 ? kChunkCells * spacing : random.between(0.0, spacing);
+        const double depth = place % 2 == 0 ? width : random.between(0.0, 10.0 * spacing);
+        const double x = random.between(region.west, region.east);
+        const double y = random.between(region.south, region.north);
+        checks.check_interval(overlap({x, y, x + width, y + depth}, region), level);
+    }
+    checks.check_rise(spacing, level);
+    checks.check_rise(random.between(0.5, 8.0) * spacing, level);
+}
+
+// All grids again, in the other direction; then on several threads at once, each in an order of its own.
+void check_repeats(const HeightSource& source, const SourceCheckSettings& settings,
+                   const WorldRect& region, const std::vector<GridAnswers>& asked,
+                   SourceChecks& checks) {
+    for (std::size_t i = asked.size(); i-- > 0;) {
+        checks.check_again(asked[i], SourceLaw::repeatable);
+    }
+    // a source that is not repeatable is not blamed for its threads too
+    if (settings.threads < 2 || checks.report().of(SourceLaw::repeatable).broken > 0) return;
+    const auto thread_count = static_cast<std::size_t>(settings.threads);
+    std::vector<SourceChecks> parts(thread_count, SourceChecks(source, settings, region));
+    {
+        std::vector<std::jthread> threads;
+        for (std::size_t thread = 0; thread < thread_count; ++thread) {
+            threads.emplace_back([&, thread] {
+                const std::size_t count = std::min(asked.size(), kThreadGrids);
+                for (std::size_t i = 0; i < count; ++i) {
+                    // 37 and 64 have no common factor, so that all grids of a full list come once
+                    const std::size_t next = (37 * i + 11 * thread) % count;
+                    const std::size_t spread = next * asked.size() / count;
+                    parts[thread].check_again(asked[spread], SourceLaw::threads);
+                }
+            });
+        }
+    }
+    for (const SourceChecks& part : parts) checks.add(part.report());
+}
+
+}  // namespace
+
+Result<SourceReport> check_source(const HeightSource& source, const SourceCheckSettings& settings) {
+    if (const Result<void> good = check(settings); !good) return tl::unexpected(good.error());
+    const Lattice& lattice = source.lattice();
+    SourceChecks nothing(source, settings, {});
+    const Result<void> good_lattice = check(lattice);
+    const bool is_good = good_lattice.has_value() && is_area(source.extent());
+    nothing.count(SourceLaw::valid_lattice, is_good, [&] {
+        SourceViolation violation;
+        violation.what =
+            good_lattice ? "the extent is empty or not finite" : good_lattice.error().message;
+        return violation;
+    });
+    if (!is_good) return nothing.report();
+
+    const WorldRect world{lattice.x(lattice.west()), lattice.y(lattice.south()),
+                          lattice.x(lattice.east()), lattice.y(lattice.north())};
+    const WorldRect ground = overlap(world, source.extent());
+    const WorldRect region = settings.region ? overlap(ground, *settings.region) : ground;
+    if (!is_area(region)) {
+        return fail(ErrorCode::invalid_argument,
+                    "the region to check has no area inside the source's world and extent");
+    }
+    SourceChecks checks(source, settings, region);
+    checks.add(nothing.report());
+    Places places(lattice, region, settings.seed);
+    CheckRandom random(settings.seed ^ 0x5bd1e995u);
+    std::vector<GridAnswers> asked;
+    const int first = std::min(settings.first_level, lattice.finest_level);
+    const int last = std::min(settings.last_level, lattice.finest_level);
+    const std::int64_t coarsest = first == 0 ? lattice.chunk_side(0) / 2 : lattice.step(first);
+    for (std::int64_t step = lattice.step(last); step <= coarsest; step *= 2) {
+        for (int place = 0; place < settings.places; ++place) {
+            GridAnswers answers;
+            if (!checks.ask(places.next(step), answers)) continue;
+            checks.check_values(answers);
+            checks.check_bounds(answers);
+            checks.check_nesting_within(answers);
+            checks.check_window(answers);
+            checks.check_mesh_bounds(answers);
+            checks.check_levels(answers);
+            checks.check_nesting_below(answers);
+            asked.push_back(std::move(answers));
+        }
+        check_ranges(checks, lattice, region, step, std::min(settings.places, 32), random);
+    }
+    check_repeats(source, settings, region, asked, checks);
+    return checks.report();
+}
+
+}  // namespace terrane

@@ -1,0 +1,303 @@
+// SPDX-License-Identifier: MIT
+#include "source_checks.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdio>
+#include <exception>
+#include <limits>
+#include <utility>
+
+namespace terrane::internal {
+namespace {
+
+constexpr double kHeightAccuracy = 1e-9;  // of height(), metres: HeightSource::height()
+
+std::string metres(double value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.6g m", value);
+    return text;
+}
+
+}  // namespace
+
+std::uint64_t CheckRandom::bits() {
+    std::uint64_t z = (state_ += 0x9e3779b97f4a7c15u);
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+    return z ^ (z >> 31);
+}
+
+double CheckRandom::between(double low, double high) {
+    return low + (high - low) * (static_cast<double>(bits() >> 11) * 0x1p-53);
+}
+
+std::int64_t CheckRandom::integer(std::int64_t low, std::int64_t high) {
+    const auto count = static_cast<std::uint64_t>(high - low) + 1;
+    return low + static_cast<std::int64_t>(bits() % count);
+}
+
+int level_of(const Lattice& lattice, std::int64_t step) {
+    return lattice.finest_level - std::countr_zero(static_cast<std::uint64_t>(step));
+}
+
+SourceChecks::SourceChecks(const HeightSource& source, const SourceCheckSettings& settings,
+                           const WorldRect& measured)
+    : source_(source), settings_(settings), measured_(measured), random_(settings.seed) {
+    report_.seed = settings.seed;
+}
+
+void SourceChecks::count(SourceLaw law, bool holds,
+                         const std::function<SourceViolation()>& violation) {
+    SourceLawReport& into = report_.laws[static_cast<std::size_t>(law)];
+    ++into.checks;
+    if (holds) return;
+    ++into.broken;
+    if (settings_.kept == 0) return;
+    SourceViolation found = violation();
+    found.law = law;
+    // what is not a number is the worst
+    const auto excess = [](const SourceViolation& v) {
+        const double by = std::abs(v.measured - v.claimed);
+        return std::isnan(by) ? std::numeric_limits<double>::infinity() : by;
+    };
+    const auto place =
+        std::ranges::find_if(into.worst, [&](const auto& v) { return excess(v) < excess(found); });
+    into.worst.insert(place, std::move(found));
+    if (into.worst.size() > settings_.kept) into.worst.pop_back();
+}
+
+void SourceChecks::add(const SourceReport& other) {
+    for (std::size_t i = 0; i < kSourceLawCount; ++i) {
+        SourceLawReport& into = report_.laws[i];
+        into.checks += other.laws[i].checks;
+        into.broken += other.laws[i].broken;
+        for (const SourceViolation& v : other.laws[i].worst) {
+            if (into.worst.size() < settings_.kept) into.worst.push_back(v);
+        }
+    }
+    report_.tightest = std::max(report_.tightest, other.tightest);
+}
+
+SourceViolation SourceChecks::at(const GridAnswers& answers, const LatticePoint& point) const {
+    SourceViolation violation;
+    violation.x = source_.lattice().x(point.x);
+    violation.y = source_.lattice().y(point.y);
+    violation.level = level_of(source_.lattice(), answers.grid.step);
+    return violation;
+}
+
+bool SourceChecks::ask(const SampleGrid& grid, GridAnswers& answers_out) {
+    const std::size_t cells =
+        static_cast<std::size_t>(grid.columns - 1) * static_cast<std::size_t>(grid.rows - 1);
+    answers_out.grid = grid;
+    // values that no answer has, so that what a source leaves out is seen
+    answers_out.heights.assign(grid.size(), std::numeric_limits<double>::quiet_NaN());
+    answers_out.vertices.assign(grid.size(), -1.0f);
+    answers_out.cells.assign(cells, -1.0f);
+    answers_out.flags.assign(cells, std::uint8_t{0xff});
+    const auto read = [&](const char* question, const std::function<Result<void>()>& asked) {
+        std::string message;
+        try {
+            if (const Result<void> answer = asked(); !answer) message = answer.error().message;
+        } catch (const std::exception& thrown) {
+            message = std::string("it threw ") + thrown.what();
+        } catch (...) {
+            message = "it threw something that is no std::exception";
+        }
+        count(SourceLaw::answers, message.empty(), [&] {
+            SourceViolation violation = at(answers_out, grid.corner);
+            violation.what = std::string(question) + " of " + std::to_string(grid.columns) + " x " +
+                             std::to_string(grid.rows) + " points: " + message;
+            return violation;
+        });
+        return message.empty();
+    };
+    return read("sample()", [&] { return source_.sample(grid, answers_out.heights); }) &&
+           read("vertex_bounds()",
+                [&] { return source_.vertex_bounds(grid, answers_out.vertices); }) &&
+           read("cell_bounds()", [&] { return source_.cell_bounds(grid, answers_out.cells); }) &&
+           read("cell_flags()", [&] { return source_.cell_flags(grid, answers_out.flags); });
+}
+
+double SourceChecks::height(double x, double y) {
+    double value = std::numeric_limits<double>::quiet_NaN();
+    std::string message = "height() is not finite";
+    try {
+        value = source_.height(x, y);
+    } catch (const std::exception& thrown) {
+        message = std::string("height() threw ") + thrown.what();
+    }
+    count(SourceLaw::finite, std::isfinite(value),
+          [&] { return SourceViolation{.x = x, .y = y, .measured = value, .what = message}; });
+    return value;
+}
+
+// What the rounding of coordinates and of sums may add to a deviation.
+double SourceChecks::rounding(double x, double y, double height, double slope) const {
+    return kHeightAccuracy + 0x1p-50 * (std::abs(height) + slope * (std::abs(x) + std::abs(y)));
+}
+
+void SourceChecks::check_values(const GridAnswers& answers) {
+    const double quantum = source_.lattice().quantum;
+    const std::string grid = " of step " + std::to_string(answers.grid.step);
+    for (int row = 0; row < answers.grid.rows; ++row) {
+        for (int column = 0; column < answers.grid.columns; ++column) {
+            const LatticePoint point = answers.point(column, row);
+            const auto broken = [&](double claimed, double measured, const char* what) {
+                SourceViolation violation = at(answers, point);
+                violation.claimed = claimed;
+                violation.measured = measured;
+                violation.what = what + grid;
+                return violation;
+            };
+            const double sample = answers.heights[answers.at(column, row)];
+            const double by_place =
+                height(source_.lattice().x(point.x), source_.lattice().y(point.y));
+            const bool is_finite = std::isfinite(sample);
+            count(SourceLaw::finite, is_finite, [&] { return broken(0.0, sample, "sample"); });
+            if (is_finite) {
+                count(SourceLaw::fits_quanta, std::abs(sample / quantum) < 2147483647.0,
+                      [&] { return broken(2147483647.0 * quantum, sample, "sample"); });
+                count(SourceLaw::height,
+                      std::abs(sample - by_place) <= kHeightAccuracy + 0x1p-50 * std::abs(sample),
+                      [&] { return broken(sample, by_place, "height() at the sample"); });
+            }
+            const float bound = answers.vertices[answers.at(column, row)];
+            count(SourceLaw::finite, bound >= 0.0f,
+                  [&] { return broken(0.0, static_cast<double>(bound), "vertex bound"); });
+            if (((row | column) & 1) == 0) {
+                count(SourceLaw::no_vertex, bound == 0.0f,
+                      [&] { return broken(0.0, static_cast<double>(bound), "bound"); });
+            }
+            if (column + 1 == answers.grid.columns || row + 1 == answers.grid.rows) continue;
+            const std::size_t cell = answers.cell_at(column, row);
+            count(SourceLaw::finite, answers.cells[cell] >= 0.0f, [&] {
+                return broken(0.0, static_cast<double>(answers.cells[cell]), "cell bound");
+            });
+            count(SourceLaw::finite, answers.flags[cell] <= (cell_outside | cell_filled),
+                  [&] { return broken(0.0, answers.flags[cell], "cell flags"); });
+        }
+    }
+}
+
+// Pattern search uphill (R. Hooke, T. A. Jeeves, 1961), inside a rectangle and wherever `measure` is
+// not below what was there before.
+SourceChecks::Peak SourceChecks::climb(const WorldRect& within, Peak from, double step,
+                                       const Measure& measure) {
+    // rounds are limited, because a source that answers at random has no top
+    const double smallest = step * 0x1p-12;
+    for (int round = 0; round < 64 && step > smallest; ++round) {
+        const Peak before = from;
+        for (const auto& [dx, dy] : {std::pair{1.0, 0.0},
+                                     {-1.0, 0.0},
+                                     {0.0, 1.0},
+                                     {0.0, -1.0},
+                                     {0.7, 0.7},
+                                     {-0.7, 0.7},
+                                     {0.7, -0.7},
+                                     {-0.7, -0.7}}) {
+            const double x = std::clamp(before.x + dx * step, within.west, within.east);
+            const double y = std::clamp(before.y + dy * step, within.south, within.north);
+            const double value = measure(x, y);
+            if (value > from.value) from = {value, x, y};
+        }
+        if (from.value <= before.value) step *= 0.5;
+    }
+    return from;
+}
+
+SourceChecks::Peak SourceChecks::largest_deviation(const LatticeTriangle& triangle,
+                                                   double claimed) {
+    const Lattice& lattice = source_.lattice();
+    std::array<double, 3> xs{}, ys{}, zs{};
+    for (std::size_t i = 0; i < 3; ++i) {
+        xs[i] = lattice.x(triangle[i].x);
+        ys[i] = lattice.y(triangle[i].y);
+        zs[i] = height(xs[i], ys[i]);
+    }
+    const double ax = xs[1] - xs[0], ay = ys[1] - ys[0], bx = xs[2] - xs[0], by = ys[2] - ys[0];
+    const double area = ax * by - ay * bx;
+    // of a place, by its share of the way to the second and the third corner; below 0 outside
+    const auto measure = [&](double x, double y) {
+        const double px = x - xs[0], py = y - ys[0];
+        const double a = (px * by - py * bx) / area, b = (ax * py - ay * px) / area;
+        const bool inside = a >= 0.0 && b >= 0.0 && a + b <= 1.0 && measured_.contains(x, y);
+        if (!inside) return -1.0;
+        const double z = height(x, y);
+        const double off = std::abs(z - (zs[0] + a * (zs[1] - zs[0]) + b * (zs[2] - zs[0])));
+        const double size = std::max(std::abs(ax) + std::abs(ay), std::abs(bx) + std::abs(by));
+        const double slope = (std::abs(zs[1] - zs[0]) + std::abs(zs[2] - zs[0]) + off) / size;
+        return std::max(0.0, off - rounding(x, y, z, slope));
+    };
+    Peak peak{-1.0, xs[0], ys[0]};
+    const auto take = [&](double a, double b) {
+        const double x = xs[0] + a * ax + b * bx, y = ys[0] + a * ay + b * by;
+        const double value = measure(x, y);
+        if (value > peak.value) peak = {value, x, y};
+    };
+    for (int i = 0; i <= 4; ++i) {
+        for (int j = 0; i + j <= 4; ++j) {
+            if (i % 4 != 0 || j % 4 != 0) take(0.25 * i, 0.25 * j);
+        }
+    }
+    for (int i = 0; i < settings_.points; ++i) {
+        double a = random_.between(0.0, 1.0), b = random_.between(0.0, 1.0);
+        if (a + b > 1.0) {
+            a = 1.0 - a;
+            b = 1.0 - b;
+        }
+        take(a, b);
+    }
+    // uphill only where that could decide
+    if (peak.value > 0.7 * claimed && peak.value <= claimed) {
+        const auto [west, east] = std::ranges::minmax(xs);
+        const auto [south, north] = std::ranges::minmax(ys);
+        peak = climb({west, south, east, north}, peak, 0.125 * (east - west), measure);
+    }
+    return peak;
+}
+
+void SourceChecks::check_triangles(const GridAnswers& answers, const LatticePoint& place,
+                                   const std::array<LatticeTriangle, 2>& triangles, float bound,
+                                   SourceLaw law, const std::string& what) {
+    const auto claimed = static_cast<double>(bound);
+    if (!(claimed >= 0.0)) return;  // counted as not finite
+    for (const LatticeTriangle& triangle : triangles) {
+        const Peak peak = largest_deviation(triangle, claimed);
+        if (peak.value < 0.0) continue;  // none of it lies where deviations are measured
+        if (claimed > 0.0) report_.tightest = std::max(report_.tightest, peak.value / claimed);
+        count(law, peak.value <= claimed, [&] {
+            SourceViolation violation = at(answers, place);
+            violation.x = peak.x;
+            violation.y = peak.y;
+            violation.claimed = claimed;
+            violation.measured = peak.value;
+            violation.what = what;
+            return violation;
+        });
+    }
+}
+
+void SourceChecks::check_bounds(const GridAnswers& answers) {
+    const Lattice& lattice = source_.lattice();
+    const std::string size = metres(lattice.spacing * static_cast<double>(answers.grid.step));
+    const std::string of_vertex = "vertex of spacing " + size, of_cell = "cell of side " + size;
+    for (int row = 0; row < answers.grid.rows; ++row) {
+        for (int column = 0; column < answers.grid.columns; ++column) {
+            const LatticePoint point = answers.point(column, row);
+            if (((row | column) & 1) != 0) {
+                check_triangles(answers, point, diamond(point, answers.grid.step),
+                                answers.vertices[answers.at(column, row)], SourceLaw::vertex_bound,
+                                of_vertex);
+            }
+            if (column + 1 == answers.grid.columns || row + 1 == answers.grid.rows) continue;
+            check_triangles(answers, point, cut_square(point, answers.grid.step),
+                            answers.cells[answers.cell_at(column, row)], SourceLaw::cell_bound,
+                            of_cell);
+        }
+    }
+}
+
+}  // namespace terrane::internal

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "bound_triangles.h"
+
+#include <terrane/terrain/check_source.h>
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace terrane::internal {
+
+/// Numbers from a seed, the same on every machine: SplitMix64 (G. Steele, D. Lea, C. Flood, 2014).
+class CheckRandom {
+public:
+    explicit CheckRandom(std::uint64_t seed) : state_(seed) {}
+    std::uint64_t bits();
+    /// In [low, high).
+    double between(double low, double high);
+    /// In [low, high], both ends included.
+    std::int64_t integer(std::int64_t low, std::int64_t high);
+
+private:
+    std::uint64_t state_;
+};
+
+/// All that a source says of one grid.
+struct GridAnswers {
+    SampleGrid grid;
+    std::vector<double> heights;      ///< [grid.size()]
+    std::vector<float> vertices;      ///< [grid.size()]
+    std::vector<float> cells;         ///< [(columns - 1) * (rows - 1)]
+    std::vector<std::uint8_t> flags;  ///< as cells
+
+    std::size_t at(int column, int row) const {
+        return static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.columns) +
+               static_cast<std::size_t>(column);
+    }
+    std::size_t cell_at(int column, int row) const {
+        return static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.columns - 1) +
+               static_cast<std::size_t>(column);
+    }
+    LatticePoint point(int column, int row) const {
+        return {grid.corner.x + grid.step * column, grid.corner.y + grid.step * row};
+    }
+};
+
+/// Checks the laws of a source on the grids and rectangles that it is given, and counts in a report.
+///
+/// Corners of grids must be multiples of 2 * step. Threads: one.
+class SourceChecks {
+public:
+    /// @param source   outlives the checks
+    /// @param measured deviations are measured inside this rectangle only
+    SourceChecks(const HeightSource& source, const SourceCheckSettings& settings,
+                 const WorldRect& measured);
+
+    /// Asks for everything about a grid. Counts what fails under `answers`; false then.
+    bool ask(const SampleGrid& grid, GridAnswers& answers_out);
+
+    void check_values(const GridAnswers& answers);
+    void check_bounds(const GridAnswers& answers);
+    /// Centres against their midpoints and these against the cells around, exactly.
+    void check_nesting_within(const GridAnswers& answers);
+    /// Midpoints of a spacing against the centres of half that spacing around them, with the settings'
+    /// slack. Nothing for a step of 1.
+    void check_nesting_below(const GridAnswers& answers);
+    void check_window(const GridAnswers& answers);
+    /// Nothing for a step of 1.
+    void check_levels(const GridAnswers& answers);
+    void check_mesh_bounds(const GridAnswers& answers);
+    /// Asks again; under `law` where a bit differs.
+    void check_again(const GridAnswers& answers, SourceLaw law);
+    void check_interval(const WorldRect& rect, int level);
+    void check_rise(double distance, int level);
+    /// Counts one check of a law; where it is broken, keeps it.
+    void count(SourceLaw law, bool holds, const std::function<SourceViolation()>& violation);
+
+    const SourceReport& report() const { return report_; }
+    /// Adds what other checks of the same source counted.
+    void add(const SourceReport& other);
+
+private:
+    struct Peak {
+        double value = 0.0, x = 0.0, y = 0.0;
+    };
+    using Measure = std::function<double(double x, double y)>;
+    Peak climb(const WorldRect& within, Peak from, double step, const Measure& measure);
+    Peak largest_deviation(const LatticeTriangle& triangle, double claimed);
+    void check_triangles(const GridAnswers& answers, const LatticePoint& place,
+                         const std::array<LatticeTriangle, 2>& triangles, float bound,
+                         SourceLaw law, const std::string& what);
+    void compare(SourceLaw law, const GridAnswers& some, const GridAnswers& other,
+                 const LatticePoint& shift);
+    SourceViolation at(const GridAnswers& answers, const LatticePoint& point) const;
+    double rounding(double x, double y, double height, double slope) const;
+    double height(double x, double y);
+
+    const HeightSource& source_;
+    SourceCheckSettings settings_;
+    WorldRect measured_;
+    CheckRandom random_;
+    SourceReport report_;
+};
+
+/// Level of a spacing, negative for those of coarser vertices than a root's samples.
+int level_of(const Lattice& lattice, std::int64_t step);
+
+}  // namespace terrane::internal
