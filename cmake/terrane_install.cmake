@@ -10,4 +10,6 @@ install(FILES
     ${CMAKE_CURRENT_BINARY_DIR}/terraneConfig.cmake
     ${CMAKE_CURRENT_BINARY_DIR}/terraneConfigVersion.cmake
     DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/terrane)
-install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/terrane)
+# Pages keep their places among each other, so that their links work.
+install(FILES LICENSE README.md CONVENTIONS.md CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/terrane)
+install(DIRECTORY docs examples DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/terrane)

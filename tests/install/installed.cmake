@@ -17,8 +17,18 @@ find_loaded_libraries(${WORK_DIR}/readme_example/first_ground loaded)
 list(FILTER loaded INCLUDE REGEX "${foreign}")
 expect_same("the libraries that heights load for nothing" "${loaded}" "")
 run(${WORK_DIR}/readme_example/first_ground)
-read_readme_block(text 1 told)
+read_block(README.md text 1 told)
 expect_same("what README's program prints" "${output}" "${told}")
+
+# The examples that were installed with the documentation.
+file(GLOB pages RELATIVE ${SOURCE_DIR}/docs ${SOURCE_DIR}/docs/*.md)
+foreach(page IN LISTS pages)
+    if(NOT EXISTS ${prefix}/share/doc/terrane/docs/${page})
+        message(FATAL_ERROR "docs/${page} was not installed")
+    endif()
+endforeach()
+build_project(${prefix}/share/doc/terrane/examples ${WORK_DIR}/examples -DCMAKE_PREFIX_PATH=${prefix})
+run(${CMAKE_CTEST_COMMAND} --test-dir ${WORK_DIR}/examples --output-on-failure --no-tests=error)
 
 build_project(${CMAKE_CURRENT_LIST_DIR}/stranger ${WORK_DIR}/stranger
     -DCMAKE_PREFIX_PATH=${prefix} -DCOMPONENTS=${COMPONENTS})

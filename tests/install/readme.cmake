@@ -1,24 +1,25 @@
-# README shows the program and the project that tests/install builds, word for word.
+# README shows the program and the project that tests/install builds, word for word; pages of docs/ show those of examples/.
 include(${CMAKE_CURRENT_LIST_DIR}/steps.cmake)
 
-file(READ ${CMAKE_CURRENT_LIST_DIR}/readme_example/main.cpp program)
-string(REGEX REPLACE "^// SPDX[^\n]*\n" "" program "${program}")
-read_readme_block(cpp 1 shown)
-expect_same("README's program" "${shown}" "${program}")
-
+expect_shown(README.md 1 tests/install/readme_example/main.cpp)
 file(READ ${CMAKE_CURRENT_LIST_DIR}/readme_example/CMakeLists.txt project)
-read_readme_block(cmake 1 shown)
+read_block(README.md cmake 1 shown)
 expect_same("README's project" "${shown}" "${project}")
+expect_links(README.md)
 
-# Every file and folder that README links to exists.
-file(READ ${SOURCE_DIR}/README.md text)
-# brackets join what stands between them in a list
-string(REPLACE "[" "<" text "${text}")
-string(REPLACE "]" ">" text "${text}")
-string(REGEX MATCHALL ">\\([^):]+\\)" links "${text}")
-foreach(link IN LISTS links)
-    string(REGEX REPLACE "^>\\((.*)\\)$" "\\1" path "${link}")
-    if(NOT EXISTS ${SOURCE_DIR}/${path})
-        message(FATAL_ERROR "README links to ${path}, which does not exist")
+file(GLOB pages RELATIVE ${SOURCE_DIR} ${SOURCE_DIR}/docs/*.md)
+foreach(page IN LISTS pages)
+    expect_links(${page})
+endforeach()
+expect_shown(docs/simulator_loop.md 1 examples/simulator_loop.cpp)
+expect_shown(docs/mesh_layout.md 1 examples/mesh_uploader.cpp)
+expect_shown(docs/height_source.md 1 examples/own_source.cpp)
+
+# Public headers take Eigen from math.h alone, which brings what vectors are used with.
+file(GLOB_RECURSE headers ${SOURCE_DIR}/*/include/terrane/*.h)
+foreach(header IN LISTS headers)
+    file(STRINGS ${header} includes REGEX "#include <Eigen/")
+    if(includes AND NOT header MATCHES "terrane/terrain/math.h$")
+        message(FATAL_ERROR "${header} includes Eigen itself, not through <terrane/terrain/math.h>: ${includes}")
     endif()
 endforeach()

@@ -36,14 +36,14 @@ function(find_loaded_libraries program names_out)
     set(${names_out} ${libraries} PARENT_SCOPE)
 endfunction()
 
-# Reads the nth block (from 1) of a language out of README.md.
-function(read_readme_block language number text_out)
-    set(readme ${SOURCE_DIR}/README.md)
-    file(READ ${readme} text)
+# Reads the nth block (from 1) of a language out of a page of the repository.
+function(read_block page language number text_out)
+    set(path ${SOURCE_DIR}/${page})
+    file(READ ${path} text)
     foreach(i RANGE 1 ${number})
         string(FIND "${text}" "\n```${language}\n" begin)
         if(begin LESS 0)
-            message(FATAL_ERROR "${readme} has no block number ${number} of ${language}")
+            message(FATAL_ERROR "${path} has no block number ${number} of ${language}")
         endif()
         string(LENGTH "\n```${language}\n" skipped)
         math(EXPR begin "${begin} + ${skipped}")
@@ -52,6 +52,32 @@ function(read_readme_block language number text_out)
     string(FIND "${text}" "```" end)
     string(SUBSTRING "${text}" 0 ${end} block)
     set(${text_out} "${block}" PARENT_SCOPE)
+endfunction()
+
+# Stops the test where the nth block of a language on a page is not a program of the repository, word for word but for its
+# licence line.
+function(expect_shown page number program)
+    file(READ ${SOURCE_DIR}/${program} text)
+    string(REGEX REPLACE "^// SPDX[^\n]*\n" "" text "${text}")
+    read_block(${page} cpp ${number} shown)
+    expect_same("the program of ${program} in ${page}" "${shown}" "${text}")
+endfunction()
+
+# Stops the test where a page links to a file or folder of the repository that does not exist.
+function(expect_links page)
+    file(READ ${SOURCE_DIR}/${page} text)
+    get_filename_component(folder ${SOURCE_DIR}/${page} DIRECTORY)
+    string(REGEX REPLACE "```[^`]*```" "" text "${text}")
+    # brackets join what stands between them in a list
+    string(REPLACE "[" "<" text "${text}")
+    string(REPLACE "]" ">" text "${text}")
+    string(REGEX MATCHALL ">\\([^):]+\\)" links "${text}")
+    foreach(link IN LISTS links)
+        string(REGEX REPLACE "^>\\((.*)\\)$" "\\1" path "${link}")
+        if(NOT EXISTS ${folder}/${path})
+            message(FATAL_ERROR "${page} links to ${path}, which does not exist")
+        endif()
+    endforeach()
 endfunction()
 
 # Stops the test where two texts differ.
