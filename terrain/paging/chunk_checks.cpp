@@ -14,44 +14,37 @@ namespace {
 
 constexpr double kHeightAccuracy = 1e-9;  // metres: HeightSource::height()
 
-class Samples {
-public:
-    Samples(const SampleGrid& grid, std::span<const double> heights)
-        : grid_(grid), heights_(heights) {}
-
-    bool has(const LatticePoint& point) const {
-        const std::int64_t column = (point.x - grid_.corner.x) / grid_.step;
-        const std::int64_t row = (point.y - grid_.corner.y) / grid_.step;
-        return point.x >= grid_.corner.x && point.y >= grid_.corner.y && column < grid_.columns &&
-               row < grid_.rows;
-    }
-    double at(const LatticePoint& point) const {
-        const std::int64_t column = (point.x - grid_.corner.x) / grid_.step;
-        const std::int64_t row = (point.y - grid_.corner.y) / grid_.step;
-        return heights_[static_cast<std::size_t>(row * grid_.columns + column)];
-    }
-
-private:
-    SampleGrid grid_;
-    std::span<const double> heights_;
-};
-
 }  // namespace
 
 Result<void> check_rises(const Lattice& lattice, const SampleGrid& grid,
                          std::span<const float> bounds, const SampleGrid& samples,
                          std::span<const double> heights) {
-    const Samples known(samples, heights);
+    const auto stride = static_cast<int>(grid.step / samples.step);
+    const auto first_column = static_cast<int>((grid.corner.x - samples.corner.x) / samples.step);
+    const auto first_row = static_cast<int>((grid.corner.y - samples.corner.y) / samples.step);
+    // whether the index sum of the first square of side 2 s is odd
+    const std::int64_t side = 2 * grid.step;
+    const auto parity = static_cast<int>((grid.corner.x / side + grid.corner.y / side) & 1);
+    const auto has = [&](int column, int row) {
+        return column >= 0 && row >= 0 && column < samples.columns && row < samples.rows;
+    };
+    const auto at = [&](int column, int row) {
+        return heights[static_cast<std::size_t>(row) * static_cast<std::size_t>(samples.columns) +
+                       static_cast<std::size_t>(column)];
+    };
     for (int row = 0; row < grid.rows; ++row) {
         for (int column = row % 2 == 0 ? 1 : 0; column < grid.columns;
              column += row % 2 == 0 ? 2 : 1) {
-            const LatticePoint vertex{grid.corner.x + column * grid.step,
-                                      grid.corner.y + row * grid.step};
-            const LatticeTriangle half = diamond(vertex, grid.step)[0];
-            if (!known.has(half[0]) || !known.has(half[1])) continue;
-            const double height = known.at(vertex);
-            const double middle = 0.5 * (known.at(half[0]) + known.at(half[1]));
-            const double rise = std::abs(height - middle);
+            // from the vertex to one of its ends; to the other it is as far the other way
+            const bool is_centre = (column & row & 1) != 0;
+            const bool rises = ((column / 2 + row / 2 + parity) & 1) == 0;
+            const int to_x = column % 2 * stride;
+            const int to_y = row % 2 * (is_centre && !rises ? -stride : stride);
+            const int x = first_column + column * stride, y = first_row + row * stride;
+            if (!has(x - to_x, y - to_y) || !has(x + to_x, y + to_y)) continue;
+            const double height = at(x, y);
+            const double rise =
+                std::abs(height - 0.5 * (at(x - to_x, y - to_y) + at(x + to_x, y + to_y)));
             const auto bound = static_cast<double>(
                 bounds[static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.columns) +
                        static_cast<std::size_t>(column)]);
@@ -61,7 +54,8 @@ Result<void> check_rises(const Lattice& lattice, const SampleGrid& grid,
                 text, sizeof text,
                 "the source's bound at (%.6g, %.6g) m, spacing %.6g m, is %.4g m, but its "
                 "samples are %.4g m apart there",
-                lattice.x(vertex.x), lattice.y(vertex.y),
+                lattice.x(grid.corner.x + column * grid.step),
+                lattice.y(grid.corner.y + row * grid.step),
                 lattice.spacing * static_cast<double>(grid.step), bound, rise);
             return fail(ErrorCode::bad_data, text);
         }
@@ -93,7 +87,6 @@ void assert_source_holds(const HeightSource& source, const SampleGrid& grid,
     if (!(*highest <= held.high + slack)) refuse("interval", west, south, held.high, *highest);
 
     // places by the integers of the chunk, so that a chunk is always checked at the same ones
-    const Samples known(grid, heights);
     const WorldRect& extent = source.extent();
     std::uint64_t state = static_cast<std::uint64_t>(grid.corner.x) * 0x9e3779b97f4a7c15u ^
                           static_cast<std::uint64_t>(grid.corner.y) ^
@@ -114,9 +107,12 @@ void assert_source_holds(const HeightSource& source, const SampleGrid& grid,
             b = 1.0 - b;
         }
         const double weights[] = {1.0 - a - b, a, b};
-        double x = 0.0, y = 0.0, plane = 0.0, low = known.at(triangle[0]), high = low;
+        double x = 0.0, y = 0.0, plane = 0.0, low = *highest, high = *lowest;
         for (std::size_t i = 0; i < 3; ++i) {
-            const double height = known.at(triangle[i]);
+            const auto at_column = (triangle[i].x - grid.corner.x) / grid.step;
+            const auto at_row = (triangle[i].y - grid.corner.y) / grid.step;
+            const double height =
+                heights[static_cast<std::size_t>(at_row * grid.columns + at_column)];
             x += weights[i] * lattice.x(triangle[i].x);
             y += weights[i] * lattice.y(triangle[i].y);
             plane += weights[i] * height;

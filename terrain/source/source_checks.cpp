@@ -89,8 +89,10 @@ SourceViolation SourceChecks::at(const GridAnswers& answers, const LatticePoint&
 }
 
 bool SourceChecks::ask(const SampleGrid& grid, GridAnswers& answers_out) {
-    const std::size_t cells =
-        static_cast<std::size_t>(grid.columns - 1) * static_cast<std::size_t>(grid.rows - 1);
+    const bool has_cells = grid.step <= source_.lattice().step(0);
+    const std::size_t cells = has_cells ? static_cast<std::size_t>(grid.columns - 1) *
+                                              static_cast<std::size_t>(grid.rows - 1)
+                                        : 0;
     answers_out.grid = grid;
     // values that no answer has, so that what a source leaves out is seen
     answers_out.heights.assign(grid.size(), std::numeric_limits<double>::quiet_NaN());
@@ -114,11 +116,14 @@ bool SourceChecks::ask(const SampleGrid& grid, GridAnswers& answers_out) {
         });
         return message.empty();
     };
-    return read("sample()", [&] { return source_.sample(grid, answers_out.heights); }) &&
-           read("vertex_bounds()",
-                [&] { return source_.vertex_bounds(grid, answers_out.vertices); }) &&
-           read("cell_bounds()", [&] { return source_.cell_bounds(grid, answers_out.cells); }) &&
-           read("cell_flags()", [&] { return source_.cell_flags(grid, answers_out.flags); });
+    if (!read("sample()", [&] { return source_.sample(grid, answers_out.heights); }) ||
+        !read("vertex_bounds()",
+              [&] { return source_.vertex_bounds(grid, answers_out.vertices); })) {
+        return false;
+    }
+    return !has_cells ||
+           (read("cell_bounds()", [&] { return source_.cell_bounds(grid, answers_out.cells); }) &&
+            read("cell_flags()", [&] { return source_.cell_flags(grid, answers_out.flags); }));
 }
 
 double SourceChecks::height(double x, double y) {
@@ -171,7 +176,7 @@ void SourceChecks::check_values(const GridAnswers& answers) {
                 count(SourceLaw::no_vertex, bound == 0.0f,
                       [&] { return broken(0.0, static_cast<double>(bound), "bound"); });
             }
-            if (column + 1 == answers.grid.columns || row + 1 == answers.grid.rows) continue;
+            if (!answers.has_cell(column, row)) continue;
             const std::size_t cell = answers.cell_at(column, row);
             count(SourceLaw::finite, answers.cells[cell] >= 0.0f, [&] {
                 return broken(0.0, static_cast<double>(answers.cells[cell]), "cell bound");
@@ -292,7 +297,7 @@ void SourceChecks::check_bounds(const GridAnswers& answers) {
                                 answers.vertices[answers.at(column, row)], SourceLaw::vertex_bound,
                                 of_vertex);
             }
-            if (column + 1 == answers.grid.columns || row + 1 == answers.grid.rows) continue;
+            if (!answers.has_cell(column, row)) continue;
             check_triangles(answers, point, cut_square(point, answers.grid.step),
                             answers.cells[answers.cell_at(column, row)], SourceLaw::cell_bound,
                             of_cell);

@@ -27,12 +27,13 @@ private:
     std::uint64_t state_;
 };
 
-/// All that a source says of one grid.
+/// All that a source says of one grid. Cells are asked for up to the side that chunks have: not where the grid has vertices
+/// that are coarser than a root's samples.
 struct GridAnswers {
     SampleGrid grid;
     std::vector<double> heights;      ///< [grid.size()]
     std::vector<float> vertices;      ///< [grid.size()]
-    std::vector<float> cells;         ///< [(columns - 1) * (rows - 1)]
+    std::vector<float> cells;         ///< [(columns - 1) * (rows - 1)], or empty
     std::vector<std::uint8_t> flags;  ///< as cells
 
     std::size_t at(int column, int row) const {
@@ -42,6 +43,11 @@ struct GridAnswers {
     std::size_t cell_at(int column, int row) const {
         return static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.columns - 1) +
                static_cast<std::size_t>(column);
+    }
+    /// Whether the cell to the north-east of a point was asked for.
+    bool has_cell(int column, int row) const {
+        return !cells.empty() && column >= 0 && row >= 0 && column + 1 < grid.columns &&
+               row + 1 < grid.rows;
     }
     LatticePoint point(int column, int row) const {
         return {grid.corner.x + grid.step * column, grid.corner.y + grid.step * row};
@@ -63,14 +69,17 @@ public:
 
     void check_values(const GridAnswers& answers);
     void check_bounds(const GridAnswers& answers);
-    /// Centres against their midpoints and these against the cells around, exactly.
+    /// Centres against their midpoints, exactly.
     void check_nesting_within(const GridAnswers& answers);
+    /// Midpoints against the cells around, exactly: what fractals promise beyond the laws.
+    void check_nesting_of_cells(const GridAnswers& answers);
     /// Midpoints of a spacing against the centres of half that spacing around them, with the settings'
     /// slack. Nothing for a step of 1.
     void check_nesting_below(const GridAnswers& answers);
     void check_window(const GridAnswers& answers);
     /// Nothing for a step of 1.
     void check_levels(const GridAnswers& answers);
+    /// Nothing where no cells were asked for.
     void check_mesh_bounds(const GridAnswers& answers);
     /// Asks again; under `law` where a bit differs.
     void check_again(const GridAnswers& answers, SourceLaw law);
@@ -93,6 +102,8 @@ private:
     void check_triangles(const GridAnswers& answers, const LatticePoint& place,
                          const std::array<LatticeTriangle, 2>& triangles, float bound,
                          SourceLaw law, const std::string& what);
+    void check_nested(const GridAnswers& answers, int column, int row, float below, double slack,
+                      const char* what);
     void compare(SourceLaw law, const GridAnswers& some, const GridAnswers& other,
                  const LatticePoint& shift);
     SourceViolation at(const GridAnswers& answers, const LatticePoint& point) const;

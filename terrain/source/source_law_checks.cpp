@@ -25,42 +25,41 @@ constexpr double kHeightAccuracy = 1e-9;  // of height(), metres
 
 }  // namespace
 
+// The bound of a vertex, with slack, against one below it.
+void SourceChecks::check_nested(const GridAnswers& answers, int column, int row, float below,
+                                double slack, const char* what) {
+    const auto bound = static_cast<double>(answers.vertices[answers.at(column, row)]);
+    const auto found = static_cast<double>(below);
+    count(SourceLaw::nesting, !(found > slack * bound), [&] {
+        SourceViolation violation = at(answers, answers.point(column, row));
+        violation.claimed = bound;
+        violation.measured = found;
+        violation.what = what;
+        return violation;
+    });
+}
+
 void SourceChecks::check_nesting_within(const GridAnswers& answers) {
-    const auto check = [&](int column, int row, float below, const char* what) {
-        const float bound = answers.vertices[answers.at(column, row)];
-        count(SourceLaw::nesting, !(below > bound), [&] {
-            SourceViolation violation = at(answers, answers.point(column, row));
-            violation.claimed = static_cast<double>(bound);
-            violation.measured = static_cast<double>(below);
-            violation.what = what;
-            return violation;
-        });
-    };
+    for (int row = 1; row < answers.grid.rows; row += 2) {
+        for (int column = 1; column < answers.grid.columns; column += 2) {
+            for (const auto& [dx, dy] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
+                const int i = column + dx, j = row + dy;
+                if (i == answers.grid.columns || j == answers.grid.rows) continue;
+                check_nested(answers, column, row, answers.vertices[answers.at(i, j)], 1.0,
+                             "bound of a midpoint of the centre");
+            }
+        }
+    }
+}
+
+void SourceChecks::check_nesting_of_cells(const GridAnswers& answers) {
     for (int row = 0; row < answers.grid.rows; ++row) {
-        for (int column = 0; column < answers.grid.columns; ++column) {
-            const auto has_point = [&](int i, int j) {
-                return i >= 0 && j >= 0 && i < answers.grid.columns && j < answers.grid.rows;
-            };
-            const auto midpoint = [&](int i, int j) {
-                if (!has_point(i, j)) return;
-                check(column, row, answers.vertices[answers.at(i, j)],
-                      "bound of a midpoint of the centre");
-            };
-            const auto cell = [&](int i, int j) {
-                if (!has_point(i, j) || !has_point(i + 1, j + 1)) return;
-                check(column, row, answers.cells[answers.cell_at(i, j)],
-                      "bound of a cell beside the midpoint");
-            };
-            if ((row & column & 1) != 0) {
-                midpoint(column - 1, row);
-                midpoint(column + 1, row);
-                midpoint(column, row - 1);
-                midpoint(column, row + 1);
-            } else if (((row | column) & 1) != 0) {
-                cell(column - 1, row - 1);
-                cell(column, row - 1);
-                cell(column - 1, row);
-                cell(column, row);
+        for (int column = row % 2 == 0 ? 1 : 0; column < answers.grid.columns; column += 2) {
+            for (const auto& [dx, dy] : {std::pair{-1, -1}, {0, -1}, {-1, 0}, {0, 0}}) {
+                const int i = column + dx, j = row + dy;
+                if (!answers.has_cell(i, j)) continue;
+                check_nested(answers, column, row, answers.cells[answers.cell_at(i, j)], 1.0,
+                             "bound of a cell beside the midpoint");
             }
         }
     }
@@ -79,20 +78,10 @@ void SourceChecks::check_nesting_below(const GridAnswers& answers) {
     }
     for (int row = 0; row < grid.rows; ++row) {
         for (int column = row % 2 == 0 ? 1 : 0; column < grid.columns; column += 2) {
-            const auto bound = static_cast<double>(answers.vertices[answers.at(column, row)]);
-            for (const int dx : {-1, 1}) {
-                for (const int dy : {-1, 1}) {
-                    const auto below = static_cast<double>(
-                        fine.vertices[fine.at(2 * column + 2 + dx, 2 * row + 2 + dy)]);
-                    const bool holds = !(below > settings_.nesting_slack * bound);
-                    count(SourceLaw::nesting, holds, [&] {
-                        SourceViolation violation = at(answers, answers.point(column, row));
-                        violation.claimed = bound;
-                        violation.measured = below;
-                        violation.what = "bound of a centre of half the spacing";
-                        return violation;
-                    });
-                }
+            for (const auto& [dx, dy] : {std::pair{-1, -1}, {1, -1}, {-1, 1}, {1, 1}}) {
+                const std::size_t child = fine.at(2 * column + 2 + dx, 2 * row + 2 + dy);
+                check_nested(answers, column, row, fine.vertices[child], settings_.nesting_slack,
+                             "bound of a centre of half the spacing");
             }
         }
     }
@@ -117,7 +106,7 @@ void SourceChecks::compare(SourceLaw law, const GridAnswers& some, const GridAns
             const std::size_t there = other.at(column + dx, row + dy);
             check(other.heights[there], some.heights[here], "sample");
             check(other.vertices[there], some.vertices[here], "vertex bound");
-            if (column + 1 == some.grid.columns || row + 1 == some.grid.rows) continue;
+            if (!some.has_cell(column, row)) continue;
             const std::size_t cell = some.cell_at(column, row);
             const std::size_t other_cell = other.cell_at(column + dx, row + dy);
             check(other.cells[other_cell], some.cells[cell], "cell bound");
@@ -159,6 +148,7 @@ void SourceChecks::check_levels(const GridAnswers& answers) {
 }
 
 void SourceChecks::check_mesh_bounds(const GridAnswers& answers) {
+    if (answers.cells.empty()) return;
     GridAnswers both = answers;
     both.vertices.assign(answers.vertices.size(), -1.0f);
     both.cells.assign(answers.cells.size(), -1.0f);

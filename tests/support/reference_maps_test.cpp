@@ -123,9 +123,9 @@ TEST(TableHeights, BoundsOfTheFinestDiamondsAreExact) {
                         const auto mixed = [&](auto&& of) {
                             return a * of(triangle[0]) + b * of(triangle[1]) + c * of(triangle[2]);
                         };
-                        const double x = mixed([](const Corner& p) { return double(p.x); });
-                        const double y = mixed([](const Corner& p) { return double(p.y); });
-                        const double plane = mixed([&](const Corner& p) {
+                        const double x = mixed([](const LatticePoint& p) { return double(p.x); });
+                        const double y = mixed([](const LatticePoint& p) { return double(p.y); });
+                        const double plane = mixed([&](const LatticePoint& p) {
                             return source.height(double(p.x), double(p.y));
                         });
                         dense = std::max(dense, std::abs(source.height(x, y) - plane));

@@ -22,7 +22,7 @@ enum class SourceLaw : std::uint8_t {
     height,         ///< height() is sample() at lattice points, to 1e-9 m
     vertex_bound,   ///< the surface is within vertex_bounds() of each vertex's diamond
     cell_bound,     ///< the surface is within cell_bounds() of each cell's two triangles
-    nesting,        ///< bounds are at least those of the vertices and cells below them
+    nesting,        ///< bounds of vertices are at least those of the vertices below them
     no_vertex,      ///< vertex_bounds() is 0 at points that are no vertices of the spacing
     interval,       ///< interval() contains every height over the rectangle
     rise_bound,     ///< rise_bound() is not exceeded between two points, and does not decrease

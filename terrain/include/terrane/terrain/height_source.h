@@ -48,9 +48,9 @@ struct WorldRect {
 /// the two triangles (over unquantised heights) by more than e(v), vertically. cell_bounds() does
 /// the same for the two triangles of a cell of side s, cut by the diagonal that joins its corners of
 /// even index sum (indices in units of s). Bounds are pure functions of the address, rounded outward, and
-/// nested within a spacing: a centre's are at least those of its midpoints, theirs at least those of
-/// the cells around. To the next spacing they are nested too, but for fractals: there a few centres
-/// have more than the midpoints whose children they are, 1.5 times as much at most.
+/// nested within a spacing: a centre's are at least those of its midpoints (theirs, of fractals, at
+/// least those of the cells around). To the next spacing they are nested too, but for fractals: there
+/// a few centres have up to 1.5 times as much as the midpoints whose children they are.
 ///
 /// Everything that Terrane certifies rests on these laws. check_source() in check_source.h tries whether
 /// a source keeps them; docs/height_source.md shows how to write one.
@@ -85,7 +85,7 @@ public:
     virtual Result<void> vertex_bounds(const SampleGrid& grid,
                                        std::span<float> bounds_out) const = 0;
 
-    /// Certified bounds of the cells of side `grid.step` of a grid.
+    /// Certified bounds of the cells of side `grid.step` of a grid, which is at most Lattice::step(0).
     ///
     /// @param bounds_out [(columns - 1) * (rows - 1)] metres
     virtual Result<void> cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const = 0;
