@@ -163,7 +163,7 @@ int main() {
     std::size_t triangles = 0;
     CameraNeed camera;
     for (int frame = 0; frame < 60; ++frame) {
-        const WorldPos eye(0, 20.0 * frame, 900);
+        const WorldPos eye(0.3, 20.7 * frame, 900.1);
         camera.view = look_at(eye, eye + Eigen::Vector3d(0, 4000, -700), 1.0, 1280, 720).value();
         pager.update({&camera, 1}, {}, frame / 60.0);
         const TerrainMesh mesh = triangulator.update(pager.resident(), camera.view);
