@@ -25,6 +25,19 @@ double round_down_to_eight_bits(double value) {
     return std::ldexp(std::floor(mantissa * 256.0), exponent - 8);
 }
 
+/// The finest quantum of which 32 bits hold all heights, with room for detail on top, but no finer than
+/// ground of that spacing needs: 2^-12 m, and below a centimetre a 4096th of the spacing.
+double choose_quantum(const DemInfo& info, double spacing) {
+    constexpr double kFinestQuantum = 0x1p-12, kSmallSpacing = 0.01;
+    constexpr double kMostDetail = 1e4, kDetailPerSpacing = 1e5;
+    double quantum = kFinestQuantum;
+    while (spacing < kSmallSpacing && quantum > 0x1p-12 * spacing) quantum *= 0.5;
+    const double room = std::min(kMostDetail, kDetailPerSpacing * spacing);
+    const double reach = 2.0 * std::max(std::fabs(info.min_m), std::fabs(info.max_m)) + room;
+    while (reach > kMostQuanta * quantum) quantum *= 2.0;
+    return quantum;
+}
+
 /// Root squares along an axis of `length` finest spacings for a root of `root`.
 std::int64_t roots_along(std::int64_t length, std::int64_t root) {
     return (length + root - 1) / root;
@@ -99,9 +112,7 @@ Result<BilinearGrid> make_grid(const DemInfo& info, double finest_spacing) {
         lattice.origin_x = -0.5 * lattice.root_size() * lattice.root_count_x;
         lattice.origin_y = -0.5 * lattice.root_size() * lattice.root_count_y;
     }
-    // Heights must be 32-bit multiples of the quantum, with room for detail on top.
-    const double reach = 2.0 * std::max(std::fabs(info.min_m), std::fabs(info.max_m)) + 1e4;
-    while (reach > 0x1p30 * lattice.quantum) lattice.quantum *= 2.0;
+    lattice.quantum = choose_quantum(info, spacing);
     return grid;
 }
 

@@ -61,12 +61,23 @@ double DemSource::height(double x, double y) const {
     const WorldRect& e = extent();
     const double near_x = std::clamp(x, e.west - g.cell_x, e.east + g.cell_x);
     const double near_y = std::clamp(y, e.south - g.cell_y, e.north + g.cell_y);
-    return fine_->height(g.column_at(near_x), g.row_at(near_y)).value_or(kNaN);
+    return store_->base() + fine_->height(g.column_at(near_x), g.row_at(near_y)).value_or(kNaN);
+}
+
+void DemSource::add_base(std::span<double> heights) const {
+    for (double& height : heights) height += store_->base();
+}
+
+void DemSource::add_rounding(std::span<float> bounds) const {
+    for (float& bound : bounds) {
+        bound = round_outward(static_cast<double>(bound) + store_->rounding());
+    }
 }
 
 Result<void> DemSource::sample(const SampleGrid& grid, std::span<double> heights_out) const {
     if (tiers_->has_heights(grid)) {
         tiers_->sample(grid, heights_out);
+        add_base(heights_out.first(grid.size()));
         return {};
     }
     // A grid that is much coarser than the raster takes its points one by one.
@@ -75,6 +86,7 @@ Result<void> DemSource::sample(const SampleGrid& grid, std::span<double> heights
         const auto patch = fine_->patch(grid, 0);
         if (!patch) return tl::unexpected(patch.error());
         fine_->sample(*patch, grid, heights_out);
+        add_base(heights_out.first(grid.size()));
         return {};
     }
     std::size_t at = 0;
@@ -84,7 +96,7 @@ Result<void> DemSource::sample(const SampleGrid& grid, std::span<double> heights
                 fine_->height(fine_->grid().column_at_index(grid.corner.x + column * grid.step),
                               fine_->grid().row_at_index(grid.corner.y + row * grid.step));
             if (!z) return tl::unexpected(z.error());
-            heights_out[at++] = *z;
+            heights_out[at++] = store_->base() + *z;
         }
     }
     return {};
@@ -93,16 +105,34 @@ Result<void> DemSource::sample(const SampleGrid& grid, std::span<double> heights
 Result<void> DemSource::vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const {
     TERRANE_ASSERT(grid.corner.x % (2 * grid.step) == 0 && grid.corner.y % (2 * grid.step) == 0,
                    "the corner of a grid of vertices must be a multiple of twice its step");
-    if (grid.step < tiers_->first_step()) return fine_->vertex_bounds(grid, bounds_out);
-    tiers_->vertex_bounds(grid, bounds_out);
+    if (grid.step >= tiers_->first_step()) {
+        tiers_->vertex_bounds(grid, bounds_out);
+    } else if (auto done = fine_->vertex_bounds(grid, bounds_out); !done) {
+        return done;
+    }
+    if (store_->rounding() == 0.0) return {};
+    add_rounding(bounds_out.first(grid.size()));
+    // Points of even index both ways are no vertices: the corner is a multiple of twice the step.
+    for (int row = 0; row < grid.rows; row += 2) {
+        for (int column = 0; column < grid.columns; column += 2) {
+            bounds_out[static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.columns) +
+                       static_cast<std::size_t>(column)] = 0.0f;
+        }
+    }
     return {};
 }
 
 Result<void> DemSource::cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const {
     TERRANE_ASSERT(grid.corner.x % grid.step == 0 && grid.corner.y % grid.step == 0,
                    "the corner of a grid of cells must be a multiple of its step");
-    if (grid.step < tiers_->first_step()) return fine_->cell_bounds(grid, bounds_out);
-    tiers_->cell_bounds(grid, bounds_out);
+    if (grid.step >= tiers_->first_step()) {
+        tiers_->cell_bounds(grid, bounds_out);
+    } else if (auto done = fine_->cell_bounds(grid, bounds_out); !done) {
+        return done;
+    }
+    if (store_->rounding() == 0.0) return {};
+    add_rounding(bounds_out.first(static_cast<std::size_t>(grid.columns - 1) *
+                                  static_cast<std::size_t>(grid.rows - 1)));
     return {};
 }
 
@@ -148,8 +178,14 @@ Result<void> DemSource::cell_flags(const SampleGrid& grid,
     return {};
 }
 
-HeightInterval DemSource::interval(const WorldRect& rect) const { return pyramid_.interval(rect); }
+HeightInterval DemSource::interval(const WorldRect& rect) const {
+    const HeightInterval held = pyramid_.interval(rect);
+    return {store_->base() + held.low - store_->rounding(),
+            store_->base() + held.high + store_->rounding()};
+}
 
-double DemSource::rise_bound(double distance) const { return pyramid_.rise_bound(distance); }
+double DemSource::rise_bound(double distance) const {
+    return pyramid_.rise_bound(distance) + 2.0 * store_->rounding();
+}
 
 }  // namespace terrane::internal

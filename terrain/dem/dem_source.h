@@ -37,6 +37,10 @@ private:
     DemSource(std::shared_ptr<const RasterStore> store, std::shared_ptr<const FineSurface> fine,
               std::unique_ptr<const BoundTiers> tiers, HeightPyramid pyramid);
 
+    void add_base(std::span<double> heights) const;
+    /// Adds to bounds what the samples that are held may be off.
+    void add_rounding(std::span<float> bounds) const;
+
     std::shared_ptr<const RasterStore> store_;
     std::shared_ptr<const FineSurface> fine_;
     std::unique_ptr<const BoundTiers> tiers_;

@@ -23,12 +23,11 @@ Result<double> FineSurface::height(SamplePlace column, SamplePlace row) const {
     constexpr std::int64_t kBeyond = 8;
     column.index = std::clamp<std::int64_t>(column.index, -kBeyond, grid_.columns + kBeyond);
     row.index = std::clamp<std::int64_t>(row.index, -kBeyond, grid_.rows + kBeyond);
-    std::array<float, 4> z{};
+    std::array<double, 4> z{};
     if (auto read = store_->read(column.index, row.index, 2, 2, z); !read) {
         return tl::unexpected(read.error());
     }
-    return bilinear(static_cast<double>(z[0]), static_cast<double>(z[1]), static_cast<double>(z[2]),
-                    static_cast<double>(z[3]), column.fraction, row.fraction);
+    return bilinear(z[0], z[1], z[2], z[3], column.fraction, row.fraction);
 }
 
 Result<RasterPatch> FineSurface::patch(const SampleGrid& grid, int margin) const {
@@ -56,14 +55,12 @@ void FineSurface::sample(const RasterPatch& patch, const SampleGrid& grid,
     const std::vector<SamplePlace> rows = places(grid.corner.y, grid.step, grid.rows, false);
     std::size_t at = 0;
     for (const SamplePlace& v : rows) {
-        const float* south = patch.samples.data() + (v.index - patch.row) * patch.columns;
-        const float* north = south + patch.columns;
+        const double* south = patch.samples.data() + (v.index - patch.row) * patch.columns;
+        const double* north = south + patch.columns;
         for (const SamplePlace& u : columns) {
             const std::ptrdiff_t i = u.index - patch.column;
             heights_out[at++] =
-                bilinear(static_cast<double>(south[i]), static_cast<double>(south[i + 1]),
-                         static_cast<double>(north[i]), static_cast<double>(north[i + 1]),
-                         u.fraction, v.fraction);
+                bilinear(south[i], south[i + 1], north[i], north[i + 1], u.fraction, v.fraction);
         }
     }
 }

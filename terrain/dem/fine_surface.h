@@ -17,7 +17,8 @@ namespace terrane::internal {
 /// a half cells, second differences one sample more.
 inline constexpr int kBoundsMargin = 4;
 
-/// The bilinear surface between samples, and its bounds up to the base spacing.
+/// The bilinear surface between samples, and its bounds up to the base spacing. Heights are metres from
+/// the store's base.
 class FineSurface {
 public:
     FineSurface(const BilinearGrid& grid, std::shared_ptr<const RasterStore> store)

@@ -36,7 +36,7 @@ Result<void> HeightPyramid::add_samples(const RasterStore& store) {
     level.nodes.assign(
         static_cast<std::size_t>(level.columns) * static_cast<std::size_t>(level.rows), kNothing);
     const int width = grid_.columns;
-    std::vector<float> strip(static_cast<std::size_t>(width) * (kBlockSide + 1));
+    std::vector<double> strip(static_cast<std::size_t>(width) * (kBlockSide + 1));
     double steepest = 0.0;
     for (int by = 0; by < level.rows; ++by) {
         const int south = by * kBlockSide;
@@ -45,30 +45,27 @@ Result<void> HeightPyramid::add_samples(const RasterStore& store) {
         HeightInterval* nodes =
             level.nodes.data() + static_cast<std::ptrdiff_t>(by) * level.columns;
         for (int row = 0; row < rows; ++row) {
-            const float* line = strip.data() + static_cast<std::ptrdiff_t>(row) * width;
+            const double* line = strip.data() + static_cast<std::ptrdiff_t>(row) * width;
             for (int bx = 0; bx < level.columns; ++bx) {
                 const int begin = bx * kBlockSide;
                 const int end = std::min(begin + kBlockSide, width - 1);
                 for (int column = begin; column <= end; ++column) {
-                    const double z = static_cast<double>(line[column]);
-                    add(nodes[bx], {z, z});
+                    add(nodes[bx], {line[column], line[column]});
                 }
             }
             if (row + 1 == rows) break;
-            const float* next = line + width;
+            const double* next = line + width;
             for (int column = 0; column + 1 < width; ++column) {
-                const double rise_x =
-                    std::max(std::fabs(static_cast<double>(line[column + 1] - line[column])),
-                             std::fabs(static_cast<double>(next[column + 1] - next[column])));
-                const double rise_y =
-                    std::max(std::fabs(static_cast<double>(next[column] - line[column])),
-                             std::fabs(static_cast<double>(next[column + 1] - line[column + 1])));
+                const double rise_x = std::max(std::fabs(line[column + 1] - line[column]),
+                                               std::fabs(next[column + 1] - next[column]));
+                const double rise_y = std::max(std::fabs(next[column] - line[column]),
+                                               std::fabs(next[column + 1] - line[column + 1]));
                 const double x = rise_x / grid_.cell_x, y = rise_y / grid_.cell_y;
                 steepest = std::max(steepest, x * x + y * y);
             }
         }
     }
-    // Differences were rounded to float.
+    // Takes up the rounding of differences, squares and root.
     slope_ = std::sqrt(steepest) * (1.0 + 1e-6);
     levels_.push_back(std::move(level));
     return {};

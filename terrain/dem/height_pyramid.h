@@ -13,7 +13,7 @@
 namespace terrane::internal {
 
 /// Lowest and highest sample of the squares of 8, 16, 32 ... raster cells, edges included, and the
-/// steepest slope: what a bilinear surface can at most do.
+/// steepest slope: what a bilinear surface can at most do. Heights are metres from the store's base.
 class HeightPyramid {
 public:
     /// Fails: io

@@ -87,9 +87,9 @@ private:
                           double per_cell, PlaceOf&& place_of);
 
     double sample(int c, int r) const {
-        return static_cast<double>(
-            patch_.samples[static_cast<std::size_t>(r) * static_cast<std::size_t>(patch_.columns) +
-                           static_cast<std::size_t>(c)]);
+        return patch_
+            .samples[static_cast<std::size_t>(r) * static_cast<std::size_t>(patch_.columns) +
+                     static_cast<std::size_t>(c)];
     }
     double on_row(int y, int c) const {
         return on_rows_[static_cast<std::size_t>(y) * static_cast<std::size_t>(patch_.columns) +
@@ -102,11 +102,10 @@ private:
     double height(int c, int r, double x, double y) const {
         const double fx = (x - x_.lines[static_cast<std::size_t>(c)]) * x_.per_cell;
         const double fy = (y - y_.lines[static_cast<std::size_t>(r)]) * y_.per_cell;
-        const float* south =
+        const double* south =
             patch_.samples.data() + static_cast<std::ptrdiff_t>(r) * patch_.columns + c;
-        const float* north = south + patch_.columns;
-        return bilinear(static_cast<double>(south[0]), static_cast<double>(south[1]),
-                        static_cast<double>(north[0]), static_cast<double>(north[1]), fx, fy);
+        const double* north = south + patch_.columns;
+        return bilinear(south[0], south[1], north[0], north[1], fx, fy);
     }
     double point_height(int x, int y) const {
         return heights_[static_cast<std::size_t>(y) * x_.after.size() +

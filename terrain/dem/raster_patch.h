@@ -7,16 +7,15 @@
 
 namespace terrane::internal {
 
-/// A rectangle of samples, repeated beyond the raster's edge.
+/// A rectangle of samples, metres from the store's base, repeated beyond the raster's edge.
 struct RasterPatch {
     std::int64_t column = 0, row = 0;  ///< of the south-western sample
     int columns = 0, rows = 0;
-    std::vector<float> samples;
+    std::vector<double> samples;
 
     double at(std::int64_t c, std::int64_t r) const {
-        return static_cast<double>(
-            samples[static_cast<std::size_t>(r - row) * static_cast<std::size_t>(columns) +
-                    static_cast<std::size_t>(c - column)]);
+        return samples[static_cast<std::size_t>(r - row) * static_cast<std::size_t>(columns) +
+                       static_cast<std::size_t>(c - column)];
     }
     /// Second differences over a sample's neighbours.
     double bend_x(std::int64_t c, std::int64_t r) const {

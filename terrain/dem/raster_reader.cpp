@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <vector>
 
@@ -134,9 +135,11 @@ Result<void> RasterReader::straighten() {
     std::array<double, 6> transform{};
     const bool placed = dataset->GetGeoTransform(transform.data()) == CE_None;
     const bool rotated = placed && (transform[2] != 0.0 || transform[4] != 0.0);
+    band_ = dataset->GetRasterBand(1);
     if (rotated || (!placed && dataset->GetGCPCount() > 0)) {
-        std::vector<std::string> words = {"-of", "VRT",      "-ot",        "Float32",
-                                          "-r",  "bilinear", "-dstnodata", "nan"};
+        std::vector<std::string> words = {
+            "-of", "VRT",      "-ot",        has_float_numbers() ? "Float32" : "Float64",
+            "-r",  "bilinear", "-dstnodata", "nan"};
         std::vector<char*> arguments;
         for (std::string& word : words) arguments.push_back(word.data());
         arguments.push_back(nullptr);
@@ -211,8 +214,25 @@ Result<void> RasterReader::find_place() {
     return {};
 }
 
+bool RasterReader::has_float_numbers() const {
+    const GDALDataType type = band_->GetRasterDataType();
+    constexpr int kWholeNumberBits = 24;  // of a float
+    return type == GDT_Float32 ||
+           (GDALDataTypeIsInteger(type) != 0 && GDALGetDataTypeSizeBits(type) <= kWholeNumberBits);
+}
+
+Error RasterReader::too_high(double height, int file_column, int file_row) const {
+    std::array<char, 200> text{};
+    std::snprintf(
+        text.data(), text.size(),
+        " has a height of %.6g m in column %d, row %d of the file (both from 0), possible are "
+        "%.3g to %.3g m; is it a nodata value that the file does not declare?",
+        height, file_column, file_row, -kMostHeight, kMostHeight);
+    return {ErrorCode::bad_data, "raster " + in_quotes(path_) + text.data()};
+}
+
 Result<void> RasterReader::read(int column, int row, int columns, int rows,
-                                std::span<float> samples_out) const {
+                                std::span<double> heights_out) const {
     const std::size_t count = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
     std::vector<double> values(count);
     std::vector<std::uint8_t> valid(mask_ != nullptr ? count : 0);
@@ -241,9 +261,13 @@ Result<void> RasterReader::read(int column, int row, int columns, int rows,
                 static_cast<std::size_t>(from_c);
             const std::size_t to = static_cast<std::size_t>(r) * static_cast<std::size_t>(columns) +
                                    static_cast<std::size_t>(c);
-            const float metres = static_cast<float>(values[from] * scale_ + offset_);
-            const bool is_valid = (valid.empty() || valid[from] != 0) && std::isfinite(metres);
-            samples_out[to] = is_valid ? metres : std::numeric_limits<float>::quiet_NaN();
+            const double metres = values[from] * scale_ + offset_;
+            const bool is_valid =
+                (valid.empty() || valid[from] != 0) && std::isfinite(values[from]);
+            if (is_valid && !(std::fabs(metres) <= kMostHeight)) {
+                return tl::unexpected(too_high(metres, file_column + from_c, file_row + from_r));
+            }
+            heights_out[to] = is_valid ? metres : std::numeric_limits<double>::quiet_NaN();
         }
     }
     return {};

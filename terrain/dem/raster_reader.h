@@ -32,12 +32,18 @@ public:
 
     /// Reads a window: scale, offset and unit applied, NaN where there is no data.
     ///
-    /// @param samples_out [rows * columns] from the south-west
+    /// @param heights_out [rows * columns] metres, from the south-west
     ///
-    /// Fails:   io
+    /// Fails:   io; bad_data where a height is beyond kMostHeight
     /// Threads: any; one reads at a time
     Result<void> read(int column, int row, int columns, int rows,
-                      std::span<float> samples_out) const;
+                      std::span<double> heights_out) const;
+
+    /// Whether a float holds every number of the band exactly, before scale and offset.
+    bool has_float_numbers() const;
+    /// Metres for one of the band's numbers, and what is added to them.
+    double scale() const { return scale_; }
+    double offset() const { return offset_; }
 
 private:
     struct CloseDataset {
@@ -48,6 +54,7 @@ private:
     Result<void> find_place();
     Result<void> straighten();
     void find_height_unit(GDALRasterBand& band);
+    Error too_high(double height, int file_column, int file_row) const;
 
     std::string path_;
     DemInfo info_;

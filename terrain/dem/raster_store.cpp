@@ -12,11 +12,13 @@ RasterStore::RasterStore(std::unique_ptr<RasterReader> reader, const StoreSettin
     : reader_(std::move(reader)),
       settings_(settings),
       info_(reader_->info()),
-      voids_(info_.columns, info_.rows) {}
+      voids_(info_.columns, info_.rows),
+      packing_(SamplePacking::of_floats(reader_->scale(), reader_->offset())) {}
 
 Result<std::unique_ptr<RasterStore>> RasterStore::open(std::unique_ptr<RasterReader> reader,
                                                        const StoreSettings& settings) {
     std::unique_ptr<RasterStore> store(new RasterStore(std::move(reader), settings));
+    if (auto done = store->choose_packing(); !done) return tl::unexpected(done.error());
     if (auto done = store->first_pass(); !done) return tl::unexpected(done.error());
     if (store->voids_.empty()) {
         store->fill_.reset();
@@ -34,76 +36,120 @@ int RasterStore::strip_rows() const {
     return std::clamp(kSamplesAtOnce / info_.columns, 16, 256);
 }
 
-Result<void> RasterStore::first_pass() {
-    const std::size_t width = static_cast<std::size_t>(info_.columns);
-    const std::size_t size = width * static_cast<std::size_t>(info_.rows);
-    if (size * sizeof(float) <= settings_.memory_bytes) samples_.resize(size);
-    fill_.emplace(info_.columns, info_.rows);
-
-    std::vector<float> strip;
-    float low = std::numeric_limits<float>::infinity();
-    float high = -low;
+template <typename Use>
+Result<void> RasterStore::for_each_strip(Use&& use) const {
+    std::vector<double> strip;
     for (int south = 0; south < info_.rows; south += strip_rows()) {
         const int rows = std::min(strip_rows(), info_.rows - south);
-        const std::size_t count = width * static_cast<std::size_t>(rows);
-        strip.resize(count);
-        const std::span<float> target =
-            in_memory()
-                ? std::span(samples_).subspan(width * static_cast<std::size_t>(south), count)
-                : std::span(strip);
-        if (auto read = reader_->read(0, south, info_.columns, rows, target); !read) return read;
-        for (int row = 0; row < rows; ++row) {
-            const auto line = target.subspan(width * static_cast<std::size_t>(row), width);
-            voids_.add_row(line);
-            fill_->add_row(south + row, line);
-        }
-        for (const float height : target) {
+        strip.resize(static_cast<std::size_t>(info_.columns) * static_cast<std::size_t>(rows));
+        if (auto read = reader_->read(0, south, info_.columns, rows, strip); !read) return read;
+        use(south, rows, std::span(strip));
+    }
+    return {};
+}
+
+Result<void> RasterStore::choose_packing() {
+    if (reader_->has_float_numbers()) return {};
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    const auto done = for_each_strip([&](int, int, std::span<const double> strip) {
+        for (const double height : strip) {
             if (std::isnan(height)) continue;
             low = std::min(low, height);
             high = std::max(high, height);
         }
-    }
+    });
+    if (done && low <= high) packing_ = SamplePacking::of_range(low, high);
+    return done;
+}
+
+Result<void> RasterStore::first_pass() {
+    const std::size_t width = static_cast<std::size_t>(info_.columns);
+    const std::size_t size = width * static_cast<std::size_t>(info_.rows);
+    if (size * sizeof(std::uint32_t) <= settings_.memory_bytes) samples_.resize(size);
+    fill_.emplace(info_.columns, info_.rows);
+
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    double most_off = 0.0;
+    std::vector<std::uint32_t> packed;
+    const auto done = for_each_strip([&](int south, int rows, std::span<double> strip) {
+        packed.resize(strip.size());
+        for (std::size_t i = 0; i < strip.size(); ++i) {
+            const double height = strip[i];
+            packed[i] = packing_.pack(height);
+            strip[i] = packing_.unpack(packed[i]);
+            if (std::isnan(height)) continue;
+            low = std::min(low, height);
+            high = std::max(high, height);
+            most_off = std::max(most_off, std::fabs(strip[i] - (height - packing_.base())));
+        }
+        for (int row = 0; row < rows; ++row) {
+            const auto line = strip.subspan(width * static_cast<std::size_t>(row), width);
+            voids_.add_row(line);
+            fill_->add_row(south + row, line);
+        }
+        if (!in_memory()) return;
+        std::copy(packed.begin(), packed.end(),
+                  samples_.begin() +
+                      static_cast<std::ptrdiff_t>(width * static_cast<std::size_t>(south)));
+    });
+    if (!done) return done;
     voids_.finish();
     if (low > high) {
         return fail(ErrorCode::bad_data, "raster \"" + reader_->path() +
                                              "\" has no valid sample, " + "all " +
                                              std::to_string(size) + " are nodata");
     }
-    info_.min_m = static_cast<double>(low);
-    info_.max_m = static_cast<double>(high);
+    info_.min_m = low;
+    info_.max_m = high;
     info_.nodata_share = static_cast<double>(voids_.nodata_count()) / static_cast<double>(size);
     info_.filled_share = static_cast<double>(voids_.void_count()) / static_cast<double>(size);
+    find_rounding(most_off);
     return {};
+}
+
+/// @param of_packing  the most that a sample is off for being packed, metres
+void RasterStore::find_rounding(double of_packing) {
+    // Bounds are rounded outward by a nanometre. That takes up what sums of doubles lose where
+    // heights are below 131 km, and packing where it is off by no more than a quarter of it.
+    constexpr double kSmall = 0x1p17, kPerMetre = 0x1p-48, kNone = 0x1p-32;
+    const double largest =
+        std::max(std::fabs(info_.min_m), std::fabs(info_.max_m)) + std::fabs(reader_->offset());
+    rounding_ =
+        (of_packing > kNone ? of_packing : 0.0) + (largest > kSmall ? kPerMetre * largest : 0.0);
 }
 
 Result<void> RasterStore::rim_pass() {
     const std::size_t width = static_cast<std::size_t>(info_.columns);
-    std::vector<float> strip;
+    std::vector<double> strip;
     for (int south = 0; south < info_.rows; south += kBlockSide) {
         if (!fill_->needs_row(south)) continue;
         const int rows = std::min(kBlockSide, info_.rows - south);
         const std::size_t count = width * static_cast<std::size_t>(rows);
-        std::span<const float> source;
+        strip.resize(count);
         if (in_memory()) {
-            source = std::span(samples_).subspan(width * static_cast<std::size_t>(south), count);
+            const std::size_t first = width * static_cast<std::size_t>(south);
+            packing_.unpack(std::span(samples_).subspan(first, count), strip.data());
         } else {
-            strip.resize(count);
             if (auto read = reader_->read(0, south, info_.columns, rows, strip); !read) return read;
-            source = strip;
+            for (double& height : strip) height = packing_.unpack(packing_.pack(height));
         }
         for (int row = 0; row < rows; ++row) {
-            fill_->add_rim_row(south + row,
-                               source.subspan(width * static_cast<std::size_t>(row), width));
+            fill_->add_rim_row(south + row, std::span(strip).subspan(
+                                                width * static_cast<std::size_t>(row), width));
         }
     }
     return {};
+}
+
+std::uint32_t RasterStore::filled(int column, int row) const {
+    return packing_.pack_relative(static_cast<double>(fill_->height(column, row)));
 }
 
 void RasterStore::fill_memory() {
     std::size_t at = 0;
     for (int row = 0; row < info_.rows; ++row) {
         for (int column = 0; column < info_.columns; ++column, ++at) {
-            if (std::isnan(samples_[at])) samples_[at] = fill_->height(column, row);
+            if (std::isnan(packing_.unpack(samples_[at]))) samples_[at] = filled(column, row);
         }
     }
     fill_.reset();
@@ -114,17 +160,16 @@ Result<std::shared_ptr<const RasterStore::Square>> RasterStore::read_square(int 
     const int west = square_x * kSquareSide, south = square_y * kSquareSide;
     const int columns = std::min(kSquareSide, info_.columns - west);
     const int rows = std::min(kSquareSide, info_.rows - south);
-    auto square = std::make_shared<Square>(static_cast<std::size_t>(columns) *
-                                           static_cast<std::size_t>(rows));
-    if (auto read = reader_->read(west, south, columns, rows, *square); !read) {
+    std::vector<double> heights(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
+    if (auto read = reader_->read(west, south, columns, rows, heights); !read) {
         return tl::unexpected(read.error());
     }
-    if (!fill_) return square;
+    auto square = std::make_shared<Square>(heights.size());
     std::size_t at = 0;
     for (int row = 0; row < rows; ++row) {
         for (int column = 0; column < columns; ++column, ++at) {
-            float& height = (*square)[at];
-            if (std::isnan(height)) height = fill_->height(west + column, south + row);
+            (*square)[at] = fill_ && std::isnan(heights[at]) ? filled(west + column, south + row)
+                                                             : packing_.pack(heights[at]);
         }
     }
     return square;
@@ -149,7 +194,7 @@ Result<std::shared_ptr<const RasterStore::Square>> RasterStore::square(int squar
     }
     recent_.push_front(name);
     squares_.emplace(name, Cached{*loaded, recent_.begin()});
-    constexpr std::size_t kSquareBytes = sizeof(float) * kSquareSide * kSquareSide;
+    constexpr std::size_t kSquareBytes = sizeof(std::uint32_t) * kSquareSide * kSquareSide;
     while (squares_.size() > std::max<std::size_t>(settings_.cache_bytes / kSquareBytes, 4)) {
         squares_.erase(recent_.back());
         recent_.pop_back();
@@ -158,7 +203,7 @@ Result<std::shared_ptr<const RasterStore::Square>> RasterStore::square(int squar
 }
 
 Result<void> RasterStore::read(std::int64_t column, std::int64_t row, int columns, int rows,
-                               std::span<float> samples_out) const {
+                               std::span<double> heights_out) const {
     const std::int64_t last_column = info_.columns - 1, last_row = info_.rows - 1;
     const std::size_t width = static_cast<std::size_t>(columns);
     // Columns of the window that lie inside the raster; before and after them the edge is repeated.
@@ -167,7 +212,7 @@ Result<void> RasterStore::read(std::int64_t column, std::int64_t row, int column
         static_cast<int>(std::clamp<std::int64_t>(last_column + 1 - column, inside_begin, columns));
     for (int r = 0; r < rows; ++r) {
         const std::int64_t source_row = std::clamp<std::int64_t>(row + r, 0, last_row);
-        float* line = samples_out.data() + static_cast<std::size_t>(r) * width;
+        double* line = heights_out.data() + static_cast<std::size_t>(r) * width;
         if (r > 0 && source_row == std::clamp<std::int64_t>(row + r - 1, 0, last_row)) {
             std::copy_n(line - width, width, line);
             continue;
@@ -175,8 +220,9 @@ Result<void> RasterStore::read(std::int64_t column, std::int64_t row, int column
         const auto copy = [&](int begin, int end) -> Result<void> {
             const std::int64_t from = std::clamp<std::int64_t>(column + begin, 0, last_column);
             if (in_memory()) {
-                const float* source = samples_.data() + source_row * (last_column + 1) + from;
-                std::copy_n(source, end - begin, line + begin);
+                const std::uint32_t* source =
+                    samples_.data() + source_row * (last_column + 1) + from;
+                packing_.unpack({source, static_cast<std::size_t>(end - begin)}, line + begin);
                 return {};
             }
             for (int done = begin; done < end;) {
@@ -190,8 +236,9 @@ Result<void> RasterStore::read(std::int64_t column, std::int64_t row, int column
                 const int in_square = at - square_x * kSquareSide;
                 const int count = std::min(end - done, square_columns - in_square);
                 const int square_row = static_cast<int>(source_row) - square_y * kSquareSide;
-                std::copy_n((*held)->data() + square_row * square_columns + in_square, count,
-                            line + done);
+                const std::uint32_t* source =
+                    (*held)->data() + square_row * square_columns + in_square;
+                packing_.unpack({source, static_cast<std::size_t>(count)}, line + done);
                 done += count;
             }
             return {};

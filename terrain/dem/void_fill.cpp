@@ -106,9 +106,9 @@ VoidFill::VoidFill(int columns, int rows)
     counts_.assign(size, 0);
 }
 
-void VoidFill::add_row(int row, std::span<const float> samples) {
+void VoidFill::add_row(int row, std::span<const double> samples) {
     for (int column = 0; column < columns_; ++column) {
-        const float height = samples[static_cast<std::size_t>(column)];
+        const auto height = static_cast<float>(samples[static_cast<std::size_t>(column)]);
         if (std::isnan(height)) continue;
         const std::size_t at = node(column / kBlockSide, row / kBlockSide);
         // A running mean keeps its precision in float.
@@ -169,13 +169,13 @@ bool VoidFill::needs_row(int row) const {
     return std::any_of(begin, begin + blocks_x_, [](std::int32_t index) { return index >= 0; });
 }
 
-void VoidFill::add_rim_row(int row, std::span<const float> samples) {
+void VoidFill::add_rim_row(int row, std::span<const double> samples) {
     for (int column = 0; column < columns_; ++column) {
         const std::int32_t index = rim_index_[node(column / kBlockSide, row / kBlockSide)];
         if (index < 0) continue;
         Block& block = rim_[static_cast<std::size_t>(index)];
         const int at = (row % kBlockSide) * kBlockSide + column % kBlockSide;
-        float height = samples[static_cast<std::size_t>(column)];
+        auto height = static_cast<float>(samples[static_cast<std::size_t>(column)]);
         if (std::isnan(height)) {
             height = field_height(column, row);
             block.missing |= std::uint64_t{1} << at;

@@ -22,13 +22,13 @@ public:
     VoidFill(int columns, int rows);
 
     /// First pass, rows in any order, each once; NaN is nodata.
-    void add_row(int row, std::span<const float> samples);
+    void add_row(int row, std::span<const double> samples);
     /// Between the passes: makes the coarse field. Requires at least one sample with data.
     void make_field();
     /// Whether the second pass needs this row.
     bool needs_row(int row) const;
     /// Second pass: the same rows again, those that are needed.
-    void add_rim_row(int row, std::span<const float> samples);
+    void add_rim_row(int row, std::span<const double> samples);
     /// After the second pass.
     void relax();
 

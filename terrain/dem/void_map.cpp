@@ -33,7 +33,7 @@ void VoidMap::unite(std::int32_t a, std::int32_t b) {
     if (a != b) parent_[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
 }
 
-void VoidMap::add_row(std::span<const float> samples) {
+void VoidMap::add_row(std::span<const double> samples) {
     const std::size_t row_start = runs_.size();
     std::size_t below = row_begin_.size() >= 2 ? row_begin_[row_begin_.size() - 2] : row_start;
     for (int column = 0; column < columns_;) {

@@ -20,7 +20,7 @@ public:
     VoidMap(int columns, int rows);
 
     /// Adds the next row, from south to north; NaN is nodata.
-    void add_row(std::span<const float> samples);
+    void add_row(std::span<const double> samples);
     /// Tells voids from the outside; after the last row.
     void finish();
 

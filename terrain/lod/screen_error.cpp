@@ -72,7 +72,10 @@ double clearance_of(const HeightSource& source, const WorldPos& eye) {
     const auto gap = [&](double around) {
         const HeightInterval heights = source.interval(
             {eye.x() - around, eye.y() - around, eye.x() + around, eye.y() + around});
-        return std::max(heights.low - eye.z(), eye.z() - heights.high);
+        // an interval of no heights says nothing
+        const bool is_known = heights.low <= heights.high && heights.low <= kMostHeight &&
+                              heights.high >= -kMostHeight;
+        return is_known ? std::max(heights.low - eye.z(), eye.z() - heights.high) : 0.0;
     };
     constexpr int kTries = 12;
     constexpr double kSmaller = 0.75;

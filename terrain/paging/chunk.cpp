@@ -5,7 +5,9 @@
 #include <terrane/terrain/assert.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <string>
 
@@ -47,12 +49,38 @@ Result<void> go_on(const std::stop_token& stop) {
     return {};
 }
 
+Result<void> too_high(const HeightSource& source, double metres, const SampleGrid& grid, int column,
+                      int row) {
+    const Lattice& lattice = source.lattice();
+    std::array<char, 200> text{};
+    std::snprintf(
+        text.data(), text.size(),
+        "the source gave a height of %.6g m at x %.6g m, y %.6g m; possible are %.3g m up or "
+        "down for a quantum of %.3g m",
+        metres, lattice.x(grid.corner.x + column * grid.step),
+        lattice.y(grid.corner.y + row * grid.step),
+        std::min(kMostHeight, kMostQuanta * lattice.quantum), lattice.quantum);
+    return fail(ErrorCode::bad_data, text.data());
+}
+
+// Bounds whose squares singles do not hold would make priorities that are no numbers.
+Result<void> check_bound(float bound) {
+    constexpr double kMostBound = 4.0 * kMostHeight;
+    if (static_cast<double>(bound) <= kMostBound && bound >= 0.0f) return {};
+    std::array<char, 100> text{};
+    std::snprintf(text.data(), text.size(),
+                  "the source gave a bound of %.6g m, possible are 0 to %.3g m",
+                  static_cast<double>(bound), kMostBound);
+    return fail(ErrorCode::bad_data, text.data());
+}
+
 Result<void> fill_heights(const HeightSource& source, const std::stop_token& stop,
                           Surroundings& wide, Chunk& chunk) {
     if (const Result<void> wanted = go_on(stop); !wanted) return wanted;
     wide.heights.resize(wide.grid.size());
     if (const Result<void> read = source.sample(wide.grid, wide.heights); !read) return read;
     const double per_quantum = 1.0 / source.lattice().quantum;
+    const double most = std::min(kMostHeight, kMostQuanta * source.lattice().quantum);
     chunk.heights.resize(kSamples);
     for (int row = 0; row < kWideSamples; ++row) {
         for (int column = 0; column < kWideSamples; ++column) {
@@ -60,11 +88,8 @@ Result<void> fill_heights(const HeightSource& source, const std::stop_token& sto
                 wide.heights[static_cast<std::size_t>(row * kWideSamples + column)];
             const double quanta = std::floor(metres * per_quantum + 0.5);
             // also false for NaN
-            if (!(std::abs(quanta) < 2147483647.0)) {
-                return fail(ErrorCode::bad_data,
-                            "the source gave a height of " + std::to_string(metres) +
-                                " m, which is no 32-bit multiple of the quantum");
-            }
+            if (!(std::abs(metres) <= most))
+                return too_high(source, metres, wide.grid, column, row);
             const int x = column - kReachCells, y = row - kReachCells;
             if (x < 0 || y < 0 || x >= kChunkSamples || y >= kChunkSamples) continue;
             chunk.heights[sample_index(x, y)] = static_cast<std::int32_t>(quanta);
@@ -120,8 +145,7 @@ Result<void> keep_vertex_bounds(const SampleGrid& grid, std::span<const float> b
             const float bound = add_up(
                 bounds[static_cast<std::size_t>((row + margin) * grid.columns + column + margin)],
                 half_quantum);
-            if (!(bound >= 0.0f))
-                return fail(ErrorCode::bad_data, "the source gave a bound of NaN");
+            if (const Result<void> good = check_bound(bound); !good) return good;
             keep_bound(chunk, column * stride, row * stride, bound);
             raise_areas(chunk, column * stride, row * stride, bound);
             chunk.max_vertex_bound = std::max(chunk.max_vertex_bound, bound);
@@ -178,8 +202,7 @@ Result<void> fill_cells(const HeightSource& source, const std::stop_token& stop,
         for (int column = 0; column < kWideCells; ++column) {
             float& bound = wide.bounds[static_cast<std::size_t>(row * kWideCells + column)];
             bound = add_up(bound, half_quantum);
-            if (!(bound >= 0.0f))
-                return fail(ErrorCode::bad_data, "the source gave a bound of NaN");
+            if (const Result<void> good = check_bound(bound); !good) return good;
             const int x = column - kReachCells, y = row - kReachCells;
             if (x < 0 || y < 0 || x >= kChunkCells || y >= kChunkCells) continue;
             chunk.cell_bounds[cell_index(x, y)] = bound;

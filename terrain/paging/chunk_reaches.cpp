@@ -161,7 +161,10 @@ ReachHeights reach_heights(const HeightSource& source, double spacing) {
     double of_children = 0.0;
     for (double s = smallest; s <= spacing; s *= 2.0) {
         const auto rise = [&](double distance) {
-            return source.rise_bound(distance) + source.lattice().quantum;
+            const double most = source.rise_bound(distance);
+            // what is no number says nothing, and heights differ by no more
+            return (most >= 0.0 && most < 2.0 * kMostHeight ? most : 2.0 * kMostHeight) +
+                   source.lattice().quantum;
         };
         reach.of_midpoint = rise(kDiagonal * s) + of_children;
         reach.of_centre = rise(s) + reach.of_midpoint;

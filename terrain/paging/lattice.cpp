@@ -33,8 +33,9 @@ Result<void> check(const Lattice& lattice) {
         return refuse("spacing must be > 0 m", lattice.spacing);
     }
     int exponent = 0;
-    if (!(lattice.quantum > 0.0) || std::frexp(lattice.quantum, &exponent) != 0.5) {
-        return refuse("quantum must be a power of two", lattice.quantum);
+    if (!(lattice.quantum >= 0x1p-60 && lattice.quantum <= 0x1p20) ||
+        std::frexp(lattice.quantum, &exponent) != 0.5) {
+        return refuse("quantum must be a power of two from 2^-60 to 2^20 m", lattice.quantum);
     }
     if (lattice.finest_level < 0 || lattice.finest_level > 24) {
         return refuse("finest_level must be 0 to 24", lattice.finest_level);

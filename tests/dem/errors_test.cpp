@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <fstream>
 #include <limits>
 
@@ -99,6 +101,27 @@ TEST(DemErrors, ARasterOfNodataAloneIsBadData) {
     const Error error = error_of(path);
     EXPECT_EQ(error.code, ErrorCode::bad_data);
     EXPECT_TRUE(mentions(error, "nodata")) << error.message;
+}
+
+TEST(DemErrors, AHeightThatQuantaCannotHoldIsNamedWithItsPlace) {
+    const TemporaryFolder folder;
+    const std::string path = folder.file("spike.tif");
+    for (const double height : {3e11, 1e28, -1e30, 1e33, 3.4e38, -1e300}) {
+        RasterSpec spec = slope(30, 20);
+        spec.type = GDT_Float64;
+        spec.value = [&](int column, int row) { return column >= 7 && row >= 5 ? height : 0.0; };
+        write_raster(path, spec);
+        const Error error = error_of(path);
+        EXPECT_EQ(error.code, ErrorCode::bad_data);
+        std::array<char, 40> value{};
+        std::snprintf(value.data(), value.size(), "%.6g m", height);
+        EXPECT_TRUE(mentions(error, value.data())) << error.message;
+        EXPECT_TRUE(mentions(error, "column 7, row 19 ")) << error.message;
+        // The same number, declared as nodata, is none.
+        spec.nodata = height;
+        write_raster(path, spec);
+        EXPECT_TRUE(DemHeights::open(path, {}).has_value()) << height;
+    }
 }
 
 TEST(DemErrors, SettingsOutOfRangeAreNamedWithTheirValue) {

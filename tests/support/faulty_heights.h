@@ -23,7 +23,7 @@ enum class Fault {
     permission_denied,  ///< fails with io
     truncated,          ///< fails with bad_data
     nan,                ///< one value is NaN
-    too_high,       ///< one height is no 32-bit multiple of the quantum; bounds and flags are right
+    too_high,       ///< one height has more quanta than a chunk takes; bounds and flags are right
     no_memory,      ///< throws std::bad_alloc
     exception,      ///< throws std::runtime_error
     odd_exception,  ///< throws what is no std::exception

@@ -168,9 +168,9 @@ constexpr std::size_t cell_index(int column, int row) {
 ///
 /// @param stop asked for between one question to the source and the next
 ///
-/// Fails:   io where the source fails; bad_data where it gives NaN, infinity, a height that is no
-///          32-bit multiple of the quantum, or bounds below what its own samples show; cancelled
-///          where `stop` was requested meanwhile
+/// Fails:   io where the source fails; bad_data where it gives NaN, a height beyond kMostHeight or
+///          kMostQuanta, a bound beyond four times kMostHeight, or bounds below what its own samples
+///          show; cancelled where `stop` was requested meanwhile
 /// Asserts: builds with asserts also compare some heights of the chunk with the source's interval
 ///          and bounds, as check_source() does for all of it
 /// Threads: any

@@ -73,7 +73,8 @@ public:
 
     /// Fills the heights of a grid of lattice points.
     ///
-    /// @param heights_out [grid.size()] world z, metres, finite
+    /// @param heights_out [grid.size()] world z, metres; a chunk with one beyond kMostHeight, or
+    ///     beyond kMostQuanta quanta, is not made
     ///
     /// Fails: io where the source cannot be read
     virtual Result<void> sample(const SampleGrid& grid, std::span<double> heights_out) const = 0;

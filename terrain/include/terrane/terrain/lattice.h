@@ -13,6 +13,12 @@ inline constexpr int kChunkCells = 128;
 /// Samples along the side of a chunk.
 inline constexpr int kChunkSamples = kChunkCells + 1;
 
+/// Heights, and bounds of their errors, are no larger, metres: beyond that neither the quanta of a lattice
+/// nor positions in double say anything of use about ground.
+inline constexpr double kMostHeight = 0x1p38;
+/// Heights are no larger, in quanta, so that differences fit 32 bits, too.
+inline constexpr double kMostQuanta = 0x1p30;
+
 /// A point of the finest lattice, in finest spacings from the lattice's origin.
 struct LatticePoint {
     std::int64_t x = 0;
@@ -26,11 +32,11 @@ struct LatticePoint {
 /// agree on a shared sample because they compute the same integer. Heights are integer multiples
 /// of `quantum`.
 struct Lattice {
-    double origin_x = 0.0;          ///< world x of lattice point (0, 0), metres
-    double origin_y = 0.0;          ///< world y of lattice point (0, 0), metres
-    double spacing = 1.0;           ///< between neighbours of the finest level, metres, > 0
-    double quantum = 0x1p-12;       ///< heights are multiples of it, metres, a power of two
-    int finest_level = 0;           ///< 0 to 24; level 0 is a root square
+    double origin_x = 0.0;     ///< world x of lattice point (0, 0), metres
+    double origin_y = 0.0;     ///< world y of lattice point (0, 0), metres
+    double spacing = 1.0;      ///< between neighbours of the finest level, metres, > 0
+    double quantum = 0x1p-12;  ///< heights are multiples, metres, a power of two, 2^-60 to 2^20
+    int finest_level = 0;      ///< 0 to 24; level 0 is a root square
     std::int32_t first_root_x = 0;  ///< ChunkKey::x of the westernmost root squares
     std::int32_t first_root_y = 0;  ///< ChunkKey::y of the southernmost root squares
     std::int32_t root_count_x = 1;  ///< root squares from west to east, >= 1
