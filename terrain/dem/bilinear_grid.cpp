@@ -26,9 +26,9 @@ double round_down_to_eight_bits(double value) {
 }
 
 /// The finest quantum of which 32 bits hold all heights, with room for detail on top, but no finer than
-/// ground of that spacing needs: 2^-12 m, and below a centimetre a 4096th of the spacing.
+/// ground of that spacing needs: 2^-12 m, and below spacings of 2^-7 m (8 mm) a 4096th of them.
 double choose_quantum(const DemInfo& info, double spacing) {
-    constexpr double kFinestQuantum = 0x1p-12, kSmallSpacing = 0.01;
+    constexpr double kFinestQuantum = 0x1p-12, kSmallSpacing = 0x1p-7;
     constexpr double kMostDetail = 1e4, kDetailPerSpacing = 1e5;
     double quantum = kFinestQuantum;
     while (spacing < kSmallSpacing && quantum > 0x1p-12 * spacing) quantum *= 0.5;

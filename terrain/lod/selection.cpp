@@ -167,9 +167,12 @@ float Selection::find(std::span<OpenChunk* const> open, const KeyKernels& kernel
 // Where in the windows the budget ends: first which bin, then which key of it.
 float Selection::pick(float low, float high, std::size_t used, std::size_t budget) {
     bins_.fill(0);
-    const float per_key = static_cast<float>(bins_.size()) / (high - low);
+    // in double, where neither the width of the smallest window nor its inverse is out of range
+    const double per_key =
+        static_cast<double>(bins_.size()) / (static_cast<double>(high) - static_cast<double>(low));
     const auto bin_of = [&](float key) {
-        return std::min(static_cast<std::size_t>((key - low) * per_key), bins_.size() - 1);
+        const double above = static_cast<double>(key) - static_cast<double>(low);
+        return std::min(static_cast<std::size_t>(above * per_key), bins_.size() - 1);
     };
     const auto for_all = [&](const auto& use) {
         for (const Tally& tally : tallies_) {

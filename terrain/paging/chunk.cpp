@@ -142,10 +142,10 @@ Result<void> keep_vertex_bounds(const SampleGrid& grid, std::span<const float> b
     for (int row = 0; row < grid.rows - 2 * margin; ++row) {
         for (int column = 0; column < grid.columns - 2 * margin; ++column) {
             if (((row | column) & 1) == 0) continue;  // of a coarser spacing
-            const float bound = add_up(
-                bounds[static_cast<std::size_t>((row + margin) * grid.columns + column + margin)],
-                half_quantum);
-            if (const Result<void> good = check_bound(bound); !good) return good;
+            const float given =
+                bounds[static_cast<std::size_t>((row + margin) * grid.columns + column + margin)];
+            if (const Result<void> good = check_bound(given); !good) return good;
+            const float bound = add_up(given, half_quantum);
             keep_bound(chunk, column * stride, row * stride, bound);
             raise_areas(chunk, column * stride, row * stride, bound);
             chunk.max_vertex_bound = std::max(chunk.max_vertex_bound, bound);
@@ -201,8 +201,8 @@ Result<void> fill_cells(const HeightSource& source, const std::stop_token& stop,
     for (int row = 0; row < kWideCells; ++row) {
         for (int column = 0; column < kWideCells; ++column) {
             float& bound = wide.bounds[static_cast<std::size_t>(row * kWideCells + column)];
-            bound = add_up(bound, half_quantum);
             if (const Result<void> good = check_bound(bound); !good) return good;
+            bound = add_up(bound, half_quantum);
             const int x = column - kReachCells, y = row - kReachCells;
             if (x < 0 || y < 0 || x >= kChunkCells || y >= kChunkCells) continue;
             chunk.cell_bounds[cell_index(x, y)] = bound;

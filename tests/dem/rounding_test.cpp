@@ -261,6 +261,47 @@ TEST(DemRounding, DoublesThatNoFloatHoldsKeepTheirDigits) {
               rough + 1e-6);
 }
 
+TEST(DemRounding, GroundOfSmallCellsIsNotFlat) {
+    for (const double cell : {1e-2, 1e-3, 1e-4, 1e-6}) {
+        for (const double above_sea : {0.0, 2.0}) {
+            SCOPED_TRACE(std::to_string(cell * 1e3) + " mm");
+            RasterSpec spec;
+            spec.type = GDT_Float64;
+            spec.columns = spec.rows = 24;
+            spec.transform = {0.0, cell, 0.0, 0.0, 0.0, -cell};
+            // Hills without twist: nothing but the quantum is off. As high as a cell is wide.
+            std::vector<double> numbers;
+            for (int i = 0; i < 24 * 24; ++i) {
+                numbers.push_back(above_sea +
+                                  cell * (std::sin(i / 24 * 0.7) + std::cos(i % 24 * 0.9)));
+            }
+            const TemporaryFolder folder;
+            const std::string path = folder.file("small.tif");
+            const FileTruth truth = write_numbers(path, spec, numbers);
+            std::mt19937 random(5);
+            const double bound = check_answers(path, truth, random);
+            EXPECT_LE(bound, cell == 1e-2 ? 0x1p-12 : cell / 500.0 + 3e-9);
+        }
+    }
+}
+
+TEST(DemRounding, TheQuantumFollowsTheSpacingOfDetail) {
+    const TemporaryFolder folder;
+    const std::string path = folder.file("plain.tif");
+    RasterSpec spec;
+    spec.columns = spec.rows = 20;
+    spec.transform = {0.0, 1.0, 0.0, 0.0, 0.0, -1.0};
+    spec.value = [](int column, int row) { return 400.0 + (column * 7 + row * 13) % 11; };
+    write_raster(path, spec);
+    for (const double spacing : {1.0, 0.125, 0.01, 0.001}) {
+        const auto source = DemHeights::open(path, {.finest_spacing = spacing, .detail_seed = 3});
+        ASSERT_TRUE(source.has_value()) << source.error().message;
+        const double quantum = (*source)->lattice().quantum;
+        // Ordinary ground keeps its bits.
+        EXPECT_EQ(quantum, spacing >= 0.01 ? 0x1p-12 : 0x1p-20) << spacing;
+    }
+}
+
 TEST(DemRounding, WholeNumbersThatNoFloatHoldsKeepTheirDigits) {
     const double even = bound_of_numbers<std::int32_t>(GDT_Int32, [](int) { return 20'000'001; });
     EXPECT_LE(even, 0.04);

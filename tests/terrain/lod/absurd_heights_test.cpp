@@ -95,13 +95,15 @@ const char* name_of(Answer answer) {
 
 TEST(AbsurdHeights, NeverSpoilAMesh) {
     const View view = look_at({0, -40, 100}, {0, 0, 0}, 1.0, 640, 480).value();
+    View pinhole = look_at({30, 40, 0}, {200, 300, 0}, 1.0, 640, 480).value();
+    pinhole.near_distance = 1e-30;
     for (const Answer answer : {Answer::height, Answer::vertex_bound, Answer::cell_bound,
                                 Answer::interval, Answer::rise}) {
         for (const double value : {1e6, 1e11, 1e15, 1e19, 1e20, 1e28, 1e30, 1e33, 3.4e38, -1.0,
                                    -1e30, 1e300, kInfinity, -kInfinity, kNaN}) {
             SCOPED_TRACE(std::string(name_of(answer)) + " of " + std::to_string(value));
             // Coarse quanta, so that they are no limit.
-            Lattice lattice = test::small_world(2, 2.0);
+            Lattice lattice = test::small_world(1, 2.0);
             lattice.quantum = 0x1p10;
             const auto source = std::make_shared<AbsurdHeights>(lattice, answer, value);
             Pager pager = Pager::create(source, {.worker_count = 0}).value();
@@ -117,6 +119,11 @@ TEST(AbsurdHeights, NeverSpoilAMesh) {
                 if (mesh.status == MeshStatus::not_resident && mesh.chunks.empty()) continue;
                 ASSERT_EQ(test::find_flaw(mesh), "");
                 ASSERT_TRUE(std::isfinite(mesh.error_px));
+                // Through a pinhole in the ground, where squares of distances vanish.
+                const TerrainMesh close = triangulator.update(pager.resident(), pinhole);
+                ASSERT_LE(close.triangle_count, kBudget);
+                ASSERT_FALSE(std::isnan(close.error_px));
+                ASSERT_EQ(test::find_flaw(close), "");
             }
             const bool is_of_chunks = answer != Answer::interval && answer != Answer::rise;
             const bool is_possible =
