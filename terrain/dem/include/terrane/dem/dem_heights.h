@@ -48,6 +48,10 @@ struct DemInfo {
 /// Enclosed voids are filled smoothly and flagged; nodata connected to the border, and everything
 /// beyond it, is outside. NaN and infinite samples are nodata.
 ///
+/// Bounds hold for the file's own numbers, times scale, plus offset, whatever the band's type: what
+/// is lost where samples are held in 32 bits, and where doubles are too short (64-bit whole numbers,
+/// offsets that cancel), is part of them.
+///
 /// Rasters that do not fit in memory are read by window.
 class DemHeights {
 public:
@@ -56,8 +60,10 @@ public:
     /// Opens a raster and makes one pass over it for its bounds.
     ///
     /// Fails: io where it cannot be opened or read; bad_data for an empty raster, one of a single
-    ///        sample, one without a valid sample; invalid_argument for settings out of range
-    /// Cost:  one pass over the raster
+    ///        sample, one without a valid sample, or with one beyond kMostHeight, which is named with
+    ///        its place; invalid_argument for settings out of range
+    /// Cost:  one pass over the file; one more, for the range, where its numbers are 32-bit whole
+    ///        numbers or have 64 bits
     static Result<std::shared_ptr<const HeightSource>> open(const std::string& path,
                                                             const DemSettings& settings,
                                                             DemInfo* info_out = nullptr);
