@@ -108,7 +108,9 @@ Result<void> BoundTiers::make_coarser() {
     const std::int64_t coarsest = fine_->grid().lattice.chunk_side(0);
     while (tiers_.back().step < coarsest) tiers_.push_back(make_extent(2 * tiers_.back().step));
     const std::span<BoundTier> coarser = std::span(tiers_).subspan(1);
-    if (auto done = find_deviations(*fine_, first(), coarser); !done) return done;
+    const auto visits = find_deviations(*fine_, first(), coarser);
+    if (!visits) return tl::unexpected(visits.error());
+    tile_visits_ = *visits;
     for (std::size_t level = 1; level < tiers_.size(); ++level) nest(level);
     return {};
 }

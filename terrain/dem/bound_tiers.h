@@ -29,6 +29,9 @@ public:
     void cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const;
     std::int64_t first_step() const { return first().step; }
 
+    /// Work of making the tiers above the first one: tiles visited, counted for every triangle.
+    std::int64_t tile_visits() const { return tile_visits_; }
+
 private:
     explicit BoundTiers(std::shared_ptr<const FineSurface> fine) : fine_(std::move(fine)) {}
 
@@ -45,6 +48,7 @@ private:
     std::shared_ptr<const FineSurface> fine_;
     std::vector<BoundTier> tiers_;  ///< each of twice the spacing of the one before
     float largest_ = 0.0f;          ///< no surface leaves any triangle by more
+    std::int64_t tile_visits_ = 0;
 };
 
 }  // namespace terrane::internal

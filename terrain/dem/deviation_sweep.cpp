@@ -8,10 +8,12 @@
 //
 // Which tiles are passed over depends on the order, the result does not: what is passed over is not
 // greater than what was found. Beyond the raster, where there is no ground to see, what a tile can at
-// most do is taken for what it does.
+// most do is taken for what it does, and only the tiles are visited where that can be extreme
+// (sweep_beyond.h).
 #include "deviation_sweep.h"
 
 #include "parallel.h"
+#include "sweep_beyond.h"
 #include "sweep_square.h"
 
 #include <algorithm>
@@ -44,25 +46,22 @@ public:
         for (const BoundTier& level : levels) {
             const std::int64_t side = level.step / first.step;
             // One square around the points: a midpoint has two.
-            const Tiles tiles{(level.first_x - 1) * side, (level.first_y - 1) * side,
+            tiles_.push_back({(level.first_x - 1) * side, (level.first_y - 1) * side,
                               (level.first_x + level.columns + 1) * side,
-                              (level.first_y + level.rows + 1) * side};
-            tiles_.push_back(tiles);
-            all_.west = std::min(all_.west, tiles.west);
-            all_.south = std::min(all_.south, tiles.south);
-            all_.east = std::max(all_.east, tiles.east);
-            all_.north = std::max(all_.north, tiles.north);
+                              (level.first_y + level.rows + 1) * side});
         }
+        const auto round_down = [](std::int64_t tile) { return tile & -std::int64_t{kBlockTiles}; };
+        const auto round_up = [&](std::int64_t tile) { return round_down(tile + kBlockTiles - 1); };
+        core_ = {round_down(first.first_x + kBeyondRaster),
+                 round_down(first.first_y + kBeyondRaster),
+                 round_up(first.first_x + first.columns - 1 - kBeyondRaster),
+                 round_up(first.first_y + first.rows - 1 - kBeyondRaster)};
     }
 
-    Result<void> run();
+    /// @return tiles visited, each counted once a pass and triangle
+    Result<std::int64_t> run();
 
 private:
-    /// A rectangle of tiles, indices in steps of the first tier; the end is excluded.
-    struct Tiles {
-        std::int64_t west = std::numeric_limits<std::int64_t>::max(), south = west;
-        std::int64_t east = std::numeric_limits<std::int64_t>::min(), north = east;
-    };
     /// What the first tier knows of a block.
     struct Block {
         std::int64_t west = 0, south = 0;
@@ -85,6 +84,14 @@ private:
     void for_each_square(const Block& block, Visit&& visit) const;
     void add_corners(const Block& block) const;
     Result<void> look_closely(Block& block) const;
+    /// What the tiles beyond the core can at most do to the squares of a row of a level.
+    void add_beyond(std::size_t level, std::int64_t row) const;
+    /// Surface minus plane at the corners of all of a tile, and on top of that what the surface does
+    /// between them.
+    ///
+    /// @param x, y  the tile's place in the plane's square
+    static double most(const std::array<double, 4>& corners, float low, float high,
+                       const Plane& plane, std::int64_t x, std::int64_t y);
     /// Whether a tile lies beyond the raster, where there is no ground.
     bool is_beyond(std::int64_t column, std::int64_t row) const;
     Result<DiamondWindow> read_window(const Block& block) const;
@@ -97,7 +104,9 @@ private:
     const BoundTier& first_;
     std::span<BoundTier> levels_;
     std::vector<Tiles> tiles_;  ///< of each level
-    Tiles all_;
+    /// Blocks that hold all tiles over the raster; outside of it the surface repeats the edge.
+    Tiles core_;
+    mutable std::atomic<std::int64_t> visits_{0};
 };
 
 Sweep::Block Sweep::read_block(std::int64_t west, std::int64_t south) const {
@@ -138,9 +147,11 @@ void Sweep::for_each_square(const Block& block, Visit&& visit) const {
 }
 
 void Sweep::add_corners(const Block& block) const {
+    std::int64_t visits = 0;
     for_each_square(block, [&](Square square) {
         for_each_part({block.west, block.south}, square,
                       [&](int column, int row, Part part, Target& target) {
+                          ++visits;
                           const std::int64_t x = block.west + column - square.west;
                           const std::int64_t y = block.south + row - square.south;
                           const Range range =
@@ -153,6 +164,44 @@ void Sweep::add_corners(const Block& block) const {
             }
         }
     });
+    visits_ += visits;
+}
+
+double Sweep::most(const std::array<double, 4>& corners, float low, float high, const Plane& plane,
+                   std::int64_t x, std::int64_t y) {
+    // Between the corners of all of the tile: on a cut the surface may bow beyond its ends.
+    Range range = corner_range(corners, plane, x, y, Part::whole);
+    range.low += static_cast<double>(low);
+    range.high += static_cast<double>(high);
+    return range.deviation();
+}
+
+void Sweep::add_beyond(std::size_t level, std::int64_t row) const {
+    std::int64_t visits = 0;
+    const std::int64_t side = levels_[level].step / first_.step;
+    for (std::int64_t west = tiles_[level].west; west < tiles_[level].east; west += side) {
+        if (core_.contains({west, row * side, west + side, (row + 1) * side})) continue;
+        Square square = make_square(first_, levels_, level, west / side, row);
+        for_each_extreme_tile(square, core_, [&](std::int64_t x, std::int64_t y) {
+            const std::int64_t column = square.west + x, tile_row = square.south + y;
+            const std::array<double, 4> corners{
+                first_.heights[first_.at(column, tile_row)],
+                first_.heights[first_.at(column + 1, tile_row)],
+                first_.heights[first_.at(column, tile_row + 1)],
+                first_.heights[first_.at(column + 1, tile_row + 1)]};
+            const std::size_t at = first_.at(column, tile_row);
+            for_each_part_of_tile(square, x, y, [&](Part, Target& target) {
+                ++visits;
+                target.known = std::max(
+                    target.known, round_outward(most(corners, first_.cell_low[at],
+                                                     first_.cell_high[at], target.plane, x, y)));
+            });
+        });
+        for (Target* target : square.targets()) {
+            if (target->deviation != nullptr) take_largest(*target->deviation, target->known);
+        }
+    }
+    visits_ += visits;
 }
 
 bool Sweep::is_beyond(std::int64_t column, std::int64_t row) const {
@@ -165,6 +214,7 @@ bool Sweep::is_beyond(std::int64_t column, std::int64_t row) const {
 
 Result<void> Sweep::look_closely(Block& block) const {
     Result<void> done;
+    std::int64_t visits = 0;
     for_each_square(block, [&](Square square) {
         for (Target* target : square.targets()) {
             if (target->deviation == nullptr) continue;
@@ -174,13 +224,10 @@ Result<void> Sweep::look_closely(Block& block) const {
             {block.west, block.south}, square, [&](int column, int row, Part part, Target& target) {
                 const std::int64_t x = block.west + column - square.west;
                 const std::int64_t y = block.south + row - square.south;
-                // Between the corners of all of the tile: on a cut the surface may bow beyond its ends.
-                Range range =
-                    corner_range(block.corners(column, row), target.plane, x, y, Part::whole);
                 const std::size_t tile = block.tile(column, row);
-                range.low += static_cast<double>(block.low[tile]);
-                range.high += static_cast<double>(block.high[tile]);
-                const double most = range.deviation();
+                const double most = Sweep::most(block.corners(column, row), block.low[tile],
+                                                block.high[tile], target.plane, x, y);
+                ++visits;
                 if (most == 0.0) return;
                 if (is_beyond(block.west + column, block.south + row)) {
                     target.known = std::max(target.known, round_outward(most));
@@ -201,6 +248,7 @@ Result<void> Sweep::look_closely(Block& block) const {
             if (target->deviation != nullptr) take_largest(*target->deviation, target->known);
         }
     });
+    visits_ += visits;
     return done;
 }
 
@@ -236,34 +284,45 @@ void Sweep::add_part(const Block& block, const Plane& plane, LatticePoint in_squ
     if (part == Part::north_west) add_half(false, true);
 }
 
-Result<void> Sweep::run() {
-    const auto block_of = [](std::int64_t tile) {
-        return tile >= 0 ? tile / kBlockTiles : -((-tile + kBlockTiles - 1) / kBlockTiles);
-    };
-    const std::int64_t west = block_of(all_.west), south = block_of(all_.south);
-    const int across = static_cast<int>(block_of(all_.east) + 1 - west);
-    const int rows = static_cast<int>(block_of(all_.north) + 1 - south);
+Result<std::int64_t> Sweep::run() {
+    // Beyond the raster first: what it does to a triangle spares a closer look at other tiles.
+    for (std::size_t level = 0; level < levels_.size(); ++level) {
+        const std::int64_t side = levels_[level].step / first_.step;
+        const std::int64_t south = tiles_[level].south / side, north = tiles_[level].north / side;
+        const auto done =
+            in_parallel(static_cast<int>(north - south), [&](int row) -> Result<void> {
+                add_beyond(level, south + row);
+                return {};
+            });
+        if (!done) return tl::unexpected(done.error());
+    }
+    const int across = static_cast<int>((core_.east - core_.west) / kBlockTiles);
+    const int rows = static_cast<int>((core_.north - core_.south) / kBlockTiles);
     const auto block_at = [&](int row, int column) {
-        return read_block((west + column) * kBlockTiles, (south + row) * kBlockTiles);
+        return read_block(core_.west + std::int64_t{column} * kBlockTiles,
+                          core_.south + std::int64_t{row} * kBlockTiles);
     };
     auto done = in_parallel(rows, [&](int row) -> Result<void> {
         for (int column = 0; column < across; ++column) add_corners(block_at(row, column));
         return {};
     });
-    if (!done) return done;
-    return in_parallel(rows, [&](int row) -> Result<void> {
-        for (int column = 0; column < across; ++column) {
-            Block block = block_at(row, column);
-            if (auto looked = look_closely(block); !looked) return looked;
-        }
-        return {};
-    });
+    if (done) {
+        done = in_parallel(rows, [&](int row) -> Result<void> {
+            for (int column = 0; column < across; ++column) {
+                Block block = block_at(row, column);
+                if (auto looked = look_closely(block); !looked) return looked;
+            }
+            return {};
+        });
+    }
+    if (!done) return tl::unexpected(done.error());
+    return visits_.load();
 }
 
 }  // namespace
 
-Result<void> find_deviations(const FineSurface& fine, const BoundTier& first,
-                             std::span<BoundTier> levels) {
+Result<std::int64_t> find_deviations(const FineSurface& fine, const BoundTier& first,
+                                     std::span<BoundTier> levels) {
     return Sweep(fine, first, levels).run();
 }
 

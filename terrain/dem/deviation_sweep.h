@@ -4,6 +4,7 @@
 #include "bound_tier.h"
 #include "fine_surface.h"
 
+#include <cstdint>
 #include <span>
 
 namespace terrane::internal {
@@ -16,8 +17,11 @@ namespace terrane::internal {
 ///                of them, and at the midpoints of all but the last the deviation over their diamonds in
 ///                bounds; zeros before
 ///
+/// @return tiles visited: each counted once for every pass and triangle
+///
 /// Fails: io
-Result<void> find_deviations(const FineSurface& fine, const BoundTier& first,
-                             std::span<BoundTier> levels);
+/// Cost:  tiles over the raster times levels, and the raster's circumference times levels
+Result<std::int64_t> find_deviations(const FineSurface& fine, const BoundTier& first,
+                                     std::span<BoundTier> levels);
 
 }  // namespace terrane::internal

@@ -61,13 +61,44 @@ Square make_square(const BoundTier& first, std::span<BoundTier> levels, std::siz
 Range corner_range(const std::array<double, 4>& heights, const Plane& plane, std::int64_t x,
                    std::int64_t y, Part part);
 
+/// Visits the triangles of a square that a tile is part of.
+///
+/// @param x, y   the tile's place in the square
+/// @param visit  called with Part, Target&
+template <typename Visit>
+void for_each_part_of_tile(Square& square, std::int64_t x, std::int64_t y, Visit&& visit) {
+    const auto add = [&](Target& target, Part part) {
+        if (target.deviation != nullptr) visit(part, target);
+    };
+    // Above 0: north of the diagonal.
+    const std::int64_t rising = y - x, falling = y + x - (square.side - 1);
+    const std::int64_t cut = square.is_cut_north_east ? rising : falling;
+    if (cut != 0) {
+        add(cut < 0 ? square.lower : square.upper, Part::whole);
+    } else {
+        add(square.lower, square.is_cut_north_east ? Part::south_east : Part::south_west);
+        add(square.upper, square.is_cut_north_east ? Part::north_west : Part::north_east);
+    }
+    if (rising < 0 && falling < 0) add(square.south_side, Part::whole);
+    if (rising > 0 && falling > 0) add(square.north_side, Part::whole);
+    if (rising > 0 && falling < 0) add(square.west_side, Part::whole);
+    if (rising < 0 && falling > 0) add(square.east_side, Part::whole);
+    if (rising == 0) {
+        add(falling < 0 ? square.south_side : square.east_side, Part::south_east);
+        add(falling < 0 ? square.west_side : square.north_side, Part::north_west);
+    }
+    if (falling == 0) {
+        add(rising < 0 ? square.south_side : square.west_side, Part::south_west);
+        add(rising < 0 ? square.east_side : square.north_side, Part::north_east);
+    }
+}
+
 /// Visits the tiles of a square within a block, for each triangle that they are part of.
 ///
 /// @param block  its south-western tile
 /// @param visit  called with column and row in the block, Part, Target&
 template <typename Visit>
 void for_each_part(LatticePoint block, Square& square, Visit&& visit) {
-    const std::int64_t last = square.side - 1;
     const auto begin = [](std::int64_t of_block, std::int64_t of_square) {
         return static_cast<int>(std::max<std::int64_t>(of_square - of_block, 0));
     };
@@ -80,30 +111,8 @@ void for_each_part(LatticePoint block, Square& square, Visit&& visit) {
         for (int column = begin(block.x, square.west); column < end(block.x, square.west);
              ++column) {
             const std::int64_t x = block.x + column - square.west;
-            const auto add = [&](Target& target, Part part) {
-                if (target.deviation != nullptr) visit(column, row, part, target);
-            };
-            // Above 0: north of the diagonal.
-            const std::int64_t rising = y - x, falling = y + x - last;
-            const std::int64_t cut = square.is_cut_north_east ? rising : falling;
-            if (cut != 0) {
-                add(cut < 0 ? square.lower : square.upper, Part::whole);
-            } else {
-                add(square.lower, square.is_cut_north_east ? Part::south_east : Part::south_west);
-                add(square.upper, square.is_cut_north_east ? Part::north_west : Part::north_east);
-            }
-            if (rising < 0 && falling < 0) add(square.south_side, Part::whole);
-            if (rising > 0 && falling > 0) add(square.north_side, Part::whole);
-            if (rising > 0 && falling < 0) add(square.west_side, Part::whole);
-            if (rising < 0 && falling > 0) add(square.east_side, Part::whole);
-            if (rising == 0) {
-                add(falling < 0 ? square.south_side : square.east_side, Part::south_east);
-                add(falling < 0 ? square.west_side : square.north_side, Part::north_west);
-            }
-            if (falling == 0) {
-                add(rising < 0 ? square.south_side : square.west_side, Part::south_west);
-                add(rising < 0 ? square.east_side : square.north_side, Part::north_east);
-            }
+            for_each_part_of_tile(
+                square, x, y, [&](Part part, Target& target) { visit(column, row, part, target); });
         }
     }
 }
