@@ -14,6 +14,20 @@ namespace {
 
 constexpr int kRatio = 8;
 
+double base_points(const BilinearGrid& grid) {
+    const double base = grid.base_spacing();
+    return (grid.columns * grid.cell_x / base) * (grid.rows * grid.cell_y / base);
+}
+
+/// A first tier in proportion to the raster: at most about 2^22 points.
+int first_ratio(const BilinearGrid& grid) {
+    constexpr double kMostPoints = 0x1p22;
+    constexpr int kMaxRatio = 64;
+    int ratio = kRatio;
+    while (ratio < kMaxRatio && base_points(grid) > kMostPoints * ratio * ratio) ratio *= 2;
+    return ratio;
+}
+
 }  // namespace
 
 const BoundTier* BoundTiers::find(std::int64_t step) const {
@@ -76,7 +90,7 @@ Result<void> BoundTiers::fill_square(int ratio, int x, int y, int side, BoundTie
     return {};
 }
 
-Result<void> BoundTiers::make_first(int ratio) {
+Result<void> BoundTiers::make_first(int ratio, OpeningProgress& progress) {
     BoundTier tier = make_extent(fine_->grid().base_step() * ratio);
     tier.heights.resize(tier.bounds.size());
     tier.cell_low.resize(tier.bounds.size());
@@ -86,8 +100,10 @@ Result<void> BoundTiers::make_first(int ratio) {
     // Squares write to places of their own: any number of threads gives the same tier.
     const int across = (tier.columns + side - 1) / side;
     const int count = across * ((tier.rows + side - 1) / side);
-    auto done = in_parallel(count, [&](int i) {
-        return fill_square(ratio, i % across * side, i / across * side, side, tier);
+    progress.begin(0.85, count);
+    auto done = in_parallel(count, [&](int i) -> Result<void> {
+        auto filled = fill_square(ratio, i % across * side, i / across * side, side, tier);
+        return filled ? progress.step() : filled;
     });
     if (!done) return done;
     double low = std::numeric_limits<double>::infinity(), high = -low;
@@ -103,12 +119,12 @@ Result<void> BoundTiers::make_first(int ratio) {
     return {};
 }
 
-Result<void> BoundTiers::make_coarser() {
+Result<void> BoundTiers::make_coarser(OpeningProgress& progress) {
     // Vertices of the root squares' halves are owned by the roots, too.
     const std::int64_t coarsest = fine_->grid().lattice.chunk_side(0);
     while (tiers_.back().step < coarsest) tiers_.push_back(make_extent(2 * tiers_.back().step));
     const std::span<BoundTier> coarser = std::span(tiers_).subspan(1);
-    const auto visits = find_deviations(*fine_, first(), coarser);
+    const auto visits = find_deviations(*fine_, first(), coarser, progress);
     if (!visits) return tl::unexpected(visits.error());
     tile_visits_ = *visits;
     for (std::size_t level = 1; level < tiers_.size(); ++level) nest(level);
@@ -146,19 +162,19 @@ void BoundTiers::nest(std::size_t level) {
     });
 }
 
-Result<std::unique_ptr<BoundTiers>> BoundTiers::create(std::shared_ptr<const FineSurface> fine) {
+double BoundTiers::first_points(const BilinearGrid& grid) {
+    const double ratio = first_ratio(grid), spacing = ratio * grid.base_spacing();
+    constexpr double kAround = 2.0 * kBeyondRaster + 3.0;
+    return (grid.columns * grid.cell_x / spacing + kAround) *
+           (grid.rows * grid.cell_y / spacing + kAround);
+}
+
+Result<std::unique_ptr<BoundTiers>> BoundTiers::create(std::shared_ptr<const FineSurface> fine,
+                                                       OpeningProgress& progress) {
     std::unique_ptr<BoundTiers> tiers(new BoundTiers(std::move(fine)));
-    const BilinearGrid& grid = tiers->fine_->grid();
-    // A first tier in proportion to the raster: at most about 2^22 points.
-    constexpr double kMostPoints = 0x1p22;
-    constexpr int kMaxRatio = 64;
-    const double base = grid.base_spacing();
-    const double base_points =
-        (grid.columns * grid.cell_x / base) * (grid.rows * grid.cell_y / base);
-    int ratio = kRatio;
-    while (ratio < kMaxRatio && base_points > kMostPoints * ratio * ratio) ratio *= 2;
-    if (auto made = tiers->make_first(ratio); !made) return tl::unexpected(made.error());
-    if (auto made = tiers->make_coarser(); !made) return tl::unexpected(made.error());
+    const int ratio = first_ratio(tiers->fine_->grid());
+    if (auto made = tiers->make_first(ratio, progress); !made) return tl::unexpected(made.error());
+    if (auto made = tiers->make_coarser(progress); !made) return tl::unexpected(made.error());
     return tiers;
 }
 

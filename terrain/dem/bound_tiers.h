@@ -3,6 +3,7 @@
 
 #include "bound_tier.h"
 #include "fine_surface.h"
+#include "opening_progress.h"
 
 #include <cstdint>
 #include <memory>
@@ -17,8 +18,12 @@ namespace terrane::internal {
 class BoundTiers {
 public:
     /// Makes all tiers: two passes over the raster.
-    /// Fails: io
-    static Result<std::unique_ptr<BoundTiers>> create(std::shared_ptr<const FineSurface> fine);
+    /// Fails: io; cancelled
+    static Result<std::unique_ptr<BoundTiers>> create(std::shared_ptr<const FineSurface> fine,
+                                                      OpeningProgress& progress);
+
+    /// About how many points the first tier has.
+    static double first_points(const BilinearGrid& grid);
 
     /// Heights of a grid whose corner is a multiple of its step, a multiple of the first tier's.
     bool has_heights(const SampleGrid& grid) const;
@@ -40,9 +45,9 @@ private:
     const BoundTier* find(std::int64_t step) const;
     /// Its extent, without values.
     BoundTier make_extent(std::int64_t step) const;
-    Result<void> make_first(int ratio);
+    Result<void> make_first(int ratio, OpeningProgress& progress);
     Result<void> fill_square(int ratio, int x, int y, int side, BoundTier& tier) const;
-    Result<void> make_coarser();
+    Result<void> make_coarser(OpeningProgress& progress);
     void nest(std::size_t level);
 
     std::shared_ptr<const FineSurface> fine_;

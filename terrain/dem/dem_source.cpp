@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "dem_source.h"
 
+#include "opening_memory.h"
+
 #include <terrane/terrain/assert.h>
 
 #include <algorithm>
@@ -29,25 +31,36 @@ DemSource::DemSource(std::shared_ptr<const RasterStore> store,
       tiers_(std::move(tiers)),
       pyramid_(std::move(pyramid)) {}
 
-Result<std::shared_ptr<const DemSource>> DemSource::create(const std::string& path,
-                                                           double finest_spacing,
-                                                           const StoreSettings& settings) {
-    auto reader = RasterReader::open(path);
+Result<std::shared_ptr<const DemSource>> DemSource::create(
+    const std::string& path, double finest_spacing, const StoreSettings& settings,
+    std::function<bool(double)> report_progress) {
+    auto reader = RasterReader::open(path, settings.patience_s);
     if (!reader) return tl::unexpected(reader.error());
-    // A spacing that is out of range is told before the raster is read.
-    if (auto grid = make_grid((*reader)->info(), finest_spacing); !grid) {
-        return tl::unexpected(grid.error());
+    // A spacing that is out of range and a raster that is too large are told before it is read.
+    const DemInfo& raster = (*reader)->info();
+    const auto first_grid = make_grid(raster, finest_spacing);
+    if (!first_grid) return tl::unexpected(first_grid.error());
+    const double all_samples = sizeof(float) * static_cast<double>(raster.columns) * raster.rows;
+    const double held_bytes = all_samples <= static_cast<double>(settings.memory_bytes)
+                                  ? all_samples
+                                  : static_cast<double>(settings.cache_bytes);
+    const double needed_bytes = opening_bytes(*first_grid, held_bytes);
+    if (auto checked =
+            check_memory(path, raster.columns, raster.rows, needed_bytes, settings.limit_bytes);
+        !checked) {
+        return tl::unexpected(checked.error());
     }
-    auto opened = RasterStore::open(std::move(*reader), settings);
+    OpeningProgress progress(path, std::move(report_progress));
+    auto opened = RasterStore::open(std::move(*reader), settings, needed_bytes, progress);
     if (!opened) return tl::unexpected(opened.error());
     std::shared_ptr<const RasterStore> store = std::move(*opened);
     const auto grid = make_grid(store->info(), finest_spacing);
     if (!grid) return tl::unexpected(grid.error());
 
-    auto pyramid = HeightPyramid::create(*grid, *store);
+    auto pyramid = HeightPyramid::create(*grid, *store, progress);
     if (!pyramid) return tl::unexpected(pyramid.error());
     const auto fine = std::make_shared<const FineSurface>(*grid, store);
-    auto tiers = BoundTiers::create(fine);
+    auto tiers = BoundTiers::create(fine, progress);
     if (!tiers) return tl::unexpected(tiers.error());
     return std::shared_ptr<const DemSource>(
         new DemSource(store, fine, std::move(*tiers), std::move(*pyramid)));

@@ -8,17 +8,20 @@
 
 #include <terrane/dem/dem_heights.h>
 
+#include <functional>
 #include <memory>
+#include <string>
 
 namespace terrane::internal {
 
 /// The bilinear surface of a raster as a source of heights; immutable once made.
 class DemSource final : public HeightSource {
 public:
-    /// Fails: io; bad_data; invalid_argument where the finest spacing is out of range
-    static Result<std::shared_ptr<const DemSource>> create(const std::string& path,
-                                                           double finest_spacing,
-                                                           const StoreSettings& settings);
+    /// Fails: io; timed_out; cancelled; bad_data; out_of_memory; invalid_argument where the finest
+    ///        spacing is out of range
+    static Result<std::shared_ptr<const DemSource>> create(
+        const std::string& path, double finest_spacing, const StoreSettings& settings,
+        std::function<bool(double)> report_progress = {});
 
     const DemInfo& info() const { return store_->info(); }
     const BilinearGrid& grid() const { return fine_->grid(); }

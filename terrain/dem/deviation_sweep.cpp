@@ -59,7 +59,7 @@ public:
     }
 
     /// @return tiles visited, each counted once a pass and triangle
-    Result<std::int64_t> run();
+    Result<std::int64_t> run(OpeningProgress& progress);
 
 private:
     /// What the first tier knows of a block.
@@ -284,7 +284,7 @@ void Sweep::add_part(const Block& block, const Plane& plane, LatticePoint in_squ
     if (part == Part::north_west) add_half(false, true);
 }
 
-Result<std::int64_t> Sweep::run() {
+Result<std::int64_t> Sweep::run(OpeningProgress& progress) {
     // Beyond the raster first: what it does to a triangle spares a closer look at other tiles.
     for (std::size_t level = 0; level < levels_.size(); ++level) {
         const std::int64_t side = levels_[level].step / first_.step;
@@ -302,9 +302,10 @@ Result<std::int64_t> Sweep::run() {
         return read_block(core_.west + std::int64_t{column} * kBlockTiles,
                           core_.south + std::int64_t{row} * kBlockTiles);
     };
+    progress.begin(1.0, 2 * std::int64_t{rows});
     auto done = in_parallel(rows, [&](int row) -> Result<void> {
         for (int column = 0; column < across; ++column) add_corners(block_at(row, column));
-        return {};
+        return progress.step();
     });
     if (done) {
         done = in_parallel(rows, [&](int row) -> Result<void> {
@@ -312,7 +313,7 @@ Result<std::int64_t> Sweep::run() {
                 Block block = block_at(row, column);
                 if (auto looked = look_closely(block); !looked) return looked;
             }
-            return {};
+            return progress.step();
         });
     }
     if (!done) return tl::unexpected(done.error());
@@ -322,8 +323,8 @@ Result<std::int64_t> Sweep::run() {
 }  // namespace
 
 Result<std::int64_t> find_deviations(const FineSurface& fine, const BoundTier& first,
-                                     std::span<BoundTier> levels) {
-    return Sweep(fine, first, levels).run();
+                                     std::span<BoundTier> levels, OpeningProgress& progress) {
+    return Sweep(fine, first, levels).run(progress);
 }
 
 }  // namespace terrane::internal

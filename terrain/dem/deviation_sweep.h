@@ -3,6 +3,7 @@
 
 #include "bound_tier.h"
 #include "fine_surface.h"
+#include "opening_progress.h"
 
 #include <cstdint>
 #include <span>
@@ -19,9 +20,9 @@ namespace terrane::internal {
 ///
 /// @return tiles visited: each counted once for every pass and triangle
 ///
-/// Fails: io
+/// Fails: io; cancelled
 /// Cost:  tiles over the raster times levels, and the raster's circumference times levels
 Result<std::int64_t> find_deviations(const FineSurface& fine, const BoundTier& first,
-                                     std::span<BoundTier> levels);
+                                     std::span<BoundTier> levels, OpeningProgress& progress);
 
 }  // namespace terrane::internal

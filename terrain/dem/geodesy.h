@@ -5,6 +5,10 @@
 
 namespace terrane::internal {
 
+/// The largest error of a length along a parallel that a plane with one scale is used for: ten times
+/// too long. It is reached 84 degrees away from the equator by a raster that is centred there.
+inline constexpr double kMostScaleError = 9.0;
+
 struct Ellipsoid {
     double semi_major = 0.0, semi_minor = 0.0;  ///< metres
 };
@@ -23,7 +27,8 @@ struct AngularScale {
 /// @param latitude         of the centre, in that unit
 /// @param half_height      from the centre to the northern edge, in that unit
 ///
-/// Fails: bad_data where the centre lies within 0.01 degrees of a pole, or beyond
+/// Fails: bad_data where the raster reaches beyond a pole, or so near that the error is above
+///        kMostScaleError; the message begins with a verb
 Result<AngularScale> metres_per_degree(const Ellipsoid& ellipsoid, double radians_per_unit,
                                        double latitude, double half_height);
 

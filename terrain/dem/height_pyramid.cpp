@@ -21,15 +21,17 @@ constexpr double kRounding = 1e-9;
 
 }  // namespace
 
-Result<HeightPyramid> HeightPyramid::create(const BilinearGrid& grid, const RasterStore& store) {
+Result<HeightPyramid> HeightPyramid::create(const BilinearGrid& grid, const RasterStore& store,
+                                            OpeningProgress& progress) {
     HeightPyramid pyramid;
     pyramid.grid_ = grid;
-    if (auto done = pyramid.add_samples(store); !done) return tl::unexpected(done.error());
+    if (auto done = pyramid.add_samples(store, progress); !done)
+        return tl::unexpected(done.error());
     pyramid.add_levels();
     return pyramid;
 }
 
-Result<void> HeightPyramid::add_samples(const RasterStore& store) {
+Result<void> HeightPyramid::add_samples(const RasterStore& store, OpeningProgress& progress) {
     Level level;
     level.columns = std::max((grid_.columns - 1 + kBlockSide - 1) / kBlockSide, 1);
     level.rows = std::max((grid_.rows - 1 + kBlockSide - 1) / kBlockSide, 1);
@@ -38,7 +40,9 @@ Result<void> HeightPyramid::add_samples(const RasterStore& store) {
     const int width = grid_.columns;
     std::vector<double> strip(static_cast<std::size_t>(width) * (kBlockSide + 1));
     double steepest = 0.0;
+    progress.begin(0.6, level.rows);
     for (int by = 0; by < level.rows; ++by) {
+        if (auto wanted = progress.step(); !wanted) return wanted;
         const int south = by * kBlockSide;
         const int rows = std::min(kBlockSide + 1, grid_.rows - south);
         if (auto read = store.read(0, south, width, rows, strip); !read) return read;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "bilinear_grid.h"
+#include "opening_progress.h"
 #include "raster_store.h"
 
 #include <terrane/terrain/height_source.h>
@@ -16,8 +17,9 @@ namespace terrane::internal {
 /// steepest slope: what a bilinear surface can at most do. Heights are metres from the store's base.
 class HeightPyramid {
 public:
-    /// Fails: io
-    static Result<HeightPyramid> create(const BilinearGrid& grid, const RasterStore& store);
+    /// Fails: io; cancelled
+    static Result<HeightPyramid> create(const BilinearGrid& grid, const RasterStore& store,
+                                        OpeningProgress& progress);
 
     /// Contains every height over a closed rectangle of the plane.
     HeightInterval interval(const WorldRect& rect) const;
@@ -32,7 +34,7 @@ private:
         double rise = 0.0;  ///< largest range of 2 x 2 neighbouring nodes
     };
 
-    Result<void> add_samples(const RasterStore& store);
+    Result<void> add_samples(const RasterStore& store, OpeningProgress& progress);
     void add_levels();
 
     BilinearGrid grid_;

@@ -2,6 +2,8 @@
 #include "raster_reader.h"
 
 #include "geodesy.h"
+#include "guarded_calls.h"
+#include "raster_checks.h"
 
 #include <cpl_error.h>
 #include <gdal_priv.h>
@@ -13,6 +15,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <numbers>
 #include <vector>
 
 namespace terrane::internal {
@@ -95,6 +98,7 @@ void RasterReader::CloseDataset::operator()(GDALDataset* dataset) const {
 RasterReader::~RasterReader() { warped_.reset(); }
 
 Result<std::unique_ptr<RasterReader>> RasterReader::open(const std::string& path) {
+    if (auto checked = check_is_file(path); !checked) return tl::unexpected(checked.error());
     register_drivers();
     const QuietGdal quiet;
     std::unique_ptr<RasterReader> reader(new RasterReader);
@@ -108,12 +112,32 @@ Result<std::unique_ptr<RasterReader>> RasterReader::open(const std::string& path
     if (reader->file_->GetRasterCount() < 1) {
         return fail(ErrorCode::bad_data, "raster " + in_quotes(path) + " has 0 bands");
     }
-    reader->find_height_unit(*reader->file_->GetRasterBand(1));
+    GDALRasterBand& band = *reader->file_->GetRasterBand(1);
+    if (auto checked = check_band(path, band); !checked) return tl::unexpected(checked.error());
+    reader->find_height_unit(band);
     if (auto straight = reader->straighten(); !straight) {
         return tl::unexpected(straight.error());
     }
     if (auto placed = reader->find_place(); !placed) return tl::unexpected(placed.error());
     return reader;
+}
+
+Result<std::unique_ptr<RasterReader>> RasterReader::open(const std::string& path,
+                                                         double patience_s) {
+    GuardedCalls calls(patience_s);
+    using Opened = Result<std::unique_ptr<RasterReader>>;
+    const auto opened = std::make_shared<Opened>();
+    const bool answered = calls.run([opened, path] { *opened = open(path); });
+    if (!answered) return stopped_answering(path, patience_s);
+    return std::move(*opened);
+}
+
+tl::unexpected<Error> stopped_answering(const std::string& path, double patience_s) {
+    char seconds[40];
+    std::snprintf(seconds, sizeof seconds, "%.3g", patience_s);
+    return fail(ErrorCode::timed_out, "raster " + in_quotes(path) +
+                                          " stopped answering: GDAL has read nothing for " +
+                                          seconds + " s");
 }
 
 void RasterReader::find_height_unit(GDALRasterBand& band) {
@@ -134,6 +158,9 @@ Result<void> RasterReader::straighten() {
     const QuietGdal quiet;
     std::array<double, 6> transform{};
     const bool placed = dataset->GetGeoTransform(transform.data()) == CE_None;
+    if (placed) {
+        if (auto checked = check_geotransform(path_, transform); !checked) return checked;
+    }
     const bool rotated = placed && (transform[2] != 0.0 || transform[4] != 0.0);
     band_ = dataset->GetRasterBand(1);
     if (rotated || (!placed && dataset->GetGCPCount() > 0)) {
@@ -188,7 +215,15 @@ Result<void> RasterReader::find_place() {
                 metres_per_degree(ellipsoid, crs->GetAngularUnits(), info_.centre_y, half_height);
             if (!scale) {
                 return fail(scale.error().code,
-                            "raster " + in_quotes(path_) + ": " + scale.error().message);
+                            "raster " + in_quotes(path_) + " " + scale.error().message);
+            }
+            const double degrees = crs->GetAngularUnits() * 180.0 / std::numbers::pi;
+            const double cell = std::fabs(transform[1]) * degrees;
+            const double centre = info_.centre_x * degrees;
+            if (auto checked = check_longitudes(path_, centre - 0.5 * columns * cell,
+                                                centre + 0.5 * columns * cell, cell);
+                !checked) {
+                return checked;
             }
             info_.metres_per_unit_x = scale->east;
             info_.metres_per_unit_y = scale->north;
@@ -199,14 +234,7 @@ Result<void> RasterReader::find_place() {
     }
     info_.cell_x = std::fabs(transform[1]) * info_.metres_per_unit_x;
     info_.cell_y = std::fabs(transform[5]) * info_.metres_per_unit_y;
-    constexpr double kLeastCell = 1e-6, kLargestCell = 1e7;
-    for (const double cell : {info_.cell_x, info_.cell_y}) {
-        if (!(cell >= kLeastCell && cell <= kLargestCell)) {
-            return fail(ErrorCode::bad_data, "raster " + in_quotes(path_) + " has cells of " +
-                                                 std::to_string(cell) +
-                                                 " m, 1e-6 to 1e7 are possible");
-        }
-    }
+    if (auto checked = check_cells(path_, info_); !checked) return checked;
     // What differs by less than anybody could measure is square.
     if (std::fabs(info_.cell_x - info_.cell_y) <= 1e-9 * info_.cell_x) {
         info_.cell_y = info_.cell_x;

@@ -22,6 +22,10 @@ public:
     /// Fails: io where GDAL cannot open it; bad_data where there are not 2 x 2 samples or the
     ///        geometry makes no sense
     static Result<std::unique_ptr<RasterReader>> open(const std::string& path);
+    /// The same on a thread of its own, given up after a while.
+    ///
+    /// Fails: as open(); timed_out
+    static Result<std::unique_ptr<RasterReader>> open(const std::string& path, double patience_s);
     ~RasterReader();
     RasterReader(const RasterReader&) = delete;
     RasterReader& operator=(const RasterReader&) = delete;
@@ -29,6 +33,8 @@ public:
     const std::string& path() const { return path_; }
     /// Size and place; the heights' range and the shares of nodata are not filled in.
     const DemInfo& info() const { return info_; }
+    /// Whether the file's first row is the southernmost.
+    bool rows_go_north() const { return rows_go_north_; }
 
     /// Reads a window: scale, offset and unit applied, NaN where there is no data.
     ///
@@ -66,5 +72,8 @@ private:
     bool rows_go_north_ = false, columns_go_west_ = false;
     mutable std::mutex mutex_;  ///< a GDAL dataset serves one thread at a time
 };
+
+/// The error of a raster that gave no answer for a while.
+tl::unexpected<Error> stopped_answering(const std::string& path, double patience_s);
 
 }  // namespace terrane::internal

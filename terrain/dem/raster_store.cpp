@@ -1,57 +1,104 @@
 // SPDX-License-Identifier: MIT
 #include "raster_store.h"
 
+#include "opening_memory.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
 namespace terrane::internal {
+namespace {
 
-RasterStore::RasterStore(std::unique_ptr<RasterReader> reader, const StoreSettings& settings)
+// Of the progress of opening: passes over the file.
+constexpr double kReadingShare = 0.5;
+
+}  // namespace
+
+RasterStore::RasterStore(std::unique_ptr<RasterReader> reader, const StoreSettings& settings,
+                         double needed_bytes)
     : reader_(std::move(reader)),
       settings_(settings),
+      needed_bytes_(needed_bytes),
+      calls_(std::make_unique<GuardedCalls>(settings.patience_s)),
       info_(reader_->info()),
-      voids_(info_.columns, info_.rows),
+      voids_(info_.columns, info_.rows, !reader_->rows_go_north()),
       packing_(SamplePacking::of_floats(reader_->scale(), reader_->offset())) {}
 
 Result<std::unique_ptr<RasterStore>> RasterStore::open(std::unique_ptr<RasterReader> reader,
-                                                       const StoreSettings& settings) {
-    std::unique_ptr<RasterStore> store(new RasterStore(std::move(reader), settings));
-    if (auto done = store->choose_packing(); !done) return tl::unexpected(done.error());
-    if (auto done = store->first_pass(); !done) return tl::unexpected(done.error());
+                                                       const StoreSettings& settings,
+                                                       double needed_bytes,
+                                                       OpeningProgress& progress) {
+    std::unique_ptr<RasterStore> store(new RasterStore(std::move(reader), settings, needed_bytes));
+    if (auto done = store->choose_packing(progress); !done) return tl::unexpected(done.error());
+    if (auto done = store->first_pass(progress); !done) return tl::unexpected(done.error());
     if (store->voids_.empty()) {
         store->fill_.reset();
         return store;
     }
     store->fill_->make_field();
+    const std::size_t nodata_bytes = store->voids_.run_bytes() + store->fill_->rim_bytes();
+    if (auto checked = store->check_nodata_bytes(nodata_bytes); !checked) {
+        return tl::unexpected(checked.error());
+    }
+    store->fill_->begin_rim();
     if (auto done = store->rim_pass(); !done) return tl::unexpected(done.error());
     store->fill_->relax();
     if (store->in_memory()) store->fill_memory();
     return store;
 }
 
-int RasterStore::strip_rows() const {
-    constexpr int kSamplesAtOnce = 1 << 22;
-    return std::clamp(kSamplesAtOnce / info_.columns, 16, 256);
+Result<void> RasterStore::check_nodata_bytes(std::size_t bytes) const {
+    const double needed = needed_bytes_ + static_cast<double>(bytes);
+    return check_memory(reader_->path(), info_.columns, info_.rows, needed, settings_.limit_bytes);
+}
+
+Result<void> RasterStore::read_file(int column, int row, int columns, int rows,
+                                    std::span<double> heights_out) const {
+    // A read that is given up goes on: what it writes to is its own.
+    struct Job {
+        std::shared_ptr<const RasterReader> reader;
+        std::vector<double> heights;
+        Result<void> done;
+    };
+    const auto job = std::make_shared<Job>();
+    job->reader = reader_;
+    job->heights.resize(heights_out.size());
+    const bool answered = calls_->run([job, column, row, columns, rows] {
+        job->done = job->reader->read(column, row, columns, rows, job->heights);
+    });
+    if (!answered) return stopped_answering(reader_->path(), calls_->patience_s());
+    if (job->done) std::ranges::copy(job->heights, heights_out.begin());
+    return job->done;
+}
+
+int RasterStore::strip_count() const {
+    const int rows = strip_rows(info_.columns);
+    return (info_.rows + rows - 1) / rows;
 }
 
 template <typename Use>
-Result<void> RasterStore::for_each_strip(Use&& use) const {
-    std::vector<double> strip;
-    for (int south = 0; south < info_.rows; south += strip_rows()) {
-        const int rows = std::min(strip_rows(), info_.rows - south);
-        strip.resize(static_cast<std::size_t>(info_.columns) * static_cast<std::size_t>(rows));
-        if (auto read = reader_->read(0, south, info_.columns, rows, strip); !read) return read;
-        use(south, rows, std::span(strip));
+Result<void> RasterStore::for_each_strip(OpeningProgress& progress, Use&& use) const {
+    const int strip = strip_rows(info_.columns), count = strip_count();
+    std::vector<double> heights;
+    for (int i = 0; i < count; ++i) {
+        const int south = (reader_->rows_go_north() ? i : count - 1 - i) * strip;
+        const int rows = std::min(strip, info_.rows - south);
+        heights.resize(static_cast<std::size_t>(info_.columns) * static_cast<std::size_t>(rows));
+        if (auto read = read_file(0, south, info_.columns, rows, heights); !read) return read;
+        use(south, rows, std::span(heights));
+        if (auto checked = check_nodata_bytes(voids_.run_bytes()); !checked) return checked;
+        if (auto wanted = progress.step(); !wanted) return wanted;
     }
     return {};
 }
 
-Result<void> RasterStore::choose_packing() {
+Result<void> RasterStore::choose_packing(OpeningProgress& progress) {
     if (reader_->has_float_numbers()) return {};
     double low = std::numeric_limits<double>::infinity(), high = -low;
-    const auto done = for_each_strip([&](int, int, std::span<const double> strip) {
+    progress.begin(0.5 * kReadingShare, strip_count());
+    const auto done = for_each_strip(progress, [&](int, int, std::span<const double> strip) {
         for (const double height : strip) {
             if (std::isnan(height)) continue;
             low = std::min(low, height);
@@ -62,7 +109,7 @@ Result<void> RasterStore::choose_packing() {
     return done;
 }
 
-Result<void> RasterStore::first_pass() {
+Result<void> RasterStore::first_pass(OpeningProgress& progress) {
     const std::size_t width = static_cast<std::size_t>(info_.columns);
     const std::size_t size = width * static_cast<std::size_t>(info_.rows);
     if (size * sizeof(std::uint32_t) <= settings_.memory_bytes) samples_.resize(size);
@@ -71,7 +118,8 @@ Result<void> RasterStore::first_pass() {
     double low = std::numeric_limits<double>::infinity(), high = -low;
     double most_off = 0.0;
     std::vector<std::uint32_t> packed;
-    const auto done = for_each_strip([&](int south, int rows, std::span<double> strip) {
+    progress.begin(kReadingShare, strip_count());
+    const auto done = for_each_strip(progress, [&](int south, int rows, std::span<double> strip) {
         packed.resize(strip.size());
         for (std::size_t i = 0; i < strip.size(); ++i) {
             const double height = strip[i];
@@ -82,10 +130,12 @@ Result<void> RasterStore::first_pass() {
             high = std::max(high, height);
             most_off = std::max(most_off, std::fabs(strip[i] - (height - packing_.base())));
         }
+        const auto line = [&](int row) {
+            return strip.subspan(width * static_cast<std::size_t>(row), width);
+        };
         for (int row = 0; row < rows; ++row) {
-            const auto line = strip.subspan(width * static_cast<std::size_t>(row), width);
-            voids_.add_row(line);
-            fill_->add_row(south + row, line);
+            voids_.add_row(line(reader_->rows_go_north() ? row : rows - 1 - row));
+            fill_->add_row(south + row, line(row));
         }
         if (!in_memory()) return;
         std::copy(packed.begin(), packed.end(),
@@ -130,7 +180,7 @@ Result<void> RasterStore::rim_pass() {
             const std::size_t first = width * static_cast<std::size_t>(south);
             packing_.unpack(std::span(samples_).subspan(first, count), strip.data());
         } else {
-            if (auto read = reader_->read(0, south, info_.columns, rows, strip); !read) return read;
+            if (auto read = read_file(0, south, info_.columns, rows, strip); !read) return read;
             for (double& height : strip) height = packing_.unpack(packing_.pack(height));
         }
         for (int row = 0; row < rows; ++row) {
@@ -161,7 +211,7 @@ Result<std::shared_ptr<const RasterStore::Square>> RasterStore::read_square(int 
     const int columns = std::min(kSquareSide, info_.columns - west);
     const int rows = std::min(kSquareSide, info_.rows - south);
     std::vector<double> heights(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
-    if (auto read = reader_->read(west, south, columns, rows, heights); !read) {
+    if (auto read = read_file(west, south, columns, rows, heights); !read) {
         return tl::unexpected(read.error());
     }
     auto square = std::make_shared<Square>(heights.size());

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "guarded_calls.h"
+#include "opening_progress.h"
 #include "raster_reader.h"
 #include "sample_packing.h"
 #include "void_fill.h"
@@ -21,6 +23,8 @@ namespace terrane::internal {
 struct StoreSettings {
     std::size_t memory_bytes = std::size_t{256} << 20;  ///< larger rasters are read by window
     std::size_t cache_bytes = std::size_t{128} << 20;   ///< of a raster that is read by window
+    std::size_t limit_bytes = std::size_t{2} << 30;     ///< as DemSettings::memory_bytes
+    double patience_s = 60.0;                           ///< as DemSettings::read_timeout
 };
 
 /// The samples of a raster after voids and outside were filled: every one finite, rows from south to
@@ -30,9 +34,14 @@ public:
     /// Makes the first pass: finds nodata, fills it, and completes the reader's DemInfo. A band whose
     /// numbers no float holds is read once before that, for its range.
     ///
-    /// Fails: io; bad_data where no sample is valid, or one is beyond kMostHeight
+    /// @param needed_bytes  of the limit, for everything but runs and rims of nodata
+    ///
+    /// Fails: io; timed_out; cancelled; bad_data where no sample is valid, or one is beyond
+    ///        kMostHeight; out_of_memory where nodata takes more than the limit
     static Result<std::unique_ptr<RasterStore>> open(std::unique_ptr<RasterReader> reader,
-                                                     const StoreSettings& settings);
+                                                     const StoreSettings& settings,
+                                                     double needed_bytes,
+                                                     OpeningProgress& progress);
 
     const DemInfo& info() const { return info_; }
     const VoidMap& voids() const { return voids_; }
@@ -63,23 +72,31 @@ private:
         std::list<std::int64_t>::iterator place;
     };
 
-    RasterStore(std::unique_ptr<RasterReader> reader, const StoreSettings& settings);
-    Result<void> choose_packing();
-    Result<void> first_pass();
+    RasterStore(std::unique_ptr<RasterReader> reader, const StoreSettings& settings,
+                double needed_bytes);
+    Result<void> choose_packing(OpeningProgress& progress);
+    Result<void> first_pass(OpeningProgress& progress);
     Result<void> rim_pass();
     void fill_memory();
     std::uint32_t filled(int column, int row) const;
     void find_rounding(double of_packing);
-    /// Calls use(south, rows, heights) with strips of the file from the south, metres, NaN: no data.
+    /// Calls use(south, rows, heights) with strips of the raster in the order of the file, metres, NaN: no
+    /// data. Readers of text and of compressed files go through a file once, and stop where it is damaged.
     template <typename Use>
-    Result<void> for_each_strip(Use&& use) const;
-    /// Rows read at a time in a pass.
-    int strip_rows() const;
+    Result<void> for_each_strip(OpeningProgress& progress, Use&& use) const;
+    int strip_count() const;
+    /// As RasterReader::read, given up after a while.
+    Result<void> read_file(int column, int row, int columns, int rows,
+                           std::span<double> heights_out) const;
+    /// Fails: out_of_memory where nodata takes more than is left
+    Result<void> check_nodata_bytes(std::size_t bytes) const;
     Result<std::shared_ptr<const Square>> square(int square_x, int square_y) const;
     Result<std::shared_ptr<const Square>> read_square(int square_x, int square_y) const;
 
-    std::unique_ptr<RasterReader> reader_;
+    std::shared_ptr<const RasterReader> reader_;  ///< shared with reads that were given up
     StoreSettings settings_;
+    double needed_bytes_;
+    std::unique_ptr<GuardedCalls> calls_;
     DemInfo info_;
     VoidMap voids_;
     std::optional<VoidFill> fill_;

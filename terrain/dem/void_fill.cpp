@@ -155,11 +155,19 @@ void VoidFill::choose_rim() {
             const bool wanted = lacks_data(bx, by) ? any_around(bx, by, kRimBlocks, has_data)
                                                    : any_around(bx, by, 1, lacks_data);
             if (!wanted) continue;
-            rim_index_[node(bx, by)] = static_cast<std::int32_t>(rim_.size());
-            Block block;
-            block.bx = bx;
-            block.by = by;
-            rim_.push_back(block);
+            rim_index_[node(bx, by)] = static_cast<std::int32_t>(rim_count_++);
+        }
+    }
+}
+
+void VoidFill::begin_rim() {
+    rim_.resize(rim_count_);
+    for (int by = 0; by < blocks_y_; ++by) {
+        for (int bx = 0; bx < blocks_x_; ++bx) {
+            const std::int32_t index = rim_index_[node(bx, by)];
+            if (index < 0) continue;
+            rim_[static_cast<std::size_t>(index)].bx = bx;
+            rim_[static_cast<std::size_t>(index)].by = by;
         }
     }
 }

@@ -25,6 +25,10 @@ public:
     void add_row(int row, std::span<const double> samples);
     /// Between the passes: makes the coarse field. Requires at least one sample with data.
     void make_field();
+    /// Bytes that the second pass takes: they grow with the rim of the nodata.
+    std::size_t rim_bytes() const { return rim_count_ * sizeof(Block); }
+    /// Before the second pass.
+    void begin_rim();
     /// Whether the second pass needs this row.
     bool needs_row(int row) const;
     /// Second pass: the same rows again, those that are needed.
@@ -55,6 +59,7 @@ private:
     std::vector<float> field_;             ///< [blocks] sum, then mean or relaxed height
     std::vector<std::uint8_t> counts_;     ///< [blocks] samples with data
     std::vector<std::int32_t> rim_index_;  ///< [blocks] into rim_, or -1
+    std::size_t rim_count_ = 0;
     std::vector<Block> rim_;
 };
 

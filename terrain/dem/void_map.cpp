@@ -13,9 +13,16 @@
 
 namespace terrane::internal {
 
-VoidMap::VoidMap(int columns, int rows)
-    : columns_(columns), rows_(rows), blocks_x_((columns + kBlockSide - 1) / kBlockSide) {
+VoidMap::VoidMap(int columns, int rows, bool from_north)
+    : columns_(columns),
+      rows_(rows),
+      from_north_(from_north),
+      blocks_x_((columns + kBlockSide - 1) / kBlockSide) {
     row_begin_.push_back(0);
+}
+
+std::size_t VoidMap::run_bytes() const {
+    return runs_.capacity() * sizeof(Run) + parent_.capacity() * sizeof(std::int32_t);
 }
 
 std::int32_t VoidMap::find(std::int32_t label) {
@@ -46,7 +53,7 @@ void VoidMap::add_row(std::span<const double> samples) {
         run.end = column;
         nodata_count_ += run.end - run.begin;
 
-        // Runs of the row below that touch this one, corners included.
+        // Runs of the row before that touch this one, corners included.
         bool labelled = false;
         while (below < row_start && runs_[below].end < run.begin) ++below;
         for (std::size_t i = below; i < row_start && runs_[i].begin <= run.end; ++i) {
@@ -67,8 +74,8 @@ void VoidMap::finish() {
     std::vector<std::uint8_t> touches_border(parent_.size(), 0);
     const auto for_each_run = [this](auto&& visit) {
         for (int row = 0; row < rows_; ++row) {
-            const std::size_t end = row_begin_[static_cast<std::size_t>(row) + 1];
-            for (std::size_t i = row_begin_[static_cast<std::size_t>(row)]; i < end; ++i) {
+            const std::size_t end = row_begin_[order_of(row) + 1];
+            for (std::size_t i = row_begin_[order_of(row)]; i < end; ++i) {
                 visit(row, runs_[i]);
             }
         }
@@ -96,10 +103,8 @@ void VoidMap::finish() {
 }
 
 std::uint8_t VoidMap::row_flags(int row, int west, int east) const {
-    const auto begin =
-        runs_.begin() + static_cast<std::ptrdiff_t>(row_begin_[static_cast<std::size_t>(row)]);
-    const auto end =
-        runs_.begin() + static_cast<std::ptrdiff_t>(row_begin_[static_cast<std::size_t>(row) + 1]);
+    const auto begin = runs_.begin() + static_cast<std::ptrdiff_t>(row_begin_[order_of(row)]);
+    const auto end = runs_.begin() + static_cast<std::ptrdiff_t>(row_begin_[order_of(row) + 1]);
     std::uint8_t flags = 0;
     for (auto run = std::upper_bound(begin, end, west,
                                      [](int column, const Run&r) { return column < r.end; });

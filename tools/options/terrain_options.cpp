@@ -2,6 +2,7 @@
 #include "options/terrain_options.h"
 
 #include "options/option_values.h"
+#include "output/progress.h"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -21,6 +22,9 @@ namespace {
 
 /// Finer than a fractal's lattice can be, or so coarse that a root square has no chunk.
 constexpr int kFinestLog2 = -15, kCoarsestLog2 = 9;
+
+constexpr double kMebibyte = 1024.0 * 1024.0;
+constexpr double kMostMemory_mb = 1e9;
 
 std::string quoted(const std::string& text) { return "'" + text + "'"; }
 
@@ -64,6 +68,14 @@ CommandResult<Terrain> open_dem(const TerrainOptions& options) {
     DemSettings settings;
     settings.detail_seed = options.seed;
     settings.finest_spacing = options.detail_m.value_or(options.seed ? 1.0 : 0.0);
+    if (options.dem_memory_mb) {
+        settings.memory_bytes = static_cast<std::size_t>(*options.dem_memory_mb * kMebibyte);
+    }
+    Progress progress("opening " + options.dem);
+    settings.progress = [&progress](double share) {
+        progress.show(share);
+        return true;
+    };
     DemInfo info;
     Result<std::shared_ptr<const HeightSource>> source =
         DemHeights::open(options.dem, settings, &info);
@@ -141,6 +153,21 @@ void add_terrain_options(CLI::App& app, TerrainOptions& options) {
            "is a seed")
         ->type_name("X")
         ->group("Terrain");
+    std::optional<double>* const memory = &options.dem_memory_mb;
+    app.add_option_function<std::string>(
+           "--dem-memory-mb",
+           [memory](const std::string& text) {
+               *memory = parse_number(text);
+               if (!*memory || !(**memory > 0.0 && **memory <= kMostMemory_mb)) {
+                   throw CLI::ValidationError(
+                       "--dem-memory-mb",
+                       fmt::format("must be above 0 to {:g}, got '{}'", kMostMemory_mb, text));
+               }
+           },
+           "Most memory for opening and holding a raster, MiB; what needs more is refused. 2048 "
+           "unless said")
+        ->type_name("N")
+        ->group("Terrain");
 }
 
 CommandResult<TerrainOptions> parse_scene(const std::string& text, const std::string& path) {
@@ -190,12 +217,14 @@ CommandResult<Terrain> open_terrain(const TerrainOptions& options) {
         CommandResult<TerrainOptions> scene = parse_scene(*text, options.scene);
         if (!scene) return pass_on(scene.error());
         if (options.detail_m) scene->detail_m = options.detail_m;
+        scene->dem_memory_mb = options.dem_memory_mb;
         return open_terrain(*scene);
     }
     if (options.fractal && !(options.seed && options.dem.empty())) {
         return usage_error("--fractal goes with --seed and without --dem");
     }
     if (!options.dem.empty()) return open_dem(options);
+    if (options.dem_memory_mb) return usage_error("--dem-memory-mb goes with --dem");
     if (options.seed) return open_fractal(options);
     return usage_error("no terrain chosen: give --dem FILE, --seed N, both, or --scene FILE.json");
 }

@@ -15,14 +15,15 @@ namespace terrane::tools {
 
 /// Which terrain, as every subcommand is told: --dem, --seed, both, or --scene.
 struct TerrainOptions {
-    std::string dem;                     ///< path of a raster; "" for none
-    std::optional<std::uint64_t> seed;   ///< of the fractal, or of the detail on the raster
-    std::optional<FractalKind> fractal;  ///< fbm unless said; only without a raster
-    std::string scene;                   ///< path of a JSON file; "" for none
-    std::optional<double> detail_m;      ///< finest spacing, metres
+    std::string dem;                      ///< path of a raster; "" for none
+    std::optional<std::uint64_t> seed;    ///< of the fractal, or of the detail on the raster
+    std::optional<FractalKind> fractal;   ///< fbm unless said; only without a raster
+    std::string scene;                    ///< path of a JSON file; "" for none
+    std::optional<double> detail_m;       ///< finest spacing, metres
+    std::optional<double> dem_memory_mb;  ///< most memory for opening a raster, mebibytes
 };
 
-/// Adds --dem, --seed, --fractal, --scene and --detail-m. `options` must outlive the parse.
+/// Adds --dem, --seed, --fractal, --scene, --detail-m and --dem-memory-mb. `options` must outlive the parse.
 void add_terrain_options(CLI::App& app, TerrainOptions& options);
 
 /// A terrain that was chosen on the command line.

@@ -3,7 +3,9 @@
 
 #include <terrane/terrain/height_source.h>
 
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -19,6 +21,19 @@ struct DemSettings {
     std::optional<std::uint64_t> detail_seed;
     /// Detail's height over the roughness that the raster has around it.
     double detail_roughness = 1.0;
+
+    /// Most memory that opening the raster may take and the source may keep, bytes; what needs more is
+    /// refused before it is read. For each sample about 1 byte, for the first 64 million samples 4
+    /// more, and about 200 MiB besides; nodata that is scattered takes up to 10 bytes a sample of it.
+    /// Not counted: the cache of GDAL, a twentieth of the machine's memory unless GDAL_CACHEMAX is set.
+    std::size_t memory_bytes = std::size_t{2} << 30;
+    /// Longest time for opening the file, and for reading about four million samples of it, seconds,
+    /// above 0; after it the raster has stopped answering. Infinity: waits for ever. Where a read was
+    /// given up, its thread goes on, and the process ends without destructors of static objects.
+    double read_timeout = 60.0;
+    /// Is told the share of the opening that is done, 0 to 1, never less than before; false stops the
+    /// opening. Called from several threads, one at a time. Empty: nobody is told.
+    std::function<bool(double share)> progress;
 };
 
 /// What a raster is and where it lies.
@@ -37,7 +52,7 @@ struct DemInfo {
     /// rasters a degree at the centre's latitude, on the ellipsoid.
     double metres_per_unit_x = 1.0, metres_per_unit_y = 1.0;
     /// Largest relative error of an east-west length, at the raster's northern or southern edge;
-    /// 0 where the CRS is in metres.
+    /// 0 where the CRS is in metres; at most 9.
     double scale_error = 0.0;
 };
 
@@ -59,11 +74,16 @@ public:
 
     /// Opens a raster and makes one pass over it for its bounds.
     ///
-    /// Fails: io where it cannot be opened or read; bad_data for an empty raster, one of a single
-    ///        sample, one without a valid sample, or with one beyond kMostHeight, which is named with
-    ///        its place; invalid_argument for settings out of range
-    /// Cost:  one pass over the file; one more, for the range, where its numbers are 32-bit whole
-    ///        numbers or have 64 bits
+    /// Fails: io where it cannot be opened or read, and for pipes and devices; bad_data for an empty
+    ///        raster, one of a single sample, one without a valid sample, or with one beyond
+    ///        kMostHeight, which is named with its place, complex numbers, cells without area or more
+    ///        than 32 times as long as wide, degrees that reach beyond a pole or so near that
+    ///        scale_error is above 9; invalid_argument for settings out of range; out_of_memory above
+    ///        memory_bytes, or where the system has less; timed_out after read_timeout; cancelled by
+    ///        `progress`. The message names the file.
+    /// Cost:  linear in the samples; over cells that are not square, in the points of the lattice: as
+    ///        many for a sample as the cell's longer side is times the shorter. One more pass over the
+    ///        file where its numbers are 32-bit whole numbers or have 64 bits
     static Result<std::shared_ptr<const HeightSource>> open(const std::string& path,
                                                             const DemSettings& settings,
                                                             DemInfo* info_out = nullptr);

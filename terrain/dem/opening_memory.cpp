@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+#include "opening_memory.h"
+
+#include "bound_tiers.h"
+#include "void_map.h"
+
+#include <algorithm>
+#include <cstdio>
+
+namespace terrane::internal {
+namespace {
+
+/// A sum over levels of half the resolution each.
+constexpr double kAllLevels = 4.0 / 3.0;
+constexpr double kMebibyte = 1024.0 * 1024.0;
+
+}  // namespace
+
+int strip_rows(int columns) {
+    constexpr int kSamplesAtOnce = 1 << 22;
+    return std::clamp(kSamplesAtOnce / columns / kBlockSide * kBlockSide, kBlockSide,
+                      32 * kBlockSide);
+}
+
+double opening_bytes(const BilinearGrid& grid, double held_bytes) {
+    // Of a sample in a strip: as it is read, as it is kept, and whether it is valid.
+    constexpr double kStripSample = 3 * sizeof(double) + 1;
+    // Of a block: intervals on all levels, flags of nodata, what fills voids, amplitude of detail.
+    constexpr double kBlock = kAllLevels * 2 * sizeof(double) + 1 + 24 + sizeof(float);
+    // Of a point of the first tier: height, two bounds, two deviations.
+    constexpr double kTierPoint = kAllLevels * (sizeof(double) + 4 * sizeof(float));
+    // Windows of samples and of points that threads work in.
+    constexpr double kWindows = 64.0 * kMebibyte;
+    const double columns = grid.columns, rows = grid.rows;
+    const double blocks =
+        (columns / kBlockSide + 1.0) * (rows / kBlockSide + 1.0) + rows / kBlockSide;
+    return held_bytes +
+           kStripSample * columns * std::min(rows, static_cast<double>(strip_rows(grid.columns))) +
+           kBlock * blocks + sizeof(std::size_t) * rows +
+           kTierPoint * BoundTiers::first_points(grid) + kWindows;
+}
+
+Result<void> check_memory(const std::string& raster, int columns, int rows, double needed_bytes,
+                          std::size_t limit_bytes) {
+    if (needed_bytes <= static_cast<double>(limit_bytes)) return {};
+    char numbers[160];
+    std::snprintf(numbers, sizeof numbers,
+                  "of %d x %d samples needs %.6g MiB of memory, the limit is %.6g MiB", columns,
+                  rows, needed_bytes / kMebibyte, static_cast<double>(limit_bytes) / kMebibyte);
+    return fail(ErrorCode::out_of_memory, "raster \"" + raster + "\" " + numbers +
+                                              " (DemSettings::memory_bytes, --dem-memory-mb)");
+}
+
+}  // namespace terrane::internal
