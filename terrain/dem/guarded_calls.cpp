@@ -3,6 +3,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <condition_variable>
 #include <cstdio>
@@ -13,8 +14,7 @@
 namespace terrane::internal {
 namespace {
 
-/// A limit of a year is none, and does not overflow the clock's nanoseconds.
-constexpr double kLongestWait = 3e7;
+constexpr double kLongestSlice = 0.5;  ///< seconds
 
 void end_at_once(int status, void* /*unused*/) {
     std::fflush(nullptr);
@@ -84,14 +84,15 @@ bool GuardedCalls::run(std::function<void()> call) {
     shared_->call = std::move(call);
     shared_->changed.notify_all();
     const auto is_done = [this] { return !shared_->call; };
-    if (patience_s_ < kLongestWait) {
-        if (!shared_->changed.wait_for(lock, std::chrono::duration<double>(patience_s_), is_done)) {
-            shared_->given_up = true;
-            skip_static_destructors();
-            return false;
-        }
-    } else {
-        shared_->changed.wait(lock, is_done);
+    // In short waits, each counted once: time in which the whole process is stopped is not counted.
+    const double slice_s = std::min(patience_s_ / 8.0, kLongestSlice);
+    for (double waited_s = 0.0; waited_s < patience_s_; waited_s += slice_s) {
+        if (shared_->changed.wait_for(lock, std::chrono::duration<double>(slice_s), is_done)) break;
+    }
+    if (!is_done()) {
+        shared_->given_up = true;
+        skip_static_destructors();
+        return false;
     }
     if (shared_->thrown) std::rethrow_exception(std::exchange(shared_->thrown, nullptr));
     return true;

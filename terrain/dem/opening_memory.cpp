@@ -5,6 +5,7 @@
 #include "void_map.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <cstdio>
 
 namespace terrane::internal {
@@ -23,8 +24,8 @@ int strip_rows(int columns) {
 }
 
 double opening_bytes(const BilinearGrid& grid, double held_bytes) {
-    // Of a sample in a strip: as it is read, as it is kept, and whether it is valid.
-    constexpr double kStripSample = 3 * sizeof(double) + 1;
+    // Of a sample in a strip: as it is read, twice as a height, as it is kept, and whether it is valid.
+    constexpr double kStripSample = 3 * sizeof(double) + sizeof(std::uint32_t) + 1;
     // Of a block: intervals on all levels, flags of nodata, what fills voids, amplitude of detail.
     constexpr double kBlock = kAllLevels * 2 * sizeof(double) + 1 + 24 + sizeof(float);
     // Of a point of the first tier: height, two bounds, two deviations.

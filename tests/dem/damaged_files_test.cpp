@@ -180,7 +180,7 @@ INSTANTIATE_TEST_SUITE_P(Formats, DamagedFile,
 TEST(DamagedFiles, AnAsciiGridThatEndsEarlyEndsInAnError) {
     const TemporaryFolder folder;
     const std::string path = folder.file("short.asc");
-    std::string bytes = ascii_grid(30, 400);
+    std::string bytes = ascii_grid(30, 1200);
     // A bit of the number of columns: 30 becomes 70.
     bytes.replace(bytes.find("30"), 2, "70");
     write_bytes(path, bytes);

@@ -44,6 +44,22 @@ class CommandLine(Folder):
                 self.assert_refused(run(command, "--seed", 1, "--detail-m", value), [2],
                                     "--detail-m", value)
 
+    def test_rasters_that_cannot_be_opened_are_refused_by_name(self):
+        pipe = self.path("pipe.tif")
+        os.mkfifo(pipe)
+        self.assert_refused(run("info", "--dem", pipe), [1], pipe, "pipe")
+        self.assert_refused(run("info", "--dem", self.path("none.tif")), [1], "none.tif")
+        grid = self.write_grid("grid.asc", np.arange(400.0).reshape(20, 20))
+        self.assert_refused(run("info", "--dem", grid, "--dem-memory-mb", 1), [1], grid, "20 x 20",
+                            "limit is 1 MiB", "--dem-memory-mb")
+        self.assertEqual(run("info", "--dem", grid, "--dem-memory-mb", 200).returncode, 0)
+        for value in ("0", "-1", "nan", "much"):
+            self.assert_refused(run("info", "--dem", grid, "--dem-memory-mb", value), [2],
+                                "--dem-memory-mb", value)
+        self.assert_refused(run("info", "--seed", 1, "--dem-memory-mb", 5), [2], "--dem-memory-mb")
+        # As for a fractal, a spacing that cannot be is the command line's mistake.
+        self.assert_refused(run("info", "--dem", grid, "--detail-m", 1e-9), [2], "--detail-m", "1e-09")
+
     def test_wrong_values_of_mesh_are_refused(self):
         out = self.path("a.ply")
         for flag, value in (("--budget", -5), ("--budget", 0), ("--budget", "many"), ("--budget", 3),

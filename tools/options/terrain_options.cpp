@@ -16,6 +16,7 @@
 #include <fstream>
 #include <iterator>
 #include <string_view>
+#include <utility>
 
 namespace terrane::tools {
 namespace {
@@ -79,7 +80,14 @@ CommandResult<Terrain> open_dem(const TerrainOptions& options) {
     DemInfo info;
     Result<std::shared_ptr<const HeightSource>> source =
         DemHeights::open(options.dem, settings, &info);
-    if (!source) return pass_on(source.error());
+    if (!source) {
+        if (source.error().code != ErrorCode::invalid_argument) return pass_on(source.error());
+        // The only argument of the library that a command line sets.
+        std::string message = source.error().message;
+        constexpr std::string_view kArgument = "finest_spacing";
+        if (message.starts_with(kArgument)) message.replace(0, kArgument.size(), "--detail-m");
+        return usage_error(std::move(message));
+    }
     std::string name = options.dem;
     if (options.seed) name += fmt::format(" with detail of seed {}", *options.seed);
     return Terrain{.source = *source, .dem = info, .name = std::move(name)};
