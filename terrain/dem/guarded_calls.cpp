@@ -14,7 +14,7 @@
 namespace terrane::internal {
 namespace {
 
-constexpr double kLongestSlice = 0.5;  ///< seconds
+constexpr double kShortestSlice = 1e-3, kLongestSlice = 0.5;  ///< seconds
 
 void end_at_once(int status, void* /*unused*/) {
     std::fflush(nullptr);
@@ -85,7 +85,7 @@ bool GuardedCalls::run(std::function<void()> call) {
     shared_->changed.notify_all();
     const auto is_done = [this] { return !shared_->call; };
     // In short waits, each counted once: time in which the whole process is stopped is not counted.
-    const double slice_s = std::min(patience_s_ / 8.0, kLongestSlice);
+    const double slice_s = std::clamp(patience_s_ / 8.0, kShortestSlice, kLongestSlice);
     for (double waited_s = 0.0; waited_s < patience_s_; waited_s += slice_s) {
         if (shared_->changed.wait_for(lock, std::chrono::duration<double>(slice_s), is_done)) break;
     }
