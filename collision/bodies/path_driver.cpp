@@ -1,27 +1,38 @@
 // SPDX-License-Identifier: MIT
 //
 // Sources:    Coulter. Implementation of the pure pursuit path tracking algorithm. CMU-RI-TR-92-01.
+//             Velenis, Tsiotras. Minimum-time travel for a vehicle with acceleration limits. JOTA 138, 2008 (speed along a
+//             given path: the limit of its curvature, then backward integration of the braking).
 // Deviations: the steering angle of a curvature is a quotient of polynomials, not an arc tangent, so
 //             that its bits do not depend on the C library.
+#include "body_checks.h"
+#include "body_step.h"
 #include "vector_math.h"
 
-#include <terrane/collision/truck.h>
-#include <terrane/terrain/assert.h>
+#include <terrane/collision/path_driver.h>
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <utility>
 
 namespace terrane {
 namespace {
 
-constexpr double kLookAheadTime = 0.7;     // seconds
-constexpr double kLeastLookAhead = 5.0;    // metres
-constexpr double kMostLookAhead = 25.0;    // metres
-constexpr double kSideAcceleration = 2.5;  // m/s^2 in curves: well below what turns a truck over
-constexpr double kThrottleGain = 0.5;      // of full throttle for each m/s that is missing
-constexpr double kBrakeGain = 0.25;        // of full brake for each m/s too much
-constexpr double kBrakeSlack = 0.5;        // m/s too much that rolling takes off by itself
-constexpr double kDoneDistance = 3.0;      // metres from the last point
+constexpr double kLookAheadTime = 0.7;   // seconds
+constexpr double kLeastLookAhead = 5.0;  // metres
+constexpr double kMostLookAhead = 25.0;  // metres
+/// Curvature of the path is that of its chords of this length, metres; a corner is taken over as much before and behind.
+constexpr double kCornerReach = 5.0;
+constexpr double kThrottleGain = 0.5;     // of full throttle for each m/s that is missing
+constexpr double kBrakeGain = 0.25;       // of full brake for each m/s too much
+constexpr double kBrakeSlack = 0.5;       // m/s too much that rolling takes off by itself
+constexpr double kFinishDistance = 3.0;   // metres from the last point
+constexpr double kLeastSpeed = 1.0;       // m/s that corners are taken with, however sharp
+constexpr double kLeastDistance = 0.001;  // metres between points
+constexpr double kMostCoordinate = 1e9;   // metres
+/// Share of what friction and stability allow that the driver uses.
+constexpr double kLimitShare = 0.5;
 
 /// atan(x) to 0.005 rad for |x| <= 1; steeper slopes are taken as 1.
 double steer_of_slope(double x) {
@@ -30,73 +41,174 @@ double steer_of_slope(double x) {
 }
 
 struct Nearest {
-    double along = 0.0;  ///< 0 to 1 along the segment
+    double share = 0.0;  ///< 0 to 1 along the segment
     double distance = 0.0;
 };
-
-Nearest nearest_on(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& p) {
-    const double dx = b.x() - a.x(), dy = b.y() - a.y();
-    const double square = dx * dx + dy * dy;
-    Nearest nearest;
-    if (square > 0.0) {
-        nearest.along =
-            std::clamp(((p.x() - a.x()) * dx + (p.y() - a.y()) * dy) / square, 0.0, 1.0);
-    }
-    const double ex = a.x() + nearest.along * dx - p.x(), ey = a.y() + nearest.along * dy - p.y();
-    nearest.distance = std::sqrt(ex * ex + ey * ey);
-    return nearest;
-}
 
 double distance_between(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
     const double dx = b.x() - a.x(), dy = b.y() - a.y();
     return std::sqrt(dx * dx + dy * dy);
 }
 
+Nearest nearest_on(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& p) {
+    const double dx = b.x() - a.x(), dy = b.y() - a.y();
+    const double along = (p.x() - a.x()) * dx + (p.y() - a.y()) * dy;
+    Nearest nearest;
+    nearest.share = std::clamp(along / (dx * dx + dy * dy), 0.0, 1.0);
+    const Eigen::Vector2d foot(a.x() + nearest.share * dx, a.y() + nearest.share * dy);
+    nearest.distance = distance_between(foot, p);
+    return nearest;
+}
+
+bool has_wheel_on_ground(const Truck& truck) {
+    return std::any_of(truck.wheels().begin(), truck.wheels().end(),
+                       [](const WheelState& wheel) { return wheel.on_ground; });
+}
+
+/// Sideways acceleration that a truck neither slides nor rolls at on level ground, m/s^2, with a margin.
+double lateral_limit(const TruckSettings& s) {
+    const double stability = 0.5 * s.track / s.centre_of_mass_height;
+    return kLimitShare * internal::kGravity * std::min(s.tyre_friction, stability);
+}
+
+/// Deceleration that its brakes and tyres give, m/s^2, with a margin.
+double braking_limit(const TruckSettings& s) {
+    return kLimitShare *
+           std::min(internal::kGravity * s.tyre_friction, s.max_brake_force / s.mass);
+}
+
 }  // namespace
 
-PathDriver::PathDriver(std::vector<Eigen::Vector2d> points_world, double cruise_speed)
-    : points_(std::move(points_world)), cruise_speed_(cruise_speed) {
-    TERRANE_ASSERT(points_.size() >= 2, "a path needs two points");
-    TERRANE_ASSERT(cruise_speed_ > 0.0, "cruise_speed must be > 0");
+Result<PathDriver> PathDriver::create(std::vector<Eigen::Vector2d> points_world,
+                                      const PathDriverSettings& settings) {
+    const internal::FieldRange fields[] = {
+        {"cruise_speed", settings.cruise_speed, 0.1, 1e3},
+        {"lateral_acceleration", settings.lateral_acceleration, 0.1, 100.0},
+        {"deceleration", settings.deceleration, 0.1, 100.0},
+    };
+    if (auto ok = internal::check_fields(fields); !ok) return tl::unexpected<Error>(ok.error());
+    std::vector<Vertex> path;
+    for (std::size_t i = 0; i < points_world.size(); ++i) {
+        const std::string name = "points_world[" + std::to_string(i) + "]";
+        const Eigen::Vector3d point(points_world[i].x(), points_world[i].y(), 0.0);
+        if (auto ok = internal::check_vector(name.c_str(), point, kMostCoordinate); !ok) {
+            return tl::unexpected<Error>(ok.error());
+        }
+        Vertex vertex{.p_world = points_world[i]};
+        if (!path.empty()) {
+            const double step = distance_between(path.back().p_world, vertex.p_world);
+            if (step < kLeastDistance) continue;
+            vertex.along = path.back().along + step;
+        }
+        path.push_back(vertex);
+    }
+    if (path.size() < 2) {
+        return fail(ErrorCode::invalid_argument,
+                    "a path needs 2 points that are at least 1 mm apart, got " +
+                        std::to_string(points_world.size()) + " points, " +
+                        std::to_string(path.size()) + " of them distinct");
+    }
+    return PathDriver(std::move(path), settings);
+}
+
+PathDriver::PathDriver(std::vector<Vertex> path, const PathDriverSettings& settings)
+    : path_(std::move(path)), settings_(settings) {
+    std::size_t behind_end = 1, ahead_end = 1;  // of the segments where the chords begin and end
+    const auto point_from = [&](double along, std::size_t& end) {
+        while (end + 1 < path_.size() && path_[end].along < along) ++end;
+        return point_at(along, end);
+    };
+    for (Vertex& here : path_) {
+        const Eigen::Vector2d behind = point_from(here.along - kCornerReach, behind_end);
+        const Eigen::Vector2d ahead = point_from(here.along + kCornerReach, ahead_end);
+        const double size_behind = distance_between(behind, here.p_world);
+        const double size_ahead = distance_between(here.p_world, ahead);
+        double turn = 0.0;  // of unit chords: the reach times the curvature
+        if (size_behind > 0.0 && size_ahead > 0.0) {
+            turn = distance_between((here.p_world - behind) / size_behind,
+                                    (ahead - here.p_world) / size_ahead);
+        }
+        here.corner = settings_.lateral_acceleration * kCornerReach / std::max(turn, 1e-9);
+    }
+    double braked = path_.back().corner;
+    for (std::size_t i = path_.size(); i-- > 0;) {
+        if (i + 1 < path_.size()) {
+            braked += 2.0 * settings_.deceleration * (path_[i + 1].along - path_[i].along);
+        }
+        braked = std::min(braked, path_[i].corner);
+        path_[i].braked = braked;
+    }
+}
+
+/// Follows the path up to where the truck is, never backwards: a segment is left where the next one is nearer.
+/// @return metres along the path
+double PathDriver::advance(const Eigen::Vector2d& here) {
+    const auto nearest = [&](std::size_t end) {
+        return nearest_on(path_[end - 1].p_world, path_[end].p_world, here);
+    };
+    Nearest now = nearest(next_);
+    while (next_ + 1 < path_.size()) {
+        const Nearest later = nearest(next_ + 1);
+        if (now.share < 1.0 && later.distance >= now.distance) break;
+        ++next_;
+        now = later;
+    }
+    if (next_ + 1 == path_.size() &&
+        (now.share >= 1.0 ||
+         distance_between(here, path_.back().p_world) < kFinishDistance)) {
+        is_finished_ = true;
+    }
+    const double start = path_[next_ - 1].along;
+    return start + now.share * (path_[next_].along - start);
+}
+
+/// The point at a distance along the path, or the end that it lies beyond.
+/// @param end of a segment that does not begin behind it
+Eigen::Vector2d PathDriver::point_at(double along, std::size_t end) const {
+    while (end + 1 < path_.size() && path_[end].along < along) ++end;
+    const Vertex& from = path_[end - 1];
+    const Vertex& to = path_[end];
+    const double share = std::clamp((along - from.along) / (to.along - from.along), 0.0, 1.0);
+    return from.p_world + share * (to.p_world - from.p_world);
+}
+
+/// Speed from which the truck can brake for every corner ahead and for the end, m/s.
+/// @param share of the accelerations of the settings
+double PathDriver::corner_speed(double along, double share) const {
+    double square = 2.0 * settings_.deceleration * (path_.back().along - along);
+    for (std::size_t i = next_; i-- > 0 && path_[i].along > along - kCornerReach;) {
+        square = std::min(square, path_[i].corner);
+    }
+    for (std::size_t i = next_; i < path_.size(); ++i) {
+        const double before = path_[i].along - kCornerReach - along;
+        if (before > 0.0) {
+            square = std::min(square, path_[i].braked + 2.0 * settings_.deceleration * before);
+            break;
+        }
+        square = std::min(square, path_[i].corner);
+    }
+    return std::sqrt(share * square);
 }
 
 TruckControls PathDriver::drive(const Truck& truck) {
+    constexpr TruckControls kStop{.throttle = 0.0, .brake = 1.0, .steer = 0.0};
     const BodyState& chassis = truck.chassis();
     const TruckSettings& settings = truck.settings();
     const Eigen::Vector2d here(chassis.pose.translation.x(), chassis.pose.translation.y());
     const Eigen::Vector3d ahead = chassis.pose.rotation.col(0);
     const double speed = internal::dot(chassis.velocity, ahead);
 
-    // The path is never followed backwards: a segment is left when its end is nearest.
-    while (next_ + 1 < points_.size() &&
-           (nearest_on(points_[next_ - 1], points_[next_], here).along >= 1.0 ||
-            nearest_on(points_[next_], points_[next_ + 1], here).distance <
-                nearest_on(points_[next_ - 1], points_[next_], here).distance)) {
-        ++next_;
+    if (truck.is_rolled_over() && !is_finished_) {
+        status_ = DriverStatus::rolled_over;
+        return kStop;
     }
-    const Nearest on_path = nearest_on(points_[next_ - 1], points_[next_], here);
-    if (next_ + 1 == points_.size() &&
-        (on_path.along >= 1.0 || distance_between(here, points_.back()) < kDoneDistance)) {
-        done_ = true;
-    }
-    if (done_) return {.throttle = 0.0, .brake = 1.0, .steer = 0.0};
+    const double along = advance(here);
+    status_ = is_finished_ ? DriverStatus::finished : DriverStatus::driving;
+    if (is_finished_) return kStop;
 
-    // The point that is a look-ahead further along the path.
-    double left = std::clamp(kLookAheadTime * speed, kLeastLookAhead, kMostLookAhead);
-    Eigen::Vector2d from =
-        points_[next_ - 1] + on_path.along * (points_[next_] - points_[next_ - 1]);
-    Eigen::Vector2d target = points_.back();
-    for (std::size_t i = next_; i < points_.size(); ++i) {
-        const double length = distance_between(from, points_[i]);
-        if (length >= left && length > 0.0) {
-            target = from + (left / length) * (points_[i] - from);
-            break;
-        }
-        left -= length;
-        from = points_[i];
-    }
-
-    // Seen from the truck, in the world's plane.
+    // Pure pursuit, seen from the truck in the world's plane.
+    const double look_ahead = std::clamp(kLookAheadTime * speed, kLeastLookAhead, kMostLookAhead);
+    const Eigen::Vector2d target = point_at(along + look_ahead, next_);
     const double flat = std::sqrt(ahead.x() * ahead.x() + ahead.y() * ahead.y());
     const double fx = flat > 1e-6 ? ahead.x() / flat : 1.0,
                  fy = flat > 1e-6 ? ahead.y() / flat : 0.0;
@@ -110,11 +222,18 @@ TruckControls PathDriver::drive(const Truck& truck) {
     const double angle = steer_of_slope(settings.wheelbase * curvature);
     const double steer = settings.max_steer > 0.0 ? angle / settings.max_steer : 0.0;
 
-    const double curve_speed = std::sqrt(kSideAcceleration / std::max(std::abs(curvature), 1e-6));
-    const double wanted = std::min(cruise_speed_, std::max(curve_speed, 1.0));
+    const double lateral = std::min(settings_.lateral_acceleration, lateral_limit(settings));
+    const double share = std::min(lateral / settings_.lateral_acceleration,
+                                  std::min(1.0, braking_limit(settings) / settings_.deceleration));
+    const double curve_speed = std::sqrt(lateral / std::max(std::abs(curvature), 1e-6));
+    const double wanted =
+        std::min(settings_.cruise_speed,
+                 std::max(std::min(curve_speed, corner_speed(along, share)), kLeastSpeed));
     TruckControls controls;
     controls.steer = std::clamp(steer, -1.0, 1.0);
-    controls.throttle = std::clamp(kThrottleGain * (wanted - speed), 0.0, 1.0);
+    if (has_wheel_on_ground(truck)) {
+        controls.throttle = std::clamp(kThrottleGain * (wanted - speed), 0.0, 1.0);
+    }
     controls.brake = std::clamp(kBrakeGain * (speed - wanted - kBrakeSlack), 0.0, 1.0);
     return controls;
 }

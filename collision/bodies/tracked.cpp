@@ -2,6 +2,8 @@
 //
 // Source:    Wong. Theory of ground vehicles. 2008, section 6.1 (skid-steering on a rigid ground: Coulomb friction
 //            across the tracks is what turning has to overcome).
+//            The same, chapters 3 and 4: rolling resistance of tracks on firm ground, and drag. The default power is what
+//            an M113 of 12 t and 158 kW, which reaches 18 m/s, has at its tracks where they get 70 % of it.
 // Deviation: a track is a row of wheels of equal force; its belt has no mass and no tension.
 #include "body_checks.h"
 #include "wheeled_chassis.h"
@@ -25,7 +27,9 @@ internal::ChassisSettings chassis_of(const TrackedSettings& s) {
             .damping_ratio = s.damping_ratio,
             .tyre_friction = s.track_friction,
             .side_grip = s.side_grip,
-            .rolls_first = true};
+            .rolls_first = true,
+            .rolling_resistance = s.rolling_resistance,
+            .drag_area = s.drag_area};
 }
 
 Result<void> check_settings(const TrackedSettings& s) {
@@ -35,6 +39,7 @@ Result<void> check_settings(const TrackedSettings& s) {
         {"track", s.track, 0.01, 1e3},
         {"track_friction", s.track_friction, 0.0, 100.0},
         {"max_drive_force", s.max_drive_force, 0.0, 1e12},
+        {"max_drive_power", s.max_drive_power, 0.0, 1e12},
         {"max_brake_force", s.max_brake_force, 0.0, 1e12},
     };
     if (auto ok = internal::check_fields(fields); !ok) return ok;
@@ -82,6 +87,7 @@ Result<Tracked> Tracked::create(const TrackedSettings& settings, const Pose& sta
 const BodyState& Tracked::chassis() const { return state_->chassis.state(); }
 const TrackedSettings& Tracked::settings() const { return state_->settings; }
 std::span<const WheelState> Tracked::wheels() const { return state_->chassis.wheels(); }
+bool Tracked::is_rolled_over() const { return state_->chassis.is_rolled_over(); }
 BodyNeed Tracked::need() const { return state_->chassis.need(); }
 
 StepReport Tracked::step(const Ground& ground, const TrackedControls& controls, double dt) {
@@ -97,6 +103,8 @@ StepReport Tracked::step(const Ground& ground, const TrackedControls& controls, 
         const double turn = i % 2 == 0 ? -state.controls.turn : state.controls.turn;
         const double share = std::clamp(state.controls.throttle + turn, -1.0, 1.0);
         state.commands[i].drive_force = share * state.settings.max_drive_force / wheel_count;
+        state.commands[i].drive_power =
+            std::abs(share) * state.settings.max_drive_power / wheel_count;
         state.commands[i].brake_force =
             state.controls.brake * state.settings.max_brake_force / wheel_count;
     }

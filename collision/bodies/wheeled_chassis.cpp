@@ -2,6 +2,9 @@
 //
 // Sources:    Catto. Soft constraints. GDC 2011 (springs and dampers as implicit impulses).
 //             Pacejka. Tire and vehicle dynamics. 2012, section 1.2 (the friction circle).
+//             Wong. Theory of ground vehicles. 2008, chapter 3 (tractive effort limited by power, aerodynamic drag,
+//             rolling resistance).
+//             ISO 2533:1975 (density of the standard atmosphere at sea level).
 // Deviations: tyres have no slip curve: up to the circle (an ellipse where they grip less across) they hold, at it
 //             they slide.
 #include "wheeled_chassis.h"
@@ -21,7 +24,11 @@ namespace {
 constexpr double kMaxSubstep =
     1.0 / 240.0;  // a hundredth of the period of the stiffest springs allowed
 constexpr double kChassisFriction = 0.5;
-constexpr double kRollingResistance = 0.015;  // of the wheel's load
+constexpr double kAirDensity = 1.225;  // kg/m^3
+/// Tilts from the vertical, as cosines, beyond which a vehicle has rolled over: 70 degrees; 45 degrees where no wheel
+/// touches the ground.
+constexpr double kOverturned = 0.3420201433256687;
+constexpr double kOverturnedWithoutWheels = 0.7071067811865476;
 /// Springs push along the ground's normal; where that leans further from the wheel's axis than this
 /// cosine, they push no harder.
 constexpr double kLeastAlignment = 0.4;
@@ -50,6 +57,13 @@ void apply(RigidBody& body, const Lever& lever, double impulse) {
     body.velocity.angular += lever.spin * impulse;
 }
 
+/// Newtons that a wheel drives with at a rolling speed.
+double limit_power(const WheelCommand& command, double roll_speed) {
+    const double size = std::abs(command.drive_force);
+    if (size * std::abs(roll_speed) <= command.drive_power) return command.drive_force;
+    return std::copysign(command.drive_power / std::abs(roll_speed), command.drive_force);
+}
+
 }  // namespace
 
 Result<void> check_settings(const ChassisSettings& s) {
@@ -64,6 +78,8 @@ Result<void> check_settings(const ChassisSettings& s) {
         {"damping_ratio", s.damping_ratio, 0.0, 10.0},
         {"tyre_friction", s.tyre_friction, 0.0, 100.0},
         {"side_grip", s.side_grip, 0.01, 1.0},
+        {"rolling_resistance", s.rolling_resistance, 0.0, 1.0},
+        {"drag_area", s.drag_area, 0.0, 1e4},
     };
     return check_fields(fields);
 }
@@ -122,6 +138,13 @@ bool WheeledChassis::feel_ground(const Ground& ground) {
     return true;
 }
 
+/// Drag at the centre of mass, implicit in the speed: it never turns the motion around.
+void WheeledChassis::apply_drag(double substep) {
+    const double share = 0.5 * kAirDensity * settings_.drag_area * body_.mass.inverse_mass *
+                         length(body_.velocity.linear) * substep;
+    body_.velocity.linear /= 1.0 + share;
+}
+
 /// Springs and dampers, implicit: stable at any stiffness. All four see the same velocity, so that
 /// left and right are treated alike.
 void WheeledChassis::push_springs(double substep) {
@@ -163,9 +186,10 @@ void WheeledChassis::turn_tyres(std::span<const WheelCommand> commands, double s
         tyre.roll = make_lever(body_, touch.point_world, roll);
         tyre.side = make_lever(body_, touch.point_world, cross(touch.normal, roll));
         tyre.limit = settings_.tyre_friction * touch.load_impulse;
-        tyre.drive = commands[i].drive_force * substep;
-        tyre.brake_limit =
-            commands[i].brake_force * substep + kRollingResistance * touch.load_impulse;
+        tyre.drive =
+            limit_power(commands[i], speed(tyre.roll, body_.velocity)) * substep;
+        tyre.brake_limit = commands[i].brake_force * substep +
+                           settings_.rolling_resistance * touch.load_impulse;
         tyre.grips = true;
     }
     for (int iteration = 0; iteration < kTyreIterations; ++iteration) {
@@ -224,6 +248,7 @@ StepReport WheeledChassis::step(const Ground& ground, std::span<const WheelComma
     if (!feel_ground(ground)) return park();
     for (double done = 0.0; done < substep_count; done += 1.0) {
         body_.velocity.linear.z() -= kGravity * substep;
+        apply_drag(substep);
         push_springs(substep);
         turn_tyres(commands, substep);
         const SubstepAnswer answer = step_body(body_, look_, ground, kGravity, substep);
@@ -241,7 +266,8 @@ StepReport WheeledChassis::step(const Ground& ground, std::span<const WheelComma
         WheelState& wheel = wheels_[i];
         wheel.centre_world = touch.centre_world;
         wheel.compression = touch.compression;
-        wheel.on_ground = touch.on_ground;
+        wheel.on_ground =
+            touch.on_ground && dot(touch.normal, body_.pose.rotation.col(2)) > 0.0;
         touches = touches || touch.on_ground;
         Pose pose;
         pose.translation = touch.centre_world;
@@ -258,7 +284,16 @@ StepReport WheeledChassis::step(const Ground& ground, std::span<const WheelComma
     state_.pose = body_.pose;
     state_.velocity = body_.velocity.linear;
     state_.angular_velocity = body_.velocity.angular;
+    update_rolled_over(dt);
     return report;
+}
+
+void WheeledChassis::update_rolled_over(double dt) {
+    const bool has_wheel = std::any_of(wheels_.begin(), wheels_.end(),
+                                       [](const WheelState& wheel) { return wheel.on_ground; });
+    const double least = has_wheel ? kOverturned : kOverturnedWithoutWheels;
+    rolled_over_time_ =
+        body_.pose.rotation(2, 2) < least ? std::min(rolled_over_time_ + dt, kRolledOverTime) : 0.0;
 }
 
 }  // namespace terrane::internal

@@ -20,17 +20,21 @@ struct ChassisSettings {
     double suspension_hertz = 0.0;
     double damping_ratio = 0.0;
     double tyre_friction = 0.0;
-    double side_grip =
-        1.0;  ///< friction across the way that wheels roll, as a share of that along it
-    /// Where both are too much, a belt takes what it needs to roll and leaves the rest; a tyre slides both ways.
+    /// Friction across the rolling direction, as a share of the friction along it.
+    double side_grip = 1.0;
+    /// Beyond the friction ellipse a belt keeps its longitudinal force and gives up lateral force; a tyre gives up
+    /// both in proportion.
     bool rolls_first = false;
+    double rolling_resistance = 0.0;  ///< force against the roll, as a share of the wheel's load
+    double drag_area = 0.0;           ///< drag coefficient times frontal area, m^2
 };
 
 /// What a wheel does in a step.
 struct WheelCommand {
-    double drive_force = 0.0;  ///< newtons, forward
+    double drive_force = 0.0;  ///< newtons, positive forward
+    double drive_power = 0.0;  ///< watts at most, in either direction, >= 0
     double brake_force = 0.0;  ///< newtons at most, against its roll
-    double steer = 0.0;        ///< radians, to the left
+    double steer = 0.0;        ///< radians, positive to the left
 };
 
 /// Where an impulse acts on the chassis.
@@ -54,9 +58,13 @@ public:
 
     const BodyState& state() const { return state_; }
     std::span<const WheelState> wheels() const { return wheels_; }
+    /// Whether it has been on its side or roof for kRolledOverTime.
+    bool is_rolled_over() const { return rolled_over_time_ >= kRolledOverTime; }
     BodyNeed need() const;
 
 private:
+    static constexpr double kRolledOverTime = 1.0;  // seconds
+
     /// A wheel's touch with the ground, and the impulses of one substep.
     struct Touch {
         bool on_ground = false;
@@ -77,9 +85,11 @@ private:
     };
 
     bool feel_ground(const Ground& ground);
+    void apply_drag(double substep);
     void push_springs(double substep);
     void turn_tyres(std::span<const WheelCommand> commands, double substep);
     StepReport park();
+    void update_rolled_over(double dt);
 
     ChassisSettings settings_;
     std::vector<BodyPart> parts_;  // the box, then the wheels
@@ -90,6 +100,7 @@ private:
     std::vector<Touch> touches_, touches_before_;
     std::vector<Tyre> tyres_;
     BodyMotion before_;
+    double rolled_over_time_ = 0.0;  // seconds on its side or roof, without a break
 };
 
 /// Fails with invalid_argument, naming the field, where one is out of the range that it works in.

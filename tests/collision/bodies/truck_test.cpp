@@ -2,6 +2,7 @@
 #include "support/random.h"
 #include "support/table_ground.h"
 
+#include <terrane/collision/path_driver.h>
 #include <terrane/collision/truck.h>
 
 #include <gtest/gtest.h>
@@ -89,10 +90,13 @@ TEST(PathDriver, TakesTheTruckAlongALineOverBumpsWithoutEverGoingDeep) {
     const Ground ground = make_test_ground(bumpy, 1.0, 2);
     for (const double dt : {1.0 / 60.0, 0.1}) {
         Truck truck = make_truck(pose_at(20.0, 60.0, bumpy(20.0, 60.0) + 1.8));
-        PathDriver driver(
-            {{20.0, 60.0}, {120.0, 60.0}, {170.0, 80.0}, {190.0, 130.0}, {190.0, 220.0}}, 8.0);
+        PathDriver driver =
+            PathDriver::create(
+                {{20.0, 60.0}, {120.0, 60.0}, {170.0, 80.0}, {190.0, 130.0}, {190.0, 220.0}},
+                {.cruise_speed = 8.0})
+                .value();
         double time = 0.0, off = 0.0;
-        for (; time < 90.0 && !driver.is_done(); time += dt) {
+        for (; time < 90.0 && !driver.is_finished(); time += dt) {
             const StepReport report = truck.step(ground, driver.drive(truck), dt);
             ASSERT_EQ(report.too_deep, 0u)
                 << "depth " << report.max_depth_m << " m at " << time << " s";
@@ -100,7 +104,7 @@ TEST(PathDriver, TakesTheTruckAlongALineOverBumpsWithoutEverGoingDeep) {
             const Eigen::Vector3d place = truck.chassis().pose.translation;
             if (place.x() < 115.0) off = std::max(off, std::abs(place.y() - 60.0));
         }
-        EXPECT_TRUE(driver.is_done())
+        EXPECT_TRUE(driver.is_finished())
             << "dt " << dt << " stood at " << truck.chassis().pose.translation.transpose();
         EXPECT_LT(off, 2.0);
         EXPECT_LT(

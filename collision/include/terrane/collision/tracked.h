@@ -8,32 +8,44 @@
 
 namespace terrane {
 
-/// A vehicle on two tracks that turns by driving them differently. Body frame as a truck's.
+/// A vehicle on two tracks that turns by driving them differently. The defaults are like an armoured personnel carrier
+/// of 12 t; its centre of mass is 0.84 m above flat ground at rest.
+///
+/// Body frame: x forward, y left, z up, origin at the centre of the chassis box, which is also the centre of mass. The
+/// inertia is that of the box with uniform density. The wheels' centres at the top of their travel are
+/// chassis_half_extents.z / 2 below the origin.
 struct TrackedSettings {
-    Eigen::Vector3d chassis_half_extents = Eigen::Vector3d(2.6, 1.1, 0.5);
-    double mass = 12'000.0;     ///< kilograms, tracks included
-    int wheels_a_side = 5;      ///< road wheels, 2 to 16
-    double wheel_radius = 0.4;  ///< metres
-    double track_length = 3.6;  ///< between the centres of the first and the last wheel, metres
-    double track = 2.2;         ///< between the tracks, metres
-    double suspension_travel = 0.3;  ///< metres
-    double suspension_hertz = 1.5;   ///< of the body's bounce on its springs
-    double damping_ratio = 0.6;
-    double track_friction = 0.9;
-    double side_grip =
-        0.6;  ///< friction across the tracks, as a share of that along them, 0.01 to 1
-    double max_drive_force = 90'000.0;   ///< newtons, both tracks
-    double max_brake_force = 100'000.0;  ///< newtons, both tracks
+    Eigen::Vector3d chassis_half_extents =
+        Eigen::Vector3d(2.6, 1.1, 0.5);  ///< of the box that collides, metres, each 0.01 to 1000
+    double mass = 12e3;                  ///< kilograms, tracks included, 1e-3 to 1e9
+    int wheels_a_side = 5;               ///< road wheels, 2 to 16
+    double wheel_radius = 0.4;           ///< metres, 0.01 to 100
+    double track_length = 3.6;           ///< from the first to the last wheel's centre, metres, 0.01 to 1000
+    double track = 2.2;                  ///< between the middles of the tracks, metres, 0.01 to 1000
+    double suspension_travel = 0.3;      ///< from hanging to fully compressed, metres, 0.001 to 100
+    double suspension_hertz = 1.5;       ///< natural frequency of the body's bounce, 0.1 to 10
+    double damping_ratio = 0.6;          ///< of the body's bounce, 1 is critical, 0 to 10
+    double track_friction = 0.9;         ///< Coulomb, along the tracks, 0 to 100
+    double side_grip = 0.6;              ///< friction across the tracks over that along them, 0.01 to 1
+    double max_drive_force = 90e3;       ///< of both tracks at low speed, newtons, 0 to 1e12
+    double max_drive_power = 110e3;      ///< at both tracks, watts, 0 to 1e12
+    double max_brake_force = 100e3;      ///< of both tracks, newtons, 0 to 1e12
+    double rolling_resistance = 0.04;    ///< force against the roll over the load, 0 to 1
+    double drag_area = 6.0;              ///< drag coefficient times frontal area, m^2, 0 to 1e4
 };
 
+/// Each is clamped to its range.
 struct TrackedControls {
-    double throttle = 0.0;  ///< -1 (reverse) to 1
-    double brake = 0.0;     ///< 0 to 1
-    double turn = 0.0;      ///< -1 (right) to 1 (left): takes from one track and gives to the other
+    /// -1 (backward) to 1 (forward): a share of the drive force, which is the smaller of max_drive_force and
+    /// max_drive_power / speed. Against the motion it brakes.
+    double throttle = 0.0;
+    double brake = 0.0;  ///< 0 to 1: a share of max_brake_force
+    double turn = 0.0;   ///< -1 (right) to 1 (left): taken from the inner track's throttle, added to the outer's
 };
 
 /// A box chassis on two rows of wheels. The wheels of a track push with the same force, and slide across as
-/// the vehicle turns: skid-steering.
+/// the vehicle turns: skid-steering. Air drag is that of Truck. With the defaults full throttle on flat ground reaches
+/// 18 m/s.
 ///
 /// Threads: one at a time.
 class Tracked {
@@ -45,13 +57,15 @@ public:
     Tracked& operator=(Tracked&&) noexcept;
     ~Tracked();
 
-    /// Controls that are not finite are refused: the last good ones are kept.
+    /// Moves by dt seconds, 0 < dt <= 1. Controls that are not finite are refused: the last good ones are kept.
     StepReport step(const Ground& ground, const TrackedControls& controls, double dt);
 
     const BodyState& chassis() const;
     const TrackedSettings& settings() const;
     /// From front to rear, left before right.
     std::span<const WheelState> wheels() const;
+    /// Whether it has rolled over: see Truck.
+    bool is_rolled_over() const;
     BodyNeed need() const;
 
 private:

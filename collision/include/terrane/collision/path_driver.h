@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/collision/truck.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace terrane {
+
+struct PathDriverSettings {
+    double cruise_speed = 12.0;  ///< where the path is straight enough, m/s, 0.1 to 1000
+    /// In corners, m/s^2, 0.1 to 100. A truck with little friction, or a high centre of mass, gets less.
+    double lateral_acceleration = 2.5;
+    double deceleration = 2.0;  ///< ahead of corners and of the end, m/s^2, 0.1 to 100
+};
+
+enum class DriverStatus : std::uint8_t {
+    driving,
+    rolled_over,  ///< the truck lies on its side or roof: throttle released, brakes on
+    finished,     ///< the end of the path was reached: brakes on, for good
+};
+
+/// Controls that take a truck along a line of points: steers at a point ahead on the path, and slows down in time for
+/// corners, for the end, and on ground that tilts to the side.
+///
+/// Threads: one at a time.
+class PathDriver {
+public:
+    /// Points that are closer to the one before than 1 mm are left out.
+    ///
+    /// Fails with invalid_argument, naming the point or the field, for fewer than two distinct points, coordinates
+    /// beyond 1e9 m or not finite, and settings out of range.
+    ///
+    /// @param points_world x and y of the path, metres, in the order of travel
+    static Result<PathDriver> create(std::vector<Eigen::Vector2d> points_world,
+                                     const PathDriverSettings& settings);
+
+    /// The controls for the truck's next step.
+    ///
+    /// Allocates: nothing
+    /// Cost:      linear in the points within 5 m of the truck along the path
+    TruckControls drive(const Truck& truck);
+
+    /// As of the last call of drive().
+    DriverStatus status() const { return status_; }
+    /// Whether the truck came within 3 m of the last point, or passed it. It stays so, and the driver brakes to a stop.
+    bool is_finished() const { return is_finished_; }
+
+private:
+    struct Vertex {
+        Eigen::Vector2d p_world = Eigen::Vector2d::Zero();
+        double along = 0.0;  // metres from the start of the path
+        // Squares of speeds, of the corner here and with what braking for all later ones leaves.
+        double corner = 0.0, braked = 0.0;
+    };
+
+    PathDriver(std::vector<Vertex> path, const PathDriverSettings& settings);
+    double advance(const Eigen::Vector2d& here);
+    Eigen::Vector2d point_at(double along, std::size_t end) const;
+    double corner_speed(double along, double share) const;
+
+    std::vector<Vertex> path_;
+    PathDriverSettings settings_;
+    std::size_t next_ = 1;  // end of the segment that the truck is on
+    bool is_finished_ = false;
+    DriverStatus status_ = DriverStatus::driving;
+};
+
+}  // namespace terrane
