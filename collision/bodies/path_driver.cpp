@@ -73,8 +73,7 @@ double lateral_limit(const TruckSettings& s) {
 
 /// Deceleration that its brakes and tyres give, m/s^2, with a margin.
 double braking_limit(const TruckSettings& s) {
-    return kLimitShare *
-           std::min(internal::kGravity * s.tyre_friction, s.max_brake_force / s.mass);
+    return kLimitShare * std::min(internal::kGravity * s.tyre_friction, s.max_brake_force / s.mass);
 }
 
 }  // namespace
@@ -154,8 +153,7 @@ double PathDriver::advance(const Eigen::Vector2d& here) {
         now = later;
     }
     if (next_ + 1 == path_.size() &&
-        (now.share >= 1.0 ||
-         distance_between(here, path_.back().p_world) < kFinishDistance)) {
+        (now.share >= 1.0 || distance_between(here, path_.back().p_world) < kFinishDistance)) {
         is_finished_ = true;
     }
     const double start = path_[next_ - 1].along;

@@ -186,10 +186,9 @@ void WheeledChassis::turn_tyres(std::span<const WheelCommand> commands, double s
         tyre.roll = make_lever(body_, touch.point_world, roll);
         tyre.side = make_lever(body_, touch.point_world, cross(touch.normal, roll));
         tyre.limit = settings_.tyre_friction * touch.load_impulse;
-        tyre.drive =
-            limit_power(commands[i], speed(tyre.roll, body_.velocity)) * substep;
-        tyre.brake_limit = commands[i].brake_force * substep +
-                           settings_.rolling_resistance * touch.load_impulse;
+        tyre.drive = limit_power(commands[i], speed(tyre.roll, body_.velocity)) * substep;
+        tyre.brake_limit =
+            commands[i].brake_force * substep + settings_.rolling_resistance * touch.load_impulse;
         tyre.grips = true;
     }
     for (int iteration = 0; iteration < kTyreIterations; ++iteration) {
@@ -266,8 +265,7 @@ StepReport WheeledChassis::step(const Ground& ground, std::span<const WheelComma
         WheelState& wheel = wheels_[i];
         wheel.centre_world = touch.centre_world;
         wheel.compression = touch.compression;
-        wheel.on_ground =
-            touch.on_ground && dot(touch.normal, body_.pose.rotation.col(2)) > 0.0;
+        wheel.on_ground = touch.on_ground && dot(touch.normal, body_.pose.rotation.col(2)) > 0.0;
         touches = touches || touch.on_ground;
         Pose pose;
         pose.translation = touch.centre_world;

@@ -20,18 +20,18 @@ struct TrackedSettings {
     double mass = 12e3;                  ///< kilograms, tracks included, 1e-3 to 1e9
     int wheels_a_side = 5;               ///< road wheels, 2 to 16
     double wheel_radius = 0.4;           ///< metres, 0.01 to 100
-    double track_length = 3.6;           ///< from the first to the last wheel's centre, metres, 0.01 to 1000
-    double track = 2.2;                  ///< between the middles of the tracks, metres, 0.01 to 1000
-    double suspension_travel = 0.3;      ///< from hanging to fully compressed, metres, 0.001 to 100
-    double suspension_hertz = 1.5;       ///< natural frequency of the body's bounce, 0.1 to 10
-    double damping_ratio = 0.6;          ///< of the body's bounce, 1 is critical, 0 to 10
-    double track_friction = 0.9;         ///< Coulomb, along the tracks, 0 to 100
-    double side_grip = 0.6;              ///< friction across the tracks over that along them, 0.01 to 1
-    double max_drive_force = 90e3;       ///< of both tracks at low speed, newtons, 0 to 1e12
-    double max_drive_power = 110e3;      ///< at both tracks, watts, 0 to 1e12
-    double max_brake_force = 100e3;      ///< of both tracks, newtons, 0 to 1e12
-    double rolling_resistance = 0.04;    ///< force against the roll over the load, 0 to 1
-    double drag_area = 6.0;              ///< drag coefficient times frontal area, m^2, 0 to 1e4
+    double track_length = 3.6;  ///< from the first to the last wheel's centre, metres, 0.01 to 1000
+    double track = 2.2;         ///< between the middles of the tracks, metres, 0.01 to 1000
+    double suspension_travel = 0.3;  ///< from hanging to fully compressed, metres, 0.001 to 100
+    double suspension_hertz = 1.5;   ///< natural frequency of the body's bounce, 0.1 to 10
+    double damping_ratio = 0.6;      ///< of the body's bounce, 1 is critical, 0 to 10
+    double track_friction = 0.9;     ///< Coulomb, along the tracks, 0 to 100
+    double side_grip = 0.6;          ///< friction across the tracks over that along them, 0.01 to 1
+    double max_drive_force = 90e3;   ///< of both tracks at low speed, newtons, 0 to 1e12
+    double max_drive_power = 110e3;  ///< at both tracks, watts, 0 to 1e12
+    double max_brake_force = 100e3;  ///< of both tracks, newtons, 0 to 1e12
+    double rolling_resistance = 0.04;  ///< force against the roll over the load, 0 to 1
+    double drag_area = 6.0;            ///< drag coefficient times frontal area, m^2, 0 to 1e4
 };
 
 /// Each is clamped to its range.
@@ -40,7 +40,8 @@ struct TrackedControls {
     /// max_drive_power / speed. Against the motion it brakes.
     double throttle = 0.0;
     double brake = 0.0;  ///< 0 to 1: a share of max_brake_force
-    double turn = 0.0;   ///< -1 (right) to 1 (left): taken from the inner track's throttle, added to the outer's
+    double turn =
+        0.0;  ///< -1 (right) to 1 (left): taken from the inner track's throttle, added to the outer's
 };
 
 /// A box chassis on two rows of wheels. The wheels of a track push with the same force, and slide across as

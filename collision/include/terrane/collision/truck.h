@@ -19,17 +19,17 @@ struct TruckSettings {
     double mass = 3500.0;                ///< kilograms, wheels included, 1e-3 to 1e9
     /// Above flat ground at rest, metres, chassis_half_extents.z to 1000. It places the wheels.
     double centre_of_mass_height = 0.75;
-    double wheel_radius = 0.42;       ///< metres, 0.01 to 100
-    double wheelbase = 3.2;           ///< between the axles, metres, 0.01 to 1000
-    double track = 1.8;               ///< between the wheels of an axle, metres, 0.01 to 1000
-    double suspension_travel = 0.3;   ///< from hanging to fully compressed, metres, 0.001 to 100
-    double suspension_hertz = 1.6;    ///< natural frequency of the body's bounce, 0.1 to 10
-    double damping_ratio = 0.4;       ///< of the body's bounce, 1 is critical, 0 to 10
-    double tyre_friction = 0.8;       ///< Coulomb, the same in all directions, 0 to 100
-    double max_drive_force = 16e3;    ///< of all wheels at low speed, newtons, 0 to 1e12
-    double max_drive_power = 120e3;   ///< at all wheels, watts, 0 to 1e12
-    double max_brake_force = 30e3;    ///< of all wheels, newtons, 0 to 1e12
-    double max_steer = 0.6;           ///< of the front wheels to either side, radians, 0 to 1.5
+    double wheel_radius = 0.42;         ///< metres, 0.01 to 100
+    double wheelbase = 3.2;             ///< between the axles, metres, 0.01 to 1000
+    double track = 1.8;                 ///< between the wheels of an axle, metres, 0.01 to 1000
+    double suspension_travel = 0.3;     ///< from hanging to fully compressed, metres, 0.001 to 100
+    double suspension_hertz = 1.6;      ///< natural frequency of the body's bounce, 0.1 to 10
+    double damping_ratio = 0.4;         ///< of the body's bounce, 1 is critical, 0 to 10
+    double tyre_friction = 0.8;         ///< Coulomb, the same in all directions, 0 to 100
+    double max_drive_force = 16e3;      ///< of all wheels at low speed, newtons, 0 to 1e12
+    double max_drive_power = 120e3;     ///< at all wheels, watts, 0 to 1e12
+    double max_brake_force = 30e3;      ///< of all wheels, newtons, 0 to 1e12
+    double max_steer = 0.6;             ///< of the front wheels to either side, radians, 0 to 1.5
     double rolling_resistance = 0.015;  ///< force against the roll over the load, 0 to 1
     double drag_area = 1.4;             ///< drag coefficient times frontal area, m^2, 0 to 1e4
 };
