@@ -31,7 +31,7 @@ constexpr double kFinishDistance = 3.0;   // metres from the last point
 constexpr double kLeastSpeed = 1.0;       // m/s that corners are taken with, however sharp
 constexpr double kLeastDistance = 0.001;  // metres between points
 constexpr double kMostCoordinate = 1e9;   // metres
-/// Share of what friction and stability allow that the driver uses.
+/// Share that the driver uses of what friction, stability and brakes allow.
 constexpr double kLimitShare = 0.5;
 
 /// atan(x) to 0.005 rad for |x| <= 1; steeper slopes are taken as 1.
@@ -65,15 +65,30 @@ bool has_wheel_on_ground(const Truck& truck) {
                        [](const WheelState& wheel) { return wheel.on_ground; });
 }
 
-/// Sideways acceleration that a truck neither slides nor rolls at on level ground, m/s^2, with a margin.
-double lateral_limit(const TruckSettings& s) {
-    const double stability = 0.5 * s.track / s.centre_of_mass_height;
-    return kLimitShare * internal::kGravity * std::min(s.tyre_friction, stability);
-}
+/// What a truck can do where it stands.
+struct Reserve {
+    double lateral = 0.0;  ///< acceleration to either side before it slides or rolls, m/s^2, >= 0
+    double braking = 0.0;  ///< deceleration along its heading, m/s^2, >= 0
+    double braking_share = 0.0;  ///< of what it is on level ground, 0 to 1
+};
 
-/// Deceleration that its brakes and tyres give, m/s^2, with a margin.
-double braking_limit(const TruckSettings& s) {
-    return kLimitShare * std::min(internal::kGravity * s.tyre_friction, s.max_brake_force / s.mass);
+/// Gravity along the truck's axes takes its share of what friction, stability and brakes give.
+Reserve reserve_of(const Truck& truck) {
+    const TruckSettings& s = truck.settings();
+    const Eigen::Matrix3d& rotation = truck.chassis().pose.rotation;
+    const double upright = std::max(0.0, rotation(2, 2));
+    const double descent = std::max(0.0, -rotation(2, 0));
+    const double stability = 0.5 * s.track / s.centre_of_mass_height;
+    const double brakes = s.max_brake_force / (s.mass * internal::kGravity);
+    const double level = std::min(s.tyre_friction, brakes);
+    const double lateral =
+        std::min(s.tyre_friction, stability) * upright - std::abs(rotation(2, 1));
+    const double braking = std::min(s.tyre_friction * upright, brakes) - descent;
+    Reserve reserve;
+    reserve.lateral = internal::kGravity * std::max(0.0, lateral);
+    reserve.braking = internal::kGravity * std::max(0.0, braking);
+    reserve.braking_share = level > 0.0 ? std::clamp(braking / level, 0.0, 1.0) : 0.0;
+    return reserve;
 }
 
 }  // namespace
@@ -220,13 +235,16 @@ TruckControls PathDriver::drive(const Truck& truck) {
     const double angle = steer_of_slope(settings.wheelbase * curvature);
     const double steer = settings.max_steer > 0.0 ? angle / settings.max_steer : 0.0;
 
-    const double lateral = std::min(settings_.lateral_acceleration, lateral_limit(settings));
-    const double share = std::min(lateral / settings_.lateral_acceleration,
-                                  std::min(1.0, braking_limit(settings) / settings_.deceleration));
+    const Reserve reserve = reserve_of(truck);
+    const double lateral = std::min(settings_.lateral_acceleration, kLimitShare * reserve.lateral);
+    const double share =
+        std::min(lateral / settings_.lateral_acceleration,
+                 std::min(1.0, kLimitShare * reserve.braking / settings_.deceleration));
     const double curve_speed = std::sqrt(lateral / std::max(std::abs(curvature), 1e-6));
-    const double wanted =
-        std::min(settings_.cruise_speed,
-                 std::max(std::min(curve_speed, corner_speed(along, share)), kLeastSpeed));
+    const double slope_speed = settings_.cruise_speed * std::sqrt(reserve.braking_share);
+    const double wanted = std::min(
+        settings_.cruise_speed,
+        std::max(std::min({slope_speed, curve_speed, corner_speed(along, share)}), kLeastSpeed));
     TruckControls controls;
     controls.steer = std::clamp(steer, -1.0, 1.0);
     if (has_wheel_on_ground(truck)) {

@@ -28,6 +28,7 @@ internal::ChassisSettings chassis_of(const TrackedSettings& s) {
             .tyre_friction = s.track_friction,
             .side_grip = s.side_grip,
             .rolls_first = true,
+            .max_drive_power = s.max_drive_power,
             .rolling_resistance = s.rolling_resistance,
             .drag_area = s.drag_area};
 }
@@ -39,7 +40,6 @@ Result<void> check_settings(const TrackedSettings& s) {
         {"track", s.track, 0.01, 1e3},
         {"track_friction", s.track_friction, 0.0, 100.0},
         {"max_drive_force", s.max_drive_force, 0.0, 1e12},
-        {"max_drive_power", s.max_drive_power, 0.0, 1e12},
         {"max_brake_force", s.max_brake_force, 0.0, 1e12},
     };
     if (auto ok = internal::check_fields(fields); !ok) return ok;
@@ -98,15 +98,16 @@ StepReport Tracked::step(const Ground& ground, const TrackedControls& controls, 
                           std::clamp(controls.brake, 0.0, 1.0),
                           std::clamp(controls.turn, -1.0, 1.0)};
     }
+    const TrackedControls& now = state.controls;
     const auto wheel_count = static_cast<double>(state.commands.size());
+    const double left = std::clamp(now.throttle - now.turn, -1.0, 1.0);
+    const double right = std::clamp(now.throttle + now.turn, -1.0, 1.0);
+    const double force = state.settings.max_drive_force / wheel_count;
     for (std::size_t i = 0; i < state.commands.size(); ++i) {
-        const double turn = i % 2 == 0 ? -state.controls.turn : state.controls.turn;
-        const double share = std::clamp(state.controls.throttle + turn, -1.0, 1.0);
-        state.commands[i].drive_force = share * state.settings.max_drive_force / wheel_count;
-        state.commands[i].drive_power =
-            std::abs(share) * state.settings.max_drive_power / wheel_count;
-        state.commands[i].brake_force =
-            state.controls.brake * state.settings.max_brake_force / wheel_count;
+        internal::WheelCommand& command = state.commands[i];
+        command.drive_force = 0.5 * (right + left) * force;
+        command.turn_force = (i % 2 == 0 ? 0.5 : -0.5) * (left - right) * force;
+        command.brake_force = now.brake * state.settings.max_brake_force / wheel_count;
     }
     return state.chassis.step(ground, state.commands, dt);
 }

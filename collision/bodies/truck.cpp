@@ -8,6 +8,8 @@
 //     its tyres' friction is below that, less what the suspension's roll takes (here 0.1).
 //   Gillespie. Fundamentals of vehicle dynamics. 1992, chapters 4 and 5: bounce frequencies of 1 to 2 Hz, damping ratios
 //     of 0.2 to 0.4; drag coefficients of pickups and utility vehicles about 0.45, over 3 m^2.
+// The drive force climbs what the tyres hold, as trucks do in their low gear; power and drag area give a top speed of 48
+// m/s.
 // Deviations: power is given at the wheels, and constant over the speed, as with a gearbox of many ratios. The roll axis
 //     lies on the ground: there is no suspension geometry.
 #include "body_checks.h"
@@ -34,6 +36,7 @@ internal::ChassisSettings chassis_of(const TruckSettings& s) {
             .suspension_hertz = s.suspension_hertz,
             .damping_ratio = s.damping_ratio,
             .tyre_friction = s.tyre_friction,
+            .max_drive_power = s.max_drive_power,
             .rolling_resistance = s.rolling_resistance,
             .drag_area = s.drag_area};
 }
@@ -45,7 +48,6 @@ Result<void> check_settings(const TruckSettings& s) {
         {"wheelbase", s.wheelbase, 0.01, 1e3},
         {"track", s.track, 0.01, 1e3},
         {"max_drive_force", s.max_drive_force, 0.0, 1e12},
-        {"max_drive_power", s.max_drive_power, 0.0, 1e12},
         {"max_brake_force", s.max_brake_force, 0.0, 1e12},
         {"max_steer", s.max_steer, 0.0, 1.5},
     };
@@ -108,8 +110,6 @@ StepReport Truck::step(const Ground& ground, const TruckControls& controls, doub
     for (std::size_t i = 0; i < kWheelCount; ++i) {
         commands[i] = {
             .drive_force = state.controls.throttle * state.settings.max_drive_force / kWheelCount,
-            .drive_power =
-                std::abs(state.controls.throttle) * state.settings.max_drive_power / kWheelCount,
             .brake_force = state.controls.brake * state.settings.max_brake_force / kWheelCount,
             .steer = i < 2 ? state.controls.steer * state.settings.max_steer : 0.0};
     }

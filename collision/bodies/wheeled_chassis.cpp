@@ -57,13 +57,6 @@ void apply(RigidBody& body, const Lever& lever, double impulse) {
     body.velocity.angular += lever.spin * impulse;
 }
 
-/// Newtons that a wheel drives with at a rolling speed.
-double limit_power(const WheelCommand& command, double roll_speed) {
-    const double size = std::abs(command.drive_force);
-    if (size * std::abs(roll_speed) <= command.drive_power) return command.drive_force;
-    return std::copysign(command.drive_power / std::abs(roll_speed), command.drive_force);
-}
-
 }  // namespace
 
 Result<void> check_settings(const ChassisSettings& s) {
@@ -78,6 +71,7 @@ Result<void> check_settings(const ChassisSettings& s) {
         {"damping_ratio", s.damping_ratio, 0.0, 10.0},
         {"tyre_friction", s.tyre_friction, 0.0, 100.0},
         {"side_grip", s.side_grip, 0.01, 1.0},
+        {"max_drive_power", s.max_drive_power, 0.0, 1e12},
         {"rolling_resistance", s.rolling_resistance, 0.0, 1.0},
         {"drag_area", s.drag_area, 0.0, 1e4},
     };
@@ -168,6 +162,25 @@ void WheeledChassis::push_springs(double substep) {
     }
 }
 
+/// Impulses of the drive. Turning takes the power that it needs first, driving what is left.
+void WheeledChassis::share_power(std::span<const WheelCommand> commands, double substep) {
+    double drive = 0.0, turn = 0.0;  // watts that the commands ask for
+    for (std::size_t i = 0; i < tyres_.size(); ++i) {
+        if (!tyres_[i].grips) continue;
+        const double roll_speed = speed(tyres_[i].roll, body_.velocity);
+        drive += std::abs(commands[i].drive_force * roll_speed);
+        turn += commands[i].turn_force * roll_speed;
+    }
+    const double power = settings_.max_drive_power;
+    const double turn_share = turn > power ? power / turn : 1.0;
+    const double left = std::max(0.0, power - turn_share * std::max(0.0, turn));
+    const double drive_share = drive > left ? left / drive : 1.0;
+    for (std::size_t i = 0; i < tyres_.size(); ++i) {
+        tyres_[i].drive =
+            (drive_share * commands[i].drive_force + turn_share * commands[i].turn_force) * substep;
+    }
+}
+
 /// Drive, brakes and side forces, together within each tyre's friction circle.
 void WheeledChassis::turn_tyres(std::span<const WheelCommand> commands, double substep) {
     for (std::size_t i = 0; i < wheels_.size(); ++i) {
@@ -186,11 +199,11 @@ void WheeledChassis::turn_tyres(std::span<const WheelCommand> commands, double s
         tyre.roll = make_lever(body_, touch.point_world, roll);
         tyre.side = make_lever(body_, touch.point_world, cross(touch.normal, roll));
         tyre.limit = settings_.tyre_friction * touch.load_impulse;
-        tyre.drive = limit_power(commands[i], speed(tyre.roll, body_.velocity)) * substep;
         tyre.brake_limit =
             commands[i].brake_force * substep + settings_.rolling_resistance * touch.load_impulse;
         tyre.grips = true;
     }
+    share_power(commands, substep);
     for (int iteration = 0; iteration < kTyreIterations; ++iteration) {
         for (Tyre& tyre : tyres_) {
             if (!tyre.grips) continue;
@@ -282,16 +295,19 @@ StepReport WheeledChassis::step(const Ground& ground, std::span<const WheelComma
     state_.pose = body_.pose;
     state_.velocity = body_.velocity.linear;
     state_.angular_velocity = body_.velocity.angular;
-    update_rolled_over(dt);
+    update_rolled_over(touches, dt);
     return report;
 }
 
-void WheeledChassis::update_rolled_over(double dt) {
+/// In free flight nothing is decided: the time on its side or roof stands still.
+void WheeledChassis::update_rolled_over(bool touches_ground, double dt) {
     const bool has_wheel = std::any_of(wheels_.begin(), wheels_.end(),
                                        [](const WheelState& wheel) { return wheel.on_ground; });
-    const double least = has_wheel ? kOverturned : kOverturnedWithoutWheels;
-    rolled_over_time_ =
-        body_.pose.rotation(2, 2) < least ? std::min(rolled_over_time_ + dt, kRolledOverTime) : 0.0;
+    if (body_.pose.rotation(2, 2) >= (has_wheel ? kOverturned : kOverturnedWithoutWheels)) {
+        rolled_over_time_ = 0.0;
+    } else if (touches_ground) {
+        rolled_over_time_ = std::min(rolled_over_time_ + dt, kRolledOverTime);
+    }
 }
 
 }  // namespace terrane::internal

@@ -25,6 +25,7 @@ struct ChassisSettings {
     /// Beyond the friction ellipse a belt keeps its longitudinal force and gives up lateral force; a tyre gives up
     /// both in proportion.
     bool rolls_first = false;
+    double max_drive_power = 0.0;     ///< of all wheels, watts
     double rolling_resistance = 0.0;  ///< force against the roll, as a share of the wheel's load
     double drag_area = 0.0;           ///< drag coefficient times frontal area, m^2
 };
@@ -32,7 +33,9 @@ struct ChassisSettings {
 /// What a wheel does in a step.
 struct WheelCommand {
     double drive_force = 0.0;  ///< newtons, positive forward
-    double drive_power = 0.0;  ///< watts at most, in either direction, >= 0
+    /// Newtons, positive forward, that a steering differential adds to one side and takes from the other: they cost
+    /// power only as far as one side runs faster.
+    double turn_force = 0.0;
     double brake_force = 0.0;  ///< newtons at most, against its roll
     double steer = 0.0;        ///< radians, positive to the left
 };
@@ -58,7 +61,7 @@ public:
 
     const BodyState& state() const { return state_; }
     std::span<const WheelState> wheels() const { return wheels_; }
-    /// Whether it has been on its side or roof for kRolledOverTime.
+    /// Whether it has lain on its side or roof for kRolledOverTime.
     bool is_rolled_over() const { return rolled_over_time_ >= kRolledOverTime; }
     BodyNeed need() const;
 
@@ -87,9 +90,10 @@ private:
     bool feel_ground(const Ground& ground);
     void apply_drag(double substep);
     void push_springs(double substep);
+    void share_power(std::span<const WheelCommand> commands, double substep);
     void turn_tyres(std::span<const WheelCommand> commands, double substep);
     StepReport park();
-    void update_rolled_over(double dt);
+    void update_rolled_over(bool touches_ground, double dt);
 
     ChassisSettings settings_;
     std::vector<BodyPart> parts_;  // the box, then the wheels
@@ -100,7 +104,8 @@ private:
     std::vector<Touch> touches_, touches_before_;
     std::vector<Tyre> tyres_;
     BodyMotion before_;
-    double rolled_over_time_ = 0.0;  // seconds on its side or roof, without a break
+    double rolled_over_time_ =
+        0.0;  // seconds of contact on its side or roof, up to the limit; 0 once upright
 };
 
 /// Fails with invalid_argument, naming the field, where one is out of the range that it works in.

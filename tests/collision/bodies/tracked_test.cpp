@@ -34,7 +34,9 @@ Ground make_slope(double slope) {
 void drive(Tracked& tracked, const Ground& ground, const TrackedControls& controls,
            double seconds) {
     for (double time = 0.0; time < seconds - 1e-9; time += kStep) {
-        ASSERT_EQ(tracked.step(ground, controls, kStep).too_deep, 0u);
+        const StepReport report = tracked.step(ground, controls, kStep);
+        ASSERT_EQ(report.too_deep, 0u);
+        ASSERT_EQ(report.parked, 0u);
     }
 }
 
@@ -62,13 +64,26 @@ TEST(Tracked, AcceleratesAsItsForcesSay) {
     const Ground ground = make_slope(0.0);
     Tracked tracked = make_tracked({60.0, 100.0, 1.2});
     drive(tracked, ground, {}, 3.0);
-    drive(tracked, ground, {.throttle = 0.5}, 4.0);
+    drive(tracked, ground, {.throttle = 0.5}, 0.3);  // before power limits it
     const TrackedSettings& s = tracked.settings();
-    const double expected = 4.0 * (0.5 * s.max_drive_force / s.mass - 0.015 * 9.81);
+    const double expected = 0.3 * (0.5 * s.max_drive_force / s.mass - s.rolling_resistance * 9.81);
     EXPECT_NEAR(tracked.chassis().velocity.x(), expected, 0.02 * expected);
     EXPECT_NEAR(tracked.chassis().velocity.y(), 0.0, 0.01);
     drive(tracked, ground, {.brake = 1.0}, 5.0);
     EXPECT_LT(tracked.chassis().velocity.norm(), 0.01);
+}
+
+TEST(Tracked, HasATopSpeedWherePowerEqualsDragAndRollingResistance) {
+    const Ground ground = make_test_ground([](double, double) { return 0.0; }, {.spacing = 32.0});
+    Tracked tracked = make_tracked({100.0, 2000.0, 1.2});
+    drive(tracked, ground, {.throttle = 1.0}, 120.0);
+    const TrackedSettings& s = tracked.settings();
+    const double speed = tracked.chassis().velocity.x();
+    const double against =
+        0.5 * 1.225 * s.drag_area * speed * speed + s.rolling_resistance * s.mass * 9.81;
+    EXPECT_NEAR(against * speed, s.max_drive_power, 0.02 * s.max_drive_power);
+    EXPECT_GT(speed, 17.0);
+    EXPECT_LT(speed, 20.0);
 }
 
 TEST(Tracked, TurnsOnTheSpotBothWaysAlike) {
@@ -142,6 +157,10 @@ TEST(Tracked, ParksRefusesAndAllocatesNothing) {
     const double nan = std::numeric_limits<double>::quiet_NaN();
     EXPECT_NE(Tracked::create({.mass = nan}, {}).error().message.find("mass"), std::string::npos);
     EXPECT_NE(Tracked::create({.wheels_a_side = 1}, {}).error().message.find("wheels_a_side"),
+              std::string::npos);
+    EXPECT_NE(Tracked::create({.max_drive_power = nan}, {}).error().message.find("max_drive_power"),
+              std::string::npos);
+    EXPECT_NE(Tracked::create({.drag_area = -1.0}, {}).error().message.find("drag_area"),
               std::string::npos);
     EXPECT_NE(Tracked::create({.side_grip = 2.0}, {}).error().message.find("side_grip"),
               std::string::npos);

@@ -22,8 +22,9 @@ enum class DriverStatus : std::uint8_t {
     finished,     ///< the end of the path was reached: brakes on, for good
 };
 
-/// Controls that take a truck along a line of points: steers at a point ahead on the path, and slows down in time for
-/// corners, for the end, and on ground that tilts to the side.
+/// Controls that take a truck along a line of points: steers at a point ahead on the path, slows down in time for
+/// corners and for the end, and the more the steeper it goes down or leans to the side. It does not see the ground
+/// ahead: over a cliff it drives at up to the cruise speed.
 ///
 /// Threads: one at a time.
 class PathDriver {

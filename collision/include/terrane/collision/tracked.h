@@ -36,8 +36,8 @@ struct TrackedSettings {
 
 /// Each is clamped to its range.
 struct TrackedControls {
-    /// -1 (backward) to 1 (forward): a share of the drive force, which is the smaller of max_drive_force and
-    /// max_drive_power / speed. Against the motion it brakes.
+    /// -1 (backward) to 1 (forward): a share of max_drive_force, as far as max_drive_power gives that at the speed of
+    /// now. Against the motion it brakes.
     double throttle = 0.0;
     double brake = 0.0;  ///< 0 to 1: a share of max_brake_force
     double turn =

@@ -26,7 +26,7 @@ struct TruckSettings {
     double suspension_hertz = 1.6;      ///< natural frequency of the body's bounce, 0.1 to 10
     double damping_ratio = 0.4;         ///< of the body's bounce, 1 is critical, 0 to 10
     double tyre_friction = 0.8;         ///< Coulomb, the same in all directions, 0 to 100
-    double max_drive_force = 16e3;      ///< of all wheels at low speed, newtons, 0 to 1e12
+    double max_drive_force = 22e3;      ///< of all wheels at low speed, newtons, 0 to 1e12
     double max_drive_power = 120e3;     ///< at all wheels, watts, 0 to 1e12
     double max_brake_force = 30e3;      ///< of all wheels, newtons, 0 to 1e12
     double max_steer = 0.6;             ///< of the front wheels to either side, radians, 0 to 1.5
@@ -36,8 +36,8 @@ struct TruckSettings {
 
 /// Each is clamped to its range.
 struct TruckControls {
-    /// -1 (backward) to 1 (forward): a share of the drive force, which is the smaller of max_drive_force and
-    /// max_drive_power / speed. Against the motion it brakes.
+    /// -1 (backward) to 1 (forward): a share of max_drive_force, as far as max_drive_power gives that at the speed of
+    /// now. Against the motion it brakes.
     double throttle = 0.0;
     double brake = 0.0;  ///< 0 to 1: a share of max_brake_force
     double steer = 0.0;  ///< -1 (right) to 1 (left): a share of max_steer
@@ -76,8 +76,8 @@ public:
     const TruckSettings& settings() const;
     /// Front left, front right, rear left, rear right.
     std::span<const WheelState> wheels() const;
-    /// Whether it has rolled over: for at least the last second it has leaned more than 70 degrees from the vertical,
-    /// or more than 45 degrees with no wheel on the ground.
+    /// Whether it has rolled over: since it was last upright it has touched the ground for at least a second. Upright is
+    /// up to 70 degrees from the vertical, or up to 45 degrees where no wheel is on the ground.
     bool is_rolled_over() const;
     BodyNeed need() const;
 
