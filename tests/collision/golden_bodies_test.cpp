@@ -3,10 +3,15 @@
 // together with an entry in CHANGELOG.md; the failure prints what is made now. Built with both
 // compilers at more than one optimisation level: all must agree.
 #include <terrane/collision/bodies.h>
+#include <terrane/collision/path_driver.h>
+#include <terrane/collision/tracked.h>
 #include <terrane/terrain/fractal_heights.h>
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <bit>
+#include <cstdint>
 #include <vector>
 
 namespace terrane {
@@ -65,6 +70,46 @@ TEST(GoldenBodies, OfAHeapAreTheSameWithEveryCompilerAtEveryLevel) {
     }
     EXPECT_GT(pairs, 100u);
     EXPECT_EQ(world.state_hash(), 0xa560c8e81da3280au) << std::hex << world.state_hash();
+}
+
+/// FNV-1a over the bits of a pose and its velocities.
+std::uint64_t hash_of(const BodyState& state, std::uint64_t hash) {
+    std::vector<double> values(state.pose.rotation.data(), state.pose.rotation.data() + 9);
+    for (int axis = 0; axis < 3; ++axis) {
+        values.push_back(state.pose.translation[axis]);
+        values.push_back(state.velocity[axis]);
+        values.push_back(state.angular_velocity[axis]);
+    }
+    for (const double value : values) {
+        hash = (hash ^ std::bit_cast<std::uint64_t>(value)) * 0x100000001b3u;
+    }
+    return hash;
+}
+
+TEST(GoldenVehicles, AreTheSameWithEveryCompilerAtEveryLevel) {
+    const auto source = FractalHeights::create({.seed = 12, .root_size_log2 = 12}).value();
+    Pager pager = Pager::create(source, {.worker_count = 0, .horizon = 0.1}).value();
+    const auto pose_over = [&](double x, double y, double height) {
+        Pose pose;
+        pose.translation = {x, y, source->height(x, y) + height};
+        return pose;
+    };
+    Truck truck = Truck::create({}, pose_over(0.0, 0.0, 2.0)).value();
+    Tracked tracked = Tracked::create({}, pose_over(0.0, 30.0, 2.0)).value();
+    PathDriver driver =
+        PathDriver::create({{0.0, 0.0}, {20.0, 2.0}, {30.0, 15.0}, {25.0, 60.0}}, {}).value();
+    for (int step = 0; step < 240; ++step) {
+        const std::array needs{truck.need(), tracked.need()};
+        pager.update({}, needs, step / 60.0);
+        const Ground ground(pager.resident(), pager.contact_level());
+        EXPECT_EQ(truck.step(ground, driver.drive(truck), 1.0 / 60.0).parked, 0u);
+        const TrackedControls controls{.throttle = 0.8, .turn = step < 120 ? 0.3 : -0.6};
+        EXPECT_EQ(tracked.step(ground, controls, 1.0 / 60.0).parked, 0u);
+    }
+    EXPECT_GT(truck.chassis().velocity.norm(), 1.0);
+    const std::uint64_t hash =
+        hash_of(tracked.chassis(), hash_of(truck.chassis(), 0xcbf29ce484222325u));
+    EXPECT_EQ(hash, 0x504eb4341fa6fa22u) << std::hex << hash;
 }
 
 }  // namespace

@@ -99,6 +99,11 @@ CommandResult<void> check(const FlightOptions& options) {
         return usage_error(
             fmt::format("--threads must be 0 to {}, got {}", kMostThreads, options.threads));
     }
+    if (!names_track_file(options.path) && !std::isnan(options.seconds)) {
+        // Before the path is made, whose memory grows with its length.
+        const CommandResult<std::size_t> frames = count_frames(options.fps, options.seconds);
+        if (!frames) return pass_on(frames.error());
+    }
     return {};
 }
 
