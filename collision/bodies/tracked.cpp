@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Source:    Wong. Theory of ground vehicles. 2008, section 6.1 (skid-steering on a rigid ground: Coulomb friction
+// Sources:   Wong. Theory of ground vehicles. 2008, section 6.1 (skid-steering on a rigid ground: Coulomb friction
 //            across the tracks is what turning has to overcome).
 //            The same, chapters 3 and 4: rolling resistance of tracks on firm ground, and drag. The default power is what
 //            an M113 of 12 t and 158 kW, which reaches 18 m/s, has at its tracks where they get 70 % of it.
