@@ -181,7 +181,9 @@ Eigen::Vector2d PathDriver::point_at(double along, std::size_t end) const {
     while (end + 1 < path_.size() && path_[end].along < along) ++end;
     const Vertex& from = path_[end - 1];
     const Vertex& to = path_[end];
-    const double share = std::clamp((along - from.along) / (to.along - from.along), 0.0, 1.0);
+    const double length =
+        to.along - from.along;  // 0 where the path is too long for its steps to add up
+    const double share = length > 0.0 ? std::clamp((along - from.along) / length, 0.0, 1.0) : 0.0;
     return from.p_world + share * (to.p_world - from.p_world);
 }
 

@@ -41,7 +41,7 @@ public:
     /// The controls for the truck's next step.
     ///
     /// Allocates: nothing
-    /// Cost:      linear in the points within 5 m of the truck along the path
+    /// Cost:      linear in the points from 5 m behind the truck to 25 m ahead, along the path
     TruckControls drive(const Truck& truck);
 
     /// As of the last call of drive().
