@@ -7,10 +7,8 @@ namespace terrane::internal {
 namespace {
 
 constexpr GLsizeiptr kHeightBytes = GLsizeiptr{sizeof(std::int32_t)} * kSlotSamples;
-constexpr GLsizeiptr kSlopeBytes =
-    GLsizeiptr{2 * sizeof(std::int16_t)} * kSlopeMapWidth * kSlopeMapHeight;
-constexpr int kFirstPageSlots = 32;      // 6.5 MB
-constexpr int kLargestPageSlots = 1024;  // 207 MB
+constexpr int kFirstPageSlots = 32;      // 2.1 MB
+constexpr int kLargestPageSlots = 1024;  // 68 MB
 // Samples behind the last slot: an index that is none of a chunk's still reads memory of ours.
 constexpr GLsizeiptr kSpareBytes = GLsizeiptr{sizeof(std::int32_t)} * (65536 - kSlotSamples);
 
@@ -24,13 +22,6 @@ ChunkPage make_page(int capacity) {
     page.heights = make_buffer();
     glNamedBufferStorage(page.heights.name(), capacity * kHeightBytes + kSpareBytes, nullptr,
                          GL_DYNAMIC_STORAGE_BIT);
-    page.slopes = make_texture_2d_array();
-    const GLuint name = page.slopes.name();
-    glTextureStorage3D(name, 1, GL_RG16_SNORM, kSlopeMapWidth, kSlopeMapHeight, capacity);
-    glTextureParameteri(name, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
-    glTextureParameteri(name, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-    glTextureParameteri(name, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-    glTextureParameteri(name, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
     for (int slot = capacity; slot-- > 0;) page.free.push_back(slot);
     return page;
 }
@@ -40,9 +31,6 @@ ChunkPage grow(const ChunkPage& old, int capacity) {
     ChunkPage page = make_page(capacity);
     glCopyNamedBufferSubData(old.heights.name(), page.heights.name(), 0, 0,
                              old.capacity * kHeightBytes);
-    glCopyImageSubData(old.slopes.name(), GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, page.slopes.name(),
-                       GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, kSlopeMapWidth, kSlopeMapHeight,
-                       old.capacity);
     page.free.resize(static_cast<std::size_t>(capacity - old.capacity));
     return page;
 }
@@ -50,12 +38,11 @@ ChunkPage grow(const ChunkPage& old, int capacity) {
 }  // namespace
 
 int ChunkPool::largest_page() {
-    GLint layers = 0, block_bytes = 0;
-    glGetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &layers);
+    GLint block_bytes = 0;
     glGetIntegerv(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &block_bytes);
     // the offsets of all chunks of a page are one block
     const auto blocks = static_cast<int>(block_bytes / kHeightBytes);
-    return std::clamp(std::min(layers, blocks), 1, kLargestPageSlots);
+    return std::clamp(blocks, 1, kLargestPageSlots);
 }
 
 void ChunkPool::follow(const ResidentSet& resident) {
@@ -94,11 +81,6 @@ const ChunkSlot* ChunkPool::find(const ResidentSet& resident, const Chunk& chunk
         slot.chunk = owner;
         upload_heights(slot, chunk);
     }
-    const SideLevels side_levels = find_side_levels(resident, chunk.key);
-    if (is_new || slot.side_levels != side_levels) {
-        slot.side_levels = side_levels;
-        upload_slopes(slot, resident, chunk);
-    }
     slot.checked = follow_count_;
     return &slot;
 }
@@ -126,16 +108,8 @@ void ChunkPool::upload_heights(const ChunkSlot& slot, const Chunk& chunk) const 
                          chunk.heights.data());
 }
 
-void ChunkPool::upload_slopes(const ChunkSlot& slot, const ResidentSet& resident,
-                              const Chunk& chunk) const {
-    const std::vector<std::int16_t> map = make_slope_map(resident, chunk, slot.side_levels);
-    glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
-    glTextureSubImage3D(page(slot.page).slopes.name(), 0, 0, 0, slot.slot, kSlopeMapWidth,
-                        kSlopeMapHeight, 1, GL_RG, GL_SHORT, map.data());
-}
-
 std::size_t ChunkPool::bytes() const {
-    return slots_.size() * static_cast<std::size_t>(kHeightBytes + kSlopeBytes);
+    return slots_.size() * static_cast<std::size_t>(kHeightBytes);
 }
 
 }  // namespace terrane::internal

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "gl_object.h"
-#include "slope_map.h"
 
 #include <terrane/terrain/resident_set.h>
 
@@ -19,22 +18,20 @@ inline constexpr int kSlotSamples = kChunkSamples * kChunkSamples;
 /// Where a chunk stands on the device.
 struct ChunkSlot {
     std::weak_ptr<const Chunk> chunk;  ///< to tell a chunk from its successor under the same key
-    SideLevels side_levels{};          ///< that the slopes were made with
-    std::uint64_t checked = 0;         ///< the last follow() that side_levels was compared after
+    std::uint64_t checked = 0;         ///< the last follow() that it was looked up after
     int page = -1;
     int slot = -1;
 };
 
-/// A buffer of heights and an array of slope maps, one of each for every slot.
+/// A buffer of heights, those of one chunk for every slot.
 struct ChunkPage {
     GlBuffer heights;       ///< [capacity * kSlotSamples] quanta, and room for any 16-bit index
-    GlTexture slopes;       ///< [capacity] layers, see slope_map.h
     int capacity = 0;       ///< slots
     std::vector<int> free;  ///< slots, the next one last
 };
 
-/// Keeps the chunks that were drawn on the device for as long as they are resident, many to a
-/// buffer and a texture, so that one draw call reaches all chunks of a page.
+/// Keeps the heights of chunks that were drawn on the device for as long as they are resident, many to
+/// a buffer, so that one draw call reaches all chunks of a page.
 ///
 /// A page doubles when it is full, up to a limit of slots; then another one begins. Pages at the
 /// end that hold nothing are given back.
@@ -43,14 +40,14 @@ public:
     /// @param max_page_slots 1 or more, at most largest_page()
     explicit ChunkPool(int max_page_slots) : max_page_slots_(max_page_slots) {}
 
-    /// What the current device takes: layers of a texture, bytes of a buffer that a shader reads.
+    /// What the current device takes: bytes of a buffer that a shader reads.
     static int largest_page();
 
     /// Forgets what is not in the set any more. Call before find() where the set may have changed.
     void follow(const ResidentSet& resident);
 
-    /// Of a chunk of the set that was followed last; uploads it where it is not there, and its
-    /// slopes again where its neighbourhood has changed. Null where the set does not hold the chunk.
+    /// Of a chunk of the set that was followed last; uploads it where it is not there. Null where the
+    /// set does not hold the chunk.
     /// The slot stands until the next follow(), page() until the next find().
     const ChunkSlot* find(const ResidentSet& resident, const Chunk& chunk);
 
@@ -63,8 +60,6 @@ public:
 private:
     void take_slot(ChunkSlot& slot);
     void upload_heights(const ChunkSlot& slot, const Chunk& chunk) const;
-    void upload_slopes(const ChunkSlot& slot, const ResidentSet& resident,
-                       const Chunk& chunk) const;
 
     int max_page_slots_;
     std::uint64_t follow_count_ = 0;

@@ -18,9 +18,17 @@ FrameUniforms::Vec4 pack(const Eigen::Vector3d& v) {
 FrameUniforms::Vec4 pack(const Colour& c) { return {c.red, c.green, c.blue, 1.0f}; }
 
 // Whole repeats to a root square, so that the noise goes on across its edge.
-float repeats_per_metre(double root_size, double wanted) {
-    return static_cast<float>(std::max(1.0, std::round(root_size / wanted)) / root_size);
+double repeats_per_metre(double root_size, double wanted) {
+    return std::max(1.0, std::round(root_size / wanted)) / root_size;
 }
+
+// The eye's place in its root square, metres from the south-west.
+double place_in_root(const Lattice& lattice, std::int64_t index, double remainder) {
+    const std::int64_t side = lattice.chunk_side(0);
+    return lattice.spacing * static_cast<double>(((index % side) + side) % side) + remainder;
+}
+
+float fraction(double value) { return static_cast<float>(value - std::floor(value)); }
 
 }  // namespace
 
@@ -54,10 +62,18 @@ FrameUniforms make_frame_uniforms(const RendererSettings& settings, const Lattic
     frame.grid = {static_cast<float>(lattice.spacing), static_cast<float>(lattice.quantum),
                   static_cast<float>(haze_rate),
                   static_cast<float>(1.0 / view.pixels_per_radian())};
+    const double fine = repeats_per_metre(lattice.root_size(), kFineNoise);
+    const double coarse = repeats_per_metre(lattice.root_size(), kCoarseNoise);
     frame.tint = {static_cast<float>(settings.tint_low),
                   static_cast<float>(1.0 / (settings.tint_high - settings.tint_low)),
-                  repeats_per_metre(lattice.root_size(), kFineNoise),
-                  repeats_per_metre(lattice.root_size(), kCoarseNoise)};
+                  static_cast<float>(fine), static_cast<float>(coarse)};
+    const double x = place_in_root(lattice, eye.x, eye.remainder_x);
+    const double y = place_in_root(lattice, eye.y, eye.remainder_y);
+    // the coarse noise is turned as in shade.frag
+    frame.noise_phase = {fraction(fine * x), fraction(fine * y),
+                         fraction(coarse * (3.0 * x + 4.0 * y)),
+                         fraction(coarse * (3.0 * y - 4.0 * x))};
+    frame.near = {frame.clip_from_eye[14], 0.0f, 0.0f, 0.0f};
     return frame;
 }
 

@@ -20,8 +20,10 @@ struct FrameUniforms {
     std::array<std::int32_t, 4> eye_height{};
     Vec4 grid{};
     Vec4 tint{};
+    Vec4 noise_phase{};
+    Vec4 near{};
 };
-static_assert(sizeof(FrameUniforms) == 64 + 10 * 16);
+static_assert(sizeof(FrameUniforms) == 64 + 12 * 16);
 
 /// Of a view over a world. Depth is reversed (1 near, 0 infinitely far), so that float depth keeps
 /// its precision from a hand's breadth to the horizon.

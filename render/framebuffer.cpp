@@ -37,42 +37,65 @@ Result<void> check_size(int width_px, int height_px) {
     return {};
 }
 
+// One sample is what a plain texture has.
+GlTexture make_samples(GLenum format, int width_px, int height_px, int samples) {
+    if (samples == 1) {
+        GlTexture texture = make_texture_2d();
+        glTextureStorage2D(texture.name(), 1, format, width_px, height_px);
+        glTextureParameteri(texture.name(), GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+        glTextureParameteri(texture.name(), GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+        return texture;
+    }
+    GlTexture texture = make_texture_2d_samples();
+    glTextureStorage2DMultisample(texture.name(), samples, format, width_px, height_px, GL_TRUE);
+    return texture;
+}
+
+int count_samples(const GlTexture& texture) {
+    GLint samples = 0;
+    glGetTextureLevelParameteriv(texture.name(), 0, GL_TEXTURE_SAMPLES, &samples);
+    return std::max(samples, 1);
+}
+
 }  // namespace
 
 Result<Framebuffer> Framebuffer::create(int width_px, int height_px, int wanted_samples) {
     if (const Result<void> good = check_size(width_px, height_px); !good) {
         return tl::unexpected(good.error());
     }
-    GLint max_samples = 1;
-    glGetIntegerv(GL_MAX_SAMPLES, &max_samples);
+    GLint colour_samples = 1, depth_samples = 1;
+    glGetIntegerv(GL_MAX_COLOR_TEXTURE_SAMPLES, &colour_samples);
+    glGetIntegerv(GL_MAX_DEPTH_TEXTURE_SAMPLES, &depth_samples);
 
     Framebuffer made;
     made.width_px_ = width_px;
     made.height_px_ = height_px;
-    made.resolved_colour_ = make_renderbuffer();
-    glNamedRenderbufferStorage(made.resolved_colour_.name(), GL_RGBA8, width_px, height_px);
-    made.resolved_ = make_framebuffer();
-    glNamedFramebufferRenderbuffer(made.resolved_.name(), GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER,
-                                   made.resolved_colour_.name());
-    GLenum status = glCheckNamedFramebufferStatus(made.resolved_.name(), GL_FRAMEBUFFER);
+    made.colours_ = make_renderbuffer();
+    glNamedRenderbufferStorage(made.colours_.name(), GL_RGBA8, width_px, height_px);
+    made.picture_ = make_framebuffer();
+    glNamedFramebufferRenderbuffer(made.picture_.name(), GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER,
+                                   made.colours_.name());
+    GLenum status = glCheckNamedFramebufferStatus(made.picture_.name(), GL_FRAMEBUFFER);
 
     GLenum drawn_status = GL_FRAMEBUFFER_UNSUPPORTED;
-    for (int samples = std::min<int>(wanted_samples, max_samples); samples >= 1; samples /= 2) {
-        made.sample_count_ = samples;
-        // storage of zero samples is what a plain renderbuffer has
-        const int stored = samples > 1 ? samples : 0;
-        made.colour_ = make_renderbuffer();
-        made.depth_ = make_renderbuffer();
-        glNamedRenderbufferStorageMultisample(made.colour_.name(), stored, GL_RGBA8, width_px,
-                                              height_px);
-        glNamedRenderbufferStorageMultisample(made.depth_.name(), stored, GL_DEPTH_COMPONENT32F,
-                                              width_px, height_px);
-        made.drawn_ = make_framebuffer();
-        glNamedFramebufferRenderbuffer(made.drawn_.name(), GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER,
-                                       made.colour_.name());
-        glNamedFramebufferRenderbuffer(made.drawn_.name(), GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER,
-                                       made.depth_.name());
-        drawn_status = glCheckNamedFramebufferStatus(made.drawn_.name(), GL_FRAMEBUFFER);
+    for (int samples = std::min({wanted_samples, colour_samples, depth_samples}); samples >= 1;
+         samples /= 2) {
+        made.depth_ = make_samples(GL_DEPTH_COMPONENT32F, width_px, height_px, samples);
+        made.overlay_ = make_samples(GL_RGBA8, width_px, height_px, samples);
+        made.sample_count_ = count_samples(made.depth_);
+        made.depth_target_ = make_framebuffer();
+        made.overlay_target_ = make_framebuffer();
+        for (const GlFramebuffer* target : {&made.depth_target_, &made.overlay_target_}) {
+            glNamedFramebufferTexture(target->name(), GL_DEPTH_ATTACHMENT, made.depth_.name(), 0);
+        }
+        glNamedFramebufferDrawBuffer(made.depth_target_.name(), GL_NONE);
+        glNamedFramebufferTexture(made.overlay_target_.name(), GL_COLOR_ATTACHMENT0,
+                                  made.overlay_.name(), 0);
+        drawn_status = glCheckNamedFramebufferStatus(made.depth_target_.name(), GL_FRAMEBUFFER);
+        if (drawn_status == GL_FRAMEBUFFER_COMPLETE) {
+            drawn_status =
+                glCheckNamedFramebufferStatus(made.overlay_target_.name(), GL_FRAMEBUFFER);
+        }
         if (drawn_status == GL_FRAMEBUFFER_COMPLETE) break;
     }
     if (const Result<void> good = check_gl("make the picture"); !good) {
@@ -84,22 +107,19 @@ Result<Framebuffer> Framebuffer::create(int width_px, int height_px, int wanted_
                     "the device offers no picture of 8-bit colour and 32-bit depth, status " +
                         std::to_string(status));
     }
-    made.bind();
+    made.bind_colours();
     glClearColor(0.0f, 0.0f, 0.0f, 1.0f);
     glClear(GL_COLOR_BUFFER_BIT);
-    made.resolve();
     return made;
 }
 
-void Framebuffer::bind() const {
-    glBindFramebuffer(GL_FRAMEBUFFER, drawn_.name());
+void Framebuffer::bind(const GlFramebuffer& target) const {
+    glBindFramebuffer(GL_FRAMEBUFFER, target.name());
     glViewport(0, 0, width_px_, height_px_);
 }
-
-void Framebuffer::resolve() const {
-    glBlitNamedFramebuffer(drawn_.name(), resolved_.name(), 0, 0, width_px_, height_px_, 0, 0,
-                           width_px_, height_px_, GL_COLOR_BUFFER_BIT, GL_NEAREST);
-}
+void Framebuffer::bind_depth() const { bind(depth_target_); }
+void Framebuffer::bind_depth_and_overlay() const { bind(overlay_target_); }
+void Framebuffer::bind_colours() const { bind(picture_); }
 
 Image Framebuffer::read() const {
     Image image;
@@ -107,7 +127,7 @@ Image Framebuffer::read() const {
     image.height = height_px_;
     const std::size_t row_bytes = static_cast<std::size_t>(width_px_) * 3;
     image.rgb.resize(row_bytes * static_cast<std::size_t>(height_px_));
-    glBindFramebuffer(GL_READ_FRAMEBUFFER, resolved_.name());
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, picture_.name());
     glPixelStorei(GL_PACK_ALIGNMENT, 1);
     glReadPixels(0, 0, width_px_, height_px_, GL_RGB, GL_UNSIGNED_BYTE, image.rgb.data());
     // OpenGL's first row is the lowest

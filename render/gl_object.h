@@ -53,6 +53,16 @@ inline GlTexture make_texture_2d() {
     glCreateTextures(GL_TEXTURE_2D, 1, &name);
     return GlTexture(name);
 }
+inline GlTexture make_texture_2d_samples() {
+    GLuint name = 0;
+    glCreateTextures(GL_TEXTURE_2D_MULTISAMPLE, 1, &name);
+    return GlTexture(name);
+}
+inline GlTexture make_texture_buffer() {
+    GLuint name = 0;
+    glCreateTextures(GL_TEXTURE_BUFFER, 1, &name);
+    return GlTexture(name);
+}
 inline GlTexture make_texture_2d_array() {
     GLuint name = 0;
     glCreateTextures(GL_TEXTURE_2D_ARRAY, 1, &name);

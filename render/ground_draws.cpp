@@ -25,15 +25,7 @@ constexpr std::size_t kOffsetBytes = sizeof(float) * std::size_t{kSlotSamples};
 
 std::size_t align(std::size_t byte) { return (byte + kAlignment - 1) / kAlignment * kAlignment; }
 
-// Place in a root square, metres; the noise repeats with it.
-float tile_place(const Lattice& lattice, std::int64_t index) {
-    const std::int64_t side = lattice.chunk_side(0);
-    return static_cast<float>(lattice.spacing *
-                              static_cast<double>(((index % side) + side) % side));
-}
-
-ChunkAttributes make_attributes(const Chunk& chunk, const ChunkSlot& slot, const Lattice& lattice,
-                                const EyeFrame& eye) {
+ChunkAttributes make_attributes(const Chunk& chunk, const ChunkSlot& slot, const EyeFrame& eye) {
     const SplitInteger x = split(chunk.corner.x - eye.x, kIndexBits);
     const SplitInteger y = split(chunk.corner.y - eye.y, kIndexBits);
     const SplitInteger stride = split(chunk.step, kIndexBits);
@@ -41,14 +33,6 @@ ChunkAttributes make_attributes(const Chunk& chunk, const ChunkSlot& slot, const
     made.corner = {x.high, x.low, y.high, y.low};
     made.stride = {stride.high, stride.low};
     made.first_vertex = slot.slot * kSlotSamples;
-    made.tile = {tile_place(lattice, chunk.corner.x), tile_place(lattice, chunk.corner.y),
-                 static_cast<float>(lattice.spacing * static_cast<double>(chunk.step))};
-    made.slope_layer = static_cast<float>(slot.slot);
-    // coarser ground beside a chunk has no finer light than its own level
-    for (std::size_t side = 0; side < made.side_layer.size(); ++side) {
-        const int level = slot.side_levels[side];
-        if (level >= 0) made.side_layer[side] = static_cast<float>(chunk.key.level - level);
-    }
     return made;
 }
 
@@ -58,14 +42,9 @@ GlVertexArray make_layout() {
     glEnableVertexArrayAttrib(name, 0);
     glVertexArrayAttribIFormat(name, 0, 1, GL_INT, 0);
     glVertexArrayAttribBinding(name, 0, 0);
-    for (GLuint attribute = 1; attribute <= 4; ++attribute) {
-        const GLuint offset = 16 * (attribute - 1);
+    for (GLuint attribute = 1; attribute <= 2; ++attribute) {
         glEnableVertexArrayAttrib(name, attribute);
-        if (attribute <= 2) {
-            glVertexArrayAttribIFormat(name, attribute, 4, GL_INT, offset);
-        } else {
-            glVertexArrayAttribFormat(name, attribute, 4, GL_FLOAT, GL_FALSE, offset);
-        }
+        glVertexArrayAttribIFormat(name, attribute, 4, GL_INT, 16 * (attribute - 1));
         glVertexArrayAttribBinding(name, attribute, 1);
     }
     glVertexArrayBindingDivisor(name, 1, 1);
@@ -112,7 +91,6 @@ GroundDraws::Layout GroundDraws::lay_out(const TerrainMesh& mesh) const {
 }
 
 void GroundDraws::write(const TerrainMesh& mesh, const EyeFrame& eye, std::byte* memory) {
-    const Lattice& lattice = mesh.resident->lattice();
     std::memcpy(memory, mesh.indices.data(), mesh.indices.size_bytes());
     batches_.clear();
     std::size_t offset_byte = layout_.offsets;
@@ -127,7 +105,7 @@ void GroundDraws::write(const TerrainMesh& mesh, const EyeFrame& eye, std::byte*
         Batch& batch = batches_.back();
         ++batch.command_count;
 
-        ChunkAttributes attributes = make_attributes(*chunk.chunk, slot, lattice, eye);
+        ChunkAttributes attributes = make_attributes(*chunk.chunk, slot, eye);
         if (chunk.offsets != nullptr) {
             attributes.first_offset =
                 static_cast<std::int32_t>((offset_byte - batch.first_offset_byte) / sizeof(float));
@@ -170,7 +148,6 @@ void GroundDraws::draw() const {
         const ChunkPage& page = pool_.page(batch.page);
         glVertexArrayVertexBuffer(vertices_.name(), 0, page.heights.name(), 0,
                                   sizeof(std::int32_t));
-        glBindTextureUnit(0, page.slopes.name());
         glBindBufferRange(GL_SHADER_STORAGE_BUFFER, 0, stream_.name(),
                           static_cast<GLintptr>(batch.first_offset_byte),
                           static_cast<GLsizeiptr>(batch.offset_bytes));

@@ -14,23 +14,19 @@
 
 namespace terrane::internal {
 
-/// What terrain.vert knows of a chunk: one instance of its attributes 1 to 4.
+/// What terrain.vert knows of a chunk: one instance of its attributes 1 and 2.
 struct ChunkAttributes {
     std::array<std::int32_t, 4>
         corner{};  ///< lattice index minus the eye's: x high, low, y high, low
     std::array<std::int32_t, 2> stride{};  ///< finest spacings between samples: high, low part
     std::int32_t first_vertex = 0;         ///< gl_VertexID of sample 0
     std::int32_t first_offset = -1;  ///< of sample 0 in the block of offsets; -1: all are zero
-    std::array<float, 3>
-        tile{};  ///< xy: the corner's place in its root square, z: between samples; metres
-    float slope_layer = 0.0f;           ///< of the array of slope maps
-    std::array<float, 4> side_layer{};  ///< least layer of the slopes at the four edges
 };
-static_assert(sizeof(ChunkAttributes) == 64);
+static_assert(sizeof(ChunkAttributes) == 32);
 
 /// Takes a mesh to the device and draws it, one command for all chunks of a page.
 ///
-/// Heights and slopes stay in a ChunkPool; indices, offsets and what differs between chunks are
+/// Heights stay in a ChunkPool; indices, offsets and what differs between chunks are
 /// streamed. Chunks are drawn from near to far: from the finest level to the coarsest.
 class GroundDraws {
 public:
@@ -42,8 +38,7 @@ public:
     /// device_unavailable where the device has no memory left.
     Result<void> prepare(const TerrainMesh& mesh, const EyeFrame& eye);
 
-    /// Draws it with the current program. Binds the slopes to texture unit 0 and the offsets to
-    /// storage block 0.
+    /// Draws it with the current program. Binds the offsets to storage block 0.
     void draw() const;
 
     /// After the last draw() of a frame.

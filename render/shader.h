@@ -13,9 +13,9 @@ namespace terrane::internal {
 
 // The text of the files in shaders/.
 extern const std::string_view light_glsl;
-extern const std::string_view terrain_vert, terrain_frag, line_frag;
+extern const std::string_view terrain_vert, depth_frag, line_frag;
 extern const std::string_view object_vert, object_frag;
-extern const std::string_view sky_vert, sky_frag;
+extern const std::string_view shade_vert, shade_frag;
 
 /// Compiles and links a program; both stages see light.glsl first.
 /// Fails with device_unavailable, the driver's log and the program's name.

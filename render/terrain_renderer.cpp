@@ -4,7 +4,7 @@
 #include "framebuffer.h"
 #include "gl_error.h"
 #include "ground_draws.h"
-#include "ground_noise.h"
+#include "ground_shade.h"
 #include "object_mesh.h"
 #include "shader.h"
 
@@ -88,36 +88,33 @@ struct TerrainRenderer::State {
     std::shared_ptr<const void> context;  // first: it must outlive all names below
     RendererSettings settings;
     Framebuffer picture;
-    GlProgram ground, wires, sky;
+    GroundShade shade;
+    GlProgram ground, wires;
     ObjectProgram objects;
-    GlVertexArray object_layout, no_layout;
+    GlVertexArray object_layout;
     GlBuffer frame_uniforms;
-    GlTexture noise;
     ObjectMesh cube, ball, tube;
     GroundDraws draws;
 
-    explicit State(Framebuffer made) : picture(std::move(made)) {}
+    State(Framebuffer target, GroundShade made)
+        : picture(std::move(target)), shade(std::move(made)) {}
 
     Result<void> make_programs();
     void make_buffers();
-    void draw_ground();
+    void draw_wires();
     void draw_objects(const View& view, std::span<const DrawnObject> drawn);
-    void draw_sky();
 };
 
 Result<void> TerrainRenderer::State::make_programs() {
-    Result<GlProgram> made_ground = make_program("the terrain", terrain_vert, terrain_frag);
+    Result<GlProgram> made_ground = make_program("the terrain", terrain_vert, depth_frag);
     if (!made_ground) return tl::unexpected(made_ground.error());
     Result<GlProgram> made_wires = make_program("the wireframe", terrain_vert, line_frag);
     if (!made_wires) return tl::unexpected(made_wires.error());
     Result<ObjectProgram> made_objects = make_object_program();
     if (!made_objects) return tl::unexpected(made_objects.error());
-    Result<GlProgram> made_sky = make_program("the sky", sky_vert, sky_frag);
-    if (!made_sky) return tl::unexpected(made_sky.error());
     ground = std::move(*made_ground);
     wires = std::move(*made_wires);
     objects = std::move(*made_objects);
-    sky = std::move(*made_sky);
     return {};
 }
 
@@ -125,12 +122,10 @@ void TerrainRenderer::State::make_buffers() {
     frame_uniforms = make_buffer();
     glNamedBufferStorage(frame_uniforms.name(), sizeof(FrameUniforms), nullptr,
                          GL_DYNAMIC_STORAGE_BIT);
-    noise = make_ground_noise();
     cube = make_cube();
     ball = make_ball();
     tube = make_tube();
 
-    no_layout = make_vertex_array();
     object_layout = make_vertex_array();
     for (GLuint attribute = 0; attribute < 2; ++attribute) {
         glEnableVertexArrayAttrib(object_layout.name(), attribute);
@@ -140,23 +135,19 @@ void TerrainRenderer::State::make_buffers() {
     }
 }
 
-void TerrainRenderer::State::draw_ground() {
-    glBindTextureUnit(1, noise.name());
-    glUseProgram(ground.name());
+void TerrainRenderer::State::draw_wires() {
+    glPolygonMode(GL_FRONT_AND_BACK, GL_LINE);
+    glEnable(GL_POLYGON_OFFSET_LINE);
+    glPolygonOffset(1.0f, 4.0f);  // depth is reversed: more is nearer
+    glDepthMask(GL_FALSE);        // the ground's colour follows from its depth
+    glEnable(GL_BLEND);
+    glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
+    glUseProgram(wires.name());
     draws.draw();
-    if (settings.wireframe) {
-        glPolygonMode(GL_FRONT_AND_BACK, GL_LINE);
-        glEnable(GL_POLYGON_OFFSET_LINE);
-        glPolygonOffset(1.0f, 4.0f);  // depth is reversed: more is nearer
-        glEnable(GL_BLEND);
-        glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
-        glUseProgram(wires.name());
-        draws.draw();
-        glDisable(GL_BLEND);
-        glDisable(GL_POLYGON_OFFSET_LINE);
-        glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
-    }
-    draws.finish();
+    glDisable(GL_BLEND);
+    glDepthMask(GL_TRUE);
+    glDisable(GL_POLYGON_OFFSET_LINE);
+    glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
 }
 
 void TerrainRenderer::State::draw_objects(const View& view, std::span<const DrawnObject> drawn) {
@@ -185,12 +176,6 @@ void TerrainRenderer::State::draw_objects(const View& view, std::span<const Draw
     draw_all(DrawnObject::Form::tube, tube);
 }
 
-void TerrainRenderer::State::draw_sky() {
-    glUseProgram(sky.name());
-    glBindVertexArray(no_layout.name());
-    glDrawArrays(GL_TRIANGLES, 0, 3);
-}
-
 TerrainRenderer::TerrainRenderer(std::unique_ptr<State> state) : state_(std::move(state)) {}
 TerrainRenderer::TerrainRenderer(TerrainRenderer&&) noexcept = default;
 TerrainRenderer& TerrainRenderer::operator=(TerrainRenderer&&) noexcept = default;
@@ -201,7 +186,9 @@ Result<TerrainRenderer> TerrainRenderer::create(EglContext& context, int width_p
     if (const Result<void> good = check(settings); !good) return tl::unexpected(good.error());
     Result<Framebuffer> picture = Framebuffer::create(width_px, height_px, settings.sample_count);
     if (!picture) return tl::unexpected(picture.error());
-    auto state = std::make_unique<State>(std::move(*picture));
+    Result<GroundShade> shade = GroundShade::create(picture->sample_count());
+    if (!shade) return tl::unexpected(shade.error());
+    auto state = std::make_unique<State>(std::move(*picture), std::move(*shade));
     state->context = context.keep_alive();
     state->settings = settings;
     if (const Result<void> made = state->make_programs(); !made) {
@@ -227,28 +214,41 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
         eye = *made;
     }
     if (const Result<void> ready = state.draws.prepare(mesh, eye); !ready) return ready;
+    if (mesh.resident != nullptr) {
+        const Result<void> lit = state.shade.prepare(mesh.resident, view, eye);
+        if (!lit) return lit;
+    }
+    const bool has_overlay = state.settings.wireframe || !objects.empty();
 
     const FrameUniforms uniforms = make_frame_uniforms(state.settings, lattice, view, eye);
     glNamedBufferSubData(state.frame_uniforms.name(), 0, sizeof(uniforms), &uniforms);
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, state.frame_uniforms.name());
 
-    state.picture.bind();
     glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
     glEnable(GL_DEPTH_TEST);
     glDepthFunc(GL_GEQUAL);
     glClearDepth(0.0);
-    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-    state.draw_ground();
-    state.draw_objects(view, objects);
-    // last, where nothing else is: it lies at depth 0
-    state.draw_sky();
-    if (const Result<void> good = check_gl("draw the terrain"); !good) return good;
-    state.picture.resolve();
-    return check_gl("resolve the picture");
+    state.picture.bind_depth();
+    glClear(GL_DEPTH_BUFFER_BIT);
+    glUseProgram(state.ground.name());
+    state.draws.draw();
+    if (has_overlay) {
+        state.picture.bind_depth_and_overlay();
+        glClearColor(0.0f, 0.0f, 0.0f, 0.0f);
+        glClear(GL_COLOR_BUFFER_BIT);
+        if (state.settings.wireframe) state.draw_wires();
+        state.draw_objects(view, objects);
+    }
+    state.draws.finish();
+    state.shade.draw(state.picture, has_overlay);
+    if (mesh.resident != nullptr) state.shade.finish();
+    return check_gl("draw the terrain");
 }
 
 Image TerrainRenderer::read() const { return state_->picture.read(); }
 
-std::size_t TerrainRenderer::buffer_bytes() const { return state_->draws.pool().bytes(); }
+std::size_t TerrainRenderer::buffer_bytes() const {
+    return state_->draws.pool().bytes() + state_->shade.light().bytes();
+}
 
 }  // namespace terrane

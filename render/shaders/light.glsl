@@ -15,6 +15,8 @@ layout(std140, binding = 0) uniform Frame {
     ivec4 eye_height;  // x high, y low part, quanta
     vec4 grid;  // x spacing, y quantum, z haze per metre, w radians a pixel spans
     vec4 tint;  // x low, y 1 / (high - low), z, w: repeats of fine and coarse noise per metre
+    vec4 noise_phase;  // xy: the fine noise's place under the eye, zw: the coarse one's, 0 to 1
+    vec4 near;  // x: distance of the near plane along forward, metres
 } frame;
 
 const vec3 kSunLight = vec3(2.75, 2.40, 1.90);

@@ -8,19 +8,11 @@ layout(location = 0) in int height;  // quanta
 layout(location = 1) in ivec4 corner;  // lattice index minus the eye's: x high, low, y high, low
 layout(location = 2) in ivec4 numbers;  // xy: finest spacings between samples: high, low part;
                                         // z: sample 0's vertex, w: its offset, or -1
-layout(location = 3) in vec4 tile;  // xy: the corner's place in its root square,
-                                    // z: between samples, metres; w: slope map
-layout(location = 4) in vec4 edges;  // least layer of the slopes at west, east, south, north edge
 
 // metres, of the samples of chunks where something morphs
 layout(std430, binding = 0) readonly buffer Offsets { float offsets[]; };
 
 out vec3 p_eye;
-out vec2 cell;             // place in the chunk, in samples
-out vec2 tile_m;           // place in the root square, metres
-out float height_m;        // world z
-flat out vec2 map;         // x: slope map, y: metres between samples
-flat out vec4 side_layer;  // edges
 
 invariant gl_Position;
 
@@ -59,10 +51,5 @@ void main() {
     // the last sum, so that samples that do not morph keep their bits
     place_eye.z += offset;
     p_eye = place_eye;
-    cell = vec2(column, row);
-    tile_m = tile.xy + cell * tile.z;
-    height_m = float(height) * frame.grid.y + offset;
-    map = tile.wz;
-    side_layer = edges;
     gl_Position = frame.clip_from_eye * vec4(place_eye, 1.0);
 }

@@ -5,11 +5,12 @@
 //   draw_benchmark [--smoke] [--rounds N] [--size WxH] [--samples N] [--morph] [BUDGET ...]
 //
 // (a) TerrainRenderer::draw(): indices and whatever else changes sent to the device, one command
-//     for all chunks, the sky, the resolve.
+//     for all chunks, the light.
 // (b) glDrawElements, once: the same triangles in the same order, 32-bit indices into one buffer
 //     of finished vertices, both on the device already. The same target (size, samples, formats),
-//     state, uniforms, textures and fragment shader, the same sky and resolve; its vertex shader
-//     only multiplies by the matrix. So the ratio judges all that (a) does beside rasterising.
+//     state and uniforms, the same pass that shades ground and sky, whose light was prepared before;
+//     its vertex shader only multiplies by the matrix. So the ratio judges all that (a) does beside
+//     rasterising and shading.
 //
 // With --morph every chunk has offsets, made up here: the most that (a) can have to send.
 //

@@ -4,7 +4,7 @@
 #include "frame_uniforms.h"
 #include "framebuffer.h"
 #include "gl_error.h"
-#include "ground_noise.h"
+#include "ground_shade.h"
 #include "render/scene.h"
 #include "shader.h"
 
@@ -50,7 +50,7 @@ protected:
         context_ = std::make_unique<EglContext>(std::move(*context));
         // without a window nothing may be drawn, not even without pixels, until there is a target
         picture_.emplace(std::move(*Framebuffer::create(kWidth, kHeight, 4)));
-        picture_->bind();
+        picture_->bind_depth();
     }
 
     // The library's vertex shader without a fragment shader; its results are written to a buffer.
@@ -244,8 +244,8 @@ TEST_F(GroundDrawsTest, PagesOfOneSlotDrawTheSamePositionsAndPicture) {
     const View view = look({190.0, 20.0, 60.0}, {200.0, 140.0, 0.0});
     const Lattice& lattice = scene.resident->lattice();
     const EyeFrame eye = *make_eye_frame(lattice, view.eye_world);
-    const GlProgram program = *make_program("the terrain", terrain_vert, terrain_frag);
-    const GlTexture noise = make_ground_noise();
+    const GlProgram program = *make_program("the terrain", terrain_vert, depth_frag);
+    GroundShade shade = std::move(*GroundShade::create(picture_->sample_count()));
     std::vector<std::vector<Vertex>> vertices;
     std::vector<Image> images;
     std::vector<std::size_t> batch_counts;
@@ -255,17 +255,18 @@ TEST_F(GroundDrawsTest, PagesOfOneSlotDrawTheSamePositionsAndPicture) {
         const GlBuffer uniforms = bind_uniforms(lattice, view, eye);
         ASSERT_TRUE(draws.prepare(scene.mesh(), eye));
         batch_counts.push_back(draws.batch_count());
-        picture_->bind();
+        ASSERT_TRUE(shade.prepare(scene.resident, view, eye));
+        picture_->bind_depth();
         glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
         glEnable(GL_DEPTH_TEST);
         glDepthFunc(GL_GEQUAL);
         glClearDepth(0.0);
-        glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-        glBindTextureUnit(1, noise.name());
+        glClear(GL_DEPTH_BUFFER_BIT);
         glUseProgram(program.name());
         draws.draw();
         draws.finish();
-        picture_->resolve();
+        shade.draw(*picture_, false);
+        shade.finish();
         images.push_back(picture_->read());
     }
     EXPECT_EQ(batch_counts, (std::vector<std::size_t>{1, 3, 2}));

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "chunk_pool.h"
-#include "framebuffer.h"
+#include "ground_shade.h"
 
 #include <terrane/render/terrain_renderer.h>
 
@@ -13,12 +12,12 @@ namespace terrane::test {
 /// The triangles of a mesh as one plain draw, to compare the renderer with: 32-bit indices into one
 /// buffer of finished vertices, both on the device already.
 ///
-/// Target, state, uniforms, textures, fragment shader, sky and resolve are the renderer's; triangles
-/// come in its order. The vertex shader only multiplies by the matrix.
+/// Target, state, uniforms and the pass that shades ground and sky are the renderer's; triangles come in
+/// its order. The vertex shader only multiplies by the matrix.
 class PlainDraw {
 public:
-    /// Of one mesh from one view. Fails with invalid_argument for an eye too far away or a mesh of
-    /// more chunks than one page of a ChunkPool holds, device_unavailable for errors of OpenGL.
+    /// Of one mesh from one view. Fails with invalid_argument for an eye too far away,
+    /// device_unavailable for errors of OpenGL.
     static Result<PlainDraw> create(const TerrainMesh& mesh, const View& view,
                                     const RendererSettings& settings);
     void draw() const;
@@ -26,15 +25,15 @@ public:
     std::size_t vertex_count() const { return vertex_count_; }
 
 private:
-    explicit PlainDraw(internal::Framebuffer picture) : picture_(std::move(picture)) {}
+    PlainDraw(internal::Framebuffer picture, internal::GroundShade shade)
+        : picture_(std::move(picture)), shade_(std::move(shade)) {}
     Result<void> upload(const TerrainMesh& mesh, const View& view);
 
     internal::Framebuffer picture_;
-    internal::GlProgram ground_, sky_;
-    internal::GlTexture noise_;
-    internal::ChunkPool pool_{internal::ChunkPool::largest_page()};
+    internal::GroundShade shade_;
+    internal::GlProgram ground_;
     internal::GlBuffer uniforms_, vertices_, indices_;
-    internal::GlVertexArray layout_, no_layout_;
+    internal::GlVertexArray layout_;
     GLsizei index_count_ = 0;
     std::size_t vertex_count_ = 0;
 };

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <limits>
 
@@ -45,6 +46,51 @@ public:
 private:
     WaveHeights base_;
     double east_;
+};
+
+// Gentle hills, and at whole metres a roughness that samples 2 m apart miss: it is 0 where both
+// coordinates are even.
+class RoughHeights final : public HeightSource {
+public:
+    explicit RoughHeights(const Lattice& lattice)
+        : HeightSource(lattice, whole_extent(lattice)), base_(lattice, 2.0, kWavelength) {}
+    double height(double x, double y) const override {
+        const auto column = static_cast<std::uint32_t>(std::lround(x));
+        const auto row = static_cast<std::uint32_t>(std::lround(y));
+        if ((column | row) % 2 == 0) return base_.height(x, y);
+        std::uint32_t hash = column * 0x9e3779b1u ^ row * 0x85ebca77u;
+        hash = (hash ^ (hash >> 15)) * 0x2c1b3c6du;
+        hash ^= hash >> 13;
+        return base_.height(x, y) + kRoughness * (static_cast<double>(hash) / 2147483647.5 - 1.0);
+    }
+    Result<void> sample(const SampleGrid& grid, std::span<double> heights_out) const override {
+        std::size_t i = 0;
+        for (int row = 0; row < grid.rows; ++row) {
+            for (int column = 0; column < grid.columns; ++column) {
+                heights_out[i++] = height(lattice().x(grid.corner.x + column * grid.step),
+                                          lattice().y(grid.corner.y + row * grid.step));
+            }
+        }
+        return {};
+    }
+    Result<void> vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override {
+        const Result<void> made = base_.vertex_bounds(grid, bounds_out);
+        for (float& bound : bounds_out) bound += static_cast<float>(2.0 * kRoughness);
+        return made;
+    }
+    Result<void> cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override {
+        const Result<void> made = base_.cell_bounds(grid, bounds_out);
+        for (float& bound : bounds_out) bound += static_cast<float>(2.0 * kRoughness);
+        return made;
+    }
+    HeightInterval interval(const WorldRect&) const override { return {-3.0, 3.0}; }
+    double rise_bound(double distance) const override {
+        return base_.rise_bound(distance) + 2.0 * kRoughness;
+    }
+
+private:
+    static constexpr double kRoughness = 0.2;
+    WaveHeights base_;
 };
 
 void add_triangle(Scene& scene, std::size_t a, std::size_t b, std::size_t c) {
@@ -133,6 +179,42 @@ Scene make_scene(std::int32_t roots_east) {
                              row >= kChunkCells / 2)) {
                     add_cell(scene, column, row);
                 }
+            }
+        }
+        scene.chunks.push_back({chunk.get(), first,
+                                static_cast<std::uint32_t>(scene.indices.size()) - first, nullptr});
+    }
+    scene.resident = std::make_shared<const ResidentSet>(lattice, source.extent(), chunks, 1);
+    return scene;
+}
+
+Scene make_rough_scene(std::span<const ChunkKey> resident, std::span<const ChunkKey> drawn) {
+    Lattice lattice;
+    lattice.spacing = 1.0;
+    lattice.finest_level = 1;
+    lattice.root_count_x = 2;
+    const RoughHeights source(lattice);
+    std::vector<ChunkKey> keys{{0, 0, 0}, {1, 0, 0}};
+    keys.insert(keys.end(), resident.begin(), resident.end());
+    std::vector<std::shared_ptr<const Chunk>> chunks;
+    for (const ChunkKey& key : keys) {
+        Result<std::shared_ptr<const Chunk>> chunk = make_chunk(source, key);
+        EXPECT_TRUE(chunk) << (chunk ? "" : chunk.error().message);
+        if (!chunk) return {};
+        chunks.push_back(std::move(*chunk));
+    }
+    const auto is_drawn = [&](const ChunkKey& key) {
+        return std::find(drawn.begin(), drawn.end(), key) != drawn.end();
+    };
+    Scene scene;
+    for (const std::shared_ptr<const Chunk>& chunk : chunks) {
+        if (chunk->key.level == 1 && !is_drawn(chunk->key)) continue;
+        const auto first = static_cast<std::uint32_t>(scene.indices.size());
+        for (int row = 0; row < kChunkCells; ++row) {
+            for (int column = 0; column < kChunkCells; ++column) {
+                const int quadrant = column / (kChunkCells / 2) + 2 * (row / (kChunkCells / 2));
+                if (chunk->key.level == 0 && is_drawn(chunk->key.child(quadrant))) continue;
+                add_cell(scene, column, row);
             }
         }
         scene.chunks.push_back({chunk.get(), first,

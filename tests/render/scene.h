@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace terrane::test {
@@ -26,6 +27,12 @@ struct Scene {
 
 /// The world's west edge lies `roots_east` root squares (of 256 m) east of the origin.
 Scene make_scene(std::int32_t roots_east = 0);
+
+/// The same two roots, of gentle hills with a roughness of 20 cm that only samples 1 m apart show.
+///
+/// @param resident chunks of level 1 that there are beside the roots
+/// @param drawn    those of them that draw their own triangles; roots draw the rest
+Scene make_rough_scene(std::span<const ChunkKey> resident, std::span<const ChunkKey> drawn);
 
 /// Makes the vertices of the western root and of the fine chunk morph, by up to 2 m, but for those
 /// near the eastern root, which morphs nowhere. Offsets of samples that no triangle uses are NaN.

@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: MIT
+// Colours the ground and the sky behind what was drawn over them, once a pixel: the ground's place
+// follows from its depth. So small triangles cost no more than large ones, and the light cannot depend
+// on the triangles or on the chunks that they were drawn with.
+//
+// SAMPLES (of the depth and the overlay) and OVERLAY (whether there is one) are defined by the program.
+
+#if SAMPLES > 1
+layout(binding = 2) uniform sampler2DMS depths;
+layout(binding = 3) uniform sampler2DMS overlays;  // rgb: times alpha
+#else
+layout(binding = 2) uniform sampler2D depths;
+layout(binding = 3) uniform sampler2D overlays;
+#endif
+layout(binding = 0) uniform sampler2DArray slopes;  // see slope_map.h
+layout(binding = 1) uniform sampler2D noise;        // see ground_noise.h
+layout(binding = 4) uniform sampler2DArray nodes;   // x: level, y: own share; see light_levels.h
+
+layout(binding = 5) uniform isamplerBuffer table;  // xy: a chunk's place from the eye's, z: its
+                                                   // level (-1: free), w: layer of slopes and nodes
+
+// see ground_light.cpp
+layout(std140, binding = 1) uniform Light {
+    float root_spacing;
+    int finest_level;
+    int table_mask;
+    int padding;
+    vec4 levels[25];  // xy: the eye's place in its chunk of the level, 0 to 1, z: 1 / side in metres
+} light;
+
+in vec3 ray;
+
+layout(location = 0) out vec4 colour_out;
+
+const int kLastLayer = 7;
+// Levels of the noise finer than what suits a pixel's longer side: that would be a blur.
+const float kSharper = -1.2;
+const float kNoiseTexels = 256.0;
+// Samples whose depths are nearer to each other than this ratio are shaded as one.
+const float kOneSurface = 1.06;
+
+// Layer of the chunk, or -1.
+int find_layer(ivec2 chunk, int level) {
+    uint hash = uint(chunk.x) * 0x9e3779b1u ^ uint(chunk.y) * 0x85ebca77u ^
+                uint(level) * 0xc2b2ae3du;
+    hash ^= hash >> 15;
+    for (int place = int(hash) & light.table_mask;; place = (place + 1) & light.table_mask) {
+        ivec4 entry = texelFetch(table, place);
+        if (entry.z < 0) return -1;
+        if (entry.xyz == ivec3(chunk, level)) return entry.w;
+    }
+}
+
+vec2 slope_at(vec2 cell, int layer, float map) {
+    float row = float(256 - (256 >> layer) + layer);
+    vec2 texel = cell / float(1 << layer) + vec2(0.5, row + 0.5);
+    return textureLod(slopes, vec3(texel / vec2(129.0, 263.0), map), 0.0).xy;
+}
+
+// The ground's normal at the size of a pixel, as far as there are samples. A function of the place,
+// the distance and the direction alone.
+vec3 ground_normal(vec3 p_eye, float pixel_m) {
+    float wanted = log2(light.root_spacing / pixel_m);
+    int level = clamp(int(ceil(wanted)), 0, light.finest_level);
+    int map = -1;
+    vec2 place;
+    for (; level >= 0; --level) {
+        vec4 grid = light.levels[level];
+        place = grid.xy + p_eye.xy * grid.z;
+        map = find_layer(ivec2(floor(place)), level);
+        if (map >= 0) break;
+    }
+    level = max(level, 0);
+    place -= floor(place);
+    // how far light may follow this level here: see light_levels.h
+    vec2 node = textureLod(nodes, vec3((place * 2.0 + 0.5) / 3.0, float(map)), 0.0).xy;
+    float share = clamp(wanted - float(level - 1), 0.0, 1.0);
+    float followed = level == 0 ? min(wanted, 0.0) : node.x - (1.0 - share) * node.y;
+    float coarser = clamp(float(level) - followed, 0.0, float(kLastLayer));
+    int layer = min(int(coarser), kLastLayer - 1);
+    vec2 cell = place * 128.0;
+    vec2 slope = mix(slope_at(cell, layer, float(map)), slope_at(cell, layer + 1, float(map)),
+                     coarser - float(layer));
+    if (map < 0) slope = vec2(0.0);
+    return vec3(slope, sqrt(max(1.0 - dot(slope, slope), 0.0)));
+}
+
+vec3 ground(vec3 p_eye) {
+    float distance = length(p_eye);
+    vec3 along = p_eye / distance;
+    float pixel_m = distance * frame.grid.w;
+    vec3 normal = ground_normal(p_eye, pixel_m * inversesqrt(max(abs(along.z), 0.10)));
+
+    float longer_m = pixel_m / max(abs(dot(along, normal)), 0.10);
+    float fine_lod = log2(longer_m * frame.tint.z * kNoiseTexels) + kSharper;
+    float coarse_lod = log2(longer_m * frame.tint.w * 5.0 * kNoiseTexels) + kSharper;
+    // fades before its period shows
+    vec2 fine_at = frame.noise_phase.xy + p_eye.xy * frame.tint.z;
+    vec3 fine = (textureLod(noise, fine_at, fine_lod).xyz - 0.5) * exp2(-distance / 220.0);
+    // turned, so that the two periods do not line up
+    vec2 turned = vec2(3.0 * p_eye.x + 4.0 * p_eye.y, 3.0 * p_eye.y - 4.0 * p_eye.x);
+    vec2 coarse_at = frame.noise_phase.zw + turned * frame.tint.w;
+    vec3 coarse = textureLod(noise, coarse_at, coarse_lod).xyz - 0.5;
+
+    float eye_m = (float(frame.eye_height.x) * 65536.0 + float(frame.eye_height.y)) * frame.grid.y;
+    float height_m = eye_m + frame.remainder.z + p_eye.z;
+    float high = (height_m - frame.tint.x) * frame.tint.y + 0.16 * coarse.z + 0.05 * fine.z;
+    float steep = 1.0 - normal.z + 0.10 * coarse.z + 0.12 * fine.z;
+
+    const vec3 meadow = vec3(0.135, 0.150, 0.060);
+    const vec3 forest = vec3(0.052, 0.072, 0.036);
+    const vec3 heath = vec3(0.200, 0.170, 0.105);
+    const vec3 scree = vec3(0.290, 0.265, 0.235);
+    const vec3 rock = vec3(0.165, 0.150, 0.138);
+    const vec3 snow = vec3(0.82, 0.86, 0.92);
+    vec3 green = mix(meadow, forest, smoothstep(-0.25, 0.30, coarse.z + 0.5 * fine.z));
+    vec3 albedo = mix(green, heath, smoothstep(0.22, 0.58, high));
+    albedo = mix(albedo, scree, smoothstep(0.55, 0.80, high));
+    albedo = mix(albedo, rock, smoothstep(0.13, 0.30, steep));
+    albedo = mix(albedo, snow, smoothstep(0.80, 0.92, high) * (1.0 - smoothstep(0.22, 0.42, steep)));
+    albedo *= 1.0 + 1.1 * fine.z + 0.35 * coarse.z;
+
+    // small bumps that no sample holds
+    normal = normalize(normal - vec3(0.8 * fine.xy, 0.0));
+    return behind_air(display(lit(albedo, normal)), p_eye, distance);
+}
+
+vec3 sky_with_sun() {
+    vec3 direction = normalize(ray);
+    // the sun itself, a quarter of a degree
+    float disc = smoothstep(0.99998, 0.999992, dot(direction, frame.sun.xyz));
+    return mix(sky(direction), vec3(1.0, 0.98, 0.92), disc);
+}
+
+// Behind the overlay, from a depth; 0 is the sky.
+vec3 background(float depth) {
+    return depth > 0.0 ? ground(ray * (frame.near.x / depth)) : sky_with_sun();
+}
+
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    float least = 1.0, most = 0.0;
+    for (int i = 0; i < SAMPLES; ++i) {
+        float depth = texelFetch(depths, pixel, i).x;
+        least = min(least, depth);
+        most = max(most, depth);
+    }
+    bool is_one = most <= kOneSurface * least || most == 0.0;
+    int count = is_one ? 1 : SAMPLES;
+    vec3 sum = vec3(0.0);
+    for (int i = 0; i < count; ++i) {
+        vec3 behind = background(is_one ? 0.5 * (least + most) : texelFetch(depths, pixel, i).x);
+#if OVERLAY
+        vec4 over = texelFetch(overlays, pixel, i);
+        for (int other = 1; is_one && other < SAMPLES; ++other) {
+            over += texelFetch(overlays, pixel, other);
+        }
+        if (is_one) over /= float(SAMPLES);
+        behind = over.rgb + (1.0 - over.a) * behind;
+#endif
+        sum += behind;
+    }
+    colour_out = vec4(sum / float(count), 1.0);
+}
