@@ -184,10 +184,6 @@ void GroundLight::bind() const {
 
 void GroundLight::finish() { stream_.end(); }
 
-std::size_t GroundLight::bytes() const {
-    return kSlopeBytes * static_cast<std::size_t>(std::count_if(
-                             layers_.begin(), layers_.end(),
-                             [](const Layer& layer) { return !layer.chunk.expired(); }));
-}
+std::size_t GroundLight::bytes() const { return kSlopeBytes * levels_.layer_count(); }
 
 }  // namespace terrane::internal

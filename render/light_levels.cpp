@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace terrane::internal {
 namespace {
@@ -51,6 +52,12 @@ void LightLevels::update(const std::shared_ptr<const ResidentSet>& resident, con
     choose(*resident, view);
     for (LitChunk& chunk : lit_) chunk.nodes = make_nodes(*resident, chunk);
     last_eye_ = view.eye_world;
+}
+
+std::size_t LightLevels::layer_count() const {
+    return static_cast<std::size_t>(
+        std::count_if(record_of_.begin(), record_of_.end(),
+                      [](const Record* record) { return record->layer >= 0; }));
 }
 
 // Brings the records to the chunks that are resident now.

@@ -57,6 +57,8 @@ public:
 
     /// From coarse to fine, after every chunk its children. Until the next update().
     std::span<const LitChunk> lit() const { return lit_; }
+    /// Layers of resident chunks, lit now or before.
+    std::size_t layer_count() const;
 
 private:
     struct Record {

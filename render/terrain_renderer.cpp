@@ -247,6 +247,8 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
 
 Image TerrainRenderer::read() const { return state_->picture.read(); }
 
+int TerrainRenderer::sample_count() const { return state_->picture.sample_count(); }
+
 std::size_t TerrainRenderer::buffer_bytes() const {
     return state_->draws.pool().bytes() + state_->shade.light().bytes();
 }

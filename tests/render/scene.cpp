@@ -89,7 +89,7 @@ public:
     }
 
 private:
-    static constexpr double kRoughness = 0.2;
+    static constexpr double kRoughness = 0.8;
     WaveHeights base_;
 };
 

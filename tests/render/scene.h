@@ -28,7 +28,7 @@ struct Scene {
 /// The world's west edge lies `roots_east` root squares (of 256 m) east of the origin.
 Scene make_scene(std::int32_t roots_east = 0);
 
-/// The same two roots, of gentle hills with a roughness of 20 cm that only samples 1 m apart show.
+/// The same two roots, of gentle hills with a roughness of 80 cm that only samples 1 m apart show.
 ///
 /// @param resident chunks of level 1 that there are beside the roots
 /// @param drawn    those of them that draw their own triangles; roots draw the rest

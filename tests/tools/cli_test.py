@@ -85,6 +85,16 @@ class CommandLine(Folder):
             self.assertEqual(os.listdir(self.folder), [])
         self.assert_refused(run("drop", "--seed", 1, "--video"), [2], "--video", "--out")
 
+    def test_wrong_numbers_of_samples_are_usage_errors(self):
+        out = self.path("out")
+        for command in ("fly", "drive", "drop"):
+            for value in (0, -1, 1.5, 17, "many"):
+                done = run(command, "--seed", 1, "--png", "--out", out, f"--samples={value}")
+                self.assert_refused(done, [2], "--samples", value)
+            # without pictures there is nothing to sample
+            self.assert_refused(run(command, "--seed", 1, "--samples", 1), [2], "--samples", "--png")
+            self.assertEqual(os.listdir(self.folder), [])
+
     def test_wrong_values_of_page_are_usage_errors(self):
         out = self.path("out")
         for flag, value in (("--latency-ms", -1), ("--latency-ms", "5,,20"), ("--latency-ms", "5,"),

@@ -55,7 +55,7 @@ Result<void> DropFilm::finish(const std::string& title, nlohmann::ordered_json& 
     nlohmann::ordered_json of_frames = summary;
     of_frames.update(summarize(output_.frames(), options_.memory_bytes(), options_.fps));
     if (const Result<void> ended = output_.finish(title, of_frames); !ended) return ended;
-    for (const char* key : {"frames", "renderer", "out"}) summary[key] = of_frames[key];
+    for (const char* key : {"frames", "renderer", "samples", "out"}) summary[key] = of_frames[key];
     return {};
 }
 

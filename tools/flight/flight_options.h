@@ -25,6 +25,7 @@ struct FlightOptions {
     double fps = 30.0;
     ImageSize size;
     double fov_deg = 60.0;
+    std::size_t samples = 0;  ///< a pixel; 0: not given
     std::size_t budget = 100'000;
     double max_error_px = 1.0;
     double morph_ratio = kDefaultMorphRatio;
@@ -46,7 +47,7 @@ struct FlightOptions {
     bool waits_for_clock() const { return realtime || window; }
 };
 
-/// Adds --fps, --size, --fov-deg, --out, --png and --video.
+/// Adds --fps, --size, --fov-deg, --samples, --out, --png and --video.
 ///
 /// @param what makes the frames: "flight"
 void add_picture_options(CLI::App& app, FlightOptions& options, const std::string& what);
@@ -64,7 +65,8 @@ CommandResult<void> check_path(const std::string& name);
 Result<CameraPath> open_path(const std::string& name, const Terrain& terrain,
                              const CameraPathSettings& settings);
 
-/// Refuses pictures without a folder and films of odd sizes. Fails with exit_usage.
+/// Refuses pictures without a folder, films of odd sizes, and samples without pictures or out of range.
+/// Fails with exit_usage.
 CommandResult<void> check_pictures(const FlightOptions& options);
 
 /// Refuses what no single option shows to be wrong. Fails with exit_usage.

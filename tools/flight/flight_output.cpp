@@ -40,6 +40,7 @@ Result<void> FlightOutput::add(MadeFrame frame, const View& view,
 
 Result<void> FlightOutput::finish(const std::string& title, nlohmann::ordered_json& summary) {
     summary["renderer"] = pictures_ ? pictures_->renderer_name() : "none";
+    if (pictures_) summary["samples"] = pictures_->sample_count();
     if (options_.out.empty()) return {};
     summary["out"] = options_.out;
     if (pictures_) {

@@ -40,6 +40,7 @@ Result<FlightPictures> FlightPictures::create(const FlightOptions& options,
     if (!context) return tl::unexpected(context.error());
     RendererSettings settings;
     fit_tints(source, settings);
+    if (options.samples > 0) settings.sample_count = static_cast<int>(options.samples);
     Result<TerrainRenderer> renderer =
         TerrainRenderer::create(*context, options.size.width_px, options.size.height_px, settings);
     if (!renderer) return tl::unexpected(renderer.error());

@@ -30,6 +30,9 @@ public:
     /// Ends the film. Fails with io.
     Result<void> finish();
 
+    /// Samples a pixel.
+    int sample_count() const { return renderer_.sample_count(); }
+
     const std::string& renderer_name() const { return context_.renderer_name(); }
 
 private:

@@ -20,8 +20,9 @@ struct RendererSettings {
     Eigen::Vector3d sun_direction = Eigen::Vector3d(-0.5, 0.4, 0.77);  ///< towards the sun
     double haze_distance = 60'000.0;  ///< metres at which haze hides two thirds; infinity: none
     bool wireframe = false;
-    /// Samples a pixel, 1 to 16; fewer where the device has fewer. A software rasteriser takes a
-    /// third of the time with 1, and edges are stepped then.
+    /// Samples a pixel, 1 to 16; where the device does not have so many, the next that it has. With 1
+    /// the edges of hills and objects are stepped, and a software rasteriser draws faster. The ground
+    /// inside the edges is shaded once a pixel with any count.
     int sample_count = 4;
     double tint_low = 0.0;                ///< heights at which the tints of low and
     double tint_high = 3000.0;            ///< high ground are reached, metres
@@ -47,8 +48,12 @@ struct DrawnObject {
 /// Keeps the heights and slopes of each chunk that was drawn on the device for as long as the chunk
 /// is resident; indices, and offsets where the mesh morphs, are sent every frame. Positions relative
 /// to the eye are subtracted in integers before they become float: nothing jitters far from the
-/// origin, and chunks of different levels meet bit for bit, morphing included. Light follows the
-/// samples at the size of a pixel, not the triangles.
+/// origin, and chunks of different levels meet bit for bit, morphing included.
+///
+/// Light follows the samples at the size of a pixel, as far as they are resident, whichever chunk or
+/// triangle shows them. Where finer samples end it goes over to the coarser ones within half a chunk, and
+/// where a chunk arrives within 16 calls of draw(): so a picture depends on the calls before, as the
+/// pager's fades do. The first one, and one after a jump of the eye, show all there is.
 ///
 /// Threads: the one whose context is current, from create() to the destructor.
 class TerrainRenderer {
@@ -73,6 +78,9 @@ public:
 
     /// The last frame.
     Image read() const;
+
+    /// Samples a pixel that the device gave.
+    int sample_count() const;
 
     /// Bytes that heights and slopes of chunks take on the device now. They stand in a pool that
     /// doubles when it is full and is given back when it is empty: it may take more.
