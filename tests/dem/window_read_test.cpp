@@ -65,6 +65,8 @@ TEST(DemWindowRead, AnswersAreThoseOfTheRasterInMemory) {
     };
     for (const double cell_y : {10.0, 13.0}) {
         spec.transform[5] = -cell_y;
+        // Floats are held as they are, doubles are packed: fills too.
+        spec.type = cell_y == 10.0 ? GDT_Float32 : GDT_Float64;
         const TemporaryFolder folder;
         const std::string path = folder.file("window.tif");
         write_raster(path, spec);
