@@ -14,7 +14,7 @@ constexpr double kLargestSize = 1e5;  // metres; beyond it tolerances of 1e-9 m 
 Result<void> check_size(const char* name, double value) {
     if (value >= 0.0 && value <= kLargestSize) return {};  // false for NaN
     char text[160];
-    std::snprintf(text, sizeof text, "%s must be 0 to 1e5 m, got %.17g", name, value);
+    std::snprintf(text, sizeof text, "%s must be 0 to 1e5 m, got %.6g", name, value);
     return fail(ErrorCode::invalid_argument, text);
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "eye_frame.h"
 
+#include <terrane/terrain/number_text.h>
+
 #include <cmath>
 #include <string>
 
@@ -22,8 +24,8 @@ Result<EyeFrame> make_eye_frame(const Lattice& lattice, const WorldPos& eye_worl
     constexpr double kMaxHeight = 0x1p45;
     if (!(std::abs(x) < kMaxIndex && std::abs(y) < kMaxIndex && std::abs(height) < kMaxHeight)) {
         return fail(ErrorCode::invalid_argument,
-                    "the eye is too far from the world: " + std::to_string(eye_world.x()) + ", " +
-                        std::to_string(eye_world.y()) + ", " + std::to_string(eye_world.z()));
+                    "the eye is too far from the world: " + number_text(eye_world.x()) + ", " +
+                        number_text(eye_world.y()) + ", " + number_text(eye_world.z()));
     }
     EyeFrame frame;
     frame.x = std::llround(x);

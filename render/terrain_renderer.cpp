@@ -10,6 +10,7 @@
 
 #include <terrane/render/terrain_renderer.h>
 #include <terrane/terrain/assert.h>
+#include <terrane/terrain/number_text.h>
 
 #include <cmath>
 #include <string>
@@ -32,13 +33,13 @@ Result<void> check(const RendererSettings& settings) {
         return refuse("sun_direction must be finite and not zero");
     }
     if (!(settings.haze_distance > 0.0)) {
-        return refuse("haze_distance must be > 0 m, got " + std::to_string(settings.haze_distance));
+        return refuse("haze_distance must be > 0 m, got " + number_text(settings.haze_distance));
     }
     if (!std::isfinite(settings.tint_low) || !std::isfinite(settings.tint_high) ||
         !(settings.tint_high > settings.tint_low)) {
         return refuse("tint_high must be above tint_low, got " +
-                      std::to_string(settings.tint_high) + " and " +
-                      std::to_string(settings.tint_low));
+                      number_text(settings.tint_high) + " and " +
+                      number_text(settings.tint_low));
     }
     if (settings.sample_count < 1 || settings.sample_count > 16) {
         return refuse("sample_count must be 1 to 16, got " + std::to_string(settings.sample_count));

@@ -20,14 +20,14 @@ struct InfoOptions {
 std::string way_back(const DemInfo& dem) {
     const char* const east = dem.geographic ? "longitude" : "easting";
     const char* const north = dem.geographic ? "latitude" : "northing";
-    return fmt::format("{} = {:.17g} + x / {:.17g}; {} = {:.17g} + y / {:.17g}", east, dem.centre_x,
+    return fmt::format("{} = {} + x / {}; {} = {} + y / {}", east, dem.centre_x,
                        dem.metres_per_unit_x, north, dem.centre_y, dem.metres_per_unit_y);
 }
 
 std::string way_there(const DemInfo& dem) {
     const char* const east = dem.geographic ? "longitude" : "easting";
     const char* const north = dem.geographic ? "latitude" : "northing";
-    return fmt::format("x = ({} - {:.17g}) * {:.17g}; y = ({} - {:.17g}) * {:.17g}", east,
+    return fmt::format("x = ({} - {}) * {}; y = ({} - {}) * {}", east,
                        dem.centre_x, dem.metres_per_unit_x, north, dem.centre_y,
                        dem.metres_per_unit_y);
 }

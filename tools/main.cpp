@@ -2,16 +2,19 @@
 // The program `terrane`: chooses a subcommand, runs it, and turns whatever goes wrong into one line
 // and an exit code.
 #include "command.h"
+#include "options/parse_errors.h"
 
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <exception>
 #include <new>
 #include <string>
+#include <vector>
 
 namespace {
 
@@ -24,6 +27,23 @@ int report(ExitCode code, std::string message) {
     std::fflush(stdout);
     std::fprintf(stderr, "terrane: %s\n", message.c_str());
     return code;
+}
+
+/// The flags of the subcommand whose values decide how much memory it takes: "; drop needs memory for --count 1000".
+std::string memory_flags(const CLI::App& app) {
+    if (app.get_subcommands().empty()) return "";
+    const CLI::App& command = *app.get_subcommands().front();
+    std::string text;
+    for (const char* flag : {"--count", "--budget", "--memory-mb", "--cache-mb", "--size",
+                             "--bodies", "--most-bodies"}) {
+        const CLI::Option* option = command.get_option_no_throw(flag);
+        if (option == nullptr) continue;
+        const std::string value =
+            option->count() > 0 ? option->results().back() : option->get_default_str();
+        text += (text.empty() ? "; " + command.get_name() + " needs memory for " : ", ") +
+                std::string(flag) + " " + value;
+    }
+    return text;
 }
 
 int run(int argument_count, char** arguments) {
@@ -50,20 +70,19 @@ int run(int argument_count, char** arguments) {
         app.parse(argument_count, arguments);
     } catch (const CLI::Success& success) {
         app.exit(success);  // --help or --version: prints it
-    } catch (const CLI::RequiredError& error) {
-        if (!app.get_subcommands().empty()) return report(exit_usage, error.what());
-        if (argument_count < 2)
-            return report(exit_usage, "no subcommand given; see terrane --help");
-        const std::string first = arguments[1];
-        return report(exit_usage, (first.starts_with('-') ? "unknown flag '" : "no subcommand '") +
-                                      first + "'; see terrane --help");
     } catch (const CLI::ParseError& error) {
-        return report(exit_usage, error.what());
+        const std::vector<std::string> words(arguments + std::min(argument_count, 1),
+                                             arguments + argument_count);
+        return report(exit_usage, explain_parse_error(app, error, words));
     }
 
     if (context.run) {
-        const CommandResult<void> result = context.run();
-        if (!result) return report(result.error().exit_code, result.error().message);
+        try {
+            const CommandResult<void> result = context.run();
+            if (!result) return report(result.error().exit_code, result.error().message);
+        } catch (const std::bad_alloc&) {
+            return report(exit_failed, "out of memory" + memory_flags(app));
+        }
     }
     // A full disk shows only here.
     if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
@@ -76,6 +95,8 @@ int run(int argument_count, char** arguments) {
 }  // namespace
 
 int main(int argument_count, char** arguments) {
+    // A file that grows over the shell's limit is an error of the write, as a full disk is.
+    std::signal(SIGXFSZ, SIG_IGN);
     try {
         return run(argument_count, arguments);
     } catch (const std::bad_alloc&) {

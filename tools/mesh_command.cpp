@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "command.h"
+#include "options/limits.h"
 #include "options/option_values.h"
 #include "options/terrain_options.h"
-#include "output/ply.h"
+#include "output/mesh_file.h"
 #include "output/progress.h"
 #include "output/summary.h"
 
@@ -59,11 +60,10 @@ Result<View> make_view(const MeshOptions& options, const HeightSource& source) {
 /// Loads and triangulates in turns, until what is drawn asks for nothing that is absent.
 CommandResult<TerrainMesh> settle(Pager& pager, Triangulator& triangulator, const View& view,
                                   double memory_mb) {
-    Progress progress("loading");
+    const Progress progress("loading");
     double wanted_px = kFirstThreshold_px;
     std::uint64_t last_epoch = 0;
     for (int round = 0; round < kMaxRounds; ++round) {
-        progress.show(static_cast<double>(round) / kMaxRounds);
         const std::array cameras{CameraNeed{.view = view, .threshold_px = wanted_px}};
         pager.update(cameras, {}, static_cast<double>(round));
         pager.finish();
@@ -72,7 +72,7 @@ CommandResult<TerrainMesh> settle(Pager& pager, Triangulator& triangulator, cons
         const TerrainMesh mesh = triangulator.update(pager.resident(), view);
         if (stats.late_chunks > 0) {
             return failure(
-                fmt::format("--memory-mb {} is too small for this view: {} chunks did not fit",
+                fmt::format("--memory-mb {:.6g} is too small for this view: {} chunks did not fit",
                             memory_mb, stats.late_chunks));
         }
         // Everything above wanted_px is there. Is that all that the mesh could use?
@@ -86,8 +86,14 @@ CommandResult<TerrainMesh> settle(Pager& pager, Triangulator& triangulator, cons
 }
 
 CommandResult<void> run_mesh(const MeshOptions& options) {
+    const std::optional<MeshFormat> format = mesh_format(options.out);
+    if (!options.out.empty() && !format) {
+        return usage_error(fmt::format("--out must end in {}, got '{}'", kMeshEndings, options.out));
+    }
     const CommandResult<Terrain> terrain = open_terrain(options.terrain);
     if (!terrain) return pass_on(terrain.error());
+    if (const CommandResult<void> fit = check_budget(*terrain, options.budget); !fit) return fit;
+    if (const CommandResult<void> fit = check_memory(*terrain, options.memory_mb); !fit) return fit;
     const Result<View> view = make_view(options, *terrain->source);
     if (!view) return usage_error(view.error().message);
     Result<Triangulator> triangulator =
@@ -105,7 +111,7 @@ CommandResult<void> run_mesh(const MeshOptions& options) {
     if (!mesh) return pass_on(mesh.error());
     const IndexedMesh welded = weld(*mesh);
     if (!options.out.empty()) {
-        const Result<void> written = write_ply(welded, options.out);
+        const Result<void> written = write_mesh(welded, *format, options.out);
         if (!written) return pass_on(written.error());
     }
 
@@ -136,7 +142,7 @@ void add_mesh_command(CLI::App& app, CommandContext& context) {
     add_in_range(*mesh, "--fov-deg", options->fov_deg, 0.1, 179.0,
                  "Vertical field of view, degrees");
     add_size(*mesh, "--size", options->size, "Size of the picture, pixels");
-    add_count(*mesh, "--budget", options->budget, 1, "Most triangles");
+    add_count(*mesh, "--budget", options->budget, 1, "Most triangles", kMostTriangles);
     add_positive(*mesh, "--max-error-px", options->max_error_px,
                  "Refinement stops below this screen error, pixels");
     add_in_range(
@@ -146,8 +152,9 @@ void add_mesh_command(CLI::App& app, CommandContext& context) {
     add_in_range(*mesh, "--memory-mb", options->memory_mb, 0.001, 0x1p32,
                  "Most memory that chunks take, MB of 2^20 bytes");
     mesh->add_option("--out", options->out,
-                     "Binary PLY to write: one indexed mesh, counter-clockwise from above")
-        ->type_name("FILE.ply");
+                     "File to write, .ply (binary, double), .obj or .glb (glTF): one indexed mesh, "
+                     "counter-clockwise from above. A file of that name is replaced")
+        ->type_name("FILE");
     mesh->add_flag("--json", options->json, "Print one JSON object");
     mesh->footer(
         "Example: terrane mesh --dem tools/data/jacksboro.tif --budget 20000 --out jacksboro.ply");

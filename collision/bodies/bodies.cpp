@@ -22,10 +22,11 @@ constexpr double kReachTime = 0.1;  // seconds: the longest step that needs() lo
 
 Result<void> check_settings(const BodySettings& settings) {
     if (auto ok = check(settings.shape); !ok) return ok;
-    if (auto ok = check_value("mass", settings.mass, 1e-9, 1e12); !ok) return ok;
+    if (auto ok = check_value("mass", settings.mass, 1e-9, 1e12, "kg"); !ok) return ok;
     if (auto ok = check_value("friction", settings.friction, 0.0, 1e6); !ok) return ok;
     if (auto ok = check_value("restitution", settings.restitution, 0.0, 1.0); !ok) return ok;
-    if (auto ok = check_value("contact_tolerance", settings.contact_tolerance, 0.0, 1e3); !ok) {
+    if (auto ok = check_value("contact_tolerance", settings.contact_tolerance, 0.0, 1e3, "m");
+        !ok) {
         return ok;
     }
     if (settings.contact_tolerance == 0.0 && !(default_contact_tolerance(settings.shape) > 0.0)) {
@@ -70,10 +71,10 @@ BodyWorld& BodyWorld::operator=(BodyWorld&&) noexcept = default;
 BodyWorld::~BodyWorld() = default;
 
 Result<BodyWorld> BodyWorld::create(const BodyWorldSettings& settings) {
-    if (auto ok = check_vector("gravity", settings.gravity, 1e4); !ok) {
+    if (auto ok = check_vector("gravity", settings.gravity, 1e4, "m/s^2"); !ok) {
         return tl::unexpected<Error>(ok.error());
     }
-    if (auto ok = check_value("max_substep", settings.max_substep, 1e-5, 1.0); !ok) {
+    if (auto ok = check_value("max_substep", settings.max_substep, 1e-5, 1.0, "s"); !ok) {
         return tl::unexpected<Error>(ok.error());
     }
     if (auto ok = check_value("worker_count", settings.worker_count, 1, 64); !ok) {
@@ -105,8 +106,8 @@ Result<void> BodyWorld::set_state(std::size_t body, const BodyState& state) {
 Result<void> BodyWorld::push(std::size_t body, const WorldPos& point_world,
                              const Eigen::Vector3d& impulse) {
     if (auto ok = check_index(body, state_->bodies.size()); !ok) return ok;
-    if (auto ok = check_vector("point_world", point_world, 2e9); !ok) return ok;
-    if (auto ok = check_vector("impulse", impulse, 1e18); !ok) return ok;
+    if (auto ok = check_vector("point_world", point_world, 2e9, "m"); !ok) return ok;
+    if (auto ok = check_vector("impulse", impulse, 1e18, "N s"); !ok) return ok;
     BodyState pushed = state_->states[body];
     const RigidBody& rigid = state_->bodies[body];
     const Eigen::Vector3d moment = internal::cross(point_world - rigid.pose.translation, impulse);

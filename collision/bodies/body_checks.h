@@ -12,11 +12,14 @@ namespace terrane::internal {
 struct FieldRange {
     const char* name;
     double value, low, high;
+    const char* unit = "";  ///< of all three: "m"
 };
 Result<void> check_fields(std::span<const FieldRange> fields);
-Result<void> check_value(const char* name, double value, double low, double high);
+Result<void> check_value(const char* name, double value, double low, double high,
+                         const char* unit = "");
 /// @param limit of each component's size
-Result<void> check_vector(const char* name, const Eigen::Vector3d& value, double limit);
+Result<void> check_vector(const char* name, const Eigen::Vector3d& value, double limit,
+                          const char* unit = "");
 Result<void> check_state(const BodyState& state);
 
 }  // namespace terrane::internal

@@ -32,12 +32,12 @@ constexpr double kStoppedShare = 0.9;
 
 Result<void> check_settings(const WalkerSettings& s) {
     const internal::FieldRange fields[] = {
-        {"radius", s.radius, 1e-3, 1e3},
-        {"half_height", s.half_height, 0.0, 1e3},
-        {"max_slope", s.max_slope, 0.0, 1.57},
-        {"max_step", s.max_step, 0.0, 1e3},
-        {"air_acceleration", s.air_acceleration, 0.0, 1e6},
-        {"contact_tolerance", s.contact_tolerance, 0.0, 1e3},
+        {"radius", s.radius, 1e-3, 1e3, "m"},
+        {"half_height", s.half_height, 0.0, 1e3, "m"},
+        {"max_slope", s.max_slope, 0.0, 1.57, "rad"},
+        {"max_step", s.max_step, 0.0, 1e3, "m"},
+        {"air_acceleration", s.air_acceleration, 0.0, 1e6, "m/s^2"},
+        {"contact_tolerance", s.contact_tolerance, 0.0, 1e3, "m"},
     };
     return internal::check_fields(fields);
 }

@@ -98,7 +98,7 @@ Result<void> check_part(const CompoundPart& part, std::size_t index) {
         const double offset = part.body_from_part.translation[axis];
         if (std::abs(offset) <= Compound::kLargestOffset) continue;  // false for NaN
         std::snprintf(text, sizeof text,
-                      "translation of compound part %zu must be -1e5 to 1e5 m, got %c %.17g", index,
+                      "translation of compound part %zu must be -1e5 to 1e5 m, got %c %.6g", index,
                       "xyz"[axis], offset);
         return fail(ErrorCode::invalid_argument, text);
     }

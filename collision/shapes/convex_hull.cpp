@@ -23,7 +23,7 @@ Result<ConvexHull> ConvexHull::create(std::span<const Eigen::Vector3d> points) {
             // Written so that NaN is refused.
             if (std::abs(points[i][axis]) <= kLargestCoordinate) continue;
             std::snprintf(text, sizeof text,
-                          "coordinates of hull point %zu must be -1e5 to 1e5 m, got %c %.17g", i,
+                          "coordinates of hull point %zu must be -1e5 to 1e5 m, got %c %.6g", i,
                           "xyz"[axis], points[i][axis]);
             return fail(ErrorCode::invalid_argument, text);
         }

@@ -2,6 +2,7 @@
 #include "dem_detail.h"
 
 #include <terrane/terrain/detail_heights.h>
+#include <terrane/terrain/number_text.h>
 
 #include <algorithm>
 #include <cmath>
@@ -53,7 +54,7 @@ Result<void> check_detail(const DemSettings& settings) {
     constexpr double kMostRoughness = 100.0;
     if (!(settings.detail_roughness >= 0.0 && settings.detail_roughness <= kMostRoughness)) {
         return fail(ErrorCode::invalid_argument, "detail_roughness must be 0 to 100, got " +
-                                                     std::to_string(settings.detail_roughness));
+                                                     number_text(settings.detail_roughness));
     }
     return {};
 }

@@ -4,9 +4,10 @@
 //          equations 4-18 and 4-19: radii of curvature of the meridian and of the prime vertical.
 #include "geodesy.h"
 
+#include <terrane/terrain/number_text.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <numbers>
 #include <string>
@@ -29,12 +30,6 @@ double meridian_radius(const Ellipsoid& e, double latitude_rad) {
     return e.semi_major * (1.0 - flat) / (w * std::sqrt(w));
 }
 
-std::string text(double value) {
-    char buffer[40];
-    std::snprintf(buffer, sizeof buffer, "%.6g", value);
-    return buffer;
-}
-
 double round_to_grid(double value) { return std::floor(value * 1024.0 + 0.5) / 1024.0; }
 
 }  // namespace
@@ -50,7 +45,7 @@ Result<AngularScale> metres_per_degree(const Ellipsoid& ellipsoid, double radian
     constexpr double kRounding = 1e-12;
     if (!(furthest_rad <= kQuarterTurn + kRounding)) {
         return fail(ErrorCode::bad_data, "is geographic and reaches latitude " +
-                                             text(furthest_deg) +
+                                             number_text(furthest_deg) +
                                              " degrees, -90 to 90 are possible");
     }
     AngularScale scale;
@@ -64,10 +59,10 @@ Result<AngularScale> metres_per_degree(const Ellipsoid& ellipsoid, double radian
     }
     if (!(scale.east_error <= kMostScaleError)) {
         return fail(ErrorCode::bad_data,
-                    "is geographic and reaches latitude " + text(furthest_deg) +
-                        " degrees, where lengths east are " + text(scale.east_error + 1.0) +
-                        " times too long in the plane, at most " + text(kMostScaleError + 1.0) +
-                        " times is possible: reproject it");
+                    "is geographic and reaches latitude " + number_text(furthest_deg) +
+                        " degrees, where lengths east are " + number_text(scale.east_error + 1.0) +
+                        " times too long in the plane, at most " +
+                        number_text(kMostScaleError + 1.0) + " times is possible: reproject it");
     }
     return scale;
 }

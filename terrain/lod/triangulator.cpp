@@ -22,6 +22,7 @@
 
 #include <terrane/terrain/assert.h>
 #include <terrane/terrain/triangulator.h>
+#include <terrane/terrain/number_text.h>
 
 #include <algorithm>
 #include <array>
@@ -247,11 +248,11 @@ Result<Triangulator> Triangulator::create(const HeightSource& source,
     }
     if (!(settings.max_error_px > 0.0) || !std::isfinite(settings.max_error_px)) {
         return fail(ErrorCode::invalid_argument,
-                    "max_error_px must be > 0, got " + std::to_string(settings.max_error_px));
+                    "max_error_px must be > 0, got " + number_text(settings.max_error_px));
     }
     if (!(settings.morph_ratio >= 1.0 && settings.morph_ratio <= kMostMorphRatio)) {
         return fail(ErrorCode::invalid_argument,
-                    "morph_ratio must be 1 to 16, got " + std::to_string(settings.morph_ratio));
+                    "morph_ratio must be 1 to 16, got " + number_text(settings.morph_ratio));
     }
     if (settings.worker_count < 1 || settings.worker_count > kMostWorkers) {
         return fail(ErrorCode::invalid_argument,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <terrane/terrain/lattice.h>
+#include <terrane/terrain/number_text.h>
 
 #include <cmath>
 #include <string>
@@ -23,7 +24,7 @@ int Lattice::level_for_spacing(double wanted) const {
 
 Result<void> check(const Lattice& lattice) {
     const auto refuse = [](const std::string& what, double value) -> Result<void> {
-        return fail(ErrorCode::invalid_argument, what + ", got " + std::to_string(value));
+        return fail(ErrorCode::invalid_argument, what + ", got " + number_text(value));
     };
     if (!std::isfinite(lattice.origin_x))
         return refuse("origin_x must be finite", lattice.origin_x);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <terrane/terrain/view.h>
+#include <terrane/terrain/number_text.h>
 
 #include <cmath>
 #include <numbers>
@@ -45,14 +46,14 @@ Result<void> check(const View& view) {
     }
     if (!(view.vertical_fov > 0.0 && view.vertical_fov < std::numbers::pi)) {
         return refuse("the vertical field of view must be between 0 and pi, got " +
-                      std::to_string(view.vertical_fov));
+                      number_text(view.vertical_fov));
     }
     if (view.width_px < 1 || view.height_px < 1) {
         return refuse("the picture must have at least 1 x 1 pixels, got " +
                       std::to_string(view.width_px) + " x " + std::to_string(view.height_px));
     }
     if (!(view.near_distance > 0.0) || !std::isfinite(view.near_distance)) {
-        return refuse("near_distance must be > 0 m, got " + std::to_string(view.near_distance));
+        return refuse("near_distance must be > 0 m, got " + number_text(view.near_distance));
     }
     return {};
 }

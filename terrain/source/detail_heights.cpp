@@ -28,6 +28,7 @@
 
 #include <terrane/terrain/assert.h>
 #include <terrane/terrain/detail_heights.h>
+#include <terrane/terrain/number_text.h>
 
 #include <algorithm>
 #include <array>
@@ -304,7 +305,7 @@ private:
 
 Result<void> check(const DetailField& field) {
     const auto refuse = [](const std::string& what, double value) -> Result<void> {
-        return fail(ErrorCode::invalid_argument, what + ", got " + std::to_string(value));
+        return fail(ErrorCode::invalid_argument, what + ", got " + number_text(value));
     };
     const std::pair<const char*, double> places[] = {{"origin_x", field.origin_x},
                                                      {"origin_y", field.origin_y},

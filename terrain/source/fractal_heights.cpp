@@ -8,6 +8,7 @@
 
 #include <terrane/terrain/assert.h>
 #include <terrane/terrain/fractal_heights.h>
+#include <terrane/terrain/number_text.h>
 
 #include <algorithm>
 #include <cmath>
@@ -160,7 +161,7 @@ Result<std::shared_ptr<const HeightSource>> FractalHeights::create(
     if (reach > std::ldexp(1.0, kMaxExtentLog2)) {
         return fail(ErrorCode::invalid_argument,
                     "root squares must lie within 2^" + std::to_string(kMaxExtentLog2) +
-                        " m of the origin, got " + std::to_string(reach) + " m");
+                        " m of the origin, got " + number_text(reach) + " m");
     }
     return std::make_shared<const Fractal>(lattice, extent, std::move(surface),
                                            settings.finest_spacing_log2);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <terrane/terrain/result.h>
+#include <terrane/terrain/number_text.h>
 
 #include <string>
 
@@ -12,8 +13,8 @@ template <class Number>
 Result<void> check_range(const char* name, Number value, Number least, Number most) {
     if (value >= least && value <= most) return {};
     return fail(ErrorCode::invalid_argument,
-                std::string(name) + " must be " + std::to_string(least) + " to " +
-                    std::to_string(most) + ", got " + std::to_string(value));
+                std::string(name) + " must be " + number_text(least) + " to " +
+                    number_text(most) + ", got " + number_text(value));
 }
 
 /// Of octaves, which both fractals have.
@@ -21,7 +22,7 @@ inline Result<void> check_octaves(int octave_count, double gain) {
     if (auto ok = check_range("octave_count", octave_count, 1, 24); !ok) return ok;
     if (gain > 0.0 && gain <= 1.0) return {};
     return fail(ErrorCode::invalid_argument,
-                "gain must be above 0 and at most 1, got " + std::to_string(gain));
+                "gain must be above 0 and at most 1, got " + number_text(gain));
 }
 
 }  // namespace terrane

@@ -166,6 +166,64 @@ TEST_F(FilmTest, AnUnwritablePathIsAnErrorThatNamesItNotASignal) {
     }
 }
 
+// Puts a script in the place of ffmpeg, as long as it lives.
+class FakeFfmpeg {
+public:
+    FakeFfmpeg(const fs::path& folder, const std::string& script) {
+        fs::create_directories(folder);
+        std::ofstream(folder / "ffmpeg") << "#!/bin/sh\n" << script << "\n";
+        fs::permissions(folder / "ffmpeg", fs::perms::owner_all);
+        const char* path = std::getenv("PATH");
+        kept_ = path == nullptr ? "" : path;
+        setenv("PATH", (folder.string() + ":" + kept_).c_str(), 1);
+    }
+    FakeFfmpeg(const FakeFfmpeg&) = delete;
+    FakeFfmpeg& operator=(const FakeFfmpeg&) = delete;
+    ~FakeFfmpeg() { setenv("PATH", kept_.c_str(), 1); }
+
+private:
+    std::string kept_;
+};
+
+TEST_F(FilmTest, AnFfmpegThatTakesNothingIsGivenUp) {
+    const FakeFfmpeg fake(folder_ / "bin", "exec sleep 1000");
+    Result<Film> film = Film::create(at("flight.mp4"), 640, 480, 24.0, 1);
+    ASSERT_TRUE(film) << film.error().message;
+    Result<void> added;
+    for (int i = 0; i < 20 && added; ++i) added = film->add(make_frame(640, 480, i));
+    ASSERT_FALSE(added);
+    EXPECT_NE(added.error().message.find("nothing for 1 s"), std::string::npos)
+        << added.error().message;
+    EXPECT_EQ(files(), std::vector<std::string>{"bin"});
+}
+
+TEST_F(FilmTest, AnFfmpegThatNeverEndsIsGivenUp) {
+    const FakeFfmpeg fake(folder_ / "bin", "cat >/dev/null; exec sleep 1000");
+    Result<Film> film = Film::create(at("flight.mp4"), 64, 48, 24.0, 1);
+    ASSERT_TRUE(film) << film.error().message;
+    ASSERT_TRUE(film->add(make_frame(64, 48, 0)));
+    const Result<void> finished = film->finish();
+    ASSERT_FALSE(finished);
+    EXPECT_NE(finished.error().message.find("nothing for 1 s"), std::string::npos)
+        << finished.error().message;
+    EXPECT_EQ(files(), std::vector<std::string>{"bin"});
+}
+
+TEST_F(FilmTest, AFileWithTheNameOfAPartIsLeftAlone) {
+    if (!has_ffmpeg()) GTEST_SKIP() << "ffmpeg is not installed";
+    for (const char* name : {"flight.mp4.part.mp4", "flight.mp4.partial"}) {
+        std::ofstream(at(name)) << "mine";
+    }
+    Result<Film> film = Film::create(at("flight.mp4"), 64, 48, 24.0);
+    ASSERT_TRUE(film) << film.error().message;
+    ASSERT_TRUE(film->add(make_frame(64, 48, 0)));
+    ASSERT_TRUE(film->finish());
+    for (const char* name : {"flight.mp4.part.mp4", "flight.mp4.partial"}) {
+        EXPECT_EQ(fs::file_size(at(name)), 4u) << name;
+    }
+    EXPECT_EQ(files().size(), 3u);
+}
+
 TEST_F(FilmTest, WithoutFfmpegTheErrorSaysSo) {
     const char* path = std::getenv("PATH");
     const std::string kept = path == nullptr ? "" : path;

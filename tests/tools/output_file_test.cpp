@@ -48,6 +48,41 @@ TEST(OutputFile, KeepsWhatWasThereWhenItIsNotCommitted) {
     EXPECT_EQ(content_of(path), "old");
 }
 
+TEST(OutputFile, LeavesAFileWithTheNameOfAPartAlone) {
+    const std::string path = temporary("output_file_part");
+    std::ofstream(path + ".partial") << "mine";
+    Result<OutputFile> file = OutputFile::create(path);
+    ASSERT_TRUE(file);
+    file->write("new");
+    ASSERT_TRUE(file->commit());
+    EXPECT_EQ(content_of(path), "new");
+    EXPECT_EQ(content_of(path + ".partial"), "mine");
+    std::filesystem::remove(path + ".partial");
+}
+
+TEST(OutputFile, InARunsFolderIsListedAndNeverTakesAFilesPlace) {
+    const std::string folder = temporary("output_folder");
+    std::filesystem::remove_all(folder);
+    {
+        Result<std::shared_ptr<OutputFolder>> run = OutputFolder::open(folder, {"a", "b"}, false);
+        ASSERT_TRUE(run) << run.error().message;
+        ASSERT_TRUE((*run)->clear());
+        Result<OutputFile> a = OutputFile::create(OutputPlace(*run, "a"));
+        Result<OutputFile> b = OutputFile::create(OutputPlace(*run, "b"));
+        ASSERT_TRUE(a && b);
+        a->write("run");
+        b->write("run");
+        ASSERT_TRUE(a->commit());
+        std::ofstream(folder + "/b") << "mine";  // put there while the run goes on
+        EXPECT_FALSE(b->commit());
+        EXPECT_FALSE(OutputFolder::open(folder, {}, false)) << "it is in use";
+    }
+    EXPECT_EQ(content_of(folder + "/b"), "mine");
+    EXPECT_NE(content_of(folder + "/" + kFileListName).find(" a\n"), std::string::npos);
+    EXPECT_TRUE(OutputFolder::open(folder, {"a"}, false)) << "a is what the run wrote";
+    EXPECT_FALSE(OutputFolder::open(folder, {"b"}, false)) << "b is not";
+}
+
 TEST(OutputFile, NamesThePathWhereItCannotBeMade) {
     for (const char* path : {"/no/such/folder/file", "/", ""}) {
         const Result<OutputFile> file = OutputFile::create(path);

@@ -31,6 +31,12 @@ def run(*arguments, stdin=None, timeout=120):
                           text=True, timeout=timeout)
 
 
+def start(*arguments, **options):
+    """The program, running."""
+    return subprocess.Popen([PROGRAM, *map(str, arguments)], stdout=subprocess.PIPE,
+                            stderr=subprocess.PIPE, text=True, **options)
+
+
 def run_json(*arguments):
     done = run(*arguments, "--json")
     assert done.returncode == 0, done.stderr
@@ -50,6 +56,16 @@ class Folder(unittest.TestCase):
     def setUp(self):
         self.folder = tempfile.mkdtemp(prefix="terrane_cli_")
         self.addCleanup(shutil.rmtree, self.folder)
+
+    def assert_refused(self, done, codes, *words):
+        """One line on standard error that holds the words, nothing on standard output, one of the exit codes."""
+        self.assertIn(done.returncode, codes, done.stderr + done.stdout)
+        lines = done.stderr.splitlines()
+        self.assertEqual(len(lines), 1, done.stderr)
+        self.assertTrue(lines[0].startswith("terrane: "), lines[0])
+        for word in words:
+            self.assertIn(str(word), lines[0])
+        self.assertEqual(done.stdout, "")
 
     def path(self, name):
         return os.path.join(self.folder, name)

@@ -23,10 +23,19 @@ TEST(FormatSummary, GivesPeopleOneLineForEachKey) {
     summary["name"] = "a \"quoted\" name";
     summary["longer_name"] = {1, 2};
     summary["empty"] = "";
+    summary["depth_m"] = 0.0024832973051702734;
     EXPECT_EQ(format_summary(summary, false),
               "name         a \"quoted\" name\n"
               "longer_name  1, 2\n"
-              "empty        -\n");
+              "empty        -\n"
+              "depth_m      0.002483\n");
+}
+
+TEST(FormatSummary, ExplainsAFigureThatWouldMislead) {
+    const nlohmann::ordered_json drive{
+        {"distance_m", 10.0}, {"frames", 3}, {"error_px_max", 5334.2177}};
+    const std::string text = format_summary(drive, false);
+    EXPECT_NE(text.find("error_px_max  5335  (an angle at the eye"), std::string::npos) << text;
 }
 
 TEST(ToLine, SurvivesTextThatIsNoUtf8) {

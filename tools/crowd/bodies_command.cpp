@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "command.h"
 #include "crowd/study.h"
+#include "options/idle_flags.h"
 #include "options/option_values.h"
+#include "output/interrupt.h"
+#include "output/output_folder.h"
 #include "output/progress.h"
 #include "output/summary.h"
 #include "report/study_report.h"
@@ -9,7 +12,7 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
-#include <filesystem>
+#include <array>
 #include <memory>
 
 namespace terrane::tools {
@@ -32,8 +35,10 @@ struct BodiesOptions {
 
 CommandResult<void> run_study_command(const BodiesOptions& options) {
     if (options.out.empty()) return usage_error("--study needs --out DIR for its report.html");
-    const Result<void> ready = prepare_output_folder(options.out);
-    if (!ready) return pass_on(ready.error());
+    Result<std::shared_ptr<OutputFolder>> folder =
+        OutputFolder::open(options.out, {kReportName}, false);
+    if (!folder) return pass_on(folder.error());
+    watch_for_interrupts();
     StudySettings settings;
     settings.seed = options.seed;
     settings.most_bodies = options.most_bodies;
@@ -41,14 +46,15 @@ CommandResult<void> run_study_command(const BodiesOptions& options) {
     Progress progress("studying");
     const std::vector<StudyTable> tables =
         run_study(settings, [&](double share) { progress.show(share); });
+    if (is_interrupted()) return failure("interrupted before the study's tables were whole");
     nlohmann::ordered_json summary;
     for (const StudyTable& table : tables) {
         summary[table.key + "_slopes"] = to_json(table)["slopes"];
         const std::optional<double> speedup = least_speedup(table);
         if (speedup) summary[table.key + "_least_speedup"] = *speedup;
     }
-    const std::string path = (std::filesystem::path(options.out) / "report.html").string();
-    const Result<void> written = write_study_report(path,
+    if (const Result<void> cleared = (*folder)->clear(); !cleared) return pass_on(cleared.error());
+    const Result<void> written = write_study_report(OutputPlace(*folder, kReportName),
                                                     {.title = "Many bodies",
                                                      .command_line = own_command_line(),
                                                      .film = "",
@@ -59,16 +65,17 @@ CommandResult<void> run_study_command(const BodiesOptions& options) {
     return {};
 }
 
-CommandResult<void> run_bodies(const BodiesOptions& options) {
+CommandResult<void> run_bodies(const BodiesOptions& options, const CLI::App& command) {
+    const CommandResult<void> no_idle_flags = refuse_idle_flags(
+        command, {{{"--count", "--detail", "--detail-deviation", "--radius", "--share", "--speed",
+                    "--spin", "--dt", "--queries", "--broadphase"},
+                   !options.is_study,
+                   "goes without --study, whose tables say what they change"},
+                  {{"--most-bodies", "--seconds-a-point", "--out"},
+                   options.is_study,
+                   "goes with --study"}});
+    if (!no_idle_flags) return no_idle_flags;
     if (options.is_study) return run_study_command(options);
-    if (options.layout.count > kMostBodies) {
-        return usage_error(
-            fmt::format("--count must be at most {}, got {}", kMostBodies, options.layout.count));
-    }
-    if (options.queries > kMostQueries) {
-        return usage_error(
-            fmt::format("--queries must be at most {}, got {}", kMostQueries, options.queries));
-    }
     CrowdLayout layout = options.layout;
     layout.seed = options.seed;
     Crowd crowd(layout);
@@ -100,7 +107,7 @@ void add_bodies_command(CLI::App& app, CommandContext& context) {
     CLI::App* bodies = app.add_subcommand(
         "bodies", "Times how long it takes to find which of many moving bodies touch");
     CrowdLayout& layout = options->layout;
-    add_count(*bodies, "--count", layout.count, 1, "Bodies");
+    add_count(*bodies, "--count", layout.count, 1, "Bodies", kMostBodies);
     add_in_range(
         *bodies, "--detail", layout.detail, 2.0, 100.0,
         "Rings of corners between the poles of a body, mean; a ring has twice as many corners");
@@ -112,29 +119,18 @@ void add_bodies_command(CLI::App& app, CommandContext& context) {
     add_not_negative(*bodies, "--speed", layout.speed, "Of a body, m/s");
     add_not_negative(*bodies, "--spin", layout.spin, "Of a body, rad/s");
     add_in_range(*bodies, "--dt", options->dt, 1e-6, 1e3, "Time between two queries, seconds");
-    add_count(*bodies, "--queries", options->queries, 1, "Looks at all bodies");
+    add_count(*bodies, "--queries", options->queries, 1, "Looks at all bodies", kMostQueries);
     add_count(*bodies, "--seed", options->seed, 0, "Of places, ways and details");
     BroadphaseKind* const kind = &layout.broadphase;
-    bodies
-        ->add_option_function<std::string>(
-            "--broadphase",
-            [kind](const std::string& name) {
-                for (const BroadphaseKind each :
-                     {BroadphaseKind::sap, BroadphaseKind::grid, BroadphaseKind::two_scene,
-                      BroadphaseKind::brute}) {
-                    if (name != to_string(each)) continue;
-                    *kind = each;
-                    return;
-                }
-                throw CLI::ValidationError(
-                    "--broadphase",
-                    fmt::format("must be sap, grid, two-scene or brute, got '{}'", name));
-            },
-            "sap (sweep-and-prune), grid (sparse, for bodies of like size), two-scene (cubes that "
-            "ignore "
-            "rotation first) or brute (every pair)")
-        ->type_name("NAME")
-        ->default_str("sap");
+    constexpr std::array kKinds{BroadphaseKind::sap, BroadphaseKind::grid,
+                                BroadphaseKind::two_scene, BroadphaseKind::brute};
+    std::vector<std::string> names;
+    for (const BroadphaseKind each : kKinds) names.emplace_back(to_string(each));
+    add_choice(
+        *bodies, "--broadphase", names, 0,
+        [kind, kKinds](std::size_t number) { *kind = kKinds[number]; },
+        "sap (sweep-and-prune), grid (sparse, for bodies of like size), two-scene (cubes that "
+        "ignore rotation first) or brute (every pair)");
     bodies->add_flag(
         "--study", options->is_study,
         "Tables against count, detail and radius, beside published ones: report.html in --out");
@@ -147,8 +143,9 @@ void add_bodies_command(CLI::App& app, CommandContext& context) {
         "Bodies fly straight, turn evenly, pass through each other and are thrown back by the "
         "walls of a cube.\n"
         "Example: terrane bodies --count 50 --detail 3 --broadphase sap");
-    bodies->callback(
-        [&context, options] { context.run = [options] { return run_bodies(*options); }; });
+    bodies->callback([&context, options, bodies] {
+        context.run = [options, bodies] { return run_bodies(*options, *bodies); };
+    });
 }
 
 }  // namespace terrane::tools

@@ -5,6 +5,8 @@
 //   decomposition. Eurographics 2001 (SWIFT++, which the published study measured).
 #include "crowd/study.h"
 
+#include "output/interrupt.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -184,7 +186,7 @@ void measure_all(Plan& plan, double seconds, const std::function<void()>& show_p
         std::vector<CrowdTotals> rounds;
     };
     std::vector<Place> places;
-    for (std::size_t i = 0; i < plan.layouts.size(); ++i) {
+    for (std::size_t i = 0; i < plan.layouts.size() && !is_interrupted(); ++i) {
         std::vector<CrowdTotals>& measured = plan.table.points[i].measured;
         measured.resize(plan.kinds.size());
         for (std::size_t series = 0; series < plan.kinds.size(); ++series) {
@@ -221,6 +223,7 @@ std::vector<StudyTable> run_study(const StudySettings& settings,
     double done = 0.0;
     std::vector<StudyTable> tables;
     for (Plan& plan : plans) {
+        if (is_interrupted()) break;
         measure_all(plan, settings.seconds_a_point, [&] {
             show(done / all);
             done += 1.0;

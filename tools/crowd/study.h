@@ -42,6 +42,7 @@ struct StudySettings {
 /// 1) beside the broadphases: against count, detail, radius, and for bodies of equal size.
 ///
 /// @param show called with the share that is done
+/// @return tables that are not whole where is_interrupted()
 std::vector<StudyTable> run_study(const StudySettings& settings,
                                   const std::function<void(double)>& show);
 

@@ -2,8 +2,11 @@
 #include "command.h"
 #include "drop/drop_film.h"
 #include "drop/drop_layout.h"
+#include "options/idle_flags.h"
+#include "options/limits.h"
 #include "options/option_values.h"
 #include "options/terrain_options.h"
+#include "output/interrupt.h"
 #include "output/output_file.h"
 #include "output/progress.h"
 #include "output/summary.h"
@@ -18,7 +21,6 @@
 #include <chrono>
 #include <cmath>
 #include <iterator>
-#include <map>
 #include <memory>
 #include <optional>
 
@@ -27,6 +29,7 @@ namespace {
 
 constexpr double kMaxSteps = 1e8;
 constexpr std::size_t kMostThreads = 64;
+constexpr std::size_t kMostBodies = 10'000'000;
 
 struct DropOptions {
     TerrainOptions terrain;
@@ -74,6 +77,10 @@ double quantile(std::vector<double> values, double share) {
     return values[rank];
 }
 
+std::size_t count_steps(const DropOptions& options) {
+    return static_cast<std::size_t>(std::max(1.0, std::floor(options.seconds / options.dt + 0.5)));
+}
+
 void write_poses(OutputFile& trace, std::size_t step, std::span<const BodyState> states) {
     fmt::memory_buffer lines;
     for (std::size_t body = 0; body < states.size(); ++body) {
@@ -98,7 +105,7 @@ CommandResult<BodyWorld> make_world(const DropOptions& options, Pager& pager) {
     if (pager.stats().failed > 0) return failure("the terrain's heights could not be read");
     if (!pager.is_ready(ticket)) {
         return failure(
-            fmt::format("--memory-mb {} is too small for the ground of the start, {} x {} m",
+            fmt::format("--memory-mb {:.6g} is too small for the ground of the start, {:.6g} x {:.6g} m",
                         options.memory_mb, area.east - area.west, area.north - area.south));
     }
     const std::vector<DroppedBody> bodies =
@@ -106,7 +113,7 @@ CommandResult<BodyWorld> make_world(const DropOptions& options, Pager& pager) {
     pager.release(ticket);
     if (bodies.size() != options.layout.count) {
         return failure(fmt::format(
-            "only {} of {} bodies find ground in the {} x {} m around the "
+            "only {} of {} bodies find ground in the {:.6g} x {:.6g} m around the "
             "terrain's centre",
             bodies.size(), options.layout.count, area.east - area.west, area.north - area.south));
     }
@@ -125,8 +132,7 @@ CommandResult<BodyWorld> make_world(const DropOptions& options, Pager& pager) {
 CommandResult<DropTotals> simulate(const DropOptions& options, Pager& pager, BodyWorld& world,
                                    OutputFile* trace, DropFilm* film) {
     using Clock = std::chrono::steady_clock;
-    const auto step_count =
-        static_cast<std::size_t>(std::max(1.0, std::floor(options.seconds / options.dt + 0.5)));
+    const std::size_t step_count = count_steps(options);
     Progress progress("dropping");
     DropTotals totals;
     totals.step_ms.reserve(step_count);
@@ -137,7 +143,7 @@ CommandResult<DropTotals> simulate(const DropOptions& options, Pager& pager, Bod
         return film == nullptr ? Result<void>{} : film->show(world, report, time);
     };
     if (const Result<void> shown = film_until(0.0); !shown) return pass_on(shown.error());
-    for (std::size_t step = 1; step <= step_count; ++step) {
+    for (std::size_t step = 1; step <= step_count && !is_interrupted(); ++step) {
         progress.show(static_cast<double>(step) / static_cast<double>(step_count));
         const double time = options.dt * static_cast<double>(step);
         pager.update({}, world.needs(), time);
@@ -153,18 +159,18 @@ CommandResult<DropTotals> simulate(const DropOptions& options, Pager& pager, Bod
     return totals;
 }
 
-CommandResult<void> run_drop(const DropOptions& options) {
+CommandResult<void> run_drop(const DropOptions& options, const CLI::App& command) {
     if (options.seconds / options.dt > kMaxSteps) {
-        return usage_error(fmt::format("--seconds {} with --dt {} is more than {} steps",
+        return usage_error(fmt::format("--seconds {:.6g} with --dt {:.6g} is more than {:.6g} steps",
                                        options.seconds, options.dt, kMaxSteps));
     }
     if (const CommandResult<void> good = check_pictures(options.film); !good) return good;
-    if (options.threads > kMostThreads) {
-        return usage_error(
-            fmt::format("--threads must be 1 to {}, got {}", kMostThreads, options.threads));
-    }
+    const CommandResult<void> no_idle_flags = refuse_idle_flags(
+        command, {{{"--fps", "--size", "--fov-deg"}, !options.film.out.empty(), "goes with --out DIR"}});
+    if (!no_idle_flags) return no_idle_flags;
     const CommandResult<Terrain> terrain = open_terrain(options.terrain);
     if (!terrain) return pass_on(terrain.error());
+    if (const CommandResult<void> fit = check_memory(*terrain, options.memory_mb); !fit) return fit;
     DropOptions with_seed = options;
     with_seed.layout.seed = options.terrain.seed.value_or(1);
     // Without workers every step finds the ground that the bodies asked for, so that nothing parks and
@@ -178,6 +184,7 @@ CommandResult<void> run_drop(const DropOptions& options) {
     CommandResult<BodyWorld> world = make_world(with_seed, *pager);
     if (!world) return pass_on(world.error());
 
+    watch_for_interrupts();
     std::optional<OutputFile> trace;
     if (!options.trace.empty()) {
         Result<OutputFile> file = OutputFile::create(options.trace);
@@ -199,10 +206,14 @@ CommandResult<void> run_drop(const DropOptions& options) {
         if (!written) return pass_on(written.error());
     }
 
+    const std::size_t steps_done = totals->step_ms.size();
+    const bool is_cut_short = steps_done < count_steps(options);
+    if (steps_done == 0) return failure("interrupted before the first step");
     const double all_time = totals->lived_time + totals->lost_time;
     nlohmann::ordered_json summary;
     summary["bodies"] = world->states().size();
-    summary["steps"] = totals->step_ms.size();
+    summary["steps"] = steps_done;
+    if (is_cut_short) summary["interrupted"] = true;
     summary["fell_through"] = totals->fell_through;
     summary["parked"] = totals->parked;
     summary["left_world"] = totals->left_world;
@@ -218,6 +229,10 @@ CommandResult<void> run_drop(const DropOptions& options) {
         if (!ended) return pass_on(ended.error());
     }
     print_summary(summary, options.json);
+    if (is_cut_short) {
+        return failure(
+            fmt::format("interrupted after {} of {} steps", steps_done, count_steps(options)));
+    }
     return {};
 }
 
@@ -230,47 +245,32 @@ void add_drop_command(CLI::App& app, CommandContext& context) {
         "drop",
         "Drops bodies onto the ground around the terrain's centre and counts what goes wrong");
     add_terrain_options(*drop, options->terrain);
-    const std::map<std::string, DropShape> shapes{
-        {"sphere", DropShape::sphere},     {"capsule", DropShape::capsule},
-        {"box", DropShape::box},           {"hull", DropShape::hull},
-        {"compound", DropShape::compound}, {"mixed", DropShape::mixed}};
     DropShape* const shape = &options->layout.shape;
-    drop->add_option_function<std::string>(
-            "--shape",
-            [shape, shapes](const std::string& name) {
-                const auto found = shapes.find(name);
-                if (found == shapes.end()) {
-                    throw CLI::ValidationError(
-                        "--shape",
-                        fmt::format(
-                            "must be sphere, capsule, box, hull, compound or mixed, got '{}'",
-                            name));
-                }
-                *shape = found->second;
-            },
-            "sphere (radius 0.5 m), capsule (0.4, half height 0.8), box (half extents 1, 2, 0.5), "
-            "hull (a stone of six corners), compound (a hammer), or mixed, which takes turns of "
-            "the first three")
-        ->type_name("NAME")
-        ->default_str("sphere");
+    add_choice(
+        *drop, "--shape", {"sphere", "capsule", "box", "hull", "compound", "mixed"}, 0,
+        [shape](std::size_t number) { *shape = static_cast<DropShape>(number); },
+        "sphere (radius 0.5 m), capsule (0.4, half height 0.8), box (half extents 1, 2, 0.5), "
+        "hull (a stone of six corners), compound (a hammer), or mixed, which takes turns of "
+        "the first three");
     add_in_range(*drop, "--scale", options->layout.scale, 1e-3, 1e3,
                  "Of the shapes, of the room between them and of their way to the ground");
-    add_count(*drop, "--count", options->layout.count, 1, "Bodies");
+    add_count(*drop, "--count", options->layout.count, 1, "Bodies", kMostBodies);
     add_in_range(*drop, "--speed", options->layout.speed, -1e6, 1e6, "Downward at the start, m/s");
     add_in_range(*drop, "--spin", options->layout.spin, -1e6, 1e6,
                  "At the start, about an axis of each body's own, rad/s");
     add_in_range(*drop, "--dt", options->dt, 1e-6, 1.0, "Length of a step, seconds");
     add_positive(*drop, "--seconds", options->seconds, "Time simulated, seconds");
-    add_not_negative(
-        *drop, "--contact-spacing-m", options->contact_spacing_m,
+    add_in_range(
+        *drop, "--contact-spacing-m", options->contact_spacing_m, 0.0, 1e9,
         "Bodies touch the coarsest level of at most this spacing, metres; 0: the finest");
     add_in_range(*drop, "--memory-mb", options->memory_mb, 0.001, 0x1p32,
                  "Most memory that chunks take, MB of 2^20 bytes");
     add_count(*drop, "--threads", options->threads, 1,
-              "Threads that step the bodies; any number of them gives the same bits");
+              "Threads that step the bodies; any number of them gives the same bits", kMostThreads);
     drop->add_flag("--no-sleep", options->no_sleep, "Bodies at rest go on being simulated");
     drop->add_option("--trace", options->trace,
-                     "CSV of every pose of every body and step, the start being step 0")
+                     "CSV of every pose of every body and step, the start being step 0; a file of that "
+                     "name is replaced")
         ->type_name("FILE");
     add_picture_options(*drop, options->film, "film");
     drop->add_flag("--json", options->json, "Print one JSON object");
@@ -278,7 +278,9 @@ void add_drop_command(CLI::App& app, CommandContext& context) {
         "The seed also moves and turns the bodies at the start.\n"
         "Example: terrane drop --dem tools/data/jacksboro.tif --shape mixed --count 100 --speed "
         "300");
-    drop->callback([&context, options] { context.run = [options] { return run_drop(*options); }; });
+    drop->callback([&context, options, drop] {
+        context.run = [options, drop] { return run_drop(*options, *drop); };
+    });
 }
 
 }  // namespace terrane::tools

@@ -11,6 +11,7 @@
 
 namespace terrane::tools {
 
+/// In the order of the names that --shape takes.
 enum class DropShape { sphere, capsule, box, hull, compound, mixed };
 
 struct DropLayout {

@@ -221,8 +221,10 @@ nlohmann::ordered_json summarize_drive(const DriveTotals& totals, bool has_arriv
 
 CommandResult<void> run_drive(const DriveOptions& options) {
     if (const CommandResult<void> good = check(options); !good) return good;
+    if (const CommandResult<void> good = check_drivable(options.path); !good) return good;
     const CommandResult<Terrain> terrain = open_terrain(options.terrain);
     if (!terrain) return pass_on(terrain.error());
+    if (const CommandResult<void> fit = check_limits(options, *terrain); !fit) return fit;
     CommandResult<DrivePlan> plan = make_drive_plan(options, *terrain);
     if (!plan) return pass_on(plan.error());
     const HeightSource& source = *terrain->source;
@@ -251,7 +253,7 @@ CommandResult<void> run_drive(const DriveOptions& options) {
     const Result<void> ended = output->finish("Drive over " + terrain->name, summary);
     if (!ended) return pass_on(ended.error());
     print_summary(summary, options.json);
-    return {};
+    return output->verdict(plan->frame_count);
 }
 
 void add_on_roll(CLI::App& app, OnRoll& on_roll) {
@@ -278,9 +280,9 @@ void add_drive_command(CLI::App& app, CommandContext& context) {
     CLI::App* drive = app.add_subcommand(
         "drive", "Drives a truck along a path on the contact surface, with a camera behind it");
     drive
-        ->add_option("--path", options->path,
-                     CameraPath::built_in_list() +
-                         ", or a track: .csv, .gpx, .igc, .tum; its heights are not used")
+        ->add_option(
+            "--path", options->path,
+            drivable_paths() + ", or a track: .csv, .gpx, .igc, .tum; its heights are not used")
         ->type_name("PATH")
         ->capture_default_str();
     add_in_range(*drive, "--speed", options->speed, kLeastDriveSpeed, kGreatestDriveSpeed,

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <iterator>
 #include <utility>
 
@@ -42,13 +41,6 @@ std::string csv_line(const FrameRecord& r) {
     return line + "\n";
 }
 
-bool is_frame_name(const std::string& name) {
-    return name.size() == frame_name(0).size() && name.starts_with("frame_") &&
-           name.ends_with(".png") && std::all_of(name.begin() + 6, name.end() - 4, [](char c) {
-               return c >= '0' && c <= '9';
-           });
-}
-
 template <class Get>
 std::vector<double> values_of(std::span<const FrameRecord> frames, Get get) {
     std::vector<double> values;
@@ -63,44 +55,14 @@ double largest(const std::vector<double>& values) {
 
 }  // namespace
 
-std::string frame_name(std::size_t frame) { return fmt::format("frame_{:06}.png", frame); }
-
-Result<void> prepare_output_folder(const std::string& path) {
-    namespace fs = std::filesystem;
-    std::error_code error;
-    fs::create_directories(path, error);
-    if (error || !fs::is_directory(path, error)) {
-        const std::string cause = error ? error.message() : "it is a file";
-        return fail(ErrorCode::io, "cannot make the folder '" + path + "': " + cause);
-    }
-    std::vector<fs::path> old;
-    for (fs::directory_iterator entry(path, error), end; !error && entry != end;
-         entry.increment(error)) {
-        const std::string name = entry->path().filename().string();
-        if (name == "frames.csv" || name == "flight.mp4" || name == "report.html" ||
-            is_frame_name(name)) {
-            old.push_back(entry->path());
-        }
-    }
-    for (const fs::path& file : old) {
-        if (error) break;
-        fs::remove(file, error);
-    }
-    if (error) {
-        return fail(ErrorCode::io, "cannot clear the folder '" + path + "': " + error.message());
-    }
-    return {};
-}
-
-Result<FlightLog> FlightLog::create(const std::string& csv_path,
+Result<FlightLog> FlightLog::create(const std::optional<OutputPlace>& csv,
                                     std::vector<std::string> extra_columns) {
     FlightLog log;
-    log.csv_path_ = csv_path;
     log.extra_columns_ = std::move(extra_columns);
-    if (csv_path.empty()) return log;
-    Result<OutputFile> csv = OutputFile::create(csv_path);
-    if (!csv) return tl::unexpected(csv.error());
-    log.csv_.emplace(std::move(*csv));
+    if (!csv) return log;
+    Result<OutputFile> file = OutputFile::create(*csv);
+    if (!file) return tl::unexpected(file.error());
+    log.csv_.emplace(std::move(*file));
     log.csv_->write(header(log.extra_columns_));
     return log;
 }
@@ -109,8 +71,7 @@ Result<void> FlightLog::add(FrameRecord record) {
     frames_.push_back(std::move(record));
     if (!csv_) return {};
     csv_->write(csv_line(frames_.back()));
-    if (csv_->has_failed()) return fail(ErrorCode::io, "cannot write '" + csv_path_ + "'");
-    return {};
+    return csv_->check();
 }
 
 Result<void> FlightLog::commit() { return csv_ ? csv_->commit() : Result<void>{}; }

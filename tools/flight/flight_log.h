@@ -42,24 +42,20 @@ struct FrameRecord {
     double excess_error_px() const { return std::max(0.0, error_px - max_error_px); }
 };
 
+/// Names of the table of frames and of the report in a run's folder.
+inline constexpr const char* kFramesName = "frames.csv";
+inline constexpr const char* kReportName = "report.html";
+
 /// Excess error of frames, each of which is seen for 1 / fps: pixel seconds.
 double excess_error_px_s(std::span<const FrameRecord> frames, double fps);
-
-/// Makes the folder that a flight is written to, and takes away what an earlier flight left in it under
-/// the names that this one may use, so that nothing old looks like a part of it.
-/// Fails with io, naming the path.
-Result<void> prepare_output_folder(const std::string& path);
-
-/// Name of a picture in such a folder: frame_000042.png.
-std::string frame_name(std::size_t frame);
 
 /// The frames of a flight, and frames.csv as they come; the file has its name when it is whole.
 class FlightLog {
 public:
-    /// @param csv_path      "" for no file
+    /// @param csv           where frames.csv goes; nothing for no file
     /// @param extra_columns names of what FrameRecord::extra holds
     /// Fails with io where the file cannot be made.
-    static Result<FlightLog> create(const std::string& csv_path,
+    static Result<FlightLog> create(const std::optional<OutputPlace>& csv,
                                     std::vector<std::string> extra_columns = {});
 
     /// Fails with io where the disk takes no more.
@@ -74,7 +70,6 @@ private:
     FlightLog() = default;
 
     std::optional<OutputFile> csv_;
-    std::string csv_path_;
     std::vector<std::string> extra_columns_;
     std::vector<FrameRecord> frames_;
 };

@@ -1,17 +1,26 @@
 // SPDX-License-Identifier: MIT
 #include "flight/flight_options.h"
 
+#include "options/limits.h"
+#include "options/spelling.h"
 #include "track/track.h"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <utility>
+#include <vector>
 
 namespace terrane::tools {
+namespace {
+
+bool is_drivable(const std::string& path) { return path != "spins" && path != "teleports"; }
+
+}  // namespace
 
 void add_picture_options(CLI::App& app, FlightOptions& options, const std::string& what) {
     add_in_range(app, "--fps", options.fps, 0.1, 1000.0, "Frames a second of the " + what);
@@ -21,9 +30,11 @@ void add_picture_options(CLI::App& app, FlightOptions& options, const std::strin
               "Samples a pixel, 1 to 16, or the next that the device has; 4 without it. 1 draws "
               "faster where there is no GPU, and steps the edges of hills")
         ->default_str("");
-    app.add_option("--out", options.out,
-                   "Folder for frames.csv, report.html, and pictures or film where asked for; what "
-                   "an earlier run left there is replaced")
+    app.add_option(
+           "--out", options.out,
+           "Folder for frames.csv, report.html, and pictures or film where asked for. What an "
+           "earlier run wrote there (terrane-files.txt lists it) is replaced; no other file "
+           "is removed or written over")
         ->type_name("DIR");
     app.add_flag("--png", options.png, "Write every frame as frame_000000.png and so on");
     app.add_flag("--video", options.video, "Write flight.mp4, with ffmpeg");
@@ -32,7 +43,7 @@ void add_picture_options(CLI::App& app, FlightOptions& options, const std::strin
 void add_flight_options(CLI::App& app, FlightOptions& options) {
     add_terrain_options(app, options.terrain);
     add_picture_options(app, options, "flight");
-    add_count(app, "--budget", options.budget, 1, "Most triangles a frame");
+    add_count(app, "--budget", options.budget, 1, "Most triangles a frame", kMostTriangles);
     add_positive(app, "--max-error-px", options.max_error_px,
                  "Refinement stops below this screen error, pixels");
     add_in_range(
@@ -42,7 +53,8 @@ void add_flight_options(CLI::App& app, FlightOptions& options) {
     add_in_range(app, "--memory-mb", options.memory_mb, 0.001, 0x1p32,
                  "Ceiling of the memory that chunks take, MB of 2^20 bytes");
     add_count(app, "--threads", options.threads, 0,
-              "Loader threads; 0 loads inside the update, so that a flight gives the same bits");
+              "Loader threads; 0 loads inside the update, so that a flight gives the same bits",
+              256);
     app.add_flag(
         "--realtime", options.realtime,
         "Wait for the clock at every frame, so that loaders get the time of a real flight");
@@ -52,28 +64,20 @@ void add_flight_options(CLI::App& app, FlightOptions& options) {
 
 void add_paging_choice(CLI::App& app, PagingChoice& policy, double& radius) {
     PagingChoice* const chosen = &policy;
-    app.add_option_function<std::string>(
-           "--policy",
-           [chosen](const std::string& text) {
-               const std::optional<PagingChoice> choice = parse_paging_choice(text);
-               if (!choice) {
-                   throw CLI::ValidationError(
-                       "--policy", fmt::format("must be {}, got '{}'", kPagingChoices, text));
-               }
-               *chosen = *choice;
-           },
-           "Which chunks are loaded first: deadline follows motion ahead, distance takes the "
-           "nearest, oracle is told the path that will be flown")
-        ->type_name("NAME")
-        ->default_str(name_of(policy));
-    add_positive(app, "--radius", radius,
+    add_choice(
+        app, "--policy", paging_choice_names(), static_cast<std::size_t>(policy),
+        [chosen](std::size_t number) { *chosen = static_cast<PagingChoice>(number); },
+        "Which chunks are loaded first: deadline follows motion ahead, distance takes the "
+        "nearest, oracle is told the path that will be flown");
+    add_in_range(app, "--radius", radius, 1e-6, 1e6,
                  "With --policy distance: how many times as far as it is needed a chunk is loaded");
 }
 
 CommandResult<void> check_path(const std::string& name) {
     if (names_track_file(name) || CameraPath::is_built_in(name)) return {};
     return usage_error("--path must be " + CameraPath::built_in_list() +
-                       " or a track file (.csv, .gpx, .igc, .tum), got '" + name + "'");
+                       " or a track file (.csv, .gpx, .igc, .tum), got '" + name + "'" +
+                       did_you_mean(name, CameraPath::built_in_names()));
 }
 
 Result<CameraPath> open_path(const std::string& name, const Terrain& terrain,
@@ -104,13 +108,8 @@ CommandResult<void> check_pictures(const FlightOptions& options) {
 }
 
 CommandResult<void> check(const FlightOptions& options) {
-    constexpr std::size_t kMostThreads = 256;
     if (const CommandResult<void> good = check_path(options.path); !good) return good;
     if (const CommandResult<void> good = check_pictures(options); !good) return good;
-    if (options.threads > kMostThreads) {
-        return usage_error(
-            fmt::format("--threads must be 0 to {}, got {}", kMostThreads, options.threads));
-    }
     if (!names_track_file(options.path) && !std::isnan(options.seconds)) {
         // Before the path is made, whose memory grows with its length.
         const CommandResult<std::size_t> frames = count_frames(options.fps, options.seconds);
@@ -119,12 +118,31 @@ CommandResult<void> check(const FlightOptions& options) {
     return {};
 }
 
+CommandResult<void> check_drivable(const std::string& path) {
+    if (is_drivable(path)) return {};
+    return usage_error(
+        fmt::format("--path {} {}, and a vehicle cannot; drive follows {} or a track "
+                    "file",
+                    path, path == "spins" ? "turns a camera about" : "jumps", drivable_paths()));
+}
+
+std::string drivable_paths() {
+    std::vector<std::string> names = CameraPath::built_in_names();
+    std::erase_if(names, [](const std::string& name) { return !is_drivable(name); });
+    return fmt::format("{}", fmt::join(names, ", "));
+}
+
+CommandResult<void> check_limits(const FlightOptions& options, const Terrain& terrain) {
+    if (CommandResult<void> good = check_budget(terrain, options.budget); !good) return good;
+    return check_memory(terrain, options.memory_mb);
+}
+
 CommandResult<std::size_t> count_frames(double fps, double seconds) {
     constexpr double kMostFrames = 1e7;
     const double count = std::floor(seconds * fps + 0.5);
     if (!(count <= kMostFrames)) {
-        return usage_error(
-            fmt::format("{} s at --fps {} are more than {} frames", seconds, fps, kMostFrames));
+        return usage_error(fmt::format("{:.6g} s at --fps {:.6g} are more than {} frames", seconds,
+                                       fps, static_cast<std::size_t>(kMostFrames)));
     }
     return static_cast<std::size_t>(std::max(1.0, count));
 }

@@ -69,6 +69,14 @@ Result<CameraPath> open_path(const std::string& name, const Terrain& terrain,
 /// Fails with exit_usage.
 CommandResult<void> check_pictures(const FlightOptions& options);
 
+/// Refuses built-in paths that no vehicle can follow. Fails with exit_usage.
+CommandResult<void> check_drivable(const std::string& path);
+/// The built-in paths that vehicles can follow: "straight, orbit".
+std::string drivable_paths();
+
+/// Refuses a budget and a ceiling that the terrain's root squares do not fit into: see limits.h.
+CommandResult<void> check_limits(const FlightOptions& options, const Terrain& terrain);
+
 /// Refuses what no single option shows to be wrong. Fails with exit_usage.
 CommandResult<void> check(const FlightOptions& options);
 

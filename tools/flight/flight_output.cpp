@@ -3,29 +3,47 @@
 
 #include "report/flight_report.h"
 
+#include <fmt/format.h>
+
+#include <optional>
 #include <utility>
 
 namespace terrane::tools {
 
-FlightOutput::FlightOutput(const FlightOptions& options, FlightLog log)
-    : options_(options), log_(std::move(log)) {}
+FlightOutput::FlightOutput(const FlightOptions& options, std::shared_ptr<OutputFolder> folder,
+                           FlightLog log)
+    : options_(options), folder_(std::move(folder)), log_(std::move(log)) {}
 
 Result<FlightOutput> FlightOutput::create(const FlightOptions& options, const HeightSource& source,
                                           std::vector<std::string> extra_columns) {
-    const bool has_folder = !options.out.empty();
-    if (has_folder) {
-        const Result<void> ready = prepare_output_folder(options.out);
-        if (!ready) return tl::unexpected(ready.error());
+    std::shared_ptr<OutputFolder> folder;
+    if (!options.out.empty()) {
+        std::vector<std::string> names{kFramesName, kReportName};
+        if (options.video) names.emplace_back(kFilmName);
+        Result<std::shared_ptr<OutputFolder>> opened =
+            OutputFolder::open(options.out, std::move(names), options.png);
+        if (!opened) return tl::unexpected(opened.error());
+        folder = std::move(*opened);
     }
-    Result<FlightLog> log =
-        FlightLog::create(has_folder ? options.out + "/frames.csv" : "", std::move(extra_columns));
-    if (!log) return tl::unexpected(log.error());
-    FlightOutput output(options, std::move(*log));
+    watch_for_interrupts();
+    std::optional<FlightPictures> pictures;
     if (options.has_pictures()) {
-        Result<FlightPictures> pictures = FlightPictures::create(options, source);
-        if (!pictures) return tl::unexpected(pictures.error());
-        output.pictures_.emplace(std::move(*pictures));
+        Result<FlightPictures> made = FlightPictures::create(options, source, folder);
+        if (!made) return tl::unexpected(made.error());
+        pictures.emplace(std::move(*made));
     }
+    // Only now, when all is there that a flight needs, does an earlier one go.
+    std::optional<OutputPlace> csv;
+    if (folder != nullptr) {
+        if (const Result<void> cleared = folder->clear(); !cleared) {
+            return tl::unexpected(cleared.error());
+        }
+        csv.emplace(folder, kFramesName);
+    }
+    Result<FlightLog> log = FlightLog::create(csv, std::move(extra_columns));
+    if (!log) return tl::unexpected(log.error());
+    FlightOutput output(options, std::move(folder), std::move(*log));
+    output.pictures_ = std::move(pictures);
     return output;
 }
 
@@ -39,20 +57,29 @@ Result<void> FlightOutput::add(MadeFrame frame, const View& view,
 }
 
 Result<void> FlightOutput::finish(const std::string& title, nlohmann::ordered_json& summary) {
+    if (is_interrupted()) {
+        if (frames().empty()) return fail(ErrorCode::cancelled, "interrupted before the first frame");
+        summary["interrupted"] = true;
+    }
     summary["renderer"] = pictures_ ? pictures_->renderer_name() : "none";
     if (pictures_) summary["samples"] = pictures_->sample_count();
-    if (options_.out.empty()) return {};
+    if (folder_ == nullptr) return {};
     summary["out"] = options_.out;
     if (pictures_) {
         if (const Result<void> ended = pictures_->finish(); !ended) return ended;
     }
     if (const Result<void> ended = log_.commit(); !ended) return ended;
-    return write_flight_report(options_.out + "/report.html",
+    return write_flight_report(OutputPlace(folder_, kReportName),
                                {.title = title,
                                 .command_line = own_command_line(),
                                 .film = options_.video ? kFilmName : "",
                                 .summary = summary},
                                log_, options_.memory_bytes());
+}
+
+CommandResult<void> FlightOutput::verdict(std::size_t frame_count) const {
+    if (!is_interrupted() || frames().size() >= frame_count) return {};
+    return failure(fmt::format("interrupted after {} of {} frames", frames().size(), frame_count));
 }
 
 }  // namespace terrane::tools

@@ -2,6 +2,7 @@
 #include "flight/flight_pictures.h"
 
 #include "flight/flight_log.h"
+#include "output/interrupt.h"
 
 #include <cmath>
 #include <utility>
@@ -35,7 +36,8 @@ FlightPictures::FlightPictures(EglContext context, TerrainRenderer renderer)
     : context_(std::move(context)), renderer_(std::move(renderer)) {}
 
 Result<FlightPictures> FlightPictures::create(const FlightOptions& options,
-                                              const HeightSource& source) {
+                                              const HeightSource& source,
+                                              const std::shared_ptr<OutputFolder>& folder) {
     Result<EglContext> context = EglContext::create();
     if (!context) return tl::unexpected(context.error());
     RendererSettings settings;
@@ -45,9 +47,9 @@ Result<FlightPictures> FlightPictures::create(const FlightOptions& options,
         TerrainRenderer::create(*context, options.size.width_px, options.size.height_px, settings);
     if (!renderer) return tl::unexpected(renderer.error());
     FlightPictures pictures(std::move(*context), std::move(*renderer));
-    if (options.png) pictures.picture_folder_ = options.out;
+    if (options.png) pictures.picture_folder_ = folder;
     if (options.video) {
-        Result<Film> film = Film::create(options.out + "/" + kFilmName, options.size.width_px,
+        Result<Film> film = Film::create(OutputPlace(folder, kFilmName), options.size.width_px,
                                          options.size.height_px, options.fps);
         if (!film) return tl::unexpected(film.error());
         pictures.film_.emplace(std::move(*film));
@@ -70,9 +72,12 @@ Result<void> FlightPictures::add(std::size_t frame, const TerrainMesh& mesh, con
         window_->show(image);
         context_.make_current();
     }
-    if (!picture_folder_.empty()) {
-        const Result<void> written = write_png(image, picture_folder_ + "/" + frame_name(frame));
-        if (!written) return written;
+    if (picture_folder_ != nullptr) {
+        const std::string name = frame_name(frame);
+        const std::string path = picture_folder_->path_of(name);
+        const RemovedIfKilled part(path + ".part");  // as write_png() names it
+        if (const Result<void> written = write_png(image, path); !written) return written;
+        if (const Result<void> listed = picture_folder_->record(path, name); !listed) return listed;
     }
     return film_ ? film_->add(image) : Result<void>{};
 }

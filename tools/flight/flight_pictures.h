@@ -7,6 +7,7 @@
 
 #include <terrane/render/terrain_renderer.h>
 
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -18,7 +19,10 @@ namespace terrane::tools {
 class FlightPictures {
 public:
     /// Fails with device_unavailable where nothing can draw, io where the film cannot be made.
-    static Result<FlightPictures> create(const FlightOptions& options, const HeightSource& source);
+    ///
+    /// @param folder where pictures and the film go; null where there are none
+    static Result<FlightPictures> create(const FlightOptions& options, const HeightSource& source,
+                                         const std::shared_ptr<OutputFolder>& folder);
 
     /// Draws a frame and writes it. Fails with io.
     Result<void> add(std::size_t frame, const TerrainMesh& mesh, const View& view,
@@ -27,7 +31,7 @@ public:
     /// Whether there is a window, and the user closed it.
     bool is_closed() const { return window_ && window_->is_closed(); }
 
-    /// Ends the film. Fails with io.
+    /// Ends the film, however long it is. Fails with io.
     Result<void> finish();
 
     /// Samples a pixel.
@@ -42,7 +46,7 @@ private:
     TerrainRenderer renderer_;
     std::optional<Film> film_;
     std::optional<Window> window_;
-    std::string picture_folder_;  // "" for no pictures
+    std::shared_ptr<OutputFolder> picture_folder_;  // null for no pictures
 };
 
 /// Name of the film beside frames.csv.

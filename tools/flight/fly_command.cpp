@@ -4,6 +4,7 @@
 #include "flight/flight_output.h"
 #include "flight/frame_maker.h"
 #include "flight/slow_heights.h"
+#include "options/idle_flags.h"
 #include "output/progress.h"
 #include "output/summary.h"
 #include "track/camera_path.h"
@@ -55,6 +56,7 @@ Result<void> fly(const FlyOptions& options, const CameraPath& path, std::size_t 
     const double horizon = frame_maker_settings(options).pager.horizon;
     const View picture = make_view(options.size, options.fov_deg);
     maker.settle(view_at(picture, path.at(0.0)), {}, 0.0);
+    if (output.is_closed()) return {};
     if (storage != nullptr) storage->begin();
     const auto start = std::chrono::steady_clock::now();
     for (std::size_t i = 0; i < frame_count; ++i) {
@@ -76,10 +78,17 @@ Result<void> fly(const FlyOptions& options, const CameraPath& path, std::size_t 
     return {};
 }
 
-CommandResult<void> run_fly(const FlyOptions& options) {
+CommandResult<void> run_fly(const FlyOptions& options, const CLI::App& command) {
     if (const CommandResult<void> good = check(options); !good) return good;
+    const CommandResult<void> no_idle_flags = refuse_idle_flags(
+        command, {{{"--radius"},
+                   options.policy == PagingChoice::distance,
+                   "goes with --policy distance"},
+                  {{"--start-s"}, names_track_file(options.path), "goes with a track file as --path"}});
+    if (!no_idle_flags) return no_idle_flags;
     const CommandResult<Terrain> terrain = open_terrain(options.terrain);
     if (!terrain) return pass_on(terrain.error());
+    if (const CommandResult<void> fit = check_limits(options, *terrain); !fit) return fit;
     const Result<CameraPath> path = open_path(options.path, *terrain,
                                               {.speed = given(options.speed),
                                                .altitude = given(options.altitude),
@@ -108,7 +117,7 @@ CommandResult<void> run_fly(const FlyOptions& options) {
     const Result<void> ended = output->finish("Flight over " + terrain->name, summary);
     if (!ended) return pass_on(ended.error());
     print_summary(summary, options.json);
-    return {};
+    return output->verdict(*frame_count);
 }
 
 }  // namespace
@@ -142,7 +151,9 @@ void add_fly_command(CLI::App& app, CommandContext& context) {
         "Before the first frame it waits for what that frame needs; after that never.\n"
         "Example: terrane fly --dem tools/data/jacksboro.tif --seed 7 --path canyon --video --out "
         "out/flight");
-    fly->callback([&context, options] { context.run = [options] { return run_fly(*options); }; });
+    fly->callback([&context, options, fly] {
+        context.run = [options, fly] { return run_fly(*options, *fly); };
+    });
 }
 
 }  // namespace terrane::tools

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "flight/frame_maker.h"
 
+#include "output/interrupt.h"
+
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -31,7 +33,7 @@ void FrameMaker::settle(const View& view, std::span<const BodyNeed> bodies, doub
     constexpr int kMostRounds = 64;
     threshold_px_ = kFirstThreshold_px;
     std::uint64_t last_epoch = 0;
-    for (int round = 0; round < kMostRounds; ++round) {
+    for (int round = 0; round < kMostRounds && !is_interrupted(); ++round) {
         const std::array cameras{CameraNeed{.view = view, .threshold_px = threshold_px_}};
         pager_.update(cameras, bodies, time);
         pager_.finish();

@@ -37,7 +37,7 @@ public:
 
     /// Waits until everything is there that a first frame can use, or the ceiling stops it: loads
     /// for a coarse error first and halves it, so that a small budget never loads what only a large
-    /// one could draw.
+    /// one could draw. Ends early where is_interrupted().
     ///
     /// @param time of the pager's clock
     void settle(const View& view, std::span<const BodyNeed> bodies, double time);

@@ -3,12 +3,9 @@
 
 namespace terrane::tools {
 
-std::optional<PagingChoice> parse_paging_choice(std::string_view name) {
-    for (const PagingChoice choice :
-         {PagingChoice::deadline, PagingChoice::distance, PagingChoice::oracle}) {
-        if (name == name_of(choice)) return choice;
-    }
-    return std::nullopt;
+std::vector<std::string> paging_choice_names() {
+    return {name_of(PagingChoice::deadline), name_of(PagingChoice::distance),
+            name_of(PagingChoice::oracle)};
 }
 
 const char* name_of(PagingChoice choice) {

@@ -3,8 +3,8 @@
 
 #include <terrane/terrain/pager.h>
 
-#include <optional>
-#include <string_view>
+#include <string>
+#include <vector>
 
 namespace terrane::tools {
 
@@ -15,9 +15,8 @@ enum class PagingChoice {
     oracle,    ///< PagingPolicy::deadline that is told the true future of cameras and bodies
 };
 
-inline constexpr std::string_view kPagingChoices = "deadline, distance or oracle";
-
-std::optional<PagingChoice> parse_paging_choice(std::string_view name);
+/// As PagingChoice numbers them.
+std::vector<std::string> paging_choice_names();
 const char* name_of(PagingChoice choice);
 PagingPolicy pager_policy(PagingChoice choice);
 

@@ -1,19 +1,23 @@
 // SPDX-License-Identifier: MIT
 #include "options/option_values.h"
 
+#include "options/spelling.h"
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <span>
+#include <utility>
 
 namespace terrane::tools {
 namespace {
 
 constexpr int kMaxSide_px = 16384;
-constexpr std::size_t kMaxCount = std::size_t{1} << 53;
 
 /// The whole text as one value of a type that from_chars reads.
 template <class T>
@@ -25,9 +29,15 @@ std::optional<T> parse_whole(std::string_view text) {
     return value;
 }
 
+// What was typed, cut where a message would be swamped.
+std::string shortened(const std::string& text) {
+    constexpr std::size_t kLongest = 60;
+    return text.size() <= kLongest ? text : text.substr(0, kLongest) + "...";
+}
+
 [[noreturn]] void refuse(const std::string& flag, const std::string& wanted,
                          const std::string& got) {
-    throw CLI::ValidationError(flag, fmt::format("must be {}, got '{}'", wanted, got));
+    throw CLI::ValidationError(flag, fmt::format("must be {}, got '{}'", wanted, shortened(got)));
 }
 
 // What a number must be: in words, and as a test.
@@ -41,7 +51,7 @@ Rule positive() {
 }
 
 Rule in_range(double low, double high) {
-    return {fmt::format("{} to {}", low, high),
+    return {fmt::format("{:.6g} to {:.6g}", low, high),
             [low, high](double x) { return x >= low && x <= high; }};
 }
 
@@ -166,19 +176,42 @@ CLI::Option* add_in_range_list(CLI::App& app, const std::string& flag, std::vect
 }
 
 CLI::Option* add_count(CLI::App& app, const std::string& flag, std::size_t& value, std::size_t low,
-                       const std::string& help) {
+                       const std::string& help, std::size_t high) {
     std::size_t* const target = &value;
     CLI::Option* option = app.add_option_function<std::string>(
         flag,
-        [target, flag, low](const std::string& text) {
+        [target, flag, low, high](const std::string& text) {
             const std::optional<std::size_t> number = parse_whole<std::size_t>(text);
-            if (!number || *number < low || *number > kMaxCount) {
-                refuse(flag, fmt::format("a whole number of at least {}", low), text);
+            if (!number || *number < low || *number > high) {
+                refuse(flag, fmt::format("a whole number, {} to {}", low, high), text);
             }
             *target = *number;
         },
         help);
     return option->default_str(fmt::format("{}", value))->type_name("N");
+}
+
+std::size_t read_choice(const std::string& flag, const std::vector<std::string>& names,
+                        const std::string& text) {
+    const auto found = std::find(names.begin(), names.end(), text);
+    if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
+    const std::span<const std::string> all_but_last(names.data(), names.size() - 1);
+    throw CLI::ValidationError(
+        flag, fmt::format("must be {} or {}, got '{}'{}", fmt::join(all_but_last, ", "),
+                          names.back(), shortened(text), did_you_mean(text, names)));
+}
+
+CLI::Option* add_choice(CLI::App& app, const std::string& flag, std::vector<std::string> names,
+                        std::size_t usual, std::function<void(std::size_t)> choose,
+                        const std::string& help) {
+    const std::string usual_name = names[usual];
+    CLI::Option* option = app.add_option_function<std::string>(
+        flag,
+        [flag, names = std::move(names), choose = std::move(choose)](const std::string& text) {
+            choose(read_choice(flag, names, text));
+        },
+        help);
+    return option->default_str(usual_name)->type_name("NAME");
 }
 
 CLI::Option* add_point(CLI::App& app, const std::string& flag, std::optional<WorldPos>& value,

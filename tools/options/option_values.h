@@ -5,6 +5,8 @@
 
 #include <CLI/CLI.hpp>
 
+#include <cstddef>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -45,9 +47,18 @@ CLI::Option* add_positive_list(CLI::App& app, const std::string& flag, std::vect
                                const std::string& help);
 CLI::Option* add_in_range_list(CLI::App& app, const std::string& flag, std::vector<double>& values,
                                double low, double high, const std::string& help);
-/// A whole number of at least `low` and at most 2^53.
+/// A whole number of at least `low` and at most `high`.
 CLI::Option* add_count(CLI::App& app, const std::string& flag, std::size_t& value, std::size_t low,
-                       const std::string& help);
+                       const std::string& help, std::size_t high = std::size_t{1} << 53);
+/// One of several names; a mistyped one is refused with the nearest.
+///
+/// @param choose is given the number of the name
+CLI::Option* add_choice(CLI::App& app, const std::string& flag, std::vector<std::string> names,
+                        std::size_t usual, std::function<void(std::size_t)> choose,
+                        const std::string& help);
+/// The number of a name among names. Throws as the options do.
+std::size_t read_choice(const std::string& flag, const std::vector<std::string>& names,
+                        const std::string& text);
 CLI::Option* add_point(CLI::App& app, const std::string& flag, std::optional<WorldPos>& value,
                        const std::string& help);
 CLI::Option* add_size(CLI::App& app, const std::string& flag, ImageSize& value,

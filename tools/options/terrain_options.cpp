@@ -15,6 +15,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <new>
 #include <string_view>
 #include <utility>
 
@@ -44,9 +45,9 @@ CommandResult<Terrain> open_fractal(const TerrainOptions& options) {
     std::frexp(detail_m, &exponent);  // detail = mantissa * 2^exponent, mantissa 0.5 to 1
     const int spacing_log2 = exponent - 1;
     if (spacing_log2 < kFinestLog2 || spacing_log2 > kCoarsestLog2) {
-        return usage_error(fmt::format("--detail-m of a fractal must be {} to {}, got {}",
-                                       std::ldexp(1.0, kFinestLog2), std::ldexp(1.0, kCoarsestLog2),
-                                       detail_m));
+        return usage_error(
+            fmt::format("--detail-m of a fractal must be {:.6g} to {:.6g}, got {:.6g}",
+                        std::ldexp(1.0, kFinestLog2), std::ldexp(1.0, kCoarsestLog2), detail_m));
     }
     FractalSettings settings;
     settings.seed = *options.seed;
@@ -78,8 +79,12 @@ CommandResult<Terrain> open_dem(const TerrainOptions& options) {
         return true;
     };
     DemInfo info;
-    Result<std::shared_ptr<const HeightSource>> source =
-        DemHeights::open(options.dem, settings, &info);
+    Result<std::shared_ptr<const HeightSource>> source = fail(ErrorCode::out_of_memory, "");
+    try {
+        source = DemHeights::open(options.dem, settings, &info);
+    } catch (const std::bad_alloc&) {
+        return failure("cannot open raster " + quoted(options.dem) + ": out of memory");
+    }
     if (!source) {
         if (source.error().code != ErrorCode::invalid_argument) return pass_on(source.error());
         // The only argument of the library that a command line sets.
@@ -96,8 +101,10 @@ CommandResult<Terrain> open_dem(const TerrainOptions& options) {
 CommandResult<std::string> read_text(const std::string& path) {
     // A folder opens as a stream and then gives nothing: ask first.
     std::error_code error;
-    if (!std::filesystem::is_regular_file(path, error)) {
-        return failure("cannot open scene " + quoted(path));
+    const std::filesystem::file_status status = std::filesystem::status(path, error);
+    if (!std::filesystem::is_regular_file(status)) {
+        return failure("cannot open scene " + quoted(path) + ": " +
+                       (error ? error.message() : "it is not a file"));
     }
     std::ifstream file(path, std::ios::binary);
     std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
@@ -120,27 +127,20 @@ void add_terrain_options(CLI::App& app, TerrainOptions& options) {
             const auto [rest, error] = std::from_chars(text.data(), end, value);
             if (error != std::errc() || rest != end) {
                 throw CLI::ValidationError(
-                    "--seed", fmt::format("must be 0 to 18446744073709551615, got '{}'", text));
+                    "--seed", fmt::format("must be 0 to 18446744073709551615, got '{:.60}'", text));
             }
             *seed = value;
         },
         "Fractal terrain of this seed; with --dem, fractal detail below the raster's resolution");
     seed_option->type_name("N")->group("Terrain");
     std::optional<FractalKind>* const fractal = &options.fractal;
-    CLI::Option* fractal_option = app.add_option_function<std::string>(
-        "--fractal",
-        [fractal](const std::string& text) {
-            *fractal = parse_fractal_kind(text);
-            if (!*fractal) {
-                throw CLI::ValidationError(
-                    "--fractal",
-                    fmt::format("must be {}, got '{}'", fmt::join(kFractalKinds, ", "), text));
-            }
-        },
+    CLI::Option* fractal_option = add_choice(
+        app, "--fractal", {std::begin(kFractalKinds), std::end(kFractalKinds)}, 0,
+        [fractal](std::size_t number) { *fractal = static_cast<FractalKind>(number); },
         "Kind of the fractal, with --seed and no --dem: the same roughness everywhere, sharp "
         "ridges, "
         "smooth valleys below rough heights, or folds; fbm unless said");
-    fractal_option->type_name("KIND")->group("Terrain");
+    fractal_option->default_str("")->type_name("KIND")->group("Terrain");
     CLI::Option* scene_option = app.add_option(
         "--scene", options.scene,
         "The same choices in a JSON file, with the keys dem, seed, fractal and detail_m");
@@ -153,7 +153,7 @@ void add_terrain_options(CLI::App& app, TerrainOptions& options) {
                *detail = parse_number(text);
                if (!*detail || !(**detail > 0.0)) {
                    throw CLI::ValidationError(
-                       "--detail-m", fmt::format("must be a number above 0, got '{}'", text));
+                       "--detail-m", fmt::format("must be a number above 0, got '{:.60}'", text));
                }
            },
            "Finest spacing of the ground, metres: without it a raster's own cell, and 1 where "
@@ -217,7 +217,7 @@ CommandResult<TerrainOptions> parse_scene(const std::string& text, const std::st
 CommandResult<Terrain> open_terrain(const TerrainOptions& options) {
     if (options.detail_m && !(std::isfinite(*options.detail_m) && *options.detail_m > 0.0)) {
         return usage_error(
-            fmt::format("--detail-m must be a number above 0, got {}", *options.detail_m));
+            fmt::format("--detail-m must be a number above 0, got {:.6g}", *options.detail_m));
     }
     if (!options.scene.empty()) {
         const CommandResult<std::string> text = read_text(options.scene);

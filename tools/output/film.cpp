@@ -1,18 +1,25 @@
 // SPDX-License-Identifier: MIT
 #include "output/film.h"
 
+#include "output/temporary_file.h"
+
 #include <fcntl.h>
 #include <signal.h>
 #include <spawn.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/time.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <optional>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -91,8 +98,15 @@ int start(const std::vector<std::string>& arguments, int input, int complaints,
     posix_spawn_file_actions_adddup2(&actions, input, STDIN_FILENO);
     posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
     posix_spawn_file_actions_adddup2(&actions, complaints, STDERR_FILENO);
-    const int error =
-        posix_spawnp(&process_out, kProgram, &actions, nullptr, pointers.data(), environ);
+    posix_spawnattr_t attributes;
+    int error = posix_spawnattr_init(&attributes);
+    if (error == 0) {
+        posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
+        posix_spawnattr_setpgroup(&attributes, 0);  // out of reach of the terminal's Ctrl-C
+        error =
+            posix_spawnp(&process_out, kProgram, &actions, &attributes, pointers.data(), environ);
+        posix_spawnattr_destroy(&attributes);
+    }
     posix_spawn_file_actions_destroy(&actions);
     return error;
 }
@@ -100,27 +114,54 @@ int start(const std::vector<std::string>& arguments, int input, int complaints,
 }  // namespace
 
 struct Film::State {
-    std::string path, part;
+    explicit State(OutputPlace to) : place(std::move(to)) {}
+
+    OutputPlace place;
+    std::optional<TemporaryFile> part;
     int width_px = 0, height_px = 0;
+    int patience_s = kPatience_s;
     std::size_t frame_count = 0;
     pid_t process = -1;
     Descriptor frames;  // a socket: a write to a dead process is an error there, not a signal
     File complaints;
-    bool is_finished = false;
 
-    State() = default;
     State(const State&) = delete;
     State& operator=(const State&) = delete;
-    ~State() {
-        stop();
-        if (!is_finished) std::remove(part.c_str());
-    }
+    ~State() { stop(); }
 
     void stop() {
         frames.close();
         if (process < 0) return;
-        kill(process, SIGKILL);
+        kill(-process, SIGKILL);  // the group: what it has started too
         wait();
+    }
+
+    std::string is_silent() const {
+        return "ffmpeg has done nothing for " + std::to_string(patience_s) + " s";
+    }
+
+    // As wait(), but nothing where ffmpeg neither ends nor writes for as long as there is patience.
+    std::optional<int> wait_while_it_works() {
+        using Clock = std::chrono::steady_clock;
+        Clock::time_point last_change = Clock::now();
+        struct stat before {};
+        for (;;) {
+            int status = -1;
+            const pid_t ended = waitpid(process, &status, WNOHANG);
+            if (ended == process) {
+                process = -1;
+                return status;
+            }
+            struct stat now {};
+            if (::stat(part->path().c_str(), &now) == 0 &&
+                (now.st_size != before.st_size || now.st_mtim.tv_sec != before.st_mtim.tv_sec ||
+                 now.st_mtim.tv_nsec != before.st_mtim.tv_nsec)) {
+                before = now;
+                last_change = Clock::now();
+            }
+            if (Clock::now() - last_change > std::chrono::seconds(patience_s)) return std::nullopt;
+            std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        }
     }
 
     // The exit status as waitpid gives it; -1 where there is none.
@@ -139,10 +180,10 @@ struct Film::State {
     // Why the film is lost, and what ffmpeg said.
     tl::unexpected<Error> lost(const std::string& cause) {
         stop();
-        std::remove(part.c_str());
+        part.reset();
         const std::string said = last_line(complaints.get());
         return fail(ErrorCode::io,
-                    "cannot write '" + path + "': " + cause + (said.empty() ? "" : ": " + said));
+                    "cannot write '" + place.path + "': " + cause + (said.empty() ? "" : ": " + said));
     }
 };
 
@@ -151,8 +192,9 @@ Film::Film(Film&&) noexcept = default;
 Film& Film::operator=(Film&&) noexcept = default;
 Film::~Film() = default;
 
-Result<Film> Film::create(const std::string& path, int width_px, int height_px,
-                          double frames_per_second) {
+Result<Film> Film::create(const OutputPlace& place, int width_px, int height_px,
+                          double frames_per_second, int patience_s) {
+    const std::string& path = place.path;
     if (width_px < 2 || height_px < 2 || width_px % 2 != 0 || height_px % 2 != 0) {
         return fail(ErrorCode::invalid_argument,
                     "the size of a film must be positive and even, got " +
@@ -163,9 +205,7 @@ Result<Film> Film::create(const std::string& path, int width_px, int height_px,
                     "a film must have above 0 to 1000 frames a second, got " +
                         std::to_string(frames_per_second));
     }
-    auto state = std::make_unique<State>();
-    state->path = path;
-    state->part = path + ".part.mp4";
+    auto state = std::make_unique<State>(place);
     state->width_px = width_px;
     state->height_px = height_px;
     state->complaints.reset(std::tmpfile());
@@ -174,9 +214,16 @@ Result<Film> Film::create(const std::string& path, int width_px, int height_px,
         socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) {
         return fail(ErrorCode::io, "cannot write '" + path + "': " + std::strerror(errno));
     }
+    state->patience_s = patience_s;
     state->frames = Descriptor(ends[0]);
     const Descriptor input(ends[1]);
-    const int error = start(make_arguments(state->part, width_px, height_px, frames_per_second),
+    const timeval patience{.tv_sec = patience_s, .tv_usec = 0};
+    setsockopt(ends[0], SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
+    Result<TemporaryFile> part = TemporaryFile::beside(path);
+    if (!part) return tl::unexpected(part.error());
+    part->close();  // ffmpeg opens it by its name
+    state->part.emplace(std::move(*part));
+    const int error = start(make_arguments(state->part->path(), width_px, height_px, frames_per_second),
                             input.number(), fileno(state->complaints.get()), state->process);
     if (error != 0) {
         state->process = -1;
@@ -195,7 +242,7 @@ Result<void> Film::add(const Image& frame) {
     if (frame.width != state.width_px || frame.height != state.height_px ||
         frame.rgb.size() != bytes) {
         return fail(ErrorCode::invalid_argument,
-                    "a frame of '" + state.path + "' must have " + std::to_string(state.width_px) +
+                    "a frame of '" + state.place.path + "' must have " + std::to_string(state.width_px) +
                         "x" + std::to_string(state.height_px) + " pixels, got " +
                         std::to_string(frame.width) + "x" + std::to_string(frame.height));
     }
@@ -203,6 +250,9 @@ Result<void> Film::add(const Image& frame) {
         const ssize_t count =
             send(state.frames.number(), frame.rgb.data() + sent, bytes - sent, MSG_NOSIGNAL);
         if (count < 0 && errno == EINTR) continue;
+        if (count < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) {
+            return state.lost(state.is_silent());
+        }
         if (count < 0) return state.lost("ffmpeg takes no more frames");
         sent += static_cast<std::size_t>(count);
     }
@@ -215,12 +265,16 @@ Result<void> Film::finish() {
     if (state.process < 0) return state.lost("it has ended before");
     if (state.frame_count == 0) return state.lost("a film needs a frame");
     state.frames.close();
-    const int status = state.wait();
-    if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) return state.lost("ffmpeg failed");
-    if (std::rename(state.part.c_str(), state.path.c_str()) != 0) {
-        return state.lost(std::strerror(errno));
+    const std::optional<int> status = state.wait_while_it_works();
+    if (!status) return state.lost(state.is_silent());
+    if (!WIFEXITED(*status) || WEXITSTATUS(*status) != 0) return state.lost("ffmpeg failed");
+    if (state.place.folder != nullptr) {
+        const Result<void> listed =
+            state.place.folder->record(state.part->path(), state.place.name);
+        if (!listed) return state.lost(listed.error().message);
     }
-    state.is_finished = true;
+    const int cause = state.part->rename_to(state.place.path, state.place.folder == nullptr);
+    if (cause != 0) return state.lost(std::strerror(cause));
     return {};
 }
 

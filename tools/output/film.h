@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "output/output_folder.h"
+
 #include <terrane/render/image.h>
 
 #include <cstddef>
@@ -10,15 +12,20 @@
 namespace terrane::tools {
 
 /// A film that the program ffmpeg makes (H.264 in MP4) from the frames it is given. It appears under
-/// its name only when it is whole; what was not finished is removed.
+/// its name only when it is whole; what was not finished is removed. ffmpeg is in a process group of its own, so
+/// that a Ctrl-C of the terminal does not reach it.
 class Film {
 public:
-    /// Starts ffmpeg, which writes to `path`.part.mp4.
+    /// Starts ffmpeg, which writes to a file beside the place.
+    ///
+    /// @param place      a path that the user named, whose file is replaced; or a name in a run's folder
+    /// @param patience_s seconds without a sign of life of ffmpeg, whole and above 0, after which add() and finish()
+    ///                   give it up
     ///
     /// Fails: invalid_argument for a size that is not positive and even, or a rate that is not 0 to
     ///        1000 frames a second; io where ffmpeg is not installed or cannot be started
-    static Result<Film> create(const std::string& path, int width_px, int height_px,
-                               double frames_per_second);
+    static Result<Film> create(const OutputPlace& place, int width_px, int height_px,
+                               double frames_per_second, int patience_s = kPatience_s);
 
     Film(Film&&) noexcept;
     Film& operator=(Film&&) noexcept;
@@ -35,6 +42,8 @@ public:
     Result<void> finish();
 
     std::size_t frame_count() const;
+
+    static constexpr int kPatience_s = 60;
 
 private:
     struct State;

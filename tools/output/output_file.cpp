@@ -9,59 +9,68 @@
 namespace terrane::tools {
 namespace {
 
-std::string cannot_write(const std::string& path, int cause) {
-    return "cannot write '" + path + "': " + std::strerror(cause);
+tl::unexpected<Error> cannot_write(const std::string& path, int cause) {
+    return fail(ErrorCode::io, "cannot write '" + path + "': " + std::strerror(cause));
 }
 
 }  // namespace
 
-OutputFile::OutputFile(std::string path, std::string written_path, std::FILE* file)
-    : path_(std::move(path)), written_path_(std::move(written_path)), file_(file) {}
+OutputFile::OutputFile(OutputPlace place, std::optional<TemporaryFile> temporary,
+                       std::FILE* direct)
+    : place_(std::move(place)), temporary_(std::move(temporary)), direct_(direct) {}
 
 OutputFile::OutputFile(OutputFile&& other) noexcept
-    : path_(std::move(other.path_)),
-      written_path_(std::move(other.written_path_)),
-      file_(std::exchange(other.file_, nullptr)),
+    : place_(std::move(other.place_)),
+      temporary_(std::move(other.temporary_)),
+      direct_(std::exchange(other.direct_, nullptr)),
       failed_errno_(other.failed_errno_) {}
 
 OutputFile::~OutputFile() {
-    if (file_ == nullptr) return;
-    std::fclose(file_);
-    if (written_path_ != path_) std::remove(written_path_.c_str());
+    if (direct_ != nullptr) std::fclose(direct_);
 }
 
-Result<OutputFile> OutputFile::create(const std::string& path) {
+Result<OutputFile> OutputFile::create(const OutputPlace& place) {
+    const std::string& path = place.path;
     if (path.empty()) return fail(ErrorCode::io, "cannot write to a file without a name");
     std::error_code error;
     const std::filesystem::file_status status = std::filesystem::status(path, error);
-    if (std::filesystem::is_directory(status)) {
-        return fail(ErrorCode::io, cannot_write(path, EISDIR));
+    if (std::filesystem::is_directory(status)) return cannot_write(path, EISDIR);
+    if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
+        std::FILE* const direct = std::fopen(path.c_str(), "wb");
+        if (direct == nullptr) return cannot_write(path, errno);
+        return OutputFile(place, std::nullopt, direct);
     }
-    const bool replace =
-        !std::filesystem::exists(status) || std::filesystem::is_regular_file(status);
-    const std::string written_path = replace ? path + ".partial" : path;
-    std::FILE* file = std::fopen(written_path.c_str(), "wb");
-    if (file == nullptr) return fail(ErrorCode::io, cannot_write(path, errno));
-    return OutputFile(path, written_path, file);
+    Result<TemporaryFile> temporary = TemporaryFile::beside(path);
+    if (!temporary) return tl::unexpected(temporary.error());
+    return OutputFile(place, std::move(*temporary), nullptr);
 }
 
 void OutputFile::write(std::string_view bytes) {
     if (failed_errno_ != 0 || bytes.empty()) return;
-    if (std::fwrite(bytes.data(), 1, bytes.size(), file_) != bytes.size()) failed_errno_ = errno;
+    if (std::fwrite(bytes.data(), 1, bytes.size(), stream()) != bytes.size()) {
+        failed_errno_ = errno;
+    }
+}
+
+Result<void> OutputFile::check() const {
+    if (failed_errno_ != 0) return cannot_write(place_.path, failed_errno_);
+    return {};
 }
 
 Result<void> OutputFile::commit() {
-    if (failed_errno_ == 0 && std::fflush(file_) != 0) failed_errno_ = errno;
-    if (std::fclose(std::exchange(file_, nullptr)) != 0 && failed_errno_ == 0) {
-        failed_errno_ = errno;
+    const int closed = direct_ != nullptr
+                           ? (std::fclose(std::exchange(direct_, nullptr)) == 0 ? 0 : errno)
+                           : temporary_->close();
+    if (failed_errno_ == 0) failed_errno_ = closed;
+    if (failed_errno_ == 0 && temporary_) {
+        if (place_.folder != nullptr) {
+            // first the list: killed between the two, the next run finds a name without a file
+            const Result<void> listed = place_.folder->record(temporary_->path(), place_.name);
+            if (!listed) return listed;
+        }
+        failed_errno_ = temporary_->rename_to(place_.path, place_.folder == nullptr);
     }
-    if (failed_errno_ == 0 && written_path_ != path_ &&
-        std::rename(written_path_.c_str(), path_.c_str()) != 0) {
-        failed_errno_ = errno;
-    }
-    if (failed_errno_ == 0) return {};
-    if (written_path_ != path_) std::remove(written_path_.c_str());
-    return fail(ErrorCode::io, cannot_write(path_, failed_errno_));
+    return check();
 }
 
 }  // namespace terrane::tools

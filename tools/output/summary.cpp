@@ -1,27 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "output/summary.h"
 
+#include "output/figures.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cstdio>
 
 namespace terrane::tools {
-namespace {
-
-std::string plain(const nlohmann::ordered_json& value) {
-    if (value.is_string()) return value == "" ? "-" : value.get<std::string>();
-    if (!value.is_array()) return to_line(value);
-    std::string text;
-    for (const nlohmann::ordered_json& item : value) {
-        if (!text.empty()) text += ", ";
-        text += plain(item);
-    }
-    return text;
-}
-
-}  // namespace
-
 std::string to_line(const nlohmann::ordered_json& value) {
     return value.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
@@ -32,7 +19,9 @@ std::string format_summary(const nlohmann::ordered_json& summary, bool as_json) 
     for (const auto& [key, value] : summary.items()) width = std::max(width, key.size());
     std::string text;
     for (const auto& [key, value] : summary.items()) {
-        text += fmt::format("{:<{}}  {}\n", key, width, plain(value));
+        text += fmt::format("{:<{}}  {}", key, width, figure_text(key, value));
+        const std::string note = figure_note(key, summary);
+        text += note.empty() ? "\n" : "  (" + note + ")\n";
     }
     return text;
 }

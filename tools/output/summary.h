@@ -7,8 +7,8 @@
 
 namespace terrane::tools {
 
-/// What a command found out, on standard output: one line of JSON for machines, or a line
-/// "key   value" for each key for people. Numbers are printed so that they read back the same.
+/// What a command found out, on standard output: one line of JSON for machines, whose numbers read back the same; or
+/// a line "key   value" for each key for people, rounded as figure_text() says.
 void print_summary(const nlohmann::ordered_json& summary, bool as_json);
 
 /// The text that print_summary() prints, line ends included.

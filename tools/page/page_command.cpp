@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "command.h"
 #include "flight/flight_options.h"
+#include "options/idle_flags.h"
+#include "options/limits.h"
+#include "output/interrupt.h"
+#include "output/output_folder.h"
 #include "output/progress.h"
 #include "output/summary.h"
 #include "page/page_options.h"
@@ -10,8 +14,11 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <atomic>
 #include <deque>
 #include <memory>
+#include <span>
 #include <utility>
 
 namespace terrane::tools {
@@ -23,6 +30,7 @@ struct Plan {
     std::vector<PagingRow> rows;  ///< without their runs yet
     std::vector<PagingJob> jobs;
     std::vector<std::size_t> row_of_job;
+    std::size_t rows_done = 0;
 };
 
 CommandResult<Plan> make_plan(const PageOptions& options, const Terrain& terrain) {
@@ -87,7 +95,8 @@ void print_heading() {
     std::fwrite(line.data(), 1, line.size(), stdout);
 }
 
-// The best run of each row; rows are printed as they are done.
+// The best run of each row; rows are printed as they are done. Fails with cancelled where the program was
+// interrupted: then the rows before Plan::rows_done are whole.
 Result<void> play(const PageOptions& options, const Terrain& terrain, Plan& plan) {
     Progress progress("paging");
     ChunkCache chunks(terrain.source, static_cast<std::size_t>(options.cache_mb * 0x1p20));
@@ -96,7 +105,6 @@ Result<void> play(const PageOptions& options, const Terrain& terrain, Plan& plan
         plan.rows.size() <= kMostPlottedCells * options.policies.size() && !options.out.empty();
     if (!is_only_one && !options.json) print_heading();
     const auto take = [&](std::size_t job, PagingRun run) -> Result<void> {
-        progress.show(static_cast<double>(job) / static_cast<double>(plan.jobs.size()));
         PagingRow& row = plan.rows[plan.row_of_job[job]];
         const bool is_first = row.run.totals.frames == 0;
         if (!keeps_frames) run.frames = {};
@@ -106,14 +114,25 @@ Result<void> play(const PageOptions& options, const Terrain& terrain, Plan& plan
         }
         const bool is_last =
             job + 1 == plan.jobs.size() || plan.row_of_job[job + 1] != plan.row_of_job[job];
-        if (is_last) print_row(row, is_only_one, options.json);
+        if (!is_last) return {};
+        print_row(row, is_only_one, options.json);
+        ++plan.rows_done;
         return {};
     };
-    return play_all(terrain.source, chunks, plan.jobs, options.threads, take);
+    std::atomic<std::size_t> frames_done = 0;
+    std::size_t frame_count = 0;
+    for (PagingJob& job : plan.jobs) {
+        job.settings.frames_done = &frames_done;
+        frame_count += job.settings.frame_count;
+    }
+    const auto show = [&] {
+        progress.show(static_cast<double>(frames_done) / static_cast<double>(frame_count));
+    };
+    return play_all(terrain.source, chunks, plan.jobs, options.threads, take, show);
 }
 
-Result<void> write_frames(const std::string& path, const PagingRun& run) {
-    Result<OutputFile> file = OutputFile::create(path);
+Result<void> write_frames(const OutputPlace& place, const PagingRun& run) {
+    Result<OutputFile> file = OutputFile::create(place);
     if (!file) return tl::unexpected(file.error());
     file->write(
         "time_s,eye_x_m,eye_y_m,eye_z_m,triangles,error_px,late,status,threshold_px,"
@@ -131,46 +150,69 @@ Result<void> write_frames(const std::string& path, const PagingRun& run) {
     return file->commit();
 }
 
-Result<void> write_files(const PageOptions& options, const Terrain& terrain, const Plan& plan) {
-    if (options.out.empty()) return {};
+Result<void> write_files(const PageOptions& options, const Terrain& terrain, const Plan& plan,
+                         const std::shared_ptr<OutputFolder>& folder) {
+    if (folder == nullptr) return {};
+    const std::span<const PagingRow> rows = std::span(plan.rows).first(plan.rows_done);
+    if (const Result<void> cleared = folder->clear(); !cleared) return cleared;
     if (plan.rows.size() == 1) {
         const Result<void> written =
-            write_frames(options.out + "/frames.csv", plan.rows.front().run);
+            write_frames(OutputPlace(folder, kFramesName), rows.front().run);
         if (!written) return written;
     }
     nlohmann::ordered_json summary;
     summary["terrain"] = terrain.name;
     summary["flights"] = plan.jobs.size();
+    if (rows.size() < plan.rows.size()) summary["interrupted"] = true;
     summary["seconds"] = options.seconds;
     summary["fps"] = options.fps;
     summary["max_error_px"] = options.max_error_px;
     summary["bodies"] = options.body_count;
     summary["slots"] = options.slots;
     summary["horizon_s"] = options.horizon;
-    return write_paging_report(options.out + "/report.html",
+    return write_paging_report(OutputPlace(folder, kReportName),
                                {.title = "Paging over " + terrain.name,
                                 .command_line = own_command_line(),
                                 .film = "",
                                 .summary = summary},
-                               plan.rows);
+                               rows);
 }
 
-CommandResult<void> run_page(const PageOptions& options) {
+CommandResult<void> run_page(const PageOptions& options, const CLI::App& command) {
     if (const CommandResult<void> good = check(options); !good) return good;
+    if (const CommandResult<void> good = refuse_idle_page_flags(options, command); !good) {
+        return good;
+    }
     const CommandResult<Terrain> terrain = open_terrain(options.terrain);
     if (!terrain) return pass_on(terrain.error());
+    if (const CommandResult<void> fit = check_budget(*terrain, options.budget); !fit) return fit;
+    for (const double memory_mb : options.memories_mb) {
+        if (const CommandResult<void> fit = check_memory(*terrain, memory_mb); !fit) return fit;
+    }
     CommandResult<Plan> plan = make_plan(options, *terrain);
     if (!plan) return pass_on(plan.error());
+    const bool has_jumps = std::ranges::any_of(
+        plan->paths, [](const CameraPath& path) { return !path.jumps().empty(); });
+    const CommandResult<void> no_idle_flags = refuse_idle_flags(
+        command, {{{"--announce-s"}, has_jumps, "goes with a path that jumps, such as teleports"}});
+    if (!no_idle_flags) return no_idle_flags;
+    std::shared_ptr<OutputFolder> folder;
     if (!options.out.empty()) {
-        const Result<void> ready = prepare_output_folder(options.out);
-        if (!ready) return pass_on(ready.error());
+        Result<std::shared_ptr<OutputFolder>> opened =
+            OutputFolder::open(options.out, {kFramesName, kReportName}, false);
+        if (!opened) return pass_on(opened.error());
+        folder = std::move(*opened);
     }
-    if (const Result<void> played = play(options, *terrain, *plan); !played) {
-        return pass_on(played.error());
+    watch_for_interrupts();
+    const Result<void> played = play(options, *terrain, *plan);
+    if (!played && played.error().code != ErrorCode::cancelled) return pass_on(played.error());
+    if (plan->rows_done > 0) {
+        const Result<void> written = write_files(options, *terrain, *plan, folder);
+        if (!written) return pass_on(written.error());
     }
-    const Result<void> written = write_files(options, *terrain, *plan);
-    if (!written) return pass_on(written.error());
-    return {};
+    if (played) return {};
+    return failure(fmt::format("interrupted after {} of {} lines of the table", plan->rows_done,
+                               plan->rows.size()));
 }
 
 }  // namespace
@@ -188,7 +230,9 @@ void add_page_command(CLI::App& app, CommandContext& context) {
         "Example: terrane page --seed 7 --path straight@250,turns --policy "
         "deadline,distance,oracle "
         "--radius 0.5,1,2 --bandwidth-mb 10 --out out/page");
-    page->callback([&context, options] { context.run = [options] { return run_page(*options); }; });
+    page->callback([&context, options, page] {
+        context.run = [options, page] { return run_page(*options, *page); };
+    });
 }
 
 }  // namespace terrane::tools

@@ -2,10 +2,14 @@
 #include "page/page_options.h"
 
 #include "flight/flight_options.h"
+#include "options/idle_flags.h"
+#include "options/limits.h"
+#include "track/track.h"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 namespace terrane::tools {
@@ -42,12 +46,8 @@ void add_policy_list(CLI::App& app, std::vector<PagingChoice>& policies) {
            [target](const std::string& text) {
                target->clear();
                for (const std::string& item : parse_items("--policy", text)) {
-                   const std::optional<PagingChoice> choice = parse_paging_choice(item);
-                   if (!choice) {
-                       throw CLI::ValidationError(
-                           "--policy", fmt::format("must be {}, got '{}'", kPagingChoices, item));
-                   }
-                   target->push_back(*choice);
+                   target->push_back(static_cast<PagingChoice>(
+                       read_choice("--policy", paging_choice_names(), item)));
                }
            },
            "Which chunks are loaded first: deadline follows motion ahead, distance takes the "
@@ -64,7 +64,7 @@ void add_storage_options(CLI::App& app, PageOptions& options) {
                       kMostBandwidth_mb, "MB of 10^6 bytes a second that all requests share");
     add_in_range_list(app, "--memory-mb", options.memories_mb, kLeastMemory_mb, kMostMemory_mb,
                       "Ceiling of the memory that chunks take, MB of 2^20 bytes");
-    add_count(app, "--slots", options.slots, 1, "Requests at once, at most 1024");
+    add_count(app, "--slots", options.slots, 1, "Requests at once", 1024);
     add_in_range(app, "--latency-spread", storage.latency_spread, 0.0, 16.0,
                  "Each request takes the latency times 2^(spread * s), s from -1 to 1");
     add_in_range(app, "--failure-share", storage.failure_share, 0.0, 1.0,
@@ -91,27 +91,28 @@ void add_page_options(CLI::App& app, PageOptions& options) {
                      "Jumps of teleports are told so many seconds ahead");
     add_size(app, "--size", options.size, "Size of the picture, pixels");
     add_in_range(app, "--fov-deg", options.fov_deg, 1.0, 170.0, "Vertical field of view, degrees");
-    add_count(app, "--budget", options.budget, 1, "Most triangles a frame");
+    add_count(app, "--budget", options.budget, 1, "Most triangles a frame", kMostTriangles);
     add_positive(app, "--max-error-px", options.max_error_px,
                  "Screen error that frames should not exceed, pixels");
     add_count(app, "--bodies", options.body_count, 0,
-              "Balls on the ground below the camera and around it, for contact");
+              "Balls on the ground below the camera and around it, for contact", 100'000);
     add_policy_list(app, options.policies);
-    add_positive_list(app, "--radius", options.radii,
+    add_in_range_list(app, "--radius", options.radii, 1e-6, 1e6,
                       "With --policy distance: how many times as far as it is needed a chunk is "
                       "loaded; of several the best is kept");
-    add_in_range(app, "--horizon-s", options.horizon, 0.0, 1e4,
+    add_in_range(app, "--horizon-s", options.horizon, 0.0, 3600.0,
                  "How far ahead motion is followed, seconds");
     add_in_range(app, "--contact-share", options.contact_share, 0.0, 1.0,
                  "Of the ceiling that is kept free for contact");
     add_storage_options(app, options);
-    add_count(app, "--threads", options.threads, 1, "Flights that are played at once");
+    add_count(app, "--threads", options.threads, 1, "Flights that are played at once", 256);
     add_in_range(
         app, "--cache-mb", options.cache_mb, 0.0, kMostMemory_mb,
         "Chunks that are kept made for other flights, MB of 2^20 bytes; changes no result");
     app.add_option("--out", options.out,
-                   "Folder for report.html and, of a single flight, frames.csv; what an earlier "
-                   "flight left there is replaced")
+                   "Folder for report.html and, of a single flight, frames.csv. What an earlier run "
+                   "wrote there (terrane-files.txt lists it) is replaced; no other file is removed or "
+                   "written over")
         ->type_name("DIR");
     app.add_flag("--json", options.json, "Print one JSON object a line for each flight");
 }
@@ -133,22 +134,50 @@ PathItem parse_path_item(const std::string& text) {
 }
 
 CommandResult<void> check(const PageOptions& options) {
-    constexpr std::size_t kMostSlots = 1024, kMostBodies = 100'000, kMostThreads = 256;
     for (const std::string& path : options.paths) {
         const CommandResult<void> good = check_path(parse_path_item(path).name);
         if (!good) return good;
     }
-    const auto at_most = [](const char* flag, std::size_t value,
-                            std::size_t most) -> CommandResult<void> {
-        if (value <= most) return {};
-        return usage_error(fmt::format("{} must be at most {}, got {}", flag, most, value));
-    };
-    for (const CommandResult<void>& good : {at_most("--slots", options.slots, kMostSlots),
-                                            at_most("--bodies", options.body_count, kMostBodies),
-                                            at_most("--threads", options.threads, kMostThreads)}) {
-        if (!good) return good;
+    const VirtualStorage& storage = options.storage;
+    if (storage.failure_share + storage.hang_share > 1.0) {
+        return usage_error(
+            fmt::format("--failure-share and --hang-share must be at most 1 together, got {:.6g}",
+                        storage.failure_share + storage.hang_share));
     }
     return {};
+}
+
+CommandResult<void> refuse_idle_page_flags(const PageOptions& options, const CLI::App& command) {
+    const auto has_policy = [&options](auto... choices) {
+        return std::ranges::any_of(options.policies, [choices...](PagingChoice policy) {
+            return ((policy == choices) || ...);
+        });
+    };
+    bool has_track = false, takes_speed = false, takes_altitude = false;
+    for (const std::string& path : options.paths) {
+        const PathItem item = parse_path_item(path);
+        has_track = has_track || names_track_file(item.name);
+        takes_speed = takes_speed || !item.speed;
+        takes_altitude = takes_altitude || !item.altitude;
+    }
+    const VirtualStorage& storage = options.storage;
+    const bool is_random = storage.latency_spread > 0.0 || storage.failure_share > 0.0 ||
+                           storage.hang_share > 0.0;
+    const bool has_latency =
+        std::ranges::any_of(options.latencies_ms, [](double latency) { return latency > 0.0; });
+    return refuse_idle_flags(
+        command,
+        {{{"--radius"}, has_policy(PagingChoice::distance), "goes with --policy distance"},
+         {{"--horizon-s"},
+          has_policy(PagingChoice::deadline, PagingChoice::oracle),
+          "goes with --policy deadline or oracle: distance foresees nothing"},
+         {{"--start-s"}, has_track, "goes with a track file as --path"},
+         {{"--speed"}, takes_speed, "goes with a path that has no @SPEED of its own"},
+         {{"--altitude"}, takes_altitude, "goes with a path that has no @SPEED:ALTITUDE of its own"},
+         {{"--latency-spread"}, has_latency, "goes with a --latency-ms above 0"},
+         {{"--storage-seed"},
+          is_random,
+          "goes with --latency-spread, --failure-share or --hang-share"}});
 }
 
 std::vector<PagingCell> list_cells(const PageOptions& options) {

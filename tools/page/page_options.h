@@ -58,6 +58,9 @@ PathItem parse_path_item(const std::string& text);
 /// Refuses what no single option shows to be wrong. Fails with exit_usage.
 CommandResult<void> check(const PageOptions& options);
 
+/// Refuses flags that were given and change nothing, but for --announce-s. Fails with exit_usage.
+CommandResult<void> refuse_idle_page_flags(const PageOptions& options, const CLI::App& command);
+
 /// Every combination but that of policies, in the order of the lists: path, speed, latency, bandwidth,
 /// memory.
 std::vector<PagingCell> list_cells(const PageOptions& options);

@@ -2,6 +2,7 @@
 #include "page/paging_batch.h"
 
 #include <algorithm>
+#include <chrono>
 #include <condition_variable>
 #include <mutex>
 #include <new>
@@ -14,7 +15,9 @@ namespace terrane::tools {
 
 Result<void> play_all(std::shared_ptr<const HeightSource> source, ChunkCache& chunks,
                       std::span<const PagingJob> jobs, std::size_t thread_count,
-                      const std::function<Result<void>(std::size_t, PagingRun)>& take) {
+                      const std::function<Result<void>(std::size_t, PagingRun)>& take,
+                      const std::function<void()>& show) {
+    constexpr std::chrono::milliseconds kBetweenShows(100);
     std::mutex mutex;
     std::condition_variable done;
     std::size_t next = 0;
@@ -47,7 +50,7 @@ Result<void> play_all(std::shared_ptr<const HeightSource> source, ChunkCache& ch
     }
     for (std::size_t job = 0; job < jobs.size(); ++job) {
         std::unique_lock lock(mutex);
-        done.wait(lock, [&] { return runs[job].has_value(); });
+        while (!done.wait_for(lock, kBetweenShows, [&] { return runs[job].has_value(); })) show();
         Result<PagingRun> run = std::move(*runs[job]);
         runs[job].reset();
         lock.unlock();

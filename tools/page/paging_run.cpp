@@ -2,6 +2,7 @@
 #include "page/paging_run.h"
 
 #include "flight/flight_options.h"
+#include "output/interrupt.h"
 #include "page/foresight.h"
 #include "page/ground_bodies.h"
 
@@ -101,6 +102,7 @@ Result<PagingRun> run_paging(std::shared_ptr<const HeightSource> source, ChunkCa
     PagingRun run;
     run.frames.reserve(settings.frame_count);
     for (std::size_t i = 0; i < settings.frame_count; ++i) {
+        if (is_interrupted()) return fail(ErrorCode::cancelled, "interrupted");
         const double time = static_cast<double>(i) / settings.fps;
         const CameraPose pose = path.at(time);
         CameraNeed camera{.view = view_at(settings.view, pose), .velocity = pose.velocity};
@@ -109,6 +111,7 @@ Result<PagingRun> run_paging(std::shared_ptr<const HeightSource> source, ChunkCa
         run.frames.push_back(maker->make(camera, needs, kClock + time).record);
         run.frames.back().time = time;
         run.contact_late.push_back(count_without_ground(maker->pager(), needs));
+        if (settings.frames_done != nullptr) ++*settings.frames_done;
     }
     run.totals = add_up(run, before, settings.fps);
     run.totals.body_frames = settings.frame_count * settings.body_count;

@@ -9,6 +9,7 @@
 
 #include <terrane/terrain/virtual_loader.h>
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -25,6 +26,7 @@ struct PagingRunSettings {
     std::size_t frame_count = 1;
     std::size_t body_count = 0;
     double announce = 0.0;  ///< seconds ahead that jumps are told
+    std::atomic<std::size_t>* frames_done = nullptr;  ///< counts frames of all flights; null for nothing
 };
 
 /// What a flight over simulated storage came to. Bytes and counts are those of the flight, not of
@@ -65,7 +67,7 @@ struct PagingRun {
 /// @param source also that of the chunks
 ///
 /// Fails: what Pager, Triangulator and VirtualLoader say of their settings; io where the storage never
-///        gives the root squares
+///        gives the root squares; cancelled where is_interrupted()
 Result<PagingRun> run_paging(std::shared_ptr<const HeightSource> source, ChunkCache& chunks,
                              const CameraPath& path, const PagingRunSettings& settings);
 

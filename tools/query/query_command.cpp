@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "command.h"
+#include "options/limits.h"
 #include "options/option_values.h"
 #include "options/terrain_options.h"
 #include "output/summary.h"
@@ -27,6 +28,7 @@ struct QueryOptions {
 CommandResult<void> run_query(const QueryOptions& options) {
     const CommandResult<Terrain> terrain = open_terrain(options.terrain);
     if (!terrain) return pass_on(terrain.error());
+    if (const CommandResult<void> fit = check_memory(*terrain, options.memory_mb); !fit) return fit;
     Result<QueryGround> ground = QueryGround::create(
         terrain->source, {.contact_spacing = options.contact_spacing_m,
                           .memory_bytes = static_cast<std::size_t>(options.memory_mb * 0x1p20)});
@@ -79,7 +81,7 @@ void add_query_command(CLI::App& app, CommandContext& context) {
         "shape or a ray meets that shape instead of the ground.\n"
         "An \"id\" is echoed. A bad line gets status invalid and a message.");
     add_terrain_options(*query, options->terrain);
-    add_not_negative(*query, "--contact-spacing-m", options->contact_spacing_m,
+    add_in_range(*query, "--contact-spacing-m", options->contact_spacing_m, 0.0, 1e9,
                      "Answers come from the coarsest level of at most this spacing, metres; 0: the "
                      "finest");
     add_in_range(*query, "--memory-mb", options->memory_mb, 0.001, 0x1p32,

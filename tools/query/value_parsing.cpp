@@ -41,7 +41,7 @@ Parsed<double> read_number(const Json& object, const char* key) {
 Parsed<double> read_coordinate(const Json& object, const char* key) {
     const Parsed<double> value = read_number(object, key);
     if (value && !(std::abs(*value) <= kMaxCoordinate)) {
-        return wrong(fmt::format("{} must be within 1e9 m of the origin, got {}", key, *value));
+        return wrong(fmt::format("{} must be within 1e9 m of the origin, got {:.6g}", key, *value));
     }
     return value;
 }
@@ -65,7 +65,7 @@ Parsed<Eigen::Matrix3d> read_rotation(const Json& object, const char* key,
     double square = 0.0;
     for (const double component : *q) square += component * component;
     if (!(std::abs(std::sqrt(square) - 1.0) <= kUnitTolerance)) {
-        return wrong(fmt::format("{} must be [w, x, y, z] of length 1 to 1e-6, got length {}", key,
+        return wrong(fmt::format("{} must be [w, x, y, z] of length 1 to 1e-6, got length {:.6g}", key,
                                  std::sqrt(square)));
     }
     return matrix_from_quaternion(*q);

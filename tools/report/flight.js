@@ -3,7 +3,7 @@ const s = data.summary;
 const tiles = [
   ["frames", short(s.frames), false],
   ["triangles, most", short(s.triangles_max) + " of " + short(s.budget), s.over_budget_frames > 0],
-  ["certified error, median", short(s.error_px_median) + " px", false],
+  ["certified error, median", bound(s.error_px_median) + " px", false],
 ];
 if ("measured_error_px_max" in s) {
   tiles.push(["measured error, most", short(s.measured_error_px_max) + " px", s.uncertified_frames > 0]);
@@ -22,7 +22,8 @@ const plots = [
   ["Triangles", "What a frame draws; never more than the budget.", [
     ["triangles", data.triangles, "--main"], ["budget", level(data.budget), "--limit", true]]],
   ["Screen error, px", "Certified for every ground point in view, at most" +
-    (data.measured ? "; measured by brute force below it." : "."), [
+    (data.measured ? "; measured by brute force below it." : ".") +
+    (data.note ? " It is " + data.note + "." : ""), [
     ["certified", data.error, "--main"],
     ...(data.measured ? [["measured", data.measured, "--second"]] : [])]],
   ...(data.pop ? [["Movement between frames, px",
@@ -33,7 +34,7 @@ const plots = [
     ["resident", data.resident, "--main"], ["ceiling", level(data.ceiling), "--limit", true]]],
   ["Late chunks", "Wanted by the frame and not there: drawn coarser, inside the certified error.", [
     ["late", data.late, "--main", false, true]]],
-  ...data.extra.map(column => [column.name, "", [[column.name, column.values, "--main"]]]),
+  ...data.extra.map(column => [column.title, "", [[column.title, column.values, "--main"]]]),
 ];
 
 showTiles(tiles);

@@ -2,6 +2,7 @@
 #include "report/flight_report.h"
 
 #include "assets.h"
+#include "output/figures.h"
 
 #include <functional>
 #include <span>
@@ -35,6 +36,7 @@ nlohmann::ordered_json make_data(const FlightLog& log, std::size_t memory_bytes)
     for (std::size_t i = 0; i < log.extra_columns().size(); ++i) {
         data["extra"].push_back(
             {{"name", log.extra_columns()[i]},
+             {"title", figure_title(log.extra_columns()[i])},
              {"values", thinned(frames, [i](const FrameRecord& r) { return r.extra[i]; })}});
     }
     return data;
@@ -42,9 +44,11 @@ nlohmann::ordered_json make_data(const FlightLog& log, std::size_t memory_bytes)
 
 }  // namespace
 
-Result<void> write_flight_report(const std::string& path, const ReportHeader& header,
+Result<void> write_flight_report(const OutputPlace& place, const ReportHeader& header,
                                  const FlightLog& log, std::size_t memory_bytes) {
-    return write_report(path, header, make_data(log, memory_bytes), assets::flight_js);
+    nlohmann::ordered_json data = make_data(log, memory_bytes);
+    data["note"] = figure_note("error_px_max", header.summary);
+    return write_report(place, header, std::move(data), assets::flight_js);
 }
 
 }  // namespace terrane::tools

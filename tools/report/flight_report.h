@@ -12,8 +12,8 @@ namespace terrane::tools {
 /// The report of one flight: triangles against the budget, error, update time, resident bytes against
 /// the ceiling, late chunks, one plot for each extra column, the summary, and the command line.
 ///
-/// Fails with io, naming the path.
-Result<void> write_flight_report(const std::string& path, const ReportHeader& header,
+/// Fails with io, naming the place.
+Result<void> write_flight_report(const OutputPlace& place, const ReportHeader& header,
                                  const FlightLog& log, std::size_t memory_bytes);
 
 }  // namespace terrane::tools

@@ -39,7 +39,7 @@ nlohmann::ordered_json cell_data(const PagingVerdict& verdict, bool is_plotted) 
 
 }  // namespace
 
-Result<void> write_paging_report(const std::string& path, const ReportHeader& header,
+Result<void> write_paging_report(const OutputPlace& place, const ReportHeader& header,
                                  std::span<const PagingRow> rows) {
     const std::vector<PagingVerdict> verdicts = judge(rows);
     nlohmann::ordered_json data;
@@ -50,7 +50,7 @@ Result<void> write_paging_report(const std::string& path, const ReportHeader& he
     data["targets"] = {{"late", PagingVerdict::kMostLate},
                        {"excess", PagingVerdict::kMostExcess},
                        {"wasted", PagingVerdict::kMostWasted}};
-    return write_report(path, header, std::move(data), assets::paging_js);
+    return write_report(place, header, std::move(data), assets::paging_js);
 }
 
 }  // namespace terrane::tools

@@ -15,8 +15,8 @@ inline constexpr std::size_t kMostPlottedCells = 6;
 /// The report of flights over simulated storage: a row for each cell, the policies side by side, what
 /// missed its target marked; of a few cells with frames their errors over time.
 ///
-/// Fails with io, naming the path.
-Result<void> write_paging_report(const std::string& path, const ReportHeader& header,
+/// Fails with io, naming the place.
+Result<void> write_paging_report(const OutputPlace& place, const ReportHeader& header,
                                  std::span<const PagingRow> rows);
 
 }  // namespace terrane::tools

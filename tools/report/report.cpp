@@ -2,6 +2,7 @@
 #include "report/report.h"
 
 #include "assets.h"
+#include "output/figures.h"
 #include "output/output_file.h"
 
 #include <algorithm>
@@ -99,13 +100,18 @@ nlohmann::ordered_json thinned(std::span<const FrameRecord> frames,
     return values;
 }
 
-Result<void> write_report(const std::string& path, const ReportHeader& header,
+Result<void> write_report(const OutputPlace& place, const ReportHeader& header,
                           nlohmann::ordered_json data, std::string_view script) {
     std::string film;
     if (!header.film.empty()) {
         film = "<video controls muted loop src=\"" + escaped(header.film) + "\"></video>";
     }
     data["summary"] = header.summary;
+    data["rows"] = nlohmann::ordered_json::array();
+    for (const auto& [key, value] : header.summary.items()) {
+        data["rows"].push_back({figure_title(key), figure_text(key, value),
+                                figure_note(key, header.summary), key});
+    }
     const std::string page =
         filled(assets::report_html, {{"TITLE", escaped(header.title)},
                                      {"COMMAND", escaped(header.command_line)},
@@ -114,7 +120,7 @@ Result<void> write_report(const std::string& path, const ReportHeader& header,
                                      {"CHART_JS", std::string(assets::chart_js)},
                                      {"REPORT_JS", std::string(assets::report_js)},
                                      {"SCRIPT", std::string(script)}});
-    Result<OutputFile> file = OutputFile::create(path);
+    Result<OutputFile> file = OutputFile::create(place);
     if (!file) return tl::unexpected(file.error());
     file->write(page);
     return file->commit();

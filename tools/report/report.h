@@ -25,8 +25,8 @@ struct ReportHeader {
 /// @param data   what the script reads, but for the summary, which is added to it
 /// @param script what fills the page, on top of report.js: one of the assets
 ///
-/// Fails with io, naming the path; no half page is left.
-Result<void> write_report(const std::string& path, const ReportHeader& header,
+/// Fails with io, naming the place; no half page is left.
+Result<void> write_report(const OutputPlace& place, const ReportHeader& header,
                           nlohmann::ordered_json data, std::string_view script);
 
 /// A value of each frame, thinned where there are more than about two thousand: each is then the

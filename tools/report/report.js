@@ -6,7 +6,14 @@ const colour = name => getComputedStyle(document.documentElement).getPropertyVal
 const short = value => {
   if (typeof value !== "number") return String(value);
   if (Number.isInteger(value)) return value.toLocaleString("en-US");
-  return Math.abs(value) >= 100 ? value.toFixed(0) : Number(value.toPrecision(3)).toString();
+  return Number(value.toPrecision(4)).toString();
+};
+// Of a certified bound: never less than it is.
+const bound = value => {
+  if (value === null || !(value > 0)) return short(value);
+  const step = 10 ** (Math.floor(Math.log10(value)) - 3);
+  const near = Number(value.toPrecision(4));
+  return short(near < value ? Number((near + step).toPrecision(4)) : near);
 };
 const megabytes = bytes => short(Math.round(bytes / 1048576)) + " MB";
 
@@ -27,10 +34,18 @@ function showTiles(tiles) {
 }
 
 function showSummary() {
-  for (const [key, value] of Object.entries(data.summary)) {
+  for (const [title, text, note, key] of data.rows) {
     const row = document.getElementById("summary").insertRow();
-    row.insertCell().textContent = key;
-    row.insertCell().textContent = typeof value === "object" ? JSON.stringify(value) : short(value);
+    const name = row.insertCell();
+    name.textContent = title;
+    name.title = key;  // as --json names it
+    const cell = row.insertCell();
+    cell.textContent = text;
+    if (note) cell.append(element("small", " " + note));
+  }
+  if (data.summary.interrupted) {
+    document.getElementById("notice").append(
+      element("p", "Interrupted: this is what was done until then.", "notice"));
   }
 }
 

@@ -12,8 +12,8 @@ namespace terrane::tools {
 /// The report of the study of many bodies: for each table what is seen, our times beside the published ones,
 /// and both axes' logarithms drawn with the slopes that fit them.
 ///
-/// Fails with io, naming the path.
-Result<void> write_study_report(const std::string& path, const ReportHeader& header,
+/// Fails with io, naming the place.
+Result<void> write_study_report(const OutputPlace& place, const ReportHeader& header,
                                 std::span<const StudyTable> tables);
 
 }  // namespace terrane::tools

@@ -104,7 +104,7 @@ Result<void> CameraLeg::fit_heights(const HeightSource& source, double altitude,
         ground[i] = source.height(p.x(), p.y());
         if (!std::isfinite(ground[i])) {
             return fail(ErrorCode::io,
-                        fmt::format("the terrain cannot be read at {}, {}", p.x(), p.y()));
+                        fmt::format("the terrain cannot be read at {:.6g}, {:.6g} m", p.x(), p.y()));
         }
     }
     // slower and higher cameras follow less

@@ -46,11 +46,16 @@ void smooth_recorded(Track& track) {
 }  // namespace
 
 bool CameraPath::is_built_in(const std::string& name) {
-    return std::ranges::find(built_in_names(), name) != built_in_names().end();
+    return std::ranges::find(tools::built_in_names(), name) != tools::built_in_names().end();
 }
 
 std::string CameraPath::built_in_list() {
-    return fmt::format("{}", fmt::join(built_in_names(), ", "));
+    return fmt::format("{}", fmt::join(tools::built_in_names(), ", "));
+}
+
+std::vector<std::string> CameraPath::built_in_names() {
+    const std::span<const std::string_view> names = tools::built_in_names();
+    return {names.begin(), names.end()};
 }
 
 Result<CameraPath> CameraPath::create(const std::string& built_in, const HeightSource& source,
@@ -91,7 +96,7 @@ Result<CameraPath> CameraPath::create(Track track, const HeightSource& source,
     const double left = length - settings.start;
     if (!(left > 0.0)) {
         return fail(ErrorCode::invalid_argument,
-                    fmt::format("the start must be before the track's end at {} s, got {} s",
+                    fmt::format("--start-s must be before the track's end at {:.6g} s, got {:.6g} s",
                                 length, settings.start));
     }
     CameraPath path;

@@ -48,6 +48,7 @@ public:
     static bool is_built_in(const std::string& name);
     /// Their names, as a person would list them: "straight, orbit".
     static std::string built_in_list();
+    static std::vector<std::string> built_in_names();
 
     /// Fails: invalid_argument for a name that is no built-in path; io where the terrain cannot be
     ///        read

@@ -6,9 +6,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -45,13 +47,15 @@ const Format* find_format(const std::string& path) {
 }
 
 Result<std::string> read_text(const std::string& path) {
+    const auto refuse = [&path](const std::string& why) {
+        return fail(ErrorCode::io, "cannot read the track '" + path + "': " + why);
+    };
     std::error_code ignored;
     std::ifstream file(path, std::ios::binary);
-    if (!file || std::filesystem::is_directory(path, ignored)) {
-        return fail(ErrorCode::io, "cannot read the track " + path);
-    }
+    if (!file) return refuse(std::strerror(errno));
+    if (std::filesystem::is_directory(path, ignored)) return refuse("it is a folder");
     std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-    if (file.bad()) return fail(ErrorCode::io, "cannot read the track " + path);
+    if (file.bad()) return refuse(std::strerror(errno));
     return text;
 }
 
@@ -73,7 +77,7 @@ Result<void> order_in_time(std::vector<RawPoint>& points, const std::string& pat
         if (next < points.size() && points[next].time < mean.time) {
             return refuse_line(
                 path, points[next].line,
-                fmt::format("time goes back from {} to {} s", mean.time, points[next].time));
+                fmt::format("time goes back from {:.6g} to {:.6g} s", mean.time, points[next].time));
         }
         ordered.push_back(mean);
         i = next;
@@ -93,7 +97,7 @@ Result<void> project(std::vector<RawPoint>& points, const DemInfo* dem, const st
     for (RawPoint& point : points) {
         if (std::abs(point.x) > 180.0 || std::abs(point.y) > 90.0) {
             return refuse_line(path, point.line,
-                               fmt::format("longitude {}, latitude {} is no place on the Earth",
+                               fmt::format("longitude {:.6g}, latitude {:.6g} is no place on the Earth",
                                            point.x, point.y));
         }
         point.x = (point.x - dem->centre_x) * dem->metres_per_unit_x;

@@ -4,6 +4,7 @@
 #include "thread_loader_state.h"
 
 #include <terrane/terrain/assert.h>
+#include <terrane/terrain/number_text.h>
 
 #include <algorithm>
 #include <chrono>
@@ -30,7 +31,7 @@ Result<std::unique_ptr<ThreadLoader>> ThreadLoader::create(
     }
     if (!(settings.timeout > 0.0)) {
         return fail(ErrorCode::invalid_argument,
-                    "timeout must be > 0 s, got " + std::to_string(settings.timeout));
+                    "timeout must be > 0 s, got " + number_text(settings.timeout));
     }
     const auto state = std::make_shared<State>(std::move(source), settings);
     std::unique_ptr<ThreadLoader> loader(new ThreadLoader(state));
@@ -116,7 +117,7 @@ std::vector<FinishedLoad> ThreadLoader::take_finished() {
         if (load.has_timed_out) {
             load.chunk =
                 fail(ErrorCode::timed_out, internal::name_of(key) + " was not read in " +
-                                               std::to_string(to_seconds(state_->timeout)) + " s");
+                                               number_text(to_seconds(state_->timeout)) + " s");
         } else if (load.stop.stop_requested()) {
             load.chunk = fail(ErrorCode::cancelled, internal::name_of(key) + " was given up");
         }

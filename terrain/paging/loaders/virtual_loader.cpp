@@ -5,6 +5,7 @@
 
 #include <terrane/terrain/assert.h>
 #include <terrane/terrain/virtual_loader.h>
+#include <terrane/terrain/number_text.h>
 
 #include <algorithm>
 #include <cmath>
@@ -30,7 +31,7 @@ Result<void> check(const VirtualStorage& storage) {
     if (!(storage.bandwidth >= 1.0)) {
         return fail(
             ErrorCode::invalid_argument,
-            "bandwidth must be at least 1 byte a second, got " + std::to_string(storage.bandwidth));
+            "bandwidth must be at least 1 byte a second, got " + number_text(storage.bandwidth));
     }
     if (auto ok = check_range("slots", storage.slots, 1, kMostSlots); !ok) return ok;
     if (auto ok = check_range("failure_share", storage.failure_share, 0.0, 1.0); !ok) return ok;
@@ -38,11 +39,11 @@ Result<void> check(const VirtualStorage& storage) {
     if (storage.failure_share + storage.hang_share > 1.0) {
         return fail(ErrorCode::invalid_argument,
                     "failure_share and hang_share together must be at most 1, got " +
-                        std::to_string(storage.failure_share + storage.hang_share));
+                        number_text(storage.failure_share + storage.hang_share));
     }
     if (!(storage.timeout > 0.0 && storage.timeout <= kLongest)) {
         return fail(ErrorCode::invalid_argument, "timeout must be above 0 and at most 1e9 s, got " +
-                                                     std::to_string(storage.timeout));
+                                                     number_text(storage.timeout));
     }
     return {};
 }
@@ -86,7 +87,7 @@ void VirtualLoader::State::finish(internal::EndedRequest ended) {
         case StorageOutcome::timed_out:
             chunk =
                 fail(ErrorCode::timed_out, internal::name_of(key) + " was not read in " +
-                                               std::to_string(storage.settings().timeout) + " s");
+                                               number_text(storage.settings().timeout) + " s");
             break;
         case StorageOutcome::cancelled:
             chunk = fail(ErrorCode::cancelled, internal::name_of(key) + " was given up");

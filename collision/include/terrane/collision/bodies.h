@@ -16,10 +16,10 @@ struct BodySettings {
     /// Of uniform density; of flat shapes the area has mass, and of a compound's parts those that are solid, if any
     /// is. Where parts overlap, mass counts twice.
     Shape shape = Sphere{};
-    double mass = 1.0;               ///< kilograms, > 0
-    double friction = 0.6;           ///< Coulomb, >= 0
+    double mass = 1.0;               ///< kilograms, 1e-9 to 1e12
+    double friction = 0.6;           ///< Coulomb, 0 to 1e6
     double restitution = 0.2;        ///< 0 to 1
-    double contact_tolerance = 0.0;  ///< metres; 0: default_contact_tolerance(shape)
+    double contact_tolerance = 0.0;  ///< metres, to 1000; 0: default_contact_tolerance(shape)
 };
 
 /// Why a body did not move in a step, if it did not.

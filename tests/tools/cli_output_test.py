@@ -1,0 +1,287 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""What the program leaves on a disk: files of the user's are never touched, an interrupted run leaves whole files, a full
+disk leaves none that is half; and what it shows meanwhile on a terminal."""
+
+import json
+import os
+import pty
+import resource
+import shutil
+import signal
+import subprocess
+import tempfile
+import time
+
+from program import PROGRAM, Folder, main, np, run, start
+
+QUICK = ["--seconds", 0.4, "--fps", 10, "--size", "64x48", "--budget", 1000]
+LIST = "terrane-files.txt"
+
+
+def draws():
+    """Whether pictures can be made here."""
+    with tempfile.TemporaryDirectory() as folder:
+        return run("fly", "--seed", 1, *QUICK, "--png", "--out", folder).returncode == 0
+
+
+class OwnFiles(Folder):
+    def put(self, name, text="mine\n"):
+        os.makedirs(self.path("out"), exist_ok=True)
+        with open(self.path("out/" + name), "w") as file:
+            file.write(text)
+
+    def content(self, name):
+        with open(self.path("out/" + name), "rb") as file:
+            return file.read()
+
+    def fly(self, *arguments):
+        return run("fly", "--seed", 1, *QUICK, "--out", self.path("out"), *arguments)
+
+    def test_a_clash_is_refused_and_nothing_is_touched(self):
+        commands = [(["fly", "--seed", 1, *QUICK], "frames.csv"), (["fly", "--seed", 1, *QUICK], "report.html"),
+                    (["fly", "--seed", 1, *QUICK, "--video"], "flight.mp4"),
+                    (["fly", "--seed", 1, *QUICK, "--png"], "frame_000077.png"),
+                    (["drive", "--seed", 1, *QUICK], "frames.csv"),
+                    (["drop", "--seed", 1, "--count", 2, "--seconds", 0.2], "report.html"),
+                    (["page", "--seed", 1, *QUICK], "frames.csv"),
+                    (["bodies", "--study", "--most-bodies", 50, "--seconds-a-point", 0.001], "report.html")]
+        for command, name in commands:
+            with self.subTest(command):
+                shutil.rmtree(self.path("out"), ignore_errors=True)
+                self.put(name)
+                self.assert_refused(run(*command, "--out", self.path("out")), [1], "out/" + name)
+                self.assertEqual(os.listdir(self.path("out")), [name])
+                self.assertEqual(self.content(name), b"mine\n")
+
+    def test_files_of_other_names_stay(self):
+        for name in ("frame_000077.png", "flight.mp4", "notes.txt", "frames.csv.partial"):
+            self.put(name)
+        self.assertEqual(self.fly().returncode, 0)  # without --png and --video
+        self.assertEqual(sorted(os.listdir(self.path("out"))),
+                         ["flight.mp4", "frame_000077.png", "frames.csv", "frames.csv.partial", "notes.txt",
+                          "report.html", LIST])
+        for name in ("frame_000077.png", "flight.mp4", "notes.txt", "frames.csv.partial"):
+            self.assertEqual(self.content(name), b"mine\n")
+
+    def test_a_rerun_replaces_what_a_run_wrote(self):
+        self.assertEqual(self.fly().returncode, 0)
+        first = self.content("frames.csv")
+        self.assertEqual(self.fly("--altitude", 500).returncode, 0)
+        self.assertNotEqual(self.content("frames.csv"), first)
+        self.assertEqual(sorted(os.listdir(self.path("out"))), ["frames.csv", "report.html", LIST])
+        lines = self.content(LIST).decode().splitlines()
+        self.assertEqual([line.split()[2] for line in lines[1:]], ["frames.csv", "report.html"])
+        self.assertEqual(int(lines[1].split()[0]), len(self.content("frames.csv")))
+        # another command's files are a run's too
+        done = run("page", "--seed", 1, *QUICK, "--out", self.path("out"))
+        self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_a_file_that_the_user_changed_is_the_users(self):
+        self.assertEqual(self.fly().returncode, 0)
+        with open(self.path("out/frames.csv"), "r+b") as file:
+            file.seek(100)
+            byte = file.read(1)
+            file.seek(100)
+            file.write(b"x" if byte != b"x" else b"y")  # of the same size
+        changed = self.content("frames.csv")
+        report = self.content("report.html")
+        self.assert_refused(self.fly(), [1], "out/frames.csv")
+        self.assertEqual(self.content("frames.csv"), changed)
+        self.assertEqual(self.content("report.html"), report)
+
+    def test_a_list_that_is_none_is_refused(self):
+        self.put(LIST)
+        self.assert_refused(self.fly(), [1], LIST)
+        self.assertEqual(self.content(LIST), b"mine\n")
+
+    def test_a_list_leads_to_no_other_folder(self):
+        self.assertEqual(self.fly().returncode, 0)
+        line = self.content(LIST).decode().splitlines()[1].split()
+        shutil.copy(self.path("out/frames.csv"), self.path("precious.csv"))
+        with open(self.path("out/" + LIST), "a") as file:
+            file.write(f"{line[0]} {line[1]} ../precious.csv\n")
+        self.assertEqual(self.fly().returncode, 0)
+        self.assertTrue(os.path.exists(self.path("precious.csv")))
+
+    def test_pictures_are_replaced_and_the_users_are_not(self):
+        if not draws():
+            self.skipTest("nothing draws here")
+        self.assertEqual(self.fly("--png").returncode, 0)
+        self.assertTrue(os.path.exists(self.path("out/frame_000003.png")))
+        self.assertEqual(self.fly("--png", "--seconds=0.2").returncode, 2)  # given twice
+        self.put("frame_000900.png")
+        self.assert_refused(self.fly("--png"), [1], "frame_000900.png")
+        self.assertEqual(self.fly().returncode, 0)  # takes its own pictures away, and no other
+        self.assertEqual(sorted(os.listdir(self.path("out"))),
+                         ["frame_000900.png", "frames.csv", "report.html", LIST])
+
+    def test_one_run_at_a_time_has_a_folder(self):
+        first = start("fly", "--seed", 1, "--seconds", 60, "--fps", 10, "--size", "64x48", "--budget", 1000,
+                      "--realtime", "--out", self.path("out"))
+        self.addCleanup(first.communicate)
+        self.addCleanup(first.kill)
+        wait_for(lambda: os.path.exists(self.path("out/frames.csv.partial")))
+        self.assert_refused(self.fly(), [1], "another run")
+        self.assertTrue(os.path.exists(self.path("out/frames.csv.partial")))
+
+
+def wait_for(condition, seconds=60):
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, "waited in vain"
+        time.sleep(0.02)
+
+
+def size_of(path):
+    return os.path.getsize(path) if os.path.exists(path) else 0
+
+
+class Interrupted(Folder):
+    LONG = ["--seed", 1, "--seconds", 600, "--fps", 10, "--size", "64x48", "--budget", 1000]
+
+    def interrupt(self, command, file, number=signal.SIGINT, lead=4096):
+        """Runs a command, and stops it when it has written some of a file."""
+        process = start(*command)
+        self.addCleanup(process.kill)
+        wait_for(lambda: size_of(self.path(file)) >= lead or process.poll() is not None)
+        process.send_signal(number)
+        out, error = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 1, error)
+        self.assertEqual(len(error.splitlines()), 1, error)
+        return out, error
+
+    def test_a_flight_ends_with_whole_files(self):
+        for number in (signal.SIGINT, signal.SIGTERM):
+            out, error = self.interrupt(["fly", *self.LONG, "--out", self.path("out"), "--json"],
+                                        "out/frames.csv.partial", number)
+            summary = json.loads(out)
+            self.assertTrue(summary["interrupted"])
+            self.assertIn(f"interrupted after {summary['frames']} of 6000 frames", error)
+            self.assertEqual(sorted(os.listdir(self.path("out"))), ["frames.csv", "report.html", LIST])
+            with open(self.path("out/frames.csv")) as file:
+                lines = file.read().split("\n")
+            self.assertEqual(lines.pop(), "")
+            self.assertEqual(len(lines), summary["frames"] + 1)
+            self.assertEqual({len(line.split(",")) for line in lines}, {len(lines[0].split(","))})
+            with open(self.path("out/report.html")) as file:
+                self.assertIn('"interrupted":true', file.read())
+
+    def test_a_film_is_shorter_and_plays(self):
+        if not draws() or shutil.which("ffprobe") is None:
+            self.skipTest("nothing draws here, or no ffmpeg")
+        out, _ = self.interrupt(["fly", *self.LONG, "--video", "--out", self.path("out"), "--json"],
+                                "out/frames.csv.partial", lead=1)
+        frames = subprocess.run(
+            ["ffprobe", "-v", "error", "-count_frames", "-select_streams", "v:0", "-show_entries",
+             "stream=nb_read_frames", "-of", "csv=p=0", self.path("out/flight.mp4")],
+            capture_output=True, text=True)
+        self.assertEqual(int(frames.stdout), json.loads(out)["frames"], frames.stderr)
+        self.assertEqual(sorted(os.listdir(self.path("out"))), ["flight.mp4", "frames.csv", "report.html", LIST])
+
+    def test_a_drop_keeps_whole_steps(self):
+        out, error = self.interrupt(["drop", "--seed", 1, "--count", 5, "--seconds", 100_000, "--no-sleep",
+                                     "--trace", self.path("t.csv"), "--json"], "t.csv.partial")
+        steps = json.loads(out)["steps"]
+        self.assertIn(f"interrupted after {steps} of 6000000 steps", error)
+        self.assertEqual(os.listdir(self.folder), ["t.csv"])
+        poses = np.loadtxt(self.path("t.csv"), delimiter=",", skiprows=1)
+        self.assertEqual(poses.shape, (5 * (steps + 1), 9))
+
+    def test_page_reports_the_flights_that_were_whole(self):
+        process = start("page", *self.LONG, "--out", self.path("out"), "--memory-mb", "512,64,32")
+        self.addCleanup(process.kill)
+        wait_for(lambda: os.path.exists(self.path("out")))
+        time.sleep(0.2)
+        process.send_signal(signal.SIGINT)
+        _, error = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 1)
+        self.assertIn("interrupted after 0 of 3 lines", error)
+        self.assertEqual(os.listdir(self.path("out")), [])
+
+    def test_the_second_signal_ends_at_once_and_leaves_no_part(self):
+        process = start("drop", "--seed", 1, "--count", 1, "--seconds", 1e4, "--trace", self.path("t.csv"))
+        self.addCleanup(process.kill)
+        wait_for(lambda: os.path.exists(self.path("t.csv.partial")))
+        # stopped, it takes both signals before it can finish
+        process.send_signal(signal.SIGSTOP)
+        process.send_signal(signal.SIGINT)
+        process.send_signal(signal.SIGTERM)
+        process.send_signal(signal.SIGCONT)
+        out, _ = process.communicate(timeout=60)
+        self.assertEqual((process.returncode, out), (1, ""))
+        self.assertEqual(os.listdir(self.folder), [])
+
+
+class FullDisk(Folder):
+    """A limit on the size of files stands in for a full disk: writes fail as they do there."""
+
+    def run_limited(self, *arguments, kilobytes):
+        limit = kilobytes << 10
+        return subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True, timeout=300,
+                              preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)))
+
+    def assert_full(self, done, name):
+        self.assert_refused(done, [1], name, "File too large")
+
+    def test_no_half_file_is_left(self):
+        flight = ["--seed", 1, "--seconds", 30, "--fps", 10, "--size", "64x48", "--budget", 1000]
+        self.assert_full(self.run_limited("fly", *flight, "--out", self.path("out"), kilobytes=16),
+                         "out/frames.csv")
+        self.assertEqual(os.listdir(self.path("out")), [])
+        self.assert_full(self.run_limited("mesh", "--seed", 1, "--budget", 5000, "--out", self.path("m.ply"),
+                                          kilobytes=16), "m.ply")
+        self.assert_full(self.run_limited("drop", "--seed", 1, "--count", 50, "--trace", self.path("t.csv"),
+                                          kilobytes=16), "t.csv")
+        # frames.csv has room, the report has not
+        self.assert_full(self.run_limited("fly", "--seed", 1, *QUICK, "--out", self.path("out"), kilobytes=64),
+                         "out/report.html")
+        self.assertNotIn("report.html", os.listdir(self.path("out")))
+        self.assertEqual([name for name in os.listdir(self.path("out")) if "partial" in name], [])
+
+    def test_a_film_that_finds_no_room_is_named(self):
+        if not draws() or shutil.which("ffmpeg") is None:
+            self.skipTest("nothing draws here, or no ffmpeg")
+        done = self.run_limited("fly", "--seed", 1, "--seconds", 5, "--fps", 10, "--size", "640x480", "--budget",
+                                1000, "--video", "--out", self.path("out"), kilobytes=48)
+        self.assert_refused(done, [1], "out/")
+        self.assertEqual([name for name in os.listdir(self.path("out")) if "partial" in name], [])
+        self.assertNotIn("flight.mp4", os.listdir(self.path("out")))
+
+
+class ShownProgress(Folder):
+    def on_a_terminal(self, *arguments):
+        """What a command shows on standard error, which is a terminal."""
+        ours, theirs = pty.openpty()
+        process = subprocess.Popen([PROGRAM, *map(str, arguments)], stdout=subprocess.DEVNULL, stderr=theirs)
+        os.close(theirs)
+        shown = b""
+        while True:
+            try:
+                piece = os.read(ours, 4096)
+            except OSError:
+                break
+            if not piece:
+                break
+            shown += piece
+        os.close(ours)
+        self.assertEqual(process.wait(), 0)
+        return shown.decode()
+
+    def test_says_how_much_time_is_left_on_a_terminal_only(self):
+        out = ["--out", self.path("out")]
+        for command, word in (
+                (["fly", "--seed", 1, "--seconds", 2.5, "--fps", 20, "--realtime", "--size", "64x48", "--budget", 500,
+                  *out], "flying"),
+                (["drive", "--seed", 1, "--seconds", 2.5, "--fps", 20, "--realtime", "--size", "64x48", "--budget",
+                  500, *out], "driving")):
+            with self.subTest(command):
+                shown = self.on_a_terminal(*command)
+                self.assertRegex(shown, word + r": \d+ %, \d+ s left")
+                self.assertTrue(shown.endswith("\r\x1b[K"), repr(shown[-40:]))
+                done = run(*command)
+                self.assertEqual((done.returncode, done.stderr), (0, ""))
+
+
+if __name__ == "__main__":
+    main()

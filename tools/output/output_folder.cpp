@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: MIT
+//
+// Sources:
+//   G. Fowler, L. C. Noll, K.-P. Vo, D. Eastlake. The FNV non-cryptographic hash algorithm (the hash of contents).
+#include "output/output_folder.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <string_view>
+#include <utility>
+
+namespace terrane::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kHeading =
+    "# Files that terrane wrote here: size, hash, name. A later run replaces these and no others.\n";
+
+tl::unexpected<Error> cannot_write(const std::string& path, int cause) {
+    return fail(ErrorCode::io, "cannot write '" + path + "': " + std::strerror(cause));
+}
+
+template <class T>
+bool take_number(std::string_view& text, T& value_out, int base) {
+    const auto [rest, error] =
+        std::from_chars(text.data(), text.data() + text.size(), value_out, base);
+    if (error != std::errc() || rest == text.data() + text.size() || *rest != ' ') return false;
+    text.remove_prefix(static_cast<std::size_t>(rest - text.data()) + 1);
+    return true;
+}
+
+}  // namespace
+
+std::string frame_name(std::size_t frame) { return fmt::format("frame_{:06}.png", frame); }
+
+bool is_frame_name(const std::string& name) {
+    return name.size() >= frame_name(0).size() && name.starts_with("frame_") &&
+           name.ends_with(".png") && std::all_of(name.begin() + 6, name.end() - 4, [](char c) {
+               return c >= '0' && c <= '9';
+           });
+}
+
+Result<std::shared_ptr<OutputFolder>> OutputFolder::open(const std::string& path,
+                                                         std::vector<std::string> names,
+                                                         bool has_frames) {
+    std::error_code error;
+    fs::create_directories(path, error);
+    if (error || !fs::is_directory(path, error)) {
+        const std::string cause = error ? error.message() : "it is a file";
+        return fail(ErrorCode::io, "cannot make the folder '" + path + "': " + cause);
+    }
+    const std::shared_ptr<OutputFolder> folder(new OutputFolder(path));
+    if (const Result<void> opened = folder->open_list(); !opened) {
+        return tl::unexpected(opened.error());
+    }
+    if (const Result<void> read = folder->read_list(); !read) return tl::unexpected(read.error());
+
+    std::vector<std::string> clashes;
+    for (fs::directory_iterator entry(path, error), end; !error && entry != end;
+         entry.increment(error)) {
+        const std::string name = entry->path().filename().string();
+        const bool is_wanted = (has_frames && is_frame_name(name)) ||
+                               std::find(names.begin(), names.end(), name) != names.end();
+        if (!is_wanted) continue;
+        const auto own = folder->entries_.find(name);
+        if (own == folder->entries_.end() || !folder->is_unchanged(name, own->second)) {
+            clashes.push_back(name);
+        }
+    }
+    if (error) {
+        return fail(ErrorCode::io, "cannot read the folder '" + path + "': " + error.message());
+    }
+    if (clashes.empty()) return folder;
+    // the same one whatever order the file system lists them in
+    const std::string first = *std::min_element(clashes.begin(), clashes.end());
+    return fail(ErrorCode::io,
+                fmt::format("'{}' is not a file that terrane wrote and left there, and would be "
+                            "written over{}; move it, or choose another folder for --out",
+                            folder->path_of(first),
+                            clashes.size() == 1
+                                ? ""
+                                : fmt::format(" (and {} more)", clashes.size() - 1)));
+}
+
+OutputFolder::~OutputFolder() {
+    if (list_ < 0) return;
+    if (entries_.empty()) ::unlink(path_of(kFileListName).c_str());
+    ::close(list_);
+}
+
+Result<void> OutputFolder::open_list() {
+    const std::string path = path_of(kFileListName);
+    list_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+    if (list_ < 0) return cannot_write(path, errno);
+    if (::flock(list_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return {};
+    ::close(std::exchange(list_, -1));
+    return fail(ErrorCode::io, "another run of terrane writes to the folder '" + path_ + "'");
+}
+
+Result<void> OutputFolder::read_list() {
+    const std::string path = path_of(kFileListName);
+    std::string text;
+    char piece[4096];
+    ssize_t count = 0;
+    while ((count = ::read(list_, piece, sizeof piece)) > 0) {
+        text.append(piece, static_cast<std::size_t>(count));
+    }
+    if (count < 0) {
+        return fail(ErrorCode::io, "cannot read '" + path + "': " + std::strerror(errno));
+    }
+    std::string_view rest = text;
+    if (!rest.empty() && !rest.starts_with(kHeading)) {
+        ::close(std::exchange(list_, -1));  // it is the user's: leave it alone
+        return fail(ErrorCode::io, "'" + path +
+                                       "' is not a list of files that terrane wrote; move it, or "
+                                       "choose another folder for --out");
+    }
+    rest.remove_prefix(std::min(rest.size(), kHeading.size()));
+    // A line without its end was being written when the disk was full or the program was killed.
+    for (std::size_t end = rest.find('\n'); end != std::string_view::npos; end = rest.find('\n')) {
+        std::string_view line = rest.substr(0, end);
+        rest.remove_prefix(end + 1);
+        Entry entry;
+        if (!take_number(line, entry.size, 10) || !take_number(line, entry.hash, 16)) continue;
+        const std::string name(line);
+        if (name.empty() || name.find('/') != std::string::npos) continue;  // outside the folder
+        entries_[name] = entry;
+    }
+    return {};
+}
+
+Result<void> OutputFolder::clear() {
+    for (const auto& [name, entry] : entries_) {
+        if (!is_unchanged(name, entry)) continue;
+        std::error_code error;
+        fs::remove(path_of(name), error);
+        if (error) {
+            return fail(ErrorCode::io,
+                        "cannot remove '" + path_of(name) + "': " + error.message());
+        }
+    }
+    entries_.clear();
+    if (::ftruncate(list_, 0) != 0 || ::lseek(list_, 0, SEEK_SET) != 0) {
+        return cannot_write(path_of(kFileListName), errno);
+    }
+    return append(std::string(kHeading));
+}
+
+Result<void> OutputFolder::record(const std::string& written_path, const std::string& name) {
+    const Result<Entry> entry = measure(written_path);
+    if (!entry) return tl::unexpected(entry.error());
+    entries_[name] = *entry;
+    return append(fmt::format("{} {:016x} {}\n", entry->size, entry->hash, name));
+}
+
+Result<void> OutputFolder::append(const std::string& text) {
+    for (std::size_t written = 0; written < text.size();) {
+        const ssize_t count = ::write(list_, text.data() + written, text.size() - written);
+        if (count < 0 && errno == EINTR) continue;
+        if (count < 0) return cannot_write(path_of(kFileListName), errno);
+        written += static_cast<std::size_t>(count);
+    }
+    return {};
+}
+
+Result<OutputFolder::Entry> OutputFolder::measure(const std::string& path) {
+    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"),
+                                                               &std::fclose);
+    const auto refuse = [&path](int cause) {
+        return fail(ErrorCode::io, "cannot read '" + path + "': " + std::strerror(cause));
+    };
+    if (file == nullptr) return refuse(errno);
+    Entry entry{.size = 0, .hash = 0xcbf29ce484222325u};
+    std::vector<unsigned char> piece(std::size_t{1} << 16);
+    for (;;) {
+        const std::size_t count = std::fread(piece.data(), 1, piece.size(), file.get());
+        for (std::size_t i = 0; i < count; ++i) {
+            entry.hash = (entry.hash ^ piece[i]) * 0x100000001b3u;
+        }
+        entry.size += count;
+        if (count == piece.size()) continue;
+        if (std::ferror(file.get()) != 0) return refuse(errno);
+        return entry;
+    }
+}
+
+bool OutputFolder::is_unchanged(const std::string& name, const Entry& entry) const {
+    std::error_code error;
+    // a link is not what was written, wherever it leads
+    const fs::file_status status = fs::symlink_status(path_of(name), error);
+    if (error || !fs::is_regular_file(status)) return false;
+    if (fs::file_size(path_of(name), error) != entry.size || error) return false;
+    const Result<Entry> now = measure(path_of(name));
+    return now && *now == entry;
+}
+
+}  // namespace terrane::tools
