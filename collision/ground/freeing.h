@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "ground_lift.h"
+#include "min_translation.h"
 
 namespace terrane::internal {
 
@@ -14,18 +14,14 @@ inline constexpr double kDeep = 0.2;
 /// From a free place towards the body: shorter with every round, and free all the way.
 Eigen::Vector3d shorten(const LocalGround& local, const LocalBody& body, Eigen::Vector3d d);
 
-/// A short translation after which the body's lift is at most kFree; zero where it already is.
+/// Whether a translation of a length frees a body by little more than the shortest, which is not shorter than `least`:
+/// by no more than rounding, or, where the shortest is deep, by the share that the caller allows.
+bool is_short_enough(const LocalBody& body, double length, double least, double deep_share);
+
+/// The shortest translation after which the body's lift is at most kFree; zero where it already is.
 ///
 /// @param lift the body's lift
-///
-/// A local optimum, found from several starts. Exact where the overlap is shallow; deep down no
-/// search of all of space is made (see Deviations in freeing.cpp).
-Eigen::Vector3d find_freeing(const LocalGround& local, const LocalBody& body, double lift);
-
-/// Whether a translation of a length frees a body by a way that is short enough, where none is shorter than
-/// `least`: the shortest, but where the overlap is deep, no more than 1.25 times as long.
-///
-/// @param smallest half extent of the body, metres
-bool is_short_enough(double smallest, double length, double least);
+MinTranslation find_freeing(const LocalGround& local, const LocalBody& body, double lift,
+                            const SearchLimits& limits);
 
 }  // namespace terrane::internal

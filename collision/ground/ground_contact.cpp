@@ -110,7 +110,8 @@ bool is_core_above(const LocalGround& local, const LocalBody& body, double lift)
 // The shortest translation that frees a round shape whose core is above the ground, straight from its contacts:
 // false where they do not say for sure. Each part of the ground alone is left by no shorter way than its contact's depth.
 bool find_freeing_by_contacts(const LocalGround& local, const LocalBody& body,
-                              std::span<const Contact> contacts, Eigen::Vector3d& freeing_out) {
+                              std::span<const Contact> contacts, double deep_share,
+                              Eigen::Vector3d& freeing_out) {
     if (contacts.empty()) return false;
     HalfSpaces spaces;
     for (const Contact& contact : contacts) {
@@ -119,9 +120,12 @@ bool find_freeing_by_contacts(const LocalGround& local, const LocalBody& body,
         spaces.add({contact.normal, contact.depth});
     }
     if (!find_shortest(spaces, freeing_out)) return false;
-    return is_short_enough(body.whole().smallest, length(freeing_out), contacts[0].depth) &&
+    return is_short_enough(body, length(freeing_out), contacts[0].depth, deep_share) &&
            !(find_lift(local, body, freeing_out, 0.5 * kTouch).lift > 0.5 * kTouch);
 }
+
+// Contacts need no shortest way out of a deep overlap: one that is known to be at most 1.25 times as long does.
+constexpr SearchLimits kContactLimits{.deep_share = 0.8};
 
 // All contacts of a body that overlaps the ground. False where a cell in reach is not resident.
 bool find_overlap(const LocalGround& local, const LocalBody& body, const GroundLift& lift,
@@ -131,27 +135,30 @@ bool find_overlap(const LocalGround& local, const LocalBody& body, const GroundL
         if (!find_patches(local, body, Eigen::Vector3d::Zero(), margin, patches, error_out)) {
             return false;
         }
-        if (find_freeing_by_contacts(local, body, patches.finish(), freeing)) return true;
+        if (find_freeing_by_contacts(local, body, patches.finish(), kContactLimits.deep_share,
+                                     freeing)) {
+            return true;
+        }
         patches.clear();
     }
-    freeing = find_freeing(local, body, lift.lift);
+    freeing = find_freeing(local, body, lift.lift, kContactLimits).d;
     if (!find_patches(local, body, freeing, margin, patches, error_out)) return false;
     complete_patches(local, body, lift, freeing, margin, patches);
     return true;
 }
 
 // The translation that resolves an overlap.
-Eigen::Vector3d find_way_out(const LocalGround& local, const LocalBody& body, double lift) {
+MinTranslation find_way_out(const LocalGround& local, const LocalBody& body, double lift) {
     if (is_core_above(local, body, lift)) {
         ContactPatches patches;
         Eigen::Vector3d freeing;
         double error_m = 0.0;
         if (find_patches(local, body, Eigen::Vector3d::Zero(), 0.0, patches, error_m) &&
-            find_freeing_by_contacts(local, body, patches.finish(), freeing)) {
-            return freeing;
+            find_freeing_by_contacts(local, body, patches.finish(), 1.0, freeing)) {
+            return {freeing, length(freeing)};
         }
     }
-    return find_freeing(local, body, lift);
+    return find_freeing(local, body, lift, {});
 }
 
 }  // namespace
@@ -207,14 +214,18 @@ DistanceAnswer signed_distance(const Shape& shape, const Pose& world_from_shape,
     answer.status = ContactStatus::not_resident;
     if (lift.is_missing) return answer;
     if (lift.lift > kFree) {
-        const Eigen::Vector3d freeing = find_way_out(local, body, lift.lift);
+        const MinTranslation found = find_way_out(local, body, lift.lift);
+        const Eigen::Vector3d& freeing = found.d;
         const double depth = length(freeing);
+        answer.distance_lower_bound = found.at_least;
         answer.status = ContactStatus::complete;
         answer.has_ground = true;
         answer.distance = -depth;
         answer.normal = freeing / depth;
+        const GroundLift after = find_lift(local, body, freeing);
+        if (after.is_missing) answer.status = ContactStatus::not_resident;
         // Of a compound the part that the ground holds where it is free.
-        const std::uint32_t part = body.is_compound() ? find_lift(local, body, freeing).part : 0;
+        const std::uint32_t part = body.is_compound() ? after.part : 0;
         LocalHull hull;
         answer.point_world = local.to_world(body.part(part, hull).deepest_point(answer.normal));
         return answer;
@@ -225,6 +236,7 @@ DistanceAnswer signed_distance(const Shape& shape, const Pose& world_from_shape,
     answer.status = ContactStatus::complete;
     answer.has_ground = nearest.is_found;
     answer.distance = nearest.is_found ? nearest.distance : max_distance;
+    answer.distance_lower_bound = answer.distance;
     answer.point_world =
         nearest.is_found ? local.to_world(nearest.on_shape) : world_from_shape.translation;
     answer.normal = nearest.normal;
