@@ -191,6 +191,11 @@ class Query(Folder):
         self.assertFalse(answers[4]["hit"])
         for answer, distance in zip(answers[5:10], (10, -1, 1, 2, 4)):
             self.assertAlmostEqual(answer["distance"], distance, places=6)
+        # A certified lower bound of the length of the distance; only of op distance.
+        for i, length in ((5, 10), (6, 1), (8, 2), (9, 4)):
+            self.assertAlmostEqual(answers[i]["distance_lower_bound"], length, places=6)
+            self.assertLessEqual(answers[i]["distance_lower_bound"], abs(answers[i]["distance"]))
+        self.assertNotIn("distance_lower_bound", answers[7])
         self.assertTrue(answers[10]["hit"])
         self.assertEqual(len(answers[10]["contacts"]), 4)
         for contact in answers[10]["contacts"]:

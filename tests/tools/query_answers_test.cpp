@@ -122,6 +122,8 @@ TEST(AnswerQuery, AgreesWithItselfAboutAShapeAboveAndInTheGround) {
         EXPECT_EQ(distance["distance"].get<double>() <= 0.0, is_in) << above;
         EXPECT_EQ(pseudo["distance"].get<double>() <= 0.0, is_in) << above;
         // the shortest way out or down is never longer than the vertical one
+        EXPECT_LE(distance["distance_lower_bound"].get<double>(),
+                  std::abs(distance["distance"].get<double>()));
         EXPECT_LE(std::abs(distance["distance"].get<double>()),
                   std::abs(pseudo["distance"].get<double>()) + 1e-9);
     }

@@ -167,6 +167,7 @@ void answer_distance(const ShapeQuestion& question, double lift, double reach, Q
         if (found.has_ground) {
             answer["status"] = "ok";
             answer["distance"] = found.distance;
+            answer["distance_lower_bound"] = found.distance_lower_bound;
             answer["point"] = as_array(found.point_world);
             answer["normal"] = as_array(found.normal);
             answer["error_m"] = found.error_m;
