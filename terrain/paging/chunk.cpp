@@ -206,9 +206,6 @@ Result<void> fill_cells(const HeightSource& source, const std::stop_token& stop,
             const int x = column - kReachCells, y = row - kReachCells;
             if (x < 0 || y < 0 || x >= kChunkCells || y >= kChunkCells) continue;
             chunk.cell_bounds[cell_index(x, y)] = bound;
-            const auto quadrant = static_cast<std::size_t>((x >= kChunkCells / 2 ? 1 : 0) +
-                                                           (y >= kChunkCells / 2 ? 2 : 0));
-            chunk.quadrant_bound[quadrant] = std::max(chunk.quadrant_bound[quadrant], bound);
         }
     }
     const SampleGrid grid{chunk.corner, chunk.step, kChunkSamples, kChunkSamples};
@@ -244,6 +241,10 @@ void fill_areas(Chunk& chunk) {
                     std::max(into.max_cell_bound, chunk.cell_bounds[cell_index(column, row)]);
             }
         }
+        const bool is_east = west >= kChunkCells / 2, is_north = south >= kChunkCells / 2;
+        float& quadrant =
+            chunk.quadrant_bound[static_cast<std::size_t>((is_east ? 1 : 0) + (is_north ? 2 : 0))];
+        quadrant = std::max(quadrant, into.max_cell_bound);
     }
 }
 
@@ -289,10 +290,17 @@ std::size_t Chunk::bytes() const {
            cell_flags.capacity();
 }
 
+void complete_chunk(double quantum, Chunk& chunk) {
+    internal::derive_reaches(quantum, chunk);
+    fill_intervals(chunk);
+    fill_areas(chunk);
+}
+
 Result<std::shared_ptr<const Chunk>> make_chunk(const HeightSource& source, const ChunkKey& key,
                                                 const std::stop_token& stop) {
     const Lattice& lattice = source.lattice();
     TERRANE_ASSERT(lattice.contains(key), "the key must name a chunk of the source's world");
+    if (auto stored = source.stored_chunk(key, stop); !stored || *stored != nullptr) return stored;
     auto chunk = std::make_shared<Chunk>();
     chunk->key = key;
     chunk->corner = lattice.corner(key);
@@ -314,8 +322,7 @@ Result<std::shared_ptr<const Chunk>> make_chunk(const HeightSource& source, cons
     }
     if (const Result<void> wanted = go_on(stop); !wanted) return tl::unexpected(wanted.error());
     internal::fill_reaches(wide.heights, wide.bounds, source, *chunk);
-    fill_intervals(*chunk);
-    fill_areas(*chunk);
+    complete_chunk(lattice.quantum, *chunk);
     return std::shared_ptr<const Chunk>(std::move(chunk));
 }
 

@@ -208,6 +208,9 @@ void fill_reaches(std::span<const double> heights, std::span<const float> bounds
         fill(kChunkCells, 2 * i + 1, chunk.east_side.low[k], chunk.east_side.high[k]);
         fill(2 * i + 1, kChunkCells, chunk.north_side.low[k], chunk.north_side.high[k]);
     }
+}
+
+void derive_reaches(double quantum, Chunk& chunk) {
     enclose_reaches(chunk);
     for (int area = 0; area < kChunkAreas * kChunkAreas; ++area) {
         fill_rises(quantum, chunk, area);

@@ -21,11 +21,14 @@ struct ReachHeights {
 };
 ReachHeights reach_heights(const HeightSource& source, double spacing);
 
-/// Fills what a chunk knows of the heights of its vertices' reaches, and of their rises.
+/// Fills the heights of the reaches of a chunk's vertices.
 ///
 /// @param heights [kWideSamples^2] metres, of the chunk and kReachCells around it
 /// @param bounds  [kWideCells^2] certified bounds of the cells, metres
 void fill_reaches(std::span<const double> heights, std::span<const float> bounds,
                   const HeightSource& source, Chunk& chunk);
+
+/// Fills what areas and the chunk know of their vertices' reaches, and the rises of the vertices.
+void derive_reaches(double quantum, Chunk& chunk);
 
 }  // namespace terrane::internal

@@ -17,4 +17,9 @@ Result<void> HeightSource::cell_flags(const SampleGrid& /*grid*/,
     return {};
 }
 
+Result<std::shared_ptr<const Chunk>> HeightSource::stored_chunk(
+    const ChunkKey& /*key*/, const std::stop_token& /*stop*/) const {
+    return std::shared_ptr<const Chunk>();
+}
+
 }  // namespace terrane

@@ -164,7 +164,15 @@ constexpr std::size_t cell_index(int column, int row) {
     return static_cast<std::size_t>(row) * kChunkCells + static_cast<std::size_t>(column);
 }
 
-/// Reads one chunk from its source.
+/// Fills what follows from a chunk's other fields: pyramid, low and high, rises, all of `areas` but
+/// max_vertex_bound, quadrant_bound, and the chunk's own reach. What a source that keeps chunks need not keep.
+/// Requires heights, vertices with bounds, low and high, both sides, and cell_bounds.
+///
+/// @param quantum of the lattice, metres
+void complete_chunk(double quantum, Chunk& chunk);
+
+/// Reads one chunk from its source: the one that it holds (HeightSource::stored_chunk()), or one made of its
+/// answers.
 ///
 /// @param stop asked for between one question to the source and the next
 ///

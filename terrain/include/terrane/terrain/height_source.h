@@ -4,9 +4,13 @@
 #include <terrane/terrain/lattice.h>
 
 #include <cstdint>
+#include <memory>
 #include <span>
+#include <stop_token>
 
 namespace terrane {
+
+struct Chunk;
 
 /// A closed interval of heights, metres.
 struct HeightInterval {
@@ -111,6 +115,16 @@ public:
     /// No two points of the surface at most `distance` apart in the plane differ more in height.
     /// Not decreasing in distance. Metres.
     virtual double rise_bound(double distance) const = 0;
+
+    /// A chunk that the source holds ready made, as a baked store does: what make_chunk() gives then, in
+    /// place of asking for its parts. Default: null, it holds none.
+    ///
+    /// @param key  names a chunk of the source's world
+    /// @param stop a long answer may be given up with `cancelled` where this is requested
+    ///
+    /// Fails: io; bad_data where what it holds is damaged
+    virtual Result<std::shared_ptr<const Chunk>> stored_chunk(const ChunkKey& key,
+                                                              const std::stop_token& stop) const;
 
 protected:
     HeightSource(const Lattice& lattice, const WorldRect& extent)

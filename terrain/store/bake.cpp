@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: MIT
+//
+// Chunks are made in batches, by any number of threads, and written in the order of the directory: the file
+// does not depend on who made what.
+#include "chunk_codec.h"
+#include "part_heights.h"
+#include "store_directory.h"
+
+#include <terrane/store/chunk_store.h>
+#include <terrane/terrain/chunk.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <optional>
+#include <thread>
+#include <utility>
+#include <vector>
+
+namespace terrane {
+namespace {
+
+using namespace internal;
+
+/// A chunk as it goes to the file, and what the directory says of all of them.
+struct Baked {
+    std::vector<std::uint8_t> stored;
+    ChunkRecord record;
+    double max_error_m = 0.0;  ///< of the finest level's ground
+    double steepest = 0.0;     ///< of the finest level's triangles, the square of their slope
+    std::optional<Error> error;
+};
+
+/// Each triangle of a cell has one side along x and one along y.
+double steepest_of(const Chunk& chunk, const Lattice& lattice) {
+    const auto rise = [&chunk](int x0, int y0, int x1, int y1) {
+        return std::int64_t{chunk.heights[sample_index(x1, y1)]} -
+               chunk.heights[sample_index(x0, y0)];
+    };
+    double steepest = 0.0;
+    for (int y = 0; y < kChunkCells; ++y) {
+        for (int x = 0; x < kChunkCells; ++x) {
+            const std::int64_t south = rise(x, y, x + 1, y), north = rise(x, y + 1, x + 1, y + 1);
+            const std::int64_t west = rise(x, y, x, y + 1), east = rise(x + 1, y, x + 1, y + 1);
+            const auto square = [](std::int64_t a, std::int64_t b) {
+                const auto wide_a = static_cast<double>(a), wide_b = static_cast<double>(b);
+                return wide_a * wide_a + wide_b * wide_b;
+            };
+            const bool rises =
+                cut_to_north_east(chunk.corner.x / chunk.step + x, chunk.corner.y / chunk.step + y);
+            steepest = std::max({steepest, rises ? square(south, east) : square(south, west),
+                                 rises ? square(north, west) : square(north, east)});
+        }
+    }
+    const double unit = lattice.quantum / lattice.spacing;
+    return steepest * unit * unit;
+}
+
+Baked bake_chunk(const HeightSource& source, const ChunkKey& key) {
+    Baked baked;
+    const Lattice& lattice = source.lattice();
+    const auto chunk = make_chunk(source, key);
+    if (!chunk) {
+        baked.error = chunk.error();
+        return baked;
+    }
+    const std::vector<std::uint8_t> content = encode_chunk(**chunk);
+    baked.stored = compress(content);
+    baked.record.bytes = static_cast<std::uint32_t>(baked.stored.size());
+    baked.record.hash = hash_of(content);
+    const LatticePoint corner = lattice.corner(key);
+    const std::int64_t side = lattice.chunk_side(key.level);
+    const HeightInterval heights =
+        source.interval({lattice.x(corner.x), lattice.y(corner.y), lattice.x(corner.x + side),
+                         lattice.y(corner.y + side)});
+    // With the samples, which are rounded to quanta.
+    baked.record.heights = {std::min(heights.low, lattice.quantum * (*chunk)->low),
+                            std::max(heights.high, lattice.quantum * (*chunk)->high)};
+    if (key.level < lattice.finest_level) return baked;
+    baked.steepest = steepest_of(**chunk, lattice);
+    for (int row = 0; row < kChunkCells; ++row) {
+        for (int column = 0; column < kChunkCells; ++column) {
+            if (((*chunk)->flags_at(column, row) & cell_outside) != 0) continue;
+            baked.max_error_m =
+                std::max(baked.max_error_m,
+                         static_cast<double>((*chunk)->cell_bounds[cell_index(column, row)]));
+        }
+    }
+    return baked;
+}
+
+/// Chunks `first` to `first + batch.size() - 1`, by several threads.
+void bake_batch(const HeightSource& source, std::int64_t first, int worker_count,
+                std::vector<Baked>& batch) {
+    std::atomic<std::size_t> next{0};
+    const auto work = [&] {
+        for (std::size_t i = next++; i < batch.size(); i = next++) {
+            batch[i] =
+                bake_chunk(source, key_at(source.lattice(), first + static_cast<std::int64_t>(i)));
+        }
+    };
+    std::vector<std::jthread> helpers;
+    while (static_cast<int>(helpers.size()) + 1 < worker_count) helpers.emplace_back(work);
+    work();
+}
+
+Result<void> check_settings(const BakeSettings& settings) {
+    constexpr int kMostWorkers = 256;
+    if (settings.worker_count < 0 || settings.worker_count > kMostWorkers) {
+        return fail(ErrorCode::invalid_argument,
+                    "worker_count must be 0 to 256, got " + std::to_string(settings.worker_count));
+    }
+    if (settings.note.size() > kLongestNote) {
+        return fail(ErrorCode::invalid_argument, "note must have at most 1048576 bytes, got " +
+                                                     std::to_string(settings.note.size()));
+    }
+    return {};
+}
+
+/// StoreDirectory::rises: what the surface that was baked rises at most, and, up to a spacing, also what the
+/// finest triangles do, whose slope may be up to 1.41 times as great.
+std::vector<double> find_rises(const HeightSource& source, double steepest) {
+    std::vector<double> rises;
+    const double slope = std::sqrt(steepest) * (1.0 + 1e-12);
+    for (const double distance : rise_distances(source.lattice())) {
+        const double of_triangles = slope * std::min(distance, source.lattice().spacing);
+        rises.push_back(std::max(source.rise_bound(distance), of_triangles));
+    }
+    return rises;
+}
+
+}  // namespace
+
+Result<StoreInfo> ChunkStore::bake(const HeightSource& whole, const std::string& path,
+                                   const BakeSettings& settings) {
+    if (auto checked = check_settings(settings); !checked) return tl::unexpected(checked.error());
+    const auto part = PartHeights::create(whole, settings.level_count, settings.region);
+    if (!part) return tl::unexpected(part.error());
+    const HeightSource& source = **part;
+    const std::int64_t count = count_chunks(source.lattice());
+    if (count > kMostChunks) {
+        return fail(ErrorCode::invalid_argument,
+                    "a store holds at most 67108864 chunks; " +
+                        std::to_string(source.lattice().finest_level + 1) + " levels of " +
+                        std::to_string(source.lattice().root_count_x) + " x " +
+                        std::to_string(source.lattice().root_count_y) + " root squares have more");
+    }
+    auto file = SealedWriter::create(path, kStoreKind);
+    if (!file) return tl::unexpected(file.error());
+
+    StoreDirectory directory;
+    directory.lattice = source.lattice();
+    directory.extent = source.extent();
+    directory.note = settings.note;
+    const int worker_count =
+        settings.worker_count > 0
+            ? settings.worker_count
+            : std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, 64);
+    double steepest = 0.0;
+    std::vector<Baked> batch;
+    for (std::int64_t first = 0; first < count; first += static_cast<std::int64_t>(batch.size())) {
+        const double share = static_cast<double>(first) / static_cast<double>(count);
+        if (settings.progress && !settings.progress(share)) {
+            return fail(ErrorCode::cancelled, "the store \"" + path + "\" was given up");
+        }
+        batch.assign(
+            static_cast<std::size_t>(std::min<std::int64_t>(8 * worker_count, count - first)), {});
+        bake_batch(source, first, worker_count, batch);
+        for (Baked& baked : batch) {
+            if (baked.error) return tl::unexpected(*baked.error);
+            const auto offset = file->append(baked.stored);
+            if (!offset) return tl::unexpected(offset.error());
+            baked.record.offset = *offset;
+            directory.chunks.push_back(baked.record);
+            directory.max_error_m = std::max(directory.max_error_m, baked.max_error_m);
+            steepest = std::max(steepest, baked.steepest);
+        }
+    }
+    directory.rises = find_rises(source, steepest);
+    if (auto done = file->commit(encode(directory)); !done) return tl::unexpected(done.error());
+    return StoreInfo{count, file->bytes(), directory.max_error_m, sha_of(directory), settings.note};
+}
+
+}  // namespace terrane

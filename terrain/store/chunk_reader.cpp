@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+#include "chunk_reader.h"
+
+#include "chunk_codec.h"
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+namespace terrane::internal {
+
+Result<std::shared_ptr<const Chunk>> ChunkReader::read(const ChunkKey& key) const {
+    const auto damaged = [&] {
+        return fail(ErrorCode::bad_data, "\"" + file_.path() + "\": chunk " +
+                                             std::to_string(key.x) + ", " + std::to_string(key.y) +
+                                             " of level " + std::to_string(key.level) +
+                                             " is damaged");
+    };
+    const ChunkRecord& record = directory_.chunks[directory_.index_of(key)];
+    // No longer than the longest record: the directory's word is not enough.
+    if (record.bytes > 2 * max_encoded_bytes()) return damaged();
+    std::vector<std::uint8_t> stored(record.bytes);
+    if (auto done = file_.read(record.offset, stored); !done) return tl::unexpected(done.error());
+    std::vector<std::uint8_t> content(max_encoded_bytes());
+    const Result<std::size_t> size = decompress(stored, content);
+    if (!size) return damaged();
+    content.resize(*size);
+    if (hash_of(content) != record.hash) return damaged();
+    auto chunk = decode_chunk(content, directory_.lattice, key);
+    if (!chunk) return damaged();
+    return chunk;
+}
+
+Result<std::shared_ptr<const Chunk>> ChunkReader::find(const ChunkKey& key) const {
+    {
+        const std::lock_guard lock(mutex_);
+        for (Held& held : held_) {
+            if (held.chunk == nullptr || held.chunk->key != key) continue;
+            held.used = ++clock_;
+            return held.chunk;
+        }
+    }
+    auto chunk = read(key);
+    if (!chunk) return chunk;
+    const std::lock_guard lock(mutex_);
+    Held& oldest = *std::ranges::min_element(held_, {}, &Held::used);
+    oldest = {*chunk, ++clock_};
+    return chunk;
+}
+
+}  // namespace terrane::internal

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "store_directory.h"
+
+#include <terrane/terrain/chunk.h>
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+
+namespace terrane::internal {
+
+/// Reads chunks of a store. Threads: any, at once.
+class ChunkReader {
+public:
+    ChunkReader(SealedReader file, StoreDirectory directory)
+        : file_(std::move(file)), directory_(std::move(directory)) {}
+
+    const StoreDirectory& directory() const { return directory_; }
+
+    /// Reads, checks and decodes a chunk; takes no lock.
+    /// Fails: io; bad_data where it is damaged
+    Result<std::shared_ptr<const Chunk>> read(const ChunkKey& key) const;
+    /// The same, from a few that were read before: for single questions.
+    Result<std::shared_ptr<const Chunk>> find(const ChunkKey& key) const;
+
+private:
+    struct Held {
+        std::shared_ptr<const Chunk> chunk;
+        std::uint64_t used = 0;
+    };
+
+    SealedReader file_;
+    StoreDirectory directory_;
+    mutable std::mutex mutex_;  ///< of what is held
+    mutable std::array<Held, 32> held_;
+    mutable std::uint64_t clock_ = 0;
+};
+
+}  // namespace terrane::internal

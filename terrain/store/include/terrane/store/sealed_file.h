@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/terrain/result.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace terrane {
+
+/// A hash of 128 bits (XXH3): tells contents apart and finds damage; no protection against forgery.
+struct ContentHash {
+    std::uint64_t low = 0, high = 0;
+    friend bool operator==(const ContentHash&, const ContentHash&) = default;
+    /// 32 hexadecimal digits.
+    std::string text() const;
+};
+
+/// Collects the hash of bytes that come in pieces.
+class ContentHasher {
+public:
+    ContentHasher();
+    ~ContentHasher();
+    ContentHasher(ContentHasher&&) noexcept;
+    ContentHasher& operator=(ContentHasher&&) noexcept;
+
+    void add(std::span<const std::uint8_t> bytes);
+    void add_raw(const void* bytes, std::size_t count);
+    ContentHash value() const;
+
+private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+/// The kind of a sealed file: four characters and a version, which changes with the meaning of its bytes.
+struct SealedKind {
+    std::array<char, 4> name{};
+    std::uint32_t version = 0;
+    friend bool operator==(const SealedKind&, const SealedKind&) = default;
+};
+
+/// Writes a file that appears under its name whole or not at all, on the disk before it appears: under a
+/// name of its own in the same folder, which nobody else writes to, then renamed. The last of several
+/// programs that write the same file at once wins; readers see one or the other.
+///
+/// The file: a header of 72 bytes, *records* of any bytes, and a compressed *directory* (zstd) at the end.
+/// Header and directory have checksums; records are for the directory to check.
+class SealedWriter {
+public:
+    /// Fails: io
+    static Result<SealedWriter> create(const std::string& path, const SealedKind& kind);
+    SealedWriter(SealedWriter&& other) noexcept;
+    SealedWriter& operator=(SealedWriter&&) = delete;
+    /// Removes what was not committed.
+    ~SealedWriter();
+
+    /// Appends a record, and returns where it begins.
+    /// Fails: io
+    Result<std::uint64_t> append(std::span<const std::uint8_t> record);
+    /// Appends the directory and makes the file appear; call once, last.
+    /// Fails: io, and leaves nothing
+    Result<void> commit(std::span<const std::uint8_t> directory);
+    /// Bytes so far; of the whole file after commit().
+    std::uint64_t bytes() const { return end_; }
+
+private:
+    SealedWriter(std::string path, std::string written_path, int handle, const SealedKind& kind);
+    Result<void> write_at(std::span<const std::uint8_t> bytes, std::uint64_t offset);
+    std::string cannot_write(int cause) const;
+
+    std::string path_, written_path_;
+    int handle_ = -1;
+    SealedKind kind_;
+    std::uint64_t end_ = 0;
+};
+
+/// Reads a sealed file. Threads: any, at once.
+class SealedReader {
+public:
+    /// Opens a file, and reads and checks its header and directory.
+    ///
+    /// Fails: io where it cannot be opened or read; bad_data where it is none, of another kind or version,
+    ///        cut off, or damaged
+    static Result<SealedReader> open(const std::string& path, const SealedKind& kind);
+    /// Whether a file begins as a sealed file of a kind does, whatever its version. False where it cannot
+    /// be read.
+    static bool is_kind(const std::string& path, std::string_view name);
+    SealedReader(SealedReader&& other) noexcept;
+    SealedReader& operator=(SealedReader&&) = delete;
+    ~SealedReader();
+
+    const std::string& path() const { return path_; }
+    std::uint64_t bytes() const { return bytes_; }
+    std::span<const std::uint8_t> directory() const { return directory_; }
+    /// Lets go of the directory's bytes.
+    void drop_directory() { directory_ = {}; }
+
+    /// Reads a part of the file.
+    /// Fails: io; bad_data where the file has no such part
+    Result<void> read(std::uint64_t offset, std::span<std::uint8_t> bytes_out) const;
+
+private:
+    SealedReader(std::string path, int handle);
+    Result<void> read_directory(const SealedKind& kind);
+
+    std::string path_;
+    int handle_ = -1;
+    std::uint64_t bytes_ = 0;
+    std::vector<std::uint8_t> directory_;
+};
+
+/// Compressed bytes; the same content gives the same bytes with the same version of zstd.
+std::vector<std::uint8_t> compress(std::span<const std::uint8_t> content);
+/// The count of bytes that a compressed record holds, at most content_out.size(); nothing beyond is
+/// written. Fails with bad_data where that is not so, or the record is damaged.
+Result<std::size_t> decompress(std::span<const std::uint8_t> record,
+                               std::span<std::uint8_t> content_out);
+ContentHash hash_of(std::span<const std::uint8_t> bytes);
+
+}  // namespace terrane
