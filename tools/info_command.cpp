@@ -54,6 +54,12 @@ nlohmann::ordered_json describe(const Terrain& terrain) {
     info["crs"] = terrain.dem ? terrain.dem->crs : std::string();
     info["nodata_share"] = terrain.dem ? terrain.dem->nodata_share : 0.0;
     info["filled_share"] = terrain.dem ? terrain.dem->filled_share : 0.0;
+    if (terrain.store) {
+        info["chunks"] = terrain.store->chunk_count;
+        info["bytes"] = terrain.store->bytes;
+        info["max_error_m"] = terrain.store->max_error_m;
+        info["sha"] = terrain.store->sha;
+    }
     if (terrain.dem) {
         const DemInfo& dem = *terrain.dem;
         info["samples"] = {dem.columns, dem.rows};

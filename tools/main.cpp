@@ -65,6 +65,7 @@ int run(int argument_count, char** arguments) {
     add_drive_command(app, context);
     add_page_command(app, context);
     add_bodies_command(app, context);
+    add_bake_command(app, context);
 
     try {
         app.parse(argument_count, arguments);

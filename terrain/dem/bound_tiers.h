@@ -5,6 +5,8 @@
 #include "fine_surface.h"
 #include "opening_progress.h"
 
+#include <terrane/store/bytes.h>
+
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -24,6 +26,11 @@ public:
 
     /// About how many points the first tier has.
     static double first_points(const BilinearGrid& grid);
+
+    /// What opening_cache keeps; read() fails with bad_data where it is not of this surface.
+    void write(ByteWriter& out) const;
+    static Result<std::unique_ptr<BoundTiers>> read(std::shared_ptr<const FineSurface> fine,
+                                                    ByteReader& in);
 
     /// Heights of a grid whose corner is a multiple of its step, a multiple of the first tier's.
     bool has_heights(const SampleGrid& grid) const;

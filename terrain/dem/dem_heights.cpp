@@ -27,10 +27,15 @@ Result<std::shared_ptr<const HeightSource>> open_source(const std::string& path,
     internal::StoreSettings store;
     store.limit_bytes = settings.memory_bytes;
     store.patience_s = settings.read_timeout;
+    store.bounds_cache = settings.cache;
     auto source =
         internal::DemSource::create(path, settings.finest_spacing, store, settings.progress);
     if (!source) return tl::unexpected(source.error());
-    if (info_out != nullptr) *info_out = (*source)->info();
+    if (info_out != nullptr) {
+        *info_out = (*source)->info();
+        info_out->from_cache = (*source)->cache_use().is_hit;
+        info_out->cache_note = (*source)->cache_use().note;
+    }
     if (!settings.detail_seed) return *source;
     return internal::add_dem_detail(*source, settings);
 }

@@ -23,13 +23,14 @@ WorldRect extent_of(const DemInfo& info) {
 }  // namespace
 
 DemSource::DemSource(std::shared_ptr<const RasterStore> store,
-                     std::shared_ptr<const FineSurface> fine,
-                     std::unique_ptr<const BoundTiers> tiers, HeightPyramid pyramid)
+                     std::shared_ptr<const FineSurface> fine, OpeningBounds bounds,
+                     CacheUse cache_use)
     : HeightSource(fine->grid().lattice, extent_of(store->info())),
       store_(std::move(store)),
       fine_(std::move(fine)),
-      tiers_(std::move(tiers)),
-      pyramid_(std::move(pyramid)) {}
+      tiers_(std::move(bounds.tiers)),
+      pyramid_(std::move(bounds.pyramid)),
+      cache_use_(std::move(cache_use)) {}
 
 Result<std::shared_ptr<const DemSource>> DemSource::create(
     const std::string& path, double finest_spacing, const StoreSettings& settings,
@@ -57,13 +58,21 @@ Result<std::shared_ptr<const DemSource>> DemSource::create(
     const auto grid = make_grid(store->info(), finest_spacing);
     if (!grid) return tl::unexpected(grid.error());
 
+    const auto fine = std::make_shared<const FineSurface>(*grid, store);
+    auto cache = OpeningCache::create(settings.bounds_cache, path, *fine);
+    if (!cache) return tl::unexpected(cache.error());
+    if (std::optional<OpeningBounds> kept = cache->load(fine)) {
+        return std::shared_ptr<const DemSource>(
+            new DemSource(store, fine, std::move(*kept), cache->use()));
+    }
     auto pyramid = HeightPyramid::create(*grid, *store, progress);
     if (!pyramid) return tl::unexpected(pyramid.error());
-    const auto fine = std::make_shared<const FineSurface>(*grid, store);
     auto tiers = BoundTiers::create(fine, progress);
     if (!tiers) return tl::unexpected(tiers.error());
+    OpeningBounds bounds{std::move(*pyramid), std::move(*tiers)};
+    cache->save(bounds);
     return std::shared_ptr<const DemSource>(
-        new DemSource(store, fine, std::move(*tiers), std::move(*pyramid)));
+        new DemSource(store, fine, std::move(bounds), cache->use()));
 }
 
 double DemSource::height(double x, double y) const {

@@ -4,6 +4,7 @@
 #include "bound_tiers.h"
 #include "fine_surface.h"
 #include "height_pyramid.h"
+#include "opening_cache.h"
 #include "raster_store.h"
 
 #include <terrane/dem/dem_heights.h>
@@ -26,6 +27,7 @@ public:
     const DemInfo& info() const { return store_->info(); }
     const BilinearGrid& grid() const { return fine_->grid(); }
     const RasterStore& store() const { return *store_; }
+    const CacheUse& cache_use() const { return cache_use_; }
 
     double height(double x, double y) const override;
     Result<void> sample(const SampleGrid& grid, std::span<double> heights_out) const override;
@@ -38,7 +40,7 @@ public:
 
 private:
     DemSource(std::shared_ptr<const RasterStore> store, std::shared_ptr<const FineSurface> fine,
-              std::unique_ptr<const BoundTiers> tiers, HeightPyramid pyramid);
+              OpeningBounds bounds, CacheUse cache_use);
 
     void add_base(std::span<double> heights) const;
     /// Adds to bounds what the samples that are held may be off.
@@ -48,6 +50,7 @@ private:
     std::shared_ptr<const FineSurface> fine_;
     std::unique_ptr<const BoundTiers> tiers_;
     HeightPyramid pyramid_;
+    CacheUse cache_use_;
 };
 
 }  // namespace terrane::internal

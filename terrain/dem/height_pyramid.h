@@ -5,6 +5,7 @@
 #include "opening_progress.h"
 #include "raster_store.h"
 
+#include <terrane/store/bytes.h>
 #include <terrane/terrain/height_source.h>
 
 #include <cstdint>
@@ -20,6 +21,10 @@ public:
     /// Fails: io; cancelled
     static Result<HeightPyramid> create(const BilinearGrid& grid, const RasterStore& store,
                                         OpeningProgress& progress);
+
+    /// What opening_cache keeps; read() fails with bad_data where it is not of this grid.
+    void write(ByteWriter& out) const;
+    static Result<HeightPyramid> read(const BilinearGrid& grid, ByteReader& in);
 
     /// Contains every height over a closed rectangle of the plane.
     HeightInterval interval(const WorldRect& rect) const;

@@ -25,6 +25,7 @@ struct StoreSettings {
     std::size_t cache_bytes = std::size_t{128} << 20;   ///< of a raster that is read by window
     std::size_t limit_bytes = std::size_t{2} << 30;     ///< as DemSettings::memory_bytes
     double patience_s = 60.0;                           ///< as DemSettings::read_timeout
+    DemCache bounds_cache = {};                         ///< where what opening finds is kept
 };
 
 /// The samples of a raster after voids and outside were filled: every one finite, rows from south to

@@ -6,13 +6,13 @@ set(prefix ${WORK_DIR}/prefix)
 file(REMOVE_RECURSE ${prefix})
 run(${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${prefix})
 
-# Heights alone neither look for GDAL, PNG or epoxy, nor load them.
+# Heights alone neither look for GDAL, zstd, PNG or epoxy, nor load them.
 build_project(${CMAKE_CURRENT_LIST_DIR}/readme_example ${WORK_DIR}/readme_example
     -DCMAKE_PREFIX_PATH=${prefix}
     -DCMAKE_DISABLE_FIND_PACKAGE_GDAL=ON
     -DCMAKE_DISABLE_FIND_PACKAGE_PNG=ON
     -DCMAKE_DISABLE_FIND_PACKAGE_PkgConfig=ON)
-set(foreign "^lib(gdal|png|epoxy|EGL|GL|GLX|GLdispatch|OpenGL)[^a-z]")
+set(foreign "^lib(gdal|zstd|png|epoxy|EGL|GL|GLX|GLdispatch|OpenGL)[^a-z]")
 find_loaded_libraries(${WORK_DIR}/readme_example/first_ground loaded)
 list(FILTER loaded INCLUDE REGEX "${foreign}")
 expect_same("the libraries that heights load for nothing" "${loaded}" "")

@@ -6,6 +6,7 @@ Rasters are written here, as ESRI ASCII grids, so that no tool is needed; what n
 the real data is skipped with a reason where they are absent.
 """
 
+import atexit
 import json
 import os
 import shutil
@@ -24,6 +25,11 @@ PROGRAM = os.path.abspath(sys.argv[1]) if len(sys.argv) > 1 else "terrane"
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 DATA = os.environ.get("TERRANE_DATA", os.path.join(ROOT, "..", "shared", "data"))
 SEED = 20240501
+
+# What the program keeps from one run to the next is of this test alone.
+_CACHE = tempfile.mkdtemp(prefix="terrane_cache_")
+atexit.register(shutil.rmtree, _CACHE, ignore_errors=True)
+os.environ["XDG_CACHE_HOME"] = _CACHE
 
 
 def run(*arguments, stdin=None, timeout=120):

@@ -104,4 +104,11 @@ HeightInterval SlowHeights::interval(const WorldRect& rect) const {
 
 double SlowHeights::rise_bound(double distance) const { return source_->rise_bound(distance); }
 
+Result<std::shared_ptr<const Chunk>> SlowHeights::stored_chunk(const ChunkKey& key,
+                                                               const std::stop_token& stop) const {
+    auto chunk = source_->stored_chunk(key, stop);
+    if (chunk && *chunk != nullptr && is_slow_) wait_for_storage();
+    return chunk;
+}
+
 }  // namespace terrane::tools

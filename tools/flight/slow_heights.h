@@ -35,7 +35,8 @@ private:
 
 /// A source behind slow storage, in real time: the samples of a chunk arrive after a latency and through
 /// a pipe that all threads share evenly, as if they were the whole chunk. Everything else is answered
-/// at once: it is sample() that make_chunk() calls once.
+/// at once: it is sample() that make_chunk() calls once. A chunk that the source holds ready made arrives in
+/// the same way.
 class SlowHeights final : public HeightSource {
 public:
     /// @param latency   seconds from a request to its first byte, >= 0
@@ -55,6 +56,8 @@ public:
                             std::span<std::uint8_t> flags_out) const override;
     HeightInterval interval(const WorldRect& rect) const override;
     double rise_bound(double distance) const override;
+    Result<std::shared_ptr<const Chunk>> stored_chunk(const ChunkKey& key,
+                                                      const std::stop_token& stop) const override;
 
 private:
     void wait_for_storage() const;

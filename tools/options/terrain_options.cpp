@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "options/terrain_options.h"
 
+#include "options/baked_terrain.h"
 #include "options/option_values.h"
 #include "output/progress.h"
+
+#include <terrane/store/chunk_store.h>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -12,6 +15,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -67,6 +71,11 @@ CommandResult<Terrain> open_fractal(const TerrainOptions& options) {
 }
 
 CommandResult<Terrain> open_dem(const TerrainOptions& options) {
+    if (ChunkStore::is_store(options.dem)) {
+        if (options.seed) return usage_error("--seed does not go with a baked terrain");
+        if (options.detail_m) return usage_error("--detail-m does not go with a baked terrain");
+        return open_baked(options.dem);
+    }
     DemSettings settings;
     settings.detail_seed = options.seed;
     settings.finest_spacing = options.detail_m.value_or(options.seed ? 1.0 : 0.0);
@@ -78,6 +87,7 @@ CommandResult<Terrain> open_dem(const TerrainOptions& options) {
         progress.show(share);
         return true;
     };
+    settings.cache = choose_cache(options.cache);
     DemInfo info;
     Result<std::shared_ptr<const HeightSource>> source = fail(ErrorCode::out_of_memory, "");
     try {
@@ -92,6 +102,9 @@ CommandResult<Terrain> open_dem(const TerrainOptions& options) {
         constexpr std::string_view kArgument = "finest_spacing";
         if (message.starts_with(kArgument)) message.replace(0, kArgument.size(), "--detail-m");
         return usage_error(std::move(message));
+    }
+    if (!info.cache_note.empty()) {
+        std::fprintf(stderr, "terrane: %s\n", info.cache_note.c_str());
     }
     std::string name = options.dem;
     if (options.seed) name += fmt::format(" with detail of seed {}", *options.seed);
@@ -115,7 +128,9 @@ CommandResult<std::string> read_text(const std::string& path) {
 }  // namespace
 
 void add_terrain_options(CLI::App& app, TerrainOptions& options) {
-    app.add_option("--dem", options.dem, "Raster of heights, in any format that GDAL reads")
+    app.add_option("--dem", options.dem,
+                   "Raster of heights, in any format that GDAL reads, or a terrain that 'terrane "
+                   "bake' wrote")
         ->type_name("FILE")
         ->group("Terrain");
     std::optional<std::uint64_t>* const seed = &options.seed;
@@ -146,6 +161,12 @@ void add_terrain_options(CLI::App& app, TerrainOptions& options) {
         "The same choices in a JSON file, with the keys dem, seed, fractal and detail_m");
     scene_option->type_name("FILE.json")->group("Terrain");
     scene_option->excludes("--dem")->excludes("--seed")->excludes("--fractal");
+    app.add_option(
+           "--cache", options.cache,
+           "Where the bounds of a raster are kept, so that it opens faster the next time: a "
+           "folder, 'beside' the raster, or 'off'; without it the user's cache folder")
+        ->type_name("DIR")
+        ->group("Terrain");
     std::optional<double>* const detail = &options.detail_m;
     app.add_option_function<std::string>(
            "--detail-m",
@@ -226,6 +247,7 @@ CommandResult<Terrain> open_terrain(const TerrainOptions& options) {
         if (!scene) return pass_on(scene.error());
         if (options.detail_m) scene->detail_m = options.detail_m;
         scene->dem_memory_mb = options.dem_memory_mb;
+        scene->cache = options.cache;
         return open_terrain(*scene);
     }
     if (options.fractal && !(options.seed && options.dem.empty())) {

@@ -12,6 +12,19 @@
 
 namespace terrane {
 
+/// Where the bounds that opening a raster makes are kept for the next opening. They are found again by the
+/// samples themselves and the lattice: a raster whose heights changed gets new ones, one that was moved or
+/// copied keeps its own. Rasters below 2^16 samples open faster than that pays.
+struct DemCache {
+    enum class Place {
+        none,  ///< nothing is kept, or looked for
+        beside,  ///< in the raster's folder, as RASTER.xxxxxxxx.terrane-bounds; `folder` where that cannot be
+        folder,  ///< in `folder`, which is made where it is absent
+    };
+    Place place = Place::none;
+    std::string folder = {};  ///< "": nothing is kept there
+};
+
 struct DemSettings {
     /// Finest spacing of the lattice, at most, metres; 0: the raster's own cell. Where the cells
     /// are square metres, the spacing is a cell over a power of two, so that samples lie on the
@@ -21,6 +34,8 @@ struct DemSettings {
     std::optional<std::uint64_t> detail_seed;
     /// Detail's height over the roughness that the raster has around it.
     double detail_roughness = 1.0;
+    /// A file that cannot be written, or is not what it should be, is no error: see DemInfo::cache_note.
+    DemCache cache = {};
 
     /// Most memory that opening the raster may take and the source may keep, bytes; what needs more is
     /// refused before it is read. For each sample about 1 byte, for the first 64 million samples 4
@@ -54,6 +69,9 @@ struct DemInfo {
     /// Largest relative error of an east-west length, at the raster's northern or southern edge;
     /// 0 where the CRS is in metres; at most 9.
     double scale_error = 0.0;
+    bool from_cache = false;  ///< bounds were not made, but read: DemSettings::cache
+    /// Why a file of the cache was refused or not written, one sentence; "" where nothing went wrong.
+    std::string cache_note;
 };
 
 /// Surveyed heights: the bilinear surface of any raster that GDAL reads. World (0, 0) is the centre

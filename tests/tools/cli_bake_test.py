@@ -1,0 +1,178 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Terrains that are baked to a file, and bounds of rasters that are kept from one run to the next."""
+
+import glob
+import os
+import signal
+import subprocess
+import time
+
+from program import PROGRAM, Folder, ask, main, run, run_json
+
+KEYS = ["chunks", "bytes", "max_error_m", "sha", "out"]
+
+
+class Bake(Folder):
+    def bake(self, name, *arguments):
+        out = self.path(name)
+        return out, run_json("bake", *arguments, "--out", out)
+
+    def read(self, path):
+        with open(path, "rb") as file:
+            return file.read()
+
+    def mesh(self, terrain, name):
+        out = self.path(name)
+        summary = run_json("mesh", *terrain, "--budget", 30_000, "--max-error-px", 1, "--out", out)
+        return self.read(out), summary
+
+    def test_a_baked_raster_gives_the_mesh_and_the_ground_of_the_raster(self):
+        _, raster = self.hills(300, 200)
+        out, summary = self.bake("hills.terrane", "--dem", raster)
+        self.assertEqual(list(summary), KEYS)
+        self.assertEqual(summary["bytes"], os.path.getsize(out))
+        self.assertGreater(summary["max_error_m"], 0)
+        live, live_summary = self.mesh(["--dem", raster], "live.ply")
+        stored, stored_summary = self.mesh(["--dem", out], "stored.ply")
+        self.assertEqual(live, stored)
+        self.assertEqual(live_summary["triangles"], stored_summary["triangles"])
+        questions = [{"id": i, "op": "height", "x": 37.1 * i - 800, "y": 11.3 * i - 300} for i in range(40)]
+        self.assertEqual(ask(["--dem", raster], questions), ask(["--dem", out], questions))
+        info, baked = (run_json("info", "--dem", path) for path in (raster, out))
+        for key in ("extent_m", "min_m", "max_m", "levels", "root_size_m", "finest_spacing_m", "crs",
+                    "nodata_share", "world_from_crs", "crs_from_world"):
+            self.assertEqual(info[key], baked[key], key)
+        self.assertEqual(baked["sha"], summary["sha"])
+
+    def test_a_baked_fractal_and_a_raster_with_detail_give_the_meshes_of_both(self):
+        _, raster = self.hills(150, 100)
+        for terrain in (["--seed", 5, "--detail-m", 256], ["--dem", raster, "--seed", 3, "--detail-m", 5]):
+            out, _ = self.bake("a.terrane", *terrain)
+            self.assertEqual(self.mesh(terrain, "live.ply")[0], self.mesh(["--dem", out], "stored.ply")[0])
+
+    def test_the_file_is_the_same_on_any_number_of_threads(self):
+        _, raster = self.hills(300, 200)
+        results = [self.bake(f"{n}.terrane", "--dem", raster, "--threads", n) for n in (1, 2, 5)]
+        self.assertEqual(len({summary["sha"] for _, summary in results}), 1)
+        self.assertEqual(len({self.read(path) for path, _ in results}), 1)
+
+    def test_every_subcommand_takes_a_baked_terrain(self):
+        out, _ = self.bake("a.terrane", "--seed", 5, "--detail-m", 64, "--region", "-4000,-4000,4000,4000")
+        terrain = ["--dem", out]
+        flight = run_json("fly", *terrain, "--path", "straight", "--seconds", 0.2, "--fps", 10, "--verify",
+                          "--size", "160x90", "--budget", 3000)
+        self.assertLessEqual(flight["measured_error_px_max"], flight["error_px_max"])
+        drop = run_json("drop", *terrain, "--count", 3, "--seconds", 1, "--shape", "sphere", "--speed", 20)
+        self.assertEqual(drop["fell_through"], 0)
+        self.assertEqual(run_json("page", *terrain, "--path", "straight@50", "--seconds", 1)["frames"] > 0, True)
+        self.assertEqual(run_json("drive", *terrain, "--path", "straight", "--seconds", 1)["fell_through"], 0)
+
+    def test_levels_and_regions_are_parts_of_the_world(self):
+        whole = run_json("info", "--seed", 5, "--detail-m", 64)
+        out, summary = self.bake("levels.terrane", "--seed", 5, "--levels", 2)
+        info = run_json("info", "--dem", out)
+        self.assertEqual(info["levels"], 2)
+        self.assertEqual(info["root_size_m"], whole["root_size_m"])
+        self.assertEqual(summary["chunks"], 4 + 16)
+        out, _ = self.bake("region.terrane", "--seed", 5, "--detail-m", 64, "--region", "-1000,0,3000,2500")
+        west, south, east, north = run_json("info", "--dem", out)["extent_m"]
+        self.assertTrue(west <= -1000 and south <= 0 and east >= 3000 and north >= 2500)
+        self.assertLess((east - west) * (north - south), 2e9)
+
+    def test_bad_input_is_one_line(self):
+        _, raster = self.hills()
+        out = self.path("a.terrane")
+        for code, arguments in (
+                (2, ["--dem", raster]),
+                (2, ["--out", out]),
+                (2, ["--dem", raster, "--out", out, "--levels", 0]),
+                (2, ["--dem", raster, "--out", out, "--levels", 20]),
+                (2, ["--dem", raster, "--out", out, "--threads", 1000]),
+                (2, ["--dem", raster, "--out", out, "--region", "1,2,3"]),
+                (2, ["--dem", raster, "--out", out, "--region", "5,5,1,1"]),
+                (2, ["--seed", 5, "--detail-m", 0.001, "--out", out]),
+                (1, ["--dem", raster, "--out", self.path("no/such/a.terrane")]),
+                (1, ["--dem", raster, "--out", self.folder])):
+            done = run("bake", *arguments)
+            self.assertEqual(done.returncode, code, arguments)
+            self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+            self.assertEqual(os.listdir(self.folder), ["hills.asc"])
+
+    def test_a_damaged_store_is_one_line_and_no_crash(self):
+        _, raster = self.hills(100, 100)
+        out, _ = self.bake("a.terrane", "--dem", raster)
+        whole = self.read(out)
+        broken = self.path("broken.terrane")
+        for at in (20, 100, len(whole) // 2, len(whole) - 5):
+            for content in (whole[:at], whole[:at] + bytes([whole[at] ^ 4]) + whole[at + 1:]):
+                with open(broken, "wb") as file:
+                    file.write(content)
+                done = run("mesh", "--dem", broken, "--budget", 2000)
+                self.assertEqual(done.returncode, 1)
+                self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+        for flags in (["--seed", 3], ["--detail-m", 2]):
+            self.assertEqual(run("info", "--dem", out, *flags).returncode, 2)
+
+    def test_an_interrupt_leaves_no_part_of_a_file(self):
+        process = subprocess.Popen([PROGRAM, "bake", "--seed", "5", "--detail-m", "4", "--out",
+                                    self.path("a.terrane")], stderr=subprocess.PIPE, text=True)
+        while not os.listdir(self.folder):
+            time.sleep(0.02)
+        process.send_signal(signal.SIGINT)
+        _, text = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 1)
+        self.assertEqual(text.count("\n"), 1, text)
+        self.assertEqual(os.listdir(self.folder), [])
+
+
+class Cache(Folder):
+    def info(self, raster, *arguments, environment=None):
+        return subprocess.run([PROGRAM, "info", "--dem", raster, "--json", *arguments], check=True, text=True,
+                              capture_output=True, env={**os.environ, **(environment or {})})
+
+    def test_bounds_are_kept_where_they_should_be(self):
+        _, raster = self.hills(300, 260)
+        own = self.path("own")
+        places = (
+            (["--cache", self.path("chosen")], {}, self.path("chosen/*")),
+            (["--cache", "beside"], {}, raster + ".*.terrane-bounds"),
+            ([], {"XDG_CACHE_HOME": own}, own + "/terrane/*"),
+            ([], {"XDG_CACHE_HOME": "", "HOME": own}, own + "/.cache/terrane/*"))
+        for arguments, environment, pattern in places:
+            answers = []
+            for _ in range(2):
+                done = self.info(raster, *arguments, environment=environment)
+                self.assertEqual(done.stderr, "")
+                self.assertEqual(len(glob.glob(pattern)), 1, pattern)
+                answers.append(done.stdout)
+            self.assertEqual(*answers)
+        before = sum(len(files) for _, _, files in os.walk(self.folder))
+        self.info(raster, "--cache", "off", environment={"XDG_CACHE_HOME": self.path("none")})
+        self.assertEqual(sum(len(files) for _, _, files in os.walk(self.folder)), before)
+
+    def test_a_damaged_file_is_one_line_and_replaced(self):
+        _, raster = self.hills(300, 260)
+        chosen = self.path("chosen")
+        expected = self.info(raster, "--cache", chosen).stdout
+        kept = glob.glob(chosen + "/*")[0]
+        os.truncate(kept, 500)
+        done = self.info(raster, "--cache", chosen)
+        self.assertEqual(done.stdout, expected)
+        self.assertEqual(done.stderr.count("\n"), 1)
+        self.assertIn(kept, done.stderr)
+        self.assertEqual(self.info(raster, "--cache", chosen).stderr, "")
+
+    def test_programs_that_open_a_raster_at_once_agree(self):
+        _, raster = self.hills(300, 260)
+        chosen = self.path("chosen")
+        programs = [subprocess.Popen([PROGRAM, "info", "--dem", raster, "--json", "--cache", chosen], text=True,
+                                     stdout=subprocess.PIPE, stderr=subprocess.PIPE) for _ in range(6)]
+        answers = {process.communicate(timeout=60) for process in programs}
+        self.assertEqual(len(answers), 1)
+        self.assertEqual(answers.pop()[1], "")
+        self.assertEqual(len(os.listdir(chosen)), 1)
+
+
+if __name__ == "__main__":
+    main()
