@@ -36,8 +36,10 @@ const int kLastLayer = 7;
 // Levels of the noise finer than what suits a pixel's longer side: that would be a blur.
 const float kSharper = -1.2;
 const float kNoiseTexels = 256.0;
-// Samples whose depths are nearer to each other than this ratio are shaded as one.
+// Samples are shaded as one where their depths differ by no more than this ratio, and lie in one plane up to
+// this share of the depth.
 const float kOneSurface = 1.06;
+const float kOnePlane = 0.004;
 
 // Layer of the chunk, or -1.
 int find_layer(ivec2 chunk, int level) {
@@ -146,10 +148,17 @@ void main() {
         most = max(most, depth);
     }
     bool is_one = most <= kOneSurface * least || most == 0.0;
+#if SAMPLES == 4
+    // 0 and 3, and 1 and 2, lie opposite to each other; depth is linear over the picture of a plane
+    float bend = texelFetch(depths, pixel, 0).x + texelFetch(depths, pixel, 3).x -
+                 texelFetch(depths, pixel, 1).x - texelFetch(depths, pixel, 2).x;
+    is_one = is_one && abs(bend) <= kOnePlane * most;
+#endif
     int count = is_one ? 1 : SAMPLES;
     vec3 sum = vec3(0.0);
     for (int i = 0; i < count; ++i) {
-        vec3 behind = background(is_one ? 0.5 * (least + most) : texelFetch(depths, pixel, i).x);
+        // a sample's own depth: between two surfaces there is no ground
+        vec3 behind = background(texelFetch(depths, pixel, i).x);
 #if OVERLAY
         vec4 over = texelFetch(overlays, pixel, i);
         for (int other = 1; is_one && other < SAMPLES; ++other) {
