@@ -108,8 +108,10 @@ Eigen::Vector3d shorten(const LocalGround& local, const LocalBody& body, Eigen::
 }
 
 bool is_short_enough(const LocalBody& body, double length, double least, double deep_share) {
+    const double deep =
+        kDeep * body.whole().smallest;  // 0 of flat shapes, which are never called deep
     return length <= least * (1.0 + 1e-12) + kFree ||
-           (deep_share * length > kDeep * body.whole().smallest && deep_share * length <= least);
+           (deep > 0.0 && deep_share * length > deep && deep_share * length <= least);
 }
 
 MinTranslation find_freeing(const LocalGround& local, const LocalBody& body, double lift,
