@@ -18,7 +18,24 @@ public:
                  std::function<double(double, double)> height, const TableGroundSettings& settings)
         : HeightSource(lattice, extent), height_(std::move(height)), settings_(settings) {}
 
-    double height(double x, double y) const override { return height_(x, y); }
+    // The triangles of the one level, so that a bound of 0 is right.
+    double height(double x, double y) const override {
+        const double u = (x - lattice().origin_x) / lattice().spacing;
+        const double v = (y - lattice().origin_y) / lattice().spacing;
+        const double column = std::floor(u), row = std::floor(v);
+        const double fx = u - column, fy = v - row;
+        const auto i = static_cast<std::int64_t>(column), j = static_cast<std::int64_t>(row);
+        const auto at = [&](int dx, int dy) {
+            return height_(lattice().x(i + dx), lattice().y(j + dy));
+        };
+        const double sw = at(0, 0), se = at(1, 0), nw = at(0, 1), ne = at(1, 1);
+        if (cut_to_north_east(i, j)) {
+            return fx >= fy ? sw + fx * (se - sw) + fy * (ne - se)
+                            : sw + fy * (nw - sw) + fx * (ne - nw);
+        }
+        return fx + fy <= 1.0 ? sw + fx * (se - sw) + fy * (nw - sw)
+                              : ne + (1.0 - fx) * (nw - ne) + (1.0 - fy) * (se - ne);
+    }
 
     Result<void> sample(const SampleGrid& grid, std::span<double> heights_out) const override {
         for (int row = 0; row < grid.rows; ++row) {
@@ -31,8 +48,9 @@ public:
         return {};
     }
 
+    // Of no use on a level that nothing is drawn from: all that heights can be apart.
     Result<void> vertex_bounds(const SampleGrid&, std::span<float> bounds_out) const override {
-        std::fill(bounds_out.begin(), bounds_out.end(), settings_.bound);
+        std::fill(bounds_out.begin(), bounds_out.end(), static_cast<float>(rise_bound(0.0)));
         return {};
     }
 
