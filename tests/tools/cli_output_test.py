@@ -243,7 +243,7 @@ class FullDisk(Folder):
         if not draws() or shutil.which("ffmpeg") is None:
             self.skipTest("nothing draws here, or no ffmpeg")
         done = self.run_limited("fly", "--seed", 1, "--seconds", 5, "--fps", 10, "--size", "640x480", "--budget",
-                                1000, "--video", "--out", self.path("out"), kilobytes=48)
+                                1000, "--video", "--out", self.path("out"), kilobytes=16)
         self.assert_refused(done, [1], "out/")
         self.assertEqual([name for name in os.listdir(self.path("out")) if "partial" in name], [])
         self.assertNotIn("flight.mp4", os.listdir(self.path("out")))

@@ -13,7 +13,7 @@ TEST(FormatProgress, TellsTheTimeThatHasPassedWhereTheShareIsNotKnown) {
 TEST(FormatProgress, EstimatesTheTimeLeftFromTheSpeedSinceTheShareIsKnown) {
     // 10 s for 20 %, so 40 s for the rest; what came before the first share does not count
     EXPECT_EQ(format_progress("flying", 0.2, 100.0, 0.0, 10.0), "flying: 20 %, 40 s left");
-    EXPECT_EQ(format_progress("flying", 0.6, 100.0, 0.5, 50.0), "flying: 60 %, 3 min 20 s left");
+    EXPECT_EQ(format_progress("flying", 0.75, 500.0, 0.5, 200.0), "flying: 75 %, 3 min 20 s left");
     EXPECT_EQ(format_progress("flying", 0.5, 9e3, 0.0, 9000.0), "flying: 50 %, 2 h 30 min left");
     EXPECT_EQ(format_progress("flying", 1.0, 10.0, 0.0, 10.0), "flying: 100 %, 0 s left");
 }

@@ -165,7 +165,7 @@ std::string figure_title(const std::string& key) {
 
 std::string figure_note(const std::string& key, const nlohmann::ordered_json& summary) {
     const bool is_drive = summary.contains("distance_m") && summary.contains("frames");
-    if (is_drive && (key == "error_px_max" || key == "error_px_median")) {
+    if (is_drive && key == "error_px_max") {
         return "an angle at the eye, which is a few metres over the ground here: what is off by a "
                "metre a metre away is hundreds of px";
     }

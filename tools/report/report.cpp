@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <string_view>
@@ -95,7 +96,7 @@ nlohmann::ordered_json thinned(std::span<const FrameRecord> frames,
         for (std::size_t i = first + 1; i < std::min(first + stride, frames.size()); ++i) {
             most = std::max(most, get(frames[i]));
         }
-        values.push_back(std::round(most * 1e4) / 1e4);
+        values.push_back(std::strtod(rounded_text(most, 6, Rounding::nearest).c_str(), nullptr));
     }
     return values;
 }
