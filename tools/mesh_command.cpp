@@ -57,6 +57,23 @@ Result<View> make_view(const MeshOptions& options, const HeightSource& source) {
                    options.size.height_px);
 }
 
+/// Reads a terrain in the middle of its extent. Fails as the source does: HeightSource::height(), which a view
+/// is made with, cannot say why it failed.
+Result<void> read_middle(const HeightSource& source) {
+    const Lattice& lattice = source.lattice();
+    const WorldRect& extent = source.extent();
+    const auto index = [&lattice](double place, double origin) {
+        return static_cast<std::int64_t>(std::floor((place - origin) / lattice.spacing));
+    };
+    const SampleGrid grid{{index(0.5 * (extent.west + extent.east), lattice.origin_x),
+                           index(0.5 * (extent.south + extent.north), lattice.origin_y)},
+                          1,
+                          2,
+                          2};
+    std::array<double, 4> heights{};
+    return source.sample(grid, heights);
+}
+
 /// Loads and triangulates in turns, until what is drawn asks for nothing that is absent.
 CommandResult<TerrainMesh> settle(Pager& pager, Triangulator& triangulator, const View& view,
                                   double memory_mb) {
@@ -95,7 +112,11 @@ CommandResult<void> run_mesh(const MeshOptions& options) {
     if (const CommandResult<void> fit = check_budget(*terrain, options.budget); !fit) return fit;
     if (const CommandResult<void> fit = check_memory(*terrain, options.memory_mb); !fit) return fit;
     const Result<View> view = make_view(options, *terrain->source);
-    if (!view) return usage_error(view.error().message);
+    if (!view) {
+        const Result<void> read = read_middle(*terrain->source);
+        if (!read) return pass_on(read.error());
+        return usage_error(view.error().message);
+    }
     Result<Triangulator> triangulator =
         Triangulator::create(*terrain->source, {.triangle_budget = options.budget,
                                                 .max_error_px = options.max_error_px,
