@@ -16,6 +16,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -31,6 +32,7 @@ constexpr int kFinestLog2 = -15, kCoarsestLog2 = 9;
 
 constexpr double kMebibyte = 1024.0 * 1024.0;
 constexpr double kMostMemory_mb = 1e9;
+constexpr const char* kGdalCache_mb = "256";
 
 std::string quoted(const std::string& text) { return "'" + text + "'"; }
 
@@ -82,6 +84,9 @@ CommandResult<Terrain> open_dem(const TerrainOptions& options) {
     if (options.dem_memory_mb) {
         settings.memory_bytes = static_cast<std::size_t>(*options.dem_memory_mb * kMebibyte);
     }
+    // GDAL would take a twentieth of the machine's memory for its cache, on top of that limit. Who
+    // sets the variable knows better.
+    setenv("GDAL_CACHEMAX", kGdalCache_mb, 0);
     Progress progress("opening " + options.dem);
     settings.progress = [&progress](double share) {
         progress.show(share);
@@ -193,8 +198,8 @@ void add_terrain_options(CLI::App& app, TerrainOptions& options) {
                        fmt::format("must be above 0 to {:g}, got '{}'", kMostMemory_mb, text));
                }
            },
-           "Most memory for opening and holding a raster, MiB; what needs more is refused. 2048 "
-           "unless said")
+           "Most memory for opening and holding a raster, MiB, besides up to 256 for GDAL's cache; "
+           "what needs more is refused. 2048 unless said")
         ->type_name("N")
         ->group("Terrain");
 }
