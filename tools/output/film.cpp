@@ -267,7 +267,11 @@ Result<void> Film::finish() {
     state.frames.close();
     const std::optional<int> status = state.wait_while_it_works();
     if (!status) return state.lost(state.is_silent());
-    if (!WIFEXITED(*status) || WEXITSTATUS(*status) != 0) return state.lost("ffmpeg failed");
+    // on a full disk it complains, and still exits with 0
+    const bool has_complained = !last_line(state.complaints.get()).empty();
+    if (!WIFEXITED(*status) || WEXITSTATUS(*status) != 0 || has_complained) {
+        return state.lost("ffmpeg failed");
+    }
     if (state.place.folder != nullptr) {
         const Result<void> listed =
             state.place.folder->record(state.part->path(), state.place.name);
