@@ -26,9 +26,10 @@ void add_picture_options(CLI::App& app, FlightOptions& options, const std::strin
     add_in_range(app, "--fps", options.fps, 0.1, 1000.0, "Frames a second of the " + what);
     add_size(app, "--size", options.size, "Size of the picture, pixels");
     add_in_range(app, "--fov-deg", options.fov_deg, 1.0, 170.0, "Vertical field of view, degrees");
-    add_count(app, "--samples", options.samples, 1,
-              "Samples a pixel, 1 to 16, or the next that the device has; 4 without it. 1 draws "
-              "faster where there is no GPU, and steps the edges of hills")
+    add_count(
+        app, "--samples", options.samples, 1,
+        "Samples a pixel, 1 to 16, or the next that the device has; without it 4, and 1 where "
+        "there is no GPU: that is twice as fast, and steps the edges of hills")
         ->default_str("");
     app.add_option(
            "--out", options.out,

@@ -30,6 +30,12 @@ void fit_tints(const HeightSource& source, RendererSettings& settings) {
     settings.tint_high = std::max(percentile(heights, 0.98), settings.tint_low + kLeastRelief);
 }
 
+// Mesa's names for devices that are the processor.
+bool is_software(const std::string& renderer) {
+    return renderer.find("llvmpipe") != std::string::npos ||
+           renderer.find("softpipe") != std::string::npos;
+}
+
 }  // namespace
 
 FlightPictures::FlightPictures(EglContext context, TerrainRenderer renderer)
@@ -42,7 +48,9 @@ Result<FlightPictures> FlightPictures::create(const FlightOptions& options,
     if (!context) return tl::unexpected(context.error());
     RendererSettings settings;
     fit_tints(source, settings);
-    if (options.samples > 0) settings.sample_count = static_cast<int>(options.samples);
+    settings.sample_count = options.samples > 0 ? static_cast<int>(options.samples)
+                            : is_software(context->renderer_name()) ? 1
+                                                                    : settings.sample_count;
     Result<TerrainRenderer> renderer =
         TerrainRenderer::create(*context, options.size.width_px, options.size.height_px, settings);
     if (!renderer) return tl::unexpected(renderer.error());
