@@ -37,9 +37,8 @@ Result<void> check(const RendererSettings& settings) {
     }
     if (!std::isfinite(settings.tint_low) || !std::isfinite(settings.tint_high) ||
         !(settings.tint_high > settings.tint_low)) {
-        return refuse("tint_high must be above tint_low, got " +
-                      number_text(settings.tint_high) + " and " +
-                      number_text(settings.tint_low));
+        return refuse("tint_high must be above tint_low, got " + number_text(settings.tint_high) +
+                      " and " + number_text(settings.tint_low));
     }
     if (settings.sample_count < 1 || settings.sample_count > 16) {
         return refuse("sample_count must be 1 to 16, got " + std::to_string(settings.sample_count));

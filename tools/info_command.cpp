@@ -27,9 +27,8 @@ std::string way_back(const DemInfo& dem) {
 std::string way_there(const DemInfo& dem) {
     const char* const east = dem.geographic ? "longitude" : "easting";
     const char* const north = dem.geographic ? "latitude" : "northing";
-    return fmt::format("x = ({} - {}) * {}; y = ({} - {}) * {}", east,
-                       dem.centre_x, dem.metres_per_unit_x, north, dem.centre_y,
-                       dem.metres_per_unit_y);
+    return fmt::format("x = ({} - {}) * {}; y = ({} - {}) * {}", east, dem.centre_x,
+                       dem.metres_per_unit_x, north, dem.centre_y, dem.metres_per_unit_y);
 }
 
 nlohmann::ordered_json describe(const Terrain& terrain) {

@@ -105,7 +105,8 @@ CommandResult<TerrainMesh> settle(Pager& pager, Triangulator& triangulator, cons
 CommandResult<void> run_mesh(const MeshOptions& options) {
     const std::optional<MeshFormat> format = mesh_format(options.out);
     if (!options.out.empty() && !format) {
-        return usage_error(fmt::format("--out must end in {}, got '{}'", kMeshEndings, options.out));
+        return usage_error(
+            fmt::format("--out must end in {}, got '{}'", kMeshEndings, options.out));
     }
     const CommandResult<Terrain> terrain = open_terrain(options.terrain);
     if (!terrain) return pass_on(terrain.error());

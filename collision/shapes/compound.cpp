@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "vector_math.h"
 #include "compound_data.h"
 #include "hull_data.h"
 #include "part_tree.h"

@@ -21,8 +21,8 @@
 #include "worker_team.h"
 
 #include <terrane/terrain/assert.h>
-#include <terrane/terrain/triangulator.h>
 #include <terrane/terrain/number_text.h>
+#include <terrane/terrain/triangulator.h>
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <terrane/terrain/view.h>
 #include <terrane/terrain/number_text.h>
+#include <terrane/terrain/view.h>
 
 #include <cmath>
 #include <numbers>

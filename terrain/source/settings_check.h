@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <terrane/terrain/result.h>
 #include <terrane/terrain/number_text.h>
+#include <terrane/terrain/result.h>
 
 #include <string>
 
@@ -12,9 +12,9 @@ namespace terrane {
 template <class Number>
 Result<void> check_range(const char* name, Number value, Number least, Number most) {
     if (value >= least && value <= most) return {};
-    return fail(ErrorCode::invalid_argument,
-                std::string(name) + " must be " + number_text(least) + " to " +
-                    number_text(most) + ", got " + number_text(value));
+    return fail(ErrorCode::invalid_argument, std::string(name) + " must be " + number_text(least) +
+                                                 " to " + number_text(most) + ", got " +
+                                                 number_text(value));
 }
 
 /// Of octaves, which both fractals have.

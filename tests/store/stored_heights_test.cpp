@@ -61,6 +61,11 @@ TEST_F(StoredHeights, SamplesAreThoseOfTheSourceAtEveryLevelAndOffset) {
     }
 }
 
+TEST_F(StoredHeights, KeepWhatHeightSourcesPromise) {
+    const SourceReport report = check_source(*store_).value();
+    EXPECT_TRUE(report.is_clean()) << to_text(report);
+}
+
 TEST_F(StoredHeights, TheTrueSurfaceOfTheSourceIsWithinMaxError) {
     Random random(6);
     const WorldRect& extent = source_->extent();

@@ -24,8 +24,8 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
-constexpr std::array kExtremes{1e300, -1e300, 1e-300, -1e-300, 1.2345678901234567e17, kNan,
-                               kInfinite, -kInfinite, 0.1 + 0.2, -1.0 / 3.0};
+constexpr std::array kExtremes{1e300, -1e300,    1e-300,     -1e-300,   1.2345678901234567e17,
+                               kNan,  kInfinite, -kInfinite, 0.1 + 0.2, -1.0 / 3.0};
 
 TEST(NumberText, HasSixSignificantDigits) {
     EXPECT_EQ(number_text(1e300), "1e+300");
@@ -116,9 +116,8 @@ TEST(Messages, OfTerrainAreShortWhateverTheValue) {
     expect_short("amplitude", [](double value) {
         return message_of(FractalHeights::create({.amplitude = value}));
     });
-    expect_short("gain", [](double value) {
-        return message_of(FractalHeights::create({.gain = value}));
-    });
+    expect_short("gain",
+                 [](double value) { return message_of(FractalHeights::create({.gain = value})); });
     const auto source = FractalHeights::create({}).value();
     expect_short("threshold", [&](double value) {
         return message_of(Triangulator::create(*source, {.max_error_px = value}));

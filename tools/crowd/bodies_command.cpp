@@ -67,13 +67,12 @@ CommandResult<void> run_study_command(const BodiesOptions& options) {
 
 CommandResult<void> run_bodies(const BodiesOptions& options, const CLI::App& command) {
     const CommandResult<void> no_idle_flags = refuse_idle_flags(
-        command, {{{"--count", "--detail", "--detail-deviation", "--radius", "--share", "--speed",
-                    "--spin", "--dt", "--queries", "--broadphase"},
-                   !options.is_study,
-                   "goes without --study, whose tables say what they change"},
-                  {{"--most-bodies", "--seconds-a-point", "--out"},
-                   options.is_study,
-                   "goes with --study"}});
+        command,
+        {{{"--count", "--detail", "--detail-deviation", "--radius", "--share", "--speed", "--spin",
+           "--dt", "--queries", "--broadphase"},
+          !options.is_study,
+          "goes without --study, whose tables say what they change"},
+         {{"--most-bodies", "--seconds-a-point", "--out"}, options.is_study, "goes with --study"}});
     if (!no_idle_flags) return no_idle_flags;
     if (options.is_study) return run_study_command(options);
     CrowdLayout layout = options.layout;

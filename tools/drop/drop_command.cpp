@@ -104,9 +104,9 @@ CommandResult<BodyWorld> make_world(const DropOptions& options, Pager& pager) {
     pager.finish();
     if (pager.stats().failed > 0) return failure("the terrain's heights could not be read");
     if (!pager.is_ready(ticket)) {
-        return failure(
-            fmt::format("--memory-mb {:.6g} is too small for the ground of the start, {:.6g} x {:.6g} m",
-                        options.memory_mb, area.east - area.west, area.north - area.south));
+        return failure(fmt::format(
+            "--memory-mb {:.6g} is too small for the ground of the start, {:.6g} x {:.6g} m",
+            options.memory_mb, area.east - area.west, area.north - area.south));
     }
     const std::vector<DroppedBody> bodies =
         lay_out(options.layout, Ground(pager.resident(), pager.contact_level()));
@@ -161,12 +161,14 @@ CommandResult<DropTotals> simulate(const DropOptions& options, Pager& pager, Bod
 
 CommandResult<void> run_drop(const DropOptions& options, const CLI::App& command) {
     if (options.seconds / options.dt > kMaxSteps) {
-        return usage_error(fmt::format("--seconds {:.6g} with --dt {:.6g} is more than {:.6g} steps",
-                                       options.seconds, options.dt, kMaxSteps));
+        return usage_error(
+            fmt::format("--seconds {:.6g} with --dt {:.6g} is more than {:.6g} steps",
+                        options.seconds, options.dt, kMaxSteps));
     }
     if (const CommandResult<void> good = check_pictures(options.film); !good) return good;
     const CommandResult<void> no_idle_flags = refuse_idle_flags(
-        command, {{{"--fps", "--size", "--fov-deg"}, !options.film.out.empty(), "goes with --out DIR"}});
+        command,
+        {{{"--fps", "--size", "--fov-deg"}, !options.film.out.empty(), "goes with --out DIR"}});
     if (!no_idle_flags) return no_idle_flags;
     const CommandResult<Terrain> terrain = open_terrain(options.terrain);
     if (!terrain) return pass_on(terrain.error());
@@ -260,17 +262,17 @@ void add_drop_command(CLI::App& app, CommandContext& context) {
                  "At the start, about an axis of each body's own, rad/s");
     add_in_range(*drop, "--dt", options->dt, 1e-6, 1.0, "Length of a step, seconds");
     add_positive(*drop, "--seconds", options->seconds, "Time simulated, seconds");
-    add_in_range(
-        *drop, "--contact-spacing-m", options->contact_spacing_m, 0.0, 1e9,
-        "Bodies touch the coarsest level of at most this spacing, metres; 0: the finest");
+    add_in_range(*drop, "--contact-spacing-m", options->contact_spacing_m, 0.0, 1e9,
+                 "Bodies touch the coarsest level of at most this spacing, metres; 0: the finest");
     add_in_range(*drop, "--memory-mb", options->memory_mb, 0.001, 0x1p32,
                  "Most memory that chunks take, MB of 2^20 bytes");
     add_count(*drop, "--threads", options->threads, 1,
               "Threads that step the bodies; any number of them gives the same bits", kMostThreads);
     drop->add_flag("--no-sleep", options->no_sleep, "Bodies at rest go on being simulated");
-    drop->add_option("--trace", options->trace,
-                     "CSV of every pose of every body and step, the start being step 0; a file of that "
-                     "name is replaced")
+    drop->add_option(
+            "--trace", options->trace,
+            "CSV of every pose of every body and step, the start being step 0; a file of that "
+            "name is replaced")
         ->type_name("FILE");
     add_picture_options(*drop, options->film, "film");
     drop->add_flag("--json", options->json, "Print one JSON object");

@@ -58,7 +58,8 @@ Result<void> FlightOutput::add(MadeFrame frame, const View& view,
 
 Result<void> FlightOutput::finish(const std::string& title, nlohmann::ordered_json& summary) {
     if (is_interrupted()) {
-        if (frames().empty()) return fail(ErrorCode::cancelled, "interrupted before the first frame");
+        if (frames().empty())
+            return fail(ErrorCode::cancelled, "interrupted before the first frame");
         summary["interrupted"] = true;
     }
     summary["renderer"] = pictures_ ? pictures_->renderer_name() : "none";

@@ -81,10 +81,9 @@ Result<void> fly(const FlyOptions& options, const CameraPath& path, std::size_t 
 CommandResult<void> run_fly(const FlyOptions& options, const CLI::App& command) {
     if (const CommandResult<void> good = check(options); !good) return good;
     const CommandResult<void> no_idle_flags = refuse_idle_flags(
-        command, {{{"--radius"},
-                   options.policy == PagingChoice::distance,
-                   "goes with --policy distance"},
-                  {{"--start-s"}, names_track_file(options.path), "goes with a track file as --path"}});
+        command,
+        {{{"--radius"}, options.policy == PagingChoice::distance, "goes with --policy distance"},
+         {{"--start-s"}, names_track_file(options.path), "goes with a track file as --path"}});
     if (!no_idle_flags) return no_idle_flags;
     const CommandResult<Terrain> terrain = open_terrain(options.terrain);
     if (!terrain) return pass_on(terrain.error());

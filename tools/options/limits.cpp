@@ -25,9 +25,9 @@ std::string root_squares(std::size_t count) {
 CommandResult<void> check_budget(const Terrain& terrain, std::size_t budget) {
     const std::size_t roots = count_roots(terrain);
     if (budget >= 2 * roots) return {};
-    return failure(fmt::format("--budget must be at least {} for this terrain, 2 triangles for {}, got {}",
-                               2 * roots, roots == 1 ? "its root square" : "each of its root squares",
-                               budget));
+    return failure(fmt::format(
+        "--budget must be at least {} for this terrain, 2 triangles for {}, got {}", 2 * roots,
+        roots == 1 ? "its root square" : "each of its root squares", budget));
 }
 
 CommandResult<void> check_memory(const Terrain& terrain, double memory_mb) {
@@ -35,9 +35,9 @@ CommandResult<void> check_memory(const Terrain& terrain, double memory_mb) {
     const double least = static_cast<double>(roots * Chunk::max_bytes()) / 0x1p20;
     if (memory_mb >= least) return {};
     // rounded up, so that what the message says is enough
-    return failure(fmt::format(
-        "--memory-mb must be at least {:.6g} for this terrain, room for {}, got {:.6g}",
-        std::ceil(least * 1e3) / 1e3, root_squares(roots), memory_mb));
+    return failure(
+        fmt::format("--memory-mb must be at least {:.6g} for this terrain, room for {}, got {:.6g}",
+                    std::ceil(least * 1e3) / 1e3, root_squares(roots), memory_mb));
 }
 
 }  // namespace terrane::tools

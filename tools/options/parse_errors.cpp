@@ -33,7 +33,8 @@ std::string without_value(const std::string& argument) {
 }
 
 // What stands where no subcommand is.
-std::string explain_missing_command(const CLI::App& app, const std::vector<std::string>& arguments) {
+std::string explain_missing_command(const CLI::App& app,
+                                    const std::vector<std::string>& arguments) {
     const std::vector<std::string> commands = names_of_commands(app);
     if (arguments.empty()) return "no subcommand given; see terrane --help";
     const std::string& first = arguments.front();
@@ -59,9 +60,9 @@ std::string explain_extras(const CLI::App& command, const std::vector<std::strin
     const auto is_extra = [&extras](const std::string& argument) {
         return std::find(extras.begin(), extras.end(), argument) != extras.end();
     };
-    const auto flag = std::find_if(arguments.begin(), arguments.end(), [&](const std::string& each) {
-        return each.starts_with('-') && is_extra(each);
-    });
+    const auto flag = std::find_if(
+        arguments.begin(), arguments.end(),
+        [&](const std::string& each) { return each.starts_with('-') && is_extra(each); });
     if (flag != arguments.end()) {
         const std::string name = without_value(*flag);
         return fmt::format("{} is not a flag of {}{}", name, command.get_name(),

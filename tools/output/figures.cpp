@@ -26,20 +26,18 @@ bool is_one_of(const std::string& key, const std::array<std::string_view, N>& ke
 
 // Coordinates, heights and sizes of grids.
 constexpr std::array<std::string_view, 13> kPlaces{
-    "extent_m",        "min_m",            "max_m",     "root_size_m",
-    "lattice_origin_m", "finest_spacing_m", "cell_m",    "centre",
-    "metres_per_unit", "eye_m",            "forward",   "quantum_m",
-    "guaranteed_m"};
+    "extent_m",         "min_m",     "max_m",       "root_size_m",     "lattice_origin_m",
+    "finest_spacing_m", "cell_m",    "centre",      "metres_per_unit", "eye_m",
+    "forward",          "quantum_m", "guaranteed_m"};
 
 // What was said on the command line.
 constexpr std::array<std::string_view, 11> kGiven{
-    "speed", "altitude", "radius",    "latency_ms", "bandwidth_mb", "memory_mb",
+    "speed", "altitude", "radius",    "latency_ms",   "bandwidth_mb", "memory_mb",
     "fps",   "seconds",  "horizon_s", "max_error_px", "budget"};
 
 // Bounds that are certified: less would be wrong.
-constexpr std::array<std::string_view, 6> kBounds{"error_px",     "error_px_max",
-                                                  "error_px_median", "error_m",
-                                                  "max_error_m",  "scale_error"};
+constexpr std::array<std::string_view, 6> kBounds{"error_px", "error_px_max", "error_px_median",
+                                                  "error_m",  "max_error_m",  "scale_error"};
 
 const std::map<std::string, std::string>& own_titles() {
     static const std::map<std::string, std::string> titles{

@@ -182,8 +182,8 @@ struct Film::State {
         stop();
         part.reset();
         const std::string said = last_line(complaints.get());
-        return fail(ErrorCode::io,
-                    "cannot write '" + place.path + "': " + cause + (said.empty() ? "" : ": " + said));
+        return fail(ErrorCode::io, "cannot write '" + place.path + "': " + cause +
+                                       (said.empty() ? "" : ": " + said));
     }
 };
 
@@ -223,8 +223,9 @@ Result<Film> Film::create(const OutputPlace& place, int width_px, int height_px,
     if (!part) return tl::unexpected(part.error());
     part->close();  // ffmpeg opens it by its name
     state->part.emplace(std::move(*part));
-    const int error = start(make_arguments(state->part->path(), width_px, height_px, frames_per_second),
-                            input.number(), fileno(state->complaints.get()), state->process);
+    const int error =
+        start(make_arguments(state->part->path(), width_px, height_px, frames_per_second),
+              input.number(), fileno(state->complaints.get()), state->process);
     if (error != 0) {
         state->process = -1;
         return fail(ErrorCode::io, "cannot write '" + path + "': " +
@@ -242,9 +243,10 @@ Result<void> Film::add(const Image& frame) {
     if (frame.width != state.width_px || frame.height != state.height_px ||
         frame.rgb.size() != bytes) {
         return fail(ErrorCode::invalid_argument,
-                    "a frame of '" + state.place.path + "' must have " + std::to_string(state.width_px) +
-                        "x" + std::to_string(state.height_px) + " pixels, got " +
-                        std::to_string(frame.width) + "x" + std::to_string(frame.height));
+                    "a frame of '" + state.place.path + "' must have " +
+                        std::to_string(state.width_px) + "x" + std::to_string(state.height_px) +
+                        " pixels, got " + std::to_string(frame.width) + "x" +
+                        std::to_string(frame.height));
     }
     for (std::size_t sent = 0; sent < bytes;) {
         const ssize_t count =

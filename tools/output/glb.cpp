@@ -44,20 +44,17 @@ std::string describe(const Eigen::Vector3d& middle, const Point& low, const Poin
                        R"("scenes":[{"nodes":[0]}],"nodes":[{"name":"terrain","mesh":0,)";
     json += fmt::format(R"("translation":[{},{},{}]}}],)", middle.x(), middle.y(), middle.z());
     json += R"("meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],)";
-    json += fmt::format(
-        R"("accessors":[{{"bufferView":0,"componentType":{},"count":{},"type":"VEC3",)"
-        R"("min":[{},{},{}],"max":[{},{},{}]}},)",
-        kFloat, vertex_count, low[0], low[1], low[2], high[0], high[1], high[2]);
-    json += fmt::format(
-        R"({{"bufferView":1,"componentType":{},"count":{},"type":"SCALAR"}}],)", kUnsignedInt,
-        index_count);
-    const char* const view =
-        R"({{"buffer":0,"byteOffset":{},"byteLength":{},"target":{}}})";
+    json +=
+        fmt::format(R"("accessors":[{{"bufferView":0,"componentType":{},"count":{},"type":"VEC3",)"
+                    R"("min":[{},{},{}],"max":[{},{},{}]}},)",
+                    kFloat, vertex_count, low[0], low[1], low[2], high[0], high[1], high[2]);
+    json += fmt::format(R"({{"bufferView":1,"componentType":{},"count":{},"type":"SCALAR"}}],)",
+                        kUnsignedInt, index_count);
+    const char* const view = R"({{"buffer":0,"byteOffset":{},"byteLength":{},"target":{}}})";
     json += R"("bufferViews":[)" +
             fmt::format(fmt::runtime(view), 0, position_bytes, kArrayBuffer) + "," +
             fmt::format(fmt::runtime(view), position_bytes, index_bytes, kElementBuffer) + "],";
-    return json +
-           fmt::format(R"("buffers":[{{"byteLength":{}}}]}})", position_bytes + index_bytes);
+    return json + fmt::format(R"("buffers":[{{"byteLength":{}}}]}})", position_bytes + index_bytes);
 }
 
 }  // namespace
@@ -86,8 +83,8 @@ Result<void> write_glb(const IndexedMesh& mesh, const std::string& path) {
     }
     std::string json = describe(middle, low, high, positions.size(), 3 * mesh.triangles.size());
     json.resize((json.size() + 3) / 4 * 4, ' ');  // chunks are whole words
-    const std::size_t binary_bytes = positions.size() * sizeof(Point) +
-                                     mesh.triangles.size() * sizeof mesh.triangles.front();
+    const std::size_t binary_bytes =
+        positions.size() * sizeof(Point) + mesh.triangles.size() * sizeof mesh.triangles.front();
     const std::size_t all_bytes = 12 + 8 + json.size() + 8 + binary_bytes;
     if (all_bytes > std::numeric_limits<std::uint32_t>::max()) {
         return fail(ErrorCode::invalid_argument,
@@ -96,9 +93,8 @@ Result<void> write_glb(const IndexedMesh& mesh, const std::string& path) {
     }
     Result<OutputFile> file = OutputFile::create(path);
     if (!file) return tl::unexpected(file.error());
-    for (const std::uint32_t word :
-         {kMagic, kVersion, static_cast<std::uint32_t>(all_bytes),
-          static_cast<std::uint32_t>(json.size()), kJsonChunk}) {
+    for (const std::uint32_t word : {kMagic, kVersion, static_cast<std::uint32_t>(all_bytes),
+                                     static_cast<std::uint32_t>(json.size()), kJsonChunk}) {
         file->write(bytes_of(word));
     }
     file->write(json);

@@ -44,9 +44,8 @@ std::optional<MeshFormat> mesh_format(const std::string& path) {
         return MeshFormat::ply;
     }
     std::string ending = fs::path(path).extension().string();
-    std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) {
-        return static_cast<char>(std::tolower(c));
-    });
+    std::transform(ending.begin(), ending.end(), ending.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     if (ending == ".ply") return MeshFormat::ply;
     if (ending == ".obj") return MeshFormat::obj;
     if (ending == ".glb") return MeshFormat::glb;

@@ -15,8 +15,7 @@ tl::unexpected<Error> cannot_write(const std::string& path, int cause) {
 
 }  // namespace
 
-OutputFile::OutputFile(OutputPlace place, std::optional<TemporaryFile> temporary,
-                       std::FILE* direct)
+OutputFile::OutputFile(OutputPlace place, std::optional<TemporaryFile> temporary, std::FILE* direct)
     : place_(std::move(place)), temporary_(std::move(temporary)), direct_(direct) {}
 
 OutputFile::OutputFile(OutputFile&& other) noexcept

@@ -24,7 +24,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kHeading =
-    "# Files that terrane wrote here: size, hash, name. A later run replaces these and no others.\n";
+    "# Files that terrane wrote here: size, hash, name. A later run replaces these and no "
+    "others.\n";
 
 tl::unexpected<Error> cannot_write(const std::string& path, int cause) {
     return fail(ErrorCode::io, "cannot write '" + path + "': " + std::strerror(cause));
@@ -83,13 +84,12 @@ Result<std::shared_ptr<OutputFolder>> OutputFolder::open(const std::string& path
     if (clashes.empty()) return folder;
     // the same one whatever order the file system lists them in
     const std::string first = *std::min_element(clashes.begin(), clashes.end());
-    return fail(ErrorCode::io,
-                fmt::format("'{}' is not a file that terrane wrote and left there, and would be "
-                            "written over{}; move it, or choose another folder for --out",
-                            folder->path_of(first),
-                            clashes.size() == 1
-                                ? ""
-                                : fmt::format(" (and {} more)", clashes.size() - 1)));
+    return fail(
+        ErrorCode::io,
+        fmt::format("'{}' is not a file that terrane wrote and left there, and would be "
+                    "written over{}; move it, or choose another folder for --out",
+                    folder->path_of(first),
+                    clashes.size() == 1 ? "" : fmt::format(" (and {} more)", clashes.size() - 1)));
 }
 
 OutputFolder::~OutputFolder() {
@@ -145,8 +145,7 @@ Result<void> OutputFolder::clear() {
         std::error_code error;
         fs::remove(path_of(name), error);
         if (error) {
-            return fail(ErrorCode::io,
-                        "cannot remove '" + path_of(name) + "': " + error.message());
+            return fail(ErrorCode::io, "cannot remove '" + path_of(name) + "': " + error.message());
         }
     }
     entries_.clear();

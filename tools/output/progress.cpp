@@ -56,9 +56,9 @@ void Progress::keep_drawn() {
     while (!ends_.wait_for(lock, is_drawn ? kBetween : kFirst, [this] { return is_over_; })) {
         const double share = share_;
         const double since_first = share < 0.0 ? 0.0 : seconds_since(first_shown_);
-        fmt::print(stderr, "\r\x1b[K{}",
-                   format_progress(what_, share, seconds_since(created_), first_share_,
-                                   since_first));
+        fmt::print(
+            stderr, "\r\x1b[K{}",
+            format_progress(what_, share, seconds_since(created_), first_share_, since_first));
         std::fflush(stderr);
         is_drawn = true;
     }

@@ -109,10 +109,11 @@ void add_page_options(CLI::App& app, PageOptions& options) {
     add_in_range(
         app, "--cache-mb", options.cache_mb, 0.0, kMostMemory_mb,
         "Chunks that are kept made for other flights, MB of 2^20 bytes; changes no result");
-    app.add_option("--out", options.out,
-                   "Folder for report.html and, of a single flight, frames.csv. What an earlier run "
-                   "wrote there (terrane-files.txt lists it) is replaced; no other file is removed or "
-                   "written over")
+    app.add_option(
+           "--out", options.out,
+           "Folder for report.html and, of a single flight, frames.csv. What an earlier run "
+           "wrote there (terrane-files.txt lists it) is replaced; no other file is removed or "
+           "written over")
         ->type_name("DIR");
     app.add_flag("--json", options.json, "Print one JSON object a line for each flight");
 }
@@ -161,23 +162,24 @@ CommandResult<void> refuse_idle_page_flags(const PageOptions& options, const CLI
         takes_altitude = takes_altitude || !item.altitude;
     }
     const VirtualStorage& storage = options.storage;
-    const bool is_random = storage.latency_spread > 0.0 || storage.failure_share > 0.0 ||
-                           storage.hang_share > 0.0;
+    const bool is_random =
+        storage.latency_spread > 0.0 || storage.failure_share > 0.0 || storage.hang_share > 0.0;
     const bool has_latency =
         std::ranges::any_of(options.latencies_ms, [](double latency) { return latency > 0.0; });
     return refuse_idle_flags(
-        command,
-        {{{"--radius"}, has_policy(PagingChoice::distance), "goes with --policy distance"},
-         {{"--horizon-s"},
-          has_policy(PagingChoice::deadline, PagingChoice::oracle),
-          "goes with --policy deadline or oracle: distance foresees nothing"},
-         {{"--start-s"}, has_track, "goes with a track file as --path"},
-         {{"--speed"}, takes_speed, "goes with a path that has no @SPEED of its own"},
-         {{"--altitude"}, takes_altitude, "goes with a path that has no @SPEED:ALTITUDE of its own"},
-         {{"--latency-spread"}, has_latency, "goes with a --latency-ms above 0"},
-         {{"--storage-seed"},
-          is_random,
-          "goes with --latency-spread, --failure-share or --hang-share"}});
+        command, {{{"--radius"}, has_policy(PagingChoice::distance), "goes with --policy distance"},
+                  {{"--horizon-s"},
+                   has_policy(PagingChoice::deadline, PagingChoice::oracle),
+                   "goes with --policy deadline or oracle: distance foresees nothing"},
+                  {{"--start-s"}, has_track, "goes with a track file as --path"},
+                  {{"--speed"}, takes_speed, "goes with a path that has no @SPEED of its own"},
+                  {{"--altitude"},
+                   takes_altitude,
+                   "goes with a path that has no @SPEED:ALTITUDE of its own"},
+                  {{"--latency-spread"}, has_latency, "goes with a --latency-ms above 0"},
+                  {{"--storage-seed"},
+                   is_random,
+                   "goes with --latency-spread, --failure-share or --hang-share"}});
 }
 
 std::vector<PagingCell> list_cells(const PageOptions& options) {

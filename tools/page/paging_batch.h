@@ -24,9 +24,9 @@ struct PagingJob {
 ///
 /// Fails: with the first error, in their order, of a flight or of `take`; out_of_memory. Flights that
 ///        have begun are waited for
-Result<void> play_all(std::shared_ptr<const HeightSource> source, ChunkCache& chunks,
-                      std::span<const PagingJob> jobs, std::size_t thread_count,
-                      const std::function<Result<void>(std::size_t, PagingRun)>& take,
-                      const std::function<void()>& show = [] {});
+Result<void> play_all(
+    std::shared_ptr<const HeightSource> source, ChunkCache& chunks, std::span<const PagingJob> jobs,
+    std::size_t thread_count, const std::function<Result<void>(std::size_t, PagingRun)>& take,
+    const std::function<void()>& show = [] {});
 
 }  // namespace terrane::tools

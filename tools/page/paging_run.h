@@ -26,7 +26,8 @@ struct PagingRunSettings {
     std::size_t frame_count = 1;
     std::size_t body_count = 0;
     double announce = 0.0;  ///< seconds ahead that jumps are told
-    std::atomic<std::size_t>* frames_done = nullptr;  ///< counts frames of all flights; null for nothing
+    std::atomic<std::size_t>* frames_done =
+        nullptr;  ///< counts frames of all flights; null for nothing
 };
 
 /// What a flight over simulated storage came to. Bytes and counts are those of the flight, not of

@@ -82,8 +82,8 @@ void add_query_command(CLI::App& app, CommandContext& context) {
         "An \"id\" is echoed. A bad line gets status invalid and a message.");
     add_terrain_options(*query, options->terrain);
     add_in_range(*query, "--contact-spacing-m", options->contact_spacing_m, 0.0, 1e9,
-                     "Answers come from the coarsest level of at most this spacing, metres; 0: the "
-                     "finest");
+                 "Answers come from the coarsest level of at most this spacing, metres; 0: the "
+                 "finest");
     add_in_range(*query, "--memory-mb", options->memory_mb, 0.001, 0x1p32,
                  "Most memory that chunks take, MB of 2^20 bytes");
     query->add_flag("--json")->description("Changes nothing: answers are JSON anyway");

@@ -65,8 +65,8 @@ Parsed<Eigen::Matrix3d> read_rotation(const Json& object, const char* key,
     double square = 0.0;
     for (const double component : *q) square += component * component;
     if (!(std::abs(std::sqrt(square) - 1.0) <= kUnitTolerance)) {
-        return wrong(fmt::format("{} must be [w, x, y, z] of length 1 to 1e-6, got length {:.6g}", key,
-                                 std::sqrt(square)));
+        return wrong(fmt::format("{} must be [w, x, y, z] of length 1 to 1e-6, got length {:.6g}",
+                                 key, std::sqrt(square)));
     }
     return matrix_from_quaternion(*q);
 }

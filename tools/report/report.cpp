@@ -110,8 +110,8 @@ Result<void> write_report(const OutputPlace& place, const ReportHeader& header,
     data["summary"] = header.summary;
     data["rows"] = nlohmann::ordered_json::array();
     for (const auto& [key, value] : header.summary.items()) {
-        data["rows"].push_back({figure_title(key), figure_text(key, value),
-                                figure_note(key, header.summary), key});
+        data["rows"].push_back(
+            {figure_title(key), figure_text(key, value), figure_note(key, header.summary), key});
     }
     const std::string page =
         filled(assets::report_html, {{"TITLE", escaped(header.title)},

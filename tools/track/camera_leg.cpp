@@ -103,8 +103,8 @@ Result<void> CameraLeg::fit_heights(const HeightSource& source, double altitude,
         const Eigen::Vector3d p = eye(sample_time(i)).value;
         ground[i] = source.height(p.x(), p.y());
         if (!std::isfinite(ground[i])) {
-            return fail(ErrorCode::io,
-                        fmt::format("the terrain cannot be read at {:.6g}, {:.6g} m", p.x(), p.y()));
+            return fail(ErrorCode::io, fmt::format("the terrain cannot be read at {:.6g}, {:.6g} m",
+                                                   p.x(), p.y()));
         }
     }
     // slower and higher cameras follow less

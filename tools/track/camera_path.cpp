@@ -95,9 +95,10 @@ Result<CameraPath> CameraPath::create(Track track, const HeightSource& source,
     const double length = track.points.back().time;
     const double left = length - settings.start;
     if (!(left > 0.0)) {
-        return fail(ErrorCode::invalid_argument,
-                    fmt::format("--start-s must be before the track's end at {:.6g} s, got {:.6g} s",
-                                length, settings.start));
+        return fail(
+            ErrorCode::invalid_argument,
+            fmt::format("--start-s must be before the track's end at {:.6g} s, got {:.6g} s",
+                        length, settings.start));
     }
     CameraPath path;
     path.duration_ = std::min(left, settings.seconds.value_or(left));

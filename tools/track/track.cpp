@@ -6,9 +6,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <array>
 #include <cctype>
+#include <cerrno>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -75,9 +75,9 @@ Result<void> order_in_time(std::vector<RawPoint>& points, const std::string& pat
         mean.y /= count;
         mean.z /= count;
         if (next < points.size() && points[next].time < mean.time) {
-            return refuse_line(
-                path, points[next].line,
-                fmt::format("time goes back from {:.6g} to {:.6g} s", mean.time, points[next].time));
+            return refuse_line(path, points[next].line,
+                               fmt::format("time goes back from {:.6g} to {:.6g} s", mean.time,
+                                           points[next].time));
         }
         ordered.push_back(mean);
         i = next;
@@ -96,9 +96,10 @@ Result<void> project(std::vector<RawPoint>& points, const DemInfo* dem, const st
     }
     for (RawPoint& point : points) {
         if (std::abs(point.x) > 180.0 || std::abs(point.y) > 90.0) {
-            return refuse_line(path, point.line,
-                               fmt::format("longitude {:.6g}, latitude {:.6g} is no place on the Earth",
-                                           point.x, point.y));
+            return refuse_line(
+                path, point.line,
+                fmt::format("longitude {:.6g}, latitude {:.6g} is no place on the Earth", point.x,
+                            point.y));
         }
         point.x = (point.x - dem->centre_x) * dem->metres_per_unit_x;
         point.y = (point.y - dem->centre_y) * dem->metres_per_unit_y;

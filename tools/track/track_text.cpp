@@ -174,7 +174,8 @@ Result<RawTrack> read_tum(const std::string& text, const std::string& path) {
         if (!(std::abs(squared - 1.0) < 0.02)) {
             return refuse_line(
                 path, number,
-                fmt::format("the rotation must have length 1, got {:.6g} {:.6g} {:.6g} {:.6g}", qx, qy, qz, qw));
+                fmt::format("the rotation must have length 1, got {:.6g} {:.6g} {:.6g} {:.6g}", qx,
+                            qy, qz, qw));
         }
         // columns of the rotation: where the camera's z (forward) and -y (up) point in the world
         const double s = 2.0 / squared;

@@ -4,8 +4,8 @@
 #include "storage_simulation.h"
 
 #include <terrane/terrain/assert.h>
-#include <terrane/terrain/virtual_loader.h>
 #include <terrane/terrain/number_text.h>
+#include <terrane/terrain/virtual_loader.h>
 
 #include <algorithm>
 #include <cmath>
@@ -85,9 +85,8 @@ void VirtualLoader::State::finish(internal::EndedRequest ended) {
                                         " cannot be read: the storage fails as it was asked to");
             break;
         case StorageOutcome::timed_out:
-            chunk =
-                fail(ErrorCode::timed_out, internal::name_of(key) + " was not read in " +
-                                               number_text(storage.settings().timeout) + " s");
+            chunk = fail(ErrorCode::timed_out, internal::name_of(key) + " was not read in " +
+                                                   number_text(storage.settings().timeout) + " s");
             break;
         case StorageOutcome::cancelled:
             chunk = fail(ErrorCode::cancelled, internal::name_of(key) + " was given up");

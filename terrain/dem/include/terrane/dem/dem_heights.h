@@ -48,7 +48,7 @@ struct DemSettings {
     double read_timeout = 60.0;
     /// Is told the share of the opening that is done, 0 to 1, never less than before; false stops the
     /// opening. Called from several threads, one at a time. Empty: nobody is told.
-    std::function<bool(double share)> progress;
+    std::function<bool(double share)> progress = {};
 };
 
 /// What a raster is and where it lies.
