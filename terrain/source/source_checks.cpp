@@ -163,8 +163,9 @@ void SourceChecks::check_values(const GridAnswers& answers) {
             const bool is_finite = std::isfinite(sample);
             count(SourceLaw::finite, is_finite, [&] { return broken(0.0, sample, "sample"); });
             if (is_finite) {
-                count(SourceLaw::fits_quanta, std::abs(sample / quantum) < 2147483647.0,
-                      [&] { return broken(2147483647.0 * quantum, sample, "sample"); });
+                const double most = std::min(kMostHeight, kMostQuanta * quantum);
+                count(SourceLaw::fits_quanta, std::abs(sample) <= most,
+                      [&] { return broken(most, sample, "sample"); });
                 count(SourceLaw::height,
                       std::abs(sample - by_place) <= kHeightAccuracy + 0x1p-50 * std::abs(sample),
                       [&] { return broken(sample, by_place, "height() at the sample"); });

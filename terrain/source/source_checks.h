@@ -102,6 +102,7 @@ private:
     void check_triangles(const GridAnswers& answers, const LatticePoint& place,
                          const std::array<LatticeTriangle, 2>& triangles, float bound,
                          SourceLaw law, const std::string& what);
+    bool is_of_world(const LatticePoint& point) const;
     void check_nested(const GridAnswers& answers, int column, int row, float below, double slack,
                       const char* what);
     void compare(SourceLaw law, const GridAnswers& some, const GridAnswers& other,

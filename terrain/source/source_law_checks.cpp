@@ -65,6 +65,13 @@ void SourceChecks::check_nesting_of_cells(const GridAnswers& answers) {
     }
 }
 
+// Beyond the world no mesh has vertices, and bounds there may be anything that is safe.
+bool SourceChecks::is_of_world(const LatticePoint& point) const {
+    const Lattice& lattice = source_.lattice();
+    return point.x >= lattice.west() && point.x <= lattice.east() && point.y >= lattice.south() &&
+           point.y <= lattice.north();
+}
+
 void SourceChecks::check_nesting_below(const GridAnswers& answers) {
     const SampleGrid& grid = answers.grid;
     if (grid.step == 1) return;
@@ -79,9 +86,10 @@ void SourceChecks::check_nesting_below(const GridAnswers& answers) {
     for (int row = 0; row < grid.rows; ++row) {
         for (int column = row % 2 == 0 ? 1 : 0; column < grid.columns; column += 2) {
             for (const auto& [dx, dy] : {std::pair{-1, -1}, {1, -1}, {-1, 1}, {1, 1}}) {
-                const std::size_t child = fine.at(2 * column + 2 + dx, 2 * row + 2 + dy);
-                check_nested(answers, column, row, fine.vertices[child], settings_.nesting_slack,
-                             "bound of a centre of half the spacing");
+                const int child_column = 2 * column + 2 + dx, child_row = 2 * row + 2 + dy;
+                if (!is_of_world(fine.point(child_column, child_row))) continue;
+                check_nested(answers, column, row, fine.vertices[fine.at(child_column, child_row)],
+                             settings_.nesting_slack, "bound of a centre of half the spacing");
             }
         }
     }

@@ -123,7 +123,7 @@ class Drop(Folder):
         summary = run_json(*command, "--out", out, "--fps", 20)
         self.assertEqual(summary["state_hash"], run_json(*command)["state_hash"])
         self.assertNotEqual(summary["state_hash"], run_json(*command[:-1], 0.1)["state_hash"])
-        self.assertEqual(sorted(os.listdir(out)), ["frames.csv", "report.html"])
+        self.assertEqual(sorted(os.listdir(out)), ["frames.csv", "report.html", "terrane-files.txt"])
         frames = np.genfromtxt(os.path.join(out, "frames.csv"), delimiter=",", names=True)
         self.assertEqual(len(frames), 11)  # the start, and one every 0.05 s
         self.assertTrue((frames["awake"] == 10).all())
@@ -218,7 +218,7 @@ class Page(Folder):
         out = self.path("out")
         slow = self.play(*arguments, "--latency-ms", 500, "--bandwidth-mb", 0.5, "--out", out)[0]
         self.assertGreater(slow["late_frames"], quick["late_frames"])
-        self.assertEqual(sorted(os.listdir(out)), ["frames.csv", "report.html"])
+        self.assertEqual(sorted(os.listdir(out)), ["frames.csv", "report.html", "terrane-files.txt"])
         with open(os.path.join(out, "frames.csv")) as file:
             header = file.readline().strip().split(",")
             frames = [dict(zip(header, line.strip().split(","))) for line in file]

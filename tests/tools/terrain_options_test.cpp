@@ -92,7 +92,7 @@ TEST(OpenTerrain, RefusesKindsThatAreNoneAndKindsWithoutAFractal) {
         static_cast<void>(open_line("--seed 3 --fractal rigid"));
         FAIL() << "accepted";
     } catch (const CLI::ParseError& error) {
-        EXPECT_NE(std::string(error.what()).find("fbm, ridged, hybrid, warped, got 'rigid'"),
+        EXPECT_NE(std::string(error.what()).find("fbm, ridged, hybrid or warped, got 'rigid'"),
                   std::string::npos)
             << error.what();
     }

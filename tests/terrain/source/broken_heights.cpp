@@ -19,7 +19,7 @@ Lattice make_lattice(Breach breach) {
     lattice.finest_level = 9;
     lattice.first_root_x = lattice.first_root_y = -1;
     lattice.root_count_x = lattice.root_count_y = 2;
-    if (breach == Breach::bad_quantum) lattice.quantum = 0.3;
+    lattice.quantum = breach == Breach::bad_quantum ? 0.3 : 0x1p-10;  // holds 430 km in the corners
     return lattice;
 }
 

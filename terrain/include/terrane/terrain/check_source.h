@@ -18,7 +18,7 @@ enum class SourceLaw : std::uint8_t {
     valid_lattice,  ///< check(lattice) accepts the lattice; the extent is finite and not empty
     answers,        ///< no question fails, none throws
     finite,         ///< no NaN, no infinite height, no negative bound; flags are bits of CellFlag
-    fits_quanta,    ///< a sample over the quantum is a 32-bit integer
+    fits_quanta,    ///< a sample is within kMostHeight and kMostQuanta quanta
     height,         ///< height() is sample() at lattice points, to 1e-9 m
     vertex_bound,   ///< the surface is within vertex_bounds() of each vertex's diamond
     cell_bound,     ///< the surface is within cell_bounds() of each cell's two triangles

@@ -58,7 +58,7 @@ TEST(HungStorage, IsReportedAndItsThreadReplaced) {
     const std::vector<FinishedLoad> finished = Loads::take(*loader, 2);
     expect_timed_out(finished[0], kA);
     EXPECT_EQ(finished[0].chunk.error().message,
-              "chunk (0, 0) of level 3 was not read in 0.500000 s");
+              "chunk (0, 0) of level 3 was not read in 0.5 s");
     EXPECT_GE(finished[0].seconds, 0.5);
     EXPECT_EQ(finished[1].key, kB);
     ASSERT_TRUE(finished[1].chunk);
