@@ -3,13 +3,13 @@
 #include "options/baked_terrain.h"
 #include "options/option_values.h"
 #include "options/terrain_options.h"
+#include "output/interrupt.h"
 #include "output/progress.h"
 #include "output/summary.h"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
-#include <csignal>
 #include <memory>
 #include <vector>
 
@@ -23,28 +23,6 @@ struct BakeOptions {
     std::size_t threads = 0;
     std::vector<double> region;
     bool json = false;
-};
-
-volatile std::sig_atomic_t was_interrupted = 0;
-
-/// While it lives, an interrupt is noted instead of ending the program, so that no part of a file is left.
-class NoteInterrupts {
-public:
-    NoteInterrupts() {
-        was_interrupted = 0;
-        interrupt_ = std::signal(SIGINT, [](int) { was_interrupted = 1; });
-        terminate_ = std::signal(SIGTERM, [](int) { was_interrupted = 1; });
-    }
-    ~NoteInterrupts() {
-        std::signal(SIGINT, interrupt_);
-        std::signal(SIGTERM, terminate_);
-    }
-    NoteInterrupts(const NoteInterrupts&) = delete;
-    NoteInterrupts& operator=(const NoteInterrupts&) = delete;
-
-private:
-    void (*interrupt_)(int) = nullptr;
-    void (*terminate_)(int) = nullptr;
 };
 
 CommandResult<void> run_bake(const BakeOptions& options) {
@@ -64,10 +42,10 @@ CommandResult<void> run_bake(const BakeOptions& options) {
             WorldRect{options.region[0], options.region[1], options.region[2], options.region[3]};
     }
     Progress progress("baking");
-    const NoteInterrupts interrupts;
+    watch_for_interrupts();
     settings.progress = [&progress](double share) {
         progress.show(share);
-        return was_interrupted == 0;
+        return !is_interrupted();
     };
     const Result<StoreInfo> baked = ChunkStore::bake(*terrain->source, options.out, settings);
     if (!baked && baked.error().code == ErrorCode::invalid_argument) {
