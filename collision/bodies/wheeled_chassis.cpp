@@ -162,7 +162,8 @@ void WheeledChassis::push_springs(double substep) {
     }
 }
 
-/// Impulses of the drive. Turning takes the power that it needs first, driving what is left.
+/// Scales the drive impulses of a substep to the power limit: the difference between the tracks (turning) gets its power first, the
+/// common part (driving) the remainder.
 void WheeledChassis::share_power(std::span<const WheelCommand> commands, double substep) {
     double drive = 0.0, turn = 0.0;  // watts that the commands ask for
     for (std::size_t i = 0; i < tyres_.size(); ++i) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Sources: A. Yuille, A. Rangarajan. The concave-convex procedure. Neural Computation 2003 (what is
 //          free of a convex obstacle is cut down to a half-space, and again from where that led).
-// Deviations: the obstacles are the columns of the ground; a half-space is made only for those that
-//             stand in the way. What this local search finds starts a global one (min_translation).
+// Deviations: the obstacles are the columns of the ground; half-spaces are made only for columns that the shape
+//             overlaps. The local minimum is the first upper bound of the global search (min_translation).
 #include "freeing.h"
 
 #include "half_spaces.h"

@@ -124,7 +124,7 @@ bool find_freeing_by_contacts(const LocalGround& local, const LocalBody& body,
            !(find_lift(local, body, freeing_out, 0.5 * kTouch).lift > 0.5 * kTouch);
 }
 
-// Contacts need no shortest way out of a deep overlap: one that is known to be at most 1.25 times as long does.
+// Contacts of a deep overlap accept a translation that frees and is proved to be at most 1.25 times the shortest.
 constexpr SearchLimits kContactLimits{.deep_share = 0.8};
 
 // All contacts of a body that overlaps the ground. False where a cell in reach is not resident.

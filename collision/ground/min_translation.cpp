@@ -35,7 +35,7 @@ public:
 
     MinTranslation run() {
         if (size_ < local_.spacing()) {
-            // Few columns are in the way: often their facets alone decide.
+            // A shape smaller than a cell overlaps few columns: enumerating their facets often proves the minimum at once.
             HalfSpaces none;
             int looks = 0;
             const double proved = bound_by_facets(none, Eigen::Vector3d::Zero(), looks);
@@ -201,7 +201,7 @@ private:
             if (!add_rims(triangle, near, spaces)) break;
         }
         if (!solve(spaces, node, p)) return false;
-        // Of polyhedra what is left to gain is mostly at the rims of facets.
+        // For polyhedra the bound of the planes is loose at the rims of facets: the facets are enumerated too.
         if (node.bound < kNear * size_) return true;
         int looks = 0;
         node.bound = std::max(node.bound, bound_by_facets(spaces, p, looks));
@@ -253,8 +253,8 @@ private:
         return is_any;
     }
 
-    // A lower bound of the translations inside half-spaces that free a body: each column that is in the way is left
-    // across one of its facets. Only columns against polyhedra have few of them.
+    // A lower bound of the length of translations inside the half-spaces that free the body: the body leaves every
+    // overlapped column through one of the facets of their Minkowski sum. Only polyhedra have few of them.
     //
     // @param p the shortest translation inside the half-spaces
     double bound_by_facets(HalfSpaces& spaces, const Eigen::Vector3d& p, int& looks) {
