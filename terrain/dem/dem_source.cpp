@@ -62,6 +62,8 @@ Result<std::shared_ptr<const DemSource>> DemSource::create(
     auto cache = OpeningCache::create(settings.bounds_cache, path, *fine);
     if (!cache) return tl::unexpected(cache.error());
     if (std::optional<OpeningBounds> kept = cache->load(fine)) {
+        progress.begin(1.0, 1);
+        if (auto wanted = progress.step(); !wanted) return tl::unexpected(wanted.error());
         return std::shared_ptr<const DemSource>(
             new DemSource(store, fine, std::move(*kept), cache->use()));
     }

@@ -112,6 +112,25 @@ TEST_F(OpeningCacheTest, TheSecondOpeningReadsWhatTheFirstMadeAndAnswersTheSame)
     EXPECT_EQ(files_in(folder_.file("data")).size(), 1u) << "nothing is left beside the raster";
 }
 
+TEST_F(OpeningCacheTest, ProgressReachesOneWhereBoundsAreReadToo) {
+    open(raster_, in_folder_);
+    DemSettings settings;
+    settings.cache = in_folder_;
+    double last = 0.0;
+    settings.progress = [&last](double share) {
+        last = share;
+        return true;
+    };
+    DemInfo info;
+    ASSERT_TRUE(DemHeights::open(raster_, settings, &info).has_value());
+    EXPECT_TRUE(info.from_cache);
+    EXPECT_EQ(last, 1.0);
+    settings.progress = [](double share) { return share < 1.0; };
+    const auto stopped = DemHeights::open(raster_, settings);
+    ASSERT_FALSE(stopped.has_value());
+    EXPECT_EQ(stopped.error().code, ErrorCode::cancelled);
+}
+
 TEST_F(OpeningCacheTest, OtherHeightsAtTheSamePathGetTheirOwn) {
     for (const DemCache& cache : {in_folder_, DemCache{Place::beside}}) {
         const auto time = fs::last_write_time(raster_);

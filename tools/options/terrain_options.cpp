@@ -20,7 +20,6 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <new>
 #include <string_view>
 #include <utility>
 
@@ -84,8 +83,8 @@ CommandResult<Terrain> open_dem(const TerrainOptions& options) {
     if (options.dem_memory_mb) {
         settings.memory_bytes = static_cast<std::size_t>(*options.dem_memory_mb * kMebibyte);
     }
-    // GDAL would take a twentieth of the machine's memory for its cache, on top of that limit. Who
-    // sets the variable knows better.
+    // GDAL's default cache is a twentieth of the machine's memory, on top of that limit. A value that the
+    // user set stays.
     setenv("GDAL_CACHEMAX", kGdalCache_mb, 0);
     Progress progress("opening " + options.dem);
     settings.progress = [&progress](double share) {
@@ -94,12 +93,8 @@ CommandResult<Terrain> open_dem(const TerrainOptions& options) {
     };
     settings.cache = choose_cache(options.cache);
     DemInfo info;
-    Result<std::shared_ptr<const HeightSource>> source = fail(ErrorCode::out_of_memory, "");
-    try {
-        source = DemHeights::open(options.dem, settings, &info);
-    } catch (const std::bad_alloc&) {
-        return failure("cannot open raster " + quoted(options.dem) + ": out of memory");
-    }
+    Result<std::shared_ptr<const HeightSource>> source =
+        DemHeights::open(options.dem, settings, &info);
     if (!source) {
         if (source.error().code != ErrorCode::invalid_argument) return pass_on(source.error());
         // The only argument of the library that a command line sets.
