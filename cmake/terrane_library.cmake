@@ -9,31 +9,68 @@ target_compile_options(terrane_options INTERFACE
     -fno-math-errno -fno-trapping-math
     -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wnon-virtual-dtor
     -Wold-style-cast -Woverloaded-virtual
+    # GCC takes the parts of a unity build for headers: a class of theirs with a member of internal linkage is none's.
+    $<$<AND:$<BOOL:${CMAKE_UNITY_BUILD}>,$<CXX_COMPILER_ID:GNU>>:-Wno-subobject-linkage>
     $<$<BOOL:${TERRANE_WARNINGS_AS_ERRORS}>:-Werror>)
 if(TERRANE_SANITIZE)
     target_compile_options(terrane_options INTERFACE -fsanitize=${TERRANE_SANITIZE} -fno-omit-frame-pointer)
     target_link_options(terrane_options INTERFACE -fsanitize=${TERRANE_SANITIZE})
 endif()
 
-# terrane_add_library(NAME name SOURCES ... HEADERS ... PRIVATE_DIRS ... PUBLIC_LINK ... PRIVATE_LINK ...)
+# terrane_glob_rooms(<out> rooms...)
 #
-# Makes terrane_<name> with the alias terrane::<name>. Public headers live in
-# include/terrane/<name>/; a wrong include across components does not compile, because a target sees
-# only the include folders of what it links.
+# The sources of some folders, without their sub-folders, in the order given; each room becomes one
+# translation unit where CMAKE_UNITY_BUILD is on. Sources named *_avx2.cpp and *_avx512.cpp are left out: they are
+# compiled with flags of their own.
+function(terrane_glob_rooms out)
+    set(all)
+    foreach(room IN LISTS ARGN)
+        file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${room}/*.cpp)
+        list(FILTER sources EXCLUDE REGEX "_avx(2|512)\\.cpp$")
+        if(NOT sources)
+            message(FATAL_ERROR "no sources in ${CMAKE_CURRENT_SOURCE_DIR}/${room}")
+        endif()
+        string(MAKE_C_IDENTIFIER "${room}" group)
+        set_source_files_properties(${sources} PROPERTIES UNITY_GROUP ${group})
+        list(APPEND all ${sources})
+    endforeach()
+    set(${out} ${all} PARENT_SCOPE)
+endfunction()
+
+# The standard library, Eigen and tl::expected: most of what a source of Terrane reads before its own lines. Sources
+# still include what they use; the dev preset compiles them without this.
+option(TERRANE_PRECOMPILED_HEADERS "Precompile the headers that most sources include" ON)
+function(terrane_precompile_headers target)
+    if(TERRANE_PRECOMPILED_HEADERS)
+        target_precompile_headers(${target} PRIVATE
+            <algorithm> <array> <cmath> <cstddef> <cstdint> <functional> <limits> <map> <memory> <optional>
+            <span> <string> <string_view> <utility> <vector> <Eigen/Core> <tl/expected.hpp> ${ARGN})
+    endif()
+endfunction()
+
+# terrane_add_library(NAME name ROOMS ... HEADERS ... PUBLIC_LINK ... PRIVATE_LINK ...)
+#
+# Makes terrane_<name> with the alias terrane::<name> from the sources in ROOMS, which are folders from the lowest
+# floor up (docs/rooms.md). Public headers live in include/terrane/<name>/; a wrong include across components
+# does not compile, because a target sees only the include folders of what it links. Private includes name their room,
+# from the component's folder; those of base/ are seen by all.
 function(terrane_add_library)
-    cmake_parse_arguments(arg "" "NAME" "SOURCES;HEADERS;PRIVATE_DIRS;PUBLIC_LINK;PRIVATE_LINK" ${ARGN})
+    cmake_parse_arguments(arg "" "NAME" "ROOMS;SOURCES;HEADERS;PUBLIC_LINK;PRIVATE_LINK" ${ARGN})
     set(target terrane_${arg_NAME})
-    add_library(${target} ${arg_SOURCES})
+    terrane_glob_rooms(sources ${arg_ROOMS})
+    add_library(${target} ${sources} ${arg_SOURCES})
     add_library(terrane::${arg_NAME} ALIAS ${target})
     target_sources(${target} PUBLIC FILE_SET HEADERS BASE_DIRS include FILES ${arg_HEADERS})
-    target_include_directories(${target} PRIVATE ${arg_PRIVATE_DIRS})
+    target_include_directories(${target} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR} ${PROJECT_SOURCE_DIR})
     target_link_libraries(${target} PUBLIC ${arg_PUBLIC_LINK}
         PRIVATE $<BUILD_INTERFACE:terrane_options> ${arg_PRIVATE_LINK})
     target_compile_features(${target} PUBLIC cxx_std_20)
+    terrane_precompile_headers(${target})
     set_target_properties(${target} PROPERTIES
         EXPORT_NAME ${arg_NAME}
         CXX_EXTENSIONS OFF
         POSITION_INDEPENDENT_CODE ON
+        UNITY_BUILD_MODE GROUP
         VERIFY_INTERFACE_HEADER_SETS ON)
     install(TARGETS ${target} EXPORT terrane_${arg_NAME}_targets FILE_SET HEADERS)
     install(EXPORT terrane_${arg_NAME}_targets NAMESPACE terrane::

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include "eye_frame.h"
-#include "frame_uniforms.h"
-#include "framebuffer.h"
-#include "gl_error.h"
-#include "ground_draws.h"
-#include "ground_shade.h"
-#include "object_mesh.h"
-#include "shader.h"
+#include "draw/eye_frame.h"
+#include "draw/frame_uniforms.h"
+#include "gl/framebuffer.h"
+#include "gl/gl_error.h"
+#include "draw/ground_draws.h"
+#include "light/ground_shade.h"
+#include "draw/object_mesh.h"
+#include "gl/shader.h"
 
 #include <terrane/render/terrain_renderer.h>
 #include <terrane/terrain/assert.h>

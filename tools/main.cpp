@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The program `terrane`: chooses a subcommand, runs it, and turns whatever goes wrong into one line
 // and an exit code.
-#include "command.h"
+#include "options/command.h"
 #include "options/parse_errors.h"
 
 #include <CLI/CLI.hpp>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "body_checks.h"
-#include "body_world_state.h"
+#include "bodies/body_checks.h"
+#include "bodies/body_world_state.h"
 
 #include <terrane/collision/bodies.h>
 #include <terrane/terrain/assert.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "body_checks.h"
+#include "bodies/body_checks.h"
 
-#include "vector_math.h"
+#include "math/vector_math.h"
 
 #include <terrane/terrain/number_text.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "body_world_state.h"
+#include "bodies/body_world_state.h"
 
 #include <terrane/collision/shape_pairs.h>
 

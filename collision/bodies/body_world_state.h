@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "body_step.h"
-#include "meetings.h"
+#include "bodies/step/body_step.h"
+#include "bodies/islands/meetings.h"
 
 #include <terrane/collision/bodies.h>
 

@@ -4,9 +4,9 @@
 //             Mirtich. Timewarp and impulse-based simulation. 2000 (islands).
 // Deviations: bodies that touch each other are solved together with the ground below them; then each one moves
 //             alone, through its gate, and the ground has the last word.
-#include "body_world_state.h"
+#include "bodies/body_world_state.h"
 
-#include "body_depth.h"
+#include "bodies/step/body_depth.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "pair_list.h"
+#include "broadphase/pair_list.h"
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "row_grid.h"
-#include "sweep_and_prune.h"
+#include "broadphase/row_grid.h"
+#include "broadphase/sweep_and_prune.h"
 
 #include <terrane/terrain/assert.h>
 

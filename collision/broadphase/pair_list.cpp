@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "pair_list.h"
+#include "broadphase/pair_list.h"
 
 #include <algorithm>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "row_grid.h"
+#include "broadphase/row_grid.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "sweep_and_prune.h"
+#include "broadphase/sweep_and_prune.h"
 
 #include <algorithm>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "box_columns.h"
+#include "broadphase/box_columns.h"
 
 namespace terrane::internal {
 

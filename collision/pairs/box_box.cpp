@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Sources: S. Gottschalk, M. Lin, D. Manocha. OBBTree. 1996 (15 axes).
-#include "pairs.h"
+#include "pairs/pairs.h"
 
 #include <array>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "kernels/closest.h"
-#include "pairs.h"
+#include "pairs/kernels/closest.h"
+#include "pairs/pairs.h"
 
 #include <algorithm>
 #include <cmath>

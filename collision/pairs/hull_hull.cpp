@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "pairs.h"
+#include "pairs/pairs.h"
 
 namespace terrane::internal {
 

@@ -4,14 +4,15 @@
 //          detection for non-convex polyhedra. The Visual Computer 2006 (bounds along the normal).
 // Deviations: the speed of each point along the normal is known at the start of a step, so that only its
 //             change has to be bounded; the step is the largest found whose end that proves.
-#include "placed_shape.h"
+#include "pairs/placed_shape.h"
+
+#include "math/vector_math.h"
 
 #include <algorithm>
 
 namespace terrane::internal {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // Of the motion; a step that is shorter close by is the end.
 constexpr double kShortest = 1e-4;

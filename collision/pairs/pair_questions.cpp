@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "pair_questions.h"
+#include "pairs/pair_questions.h"
 
-#include "pairs.h"
+#include "pairs/pairs.h"
 
 #include <algorithm>
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "kernels/core.h"
-#include "kernels/manifold.h"
-#include "kernels/widest_axis.h"
+#include "pairs/kernels/core.h"
+#include "pairs/kernels/manifold.h"
+#include "pairs/kernels/widest_axis.h"
 
 #include <terrane/collision/shape_pairs.h>
 

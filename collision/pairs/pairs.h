@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "kernels/core_gap.h"
+#include "pairs/kernels/core_gap.h"
 
 // Every pair of shapes answers these four questions, each in the file of its name. a comes before b in the
 // order sphere, capsule, box, hull. A pair that is not here does not compile.

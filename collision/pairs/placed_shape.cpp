@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "placed_shape.h"
+#include "pairs/placed_shape.h"
 
-#include "hull_data.h"
+#include "shapes/hull_data.h"
 
 #include <terrane/collision/ground_cast.h>
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "pair_questions.h"
-#include "part_tree.h"
+#include "pairs/pair_questions.h"
+#include "shapes/part_tree.h"
 
 #include <terrane/collision/shapes.h>
 

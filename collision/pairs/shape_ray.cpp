@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Sources: C. Ericson. Real-time collision detection. 2005, section 5.3. M. Cyrus, J. Beck.
 //          Generalized two- and three-dimensional clipping. 1978.
-#include "kernels/closest.h"
-#include "pair_questions.h"
+#include "pairs/kernels/closest.h"
+#include "pairs/pair_questions.h"
 
 #include <algorithm>
 

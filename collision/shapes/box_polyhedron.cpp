@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "polyhedron.h"
+#include "shapes/polyhedron.h"
 
 #include <cstddef>
 

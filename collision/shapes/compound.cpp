@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "compound_data.h"
-#include "hull_data.h"
-#include "part_tree.h"
-#include "vector_math.h"
+#include "shapes/compound_data.h"
+#include "shapes/hull_data.h"
+#include "shapes/part_tree.h"
+#include "math/vector_math.h"
 
 #include <terrane/collision/compound.h>
 #include <terrane/collision/shapes.h>
@@ -112,8 +112,8 @@ Result<void> check_part(const CompoundPart& part, std::size_t index) {
 }
 
 void add_part(const CompoundPart& part, internal::CompoundData& data_out) {
-    constexpr double kInfinity = std::numeric_limits<double>::infinity();
     const Pose& pose = part.body_from_part;
+    using internal::kInfinity;
     PartBounds bounds;
     bounds.low = Eigen::Vector3d::Constant(kInfinity);
     bounds.high = Eigen::Vector3d::Constant(-kInfinity);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "part_tree.h"
+#include "shapes/part_tree.h"
 
 #include <limits>
 #include <vector>

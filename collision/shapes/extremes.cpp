@@ -6,9 +6,9 @@
 //             question costs the same whatever came before. Vertices that rounding makes a little
 //             higher than all their neighbours do not end the climb: it goes on over everything as
 //             high within the rounding, which on a convex surface is in one piece.
-#include "extremes.h"
+#include "shapes/extremes.h"
 
-#include "vector_math.h"
+#include "math/vector_math.h"
 
 #include <algorithm>
 #include <array>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "polyhedron.h"
+#include "shapes/polyhedron.h"
 
 #include <cstdint>
 #include <span>

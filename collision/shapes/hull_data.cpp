@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "hull_data.h"
+#include "shapes/hull_data.h"
 
-#include "lattice.h"
-#include "simplex.h"
-#include "triangle_hull.h"
-#include "vector_math.h"
+#include "shapes/hull/lattice.h"
+#include "shapes/hull/simplex.h"
+#include "shapes/hull/triangle_hull.h"
+#include "math/vector_math.h"
 
 #include <algorithm>
 #include <cstddef>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "extremes.h"
-#include "face_merge.h"
-#include "polyhedron.h"
+#include "shapes/extremes.h"
+#include "shapes/hull/face_merge.h"
+#include "shapes/polyhedron.h"
 
 #include <terrane/collision/convex_hull.h>
 

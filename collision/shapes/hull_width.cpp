@@ -4,8 +4,8 @@
 // Deviations: pairs of edges are found by halving: while a direction turns over an edge from one of its
 //             faces to the other, some vertices lie farthest the other way, one after the other, and
 //             an edge faces away wherever two of them change over.
-#include "hull_data.h"
-#include "vector_math.h"
+#include "shapes/hull_data.h"
+#include "math/vector_math.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -14,7 +14,6 @@
 namespace terrane::internal {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 double extent_along(const Polyhedron& hull, const Eigen::Vector3d& direction) {
     const double size = length(direction);

@@ -3,7 +3,7 @@
 //          boxes). B. Smits. Efficiency issues for ray tracing. 1998 (depth-first order, skip links).
 // Deviations: halves of equal count instead of a cost model, so that the depth is known to walks that may
 //             not allocate.
-#include "part_tree.h"
+#include "shapes/part_tree.h"
 
 #include <algorithm>
 

@@ -2,6 +2,7 @@
 #include "dem_source.h"
 
 #include "opening_memory.h"
+#include "raster/raster_checks.h"
 
 #include <terrane/terrain/assert.h>
 

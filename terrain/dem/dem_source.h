@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "bound_tiers.h"
-#include "fine_surface.h"
-#include "height_pyramid.h"
+#include "bounds/bound_tiers.h"
+#include "surface/fine_surface.h"
+#include "bounds/height_pyramid.h"
 #include "opening_cache.h"
-#include "raster_store.h"
+#include "raster/raster_store.h"
 
 #include <terrane/dem/dem_heights.h>
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "bound_tiers.h"
-#include "height_pyramid.h"
+#include "bounds/bound_tiers.h"
+#include "bounds/height_pyramid.h"
 
 #include <terrane/store/sealed_file.h>
 

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "opening_memory.h"
 
-#include "bound_tiers.h"
-#include "void_map.h"
+#include "bounds/bound_tiers.h"
+#include "voids/void_map.h"
 
 #include <algorithm>
 #include <cstdint>
-#include <cstdio>
 
 namespace terrane::internal {
 namespace {
@@ -16,12 +15,6 @@ constexpr double kAllLevels = 4.0 / 3.0;
 constexpr double kMebibyte = 1024.0 * 1024.0;
 
 }  // namespace
-
-int strip_rows(int columns) {
-    constexpr int kSamplesAtOnce = 1 << 22;
-    return std::clamp(kSamplesAtOnce / columns / kBlockSide * kBlockSide, kBlockSide,
-                      32 * kBlockSide);
-}
 
 double opening_bytes(const BilinearGrid& grid, double held_bytes) {
     // Of a sample in a strip: as it is read, twice as a height, as it is kept, and whether it is valid.
@@ -39,17 +32,6 @@ double opening_bytes(const BilinearGrid& grid, double held_bytes) {
            kStripSample * columns * std::min(rows, static_cast<double>(strip_rows(grid.columns))) +
            kBlock * blocks + sizeof(std::size_t) * rows +
            kTierPoint * BoundTiers::first_points(grid) + kWindows;
-}
-
-Result<void> check_memory(const std::string& raster, int columns, int rows, double needed_bytes,
-                          std::size_t limit_bytes) {
-    if (needed_bytes <= static_cast<double>(limit_bytes)) return {};
-    char numbers[160];
-    std::snprintf(numbers, sizeof numbers,
-                  "of %d x %d samples needs %.6g MiB of memory, the limit is %.6g MiB", columns,
-                  rows, needed_bytes / kMebibyte, static_cast<double>(limit_bytes) / kMebibyte);
-    return fail(ErrorCode::out_of_memory, "raster \"" + raster + "\" " + numbers +
-                                              " (DemSettings::memory_bytes, --dem-memory-mb)");
 }
 
 }  // namespace terrane::internal

@@ -1,12 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "bilinear_grid.h"
-
-#include <terrane/terrain/result.h>
-
-#include <cstddef>
-#include <string>
+#include "surface/bilinear_grid.h"
 
 namespace terrane::internal {
 
@@ -15,13 +10,5 @@ namespace terrane::internal {
 ///
 /// @param held_bytes  for samples: all of them, or the cache of a raster that is read by window
 double opening_bytes(const BilinearGrid& grid, double held_bytes);
-
-/// Fails: out_of_memory where a raster needs more than the limit
-Result<void> check_memory(const std::string& raster, int columns, int rows, double needed_bytes,
-                          std::size_t limit_bytes);
-
-/// Rows of a strip that is read at once: a multiple of the block's side, as many as make about four
-/// million samples.
-int strip_rows(int columns);
 
 }  // namespace terrane::internal

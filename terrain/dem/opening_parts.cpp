@@ -2,8 +2,8 @@
 //
 // What opening a raster makes, as bytes. Sizes follow from the grid and are not written: no file can make
 // them other than they must be.
-#include "bound_tiers.h"
-#include "height_pyramid.h"
+#include "bounds/bound_tiers.h"
+#include "bounds/height_pyramid.h"
 
 #include <algorithm>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "cell_lines.h"
+#include "ground/cell_lines.h"
 
 #include <terrane/terrain/assert.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "ray_walk.h"
+#include "ground/ray_walk.h"
 
 #include <algorithm>
 #include <array>

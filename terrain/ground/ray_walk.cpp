@@ -9,7 +9,7 @@
 // linear over each triangle, and continuous from cell to cell. The first change of its sign is the
 // hit, so a ray cannot slip through an edge or a corner. Squares are skipped by both ends of their interval
 // of heights, from above and from below, but never where that would change the side that the ray is on.
-#include "ray_walk.h"
+#include "ground/ray_walk.h"
 
 #include <algorithm>
 #include <array>

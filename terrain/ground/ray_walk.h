@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "cell_lines.h"
+#include "ground/cell_lines.h"
 
 #include <algorithm>
 #include <array>

@@ -11,14 +11,14 @@
 // A chunk owns the vertices of its own spacing (roots own all coarser ones too), and draws the
 // triangles that its vertices make. Nothing but guesses is kept from frame to frame: a frame is a
 // function of the resident set, the settings and the view.
-#include "active_set.h"
-#include "emission.h"
-#include "error_left.h"
-#include "morph.h"
-#include "screen_error.h"
-#include "selection.h"
-#include "vertex_keys.h"
-#include "worker_team.h"
+#include "lod/mesh/active_set.h"
+#include "lod/mesh/emission.h"
+#include "lod/mesh/error_left.h"
+#include "lod/mesh/morph.h"
+#include "lod/keys/screen_error.h"
+#include "lod/selection/selection.h"
+#include "lod/selection/vertex_keys.h"
+#include "base/worker_team.h"
 
 #include <terrane/terrain/assert.h>
 #include <terrane/terrain/number_text.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "chunk_tree.h"
+#include "paging/chunk_tree.h"
 
 #include <terrane/terrain/assert.h>
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "fades.h"
-#include "need.h"
-#include "outlook.h"
+#include "paging/fades.h"
+#include "paging/demand/need.h"
+#include "paging/demand/outlook.h"
 
 #include <terrane/terrain/chunk.h>
 

@@ -5,9 +5,9 @@
 // morph ratio w. The derivative of that share by 1 / f is at most 2 F t / p, so the vertex moves by at most
 // 2 F t d pixels when 1 / f changes by d, whatever p and f are: 1 / f is what changes evenly, and t / f is the
 // screen error that is still held back.
-#include "fades.h"
+#include "paging/fades.h"
 
-#include "outlook.h"
+#include "paging/demand/outlook.h"
 
 #include <terrane/terrain/resident_set.h>
 

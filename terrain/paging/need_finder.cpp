@@ -7,7 +7,7 @@
 //   Journal of the ACM 20(1), 1973. (earliest deadline first)
 // Deviations: a need begins and ends with the motion of who needs; what lies below an absent chunk is
 // asked for with it, by what its level taught about bounds.
-#include "need_finder.h"
+#include "paging/need_finder.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "chunk_tree.h"
-#include "contact_needs.h"
-#include "load_times.h"
-#include "outlook.h"
+#include "paging/chunk_tree.h"
+#include "paging/demand/contact_needs.h"
+#include "paging/load_times.h"
+#include "paging/demand/outlook.h"
 
 #include <terrane/terrain/pager.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "loaders/inline_loader.h"
-#include "pager_state.h"
-#include "settings_check.h"
+#include "paging/loaders/inline_loader.h"
+#include "paging/pager_state.h"
+#include "base/settings_check.h"
 
 #include <terrane/terrain/pager.h>
 #include <terrane/terrain/thread_loader.h>

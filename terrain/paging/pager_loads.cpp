@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // The half of the pager that acts: what is loaded next, what is given up, and what arrives.
-#include "pager_state.h"
+#include "paging/pager_state.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // The half of the pager that looks: at its clients, at what they need, and at what they see.
-#include "pager_state.h"
+#include "paging/pager_state.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "camera_motion.h"
-#include "chunk_tree.h"
-#include "contact_needs.h"
-#include "load_times.h"
-#include "need_finder.h"
-#include "retries.h"
-#include "room.h"
+#include "paging/demand/camera_motion.h"
+#include "paging/chunk_tree.h"
+#include "paging/demand/contact_needs.h"
+#include "paging/load_times.h"
+#include "paging/need_finder.h"
+#include "paging/retries.h"
+#include "paging/room.h"
 
 #include <terrane/terrain/pager.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "room.h"
+#include "paging/room.h"
 
 #include <algorithm>
 #include <tuple>

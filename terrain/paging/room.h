@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "chunk_tree.h"
+#include "paging/chunk_tree.h"
 
 #include <terrane/terrain/chunk_loader.h>
 #include <terrane/terrain/pager.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "settings_check.h"
-#include "source_checks.h"
+#include "base/settings_check.h"
+#include "source/source_checks.h"
 
 #include <terrane/terrain/check_source.h>
 

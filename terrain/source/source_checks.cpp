@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "source_checks.h"
+#include "source/source_checks.h"
+
+#include "source/bounds/rounding.h"
 
 #include <algorithm>
 #include <bit>
@@ -12,7 +14,6 @@
 namespace terrane::internal {
 namespace {
 
-constexpr double kHeightAccuracy = 1e-9;  // of height(), metres: HeightSource::height()
 
 std::string metres(double value) {
     char text[32];

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "bound_triangles.h"
+#include "source/bounds/bound_triangles.h"
 
 #include <terrane/terrain/check_source.h>
 

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // The laws that compare answers of a source with each other, and those of rectangles and distances.
-#include "source_checks.h"
+#include "source/source_checks.h"
+
+#include "source/bounds/rounding.h"
 
 #include <algorithm>
 #include <bit>
@@ -21,7 +23,6 @@ bool same(float a, float b) {
     return std::bit_cast<std::uint32_t>(a) == std::bit_cast<std::uint32_t>(b);
 }
 
-constexpr double kHeightAccuracy = 1e-9;  // of height(), metres
 
 }  // namespace
 

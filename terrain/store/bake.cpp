@@ -2,9 +2,9 @@
 //
 // Chunks are made in batches, by any number of threads, and written in the order of the directory: the file
 // does not depend on who made what.
-#include "chunk_codec.h"
+#include "format/chunk_codec.h"
 #include "part_heights.h"
-#include "store_directory.h"
+#include "format/store_directory.h"
 
 #include <terrane/store/chunk_store.h>
 #include <terrane/terrain/chunk.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "chunk_reader.h"
 
-#include "chunk_codec.h"
+#include "format/chunk_codec.h"
 
 #include <algorithm>
 #include <string>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "store_directory.h"
+#include "format/store_directory.h"
 
 #include <terrane/terrain/chunk.h>
 

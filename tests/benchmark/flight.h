@@ -2,7 +2,7 @@
 #pragma once
 
 #include "machine.h"
-#include "support/reference_maps.h"
+#include "references/reference_maps.h"
 
 #include <terrane/terrain/pager.h>
 #include <terrane/terrain/triangulator.h>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "replay.h"
 
-#include "mesh_copy.h"
-#include "mesh_locator.h"
+#include "benchmark/mesh/mesh_copy.h"
+#include "benchmark/mesh/mesh_locator.h"
 #include "support/mesh_checks.h"
 #include "support/random.h"
 

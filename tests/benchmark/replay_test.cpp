@@ -3,9 +3,9 @@
 #include "replay.h"
 
 #include "flight.h"
-#include "mesh_copy.h"
-#include "mesh_locator.h"
-#include "mesh_measure.h"
+#include "benchmark/mesh/mesh_copy.h"
+#include "benchmark/mesh/mesh_locator.h"
+#include "benchmark/mesh/mesh_measure.h"
 #include "support/random.h"
 
 #include <terrane/terrain/fractal_heights.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What opening a raster costs: work in proportion to its samples, counted, not timed; memory below a
 // limit; progress that is told; an end, where a reader gives no answer.
-#include "bound_tiers.h"
+#include "bounds/bound_tiers.h"
 #include "opening_memory.h"
 #include "raster_files.h"
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "render/plain_draw.h"
+#include "plain_draw.h"
 
-#include "frame_uniforms.h"
-#include "gl_error.h"
-#include "shader.h"
+#include "draw/frame_uniforms.h"
+#include "gl/gl_error.h"
+#include "gl/shader.h"
 
 #include <array>
 #include <cstdint>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "ground_shade.h"
+#include "light/ground_shade.h"
 
 #include <terrane/render/terrain_renderer.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "render/scene.h"
+#include "scene.h"
 
-#include "support/wave_heights.h"
+#include "support/heights/wave_heights.h"
 
 #include <gtest/gtest.h>
 

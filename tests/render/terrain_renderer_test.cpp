@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "render/scene.h"
+#include "scene.h"
 
 #include <terrane/render/terrain_renderer.h>
 

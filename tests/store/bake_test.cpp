@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "store/store_files.h"
-#include "support/wave_heights.h"
+#include "store_files.h"
+#include "support/heights/wave_heights.h"
 
 #include <terrane/terrain/pager.h>
 #include <terrane/terrain/triangulator.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "chunk_codec.h"
+#include "format/chunk_codec.h"
 
-#include "store/store_files.h"
+#include "store_files.h"
 #include "support/random.h"
 
 #include <gtest/gtest.h>

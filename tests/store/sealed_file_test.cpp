@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "store/store_files.h"
+#include "store_files.h"
 
 #include <terrane/store/bytes.h>
 #include <terrane/store/sealed_file.h>

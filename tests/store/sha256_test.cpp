@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "sha256.h"
+#include "format/sha256.h"
 
 #include <gtest/gtest.h>
 

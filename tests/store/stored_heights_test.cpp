@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "store/store_files.h"
+#include "store_files.h"
 #include "support/random.h"
-#include "support/wave_heights.h"
+#include "support/heights/wave_heights.h"
 #include "terrain/source/bound_checks.h"
 
 #include <gtest/gtest.h>

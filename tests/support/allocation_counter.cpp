@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "support/allocation_counter.h"
+#include "allocation_counter.h"
 
 #include <atomic>
 #include <cstddef>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "support/mesh_checks.h"
+#include "mesh_checks.h"
 
 #include <algorithm>
 #include <bit>

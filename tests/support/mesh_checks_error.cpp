@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What meshes really show, by brute force.
 // Sources: M. Roberts. The unreasonable effectiveness of quasirandom sequences. 2018 (R2).
-#include "support/mesh_checks.h"
+#include "mesh_checks.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // A check that cannot fail proves nothing: each is shown a mesh that is broken in its own way.
-#include "support/mesh_checks.h"
+#include "mesh_checks.h"
 
-#include "support/wave_heights.h"
+#include "support/heights/wave_heights.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "flight/verify.h"
+#include "frames/verify.h"
 
 #include "support/random.h"
-#include "support/wave_heights.h"
+#include "support/heights/wave_heights.h"
 
 #include <gtest/gtest.h>
 

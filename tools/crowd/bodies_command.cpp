@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "command.h"
+#include "options/command.h"
 #include "crowd/study.h"
 #include "options/idle_flags.h"
 #include "options/option_values.h"
@@ -7,7 +7,7 @@
 #include "output/output_folder.h"
 #include "output/progress.h"
 #include "output/summary.h"
-#include "report/study_report.h"
+#include "crowd/study_report.h"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>

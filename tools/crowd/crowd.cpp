@@ -2,7 +2,7 @@
 #include "crowd/crowd.h"
 
 #include "drop/body_random.h"
-#include "query/quaternion.h"
+#include "query/parsing/quaternion.h"
 
 #include <terrane/collision/convex_hull.h>
 #include <terrane/collision/ground_cast.h>

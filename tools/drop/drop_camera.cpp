@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "drop/drop_camera.h"
 
-#include "track/look_towards.h"
+#include "camera/look_towards.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,7 +13,7 @@ namespace {
 constexpr double kSpreads = 1.5;          // of the bodies' spread that the camera stays away
 constexpr double kNearest = 4.0;          // metres
 constexpr double kRise = 0.5;             // of the distance, over the middle
-constexpr double kClearance = 0.25;       // of the distance, from the ground
+constexpr double kCameraClearance = 0.25;       // of the distance, from the ground
 constexpr double kLeastClearance = 0.05;  // the same on the way there
 constexpr double kTurn = 0.08;            // radians a second
 constexpr double kLag = 0.7;              // seconds that the camera lags behind
@@ -56,7 +56,7 @@ DropCamera::DropCamera(std::shared_ptr<const HeightSource> source,
 WorldPos DropCamera::find_eye() const {
     WorldPos eye =
         target_world_ + distance_ * Eigen::Vector3d(std::cos(heading_), std::sin(heading_), kRise);
-    return clear_of_ground(eye, kClearance);
+    return clear_of_ground(eye, kCameraClearance);
 }
 
 // A place, or one over it that many distances above the ground.

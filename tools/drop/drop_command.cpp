@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: MIT
-#include "command.h"
+#include "options/command.h"
 #include "drop/drop_film.h"
 #include "drop/drop_layout.h"
 #include "options/idle_flags.h"
-#include "options/limits.h"
+#include "source/limits.h"
 #include "options/option_values.h"
-#include "options/terrain_options.h"
+#include "source/terrain_options.h"
 #include "output/interrupt.h"
 #include "output/output_file.h"
 #include "output/progress.h"
 #include "output/summary.h"
-#include "query/quaternion.h"
+#include "query/parsing/quaternion.h"
 
 #include <terrane/terrain/pager.h>
 

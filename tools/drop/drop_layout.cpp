@@ -2,7 +2,7 @@
 #include "drop/drop_layout.h"
 
 #include "drop/body_random.h"
-#include "query/quaternion.h"
+#include "query/parsing/quaternion.h"
 
 #include <algorithm>
 #include <cmath>

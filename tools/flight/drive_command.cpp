@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include "command.h"
+#include "options/command.h"
 #include "flight/drive_setup.h"
 #include "flight/flight_output.h"
-#include "flight/frame_maker.h"
+#include "frames/frame_maker.h"
 #include "output/progress.h"
 #include "output/summary.h"
-#include "track/camera_path.h"
-#include "track/chase_camera.h"
+#include "camera/camera_path.h"
+#include "camera/chase_camera.h"
 
 #include <terrane/collision/path_driver.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "flight/drive_setup.h"
 
-#include "track/camera_path.h"
+#include "camera/camera_path.h"
 #include "track/track.h"
 
 #include <terrane/collision/ground_contact.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "command.h"
+#include "options/command.h"
 #include "flight/flight_options.h"
 
 #include <terrane/collision/truck.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "flight/flight_options.h"
 
-#include "options/limits.h"
+#include "source/limits.h"
 #include "options/spelling.h"
 #include "track/track.h"
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "command.h"
-#include "flight/frame_maker.h"
-#include "flight/paging_choice.h"
+#include "options/command.h"
+#include "frames/frame_maker.h"
+#include "source/paging_choice.h"
 #include "options/option_values.h"
-#include "options/terrain_options.h"
-#include "track/camera_path.h"
+#include "source/terrain_options.h"
+#include "camera/camera_path.h"
 
 #include <cstddef>
 #include <limits>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "flight/flight_output.h"
 
-#include "report/flight_report.h"
+#include "flight/flight_report.h"
 
 #include <fmt/format.h>
 

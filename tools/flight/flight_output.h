@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "flight/flight_log.h"
+#include "frames/flight_log.h"
 #include "flight/flight_pictures.h"
-#include "flight/frame_maker.h"
+#include "frames/frame_maker.h"
 #include "output/interrupt.h"
 #include "output/output_folder.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "flight/flight_pictures.h"
 
-#include "flight/flight_log.h"
+#include "frames/flight_log.h"
 #include "output/interrupt.h"
 
 #include <cmath>

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "flight/flight_options.h"
-#include "output/film.h"
-#include "output/window.h"
+#include "film/film.h"
+#include "film/window.h"
 
 #include <terrane/render/terrain_renderer.h>
 

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
-#include "command.h"
+#include "options/command.h"
 #include "flight/flight_options.h"
 #include "flight/flight_output.h"
-#include "flight/frame_maker.h"
-#include "flight/slow_heights.h"
+#include "frames/frame_maker.h"
+#include "source/slow_heights.h"
 #include "options/idle_flags.h"
 #include "output/progress.h"
 #include "output/summary.h"
-#include "track/camera_path.h"
-#include "track/camera_way.h"
+#include "camera/camera_path.h"
+#include "camera/camera_way.h"
 #include "track/track.h"
 
 #include <CLI/CLI.hpp>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "command.h"
+#include "options/command.h"
 
 #include <string>
 #include <vector>

@@ -9,10 +9,6 @@
 namespace terrane::tools {
 namespace {
 
-tl::unexpected<Error> cannot_write(const std::string& path, int cause) {
-    return fail(ErrorCode::io, "cannot write '" + path + "': " + std::strerror(cause));
-}
-
 }  // namespace
 
 OutputFile::OutputFile(OutputPlace place, std::optional<TemporaryFile> temporary, std::FILE* direct)

@@ -27,10 +27,6 @@ constexpr std::string_view kHeading =
     "# Files that terrane wrote here: size, hash, name. A later run replaces these and no "
     "others.\n";
 
-tl::unexpected<Error> cannot_write(const std::string& path, int cause) {
-    return fail(ErrorCode::io, "cannot write '" + path + "': " + std::strerror(cause));
-}
-
 template <class T>
 bool take_number(std::string_view& text, T& value_out, int base) {
     const auto [rest, error] =
@@ -41,6 +37,10 @@ bool take_number(std::string_view& text, T& value_out, int base) {
 }
 
 }  // namespace
+
+tl::unexpected<Error> cannot_write(const std::string& path, int cause) {
+    return fail(ErrorCode::io, "cannot write '" + path + "': " + std::strerror(cause));
+}
 
 std::string frame_name(std::size_t frame) { return fmt::format("frame_{:06}.png", frame); }
 

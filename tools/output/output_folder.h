@@ -18,6 +18,9 @@ inline constexpr const char* kFileListName = "terrane-files.txt";
 std::string frame_name(std::size_t frame);
 bool is_frame_name(const std::string& name);
 
+/// "cannot write '<path>': <why>" with the text of an errno.
+tl::unexpected<Error> cannot_write(const std::string& path, int cause);
+
 /// A folder that a run writes files into. kFileListName in it names every file that a run has written there, with its
 /// size and the hash of its content. A file that the list names and that still holds what was written belongs to an
 /// earlier run and is replaced; every other file, one that the user changed included, is the user's, and neither

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "page/ground_bodies.h"
-#include "track/camera_path.h"
+#include "camera/camera_path.h"
 
 #include <terrane/terrain/pager.h>
 

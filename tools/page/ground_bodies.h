@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "track/camera_way.h"
+#include "camera/camera_way.h"
 
 #include <terrane/terrain/pager.h>
 

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
-#include "command.h"
+#include "options/command.h"
 #include "flight/flight_options.h"
 #include "options/idle_flags.h"
-#include "options/limits.h"
+#include "source/limits.h"
 #include "output/interrupt.h"
 #include "output/output_folder.h"
 #include "output/progress.h"
 #include "output/summary.h"
 #include "page/page_options.h"
-#include "page/paging_batch.h"
-#include "report/paging_report.h"
+#include "page/paging_run.h"
+#include "page/paging_report.h"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>

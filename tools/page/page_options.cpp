@@ -3,7 +3,7 @@
 
 #include "flight/flight_options.h"
 #include "options/idle_flags.h"
-#include "options/limits.h"
+#include "source/limits.h"
 #include "track/track.h"
 
 #include <CLI/CLI.hpp>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "command.h"
+#include "options/command.h"
 #include "options/option_values.h"
-#include "options/terrain_options.h"
+#include "source/terrain_options.h"
 #include "page/paging_table.h"
 
 #include <cstddef>

@@ -1,18 +1,20 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "flight/flight_log.h"
-#include "flight/frame_maker.h"
-#include "flight/paging_choice.h"
-#include "page/chunk_cache.h"
-#include "track/camera_path.h"
+#include "frames/flight_log.h"
+#include "frames/frame_maker.h"
+#include "source/paging_choice.h"
+#include "source/chunk_cache.h"
+#include "camera/camera_path.h"
 
 #include <terrane/terrain/virtual_loader.h>
 
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace terrane::tools {
@@ -71,5 +73,25 @@ struct PagingRun {
 ///        gives the root squares; cancelled where is_interrupted()
 Result<PagingRun> run_paging(std::shared_ptr<const HeightSource> source, ChunkCache& chunks,
                              const CameraPath& path, const PagingRunSettings& settings);
+
+/// One flight of many over the same terrain.
+struct PagingJob {
+    const CameraPath* path = nullptr;
+    PagingRunSettings settings;
+};
+
+/// Plays flights on several threads at once, and hands on what they came to: in their order, on the
+/// caller's thread, each as soon as all before it are there.
+///
+/// @param thread_count >= 1
+/// @param take         is given the number of a job and its run; an error ends it all
+/// @param show         called on the caller's thread now and then while it waits
+///
+/// Fails: with the first error, in their order, of a flight or of `take`; out_of_memory. Flights that
+///        have begun are waited for
+Result<void> play_all(
+    std::shared_ptr<const HeightSource> source, ChunkCache& chunks, std::span<const PagingJob> jobs,
+    std::size_t thread_count, const std::function<Result<void>(std::size_t, PagingRun)>& take,
+    const std::function<void()>& show = [] {});
 
 }  // namespace terrane::tools

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "flight/paging_choice.h"
+#include "source/paging_choice.h"
 #include "page/paging_run.h"
 
 #include <nlohmann/json.hpp>

@@ -14,7 +14,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 // More than find_contacts() ever writes.
-constexpr std::size_t kMaxContacts = 128;
+constexpr std::size_t kMaxPairContacts = 128;
 
 Json as_json(const PairContact& contact) {
     Json json;
@@ -34,7 +34,7 @@ void write_contacts(std::span<const PairContact> contacts, Json& answer) {
 }
 
 void answer_find(const ShapeQuestion& question, const OtherShape& other, Json& answer) {
-    std::array<PairContact, kMaxContacts> contacts;
+    std::array<PairContact, kMaxPairContacts> contacts;
     const PairContactAnswer found = find_contacts(question.shape, question.world_from_shape,
                                                   other.shape, other.start, 0.0, contacts);
     if (write_fault(found.status, answer)) return;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "query/query_parsing.h"
+#include "query/parsing/query_parsing.h"
 
 #include <terrane/collision/ground_cast.h>
 

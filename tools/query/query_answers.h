@@ -2,7 +2,7 @@
 #pragma once
 
 #include "query/query_ground.h"
-#include "query/query_parsing.h"
+#include "query/parsing/query_parsing.h"
 
 #include <nlohmann/json.hpp>
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "command.h"
-#include "options/limits.h"
+#include "options/command.h"
+#include "source/limits.h"
 #include "options/option_values.h"
-#include "options/terrain_options.h"
+#include "source/terrain_options.h"
 #include "output/summary.h"
-#include "query/line_reader.h"
+#include "query/parsing/line_reader.h"
 #include "query/query_answers.h"
 
 #include <CLI/CLI.hpp>

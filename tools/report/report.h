@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "flight/flight_log.h"
+#include "frames/flight_log.h"
 
 #include <nlohmann/json.hpp>
 

@@ -5,7 +5,7 @@
 // Deviations: the nearest point of a simplex is the best over all of its corners, edges and faces
 //             that pass, so that a flat simplex gives a worse point at worst and never a wrong one; and
 //             the end is decided by the plane that proves it.
-#include "closest.h"
+#include "pairs/kernels/closest.h"
 
 #include <algorithm>
 #include <array>

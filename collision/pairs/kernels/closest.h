@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "core.h"
+#include "pairs/kernels/core.h"
 
 #include <limits>
 

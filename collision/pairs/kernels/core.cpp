@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "core.h"
+#include "pairs/kernels/core.h"
 
 namespace terrane::internal {
 namespace {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "extremes.h"
-#include "vector_math.h"
+#include "shapes/extremes.h"
+#include "math/vector_math.h"
 
 #include <cstdint>
 

@@ -3,8 +3,8 @@
 // Deviations: both support faces are cut with each other in the plane square to the normal and keep
 //             their own heights there, so that each point's depth is the overlap along the normal, and
 //             its two ends lie on the two shapes.
-#include "manifold.h"
-#include "support_polygon.h"
+#include "pairs/kernels/manifold.h"
+#include "pairs/kernels/support_polygon.h"
 
 #include <algorithm>
 

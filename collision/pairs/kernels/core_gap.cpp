@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
-#include "core_gap.h"
+#include "pairs/kernels/core_gap.h"
 
-#include "closest.h"
+#include "math/vector_math.h"
+#include "pairs/kernels/closest.h"
 
 #include <algorithm>
 
 namespace terrane::internal {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // Shares of the sizes and the offset: below the first, nearest points do not say a direction well; below
 // the second, at all; below the third, cores that are apart cannot be told from cores that cross.

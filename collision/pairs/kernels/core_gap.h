@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "manifold.h"
-#include "widest_axis.h"
+#include "pairs/kernels/manifold.h"
+#include "pairs/kernels/widest_axis.h"
 
 // The questions, answered for any two cores. What a pair knows better it answers in its own file.
 namespace terrane::internal {

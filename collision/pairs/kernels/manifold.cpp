@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "manifold.h"
+#include "pairs/kernels/manifold.h"
 
 #include <algorithm>
 #include <utility>

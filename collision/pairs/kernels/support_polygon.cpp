@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "support_polygon.h"
+#include "pairs/kernels/support_polygon.h"
 
 #include <algorithm>
 #include <limits>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "inline_loader.h"
+#include "paging/loaders/inline_loader.h"
 
-#include "claimed_load.h"
+#include "paging/loaders/claimed_load.h"
 
 #include <utility>
 

@@ -3,7 +3,7 @@
 // Bandwidth is shared as a fluid: at each moment all that are past their latency get the same rate. The
 // hash is the finaliser of Steele, Lea and Flood. Fast Splittable Pseudorandom Number Generators.
 // OOPSLA 2014 (Stafford's mix 13).
-#include "storage_simulation.h"
+#include "paging/loaders/storage_simulation.h"
 
 #include <terrane/terrain/assert.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "thread_loader_state.h"
+#include "paging/loaders/thread_loader_state.h"
 
-#include "claimed_load.h"
+#include "paging/loaders/claimed_load.h"
 
 #include <algorithm>
 #include <string>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "claimed_load.h"
-#include "settings_check.h"
-#include "storage_simulation.h"
+#include "paging/loaders/claimed_load.h"
+#include "base/settings_check.h"
+#include "paging/loaders/storage_simulation.h"
 
 #include <terrane/terrain/assert.h>
 #include <terrane/terrain/number_text.h>

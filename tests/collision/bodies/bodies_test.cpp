@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "collision/bodies/body_cases.h"
-#include "collision/bodies/rough_grounds.h"
+#include "body_cases.h"
+#include "rough_grounds.h"
 #include "support/random.h"
-#include "support/table_ground.h"
+#include "support/heights/table_ground.h"
 
 #include <terrane/collision/bodies.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "support/table_ground.h"
+#include "support/heights/table_ground.h"
 
 #include <terrane/collision/bodies.h>
 

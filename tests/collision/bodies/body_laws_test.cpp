@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "collision/bodies/body_cases.h"
+#include "body_cases.h"
 #include "support/random.h"
-#include "support/table_ground.h"
+#include "support/heights/table_ground.h"
 
 #include <terrane/collision/bodies.h>
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // What a look at the ground promises: how far a body may move without being cast.
-#include "bodies/ground_look.h"
+#include "bodies/step/ground_look.h"
 
 #include "body_cases.h"
 #include "support/random.h"
-#include "support/table_ground.h"
+#include "support/heights/table_ground.h"
 
 #include <terrane/collision/ground_cast.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "bodies/islands.h"
+#include "bodies/islands/islands.h"
 
 #include "support/random.h"
 

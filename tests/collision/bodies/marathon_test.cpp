@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Bodies of every shape and size on every kind of ground for as many steps as there is time for: nobody falls.
-#include "collision/bodies/body_cases.h"
-#include "collision/bodies/rough_grounds.h"
+#include "body_cases.h"
+#include "rough_grounds.h"
 #include "support/random.h"
-#include "support/reference_maps.h"
-#include "support/table_ground.h"
+#include "references/reference_maps.h"
+#include "support/heights/table_ground.h"
 
 #include <terrane/collision/bodies.h>
 #include <terrane/collision/ground_contact.h>

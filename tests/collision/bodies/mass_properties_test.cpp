@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "bodies/mass_properties.h"
+#include "bodies/solver/mass_properties.h"
 
 #include "body_cases.h"
 #include "support/random.h"

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Bodies that meet each other.
-#include "collision/bodies/body_cases.h"
+#include "body_cases.h"
 #include "support/allocation_counter.h"
 #include "support/random.h"
-#include "support/table_ground.h"
+#include "support/heights/table_ground.h"
 
 #include <terrane/collision/bodies.h>
 #include <terrane/collision/shape_pairs.h>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // Bodies whose ground is not loaded: they stop, and go on as if nothing had been.
-#include "collision/bodies/body_cases.h"
+#include "body_cases.h"
 #include "support/random.h"
-#include "support/table_ground.h"
+#include "support/heights/table_ground.h"
 
 #include <terrane/collision/bodies.h>
 

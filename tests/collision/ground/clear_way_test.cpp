@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "ground/clear_way.h"
+#include "ground/cast/clear_way.h"
 
-#include "collision/ground/ground_cases.h"
+#include "ground_cases.h"
 
 #include <terrane/collision/convex_hull.h>
 #include <terrane/collision/ground_cast.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "collision/ground/ground_oracle.h"
+#include "ground_oracle.h"
 
 #include <span>
 #include <vector>

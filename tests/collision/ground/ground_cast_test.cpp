@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "collision/ground/cast_checks.h"
-#include "collision/ground/ground_checks.h"
+#include "cast_checks.h"
+#include "ground_checks.h"
 
 #include <terrane/collision/ground_cast.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "collision/ground/ground_cases.h"
+#include "ground_cases.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "collision/ground/ground_checks.h"
+#include "ground_checks.h"
 
 #include <terrane/collision/ground_contact.h>
 

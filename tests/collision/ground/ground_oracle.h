@@ -2,7 +2,7 @@
 #pragma once
 
 #include "support/random.h"
-#include "support/table_ground.h"
+#include "support/heights/table_ground.h"
 
 #include <terrane/collision/ground_cast.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "collision/ground/ground_cases.h"
+#include "ground_cases.h"
 #include "collision/shapes/point_clouds.h"
 
 #include <terrane/collision/ground_contact.h>

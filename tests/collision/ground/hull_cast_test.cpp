@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "collision/ground/cast_checks.h"
-#include "collision/ground/hull_cases.h"
+#include "cast_checks.h"
+#include "hull_cases.h"
 
 #include <terrane/collision/ground_cast.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "collision/ground/ground_checks.h"
-#include "collision/ground/hull_cases.h"
+#include "ground_checks.h"
+#include "hull_cases.h"
 #include "support/allocation_counter.h"
 
 #include <terrane/collision/ground_cast.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "collision/ground/hull_cases.h"
+#include "hull_cases.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // No question allocates.
-#include "collision/ground_laws/law_cases.h"
+#include "law_cases.h"
 #include "support/allocation_counter.h"
 
 #include <terrane/collision/ground_cast.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Casts: never through, never late, against the brute-force lift along the way.
-#include "collision/ground_laws/law_cases.h"
+#include "law_cases.h"
 
 #include <terrane/collision/ground_cast.h>
 

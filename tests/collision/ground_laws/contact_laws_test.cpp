@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Contacts: never none where brute force overlaps, normals in the ground's cone, depths along them.
-#include "collision/ground_laws/law_cases.h"
+#include "law_cases.h"
 
 #include <terrane/collision/ground_contact.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Depths of overlap at any depth: nothing shorter frees, and the certified lower bound holds.
-#include "collision/ground_laws/law_cases.h"
-#include "collision/ground_laws/sampled_depth.h"
+#include "law_cases.h"
+#include "collision/ground_laws/oracles/sampled_depth.h"
 
 #include <terrane/collision/ground_contact.h>
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Distances apart and depths of overlap against brute force.
-#include "collision/ground_laws/brute_depth.h"
-#include "collision/ground_laws/brute_gap.h"
-#include "collision/ground_laws/law_cases.h"
+#include "collision/ground_laws/oracles/brute_depth.h"
+#include "collision/ground_laws/oracles/brute_gap.h"
+#include "law_cases.h"
 
 #include <terrane/collision/ground_contact.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Extremes: the right answer or a refusal.
-#include "collision/ground_laws/law_cases.h"
+#include "law_cases.h"
 
 #include <terrane/collision/ground_cast.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Bodies below the ground come out by finding contacts and moving by what resolves them all.
-#include "collision/ground_laws/law_cases.h"
+#include "law_cases.h"
 
 #include <terrane/collision/ground_contact.h>
 

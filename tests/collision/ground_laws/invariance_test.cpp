@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The same question elsewhere: whole chunks away, anywhere else, mirrored, a quarter turned.
-#include "collision/ground_laws/law_cases.h"
+#include "law_cases.h"
 
 #include <terrane/collision/ground_cast.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "collision/ground_laws/law_cases.h"
+#include "law_cases.h"
 
-#include "support/reference_maps.h"
+#include "references/reference_maps.h"
 
 #include <Eigen/LU>
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "collision/ground_laws/brute_lift.h"
+#include "collision/ground_laws/oracles/brute_lift.h"
 #include "support/random.h"
-#include "support/table_ground.h"
+#include "support/heights/table_ground.h"
 
 #include <terrane/terrain/ground.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Lift, test and the sign of the signed distance against every triangle of the ground.
-#include "collision/ground_laws/law_cases.h"
+#include "law_cases.h"
 
 #include <terrane/collision/ground_contact.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What peers check about themselves (facts, not code): Jolt, coal, parry.
-#include "collision/ground_laws/brute_gap.h"
-#include "collision/ground_laws/law_cases.h"
+#include "collision/ground_laws/oracles/brute_gap.h"
+#include "law_cases.h"
 
 #include <terrane/collision/ground_cast.h>
 

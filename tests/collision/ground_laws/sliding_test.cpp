@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Bodies that slide without friction over seams of a plane keep to the plane.
-#include "collision/ground_laws/law_cases.h"
-#include "support/reference_maps.h"
+#include "law_cases.h"
+#include "references/reference_maps.h"
 
 #include <terrane/collision/bodies.h>
 #include <terrane/collision/ground_cast.h>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "collision/pairs/case_count.h"
-#include "collision/pairs/pair_cases.h"
-#include "collision/pairs/pair_oracle.h"
-#include "collision/shapes/hull_data.h"
+#include "case_count.h"
+#include "pair_cases.h"
+#include "pair_oracle.h"
+#include "shapes/hull_data.h"
 
 #include <terrane/collision/shape_pairs.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "collision/pairs/compound_cases.h"
-#include "collision/pairs/thrown.h"
+#include "compound_cases.h"
+#include "thrown.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "collision/pairs/compound_cases.h"
+#include "compound_cases.h"
 #include "support/allocation_counter.h"
 
 #include <gtest/gtest.h>

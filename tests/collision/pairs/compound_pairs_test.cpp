@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "collision/half_spaces.h"
-#include "collision/pairs/compound_cases.h"
+#include "math/half_spaces.h"
+#include "compound_cases.h"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "collision/ground/ground_oracle.h"
-#include "collision/pairs/test_hull.h"
+#include "test_hull.h"
 
 #include <array>
 #include <string>

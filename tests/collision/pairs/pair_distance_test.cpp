@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "collision/pairs/case_count.h"
-#include "collision/pairs/pair_cases.h"
-#include "collision/pairs/pair_oracle.h"
+#include "case_count.h"
+#include "pair_cases.h"
+#include "pair_oracle.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "collision/pairs/pair_questions.h"
+#include "pairs/pair_questions.h"
 
 #include <algorithm>
 #include <cmath>

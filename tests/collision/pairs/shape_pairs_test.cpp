@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "collision/ground/ground_oracle.h"
-#include "collision/pairs/pair_oracle.h"
+#include "pair_oracle.h"
 #include "support/allocation_counter.h"
 
 #include <terrane/collision/shape_pairs.h>

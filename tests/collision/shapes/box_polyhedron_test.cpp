@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "collision/shapes/hull_checks.h"
-#include "hull_data.h"
-#include "polyhedron.h"
+#include "hull_checks.h"
+#include "shapes/hull_data.h"
+#include "shapes/polyhedron.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "collision/shapes/point_clouds.h"
+#include "point_clouds.h"
 
 #include <terrane/collision/compound.h>
 #include <terrane/collision/shapes.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "collision/shapes/hull_checks.h"
-#include "collision/shapes/point_clouds.h"
-#include "hull_data.h"
+#include "hull_checks.h"
+#include "point_clouds.h"
+#include "shapes/hull_data.h"
 
 #include <terrane/collision/convex_hull.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "collision/shapes/point_clouds.h"
-#include "hull_data.h"
+#include "point_clouds.h"
+#include "shapes/hull_data.h"
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "collision/shapes/hull_checks.h"
+#include "hull_checks.h"
 
 #include "collision/ground/ground_oracle.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "part_tree.h"
+#include "shapes/part_tree.h"
 
-#include "collision/shapes/point_clouds.h"
+#include "point_clouds.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "support/random.h"
-#include "support/wave_heights.h"
+#include "support/heights/wave_heights.h"
 
 #include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/ground.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "support/random.h"
-#include "support/table_ground.h"
+#include "support/heights/table_ground.h"
 
 #include <terrane/terrain/ground.h>
 

@@ -3,7 +3,7 @@
 // no numbers. What of it could spoil a mesh is refused and counted; a mesh is watertight and within its
 // budget whatever they say.
 #include "support/mesh_checks.h"
-#include "support/wave_heights.h"
+#include "support/heights/wave_heights.h"
 
 #include <terrane/terrain/pager.h>
 #include <terrane/terrain/triangulator.h>

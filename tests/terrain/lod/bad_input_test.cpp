@@ -2,7 +2,7 @@
 // What nobody should ask for, and somebody will: each row has a defined answer, which is a clear error
 // or a mesh that is watertight, within its budget and certified.
 #include "support/mesh_checks.h"
-#include "support/wave_heights.h"
+#include "support/heights/wave_heights.h"
 
 #include <terrane/terrain/pager.h>
 #include <terrane/terrain/triangulator.h>

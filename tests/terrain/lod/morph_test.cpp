@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "morph.h"
+#include "lod/mesh/morph.h"
 
 #include "support/random.h"
 

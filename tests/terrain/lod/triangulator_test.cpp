@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "support/mesh_checks.h"
 #include "support/random.h"
-#include "support/wave_heights.h"
+#include "support/heights/wave_heights.h"
 
 #include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/pager.h>

@@ -2,8 +2,8 @@
 //
 // A pager before storage that fails: what is there stays, what is absent is tried again.
 #include "pager_scene.h"
-#include "support/faulty_heights.h"
-#include "support/file_heights.h"
+#include "support/heights/faulty_heights.h"
+#include "support/heights/file_heights.h"
 
 #include <terrane/terrain/virtual_loader.h>
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "support/mesh_checks.h"
-#include "support/wave_heights.h"
+#include "support/heights/wave_heights.h"
 
 #include <terrane/terrain/pager.h>
 #include <terrane/terrain/triangulator.h>

@@ -3,7 +3,7 @@
 // A pager before storage that is slow or hangs: update() never waits for it, and it can be shut down.
 // What would wait here would wait for ever.
 #include "pager_scene.h"
-#include "support/faulty_heights.h"
+#include "support/heights/faulty_heights.h"
 
 #include <terrane/terrain/ground.h>
 

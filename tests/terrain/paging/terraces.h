@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "contact_needs.h"
-#include "support/wave_heights.h"
+#include "paging/demand/contact_needs.h"
+#include "support/heights/wave_heights.h"
 
 #include <cmath>
 #include <cstdint>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "source_checks.h"
+#include "source/source_checks.h"
 #include "support/random.h"
 
 #include <terrane/terrain/check_source.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "broken_heights.h"
-#include "support/wave_heights.h"
+#include "support/heights/wave_heights.h"
 
 #include <terrane/terrain/check_source.h>
 #include <terrane/terrain/chunk.h>

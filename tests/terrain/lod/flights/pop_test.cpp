@@ -2,7 +2,7 @@
 // P4: level of detail changes without a pop. Flies slowly and fast, turns on the spot and on the way,
 // with memory to spare and with so little that chunks come and go all the time, and judges every frame
 // with the verifier of `terrane fly --verify`.
-#include "flight/verify.h"
+#include "frames/verify.h"
 
 #include <terrane/dem/dem_heights.h>
 #include <terrane/terrain/fractal_heights.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "random_world.h"
 
-#include "support/wave_heights.h"
+#include "support/heights/wave_heights.h"
 
 #include <terrane/terrain/fractal_heights.h>
 

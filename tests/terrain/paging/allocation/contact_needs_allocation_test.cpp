@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // find() allocates only while it grows: bodies that go round and round do not wait for the heap.
-#include "contact_needs.h"
+#include "paging/demand/contact_needs.h"
 #include "support/allocation_counter.h"
 #include "support/random.h"
-#include "support/wave_heights.h"
+#include "support/heights/wave_heights.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "claimed_load.h"
+#include "paging/loaders/claimed_load.h"
 #include "support/random.h"
 
 #include <terrane/terrain/chunk_loader.h>

@@ -3,8 +3,8 @@
 // What a ThreadLoader does where its storage does not answer. A load that does not hang is far quicker
 // than the timeout.
 #include "loads.h"
-#include "support/faulty_heights.h"
-#include "support/wave_heights.h"
+#include "support/heights/faulty_heights.h"
+#include "support/heights/wave_heights.h"
 
 #include <terrane/terrain/thread_loader.h>
 

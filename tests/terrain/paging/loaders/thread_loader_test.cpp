@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "loads.h"
-#include "support/faulty_heights.h"
+#include "support/heights/faulty_heights.h"
 #include "support/random.h"
-#include "support/wave_heights.h"
+#include "support/heights/wave_heights.h"
 
 #include <terrane/terrain/thread_loader.h>
 

@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// Sources: B. Mirtich. Impulse-based dynamic simulation of rigid body systems. 1996, section 2.3
+//          (conservative advancement). X. Zhang, M. Lee, Y. Kim. Interactive continuous collision
+//          detection for non-convex polyhedra. The Visual Computer 2006 (bounds along the normal).
+// Deviations: each column of the ground is its own convex obstacle with its own normal, so that
+//             ground beside the path does not slow it down. A part that does not turn meets each
+//             column in closed form (column_entry), so that one look at a piece of the way is enough.
+//             Where it turns, near contact the bound of the speed is replaced by the second-order one
+//             of each corner, which lets parting contacts pass.
+
+#include "ground/cast/ground_advance.h"
+#include "ground/lift/ground_lift.h"
+
+#include <algorithm>
+
+namespace terrane::internal {
+
+// The end of a piece of a way, or where the ground was met.
+struct PieceAnswer {
+    double t = 0.0;
+    bool is_hit = false;
+    bool is_missing = false;
+    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
+    std::uint32_t part = 0;
+};
+
+// Moves a body along its way, one piece of it after the other.
+class Caster {
+public:
+    // `local` is the ground near the start, `start` the body there.
+    Caster(const Sweep& sweep, const LocalGround& local, const LocalBody& start, double tolerance)
+        : sweep_(sweep),
+          local_start_(local),
+          start_(start),
+          origin_(local.to_local(sweep.motion.start.translation)),
+          tolerance_(tolerance) {
+        const double spacing = local.spacing();
+        const double travel = length(sweep.motion.translation);
+        const double size = start.whole().bounds.maxCoeff();
+        // What a window holds at once.
+        const double shortest_way = std::max({size, 4.0 * spacing, kWindow * spacing - 2.0 * size});
+        const double longest_way = 256.0 * spacing + shortest_way;
+        shortest_ =
+            std::min(travel > shortest_way ? shortest_way / travel : 1.0,
+                     sweep.arm > 0.0 && sweep.spin > kPieceTurn ? kPieceTurn / sweep.spin : 1.0);
+        longest_ = std::max(shortest_, travel > longest_way ? longest_way / travel : 1.0);
+        clip(size + length(start.whole().offset) + sweep.arm);
+    }
+
+    // Reads the ground of the first piece once, if a window holds it.
+    void read_ahead() const {
+        if (shortest_ < 1.0 || first_ > 0.0 || start_.is_compound()) return;
+        local_start_.window(pass(start_, 0.0, 1.0).cells(local_start_), 0);
+    }
+
+    // Calls a function with the ground seen from near where the body is at t.
+    template <class Take>
+    auto with_ground(double t, Take&& take) const {
+        const Eigen::Vector3d place = origin_ + t * sweep_.motion.translation;
+        const bool is_near = place.cwiseAbs().maxCoeff() <= kNear * local_start_.spacing();
+        return is_near ? take(local_start_) : take(LocalGround(local_start_, place));
+    }
+
+    // The whole motion, piece by piece; pieces grow while the ground is far below.
+    PieceAnswer run(double sink) {
+        sink_ = sink;
+        double length_of_piece = longest_;
+        double t = first_;
+        while (t < last_) {
+            double end = t + length_of_piece;
+            if (end > last_ || length_of_piece >= 1.0) end = last_;
+            if (!(end > t))
+                return {t, true, false, Eigen::Vector3d::UnitZ()};  // no number in between
+            const PieceAnswer answer = with_ground(0.5 * (t + end), [&](const LocalGround& local) {
+                return pass_piece(local, t, end, length_of_piece);
+            });
+            if (answer.is_hit || answer.is_missing) return answer;
+            t = answer.t;
+        }
+        return {1.0, false, false, Eigen::Vector3d::UnitZ()};
+    }
+
+    double error_m() const { return error_m_; }
+
+private:
+    static constexpr double kPieceTurn = 0.5;  // radians
+    static constexpr int kSteps = 4000;
+    static constexpr double kWindow = 12.0;  // cells that a short way and twice its shape take
+    static constexpr double kNear = 64.0;    // cells to the origin of a frame
+
+    // Cuts a motion down to when it is over the extent and below the highest height that a world can
+    // have: a path of any length costs no more than the ground it passes.
+    void clip(double reach) {
+        const WorldRect& extent = ground().extent();
+        const Eigen::Vector3d& from = sweep_.motion.start.translation;
+        const Eigen::Vector3d& way = sweep_.motion.translation;
+        const double margin = reach + 2.0 * ground().spacing();
+        const auto cut = [&](double p, double v, double low, double high) {
+            low -= margin;
+            high += margin;
+            if (v == 0.0) {
+                if (p < low || p > high) last_ = -1.0;
+                return;
+            }
+            // A hair wider, for what rounding does to the quotients.
+            constexpr double kHair = 1e-9;
+            const double t0 = (low - p) / v;
+            const double t1 = (high - p) / v;
+            first_ = std::max(first_, std::min(t0, t1) * (1.0 - kHair));
+            last_ = std::min(last_, std::max(t0, t1) * (1.0 + kHair));
+        };
+        const double highest = 0x1p31 * ground().lattice().quantum;
+        cut(from[0], way[0], extent.west, extent.east);
+        cut(from[1], way[1], extent.south, extent.north);
+        cut(from[2], way[2], -Approach::kNever, highest);
+    }
+
+    // Bounds of everything that a box of the body passes from t to end.
+    PassedBox pass(const Eigen::Vector3d& centre, const Eigen::Vector3d& bounds, double arm,
+                   double t, double end) const {
+        return {centre, bounds, (end - t) * sweep_.motion.translation,
+                std::min(sweep_.spin * (end - t), 2.0) * arm};
+    }
+
+    PassedBox pass(const LocalBody& body, double t, double end) const {
+        return pass(body.whole().centre, body.whole().bounds, sweep_.arm, t, end);
+    }
+
+    // Calls a function with the body at t.
+    template <class Take>
+    auto with_body(const LocalGround& local, double t, Take&& take) const {
+        if (t == 0.0 && &local == &local_start_) return take(start_);
+        return take(sweep_.at(local, t));
+    }
+
+    // From t to end, or a part of it that is clear at once. Changes how long the next piece is to be.
+    PieceAnswer pass_piece(const LocalGround& local, double t, double end,
+                           double& length_of_piece) {
+        const bool is_short = !(length_of_piece > shortest_);
+        const bool is_all = is_short && end - t >= 1.0;
+        const double clear = is_all ? t : find_clear(local, t, end);
+        if (clear >= end) {
+            length_of_piece = std::min(longest_, 2.0 * length_of_piece);
+            return {end};
+        }
+        if (is_short) return advance(local, t, end);
+        length_of_piece = std::max(shortest_, 0.25 * length_of_piece);
+        return {clear - t > shortest_ ? clear : t};
+    }
+
+    // Up to when the body is above all ground that it could meet from t to end: `end` if that is all of it.
+    double find_clear(const LocalGround& local, double t, double end) const {
+        return with_body(local, t, [&](const LocalBody& body) {
+            const CellRange cells = pass(body, t, end).cells(local);
+            if (cells.east < cells.west || cells.north < cells.south) return end;
+            const RangeAnswer range = ground().range(cells);
+            if (range.status == GroundStatus::outside) return end;
+            if (range.high == std::numeric_limits<std::int32_t>::max()) return t;
+            const Approach approach{body.whole(), sweep_.motion.translation,
+                                    sweep_.spin * sweep_.arm, tolerance_, 0.0};
+            const double time = approach.down_to(local.z(range.high));
+            return time < end - t ? t + time : end;
+        });
+    }
+
+    // One look at all parts that could be met from t to end.
+    Advance look(const LocalGround& local, double t, double end) const {
+        Advance found{end - t};
+        const auto may_meet = [&](const Eigen::Vector3d& centre, const Eigen::Vector3d& bounds) {
+            const PassedBox passed = pass(centre, bounds, sweep_.arm, t, end);
+            return passed.bottom() <=
+                   bound_ground(local, passed.centre, passed.bounds) + tolerance_;
+        };
+        with_body(local, t, [&](const LocalBody& body) {
+            body.visit(may_meet, [&](const LocalShape& shape, std::uint32_t part) {
+                const double arm = sweep_.arm_of(shape);
+                AdvanceVisitor visitor(local, sweep_, shape, part, arm, tolerance_, sink_, found);
+                visitor.visit(pass(shape.centre, shape.bounds, arm, t, end).cells(local));
+            });
+        });
+        return found;
+    }
+
+    PieceAnswer advance(const LocalGround& local, double t, double end) {
+        for (int i = 0; i < kSteps; ++i) {
+            const Advance found = look(local, t, end);
+            error_m_ = std::max(error_m_, found.error_m);
+            const double next = t + found.step;
+            if (found.is_hit) return {next, true, false, found.hit_normal, found.hit_part};
+            if (!(found.step < end - t)) return {end};
+            if (found.is_missing && !(found.step > 0.0)) return {t, false, true};
+            // Steps that no number can hold: the last safe place is the answer.
+            if (!(next > t)) return {t, !found.is_missing, found.is_missing, found.hit_normal};
+            t = next;
+        }
+        return {t, true};
+    }
+
+    const Ground& ground() const { return local_start_.ground(); }
+
+    const Sweep& sweep_;
+    const LocalGround& local_start_;
+    const LocalBody& start_;
+    Eigen::Vector3d origin_;  ///< of the body at the start, in that frame
+    double tolerance_;
+    double sink_ = 0.0;
+    double shortest_;  ///< pieces, fractions of the motion
+    double longest_;
+    double first_ = 0.0;  ///< where it can meet any ground
+    double last_ = 1.0;
+    double error_m_ = 0.0;
+};
+
+}  // namespace terrane::internal

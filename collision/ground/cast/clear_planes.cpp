@@ -1,0 +1,264 @@
+// SPDX-License-Identifier: MIT
+//
+// Sources: S. Redon, A. Kheddar, S. Coquillart. Fast continuous collision detection between rigid bodies. 2002
+//          (one direction that separates over an interval of time).
+// Deviations: a plane that goes straight from where it parts a shape and a column at the start to where it parts
+//          them at the end parts them in between too, but for what turning bends: ground stands still, so that it is
+//          beyond the plane all along if it is at both ends. Vertices of the ground are marked with the planes that
+//          they are beyond; triangles whose corners share one need no look of their own.
+#include "ground/cast/clear_planes.h"
+
+#include "ground/column/column.h"
+#include "ground/cast/ground_advance.h"
+#include "ground/column/hull_column.h"
+#include "ground/frame/window_features.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace terrane::internal {
+namespace {
+
+/// The triangles of the cells of a window, and planes between them and a way.
+class Triangles {
+public:
+    Triangles(const LocalGround& local, const GroundWindow& window, const CellRange& cells,
+              const Way& way)
+        : local_(local), window_(window), cells_(window, cells), way_(way) {
+        switch (way.start().kind) {
+            case ShapeKind::box:
+                take_faces();
+                break;
+            case ShapeKind::hull:
+                take_hull_faces();
+                break;
+            case ShapeKind::round:
+                take_around();
+                break;
+        }
+        mark();
+    }
+
+    /// Whether each is beyond a plane.
+    bool are_clear() {
+        for (int row = cells_.south; row <= cells_.north; ++row) {
+            for (int column = cells_.west; column <= cells_.east; ++column) {
+                // The ends of the cut are corners of both triangles, the ends of the other diagonal of one.
+                const bool is_even = window_.is_cut_to_north_east(column, row);
+                const int from = is_even ? column : column + 1;
+                const int to = is_even ? column + 1 : column;
+                const unsigned cut = codes_.at(from, row) & codes_.at(to, row + 1);
+                if ((cut & codes_.at(to, row)) == 0 && !look(column, row, true)) return false;
+                if ((cut & codes_.at(from, row + 1)) == 0 && !look(column, row, false))
+                    return false;
+            }
+        }
+        return std::all_of(open_.begin(), open_.begin() + open_count_,
+                           [&](const Triangle& triangle) {
+                               return is_beyond_known(triangle) || is_beyond_edges(triangle) ||
+                                      is_beside(triangle);
+                           });
+    }
+
+private:
+    /// Points p are beyond it where normal . (centre at the start - p) >= depth.
+    struct Plane {
+        Eigen::Vector3d normal;
+        double depth;
+    };
+
+    /// Beyond it is what is beyond both.
+    struct TurningPlane {
+        Plane start, end;
+    };
+
+    void take(const Eigen::Vector3d& n) {
+        if (n[2] > 0.0) standing_[standing_count_++] = {n, way_.depth(n)};
+    }
+
+    /// The lower faces of a box: where they start, and turning with it.
+    void take_faces() {
+        const LocalShape &start = way_.start(), &end = way_.end();
+        for (std::size_t i = 0; i < 3; ++i) {
+            const Eigen::Vector3d n = start.up(i);
+            take(n);
+            const Eigen::Vector3d& axis = end.axes[i];
+            const Turn turn{n, dot(n, axis) < 0.0 ? Eigen::Vector3d(-axis) : axis};
+            const double drop = start.half[static_cast<Eigen::Index>(i)];
+            take_turning(turn, drop, drop);
+        }
+    }
+
+    /// A face that turns with a shape, and how far it is below the centre at both ends.
+    void take_turning(const Turn& turn, double drop_at_start, double drop_at_end) {
+        if (turn.at_end[2] < 0.0) return;
+        const double room = way_.room(turn);
+        const double further = dot(turn.at_end, way_.end().centre - way_.start().centre);
+        turning_[turning_count_++] = {{turn.at_start, drop_at_start + room},
+                                      {turn.at_end, drop_at_end + room - further}};
+    }
+
+    /// The lowest face of a hull and some slopes, that stand, and the lowest faces, turning with it.
+    void take_hull_faces() {
+        const LocalHull &start = *way_.start().hull, &end = *way_.end().hull;
+        for (std::size_t i = 0; i < start.face_count && i < turning_.size(); ++i) {
+            const LocalHull::Plane& face = start.planes[i];
+            const Eigen::Vector3d at_end = rotated(end.rotation, start.to_body(face.normal));
+            take_turning({face.normal, at_end}, face.drop, end.drop(at_end));
+        }
+        if (start.face_count > 0) take(start.planes[0].normal);
+        for (std::size_t i = start.face_count; i < start.plane_count; ++i) {
+            take(start.planes[i].normal);
+        }
+    }
+
+    /// Planes around what is round.
+    void take_around() {
+        const Eigen::Vector3d& core = way_.start().core;
+        const double size = length(core);
+        const double level = std::sqrt(core[0] * core[0] + core[1] * core[1]);
+        Eigen::Vector3d along = Eigen::Vector3d::UnitX(), up = Eigen::Vector3d::UnitZ();
+        if (level > 0.1 * size) {
+            along = {core[0] / level, core[1] / level, 0.0};
+            up = (level / size) * Eigen::Vector3d::UnitZ() - (core[2] / size) * along;
+        }
+        const Eigen::Vector3d side(-along[1], along[0], 0.0);
+        take(up);
+        for (const double sign : {-1.0, 1.0}) {
+            take(0.8 * up + 0.6 * sign * side);
+            take(0.28 * up + 0.96 * sign * side);
+            take(0.6 * Eigen::Vector3d::UnitZ() + 0.8 * sign * along);
+        }
+    }
+
+    /// Gives each vertex a bit for each plane that it is beyond.
+    void mark() {
+        const Eigen::Vector3d& centre = way_.start().centre;
+        for (int row = cells_.south; row <= cells_.north + 1; ++row) {
+            for (int column = cells_.west; column <= cells_.east + 1; ++column) {
+                const Eigen::Vector3d to = centre - local_.vertex(window_, column, row);
+                const auto is_beyond = [&to](const Plane& plane) {
+                    return dot(plane.normal, to) >= plane.depth;
+                };
+                unsigned code = 0;
+                for (std::size_t i = 0; i < standing_count_; ++i) {
+                    code = code << 1 | (is_beyond(standing_[i]) ? 1u : 0u);
+                }
+                for (std::size_t i = 0; i < turning_count_; ++i) {
+                    const TurningPlane& plane = turning_[i];
+                    code = code << 1 | (is_beyond(plane.start) && is_beyond(plane.end) ? 1u : 0u);
+                }
+                codes_.at(column, row) = static_cast<std::uint8_t>(code);
+            }
+        }
+    }
+
+    /// Looks at a triangle's own plane. False where too many are open.
+    bool look(int column, int row, bool is_south) {
+        const Triangle triangle = local_.triangle(window_, column, row, is_south);
+        const Plane own{triangle.normal, way_.depth(triangle.normal)};
+        if (is_beyond(triangle, own)) {
+            if (known_count_ < known_.size()) known_[known_count_++] = own;
+            return true;
+        }
+        if (open_count_ == open_.size()) return false;
+        open_[open_count_++] = triangle;
+        return true;
+    }
+
+    bool is_beyond(const Triangle& triangle, const Plane& plane) const {
+        return std::all_of(triangle.v.begin(), triangle.v.end(), [&](const Eigen::Vector3d& v) {
+            return dot(plane.normal, way_.start().centre - v) >= plane.depth;
+        });
+    }
+    bool is_beyond_known(const Triangle& triangle) const {
+        return std::any_of(known_.begin(), known_.begin() + known_count_,
+                           [&](const Plane& plane) { return is_beyond(triangle, plane); });
+    }
+    bool is_beyond(const Triangle& triangle, const Turn& turn) const {
+        const double gap = gap_along(turn.at_start, way_.start(), triangle);
+        if (!(gap >= way_.room())) return false;
+        return std::min(gap, gap_along(turn.at_end, way_.end(), triangle)) >= way_.room(turn);
+    }
+
+    static bool find_hull_direction(const LocalShape& shape, const Triangle& triangle,
+                                    Eigen::Vector3d& n_out) {
+        const ClosestPair pair = find_closest_in_column(*shape.hull, shape.centre, triangle);
+        return make_way_out(pair.on_shape - pair.on_triangle, n_out);
+    }
+
+    /// Planes along an edge of each, that turn; of what has many edges the one between the nearest points.
+    bool is_beyond_edges(const Triangle& triangle) const {
+        const LocalShape &start = way_.start(), &end = way_.end();
+        Turn turn;
+        if (start.kind == ShapeKind::round) {
+            return find_core_direction(start, triangle, turn.at_start) &&
+                   find_core_direction(end, triangle, turn.at_end) && is_beyond(triangle, turn);
+        }
+        if (start.kind == ShapeKind::hull) {
+            return find_hull_direction(start, triangle, turn.at_start) &&
+                   find_hull_direction(end, triangle, turn.at_end) && is_beyond(triangle, turn);
+        }
+        for (std::size_t j = 0; j < 3; ++j) {
+            const Eigen::Vector3d edge = triangle.v[(j + 1) % 3] - triangle.v[j];
+            const double least = 1e-6 * dot(edge, edge);
+            for (std::size_t i = 0; i < 3; ++i) {
+                turn = {cross(start.axes[i], edge), cross(end.axes[i], edge)};
+                if (turn.at_start[2] < 0.0) turn = {-turn.at_start, -turn.at_end};
+                const double from = dot(turn.at_start, turn.at_start);
+                const double to = dot(turn.at_end, turn.at_end);
+                if (!(from > least && to > least) || turn.at_end[2] < 0.0) continue;
+                turn = {turn.at_start / std::sqrt(from), turn.at_end / std::sqrt(to)};
+                if (is_beyond(triangle, turn)) return true;
+            }
+        }
+        return false;
+    }
+
+    /// Upright planes that stand.
+    bool is_beside(const Triangle& triangle) const {
+        bool is_found = false;
+        visit_walls(way_.start(), triangle, [&](const Eigen::Vector3d& n, double gap) {
+            is_found = is_found ||
+                       (gap >= way_.room() && gap_along(n, way_.end(), triangle) >= way_.room());
+        });
+        return is_found;
+    }
+
+    const LocalGround& local_;
+    const GroundWindow& window_;
+    WindowCells cells_;
+    const Way& way_;
+    std::array<Plane, 7> standing_;
+    std::array<TurningPlane, 3> turning_;
+    WindowCodes codes_;
+    std::array<Plane, 16> known_;    // that part their triangles
+    std::array<Triangle, 32> open_;  // that their own planes do not part
+    std::size_t standing_count_ = 0, turning_count_ = 0, known_count_ = 0, open_count_ = 0;
+};
+
+}  // namespace
+
+Way::Way(const LocalShape& start, const LocalShape& end, const Motion& motion, double margin)
+    : start_(start), end_(end), margin_(margin) {
+    const Eigen::Vector3d& turn = motion.rotation_vector;
+    const double spin = length(turn);
+    double turned = 0.0;
+    if (start.kind == ShapeKind::hull) {
+        turned = spin > 0.0 ? spin * find_arm(start, turn / spin) : 0.0;
+    } else {
+        // What is round about the axis of its spin does not move.
+        const double own = start.kind == ShapeKind::box ? spin * length(start.half)
+                                                        : length(cross(turn, start.core));
+        turned = own + length(cross(turn, start.offset));
+    }
+    travel_ = length(motion.translation) + turned;
+    bend_ = spin * turned;
+}
+
+bool are_clear(const LocalGround& local, const GroundWindow& window, const CellRange& cells,
+               const Way& way) {
+    return Triangles(local, window, cells, way).are_clear();
+}
+
+}  // namespace terrane::internal

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: MIT
+// Sources: G. van den Bergen. Ray casting against general convex objects with application to continuous
+//          collision detection. 2004 (a moving shape is clipped by the planes between nearest points).
+// Deviations: the planes start at the column's top, which most columns are reached too late by.
+#include "ground/cast/column_entry.h"
+
+#include "math/vector_math.h"
+
+#include <algorithm>
+
+namespace terrane::internal {
+namespace {
+
+constexpr double kNear = 16.0;  // tolerances, within which directions are taken more exactly
+
+// The widest plane between a shape and a column; false where only all planes together say how wide it is.
+bool find_widest(const LocalShape& shape, const Eigen::Vector3d& centre, const Triangle& triangle,
+                 double sink, Eigen::Vector3d& n_out) {
+    if (shape.kind == ShapeKind::round) {
+        return find_direction(find_closest_core(centre, shape.core, triangle), n_out);
+    }
+    return sink == 0.0 &&
+           find_direction(find_closest_in_column(*shape.hull, centre, triangle), n_out);
+}
+
+ColumnEntry find_curved_entry(const LocalShape& shape, const Eigen::Vector3d& velocity,
+                              const Triangle& triangle, double tolerance, double sink, double from,
+                              double limit) {
+    constexpr int kSteps = 200;  // where one grazes by the tolerance: that counts as a hit then
+    double time = 0.0;
+    // What is seen at that time: the widest plane, and how long one of them holds.
+    double widest = -kInfinity;
+    double wait = -kInfinity;
+    Eigen::Vector3d normal = triangle.normal;
+    const auto look = [&](const Eigen::Vector3d& n, double gap_at_start) {
+        const double closing = -dot(n, velocity);
+        const double gap = gap_at_start - time * closing;
+        if (gap > widest) {
+            widest = gap;
+            normal = n;
+        }
+        if (gap < 0.0) return;
+        const double rest = std::min(0.125 * tolerance, 0.5 * gap);
+        wait = std::max(wait, closing > 0.0 ? (gap - rest) / closing : kInfinity);
+    };
+    const auto look_top = [&](const Eigen::Vector3d& n, double gap) { look(n, gap + sink); };
+    look_top(triangle.normal, gap_along(triangle.normal, shape, triangle));
+    if (!(wait < limit)) return {};
+    if (widest > 0.25 * tolerance) {
+        time = wait;
+        if (shape.kind == ShapeKind::round && sink < shape.radius) {
+            // Most ends meet a face.
+            const double side = dot(triangle.normal, shape.core) > 0.0 ? -1.0 : 1.0;
+            const Eigen::Vector3d end = shape.centre + time * velocity + side * shape.core;
+            if (is_foot_inside(end, triangle)) return {time, triangle.normal};
+        }
+    }
+    time = std::max(time, from);
+    for (int i = 0; i < kSteps && time < limit; ++i) {
+        widest = wait = -kInfinity;
+        const Eigen::Vector3d centre = shape.centre + time * velocity;
+        Eigen::Vector3d n;
+        if (find_widest(shape, centre, triangle, sink, n)) {
+            look_top(n, gap_along(n, shape, triangle));
+            if (shape.kind == ShapeKind::hull && widest <= kNear * tolerance) {
+                // On a cliff the last digit of a way counts: square to the edge that it starts from.
+                visit_square_to_edges(triangle, n, [&](const Eigen::Vector3d& m) {
+                    look_top(m, gap_along(m, shape, triangle));
+                });
+            }
+        } else {
+            LocalShape moved = shape;
+            moved.centre = centre;
+            const auto look_moved = [&](const Eigen::Vector3d& m, double gap) {
+                look(m, gap - time * dot(m, velocity));
+            };
+            visit_tops(moved, triangle,
+                       [&](const Eigen::Vector3d& m, double gap) { look_moved(m, gap + sink); });
+            visit_walls(moved, triangle, look_moved);
+        }
+        if (!(time + wait < limit)) return {};
+        if (widest <= 0.25 * tolerance) return {time, normal};
+        time += wait;
+    }
+    if (!(time < limit)) return {};
+    return {time, normal};
+}
+
+}  // namespace
+
+ColumnEntry find_entry(const LocalShape& shape, const Eigen::Vector3d& velocity,
+                       const Triangle& triangle, double tolerance, double sink, double from,
+                       double limit) {
+    if (shape.kind == ShapeKind::box) {
+        return find_box_entry(shape, velocity, triangle, tolerance, sink, limit);
+    }
+    return find_curved_entry(shape, velocity, triangle, tolerance, sink, from, limit);
+}
+
+}  // namespace terrane::internal

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: MIT
+#include "ground/cast/caster.h"
+#include "math/vector_math.h"
+#include "ground/contact/contact_patches.h"
+#include "math/usable.h"
+
+#include <terrane/collision/ground_cast.h>
+
+#include <algorithm>
+
+namespace terrane {
+namespace internal {
+namespace {
+
+
+// The deepest overlap of a body in any column along the ways that part them upward.
+double find_sink(const LocalGround& local, const LocalBody& body) {
+    struct Visitor {
+        const LocalGround& local;
+        const LocalShape& shape;
+        double& sink;
+        bool wants(const Prism& prism) const {
+            return bound_distance(shape.centre, shape.bounds, prism) <= 0.0;
+        }
+        bool miss(const Prism&) { return true; }
+        void take(const GroundCell& cell, std::int64_t column, std::int64_t row) {
+            for (const Triangle& triangle : local.triangles(cell, column, row)) {
+                if (gap_along(triangle.normal, shape, triangle) >= -sink) continue;
+                if (compute_column_lift(shape, triangle) <= 0.0) continue;
+                sink = std::max(sink, -find_separation(shape, triangle, false).gap);
+            }
+        }
+    };
+    double sink = 0.0;
+    body.visit(
+        [&](const Eigen::Vector3d& centre, const Eigen::Vector3d& bounds) {
+            return centre[2] - bounds[2] <= bound_ground(local, centre, bounds);
+        },
+        [&](const LocalShape& shape, std::uint32_t) {
+            Visitor visitor{local, shape, sink};
+            const Eigen::Vector3d low = shape.centre - shape.bounds;
+            const Eigen::Vector3d high = shape.centre + shape.bounds;
+            visit_cells(local, local.cells(low[0], low[1], high[0], high[1]), visitor);
+        });
+    return sink;
+}
+
+// Where old contacts are passed over, what is met is the contact that closes fastest.
+bool find_closing(const Shape& shape, const Motion& motion, const Pose& pose, const Ground& ground,
+                  double tolerance, Contact& contact_out) {
+    std::array<Contact, 16> contacts;
+    const std::size_t count = find_contacts(shape, pose, ground, tolerance, contacts).count;
+    double fastest = -kInfinity;
+    for (std::size_t i = 0; i < count; ++i) {
+        const Eigen::Vector3d arm = contacts[i].point_world - pose.translation;
+        const double closing =
+            -dot(contacts[i].normal, motion.translation + cross(motion.rotation_vector, arm));
+        if (closing > fastest) {
+            fastest = closing;
+            contact_out = contacts[i];
+        }
+    }
+    return count > 0;
+}
+
+// The deepest contact of a body that is clear of the ground. Of what is no surface, such as the side of the
+// ground, the cast itself says where it is met.
+Contact find_met(const LocalGround& local, const LocalBody& body, const PieceAnswer& end,
+                 double tolerance) {
+    ContactPatches patches;
+    double error_m = 0.0;
+    find_patches(local, body, Eigen::Vector3d::Zero(), tolerance, patches, error_m);
+    const std::span<const Contact> found = patches.finish();
+    Contact contact;
+    if (!found.empty()) {
+        contact = found[0];
+    } else {
+        LocalHull hull;
+        const DeepestPoint deepest = body.part(end.part, hull).deepest(end.normal);
+        contact.normal = end.normal;
+        contact.point_world = deepest.point;
+        contact.feature = deepest.feature;
+        contact.part = end.part;
+    }
+    contact.point_world = local.to_world(contact.point_world);
+    return contact;
+}
+
+}  // namespace
+}  // namespace internal
+
+using namespace internal;
+
+CastAnswer cast(const Shape& shape, const Motion& motion, const Ground& ground,
+                const CastSettings& settings) {
+    CastAnswer answer;
+    if (!is_usable(shape, motion.start) || !is_finite(motion.translation) ||
+        !is_finite(motion.rotation_vector) || !(settings.tolerance > 0.0) ||
+        !std::isfinite(settings.tolerance)) {
+        return answer;
+    }
+    const Sweep sweep(shape, motion);
+    const LocalGround local(ground, motion.start.translation);
+    const LocalBody start = sweep.at(local, 0.0);
+    Caster caster(sweep, local, start, settings.tolerance);
+    // Touching counts, whatever rounding made of it.
+    const double touch = 1e-12 * (1.0 + start.whole().centre.cwiseAbs().maxCoeff() +
+                                  start.whole().bounds.maxCoeff());
+    GroundLift lift;
+    const double bottom = start.whole().centre[2] - start.whole().bounds[2];
+    if (bottom - 2.0 * touch <= bound_ground(local, start.whole().centre, start.whole().bounds)) {
+        caster.read_ahead();
+        lift = find_lift(local, start, Eigen::Vector3d::Zero(), -2.0 * touch, kAnyLift,
+                         LiftError::asked_for);
+    }
+    answer.error_m = lift.error_m;
+    if (lift.is_missing) {
+        answer.status = ContactStatus::not_resident;
+        answer.fraction = 0.0;
+        return answer;
+    }
+    answer.started_in_contact = lift.lift >= -touch;
+    answer.status = ContactStatus::complete;
+    PieceAnswer end{0.0, true, false, Eigen::Vector3d::UnitZ()};
+    if (!answer.started_in_contact || settings.skip_separating) {
+        end = caster.run(answer.started_in_contact ? find_sink(local, start) + 0.1 * kTouch : 0.0);
+        answer.error_m = std::max(answer.error_m, caster.error_m());
+    }
+    answer.hit = end.is_hit;
+    answer.fraction = end.t;
+    if (end.is_missing) answer.status = ContactStatus::not_resident;
+    if (!end.is_hit) return answer;
+
+    if (answer.started_in_contact) {
+        const Pose pose = motion.at(end.t);
+        const bool is_found =
+            settings.skip_separating
+                ? find_closing(shape, motion, pose, ground, settings.tolerance, answer.contact)
+                : find_contacts(shape, pose, ground, settings.tolerance, {&answer.contact, 1})
+                          .count > 0;
+        if (is_found) return answer;
+    }
+    answer.contact = caster.with_ground(end.t, [&](const LocalGround& there) {
+        return find_met(there, sweep.at(there, end.t), end, settings.tolerance);
+    });
+    return answer;
+}
+
+}  // namespace terrane

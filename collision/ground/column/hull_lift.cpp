@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: MIT
+// Sources: G. Snethen. Xenocollide: complex collision made simple. Game Programming Gems 7, 2008 (a
+//          portal that a ray passes, refined by supports).
+// Deviations: the ray is the vertical through the origin of the Minkowski difference, triangle minus
+//             hull, and where it leaves that is the lift. The first portal is found in the plane. The
+//             ray has no end, so that the answer is exact: a facet of the difference.
+#include "ground/column/hull_column.h"
+#include "math/vector_math.h"
+#include "ground/frame/triangle_plane.h"
+
+#include <limits>
+
+namespace terrane::internal {
+namespace {
+
+
+// Twice the area of (0, a, b) seen from above.
+double area(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+    return a[0] * b[1] - a[1] * b[0];
+}
+
+class Portal {
+public:
+    Portal(const LocalHull& hull, const Eigen::Vector3d& centre, const Triangle& triangle)
+        : hull_(hull) {
+        for (std::size_t i = 0; i < 3; ++i) corners_[i] = triangle.v[i] - centre;
+        for (std::size_t i = 0; i < 3; ++i) {
+            const Eigen::Vector3d edge = corners_[(i + 1) % 3] - corners_[i];
+            size_ = std::max({size_, std::abs(edge[0]), std::abs(edge[1])});
+        }
+        size_ += hull.bounds[0] + hull.bounds[1];
+    }
+
+    // Three points of the difference around the vertical. False where it passes by.
+    //
+    // @param lowest a vertex of the hull that does not lie over the triangle
+    bool open(const Eigen::Vector3d& lowest) {
+        const Eigen::Vector3d inside = (corners_[0] + corners_[1] + corners_[2]) / 3.0 - lowest;
+        const Eigen::Vector3d ray(-inside[0], -inside[1], 0.0);
+        Eigen::Vector3d right = support(ray);
+        if (is_beside(right, ray)) return false;
+        // The first point lies on one side of the ray; turned so that this is the right one.
+        side_ = area(ray, right - inside) <= 0.0 ? 1.0 : -1.0;
+        const auto left_of_ray = [&](const Eigen::Vector3d& p) {
+            return side_ * area(ray, p - inside) > 0.0;
+        };
+        Eigen::Vector3d left = right;
+        for (int step = 0;; ++step) {
+            // Beyond the line from inside to the right point, to its left.
+            const Eigen::Vector3d way = right - inside;
+            const Eigen::Vector3d out(-side_ * way[1], side_ * way[0], 0.0);
+            left = support(out);
+            if (is_beside(left, out)) return false;
+            if (left_of_ray(left) || step == kSteps) break;
+            if (!(dot(out, left - right) > 0.0)) return false;
+            right = left;
+        }
+        for (int step = 0; step < kSteps; ++step) {
+            const Eigen::Vector3d side = left - right;
+            const Eigen::Vector3d out(side_ * side[1], -side_ * side[0], 0.0);
+            if (dot(out, right) >= 0.0) break;
+            const Eigen::Vector3d next = support(out);
+            if (is_beside(next, out)) return false;
+            if (!(dot(out, next - right) > 0.0)) break;
+            (left_of_ray(next) ? left : right) = next;
+        }
+        // Counter-clockwise from above.
+        corner_[0] = inside;
+        corner_[1] = side_ > 0.0 ? right : left;
+        corner_[2] = side_ > 0.0 ? left : right;
+        return true;
+    }
+
+    // Where the vertical leaves the difference. Minus infinity where that is known to be at or below
+    // `floor`.
+    double refine(double floor) {
+        double value = -kInfinity;
+        double bound = kInfinity;
+        for (int step = 0; step < kSteps; ++step) {
+            const Eigen::Vector3d n = cross(corner_[1] - corner_[0], corner_[2] - corner_[0]);
+            const double areas[3] = {area(corner_[1], corner_[2]), area(corner_[2], corner_[0]),
+                                     area(corner_[0], corner_[1])};
+            const double total = areas[0] + areas[1] + areas[2];
+            if (!(total > 0.0) || !(n[2] > 0.0)) break;
+            value =
+                (areas[0] * corner_[0][2] + areas[1] * corner_[1][2] + areas[2] * corner_[2][2]) /
+                total;
+            const Eigen::Vector3d up(n[0] / n[2], n[1] / n[2], 1.0);
+            const Eigen::Vector3d next = support(up);
+            const double above = dot(up, next);
+            if (above <= floor) return -kInfinity;
+            bound = std::min(bound, above);
+            const double rounding =
+                0x1p-51 * (std::abs(value) + (std::abs(up[0]) + std::abs(up[1])) * size_);
+            if (above <= value + rounding || !take(next)) break;
+        }
+        return std::min(value, bound);
+    }
+
+private:
+    static constexpr int kSteps = 200;
+
+    // The point of the difference that is farthest along a direction.
+    Eigen::Vector3d support(const Eigen::Vector3d& n) const {
+        std::size_t top = 0;
+        double highest = dot(n, corners_[0]);
+        for (std::size_t i = 1; i < 3; ++i) {
+            const double along = dot(n, corners_[i]);
+            if (along > highest) {
+                highest = along;
+                top = i;
+            }
+        }
+        return corners_[top] - hull_.vertex(hull_.lowest(n));
+    }
+
+    // Whether the origin lies beyond the difference's farthest point along a level direction, by more than
+    // rounding.
+    bool is_beside(const Eigen::Vector3d& farthest, const Eigen::Vector3d& n) const {
+        const double along = n[0] * farthest[0] + n[1] * farthest[1];
+        return along < -0x1p-50 * size_ * (std::abs(n[0]) + std::abs(n[1]));
+    }
+
+    // Puts a point in the place of that corner for which the vertical stays inside best. False where it
+    // is one already.
+    bool take(const Eigen::Vector3d& p) {
+        if (p == corner_[0] || p == corner_[1] || p == corner_[2]) return false;
+        double best = -kInfinity;
+        std::size_t worst = 3;
+        for (std::size_t i = 0; i < 3; ++i) {
+            const Eigen::Vector3d& b = corner_[(i + 1) % 3];
+            const Eigen::Vector3d& c = corner_[(i + 2) % 3];
+            const double of_p = area(b, c);
+            const double of_b = area(c, p);
+            const double of_c = area(p, b);
+            const double total = of_p + of_b + of_c;
+            if (!(total > 0.0)) continue;
+            const double least = std::min({of_p, of_b, of_c}) / total;
+            if (least > best) {
+                best = least;
+                worst = i;
+            }
+        }
+        if (worst == 3) return false;
+        corner_[worst] = p;
+        return true;
+    }
+
+    const LocalHull& hull_;
+    std::array<Eigen::Vector3d, 3> corners_;  ///< of the triangle, from the hull's centre
+    std::array<Eigen::Vector3d, 3> corner_;   ///< of the portal
+    double size_ = 0.0;                       ///< what rounding is relative to, metres
+    double side_ = 1.0;
+};
+
+}  // namespace
+
+double compute_hull_lift(const LocalHull& hull, const Eigen::Vector3d& centre,
+                         const Triangle& triangle, double floor) {
+    // The lowest along the triangle's normal bounds all, and decides where it lies over the triangle.
+    const TrianglePlane plane(triangle);
+    const Eigen::Vector3d lowest = hull.vertex(hull.lowest(triangle.normal));
+    const Eigen::Vector3d placed = lowest + centre;
+    const double bound = plane.above(placed);
+    if (bound <= floor) return -kInfinity;
+    if (is_over(placed, triangle)) return bound;
+    Portal portal(hull, centre, triangle);
+    return portal.open(lowest) ? portal.refine(floor) : -kInfinity;
+}
+
+}  // namespace terrane::internal

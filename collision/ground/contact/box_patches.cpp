@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: MIT
+//
+// Sources: G. van den Bergen. Collision detection in interactive 3D environments. 2003, section 4.4
+//          (contacts from pairs of features).
+// Deviations: each vertex, edge and face of the ground is looked at once, and passed over where the planes
+//             under the box part it from where the box is. Features are paired where the box is *free*.
+#include "ground/contact/box_patches.h"
+
+#include "ground/frame/window_features.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace terrane::internal {
+namespace {
+
+class BoxPairs {
+public:
+    BoxPairs(const LocalGround& local, const GroundWindow& window, const CellRange& cells,
+          const LocalShape& box, std::uint32_t part, const Eigen::Vector3d& freeing, double margin,
+          double reach, ContactPatches& patches)
+        : local_(local),
+          window_(window),
+          cells_(window, cells),
+          at_start_(box),
+          part_(part),
+          freeing_(freeing),
+          margin_(margin),
+          reach_(reach),
+          spacing_(local.spacing()),
+          slack_(1e-10 * local.spacing()),
+          centre_(box.centre + freeing),
+          patches_(patches) {
+        for (std::size_t i = 0; i < 3; ++i) up_[i] = box.up(i);
+        const Eigen::Vector3d around = box.bounds + Eigen::Vector3d::Constant(margin);
+        low_ = box.centre - around;
+        high_ = box.centre + around;
+    }
+
+    void run() {
+        take_corners();
+        make_codes();
+        take_vertices();
+        visit_convex_edges(
+            window_, cells_, codes_,
+            [&](const WindowVertex& from, const WindowVertex& to, const WindowVertex& left,
+                const WindowVertex& right) { take_edge(from, to, left, right); });
+    }
+
+private:
+    void add(const Eigen::Vector3d& on_box, const Eigen::Vector3d& n, double gap,
+             const ShapeFeature& feature) {
+        Contact contact;
+        contact.point_world = on_box - freeing_;
+        contact.normal = n;
+        contact.depth = dot(n, freeing_) - gap;
+        contact.feature = feature;
+        contact.part = part_;
+        patches_.add(contact);
+    }
+
+    bool is_gap(const Eigen::Vector3d& n, double gap) const {
+        return gap >= -kTouch && gap <= std::min(dot(n, freeing_) + margin_, reach_);
+    }
+
+    // Corners of the box over faces of the ground.
+    void take_corners() {
+        for (int k = 0; k < 8; ++k) {
+            const Eigen::Vector3d start = at_start_.corner(k);
+            if (start[2] > window_.high + margin_) continue;
+            const Eigen::Vector3d p = start + freeing_;
+            const Eigen::Vector3d to = p - local_.corner(window_);
+            const int west = std::max(cells_.west, cell_of(to[0] - reach_));
+            const int east = std::min(cells_.east, cell_of(to[0] + reach_));
+            const int south = std::max(cells_.south, cell_of(to[1] - reach_));
+            const int north = std::min(cells_.north, cell_of(to[1] + reach_));
+            for (int row = south; row <= north; ++row) {
+                for (int column = west; column <= east; ++column) {
+                    // above the whole cell where it starts: not in it, and no nearer than the margin
+                    if (start[2] > window_.highest(column, row) + margin_) continue;
+                    take_corner(k, p, column, row);
+                }
+            }
+        }
+    }
+
+    // A cell's index from a length in the window; one outside for all that lie outside.
+    int cell_of(double p) const {
+        return static_cast<int>(
+            std::floor(std::clamp(p / spacing_, -1.0, double{GroundWindow::kMostCells})));
+    }
+
+    void take_corner(int k, const Eigen::Vector3d& p, int column, int row) {
+        if (!window_.is_ground(column, row)) return;
+        for (const bool is_south : {true, false}) {
+            const WindowFace face = make_window_face(local_, window_, column, row, is_south);
+            const double over = face.above(p);
+            const double over_start =
+                over - (freeing_[2] - (face.x * freeing_[0] + face.y * freeing_[1]));
+            if (over_start > 0.0 && over_start * over_start > margin_ * margin_ * face.square)
+                continue;
+            if (over < 0.0 && over * over > kTouch * kTouch * face.square) continue;
+            if (!face.may_have_foot(p, over, spacing_)) continue;
+            const Triangle triangle = local_.triangle(window_, column, row, is_south);
+            const Eigen::Vector3d& n = triangle.normal;
+            const double gap = dot(n, p - triangle.v[0]);
+            if (!is_gap(n, gap) || !is_foot_inside(p, triangle)) continue;
+            // only the face of the box that looks most at the triangle
+            std::size_t nearest = 0;
+            for (std::size_t i = 1; i < 3; ++i) {
+                if (std::abs(dot(n, at_start_.axes[i])) >
+                    std::abs(dot(n, at_start_.axes[nearest]))) {
+                    nearest = i;
+                }
+            }
+            if (((k >> nearest & 1) == 0) != (dot(n, at_start_.axes[nearest]) > 0.0)) continue;
+            const auto name = static_cast<std::uint32_t>(k);
+            add(p, n, gap, {name, name});
+        }
+    }
+
+    // Vertices of the ground under faces of the box.
+    void take_vertices() {
+        for (int row = cells_.south; row <= cells_.north; ++row) {
+            for (int column = cells_.west; column <= cells_.east; ++column) {
+                if (codes_.at(column, row) != 0) continue;
+                const Eigen::Vector3d v = local_.vertex(window_, column, row);
+                const Eigen::Vector3d to = centre_ - v;
+                for (std::size_t i = 0; i < 3; ++i) {
+                    const Eigen::Vector3d& n = up_[i];
+                    const double gap = dot(n, to) - at_start_.half[static_cast<Eigen::Index>(i)];
+                    if (!is_gap(n, gap) || n[2] == 0.0) continue;
+                    const std::size_t j = (i + 1) % 3;
+                    const std::size_t k = (i + 2) % 3;
+                    if (std::abs(dot(up_[j], to)) > at_start_.half[static_cast<Eigen::Index>(j)] ||
+                        std::abs(dot(up_[k], to)) > at_start_.half[static_cast<Eigen::Index>(k)] ||
+                        !is_top(window_, {column, row}, spacing_, n, slack_)) {
+                        continue;
+                    }
+                    const std::uint32_t side = at_start_.axes[i][2] < 0.0 ? 1u : 0u;
+                    add(v + gap * n, n, gap,
+                        {2 * static_cast<std::uint32_t>(i) + side, ShapeFeature::kFace});
+                }
+            }
+        }
+    }
+
+    // Which planes under the box part a vertex, and all below it, from where the box is, and which sides of its
+    // bounds.
+    void make_codes() {
+        std::array<double, 3> lowest;
+        for (std::size_t i = 0; i < 3; ++i) {
+            lowest[i] = -at_start_.half[static_cast<Eigen::Index>(i)] - margin_;
+        }
+        for (int row = cells_.south; row <= cells_.north + 1; ++row) {
+            for (int column = cells_.west; column <= cells_.east + 1; ++column) {
+                const Eigen::Vector3d v = local_.vertex(window_, column, row);
+                const Eigen::Vector3d to = v - at_start_.centre;
+                const unsigned code = (v[0] < low_[0] ? 8u : 0u) | (v[0] > high_[0] ? 16u : 0u) |
+                                      (v[1] < low_[1] ? 32u : 0u) | (v[1] > high_[1] ? 64u : 0u) |
+                                      (dot(up_[0], to) < lowest[0] ? 1u : 0u) |
+                                      (dot(up_[1], to) < lowest[1] ? 2u : 0u) |
+                                      (dot(up_[2], to) < lowest[2] ? 4u : 0u);
+                codes_.at(column, row) = static_cast<std::uint8_t>(code);
+            }
+        }
+    }
+
+    // A convex edge of the ground, and the third corners of its two triangles, under edges of the box.
+    void take_edge(const WindowVertex& from, const WindowVertex& to, const WindowVertex& left,
+                   const WindowVertex& right) {
+        const auto vertex = [&](const WindowVertex& v) {
+            return local_.vertex(window_, v.column, v.row);
+        };
+        const Eigen::Vector3d a = vertex(from);
+        const Eigen::Vector3d edge = vertex(to) - a;
+        const Eigen::Vector3d to_left = vertex(left) - a;
+        const Eigen::Vector3d to_right = vertex(right) - a;
+        const double edge_square = dot(edge, edge);
+        const double edge_length = std::sqrt(edge_square);
+        for (std::size_t i = 0; i < 3; ++i) {
+            const Eigen::Vector3d& axis = at_start_.axes[i];
+            Eigen::Vector3d n = cross(axis, edge);
+            if (n[2] < 0.0) n = -n;
+            // most are not in the edge's cone
+            const double rise = std::max(dot(n, to_left), dot(n, to_right));
+            if (n[2] <= 0.0 || rise > slack_ * edge_length) continue;
+            // nearly parallel: faces and corners tell the same
+            const double square = dot(n, n);
+            if (square < 1e-12 * edge_square) continue;
+            const double size = std::sqrt(square);
+            if (rise > slack_ * size) continue;
+            n /= size;
+            // The edge of the box that is deepest against n.
+            Eigen::Vector3d p = centre_;
+            std::uint32_t corner = 0;
+            for (std::size_t m = 0; m < 3; ++m) {
+                if (m == i) continue;
+                const double half = at_start_.half[static_cast<Eigen::Index>(m)];
+                const bool is_high = !(dot(n, at_start_.axes[m]) > 0.0);
+                p += (is_high ? half : -half) * at_start_.axes[m];
+                if (is_high) corner |= 1u << m;
+            }
+            const double gap = dot(n, p - a);
+            if (!is_gap(n, gap)) continue;
+            // Where the two lines pass each other.
+            const Eigen::Vector3d direction = edge / edge_length;
+            const Eigen::Vector3d r = p - a;
+            const double b = dot(axis, direction);
+            const double s = (b * dot(direction, r) - dot(axis, r)) / (1.0 - b * b);
+            const double t = dot(direction, r) + s * b;
+            // a hair longer: an edge of the box over a vertex is over one of the edges there
+            const double half = at_start_.half[static_cast<Eigen::Index>(i)];
+            if (std::abs(s) > half + slack_ || t < -slack_ || t > edge_length + slack_) continue;
+            add(p + s * axis, n, gap, {corner, corner | 1u << i});
+        }
+    }
+
+    const LocalGround& local_;
+    const GroundWindow& window_;
+    WindowCells cells_;
+    const LocalShape& at_start_;
+    std::uint32_t part_;
+    const Eigen::Vector3d& freeing_;
+    double margin_;
+    double reach_;
+    double spacing_;
+    double slack_;  // by which a neighbour may stand out before it counts as above a plane
+    Eigen::Vector3d centre_;  // where the box is free
+    std::array<Eigen::Vector3d, 3> up_;
+    Eigen::Vector3d low_, high_;  // ends of the bounds and the margin
+    WindowCodes codes_;
+    ContactPatches& patches_;
+};
+
+}  // namespace
+
+void find_box_patches(const LocalGround& local, const GroundWindow& window, const CellRange& cells,
+                      const LocalShape& box, std::uint32_t part, const Eigen::Vector3d& freeing,
+                      double margin, double reach, ContactPatches& patches) {
+    BoxPairs(local, window, cells, box, part, freeing, margin, reach, patches).run();
+}
+
+}  // namespace terrane::internal

@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: MIT
+#include "ground/contact/contact_patches.h"
+
+#include "ground/contact/box_patches.h"
+#include "ground/contact/feature_pairs.h"
+#include "ground/depth/freeing.h"
+#include "ground/contact/round_patches.h"
+
+#include <algorithm>
+#include <memory>
+
+namespace terrane::internal {
+namespace {
+
+bool is_before_by_place(const Contact& a, const Contact& b) {
+    for (int i = 0; i < 3; ++i) {
+        if (a.point_world[i] != b.point_world[i]) return a.point_world[i] < b.point_world[i];
+    }
+    for (int i = 0; i < 3; ++i) {
+        if (a.normal[i] != b.normal[i]) return a.normal[i] < b.normal[i];
+    }
+    if (a.part != b.part) return a.part < b.part;
+    if (a.feature.first != b.feature.first) return a.feature.first < b.feature.first;
+    return a.feature.second < b.feature.second;
+}
+
+bool is_before(const Contact& a, const Contact& b) {
+    if (a.depth != b.depth) return a.depth > b.depth;
+    return is_before_by_place(a, b);
+}
+
+double square_distance(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+    const Eigen::Vector3d d = a - b;
+    return dot(d, d);
+}
+
+// Moves up to four contacts that stand for all of a patch to its front; returns how many.
+std::size_t reduce(std::span<Contact> patch) {
+    constexpr double kSamePlace = 1e-20;  // square metres
+    constexpr double kSameDepth = 1e-12;  // metres
+    // Of those that only rounding makes less than the deepest the first by place: an outermost one, so
+    // that where the ground has its edges does not matter.
+    std::size_t first = 0;
+    for (std::size_t i = 1; i < patch.size(); ++i) {
+        if (patch[i].depth < patch[0].depth - kSameDepth) break;
+        if (is_before_by_place(patch[i], patch[first])) first = i;
+    }
+    std::swap(patch[0], patch[first]);
+    std::size_t kept = 1;
+    const Eigen::Vector3d n = patch[0].normal;
+    while (kept < 4) {
+        double best = 0.0;
+        std::size_t which = 0;
+        for (std::size_t i = kept; i < patch.size(); ++i) {
+            const Eigen::Vector3d& p = patch[i].point_world;
+            double gain = 0.0;
+            if (kept == 1) {
+                gain = square_distance(p, patch[0].point_world);
+            } else {
+                const Eigen::Vector3d& a = patch[0].point_world;
+                const Eigen::Vector3d& b = patch[1].point_world;
+                const double area = dot(cross(b - a, p - a), n);
+                if (kept == 2) {
+                    gain = std::abs(area);
+                } else {
+                    // What the fourth point adds to the triangle of the first three.
+                    const Eigen::Vector3d& c = patch[2].point_world;
+                    const double side = dot(cross(b - a, c - a), n) < 0.0 ? -1.0 : 1.0;
+                    gain = std::max({-side * area, -side * dot(cross(c - b, p - b), n),
+                                     -side * dot(cross(a - c, p - c), n)});
+                }
+            }
+            if (gain > best) {
+                best = gain;
+                which = i;
+            }
+        }
+        if (which == 0 || best < kSamePlace) break;
+        std::swap(patch[kept], patch[which]);
+        ++kept;
+    }
+    return kept;
+}
+
+// Whether a shape is paired with the features of a window; else it is with triangle after triangle.
+bool is_paired_by_feature(const LocalShape& shape) {
+    return shape.kind == ShapeKind::box || (shape.kind == ShapeKind::round && shape.radius > kThin);
+}
+
+// Finds contacts of such a shape with cells that a window holds.
+void find_window_patches(const LocalGround& local, const GroundWindow& window,
+                         const CellRange& cells, const LocalShape& shape, std::uint32_t part,
+                         const Eigen::Vector3d& freeing, double margin, double reach,
+                         ContactPatches& patches) {
+    if (shape.kind == ShapeKind::box) {
+        find_box_patches(local, window, cells, shape, part, freeing, margin, reach, patches);
+    } else {
+        find_round_patches(local, window, cells, shape, part, freeing, margin, reach, patches);
+    }
+}
+
+struct PatchVisitor {
+    const LocalGround& local;
+    const LocalShape& shape;  ///< where it is
+    const LocalShape& moved;  ///< where it is free
+    std::uint32_t part;
+    const Eigen::Vector3d& freeing;
+    double margin;
+    double reach;
+    ContactPatches& patches;
+    FeaturePairs pairs;
+    double error_m = 0.0;
+    bool is_missing = false;
+
+    // What is further from the shape where it is than the margin is no contact.
+    bool wants(const Prism& prism) const {
+        return bound_distance(shape, prism) <= margin && bound_distance(moved, prism) <= reach;
+    }
+    bool miss(const Prism& prism) {
+        if (!wants(prism)) return true;
+        is_missing = true;
+        return false;
+    }
+    bool take_square(const CellRange& cells) {
+        if (!is_paired_by_feature(shape)) return false;
+        const GroundWindow* const window = local.window(cells, 1);
+        if (window == nullptr) return false;
+        find_window_patches(local, *window, cells, shape, part, freeing, margin, reach, patches);
+        error_m = std::max(error_m, local.error(cells));
+        return true;
+    }
+    void take(const GroundCell& cell, std::int64_t column, std::int64_t row) {
+        error_m = std::max(error_m, static_cast<double>(cell.error_m));
+        for (const Triangle& triangle : local.triangles(cell, column, row)) {
+            if (gap_along(triangle.normal, shape, triangle) <= margin) pairs.pair(triangle);
+        }
+    }
+};
+
+// Of one shape; false where a cell in reach is not resident.
+bool find_patches(const LocalGround& local, const LocalShape& shape, std::uint32_t part,
+                  const Eigen::Vector3d& freeing, double margin, ContactPatches& patches,
+                  double& error_out) {
+    const Eigen::Vector3d low = shape.centre - shape.bounds;
+    const Eigen::Vector3d high = shape.centre + shape.bounds;
+    const CellRange cells =
+        local.cells(low[0] - margin, low[1] - margin, high[0] + margin, high[1] + margin);
+    const GroundWindow* const window = local.window(cells, 1);
+    if (window != nullptr) error_out = std::max(error_out, local.error(cells));
+    // Of a deep overlap only what is near where the shape is free matters.
+    const double reach = margin + std::min(length(freeing), kDeep * shape.smallest);
+    if (window != nullptr && is_paired_by_feature(shape)) {
+        find_window_patches(local, *window, cells, shape, part, freeing, margin, reach, patches);
+        return true;
+    }
+    LocalShape moved = shape;
+    moved.centre += freeing;
+    PatchVisitor visitor{
+        local, shape,   moved,
+        part,  freeing, margin,
+        reach, patches, FeaturePairs(local, moved, freeing, reach, margin, part, patches)};
+    visit_cells(local, cells, visitor);
+    error_out = std::max(error_out, visitor.error_m);
+    return !visitor.is_missing;
+}
+
+}  // namespace
+
+void ContactPatches::add(const Contact& contact) {
+    if (count_ == kMost) {
+        merge();
+        // Many normals: the deepest half stays.
+        count_ = std::min(count_, kMost / 2);
+    }
+    std::construct_at(&contacts_[count_++], contact);
+}
+
+void ContactPatches::merge() {
+    constexpr double kSameNormal = 1.0 - 1e-6;  // cosine of 1.4 milliradians
+    std::sort(contacts_.begin(), contacts_.begin() + static_cast<std::ptrdiff_t>(count_),
+              is_before);
+    std::size_t kept = 0;
+    // Contacts from `kept` on have no patch yet; the first of them is the deepest.
+    while (kept < count_) {
+        const Eigen::Vector3d n = contacts_[kept].normal;
+        std::size_t end = kept + 1;
+        for (std::size_t i = end; i < count_; ++i) {
+            if (dot(n, contacts_[i].normal) < kSameNormal) continue;
+            // Kept in order, because what is left must stay sorted.
+            std::rotate(contacts_.begin() + static_cast<std::ptrdiff_t>(end),
+                        contacts_.begin() + static_cast<std::ptrdiff_t>(i),
+                        contacts_.begin() + static_cast<std::ptrdiff_t>(i + 1));
+            ++end;
+        }
+        const std::size_t patch = reduce(std::span<Contact>(contacts_.data() + kept, end - kept));
+        std::move(contacts_.begin() + static_cast<std::ptrdiff_t>(end),
+                  contacts_.begin() + static_cast<std::ptrdiff_t>(count_),
+                  contacts_.begin() + static_cast<std::ptrdiff_t>(kept + patch));
+        count_ -= end - kept - patch;
+        kept += patch;
+    }
+    std::sort(contacts_.begin(), contacts_.begin() + static_cast<std::ptrdiff_t>(count_),
+              is_before);
+}
+
+std::span<const Contact> ContactPatches::finish() {
+    merge();
+    return {contacts_.data(), count_};
+}
+
+bool find_patches(const LocalGround& local, const LocalBody& body, const Eigen::Vector3d& freeing,
+                  double margin, ContactPatches& patches, double& error_out) {
+    const double near = margin + kTouch;
+    bool is_known = true;
+    body.visit(
+        [&](const Eigen::Vector3d& centre, const Eigen::Vector3d& bounds) {
+            const Eigen::Vector3d around = bounds + Eigen::Vector3d::Constant(near);
+            return centre[2] - around[2] <= bound_ground(local, centre, around);
+        },
+        [&](const LocalShape& shape, std::uint32_t part) {
+            is_known =
+                find_patches(local, shape, part, freeing, near, patches, error_out) && is_known;
+        });
+    return is_known;
+}
+
+}  // namespace terrane::internal

@@ -1,0 +1,285 @@
+// SPDX-License-Identifier: MIT
+#include "ground/contact/contact_patches.h"
+#include "ground/depth/freeing.h"
+#include "math/half_spaces.h"
+#include "ground/contact/nearest.h"
+#include "ground/column/normal_cone.h"
+#include "math/usable.h"
+
+#include <terrane/collision/ground_contact.h>
+
+#include <algorithm>
+
+namespace terrane {
+namespace internal {
+namespace {
+
+// Adds contacts that a body has a gap at, and that it would overlap after moving by d: whether there are any.
+bool add_met(std::span<const Contact> contacts, const Eigen::Vector3d& d, HalfSpaces& spaces) {
+    const std::size_t before = spaces.count;
+    for (const Contact& contact : contacts) {
+        if (contact.depth > 0.0 || dot(contact.normal, d) >= contact.depth - kFree) continue;
+        spaces.add({contact.normal, contact.depth});
+    }
+    return spaces.count > before;
+}
+
+// Of the planes in the ground's normal cone that part a column from a shape that has moved by `freeing`, the one that asks
+// least; false where there is none: it is left by a side that is inside the ground.
+bool find_least(const LocalGround& local, const LocalShape& moved, const Triangle& triangle,
+                const Eigen::Vector3d& freeing, HalfSpace& least_out) {
+    bool is_found = false;
+    visit_tops(moved, triangle, [&](const Eigen::Vector3d& n, double gap) {
+        const double depth = dot(n, freeing) - gap;
+        if (gap < -kTouch || (is_found && !(depth < least_out.depth))) return;
+        if (!is_in_normal_cone(local, triangle, n)) return;
+        least_out = {n, depth};
+        is_found = true;
+    });
+    return is_found;
+}
+
+// Where a part is deepest against a plane.
+Contact make_contact(const LocalShape& shape, std::uint32_t part, const HalfSpace& plane) {
+    const DeepestPoint deepest = shape.deepest(plane.normal);
+    Contact contact;
+    contact.normal = plane.normal;
+    contact.depth = plane.depth;
+    contact.point_world = deepest.point;
+    contact.feature = deepest.feature;
+    contact.part = part;
+    return contact;
+}
+
+// Adds contacts until the body is free after the shortest translation that resolves them all. None asks for more than
+// what frees, and each cuts off where the ones before it led.
+void complete_patches(const LocalGround& local, const LocalBody& body, const GroundLift& lift,
+                      const Eigen::Vector3d& freeing, double margin, ContactPatches& patches) {
+    constexpr int kRounds = 24;
+    HalfSpaces spaces;
+    for (const Contact& contact : patches.finish()) {
+        if (contact.depth > 0.0) spaces.add({contact.normal, contact.depth});
+    }
+    LocalHull hull;
+    std::uint32_t part = lift.part;
+    for (int round = 0; round < kRounds; ++round) {
+        Eigen::Vector3d d;
+        if (!find_shortest(spaces, d)) break;
+        if (length(d - freeing) <= 0.1 * kFree) return;  // known to be free
+        if (add_met(patches.finish(), d, spaces)) continue;
+        const GroundLift rest = find_lift(local, body, d, 0.5 * kTouch);
+        if (!(rest.lift > 0.5 * kTouch)) return;
+        part = rest.part;
+        const LocalShape shape = body.part(part, hull);
+        LocalShape moved = shape;
+        moved.centre += freeing;
+        HalfSpace least;
+        if (!find_least(local, moved, rest.triangle, freeing, least) || least.depth < -margin)
+            break;
+        patches.add(make_contact(shape, part, least));
+        spaces.add(least);
+    }
+    // What frees at once is a contact by itself. Deeper down than it is large a body leaves not by the nearest end of
+    // the ground, but up.
+    constexpr double kLeastRise = 1e-9;  // of a normal
+    const double depth = length(freeing);
+    if (depth > 2.0 * body.whole().bounds.maxCoeff()) {
+        patches.add(make_contact(body.part(lift.part, hull), lift.part,
+                                 {Eigen::Vector3d::UnitZ(), lift.lift}));
+    } else {
+        Eigen::Vector3d n = freeing / depth;
+        n[2] = std::max(n[2], kLeastRise);
+        patches.add(make_contact(body.part(part, hull), part, {n, depth}));
+    }
+}
+
+// Whether a shape is round and its core lies above the ground, where its lift is known. That of the core is less
+// by the radius at least.
+bool is_core_above(const LocalGround& local, const LocalBody& body, double lift) {
+    if (body.is_compound() || body.whole().kind != ShapeKind::round) return false;
+    const LocalShape& shape = body.whole();
+    if (lift < (1.0 - 1e-6) * shape.radius) return true;
+    if (lift > 3.0 * shape.radius) return false;  // so steep that it does not pay to ask
+    LocalShape core = shape;
+    core.radius = 0.0;
+    core.bounds -= Eigen::Vector3d::Constant(shape.radius);
+    const GroundLift rest = find_lift(local, core, Eigen::Vector3d::Zero());
+    return !rest.is_missing && rest.lift < -1e-6 * shape.radius;
+}
+
+// The shortest translation that frees a round shape whose core is above the ground, straight from its contacts:
+// false where they do not say for sure. Each part of the ground alone is left by no shorter way than its contact's depth.
+bool find_freeing_by_contacts(const LocalGround& local, const LocalBody& body,
+                              std::span<const Contact> contacts, double deep_share,
+                              Eigen::Vector3d& freeing_out) {
+    if (contacts.empty()) return false;
+    HalfSpaces spaces;
+    for (const Contact& contact : contacts) {
+        if (contact.depth <= 0.0) break;
+        if (spaces.count == HalfSpaces::kMost) return false;
+        spaces.add({contact.normal, contact.depth});
+    }
+    if (!find_shortest(spaces, freeing_out)) return false;
+    return is_short_enough(body, length(freeing_out), contacts[0].depth, deep_share) &&
+           !(find_lift(local, body, freeing_out, 0.5 * kTouch).lift > 0.5 * kTouch);
+}
+
+// Contacts of a deep overlap accept a translation that frees and is proved to be at most 1.25 times the shortest.
+constexpr SearchLimits kContactLimits{.deep_share = 0.8};
+
+// All contacts of a body that overlaps the ground. False where a cell in reach is not resident.
+bool find_overlap(const LocalGround& local, const LocalBody& body, const GroundLift& lift,
+                  double margin, ContactPatches& patches, double& error_out) {
+    Eigen::Vector3d freeing;
+    if (is_core_above(local, body, lift.lift)) {
+        if (!find_patches(local, body, Eigen::Vector3d::Zero(), margin, patches, error_out)) {
+            return false;
+        }
+        if (find_freeing_by_contacts(local, body, patches.finish(), kContactLimits.deep_share,
+                                     freeing)) {
+            return true;
+        }
+        patches.clear();
+    }
+    freeing = find_freeing(local, body, lift.lift, kContactLimits).d;
+    if (!find_patches(local, body, freeing, margin, patches, error_out)) return false;
+    complete_patches(local, body, lift, freeing, margin, patches);
+    return true;
+}
+
+// The translation that resolves an overlap.
+MinTranslation find_way_out(const LocalGround& local, const LocalBody& body, double lift) {
+    if (is_core_above(local, body, lift)) {
+        ContactPatches patches;
+        Eigen::Vector3d freeing;
+        double error_m = 0.0;
+        if (find_patches(local, body, Eigen::Vector3d::Zero(), 0.0, patches, error_m) &&
+            find_freeing_by_contacts(local, body, patches.finish(), 1.0, freeing)) {
+            return {freeing, length(freeing)};
+        }
+    }
+    return find_freeing(local, body, lift, {});
+}
+
+}  // namespace
+}  // namespace internal
+
+using namespace internal;
+
+ContactAnswer find_contacts(const Shape& shape, const Pose& world_from_shape, const Ground& ground,
+                            double margin, std::span<Contact> contacts_out) {
+    ContactAnswer answer;
+    if (!is_usable(shape, world_from_shape) || !(margin >= 0.0) || !std::isfinite(margin))
+        return answer;
+    const LocalGround local(ground, world_from_shape.translation);
+    const LocalBody body(shape, world_from_shape.rotation,
+                         local.to_local(world_from_shape.translation));
+
+    // further apart than the margin nothing depends on how far
+    const GroundLift lift = find_lift(local, body, Eigen::Vector3d::Zero(), -margin - kTouch,
+                                      kAnyLift, LiftError::asked_for);
+    answer.lift = lift.lift;
+    answer.error_m = lift.error_m;
+    answer.status = ContactStatus::not_resident;
+    if (lift.is_missing) return answer;
+    ContactPatches patches;
+    const bool is_known =
+        lift.lift > kFree
+            ? find_overlap(local, body, lift, margin, patches, answer.error_m)
+            : find_patches(local, body, Eigen::Vector3d::Zero(), margin, patches, answer.error_m);
+    if (!is_known) return answer;
+
+    const std::span<const Contact> found = patches.finish();
+    answer.status =
+        found.size() > contacts_out.size() ? ContactStatus::truncated : ContactStatus::complete;
+    answer.count = std::min(found.size(), contacts_out.size());
+    for (std::size_t i = 0; i < answer.count; ++i) {
+        contacts_out[i] = found[i];
+        contacts_out[i].point_world = local.to_world(found[i].point_world);
+    }
+    return answer;
+}
+
+DistanceAnswer signed_distance(const Shape& shape, const Pose& world_from_shape,
+                               const Ground& ground, double max_distance) {
+    DistanceAnswer answer;
+    if (!is_usable(shape, world_from_shape) || !(max_distance >= 0.0)) return answer;
+    const LocalGround local(ground, world_from_shape.translation);
+    const LocalBody body(shape, world_from_shape.rotation,
+                         local.to_local(world_from_shape.translation));
+
+    const GroundLift lift =
+        find_lift(local, body, Eigen::Vector3d::Zero(), -kTouch, kAnyLift, LiftError::asked_for);
+    answer.error_m = lift.error_m;
+    answer.status = ContactStatus::not_resident;
+    if (lift.is_missing) return answer;
+    if (lift.lift > kFree) {
+        const MinTranslation found = find_way_out(local, body, lift.lift);
+        const Eigen::Vector3d& freeing = found.d;
+        const double depth = length(freeing);
+        answer.distance_lower_bound = found.at_least;
+        answer.status = ContactStatus::complete;
+        answer.has_ground = true;
+        answer.distance = -depth;
+        answer.normal = freeing / depth;
+        const GroundLift after = find_lift(local, body, freeing);
+        if (after.is_missing) answer.status = ContactStatus::not_resident;
+        // Of a compound the part that the ground holds where it is free.
+        const std::uint32_t part = body.is_compound() ? after.part : 0;
+        LocalHull hull;
+        answer.point_world = local.to_world(body.part(part, hull).deepest_point(answer.normal));
+        return answer;
+    }
+    const Nearest nearest = find_nearest(local, body, max_distance);
+    answer.error_m = std::max(answer.error_m, nearest.error_m);
+    if (nearest.is_missing) return answer;
+    answer.status = ContactStatus::complete;
+    answer.has_ground = nearest.is_found;
+    answer.distance = nearest.is_found ? nearest.distance : max_distance;
+    answer.distance_lower_bound = answer.distance;
+    answer.point_world =
+        nearest.is_found ? local.to_world(nearest.on_shape) : world_from_shape.translation;
+    answer.normal = nearest.normal;
+    return answer;
+}
+
+LiftAnswer compute_lift(const Shape& shape, const Pose& world_from_shape, const Ground& ground) {
+    LiftAnswer answer;
+    if (!is_usable(shape, world_from_shape)) return answer;
+    const LocalGround local(ground, world_from_shape.translation);
+    const LocalBody body(shape, world_from_shape.rotation,
+                         local.to_local(world_from_shape.translation));
+    const GroundLift lift =
+        find_lift(local, body, Eigen::Vector3d::Zero(), -kAnyLift, kAnyLift, LiftError::asked_for);
+    answer.status = lift.is_missing ? ContactStatus::not_resident : ContactStatus::complete;
+    answer.lift = lift.lift;
+    answer.error_m = lift.error_m;
+    return answer;
+}
+
+TestAnswer test_contact(const Shape& shape, const Pose& world_from_shape, const Ground& ground) {
+    TestAnswer answer;
+    if (!is_usable(shape, world_from_shape)) return answer;
+    const LocalGround local(ground, world_from_shape.translation);
+    const LocalBody body(shape, world_from_shape.rotation,
+                         local.to_local(world_from_shape.translation));
+    const GroundLift lift = find_lift(local, body, Eigen::Vector3d::Zero(), -2.0 * kTouch, -kTouch,
+                                      LiftError::asked_for);
+    answer.is_touching = lift.lift >= -kTouch;
+    answer.status = lift.is_missing && !answer.is_touching ? ContactStatus::not_resident
+                                                           : ContactStatus::complete;
+    answer.error_m = lift.error_m;
+    return answer;
+}
+
+PseudodistanceAnswer pseudodistance(const Shape& shape, const Pose& world_from_shape,
+                                    const Ground& ground) {
+    const LiftAnswer lift = compute_lift(shape, world_from_shape, ground);
+    PseudodistanceAnswer answer;
+    answer.status = lift.status;
+    answer.pseudodistance = -lift.lift;
+    answer.error_m = lift.error_m;
+    return answer;
+}
+
+}  // namespace terrane

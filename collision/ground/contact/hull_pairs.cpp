@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: MIT
+// Sources: G. van den Bergen. Collision detection in interactive 3D environments. 2003, section 4.4.
+// Deviations: a hull has too many features to pair them all: only those that support it along the
+//             triangle's normal and along the way between nearest points are cut with the triangle.
+#include "ground/contact/feature_pairs.h"
+#include "ground/contact/nearest.h"
+#include "ground/column/normal_cone.h"
+#include "pairs/kernels/support_polygon.h"
+
+namespace terrane::internal {
+namespace {
+
+// What of a triangle is highest along a direction, seen along it: a corner, an edge, or all of it.
+struct TopPolygon {
+    TopPolygon(const Triangle& triangle, const ContactPlane& plane) {
+        const Eigen::Vector3d& a = triangle.v[0];
+        const Eigen::Vector3d ab = triangle.v[1] - a;
+        const Eigen::Vector3d ac = triangle.v[2] - a;
+        const std::array<Eigen::Vector3d, 3> corners = {Eigen::Vector3d::Zero(), ab, ac};
+        // What rounding tilts counts as level.
+        const double slack = 1e-10 * std::sqrt(std::max(dot(ab, ab), dot(ac, ac)));
+        for (const Eigen::Vector3d& p : corners) height = std::max(height, dot(plane.normal, p));
+        for (const Eigen::Vector3d& p : corners) {
+            if (dot(plane.normal, p) < height - slack) continue;
+            x[count] = dot(plane.x, p);
+            y[count] = dot(plane.y, p);
+            ++count;
+        }
+    }
+    std::size_t count = 0;
+    std::array<double, 3> x;
+    std::array<double, 3> y;
+    double height = 0.0;
+};
+
+std::size_t side_count(std::size_t corner_count) {
+    return corner_count < 3 ? corner_count - 1 : corner_count;
+}
+
+// Where side i of a support polygon passes over side j of a top, `take(share of side i)`; of sides that
+// run along each other, the ends of what they share.
+template <class Take>
+void cross_sides(const SupportPolygon& a, std::size_t i, const TopPolygon& b, std::size_t j,
+                 double slack, Take&& take) {
+    const std::size_t i1 = i + 1 == a.count ? 0 : i + 1;
+    const std::size_t j1 = j + 1 == b.count ? 0 : j + 1;
+    const double ux = a.x[i1] - a.x[i], uy = a.y[i1] - a.y[i];
+    const double vx = b.x[j1] - b.x[j], vy = b.y[j1] - b.y[j];
+    const double rx = b.x[j] - a.x[i], ry = b.y[j] - a.y[i];
+    const double uu = ux * ux + uy * uy;
+    const double vv = vx * vx + vy * vy;
+    if (uu == 0.0 || vv == 0.0) return;
+    const double across = ux * vy - uy * vx;
+    if (across * across > 1e-18 * uu * vv) {
+        const double s = (rx * vy - ry * vx) / across;
+        const double t = (rx * uy - ry * ux) / across;
+        const double over_u = std::max(-s, s - 1.0) * std::sqrt(uu);
+        const double over_v = std::max(-t, t - 1.0) * std::sqrt(vv);
+        if (over_u <= slack && over_v <= slack) take(std::clamp(s, 0.0, 1.0));
+        return;
+    }
+    if (std::abs(rx * uy - ry * ux) > slack * std::sqrt(uu)) return;
+    const double s0 = (rx * ux + ry * uy) / uu;
+    const double s1 = ((rx + vx) * ux + (ry + vy) * uy) / uu;
+    const double first = std::max(0.0, std::min(s0, s1));
+    const double last = std::min(1.0, std::max(s0, s1));
+    if (first > last) return;
+    take(first);
+    if (last > first) take(last);
+}
+
+// A way from a triangle to the hull, without what the last digits of their nearest points turned it by: their gap is
+// wider along it. On a cliff of 125 km and 3 nm away that is 3.5 milliradians.
+Eigen::Vector3d exact_way(const Eigen::Vector3d& way, double distance, const LocalShape& shape,
+                          const Triangle& triangle) {
+    constexpr double kExact = 1e-7;  // of the triangle's size: rounding turns the way by 1e-9
+    double square = 0.0;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const Eigen::Vector3d edge = triangle.v[(i + 1) % 3] - triangle.v[i];
+        square = std::max(square, dot(edge, edge));
+    }
+    if (distance * distance > kExact * kExact * square) return way;
+    Separation best{way, gap_along(way, shape, triangle)};
+    visit_square_to_edges(triangle, way, [&](const Eigen::Vector3d& n) {
+        const double gap = gap_along(n, shape, triangle);
+        if (gap > best.gap) best = {n, gap};
+    });
+    return best.normal;
+}
+
+}  // namespace
+
+void FeaturePairs::pair_hull(const Triangle& triangle) {
+    constexpr double kFlat = 1.0 - 1e-14;  // cosine: as good as the triangle's normal
+    const ClosestPair closest = find_closest(shape_, triangle);
+    if (closest.distance > reach_) return;
+    const bool has_face =
+        pair_hull_along(triangle.normal, triangle) < std::numeric_limits<double>::infinity();
+    const Eigen::Vector3d across = closest.on_shape - closest.on_triangle;
+    Separation way{exact_way(across / length(across), closest.distance, shape_, triangle),
+                   closest.distance};
+    if (!(closest.distance > kTouch)) {
+        if (has_face) return;
+        way = find_separation_in_cone(triangle);
+        if (way.gap < -kTouch) return;
+    } else if (!(way.normal[2] > 0.0)) {
+        return;
+    }
+    const bool is_flat = dot(way.normal, triangle.normal) > kFlat;
+    if (is_flat && has_face) return;
+    if (!is_flat) {
+        if (!is_in_normal_cone(local_, triangle, way.normal)) return;
+        if (pair_hull_along(way.normal, triangle) <= way.gap + kTouch) return;
+    }
+    add(closest.on_shape, is_flat ? triangle.normal : way.normal, way.gap,
+        shape_.deepest(way.normal).feature);
+}
+
+// What supports the hull along a direction, cut with what is highest of the triangle. Returns the least
+// gap found.
+double FeaturePairs::pair_hull_along(const Eigen::Vector3d& n, const Triangle& triangle) {
+    const Eigen::Vector3d& origin = triangle.v[0];
+    const ContactPlane plane(n);
+    const SupportPolygon of_hull(make_core(*shape_.hull, shape_.centre - origin), plane, -1.0);
+    const TopPolygon top(triangle, plane);
+    const double slack = 1e-11 * (length(shape_.bounds) + local_.spacing());
+    double least = std::numeric_limits<double>::infinity();
+    const auto take = [&](double x, double y, double height, const ShapeFeature& feature) {
+        const double gap = height - top.height;
+        // Far below is behind a wall, not in it.
+        if (gap > reach_ || gap < -kTouch) return;
+        least = std::min(least, gap);
+        add(origin + plane.at(x, y, height), n, gap, feature);
+    };
+    // Where the hull reaches beyond the plane, no more than its vertices are known to lie above it.
+    const bool is_apart = gap_along(n, shape_, triangle) >= -kTouch;
+    if (top.count == 3) {
+        for (std::size_t i = 0; i < of_hull.count; ++i) {
+            const Eigen::Vector3d p = origin + plane.at(of_hull.x[i], of_hull.y[i], of_hull.h[i]);
+            if (!is_foot_inside(p, triangle)) continue;
+            take(of_hull.x[i], of_hull.y[i], of_hull.h[i], of_hull.vertex_feature(i));
+        }
+    }
+    for (std::size_t j = 0; is_apart && j < top.count; ++j) {
+        if (!of_hull.contains(top.x[j], top.y[j], slack)) continue;
+        take(top.x[j], top.y[j], of_hull.height(top.x[j], top.y[j]), of_hull.face_feature());
+    }
+    for (std::size_t i = 0; is_apart && i < side_count(of_hull.count); ++i) {
+        const std::size_t i1 = i + 1 == of_hull.count ? 0 : i + 1;
+        for (std::size_t j = 0; j < side_count(top.count); ++j) {
+            cross_sides(of_hull, i, top, j, slack, [&](double s) {
+                take(of_hull.x[i] + s * (of_hull.x[i1] - of_hull.x[i]),
+                     of_hull.y[i] + s * (of_hull.y[i1] - of_hull.y[i]),
+                     of_hull.h[i] + s * (of_hull.h[i1] - of_hull.h[i]), of_hull.edge_feature(i));
+            });
+        }
+    }
+    return least;
+}
+
+}  // namespace terrane::internal

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT
+#include "ground/contact/nearest.h"
+
+namespace terrane::internal {
+namespace {
+
+struct NearestVisitor {
+    const LocalGround& local;
+    const LocalShape& shape;
+    double best;
+    Nearest result;
+
+    bool wants(const Prism& prism) const { return bound_distance(shape, prism) <= best; }
+    bool miss(const Prism& prism) {
+        if (wants(prism)) result.is_missing = true;
+        return true;
+    }
+    void take(const GroundCell& cell, std::int64_t column, std::int64_t row) {
+        result.error_m = std::max(result.error_m, static_cast<double>(cell.error_m));
+        for (const Triangle& triangle : local.triangles(cell, column, row)) {
+            if (gap_along(triangle.normal, shape, triangle) > best) continue;
+            if (shape.kind == ShapeKind::box &&
+                find_separation(shape, triangle, false).gap > best) {
+                continue;
+            }
+            const ClosestPair pair = find_closest(shape, triangle);
+            if (pair.distance > best || (result.is_found && pair.distance >= best)) continue;
+            best = pair.distance;
+            result.is_found = true;
+            result.distance = pair.distance;
+            result.on_shape = pair.on_shape;
+            const Eigen::Vector3d apart = pair.on_shape - pair.on_triangle;
+            const double size = length(apart);
+            if (size > kTouch) {
+                result.normal = apart / size;
+            } else {
+                result.normal = find_separation(shape, triangle, false).normal;
+            }
+        }
+    }
+};
+
+// Within a distance.
+Nearest find_within(const LocalGround& local, const LocalShape& shape, double reach) {
+    NearestVisitor visitor{local, shape, reach, {}};
+    const Eigen::Vector3d low = shape.centre - shape.bounds;
+    const Eigen::Vector3d high = shape.centre + shape.bounds;
+    // The cell under the lowest point first, as a bound for the others.
+    const Eigen::Vector3d lowest = shape.deepest_point(Eigen::Vector3d::UnitZ());
+    const CellRange first = local.cells(lowest[0], lowest[1], lowest[0], lowest[1]);
+    if (first.west <= first.east && first.south <= first.north) {
+        const GroundCell cell = local.cell(first.east, first.north);
+        if (cell.status == GroundStatus::ok) visitor.take(cell, first.east, first.north);
+    }
+    visit_cells(local,
+                local.cells(low[0] - reach, low[1] - reach, high[0] + reach, high[1] + reach),
+                visitor);
+    return visitor.result;
+}
+
+Nearest find_within(const LocalGround& local, const LocalBody& body, double reach) {
+    Nearest all;
+    all.distance = reach;
+    body.visit(
+        [&](const Eigen::Vector3d& centre, const Eigen::Vector3d& bounds) {
+            const Eigen::Vector3d around = bounds + Eigen::Vector3d::Constant(all.distance);
+            return centre[2] - around[2] <= bound_ground(local, centre, around);
+        },
+        [&](const LocalShape& shape, std::uint32_t) {
+            const Nearest found = find_within(local, shape, all.distance);
+            all.error_m = std::max(all.error_m, found.error_m);
+            all.is_missing = all.is_missing || found.is_missing;
+            if (!found.is_found || (all.is_found && found.distance >= all.distance)) return;
+            all.is_found = true;
+            all.distance = found.distance;
+            all.on_shape = found.on_shape;
+            all.normal = found.normal;
+        });
+    return all;
+}
+
+}  // namespace
+
+ClosestPair find_closest(const LocalShape& shape, const Triangle& triangle) {
+    if (shape.kind == ShapeKind::box) return find_closest_box(shape, triangle);
+    if (shape.kind == ShapeKind::hull) {
+        return find_closest_hull(*shape.hull, shape.centre, triangle);
+    }
+    ClosestPair pair = find_closest_core(shape.centre, shape.core, triangle);
+    const double distance = pair.distance;
+    if (distance > 0.0) {
+        pair.on_shape += (shape.radius / distance) * (pair.on_triangle - pair.on_shape);
+    }
+    pair.distance = std::max(0.0, distance - shape.radius);
+    return pair;
+}
+
+Nearest find_nearest(const LocalGround& local, const LocalBody& body, double max_distance) {
+    // Rings that double, so that a far limit costs nothing where the ground is near.
+    double reach = std::min(max_distance, local.spacing());
+    for (;;) {
+        const Nearest nearest = find_within(local, body, reach);
+        if (nearest.is_found || nearest.is_missing || reach >= max_distance) return nearest;
+        reach = std::min(max_distance, 4.0 * reach);
+    }
+}
+
+}  // namespace terrane::internal

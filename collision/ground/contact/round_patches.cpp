@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: MIT
+//
+// Sources: C. Ericson. Real-time collision detection. 2005, section 5.1.9 (two segments).
+// The way from the ground to the core of a sphere or capsule that is the shortest nearby starts at a face, a
+// convex edge or a vertex, square to it. Each feature is looked at once: a contact is where the way lies in
+// its normal cone.
+#include "ground/contact/round_patches.h"
+
+#include "ground/column/closest_points.h"
+#include "ground/frame/window_features.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace terrane::internal {
+namespace {
+
+class RoundPairs {
+public:
+    RoundPairs(const LocalGround& local, const GroundWindow& window, const CellRange& cells,
+          const LocalShape& shape, std::uint32_t part, const Eigen::Vector3d& freeing,
+          double margin, double reach, ContactPatches& patches)
+        : local_(local),
+          window_(window),
+          cells_(window, cells),
+          shape_(shape),
+          has_core_(shape.has_core()),
+          part_(part),
+          freeing_(freeing),
+          margin_(margin),
+          reach_(reach),
+          // Where it is not moved, a core clear of the ground is paired with features up to it.
+          nearest_(length(freeing) == 0.0 ? 0.0 : shape.radius - kTouch),
+          furthest_(shape.radius + reach),
+          low_(shape.centre - shape.bounds - Eigen::Vector3d::Constant(margin)),
+          high_(shape.centre + shape.bounds + Eigen::Vector3d::Constant(margin)),
+          spacing_(local.spacing()),
+          slack_(1e-10 * local.spacing()),
+          from_(shape.centre + freeing - shape.core),
+          to_(shape.centre + freeing + shape.core),
+          patches_(patches) {}
+
+    void run() {
+        if (!take_faces()) return;
+        take_vertices();
+        visit_convex_edges(
+            window_, cells_, codes_,
+            [&](const WindowVertex& from, const WindowVertex& to, const WindowVertex& left,
+                const WindowVertex& right) { take_edge(from, to, left, right); });
+    }
+
+private:
+    static constexpr unsigned kFar = 16;  // in the codes
+
+    Eigen::Vector3d vertex(const WindowVertex& v) const {
+        return local_.vertex(window_, v.column, v.row);
+    }
+
+    // A way of a length from the ground to a point of the core.
+    void add(const Eigen::Vector3d& on_core, const Eigen::Vector3d& n, double distance) {
+        const double gap = distance - shape_.radius;
+        const double depth = dot(n, freeing_) - gap;
+        if (gap > reach_ || depth < -margin_) return;
+        Contact contact;
+        contact.point_world = on_core - shape_.radius * n - freeing_;
+        contact.normal = n;
+        contact.depth = depth;
+        contact.feature = shape_.core_feature(on_core - freeing_);
+        contact.part = part_;
+        patches_.add(contact);
+    }
+
+    bool is_in_reach(double square, double up) const {
+        return square <= furthest_ * furthest_ && square >= nearest_ * nearest_ && up >= 0.0 &&
+               square > kTouch * kTouch;
+    }
+
+    void take_vertices() {
+        for (int row = cells_.south; row <= cells_.north; ++row) {
+            for (int column = cells_.west; column <= cells_.east; ++column) {
+                if (codes_.at(column, row) != 0) continue;
+                const Eigen::Vector3d v = vertex({column, row});
+                Eigen::Vector3d on_core = from_;
+                if (has_core_) {
+                    const Eigen::Vector3d along = to_ - from_;
+                    on_core +=
+                        std::clamp(dot(along, v - from_) / dot(along, along), 0.0, 1.0) * along;
+                }
+                const Eigen::Vector3d way = on_core - v;
+                const double square = dot(way, way);
+                if (!is_in_reach(square, way[2])) continue;
+                const double distance = std::sqrt(square);
+                const Eigen::Vector3d n = way / distance;
+                if (is_top(window_, {column, row}, spacing_, n, slack_)) add(on_core, n, distance);
+            }
+        }
+    }
+
+    void take_edge(const WindowVertex& from, const WindowVertex& to, const WindowVertex& left,
+                   const WindowVertex& right) {
+        const Eigen::Vector3d a = vertex(from);
+        const Eigen::Vector3d edge = vertex(to) - a;
+        const SegmentPlaces places = find_closest_places(from_, to_ - from_, a, edge);
+        if (!(places.t > 0.0 && places.t < 1.0)) return;  // a vertex
+        const Eigen::Vector3d on_core = from_ + places.s * (to_ - from_);
+        const Eigen::Vector3d way = on_core - (a + places.t * edge);
+        const double square = dot(way, way);
+        if (!is_in_reach(square, way[2])) return;
+        const double distance = std::sqrt(square);
+        if (dot(way, vertex(left) - a) <= slack_ * distance &&
+            dot(way, vertex(right) - a) <= slack_ * distance) {
+            add(on_core, way / distance, distance);
+        }
+    }
+
+    // Of all features only those of faces near the core where the shape is free can be contacts: codes say which
+    // vertices are, and which lie beyond a side of the bounds. False where there are none.
+    bool take_faces() {
+        bool is_any_near = false;
+        for (int row = cells_.south; row <= cells_.north + 1; ++row) {
+            const double y = local_.y(window_.cells.south + row);
+            const unsigned row_code = kFar | (y < low_[1] ? 4u : 0u) | (y > high_[1] ? 8u : 0u);
+            for (int column = cells_.west; column <= cells_.east + 1; ++column) {
+                const double x = local_.x(window_.cells.west + column);
+                codes_.at(column, row) = static_cast<std::uint8_t>(
+                    row_code | (x < low_[0] ? 1u : 0u) | (x > high_[0] ? 2u : 0u));
+            }
+        }
+        for (int row = cells_.south; row <= cells_.north; ++row) {
+            for (int column = cells_.west; column <= cells_.east; ++column) {
+                if (window_.highest(column, row) < low_[2]) continue;
+                const bool is_even = window_.is_cut_to_north_east(column, row);
+                for (const bool is_south : {true, false}) {
+                    if (!take_face(column, row, is_south)) continue;
+                    is_any_near = true;
+                    unmark(is_even ? column : column + 1, row);
+                    unmark(is_even ? column + 1 : column, row + 1);
+                    unmark(is_even == is_south ? column + 1 : column, is_south ? row : row + 1);
+                }
+            }
+        }
+        return is_any_near;
+    }
+
+    void unmark(int column, int row) {
+        std::uint8_t& code = codes_.at(column, row);
+        code = static_cast<std::uint8_t>(code & ~kFar);
+    }
+
+    // A face under the ends of the core; false where its plane is too far from both.
+    bool take_face(int column, int row, bool is_south) {
+        const WindowFace face = make_window_face(local_, window_, column, row, is_south);
+        // a hair more, for what rounding does to planes
+        const double furthest = (1.0 + 1e-9) * furthest_ * furthest_ * face.square;
+        const double over_from = face.above(from_);
+        if (!has_core_) {
+            if (over_from > 0.0 && over_from * over_from > furthest) return false;
+            take_end(face, column, row, is_south, from_, over_from);
+            return true;
+        }
+        const double over_to = face.above(to_);
+        const double least = std::min(over_from, over_to);
+        if (least > 0.0 && least * least > furthest) return false;
+        take_end(face, column, row, is_south, from_, over_from);
+        take_end(face, column, row, is_south, to_, over_to);
+        return true;
+    }
+
+    // An end of the core so high above a face.
+    void take_end(const WindowFace& face, int column, int row, bool is_south,
+                  const Eigen::Vector3d& end, double over) {
+        if (over < 0.0 || over * over > furthest_ * furthest_ * face.square ||
+            over * over < nearest_ * nearest_ * face.square ||
+            !face.may_have_foot(end, over, spacing_)) {
+            return;
+        }
+        const Triangle triangle = local_.triangle(window_, column, row, is_south);
+        if (!is_foot_inside(end, triangle)) return;
+        add(end, triangle.normal, dot(triangle.normal, end - triangle.v[0]));
+    }
+
+    const LocalGround& local_;
+    const GroundWindow& window_;
+    WindowCells cells_;
+    const LocalShape& shape_;  ///< where it is
+    bool has_core_;
+    std::uint32_t part_;
+    const Eigen::Vector3d& freeing_;
+    double margin_;
+    double reach_;
+    double nearest_, furthest_;   ///< ways from the ground to the core that count, metres
+    Eigen::Vector3d low_, high_;  ///< ends of the bounds and the margin
+    double spacing_;
+    double slack_;  ///< by which a neighbour may stand out before it counts as above a plane
+    Eigen::Vector3d from_, to_;  ///< ends of the core where the shape is free
+    WindowCodes codes_;
+    ContactPatches& patches_;
+};
+
+}  // namespace
+
+void find_round_patches(const LocalGround& local, const GroundWindow& window,
+                        const CellRange& cells, const LocalShape& shape, std::uint32_t part,
+                        const Eigen::Vector3d& freeing, double margin, double reach,
+                        ContactPatches& patches) {
+    RoundPairs(local, window, cells, shape, part, freeing, margin, reach, patches).run();
+}
+
+}  // namespace terrane::internal

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: MIT
+#include "ground/frame/local_ground.h"
+
+#include <cmath>
+
+namespace terrane::internal {
+
+LocalGround::LocalGround(const Ground& ground, const WorldPos& near_world)
+    : reader_(ground),
+      spacing_(ground.spacing()),
+      inverse_spacing_(1.0 / ground.spacing()),
+      quantum_(ground.lattice().quantum) {
+    // Far outside the extent the nearest lattice point of the extent serves.
+    const WorldRect& extent = ground.extent();
+    column_ = ground.column_at(std::clamp(near_world.x(), extent.west, extent.east));
+    row_ = ground.row_at(std::clamp(near_world.y(), extent.south, extent.north));
+    base_ = static_cast<std::int64_t>(
+        std::floor(std::clamp(near_world.z() / quantum_, -0x1p52, 0x1p52)));
+    place();
+}
+
+LocalGround::LocalGround(const LocalGround& other, const Eigen::Vector3d& near)
+    : reader_(other.reader_),
+      spacing_(other.spacing_),
+      inverse_spacing_(other.inverse_spacing_),
+      quantum_(other.quantum_),
+      column_(other.column_),
+      row_(other.row_),
+      base_(other.base_) {
+    // Beyond this no cell and no height can lie.
+    constexpr double kFar = 0x1p40;
+    const auto steps = [&](double p, double step) {
+        return static_cast<std::int64_t>(std::floor(std::clamp(p / step, -kFar, kFar)));
+    };
+    column_ += steps(near[0], spacing_);
+    row_ += steps(near[1], spacing_);
+    base_ += steps(near[2], quantum_);
+    place();
+}
+
+void LocalGround::place() {
+    origin_world_ = {ground().cell_x(column_), ground().cell_y(row_),
+                     quantum_ * static_cast<double>(base_)};
+}
+
+CellRange LocalGround::cells(double west, double south, double east, double north) const {
+    const WorldRect& extent = ground().extent();
+    const double limit_west = extent.west - origin_world_.x() - spacing_;
+    const double limit_east = extent.east - origin_world_.x() + spacing_;
+    const double limit_south = extent.south - origin_world_.y() - spacing_;
+    const double limit_north = extent.north - origin_world_.y() + spacing_;
+    CellRange none;
+    if (!(west <= limit_east && east >= limit_west && south <= limit_north &&
+          north >= limit_south)) {
+        return none;
+    }
+    // A rectangle whose western side lies on a line meets the cells to the west of it too.
+    const auto first = [this](double p) {
+        return static_cast<std::int64_t>(std::ceil(p / spacing_)) - 1;
+    };
+    const auto last = [this](double p) {
+        return static_cast<std::int64_t>(std::floor(p / spacing_));
+    };
+    return {column_ + first(std::max(west, limit_west)), row_ + first(std::max(south, limit_south)),
+            column_ + last(std::min(east, limit_east)), row_ + last(std::min(north, limit_north))};
+}
+
+Prism LocalGround::prism(const CellRange& cells, std::int32_t low, std::int32_t high) const {
+    return {x(cells.west), y(cells.south), x(cells.east + 1), y(cells.north + 1), z(high), z(low)};
+}
+
+const GroundWindow* LocalGround::window(const CellRange& cells, int ring) const {
+    if (cells.east < cells.west || cells.north < cells.south) return nullptr;
+    const auto widened = [&](int by) {
+        return CellRange{cells.west - by, cells.south - by, cells.east + by, cells.north + by};
+    };
+    // The ring is read at once: the next question may need it.
+    if (!window_.holds(widened(ring)) && !window_.read(reader_, widened(1), base_, quantum_)) {
+        return nullptr;
+    }
+    return window_.is_full || window_.is_ground(cells) ? &window_ : nullptr;
+}
+
+double LocalGround::error(const CellRange& cells) const {
+    if (!(cells == error_cells_)) {
+        error_ = static_cast<double>(reader_.error(cells));
+        error_cells_ = cells;
+    }
+    return error_;
+}
+
+bool LocalGround::find_vertex(std::int64_t column, std::int64_t row, Eigen::Vector3d& p_out) const {
+    if (window_.is_full && window_.holds({column - 1, row - 1, column, row})) {
+        p_out = {x(column), y(row),
+                 window_.at(static_cast<int>(column - window_.cells.west),
+                            static_cast<int>(row - window_.cells.south))};
+        return true;
+    }
+    for (int k = 0; k < 4; ++k) {
+        const bool is_east = (k & 1) != 0;  // the vertex is the cell's eastern one
+        const bool is_north = (k & 2) != 0;
+        const GroundCell found = cell(column - (is_east ? 1 : 0), row - (is_north ? 1 : 0));
+        if (found.status != GroundStatus::ok) continue;
+        const std::int32_t height = is_north ? (is_east ? found.north_east : found.north_west)
+                                             : (is_east ? found.south_east : found.south_west);
+        p_out = {x(column), y(row), z(height)};
+        return true;
+    }
+    return false;
+}
+
+std::array<Eigen::Vector3d, 3> LocalGround::corners(const GroundWindow& window, int column, int row,
+                                                    bool is_south) const {
+    const auto at = [&](int i, int j) { return vertex(window, i, j); };
+    // From one end of the cut to the other, and the corner on that side.
+    if (window.is_cut_to_north_east(column, row)) {
+        const Eigen::Vector3d from = at(column, row), to = at(column + 1, row + 1);
+        if (is_south) return {from, at(column + 1, row), to};
+        return {from, to, at(column, row + 1)};
+    }
+    const Eigen::Vector3d from = at(column + 1, row), to = at(column, row + 1);
+    if (is_south) return {at(column, row), from, to};
+    return {from, at(column + 1, row + 1), to};
+}
+
+std::array<Triangle, 2> LocalGround::triangles(const GroundCell& cell, std::int64_t column,
+                                               std::int64_t row) const {
+    const double west = x(column);
+    const double east = x(column + 1);
+    const double south = y(row);
+    const double north = y(row + 1);
+    const Eigen::Vector3d sw(west, south, z(cell.south_west));
+    const Eigen::Vector3d se(east, south, z(cell.south_east));
+    const Eigen::Vector3d nw(west, north, z(cell.north_west));
+    const Eigen::Vector3d ne(east, north, z(cell.north_east));
+    if (cell.cut_to_north_east) return {make_triangle(sw, se, ne), make_triangle(sw, ne, nw)};
+    return {make_triangle(sw, se, nw), make_triangle(se, ne, nw)};
+}
+
+}  // namespace terrane::internal

@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "ground/frame/ground_window.h"
+#include "math/vector_math.h"
+
+#include <terrane/terrain/ground.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace terrane::internal {
+
+/// A triangle of the contact surface, counter-clockwise from above; the ground is everything below.
+struct Triangle {
+    std::array<Eigen::Vector3d, 3> v;
+    Eigen::Vector3d normal;  ///< unit, z > 0
+};
+
+/// Makes a triangle from its corners, counter-clockwise from above.
+inline Triangle make_triangle(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                              const Eigen::Vector3d& c) {
+    const Eigen::Vector3d n = cross(b - a, c - a);
+    return {{a, b, c}, n / length(n)};
+}
+
+/// Whether the foot of the perpendicular on its plane lies in a triangle, or a hair outside, so that a point
+/// over an edge is over one of the two faces.
+inline bool is_foot_inside(const Eigen::Vector3d& p, const Triangle& triangle) {
+    for (std::size_t i = 0; i < 3; ++i) {
+        const Eigen::Vector3d& a = triangle.v[i];
+        const Eigen::Vector3d edge = triangle.v[(i + 1) % 3] - a;
+        if (dot(cross(edge, p - a), triangle.normal) < -1e-12 * dot(edge, edge)) return false;
+    }
+    return true;
+}
+
+/// The vertical prism over a rectangle of cells and under `high`: contains the ground there, whose surface is
+/// nowhere below `low`.
+struct Prism {
+    double west = 0.0, south = 0.0, east = 0.0, north = 0.0, high = 0.0;
+    double low = -std::numeric_limits<double>::infinity();
+};
+
+/// The ground seen from a point of its lattice near the question. Lattice integers are subtracted
+/// before anything becomes a length, so that bits do not depend on where in the world it is asked.
+///
+/// Threads: one; each question makes its own
+class LocalGround {
+public:
+    LocalGround(const Ground& ground, const WorldPos& near_world);
+    /// The same ground from near a point of another frame: whole cells and quanta away from it.
+    LocalGround(const LocalGround& other, const Eigen::Vector3d& near);
+    LocalGround(const LocalGround&) = delete;
+    LocalGround& operator=(const LocalGround&) = delete;
+
+    Eigen::Vector3d to_local(const WorldPos& p_world) const { return p_world - origin_world_; }
+    WorldPos to_world(const Eigen::Vector3d& p) const { return p + origin_world_; }
+    double spacing() const { return spacing_; }
+    double inverse_spacing() const { return inverse_spacing_; }
+    const Ground& ground() const { return reader_.ground(); }
+
+    /// Cells that a closed rectangle meets, clamped to the ground's extent.
+    CellRange cells(double west, double south, double east, double north) const;
+
+    Prism prism(const CellRange& cells, std::int32_t low, std::int32_t high) const;
+    GroundCell cell(std::int64_t column, std::int64_t row) const {
+        return reader_.cell(column, row);
+    }
+    /// A window that holds a range of cells and `ring` more on each side, until it is asked for another one; null
+    /// where they are too many, or one of the range is no ground or not resident.
+    ///
+    /// @param ring 0 or 1
+    const GroundWindow* window(const CellRange& cells, int ring) const;
+    /// Whether a cell is ground and resident.
+    bool is_ground(std::int64_t column, std::int64_t row) const {
+        if (window_.holds({column, row, column, row})) {
+            return window_.is_ground(static_cast<int>(column - window_.cells.west),
+                                     static_cast<int>(row - window_.cells.south));
+        }
+        return cell(column, row).status == GroundStatus::ok;
+    }
+    /// Whether all cells of a range are ground and resident. Cost: O(chunks); O(cells) where chunks have other ones
+    bool is_all_ground(const CellRange& cells) const { return reader_.is_all_ground(cells); }
+    /// A corner of the contact surface; false where none of its cells is ground and resident.
+    bool find_vertex(std::int64_t column, std::int64_t row, Eigen::Vector3d& p_out) const;
+    /// Largest error_m of the cells of a range that are ground and resident, metres.
+    double error(const CellRange& cells) const;
+    /// The south-western corner of a window, at the height of this frame.
+    Eigen::Vector3d corner(const GroundWindow& window) const {
+        return {x(window.cells.west), y(window.cells.south), 0.0};
+    }
+    /// A vertex of a window.
+    Eigen::Vector3d vertex(const GroundWindow& window, int column, int row) const {
+        return {x(window.cells.west + column), y(window.cells.south + row), window.at(column, row)};
+    }
+    /// The triangle of a window's cell on its southern or northern side, and its corners.
+    Triangle triangle(const GroundWindow& window, int column, int row, bool is_south) const {
+        const std::array<Eigen::Vector3d, 3> v = corners(window, column, row, is_south);
+        return make_triangle(v[0], v[1], v[2]);
+    }
+    std::array<Eigen::Vector3d, 3> corners(const GroundWindow& window, int column, int row,
+                                           bool is_south) const;
+    RangeAnswer square(std::int64_t column, std::int64_t row, int log2_side) const {
+        return reader_.square(column, row, log2_side);
+    }
+    /// The two triangles of a cell whose status is ok.
+    std::array<Triangle, 2> triangles(const GroundCell& cell, std::int64_t column,
+                                      std::int64_t row) const;
+    double x(std::int64_t column) const { return spacing_ * static_cast<double>(column - column_); }
+    double y(std::int64_t row) const { return spacing_ * static_cast<double>(row - row_); }
+    /// Lattice index of a coordinate that x() or y() made.
+    std::int64_t column_of(double x) const {
+        return column_ + static_cast<std::int64_t>(std::floor(x / spacing_ + 0.5));
+    }
+    std::int64_t row_of(double y) const {
+        return row_ + static_cast<std::int64_t>(std::floor(y / spacing_ + 0.5));
+    }
+    double z(std::int32_t height) const { return quantum_ * static_cast<double>(height - base_); }
+
+private:
+    void place();
+
+    mutable GroundReader reader_;
+    mutable GroundWindow window_;
+    mutable CellRange error_cells_;  ///< that were asked for last
+    mutable double error_ = 0.0;     ///< theirs
+    double spacing_;
+    double inverse_spacing_;
+    double quantum_;
+    std::int64_t column_ = 0;
+    std::int64_t row_ = 0;
+    std::int64_t base_ = 0;  ///< quanta
+    WorldPos origin_world_;
+};
+
+/// Walks the cells of a range from the blocks down. The visitor has
+///   bool wants(const Prism&)                    whether anything inside can matter
+///   void take(const GroundCell&, column, row)   a cell that is ground
+///   bool miss(const Prism&)                     a cell that is not resident, under what is known of its
+///                                               height; goes on if true
+/// and may have
+///   bool take_square(const CellRange&)          some 16 x 16 cells, or fewer; its cells are walked if false
+template <class Visitor>
+void visit_cells(const LocalGround& local, const CellRange& all, Visitor& visitor) {
+    constexpr std::int64_t kFew = 4;  // cells along a side: not worth asking for their range
+    constexpr int kLargest = 7;       // log2 of cells along a side: no more than a chunk
+    constexpr int kSmallest = 2;
+    constexpr int kSquare = 4;  // what a window and one more cell on each side hold
+    static_assert((1 << kSquare) + 2 <= GroundWindow::kMostCells);
+    if (all.east < all.west || all.north < all.south) return;
+    const bool is_small = all.east - all.west < kFew && all.north - all.south < kFew;
+    const auto visit_each = [&](const CellRange& r) {
+        for (std::int64_t row = r.south; row <= r.north; ++row) {
+            for (std::int64_t column = r.west; column <= r.east; ++column) {
+                const GroundCell cell = local.cell(column, row);
+                if (cell.status == GroundStatus::ok) {
+                    const auto [low, high] = std::minmax(
+                        {cell.south_west, cell.south_east, cell.north_west, cell.north_east});
+                    if (visitor.wants(local.prism({column, row, column, row}, low, high))) {
+                        visitor.take(cell, column, row);
+                    }
+                } else if (cell.status == GroundStatus::not_resident) {
+                    const CellRange only{column, row, column, row};
+                    const RangeAnswer range = local.ground().range(only);
+                    const std::int32_t high = range.high;
+                    Prism prism = local.prism(only, range.low, high);
+                    if (high == std::numeric_limits<std::int32_t>::max()) {
+                        prism.high = std::numeric_limits<double>::infinity();
+                    }
+                    if (!visitor.miss(prism)) return false;
+                }
+            }
+        }
+        return true;
+    };
+    if (is_small) {
+        visit_each(all);
+        return;
+    }
+    // Squares aligned to powers of two, whose ranges chunks know.
+    struct Square {
+        std::int64_t west, south;
+        int log2_side;
+    };
+    std::array<Square, 32> stack;
+    const std::int64_t largest = std::int64_t{1} << kLargest;
+    for (std::int64_t south = all.south & -largest; south <= all.north; south += largest) {
+        for (std::int64_t west = all.west & -largest; west <= all.east; west += largest) {
+            std::size_t count = 0;
+            stack[count++] = {west, south, kLargest};
+            while (count > 0) {
+                const Square square = stack[--count];
+                const std::int64_t side = std::int64_t{1} << square.log2_side;
+                const CellRange r{std::max(square.west, all.west),
+                                  std::max(square.south, all.south),
+                                  std::min(square.west + side - 1, all.east),
+                                  std::min(square.south + side - 1, all.north)};
+                if (r.east < r.west || r.north < r.south) continue;
+                const RangeAnswer range = local.square(square.west, square.south, square.log2_side);
+                if (range.status == GroundStatus::outside) continue;
+                if (range.high != std::numeric_limits<std::int32_t>::max() &&
+                    !visitor.wants(local.prism(r, range.low, range.high))) {
+                    continue;
+                }
+                if constexpr (requires { visitor.take_square(r); }) {
+                    if (square.log2_side == kSquare && visitor.take_square(r)) continue;
+                }
+                if (square.log2_side <= kSmallest) {
+                    if (!visit_each(r)) return;
+                    continue;
+                }
+                const int log2_half = square.log2_side - 1;
+                const std::int64_t half = std::int64_t{1} << log2_half;
+                stack[count++] = {square.west + half, square.south + half, log2_half};
+                stack[count++] = {square.west, square.south + half, log2_half};
+                stack[count++] = {square.west + half, square.south, log2_half};
+                stack[count++] = {square.west, square.south, log2_half};
+            }
+        }
+    }
+}
+
+}  // namespace terrane::internal

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: MIT
+#include "ground/frame/local_hull.h"
+
+#include "shapes/hull_data.h"
+
+#include <terrane/collision/ground_cast.h>
+
+#include <algorithm>
+
+namespace terrane::internal {
+namespace {
+
+// Faces less steep than this bound what lies below a hull better than its box does.
+constexpr double kSteep = 1e-3;
+
+/// Visits the faces around a vertex, each twice.
+template <class Visit>
+void visit_faces_around(const Polyhedron& shape, std::uint32_t vertex, Visit visit) {
+    for (std::uint32_t k = shape.first_neighbour[vertex]; k < shape.first_neighbour[vertex + 1];
+         ++k) {
+        const Polyhedron::Edge* edge = find_edge(shape, vertex, shape.neighbours[k]);
+        if (edge == nullptr || edge->left == Polyhedron::kNoFace) continue;
+        visit(edge->left);
+        visit(edge->right);
+    }
+}
+
+void add_planes(LocalHull& hull) {
+    // The most level faces around the lowest vertex.
+    constexpr std::size_t kFaces = 4;
+    const Polyhedron& shape = *hull.shape;
+    const Eigen::Vector3d down = hull.to_body(-Eigen::Vector3d::UnitZ());
+    std::array<std::uint32_t, kFaces> faces;
+    std::size_t count = 0;
+    const auto is_flatter = [&](std::uint32_t a, std::uint32_t b) {
+        const double of_a = dot(shape.faces[a].normal, down);
+        const double of_b = dot(shape.faces[b].normal, down);
+        return of_a > of_b || (of_a == of_b && a < b);
+    };
+    visit_faces_around(shape, find_extreme(shape, down), [&](std::uint32_t face) {
+        if (dot(shape.faces[face].normal, down) < kSteep) return;
+        std::size_t place = count;
+        while (place > 0 && is_flatter(face, faces[place - 1])) --place;
+        if (place == kFaces || (place > 0 && faces[place - 1] == face)) return;
+        if (count < kFaces) ++count;
+        for (std::size_t i = count - 1; i > place; --i) faces[i] = faces[i - 1];
+        faces[place] = face;
+    });
+    hull.plane_count = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+        const Polyhedron::Face& face = shape.faces[faces[i]];
+        const Eigen::Vector3d n = -rotated(hull.rotation, face.normal);
+        hull.planes[hull.plane_count++] = {n, face.offset + dot(n, hull.middle)};
+    }
+    hull.face_count = count;
+    // Four slopes, for what is round.
+    constexpr double kAcross = 0.36;
+    constexpr double kUp = 0.8606974497462901;  // a unit vector with the former twice
+    for (const double x : {-kAcross, kAcross}) {
+        for (const double y : {-kAcross, kAcross}) {
+            const Eigen::Vector3d n(x, y, kUp);
+            hull.planes[hull.plane_count++] = {n, hull.drop(n)};
+        }
+    }
+}
+
+}  // namespace
+
+void make_local_hull(const ConvexHull& hull, const Eigen::Matrix3d& rotation, LocalHull& hull_out) {
+    hull_out.shape = &polyhedron(hull);
+    hull_out.rotation = orthonormalized(rotation);
+    for (int i = 0; i < 3; ++i) {
+        const Eigen::Vector3d axis = hull_out.to_body(Eigen::Vector3d::Unit(i));
+        const std::span<const Eigen::Vector3d> vertices = hull_out.shape->vertices;
+        const std::uint32_t low = find_extreme(*hull_out.shape, -axis);
+        const std::uint32_t high = find_extreme(*hull_out.shape, axis);
+        // As vertex() rounds.
+        const double low_at = rotated(hull_out.rotation, vertices[low])[i];
+        const double high_at = rotated(hull_out.rotation, vertices[high])[i];
+        hull_out.middle[i] = 0.5 * (low_at + high_at);
+        hull_out.bounds[i] = std::max(high_at - hull_out.middle[i], hull_out.middle[i] - low_at);
+    }
+    add_planes(hull_out);
+}
+
+const Polyhedron::Edge* find_edge(const Polyhedron& shape, std::uint32_t a, std::uint32_t b) {
+    const std::uint32_t from = std::min(a, b);
+    const std::uint32_t to = std::max(a, b);
+    const auto edge = std::lower_bound(shape.edges.begin(), shape.edges.end(), 0,
+                                       [&](const Polyhedron::Edge& e, int) {
+                                           return e.from < from || (e.from == from && e.to < to);
+                                       });
+    return edge != shape.edges.end() && edge->from == from && edge->to == to ? &*edge : nullptr;
+}
+
+ShapeFeature find_deepest(const LocalHull& hull, const Eigen::Vector3d& n,
+                          Eigen::Vector3d& middle_out) {
+    // Below this cosine a feature counts as square to the direction.
+    constexpr double kLevel = 1e-9;
+    const Polyhedron& shape = *hull.shape;
+    const std::uint32_t lowest = hull.lowest(n);
+    const Eigen::Vector3d down = -hull.to_body(n);
+    std::uint32_t beside = lowest;
+    std::size_t level_count = 0;
+    for (std::uint32_t k = shape.first_neighbour[lowest]; k < shape.first_neighbour[lowest + 1];
+         ++k) {
+        const std::uint32_t other = shape.neighbours[k];
+        const Eigen::Vector3d edge = shape.vertices[other] - shape.vertices[lowest];
+        if (std::abs(dot(down, edge)) > kLevel * length(edge)) continue;
+        beside = other;
+        ++level_count;
+    }
+    if (level_count == 0) {
+        middle_out = hull.vertex(lowest);
+        return {lowest, lowest};
+    }
+    if (level_count == 1) {
+        middle_out = 0.5 * (hull.vertex(lowest) + hull.vertex(beside));
+        return {std::min(lowest, beside), std::max(lowest, beside)};
+    }
+    std::uint32_t face = Polyhedron::kNoFace;
+    visit_faces_around(shape, lowest, [&](std::uint32_t f) {
+        if (face == Polyhedron::kNoFace) face = f;
+        const double of_f = dot(shape.faces[f].normal, down);
+        const double of_face = dot(shape.faces[face].normal, down);
+        if (of_f > of_face || (of_f == of_face && f < face)) face = f;
+    });
+    const Polyhedron::Face& loop = shape.faces[face];
+    middle_out = Eigen::Vector3d::Zero();
+    for (std::uint32_t k = 0; k < loop.count; ++k) {
+        middle_out += hull.vertex(shape.loops[loop.first + k]);
+    }
+    middle_out /= static_cast<double>(loop.count);
+    return {face, ShapeFeature::kFace};
+}
+
+}  // namespace terrane::internal

@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: MIT
+//
+// The height of the ground over a box changes its slope only where edges of the ground run, and the box
+// only at its corners and edges. So the lift is that of a vertex of the ground in the box, of a corner of
+// the box, or of an edge of the box over an edge of the ground. Those run along four families of lines: of
+// constant x, y, and, two cells apart, x - y and x + y (see cut_to_north_east).
+#include "ground/lift/box_lift.h"
+
+#include "ground/lift/box_slabs.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace terrane::internal {
+namespace {
+
+struct Place {
+    double x, y;  // cells of the window
+    double z;     // metres
+};
+
+class BoxScan {
+public:
+    BoxScan(const GroundWindow& window, const Eigen::Vector3d& corner, double spacing,
+         const LocalShape& box, double floor, double enough)
+        : window_(window), box_(box), limit_(floor), enough_(enough), slabs_(box, corner, spacing) {
+        const double cells = 1.0 / spacing;
+        for (std::size_t k = 0; k < 8; ++k) {
+            const Eigen::Vector3d p = box.corner(static_cast<int>(k)) - corner;
+            corners_[k] = {p[0] * cells, p[1] * cells, box.centre[2] + box.corners[k][2]};
+        }
+    }
+
+    WindowLift run() {
+        make_ranges();
+        take_vertices();
+        if (limit_ <= enough_) {
+            for (const Place& place : corners_) take_corner(place);
+            take_edges();
+        }
+        const double u = x_ - static_cast<double>(best_.column);
+        const double v = y_ - static_cast<double>(best_.row);
+        best_.is_south =
+            window_.is_cut_to_north_east(best_.column, best_.row) ? u >= v : u + v <= 1.0;
+        return best_;
+    }
+
+private:
+    bool is_more(double lift) const { return lift > limit_; }
+
+    void take(double lift, double x, double y, int column, int row) {
+        if (!is_more(lift)) return;
+        best_ = {lift, column, row};
+        limit_ = lift;
+        x_ = x;
+        y_ = y;
+    }
+
+    // Vertices of the cells that the box is over; those straight under it, and one more on each side.
+    void make_ranges() {
+        double west = corners_[0].x, east = west, south = corners_[0].y, north = south;
+        for (const Place& place : corners_) {
+            west = std::min(west, place.x);
+            east = std::max(east, place.x);
+            south = std::min(south, place.y);
+            north = std::max(north, place.y);
+        }
+        first_column_ = cell_of(west, window_.columns);
+        last_column_ = cell_of(east, window_.columns) + 1;
+        first_row_ = cell_of(south, window_.rows);
+        last_row_ = cell_of(north, window_.rows) + 1;
+    }
+
+    // Vertices of the ground, seen straight up from below the box.
+    void take_vertices() {
+        const double lowest = box_.centre[2] - box_.bounds[2];
+        for (int row = first_row_; row <= last_row_ && limit_ <= enough_; ++row) {
+            const auto v = static_cast<double>(row);
+            const std::array<BoxSlabs::Slab, 3> slabs = slabs_.along(v);
+            for (int column = first_column_; column <= last_column_; ++column) {
+                const double z = window_.at(column, row);
+                if (!is_more(z - lowest)) continue;
+                const auto u = static_cast<double>(column);
+                const double low = BoxSlabs::low(slabs, u);
+                if (!is_more(z - low) || low > BoxSlabs::high(slabs, u)) continue;
+                if (!slabs_.is_between_sides(u, v)) continue;
+                take(z - low, u, v, std::min(column, window_.columns - 1),
+                     std::min(row, window_.rows - 1));
+            }
+        }
+    }
+
+    void take_corner(const Place& p) {
+        if (!is_more(window_.high - p.z)) return;
+        const int column = cell_of(p.x, window_.columns);
+        const int row = cell_of(p.y, window_.rows);
+        const double u = p.x - static_cast<double>(column);
+        const double v = p.y - static_cast<double>(row);
+        const double south_west = window_.at(column, row);
+        const double south_east = window_.at(column + 1, row);
+        const double north_west = window_.at(column, row + 1);
+        const double north_east = window_.at(column + 1, row + 1);
+        double height = 0.0;
+        if (window_.is_cut_to_north_east(column, row)) {
+            height = south_west +
+                     (u >= v ? (south_east - south_west) * u + (north_east - south_east) * v
+                             : (north_east - north_west) * u + (north_west - south_west) * v);
+        } else if (u + v <= 1.0) {
+            height = south_west + ((south_east - south_west) * u + (north_west - south_west) * v);
+        } else {
+            height = north_east + ((north_west - north_east) * (1.0 - u) +
+                                   (south_east - north_east) * (1.0 - v));
+        }
+        take(height - p.z, p.x, p.y, column, row);
+    }
+
+    void take_edges() {
+        for (int i = 0; i < 3; ++i) {
+            // bits of the corners whose face of an axis looks up
+            const auto up_of = [&](int j) {
+                const double z = box_.axes[static_cast<std::size_t>(j)][2];
+                return z > 0.0 ? 1 << j : (z < 0.0 ? 0 : -1);
+            };
+            const int j0 = (i + 1) % 3;
+            const int j1 = (i + 2) % 3;
+            const int up0 = up_of(j0);
+            const int up1 = up_of(j1);
+            for (int k = 0; k < 8; ++k) {
+                if ((k >> i & 1) != 0) continue;
+                // An edge between two faces that look up has the box below it.
+                if ((k & 1 << j0) == up0 && (k & 1 << j1) == up1) continue;
+                const Place& from = corners_[static_cast<std::size_t>(k)];
+                const Place& to = corners_[static_cast<std::size_t>(k | 1 << i)];
+                take_low_part(from, to);
+            }
+        }
+    }
+
+    // What of an edge is higher than all of the ground, less the lift so far, is passed over.
+    void take_low_part(Place from, Place to) {
+        if (from.z > to.z) std::swap(from, to);
+        const double rise = window_.high - limit_ - from.z;
+        if (!(rise > 0.0)) return;
+        const double whole = to.z - from.z;
+        if (rise < whole) {
+            const double share = rise / whole;
+            to = {from.x + share * (to.x - from.x), from.y + share * (to.y - from.y),
+                  from.z + rise};
+        }
+        take_edge(from, to);
+    }
+
+    void take_edge(const Place& from, const Place& to) {
+        const double dx = to.x - from.x;
+        const double dy = to.y - from.y;
+        const double dz = to.z - from.z;
+        cross_lines(from.x, to.x, 1, 0, [&](int line, double t) {
+            if (line < 0 || line > window_.columns) return;
+            const double y = from.y + t * dy;
+            const int row = cell_of(y, window_.rows);
+            const double a = window_.at(line, row);
+            const double height =
+                a + (y - static_cast<double>(row)) * (window_.at(line, row + 1) - a);
+            take(height - (from.z + t * dz), static_cast<double>(line), y,
+                 std::min(line, window_.columns - 1), row);
+        });
+        cross_lines(from.y, to.y, 1, 0, [&](int line, double t) {
+            if (line < 0 || line > window_.rows) return;
+            const double x = from.x + t * dx;
+            const int column = cell_of(x, window_.columns);
+            const double a = window_.at(column, line);
+            const double height =
+                a + (x - static_cast<double>(column)) * (window_.at(column + 1, line) - a);
+            take(height - (from.z + t * dz), x, static_cast<double>(line), column,
+                 std::min(line, window_.rows - 1));
+        });
+        const int odd = window_.is_odd ? 1 : 0;
+        cross_lines(from.x - from.y, to.x - to.y, 2, odd, [&](int line, double t) {
+            const double x = from.x + t * dx;
+            const int column = cell_of(x, window_.columns);
+            const int row = column - line;
+            if (row < 0 || row >= window_.rows) return;
+            const double u = x - static_cast<double>(column);
+            const double a = window_.at(column, row);
+            const double height = a + u * (window_.at(column + 1, row + 1) - a);
+            take(height - (from.z + t * dz), x, static_cast<double>(row) + u, column, row);
+        });
+        cross_lines(from.x + from.y, to.x + to.y, 2, odd, [&](int line, double t) {
+            const double x = from.x + t * dx;
+            const int column = cell_of(x, window_.columns);
+            const int row = line - column - 1;
+            if (row < 0 || row >= window_.rows) return;
+            const double u = x - static_cast<double>(column);
+            const double a = window_.at(column, row + 1);
+            const double height = a + u * (window_.at(column + 1, row) - a);
+            take(height - (from.z + t * dz), x, static_cast<double>(row + 1) - u, column, row);
+        });
+    }
+
+    // Calls cross(line, t) for the whole numbers between a and b that leave `odd` when divided by `step`.
+    template <class Cross>
+    static void cross_lines(double a, double b, int step, int odd, Cross cross) {
+        const double low = std::min(a, b);
+        const double high = std::max(a, b);
+        auto line = static_cast<int>(low);
+        if (static_cast<double>(line) < low) ++line;
+        if (step == 2 && ((line & 1) != odd)) ++line;
+        if (static_cast<double>(line) > high) return;
+        // Along a line there are no crossings: what lies beside it says the same.
+        if (!(high - low > 1e-300)) return;
+        const double share = 1.0 / (b - a);
+        for (; static_cast<double>(line) <= high; line += step) {
+            cross(line, std::clamp((static_cast<double>(line) - a) * share, 0.0, 1.0));
+        }
+    }
+
+    static int cell_of(double p, int count) {
+        return std::clamp(static_cast<int>(p), 0, count - 1);
+    }
+
+    const GroundWindow& window_;
+    const LocalShape& box_;
+    double limit_;   // lifts up to it are not looked for
+    double enough_;  // nor others where one is above this
+    std::array<Place, 8> corners_;
+    BoxSlabs slabs_;
+    int first_column_ = 0, last_column_ = 0, first_row_ = 0, last_row_ = 0;
+    WindowLift best_;
+    double x_ = 0.0, y_ = 0.0;  // where, in cells
+};
+
+}  // namespace
+
+WindowLift find_box_lift(const GroundWindow& window, const Eigen::Vector3d& corner, double spacing,
+                         const LocalShape& box, double floor, double enough) {
+    return BoxScan(window, corner, spacing, box, floor, enough).run();
+}
+
+}  // namespace terrane::internal

@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: MIT
+#include "ground/lift/ground_lift.h"
+
+#include "math/vector_math.h"
+#include "ground/lift/box_lift.h"
+#include "ground/lift/box_slabs.h"
+#include "ground/lift/round_lift.h"
+#include "ground/lift/underside.h"
+
+#include <optional>
+
+namespace terrane::internal {
+namespace {
+
+class LiftVisitor {
+public:
+    LiftVisitor(const LocalGround& local, const LocalShape& shape, double floor, double enough)
+        : local_(local), shape_(shape), underside_(shape), floor_(floor), enough_(enough) {
+        if (shape.kind == ShapeKind::box) slabs_.emplace(shape, Eigen::Vector3d::Zero(), 1.0);
+    }
+
+    const GroundLift& result() const { return result_; }
+
+    bool wants(const Prism& prism) const {
+        if (has_enough()) return false;
+        const Eigen::Vector3d& c = shape_.centre;
+        if (prism.west > c[0] + shape_.bounds[0] || prism.east < c[0] - shape_.bounds[0] ||
+            prism.south > c[1] + shape_.bounds[1] || prism.north < c[1] - shape_.bounds[1]) {
+            return false;
+        }
+        const double best = std::max(floor_, result_.lift);
+        if (prism.high - (c[2] - shape_.bounds[2]) <= best) return false;
+        // A hair lower, for what rounding does to the bound.
+        const double hair = 1e-12 * (1.0 + std::abs(prism.high) + std::abs(c[2]));
+        return underside_.may_reach(prism, prism.high - std::max(best, -1e300) + hair);
+    }
+    void take(const GroundCell& cell, std::int64_t column, std::int64_t row) {
+        result_.error_m = std::max(result_.error_m, static_cast<double>(cell.error_m));
+        if (slabs_ && take_corners(cell, column, row)) return;
+        for (const Triangle& triangle : local_.triangles(cell, column, row)) take(triangle);
+    }
+    void take(const Triangle& triangle) {
+        const double best = std::max(floor_, result_.lift);
+        if (!(bound_column_lift(shape_, triangle) > best)) return;
+        const double lift = compute_column_lift(shape_, triangle, best);
+        if (lift > result_.lift) {
+            result_.lift = lift;
+            result_.triangle = triangle;
+        }
+    }
+    bool miss(const Prism& prism) {
+        if (!wants(prism)) return true;
+        result_.is_missing = true;
+        return false;
+    }
+
+    bool has_enough() const { return result_.lift > enough_; }
+
+private:
+    // The lift at the corners of a cell: true where no more is to be found between them, because the same face of a
+    // box is over all of the cell.
+    bool take_corners(const GroundCell& cell, std::int64_t column, std::int64_t row) {
+        const std::array<std::int32_t, 4> heights{cell.south_west, cell.south_east, cell.north_west,
+                                                  cell.north_east};
+        double most = -kAnyLift;
+        std::size_t which = 0;
+        std::size_t faces = 0;
+        bool is_over_all = true;
+        for (std::size_t k = 0; k < 4; ++k) {
+            const double x = local_.x(column + ((k & 1) != 0 ? 1 : 0));
+            const double y = local_.y(row + ((k & 2) != 0 ? 1 : 0));
+            const std::array<BoxSlabs::Slab, 3> slabs = slabs_->along(y);
+            const double low = BoxSlabs::low(slabs, x);
+            if (low > BoxSlabs::high(slabs, x) || !slabs_->is_between_sides(x, y)) {
+                is_over_all = false;
+                continue;
+            }
+            std::size_t face = 0;
+            while (slabs[face].low + slabs[face].x * x < low) ++face;
+            faces |= std::size_t{1} << face;
+            const double lift = local_.z(heights[k]) - low;
+            if (lift > most) {
+                most = lift;
+                which = k;
+            }
+        }
+        if (most > std::max(floor_, result_.lift)) {
+            result_.lift = most;
+            // that of the southern corners is the first one
+            result_.triangle = local_.triangles(cell, column, row)[which < 2 ? 0 : 1];
+        }
+        return is_over_all && (faces & (faces - 1)) == 0;
+    }
+
+    const LocalGround& local_;
+    const LocalShape& shape_;
+    Underside underside_;
+    std::optional<BoxSlabs> slabs_;  ///< of a box
+    double floor_;
+    double enough_;
+    GroundLift result_;
+};
+
+// Over a window that holds the cells under a box or a round shape.
+GroundLift find_lift(const LocalGround& local, const GroundWindow& window, const CellRange& cells,
+                     const LocalShape& shape, double floor, double enough) {
+    GroundLift result;
+    const WindowLift found =
+        shape.kind == ShapeKind::box
+            ? find_box_lift(window, local.corner(window), local.spacing(), shape, floor, enough)
+            : find_round_lift(local, window, cells, shape, floor, enough);
+    if (!(found.lift > floor)) return result;
+    result.lift = found.lift;
+    result.triangle = local.triangle(window, found.column, found.row, found.is_south);
+    return result;
+}
+
+// Of a shape over the cells of a range that a window holds.
+void visit_window(const LocalGround& local, const GroundWindow& window, const CellRange& cells,
+                  const LocalShape& shape, LiftVisitor& visitor) {
+    const auto west = static_cast<int>(cells.west - window.cells.west);
+    const auto south = static_cast<int>(cells.south - window.cells.south);
+    const int columns = static_cast<int>(cells.east - cells.west) + 1;
+    const int rows = static_cast<int>(cells.north - cells.south) + 1;
+    const auto take = [&](int column, int row) {
+        const double high = window.highest(column, row);
+        const std::int64_t x = window.cells.west + column;
+        const std::int64_t y = window.cells.south + row;
+        if (!visitor.wants({local.x(x), local.y(y), local.x(x + 1), local.y(y + 1), high})) return;
+        visitor.take(local.triangle(window, column, row, true));
+        visitor.take(local.triangle(window, column, row, false));
+    };
+    // The cell under the lowest point first: most others need only be bounded after it.
+    const Eigen::Vector3d lowest =
+        shape.deepest_point(Eigen::Vector3d::UnitZ()) - local.corner(window);
+    const int first_column =
+        std::clamp(static_cast<int>(lowest[0] / local.spacing()), west, west + columns - 1);
+    const int first_row =
+        std::clamp(static_cast<int>(lowest[1] / local.spacing()), south, south + rows - 1);
+    take(first_column, first_row);
+    for (int row = south; row < south + rows; ++row) {
+        for (int column = west; column < west + columns; ++column) {
+            if (column != first_column || row != first_row) take(column, row);
+        }
+    }
+}
+
+}  // namespace
+
+GroundLift find_lift(const LocalGround& local, const LocalShape& shape, const Eigen::Vector3d& d,
+                     double floor, double enough, LiftError error) {
+    LocalShape moved = shape;
+    moved.centre += d;
+    const Eigen::Vector3d low = moved.centre - moved.bounds;
+    const Eigen::Vector3d high = moved.centre + moved.bounds;
+    const CellRange cells = local.cells(low[0], low[1], high[0], high[1]);
+    const GroundWindow* const window = local.window(cells, 0);
+    if (window != nullptr && moved.kind != ShapeKind::hull) {
+        GroundLift lift = find_lift(local, *window, cells, moved, floor, enough);
+        if (error == LiftError::asked_for) lift.error_m = local.error(cells);
+        return lift;
+    }
+    LiftVisitor visitor(local, moved, floor, enough);
+    if (window != nullptr) {
+        visit_window(local, *window, cells, moved, visitor);
+        GroundLift lift = visitor.result();
+        if (error == LiftError::asked_for) lift.error_m = local.error(cells);
+        return lift;
+    }
+    // Some places first, that under the lowest point among them: most others need only be bounded after them.
+    const auto take_at = [&](double x, double y) {
+        const CellRange at = local.cells(x, y, x, y);
+        if (at.west > at.east || at.south > at.north) return;
+        const GroundCell cell = local.cell(at.east, at.north);
+        if (cell.status == GroundStatus::ok) visitor.take(cell, at.east, at.north);
+    };
+    const Eigen::Vector3d lowest = moved.deepest_point(Eigen::Vector3d::UnitZ());
+    take_at(lowest[0], lowest[1]);
+    constexpr int kPlaces = 8;  // along a side
+    constexpr std::int64_t kMany = 4 * kPlaces;
+    if (cells.east - cells.west > kMany && cells.north - cells.south > kMany) {
+        for (int i = 0; i < kPlaces * kPlaces && !visitor.has_enough(); ++i) {
+            const double u = (i % kPlaces + 0.5) / kPlaces;
+            const double v = (i / kPlaces + 0.5) / kPlaces;
+            take_at(low[0] + u * (high[0] - low[0]), low[1] + v * (high[1] - low[1]));
+        }
+    }
+    if (!visitor.has_enough()) visit_cells(local, cells, visitor);
+    return visitor.result();
+}
+
+GroundLift find_lift(const LocalGround& local, const LocalBody& body, const Eigen::Vector3d& d,
+                     double floor, double enough, LiftError error) {
+    if (!body.is_compound()) return find_lift(local, body.whole(), d, floor, enough, error);
+    GroundLift all;
+    body.visit(
+        [&](const Eigen::Vector3d& centre, const Eigen::Vector3d& bounds) {
+            if (all.lift > enough || all.is_missing) return false;
+            const double bottom = centre[2] + d[2] - bounds[2];
+            // A hair below, for what rounding does to the bound.
+            const double hair = 1e-12 * (1.0 + std::abs(bottom));
+            return bound_ground(local, centre + d, bounds) + hair >
+                   bottom + std::max(floor, all.lift);
+        },
+        [&](const LocalShape& shape, std::uint32_t part) {
+            const GroundLift lift =
+                find_lift(local, shape, d, std::max(floor, all.lift), enough, error);
+            all.error_m = std::max(all.error_m, lift.error_m);
+            all.is_missing = all.is_missing || lift.is_missing;
+            if (!(lift.lift > all.lift)) return;
+            all.lift = lift.lift;
+            all.triangle = lift.triangle;
+            all.part = part;
+        });
+    return all;
+}
+
+double bound_ground(const LocalGround& local, const Eigen::Vector3d& centre,
+                    const Eigen::Vector3d& bounds) {
+    constexpr std::int64_t kMost = 64;  // cells along a side
+    const Eigen::Vector3d low = centre - bounds;
+    const Eigen::Vector3d high = centre + bounds;
+    const CellRange cells = local.cells(low[0], low[1], high[0], high[1]);
+    if (cells.east < cells.west || cells.north < cells.south) return -kInfinity;
+    if (cells.east - cells.west > kMost || cells.north - cells.south > kMost) return kInfinity;
+    const RangeAnswer range = local.ground().range(cells);
+    if (range.status == GroundStatus::outside) return -kInfinity;
+    if (range.high == std::numeric_limits<std::int32_t>::max()) return kInfinity;
+    return local.z(range.high);
+}
+
+}  // namespace terrane::internal

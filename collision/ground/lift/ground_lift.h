@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "ground/column/column.h"
+#include "ground/frame/local_body.h"
+
+namespace terrane::internal {
+
+/// Gaps up to this are touches: what rounding leaves of none, metres.
+inline constexpr double kTouch = 1e-9;
+
+/// A limit that no lift reaches.
+inline constexpr double kAnyLift = std::numeric_limits<double>::infinity();
+
+/// The lift of a shape and the triangle that decides it.
+struct GroundLift {
+    double lift = -std::numeric_limits<double>::infinity();
+    Triangle triangle;        ///< set where lift is finite
+    std::uint32_t part = 0;   ///< of a compound, that decides it
+    bool is_missing = false;  ///< a cell that the shape's bounds meet is not resident
+    double error_m = 0.0;     ///< largest of the cells that were looked at, where it is asked for
+};
+
+/// The error of ground costs reading it: most lifts are only steps to an answer.
+enum class LiftError { skipped, asked_for };
+
+/// Largest of surface minus z over the shape moved by `d`. Lifts at or below `floor` need not be
+/// found exactly: they come back as minus infinity or as what they are. Nor need those above `enough`: any
+/// lift above it may come back.
+GroundLift find_lift(const LocalGround& local, const LocalShape& shape, const Eigen::Vector3d& d,
+                     double floor = -kAnyLift, double enough = kAnyLift,
+                     LiftError error = LiftError::skipped);
+
+/// The same over all parts of a body.
+GroundLift find_lift(const LocalGround& local, const LocalBody& body, const Eigen::Vector3d& d,
+                     double floor = -kAnyLift, double enough = kAnyLift,
+                     LiftError error = LiftError::skipped);
+
+/// The highest that the ground could be over or beside a box, metres: minus infinity where there is none,
+/// infinity where that is not known or would cost more than looking at less.
+double bound_ground(const LocalGround& local, const Eigen::Vector3d& centre,
+                    const Eigen::Vector3d& bounds);
+
+/// A lower bound of the distance between a box with sides along the axes and a prism.
+inline double bound_distance(const Eigen::Vector3d& centre, const Eigen::Vector3d& bounds,
+                             const Prism& prism) {
+    const double x =
+        std::max({0.0, centre[0] - bounds[0] - prism.east, prism.west - centre[0] - bounds[0]});
+    const double y =
+        std::max({0.0, centre[1] - bounds[1] - prism.north, prism.south - centre[1] - bounds[1]});
+    const double z = std::max(0.0, centre[2] - bounds[2] - prism.high);
+    return std::sqrt(x * x + y * y + z * z);
+}
+
+/// The same for a shape, which looks along the sides of corners too.
+inline double bound_distance(const LocalShape& shape, const Prism& prism) {
+    double bound = bound_distance(shape.centre, shape.bounds, prism);
+    visit_down_planes(shape, [&](const Eigen::Vector3d& n, double drop) {
+        const double top =
+            std::max(n[0] * (prism.west - shape.centre[0]), n[0] * (prism.east - shape.centre[0])) +
+            std::max(n[1] * (prism.south - shape.centre[1]),
+                     n[1] * (prism.north - shape.centre[1])) +
+            n[2] * (prism.high - shape.centre[2]);
+        bound = std::max(bound, -top - drop);
+    });
+    return bound;
+}
+
+}  // namespace terrane::internal

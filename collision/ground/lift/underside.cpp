@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: MIT
+#include "ground/lift/underside.h"
+
+#include <cmath>
+#include <limits>
+
+namespace terrane::internal {
+
+Underside::Underside(const LocalShape& shape) : shape_(shape) {
+    const Eigen::Vector3d& c = shape.centre;
+    if (shape.kind != ShapeKind::round) {
+        visit_down_planes(shape, [&](const Eigen::Vector3d& n, double drop) {
+            // the shape lies above the plane n . (p - c) = -drop
+            if (n[2] < 1e-6) return;
+            const double x = -n[0] / n[2];
+            const double y = -n[1] / n[2];
+            planes_[count_++] = {x, y, c[2] - drop / n[2] - x * c[0] - y * c[1]};
+        });
+        if (shape.kind == ShapeKind::box) {
+            for (const Eigen::Vector3d& axis : shape.axes) add_side(-axis[1], axis[0]);
+        }
+        return;
+    }
+    run_ = std::sqrt(shape.core[0] * shape.core[0] + shape.core[1] * shape.core[1]);
+    core_length_ = length(shape.core);
+}
+
+void Underside::add_side(double x, double y) {
+    constexpr double kHair = 1e-9;  // metres
+    const double size = std::sqrt(x * x + y * y);
+    if (!(size > 1e-9)) return;  // an upright axis: the others say it
+    double reach = kHair * size;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const Eigen::Vector3d& axis = shape_.axes[i];
+        reach += std::abs(x * axis[0] + y * axis[1]) * shape_.half[static_cast<Eigen::Index>(i)];
+    }
+    sides_[side_count_++] = {x, y, reach};
+}
+
+double Underside::round_bottom(const Prism& prism) const {
+    constexpr double kHair = 1e-9;  // metres
+    const LocalShape& shape = shape_;
+    const Eigen::Vector3d& c = shape.centre;
+    double bottom = c[2] - shape.bounds[2];
+    const double west = std::max(prism.west, c[0] - shape.bounds[0]) - c[0];
+    const double east = std::min(prism.east, c[0] + shape.bounds[0]) - c[0];
+    const double south = std::max(prism.south, c[1] - shape.bounds[1]) - c[1];
+    const double north = std::min(prism.north, c[1] + shape.bounds[1]) - c[1];
+    const double run = run_;
+    if (run > 1e-3 * core_length_) {
+        // The endless cylinder around the core: lowest where the rectangle comes nearest to its axis.
+        const double ux = shape.core[0] / run;
+        const double uy = shape.core[1] / run;
+        const double across_low =
+            std::min(-uy * west, -uy * east) + std::min(ux * south, ux * north);
+        const double across_high =
+            std::max(-uy * west, -uy * east) + std::max(ux * south, ux * north);
+        // A hair nearer, so that rounding loses nothing on a seam.
+        const double across = std::max({0.0, across_low - kHair, -across_high - kHair});
+        if (across > shape.radius) return std::numeric_limits<double>::infinity();
+        const double slope = shape.core[2] / run;
+        const double along_low = std::min(ux * west, ux * east) + std::min(uy * south, uy * north);
+        const double along_high = std::max(ux * west, ux * east) + std::max(uy * south, uy * north);
+        const double drop =
+            std::sqrt(shape.radius * shape.radius - across * across) * (core_length_ / run);
+        bottom = std::max(bottom, c[2] + std::min(slope * along_low, slope * along_high) - drop);
+    }
+    // The ball around the whole core, from the rectangle's nearest point.
+    const double x = std::max({0.0, west, -east});
+    const double y = std::max({0.0, south, -north});
+    const double reach = shape.radius + core_length_;
+    const double square = reach * reach - x * x - y * y;
+    if (square < 0.0) return std::numeric_limits<double>::infinity();
+    return std::max(bottom, c[2] - std::sqrt(square));
+}
+
+}  // namespace terrane::internal

@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: MIT
+#include "pairs/compound/compound_contacts.h"
+
+#include "pairs/compound/parting.h"
+
+#include <algorithm>
+#include <optional>
+
+namespace terrane::internal {
+namespace {
+
+constexpr std::size_t kMostNormals = 24;
+// One less the cosine of what counts as one normal: a microradian.
+constexpr double kSameNormal = 5e-13;
+
+bool is_before(const PairContact& a, const PairContact& b) {
+    if (a.depth != b.depth) return a.depth > b.depth;
+    const auto names = [](const PairContact& c) {
+        return std::array{c.part_a,           c.part_b,          c.feature_a.first,
+                          c.feature_a.second, c.feature_b.first, c.feature_b.second};
+    };
+    if (names(a) != names(b)) return names(a) < names(b);
+    for (int i = 0; i < 3; ++i) {
+        if (a.point_world[i] != b.point_world[i]) return a.point_world[i] < b.point_world[i];
+    }
+    return false;
+}
+
+// Contacts by their normals.
+class Patches {
+public:
+    void add(const PairContact& contact) {
+        Patch* patch = nullptr;
+        for (std::size_t i = 0; i < count_ && patch == nullptr; ++i) {
+            if (dot(patches_[i]->normal, contact.normal) >= 1.0 - kSameNormal)
+                patch = &*patches_[i];
+        }
+        if (patch == nullptr) patch = room_for(contact);
+        if (patch == nullptr) return;
+        patch->deepest = std::max(patch->deepest, contact.depth);
+        patch->manifold.add(contact.point_world, contact.depth, contact.feature_a,
+                            contact.feature_b, contact.part_a, contact.part_b);
+    }
+
+    /// Whether a contact says as much as a plane does.
+    bool has(const HalfSpace& plane, double touch) const {
+        for (std::size_t i = 0; i < count_; ++i) {
+            if (dot(patches_[i]->normal, plane.normal) < 1.0 - kSameNormal) continue;
+            if (patches_[i]->deepest >= plane.depth - touch) return true;
+        }
+        return false;
+    }
+
+    CompoundContacts finish(std::span<PairContact> contacts_out) {
+        std::array<PairContact, 4 * kMostNormals> all;
+        std::size_t count = 0;
+        std::array<PairContact, 4> of_one;
+        for (std::size_t i = 0; i < count_; ++i) {
+            const std::size_t found = patches_[i]->manifold.finish(of_one);
+            std::copy_n(of_one.begin(), found, all.begin() + static_cast<std::ptrdiff_t>(count));
+            count += found;
+        }
+        std::sort(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(count), is_before);
+        const std::size_t kept = std::min(count, contacts_out.size());
+        std::copy_n(all.begin(), kept, contacts_out.begin());
+        return {kept, is_truncated_ || kept < count};
+    }
+
+private:
+    struct Patch {
+        explicit Patch(const PairContact& first)
+            : normal(first.normal),
+              deepest(first.depth),
+              manifold(first.normal, std::numeric_limits<double>::infinity()) {}
+        Eigen::Vector3d normal;
+        double deepest;
+        Manifold manifold;
+    };
+
+    // A new patch; where there are too many, instead of the shallowest.
+    Patch* room_for(const PairContact& contact) {
+        if (count_ < kMostNormals) return &patches_[count_++].emplace(contact);
+        is_truncated_ = true;
+        std::size_t least = 0;
+        for (std::size_t i = 1; i < count_; ++i) {
+            if (patches_[i]->deepest < patches_[least]->deepest) least = i;
+        }
+        if (!(contact.depth > patches_[least]->deepest)) return nullptr;
+        return &patches_[least].emplace(contact);
+    }
+
+    std::array<std::optional<Patch>, kMostNormals> patches_;
+    std::size_t count_ = 0;
+    bool is_truncated_ = false;
+};
+
+struct SupportPoint {
+    Eigen::Vector3d point;
+    ShapeFeature feature;
+};
+
+SupportPoint support_point(const Placed& shape, const Eigen::Vector3d& direction) {
+    CoreStorage storage;
+    const Core core = std::visit([&](const auto& each) { return make_core(each, storage); }, shape);
+    const std::uint32_t vertex = find_extreme(core.shape, core.to_body(direction));
+    return {core.vertex(vertex) + core.radius * direction, {vertex, vertex}};
+}
+
+// Where a part of a is deepest in a part of b along the normal of a plane that parts them.
+PairContact deepest_contact(const PlacedShape& a, std::uint32_t i, const PlacedShape& b,
+                            std::uint32_t j, const HalfSpace& plane) {
+    const SupportPoint on_a = support_point(a.part(i), -plane.normal);
+    const SupportPoint on_b = support_point(b.part(j), plane.normal);
+    return {on_a.point, plane.normal, plane.depth, on_a.feature, on_b.feature, i, j};
+}
+
+}  // namespace
+
+CompoundContacts find_compound_contacts(const PlacedShape& a, const PlacedShape& b, double margin,
+                                        double touch, std::span<PairContact> contacts_out) {
+    const double reported = std::max(margin, touch);
+    const PartGap least = find_least_gap(a, b, reported);
+    if (!(least.gap.distance <= reported)) return {};
+    Parting parting;
+    if (least.gap.distance < -touch) {
+        parting = find_parting_from_inside(a, b, least, touch);
+        if (!parting.is_found) parting = find_parting(a, b, least, touch);
+    }
+    const Eigen::Vector3d& way = parting.way;
+    const PlacedShape parted = a.moved(way);
+    const double room = length(way);
+    Patches patches;
+    // Contacts of a pair where it is parted; depths are those before.
+    const auto add = [&](std::uint32_t i, std::uint32_t j, const Gap& gap) {
+        const double moved = dot(gap.normal, way);
+        if (!(gap.distance <= reported + moved)) return;
+        std::array<PairContact, 4> found;
+        const std::size_t count =
+            find_contacts(parted.part(i), b.part(j), gap, reported + moved, found);
+        for (PairContact& contact : std::span(found.data(), count)) {
+            contact.point_world -= way;
+            contact.depth += moved;
+            contact.part_a = i;
+            contact.part_b = j;
+            patches.add(contact);
+        }
+    };
+    visit_part_pairs(a.view->tree(), b.view->tree(), reported, BoundGaps(a, b),
+                     [&](std::uint32_t i, std::uint32_t j, double) {
+                         const Gap gap = find_gap(a.part(i), b.part(j));
+                         if (gap.distance <= reported) {
+                             add(i, j, room == 0.0 ? gap : find_gap(parted.part(i), b.part(j)));
+                         }
+                         return reported;
+                     });
+    if (room == 0.0) return patches.finish(contacts_out);
+    // Planes that decided, but that nothing touches at the end: of round parts, and at corners.
+    bool is_all = parting.spaces.count > 0;
+    for (std::size_t k = 0; k < parting.spaces.count; ++k) {
+        const HalfSpace& plane = parting.spaces.planes[k];
+        const bool is_active = dot(plane.normal, way) <= plane.depth + 1e-9 * room + touch;
+        if (!is_active || patches.has(plane, touch)) continue;
+        const auto [i, j] = parting.parts[k];
+        if (plane.depth >= -reported) {
+            patches.add(deepest_contact(a, i, b, j, plane));
+        } else {
+            is_all = false;  // it is only in the way
+        }
+    }
+    // Where one is too far to be a contact, the way itself stands for all.
+    const HalfSpace whole{way / room, room};
+    if (!is_all && !patches.has(whole, touch)) {
+        patches.add(deepest_contact(a, least.part_a, b, least.part_b, whole));
+    }
+    return patches.finish(contacts_out);
+}
+
+}  // namespace terrane::internal

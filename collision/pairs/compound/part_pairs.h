@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "pairs/placed_shape.h"
+
+#include <array>
+#include <limits>
+
+// Pairs of parts of two placed shapes, the near ones first, without looking at all of them.
+namespace terrane::internal {
+
+/// How near parts can be, by their bounds.
+class BoundGaps {
+public:
+    BoundGaps(const PlacedShape& a, const PlacedShape& b);
+
+    /// At most the signed distance of any two shapes inside of the two boxes: the gap between the boxes,
+    /// or minus the shortest way along their faces that parts them.
+    double operator()(const PartBounds& of_a, const PartBounds& of_b) const;
+
+private:
+    Eigen::Matrix3d a_from_b_;
+    Eigen::Matrix3d spread_;  ///< its absolute values
+    Eigen::Vector3d offset_;  ///< of b's body frame, in a's
+    double rounding_ = 0.0;
+};
+
+/// Calls visit(part_a, part_b, bound) for pairs whose bounds are at most `limit` apart; it returns the limit
+/// from then on, -infinity to stop.
+///
+/// @param bound node bounds -> a number that is no larger for what lies inside of them
+template <class Bound, class Visit>
+void visit_part_pairs(std::span<const PartNode> tree_a, std::span<const PartNode> tree_b,
+                      double limit, const Bound& bound, const Visit& visit) {
+    struct Entry {
+        std::uint32_t a, b;
+        double bound;
+    };
+    // Every step down takes one pair and leaves two.
+    std::array<Entry, 2 * PartNode::kMaxDepth + 1> stack;
+    std::size_t count = 0;
+    const auto push = [&](std::uint32_t a, std::uint32_t b, double value) {
+        if (value <= limit) stack[count++] = {a, b, value};
+    };
+    const auto bound_of = [&](std::uint32_t a, std::uint32_t b) {
+        return bound(tree_a[a].bounds, tree_b[b].bounds);
+    };
+    const auto size_of = [](const PartNode& node) {
+        const Eigen::Vector3d side = node.bounds.high - node.bounds.low;
+        return node.part != PartNode::kInner ? -1.0 : dot(side, side);
+    };
+    push(0, 0, bound_of(0, 0));
+    while (count > 0) {
+        const Entry entry = stack[--count];
+        if (!(entry.bound <= limit)) continue;
+        const PartNode& a = tree_a[entry.a];
+        const PartNode& b = tree_b[entry.b];
+        if (a.part != PartNode::kInner && b.part != PartNode::kInner) {
+            limit = visit(a.part, b.part, entry.bound);
+            continue;
+        }
+        std::uint32_t a2 = entry.a, b2 = entry.b;
+        std::uint32_t a1 = a2, b1 = b2;
+        if (size_of(a) >= size_of(b)) {
+            a1 = entry.a + 1;
+            a2 = tree_a[a1].end;
+        } else {
+            b1 = entry.b + 1;
+            b2 = tree_b[b1].end;
+        }
+        const double first = bound_of(a1, b1);
+        const double second = bound_of(a2, b2);
+        if (first <= second) {
+            push(a2, b2, second);
+            push(a1, b1, first);
+        } else {
+            push(a1, b1, first);
+            push(a2, b2, second);
+        }
+    }
+}
+
+/// A pair of parts and how they lie.
+struct PartGap {
+    std::uint32_t part_a = 0;
+    std::uint32_t part_b = 0;
+    Gap gap;
+};
+
+/// The pair of the least signed distance: the nearest, or the deepest of those that overlap. Where it is
+/// above `limit`, any number above `limit`.
+PartGap find_least_gap(const PlacedShape& a, const PlacedShape& b,
+                       double limit = std::numeric_limits<double>::infinity());
+
+}  // namespace terrane::internal

@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: MIT
+// Sources: A. Yuille, A. Rangarajan. The concave-convex procedure. Neural Computation 2003 (what is
+//          free of a convex obstacle is cut down to a half-space, and again from where that led).
+//          S. Cameron, R. Culley. Determining the minimum translational distance between two convex
+//          polyhedra. 1986 (an obstacle for a pair of parts is their Minkowski difference).
+// Deviations: the obstacles are not made: a pair's signed distance and its axis give the plane that is
+//             needed. Starts are the first free places along some directions.
+#include "pairs/compound/parting.h"
+
+#include <algorithm>
+
+namespace terrane::internal {
+namespace {
+
+// A half-space of translations in which two parts do not overlap, by their gap after `way`.
+HalfSpace half_space(const Eigen::Vector3d& normal, double gap, const Eigen::Vector3d& way) {
+    return {normal, dot(normal, way) - gap};
+}
+
+class Search {
+public:
+    Search(const PlacedShape& a, const PlacedShape& b, const PartGap& deepest, double touch)
+        : a_(a), b_(b), touch_(touch), deepest_(deepest) {}
+
+    PartGap least_gap(const Eigen::Vector3d& way) const {
+        return find_least_gap(a_.moved(way), b_, -touch_);
+    }
+    bool is_free(const PartGap& gap) const { return gap.gap.distance >= -touch_; }
+
+    Parting from_inside() const {
+        constexpr int kRounds = 24;
+        Parting found;
+        found.least = -deepest_.gap.distance;
+        PartGap gap = deepest_;
+        for (int round = 0; round < kRounds && leave(gap, found); ++round) {
+            gap = least_gap(found.way);
+            found.is_found = is_free(gap);
+            if (found.is_found) break;
+        }
+        return found;
+    }
+
+    // From a free place towards the start: shorter with every round, and free all the way.
+    Eigen::Vector3d shorten(Eigen::Vector3d way) const {
+        constexpr int kRounds = 24;
+        constexpr int kPlanes = 40;
+        for (int round = 0; round < kRounds; ++round) {
+            HalfSpaces spaces;
+            Eigen::Vector3d next = Eigen::Vector3d::Zero();
+            bool is_there = false;
+            for (int i = 0; i < kPlanes; ++i) {
+                const PartGap gap = i == 0 ? deepest_ : least_gap(next);
+                is_there = is_free(gap);
+                if (is_there) break;
+                spaces.add(plane_between(gap.part_a, gap.part_b, way));
+                if (!find_shortest(spaces, next)) break;
+            }
+            const double before = length(way);
+            if (!is_there || !(length(next) < before)) return way;
+            way = next;
+            if (before - length(next) < 1e-13 * before) return way;
+        }
+        return way;
+    }
+
+    // The first free place along a direction; `far` along it is one. What is beyond `enough` may be
+    // another.
+    double first_free(const Eigen::Vector3d& direction, double far, double enough) const {
+        constexpr int kRounds = 64;
+        double at = 0.0;
+        PartGap gap = deepest_;
+        for (int round = 0; round < kRounds; ++round) {
+            const double exit = exit_of(gap.part_a, gap.part_b, direction, far);
+            if (!(exit > at)) return far;
+            at = exit;
+            if (at > enough) return far;
+            gap = least_gap(at * direction);
+            if (is_free(gap)) return at;
+        }
+        return far;
+    }
+
+    /// How far along a direction the bounds of the shapes are apart.
+    double far_along(const Eigen::Vector3d& direction) const {
+        return support(a_, -direction) + support(b_, direction) +
+               dot(b_.centre - a_.centre, direction);
+    }
+
+private:
+    static double support(const PlacedShape& shape, const Eigen::Vector3d& direction) {
+        const PartBounds& box = shape.view->tree()[0].bounds;
+        const Eigen::Vector3d n = rotated_back(shape.rotation, direction);
+        double reach = 0.0;
+        for (int i = 0; i < 3; ++i) reach += n[i] * (n[i] > 0.0 ? box.high[i] : box.low[i]);
+        return reach;
+    }
+
+    // Goes on to where a pair of parts that stands in the way no longer does, by the plane that makes the
+    // shortest way in all. False where none fits to those before.
+    bool leave(const PartGap& gap, Parting& found) const {
+        HalfSpaces best;
+        Eigen::Vector3d shortest = Eigen::Vector3d::Zero();
+        bool is_solved = false;
+        const auto take = [&](const HalfSpace& plane) {
+            if (!(dot(plane.normal, found.way) < plane.depth)) return;
+            HalfSpaces spaces = found.spaces;
+            spaces.add(plane);
+            Eigen::Vector3d way;
+            if (!find_shortest(spaces, way)) return;
+            // Planes that almost oppose each other lead far away; where the bounds are apart nothing is in the way.
+            const double size = length(way);
+            if (!(size <= far_along(way / size) + 4.0 * touch_)) return;
+            if (is_solved && !(dot(way, way) < dot(shortest, shortest))) return;
+            is_solved = true;
+            shortest = way;
+            best = spaces;
+        };
+        // Out of it from here, as from the start, or else on along the way that was begun.
+        take(half_space(gap.gap.normal, gap.gap.distance, found.way));
+        if (found.spaces.count > 0) {
+            const Gap at_start = find_gap(a_.part(gap.part_a), b_.part(gap.part_b));
+            if (at_start.distance < 0.0) {
+                take(half_space(at_start.normal, at_start.distance, Eigen::Vector3d::Zero()));
+            }
+            if (!is_solved) {
+                const Eigen::Vector3d ahead = found.way / length(found.way);
+                const double far = far_along(ahead) + 4.0 * touch_;
+                const double exit = exit_of(gap.part_a, gap.part_b, ahead, far);
+                take(plane_between(gap.part_a, gap.part_b, exit * ahead));
+            }
+        }
+        if (!is_solved) return false;
+        // Where the oldest plane fell out, so does its pair.
+        if (found.spaces.count == HalfSpaces::kMost) {
+            std::move(found.parts.begin() + 1, found.parts.end(), found.parts.begin());
+        }
+        found.spaces = best;
+        found.parts[best.count - 1] = {gap.part_a, gap.part_b};
+        found.way = shortest;
+        return true;
+    }
+
+    // Where two parts are apart, a plane that shows it and leaves most of the start free.
+    HalfSpace plane_between(std::uint32_t i, std::uint32_t j, const Eigen::Vector3d& way) const {
+        const Placed at_a = a_.moved(way).part(i);
+        const Placed at_b = b_.part(j);
+        const Gap gap = find_gap(at_a, at_b);
+        HalfSpace best = half_space(gap.normal, std::max(gap.distance, 0.0), way);
+        if (has_radius(at_a) || has_radius(at_b)) return best;
+        const Axis facet = find_pseudodistance(at_a, at_b);
+        const HalfSpace other = half_space(facet.normal, facet.gap, way);
+        return facet.gap >= 0.0 && other.depth < best.depth ? other : best;
+    }
+
+    static bool has_radius(const Placed& shape) {
+        return std::holds_alternative<PlacedSphere>(shape) ||
+               std::holds_alternative<PlacedCapsule>(shape);
+    }
+
+    // Where two parts that overlap on the way part for good: their signed distance is convex, and its
+    // tangents from outside lead there.
+    double exit_of(std::uint32_t i, std::uint32_t j, const Eigen::Vector3d& direction,
+                   double far) const {
+        constexpr int kSteps = 40;
+        const Placed at_b = b_.part(j);
+        double at = far;
+        for (int step = 0; step < kSteps; ++step) {
+            const Gap gap = find_gap(a_.moved(at * direction).part(i), at_b);
+            const double rate = dot(gap.normal, direction);
+            if (gap.distance <= 0.5 * touch_ || !(rate > 0.0)) break;
+            at -= gap.distance / rate;
+        }
+        return at;
+    }
+
+    const PlacedShape& a_;
+    const PlacedShape& b_;
+    double touch_;
+    PartGap deepest_;
+};
+
+// Points spread over the sides of a cube.
+constexpr std::array<std::array<double, 3>, 98> make_fan() {
+    std::array<std::array<double, 3>, 98> fan{};
+    std::size_t count = 0;
+    for (int x = -2; x <= 2; ++x) {
+        for (int y = -2; y <= 2; ++y) {
+            for (int z = -2; z <= 2; ++z) {
+                if (x * x != 4 && y * y != 4 && z * z != 4) continue;
+                fan[count++] = {double(x), double(y), double(z)};
+            }
+        }
+    }
+    return fan;
+}
+constexpr std::array<std::array<double, 3>, 98> kFan = make_fan();
+
+// The shortest few, in order.
+struct Shortlist {
+    static constexpr std::size_t kMost = 6;
+    std::array<Eigen::Vector3d, kMost> ways;
+    std::size_t count = 0;
+
+    /// Longer ones are not kept.
+    double longest() const {
+        return count < kMost ? std::numeric_limits<double>::infinity() : length(ways[kMost - 1]);
+    }
+
+    void add(const Eigen::Vector3d& way) {
+        std::size_t at = count;
+        while (at > 0 && dot(way, way) < dot(ways[at - 1], ways[at - 1])) --at;
+        if (at == kMost) return;
+        count = std::min(count + 1, kMost);
+        for (std::size_t i = count - 1; i > at; --i) ways[i] = ways[i - 1];
+        ways[at] = way;
+    }
+};
+
+}  // namespace
+
+Parting find_parting_from_inside(const PlacedShape& a, const PlacedShape& b, const PartGap& deepest,
+                                 double touch) {
+    return Search(a, b, deepest, touch).from_inside();
+}
+
+Parting find_parting(const PlacedShape& a, const PlacedShape& b, const PartGap& deepest,
+                     double touch) {
+    const Search search(a, b, deepest, touch);
+    Parting best = search.from_inside();
+    const double enough = best.least * (1.0 + 1e-12) + touch;
+    if (best.is_found && length(best.way) <= enough) return best;
+    Shortlist starts;
+    if (best.is_found) starts.add(best.way);
+    for (const PlacedShape* shape : {&a, &b}) {
+        for (const std::array<double, 3>& ray : kFan) {
+            Eigen::Vector3d n = rotated(shape->rotation, {ray[0], ray[1], ray[2]});
+            n /= length(n);
+            // Past the touch, so that rounding does not make it none.
+            const double far = search.far_along(n) + 4.0 * touch;
+            starts.add(search.first_free(n, far, starts.longest()) * n);
+        }
+    }
+    for (std::size_t i = 0; i < starts.count; ++i) {
+        const Eigen::Vector3d way = search.shorten(starts.ways[i]);
+        if (!best.is_found || dot(way, way) < dot(best.way, best.way)) {
+            best.way = way;
+            best.is_found = true;
+            best.spaces.count = 0;
+        }
+    }
+    return best;
+}
+
+}  // namespace terrane::internal

@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: MIT
+//
+// Sources:    Coulter. Implementation of the pure pursuit path tracking algorithm. CMU-RI-TR-92-01.
+//             Velenis, Tsiotras. Minimum-time travel for a vehicle with acceleration limits. JOTA 138, 2008 (speed along a
+//             given path: the limit of its curvature, then backward integration of the braking).
+// Deviations: the steering angle of a curvature is a quotient of polynomials, not an arc tangent, so
+//             that its bits do not depend on the C library.
+#include "bodies/body_checks.h"
+#include "bodies/step/body_step.h"
+#include "math/vector_math.h"
+
+#include <terrane/collision/path_driver.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+namespace terrane {
+namespace {
+
+constexpr double kLookAheadTime = 0.7;   // seconds
+constexpr double kLeastLookAhead = 5.0;  // metres
+constexpr double kMostLookAhead = 25.0;  // metres
+/// Curvature of the path is that of its chords of this length, metres; a corner is taken over as much before and behind.
+constexpr double kCornerReach = 5.0;
+constexpr double kThrottleGain = 0.5;     // of full throttle for each m/s that is missing
+constexpr double kBrakeGain = 0.25;       // of full brake for each m/s too much
+constexpr double kBrakeSlack = 0.5;       // m/s too much that rolling takes off by itself
+constexpr double kFinishDistance = 3.0;   // metres from the last point
+constexpr double kLeastSpeed = 1.0;       // m/s that corners are taken with, however sharp
+constexpr double kLeastDistance = 0.001;  // metres between points
+constexpr double kMostCoordinate = 1e9;   // metres
+/// Share that the driver uses of what friction, stability and brakes allow.
+constexpr double kLimitShare = 0.5;
+
+/// atan(x) to 0.005 rad for |x| <= 1; steeper slopes are taken as 1.
+double steer_of_slope(double x) {
+    const double slope = std::clamp(x, -1.0, 1.0);
+    return slope / (1.0 + 0.28125 * slope * slope);
+}
+
+struct Nearest {
+    double share = 0.0;  ///< 0 to 1 along the segment
+    double distance = 0.0;
+};
+
+double distance_between(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+    const double dx = b.x() - a.x(), dy = b.y() - a.y();
+    return std::sqrt(dx * dx + dy * dy);
+}
+
+Nearest nearest_on(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& p) {
+    const double dx = b.x() - a.x(), dy = b.y() - a.y();
+    const double along = (p.x() - a.x()) * dx + (p.y() - a.y()) * dy;
+    Nearest nearest;
+    nearest.share = std::clamp(along / (dx * dx + dy * dy), 0.0, 1.0);
+    const Eigen::Vector2d foot(a.x() + nearest.share * dx, a.y() + nearest.share * dy);
+    nearest.distance = distance_between(foot, p);
+    return nearest;
+}
+
+bool has_wheel_on_ground(const Truck& truck) {
+    return std::any_of(truck.wheels().begin(), truck.wheels().end(),
+                       [](const WheelState& wheel) { return wheel.on_ground; });
+}
+
+/// What a truck can do where it stands.
+struct Reserve {
+    double lateral = 0.0;  ///< acceleration to either side before it slides or rolls, m/s^2, >= 0
+    double braking = 0.0;  ///< deceleration along its heading, m/s^2, >= 0
+    double braking_share = 0.0;  ///< of what it is on level ground, 0 to 1
+};
+
+/// Gravity along the truck's axes takes its share of what friction, stability and brakes give.
+Reserve reserve_of(const Truck& truck) {
+    const TruckSettings& s = truck.settings();
+    const Eigen::Matrix3d& rotation = truck.chassis().pose.rotation;
+    const double upright = std::max(0.0, rotation(2, 2));
+    const double descent = std::max(0.0, -rotation(2, 0));
+    const double stability = 0.5 * s.track / s.centre_of_mass_height;
+    const double brakes = s.max_brake_force / (s.mass * internal::kGravity);
+    const double level = std::min(s.tyre_friction, brakes);
+    const double lateral =
+        std::min(s.tyre_friction, stability) * upright - std::abs(rotation(2, 1));
+    const double braking = std::min(s.tyre_friction * upright, brakes) - descent;
+    Reserve reserve;
+    reserve.lateral = internal::kGravity * std::max(0.0, lateral);
+    reserve.braking = internal::kGravity * std::max(0.0, braking);
+    reserve.braking_share = level > 0.0 ? std::clamp(braking / level, 0.0, 1.0) : 0.0;
+    return reserve;
+}
+
+}  // namespace
+
+Result<PathDriver> PathDriver::create(std::vector<Eigen::Vector2d> points_world,
+                                      const PathDriverSettings& settings) {
+    const internal::FieldRange fields[] = {
+        {"cruise_speed", settings.cruise_speed, 0.1, 1e3},
+        {"lateral_acceleration", settings.lateral_acceleration, 0.1, 100.0},
+        {"deceleration", settings.deceleration, 0.1, 100.0},
+    };
+    if (auto ok = internal::check_fields(fields); !ok) return tl::unexpected<Error>(ok.error());
+    std::vector<Vertex> path;
+    for (std::size_t i = 0; i < points_world.size(); ++i) {
+        const std::string name = "points_world[" + std::to_string(i) + "]";
+        const Eigen::Vector3d point(points_world[i].x(), points_world[i].y(), 0.0);
+        if (auto ok = internal::check_vector(name.c_str(), point, kMostCoordinate); !ok) {
+            return tl::unexpected<Error>(ok.error());
+        }
+        Vertex vertex{.p_world = points_world[i]};
+        if (!path.empty()) {
+            const double step = distance_between(path.back().p_world, vertex.p_world);
+            if (step < kLeastDistance) continue;
+            vertex.along = path.back().along + step;
+        }
+        path.push_back(vertex);
+    }
+    if (path.size() < 2) {
+        return fail(ErrorCode::invalid_argument,
+                    "a path needs 2 points that are at least 1 mm apart, got " +
+                        std::to_string(points_world.size()) + " points, " +
+                        std::to_string(path.size()) + " of them distinct");
+    }
+    return PathDriver(std::move(path), settings);
+}
+
+PathDriver::PathDriver(std::vector<Vertex> path, const PathDriverSettings& settings)
+    : path_(std::move(path)), settings_(settings) {
+    std::size_t behind_end = 1, ahead_end = 1;  // of the segments where the chords begin and end
+    const auto point_from = [&](double along, std::size_t& end) {
+        while (end + 1 < path_.size() && path_[end].along < along) ++end;
+        return point_at(along, end);
+    };
+    for (Vertex& here : path_) {
+        const Eigen::Vector2d behind = point_from(here.along - kCornerReach, behind_end);
+        const Eigen::Vector2d ahead = point_from(here.along + kCornerReach, ahead_end);
+        const double size_behind = distance_between(behind, here.p_world);
+        const double size_ahead = distance_between(here.p_world, ahead);
+        double turn = 0.0;  // of unit chords: the reach times the curvature
+        if (size_behind > 0.0 && size_ahead > 0.0) {
+            turn = distance_between((here.p_world - behind) / size_behind,
+                                    (ahead - here.p_world) / size_ahead);
+        }
+        here.corner = settings_.lateral_acceleration * kCornerReach / std::max(turn, 1e-9);
+    }
+    double braked = path_.back().corner;
+    for (std::size_t i = path_.size(); i-- > 0;) {
+        if (i + 1 < path_.size()) {
+            braked += 2.0 * settings_.deceleration * (path_[i + 1].along - path_[i].along);
+        }
+        braked = std::min(braked, path_[i].corner);
+        path_[i].braked = braked;
+    }
+}
+
+/// Follows the path up to where the truck is, never backwards: a segment is left where the next one is nearer.
+/// @return metres along the path
+double PathDriver::advance(const Eigen::Vector2d& here) {
+    const auto nearest = [&](std::size_t end) {
+        return nearest_on(path_[end - 1].p_world, path_[end].p_world, here);
+    };
+    Nearest now = nearest(next_);
+    while (next_ + 1 < path_.size()) {
+        const Nearest later = nearest(next_ + 1);
+        if (now.share < 1.0 && later.distance >= now.distance) break;
+        ++next_;
+        now = later;
+    }
+    if (next_ + 1 == path_.size() &&
+        (now.share >= 1.0 || distance_between(here, path_.back().p_world) < kFinishDistance)) {
+        is_finished_ = true;
+    }
+    const double start = path_[next_ - 1].along;
+    return start + now.share * (path_[next_].along - start);
+}
+
+/// The point at a distance along the path, or the end that it lies beyond.
+/// @param end of a segment that does not begin behind it
+Eigen::Vector2d PathDriver::point_at(double along, std::size_t end) const {
+    while (end + 1 < path_.size() && path_[end].along < along) ++end;
+    const Vertex& from = path_[end - 1];
+    const Vertex& to = path_[end];
+    const double length =
+        to.along - from.along;  // 0 where the path is too long for its steps to add up
+    const double share = length > 0.0 ? std::clamp((along - from.along) / length, 0.0, 1.0) : 0.0;
+    return from.p_world + share * (to.p_world - from.p_world);
+}
+
+/// Speed from which the truck can brake for every corner ahead and for the end, m/s.
+/// @param share of the accelerations of the settings
+double PathDriver::corner_speed(double along, double share) const {
+    double square = 2.0 * settings_.deceleration * (path_.back().along - along);
+    for (std::size_t i = next_; i-- > 0 && path_[i].along > along - kCornerReach;) {
+        square = std::min(square, path_[i].corner);
+    }
+    for (std::size_t i = next_; i < path_.size(); ++i) {
+        const double before = path_[i].along - kCornerReach - along;
+        if (before > 0.0) {
+            square = std::min(square, path_[i].braked + 2.0 * settings_.deceleration * before);
+            break;
+        }
+        square = std::min(square, path_[i].corner);
+    }
+    return std::sqrt(share * square);
+}
+
+TruckControls PathDriver::drive(const Truck& truck) {
+    constexpr TruckControls kStop{.throttle = 0.0, .brake = 1.0, .steer = 0.0};
+    const BodyState& chassis = truck.chassis();
+    const TruckSettings& settings = truck.settings();
+    const Eigen::Vector2d here(chassis.pose.translation.x(), chassis.pose.translation.y());
+    const Eigen::Vector3d ahead = chassis.pose.rotation.col(0);
+    const double speed = internal::dot(chassis.velocity, ahead);
+
+    if (truck.is_rolled_over() && !is_finished_) {
+        status_ = DriverStatus::rolled_over;
+        return kStop;
+    }
+    const double along = advance(here);
+    status_ = is_finished_ ? DriverStatus::finished : DriverStatus::driving;
+    if (is_finished_) return kStop;
+
+    // Pure pursuit, seen from the truck in the world's plane.
+    const double look_ahead = std::clamp(kLookAheadTime * speed, kLeastLookAhead, kMostLookAhead);
+    const Eigen::Vector2d target = point_at(along + look_ahead, next_);
+    const double flat = std::sqrt(ahead.x() * ahead.x() + ahead.y() * ahead.y());
+    const double fx = flat > 1e-6 ? ahead.x() / flat : 1.0,
+                 fy = flat > 1e-6 ? ahead.y() / flat : 0.0;
+    const double tx = target.x() - here.x(), ty = target.y() - here.y();
+    const double forward = tx * fx + ty * fy, left_side = ty * fx - tx * fy;
+    const double square = std::max(tx * tx + ty * ty, 1.0);
+    double curvature = 2.0 * left_side / square;
+    if (forward < 0.0) {  // behind: turn as tightly as it goes
+        curvature = (left_side >= 0.0 ? 1.0 : -1.0) / settings.wheelbase;
+    }
+    const double angle = steer_of_slope(settings.wheelbase * curvature);
+    const double steer = settings.max_steer > 0.0 ? angle / settings.max_steer : 0.0;
+
+    const Reserve reserve = reserve_of(truck);
+    const double lateral = std::min(settings_.lateral_acceleration, kLimitShare * reserve.lateral);
+    const double share =
+        std::min(lateral / settings_.lateral_acceleration,
+                 std::min(1.0, kLimitShare * reserve.braking / settings_.deceleration));
+    const double curve_speed = std::sqrt(lateral / std::max(std::abs(curvature), 1e-6));
+    const double slope_speed = settings_.cruise_speed * std::sqrt(reserve.braking_share);
+    const double wanted = std::min(
+        settings_.cruise_speed,
+        std::max(std::min({slope_speed, curve_speed, corner_speed(along, share)}), kLeastSpeed));
+    TruckControls controls;
+    controls.steer = std::clamp(steer, -1.0, 1.0);
+    if (has_wheel_on_ground(truck)) {
+        controls.throttle = std::clamp(kThrottleGain * (wanted - speed), 0.0, 1.0);
+    }
+    controls.brake = std::clamp(kBrakeGain * (speed - wanted - kBrakeSlack), 0.0, 1.0);
+    return controls;
+}
+
+}  // namespace terrane

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: MIT
+#include "draw/ground_draws.h"
+
+#include "gl/gl_error.h"
+
+#include <cstring>
+#include <string>
+
+namespace terrane::internal {
+namespace {
+
+// The layout of a command is OpenGL's.
+struct DrawCommand {
+    std::uint32_t index_count = 0;
+    std::uint32_t instance_count = 1;
+    std::uint32_t first_index = 0;
+    std::int32_t first_vertex = 0;
+    std::uint32_t first_instance = 0;
+};
+static_assert(sizeof(DrawCommand) == 20);
+
+// No device asks for more before a storage block.
+constexpr std::size_t kAlignment = 256;
+constexpr std::size_t kOffsetBytes = sizeof(float) * std::size_t{kSlotSamples};
+
+std::size_t align(std::size_t byte) { return (byte + kAlignment - 1) / kAlignment * kAlignment; }
+
+ChunkAttributes make_attributes(const Chunk& chunk, const ChunkSlot& slot, const EyeFrame& eye) {
+    const SplitInteger x = split(chunk.corner.x - eye.x, kIndexBits);
+    const SplitInteger y = split(chunk.corner.y - eye.y, kIndexBits);
+    const SplitInteger stride = split(chunk.step, kIndexBits);
+    ChunkAttributes made;
+    made.corner = {x.high, x.low, y.high, y.low};
+    made.stride = {stride.high, stride.low};
+    made.first_vertex = slot.slot * kSlotSamples;
+    return made;
+}
+
+GlVertexArray make_layout() {
+    GlVertexArray layout = make_vertex_array();
+    const GLuint name = layout.name();
+    glEnableVertexArrayAttrib(name, 0);
+    glVertexArrayAttribIFormat(name, 0, 1, GL_INT, 0);
+    glVertexArrayAttribBinding(name, 0, 0);
+    for (GLuint attribute = 1; attribute <= 2; ++attribute) {
+        glEnableVertexArrayAttrib(name, attribute);
+        glVertexArrayAttribIFormat(name, attribute, 4, GL_INT, 16 * (attribute - 1));
+        glVertexArrayAttribBinding(name, attribute, 1);
+    }
+    glVertexArrayBindingDivisor(name, 1, 1);
+    return layout;
+}
+
+}  // namespace
+
+GroundDraws::GroundDraws(int max_page_slots) : pool_(max_page_slots), vertices_(make_layout()) {}
+
+// Brings every chunk of the mesh to the device, nearest first.
+Result<void> GroundDraws::collect(const TerrainMesh& mesh) {
+    draws_.clear();
+    if (mesh.resident == nullptr) return {};
+    if (followed_.lock() != mesh.resident) {
+        pool_.follow(*mesh.resident);
+        followed_ = mesh.resident;
+    }
+    // the mesh goes from coarse to fine; near ground drawn first hides what lies behind it
+    for (std::size_t i = mesh.chunks.size(); i-- > 0;) {
+        const MeshChunk& chunk = mesh.chunks[i];
+        if (chunk.index_count == 0) continue;
+        const ChunkSlot* slot = pool_.find(*mesh.resident, *chunk.chunk);
+        if (slot == nullptr) {
+            return fail(ErrorCode::invalid_argument,
+                        "the mesh draws a chunk that is not in its resident set");
+        }
+        draws_.push_back({&chunk, slot});
+    }
+    return {};
+}
+
+GroundDraws::Layout GroundDraws::lay_out(const TerrainMesh& mesh) const {
+    std::size_t offset_count = 0;
+    for (const ChunkDraw& draw : draws_) offset_count += draw.mesh->offsets != nullptr ? 1 : 0;
+    // indices come first, so that commands count them as the mesh does
+    Layout layout;
+    layout.commands = align(mesh.indices.size_bytes());
+    layout.attributes = align(layout.commands + sizeof(DrawCommand) * draws_.size());
+    layout.offsets = align(layout.attributes + sizeof(ChunkAttributes) * draws_.size());
+    // every batch may begin at the next aligned byte; a batch without offsets binds one float
+    layout.end = layout.offsets + kOffsetBytes * offset_count + kAlignment * (draws_.size() + 1);
+    return layout;
+}
+
+void GroundDraws::write(const TerrainMesh& mesh, const EyeFrame& eye, std::byte* memory) {
+    std::memcpy(memory, mesh.indices.data(), mesh.indices.size_bytes());
+    batches_.clear();
+    std::size_t offset_byte = layout_.offsets;
+    for (std::size_t i = 0; i < draws_.size(); ++i) {
+        const MeshChunk& chunk = *draws_[i].mesh;
+        const ChunkSlot& slot = *draws_[i].slot;
+        if (batches_.empty() || batches_.back().page != slot.page) {
+            offset_byte = align(offset_byte);
+            batches_.push_back({slot.page, 0, layout_.commands + sizeof(DrawCommand) * i,
+                                offset_byte, sizeof(float)});
+        }
+        Batch& batch = batches_.back();
+        ++batch.command_count;
+
+        ChunkAttributes attributes = make_attributes(*chunk.chunk, slot, eye);
+        if (chunk.offsets != nullptr) {
+            attributes.first_offset =
+                static_cast<std::int32_t>((offset_byte - batch.first_offset_byte) / sizeof(float));
+            std::memcpy(memory + offset_byte, chunk.offsets, kOffsetBytes);
+            offset_byte += kOffsetBytes;
+            batch.offset_bytes = offset_byte - batch.first_offset_byte;
+        }
+        const DrawCommand command{chunk.index_count, 1, chunk.first_index, attributes.first_vertex,
+                                  static_cast<std::uint32_t>(i)};
+        std::memcpy(memory + layout_.commands + sizeof(command) * i, &command, sizeof(command));
+        std::memcpy(memory + layout_.attributes + sizeof(attributes) * i, &attributes,
+                    sizeof(attributes));
+    }
+}
+
+Result<void> GroundDraws::prepare(const TerrainMesh& mesh, const EyeFrame& eye) {
+    if (const Result<void> collected = collect(mesh); !collected) return collected;
+    batches_.clear();
+    if (draws_.empty()) return {};
+    layout_ = lay_out(mesh);
+    std::byte* memory = stream_.begin(layout_.end);
+    if (memory == nullptr) {
+        const std::string doing =
+            "take " + std::to_string(layout_.end) + " bytes of the device for the mesh";
+        if (const Result<void> good = check_gl(doing); !good) return good;
+        return fail(ErrorCode::device_unavailable, "OpenGL cannot " + doing);
+    }
+    write(mesh, eye, memory);
+    return {};
+}
+
+void GroundDraws::draw() const {
+    if (batches_.empty()) return;
+    glBindVertexArray(vertices_.name());
+    glVertexArrayElementBuffer(vertices_.name(), stream_.name());
+    glVertexArrayVertexBuffer(vertices_.name(), 1, stream_.name(),
+                              static_cast<GLintptr>(layout_.attributes), sizeof(ChunkAttributes));
+    glBindBuffer(GL_DRAW_INDIRECT_BUFFER, stream_.name());
+    for (const Batch& batch : batches_) {
+        const ChunkPage& page = pool_.page(batch.page);
+        glVertexArrayVertexBuffer(vertices_.name(), 0, page.heights.name(), 0,
+                                  sizeof(std::int32_t));
+        glBindBufferRange(GL_SHADER_STORAGE_BUFFER, 0, stream_.name(),
+                          static_cast<GLintptr>(batch.first_offset_byte),
+                          static_cast<GLsizeiptr>(batch.offset_bytes));
+        // GL takes a place in the buffer of commands spelled as a pointer
+        glMultiDrawElementsIndirect(GL_TRIANGLES, GL_UNSIGNED_SHORT,
+                                    reinterpret_cast<const void*>(batch.first_command_byte),
+                                    batch.command_count, 0);
+    }
+}
+
+void GroundDraws::finish() {
+    if (!batches_.empty()) stream_.end();
+}
+
+}  // namespace terrane::internal

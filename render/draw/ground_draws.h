@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "draw/chunk_pool.h"
+#include "draw/eye_frame.h"
+#include "gl/stream_buffer.h"
+
+#include <terrane/terrain/triangulator.h>
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace terrane::internal {
+
+/// What terrain.vert knows of a chunk: one instance of its attributes 1 and 2.
+struct ChunkAttributes {
+    std::array<std::int32_t, 4>
+        corner{};  ///< lattice index minus the eye's: x high, low, y high, low
+    std::array<std::int32_t, 2> stride{};  ///< finest spacings between samples: high, low part
+    std::int32_t first_vertex = 0;         ///< gl_VertexID of sample 0
+    std::int32_t first_offset = -1;  ///< of sample 0 in the block of offsets; -1: all are zero
+};
+static_assert(sizeof(ChunkAttributes) == 32);
+
+/// Takes a mesh to the device and draws it, one command for all chunks of a page.
+///
+/// Heights stay in a ChunkPool; indices, offsets and what differs between chunks are
+/// streamed. Chunks are drawn from near to far: from the finest level to the coarsest.
+class GroundDraws {
+public:
+    /// @param max_page_slots see ChunkPool
+    explicit GroundDraws(int max_page_slots = ChunkPool::largest_page());
+
+    /// Brings a mesh to the device, for draw(), which must not be called where it fails.
+    /// Fails with invalid_argument where the mesh draws a chunk that its resident set does not hold,
+    /// device_unavailable where the device has no memory left.
+    Result<void> prepare(const TerrainMesh& mesh, const EyeFrame& eye);
+
+    /// Draws it with the current program. Binds the offsets to storage block 0.
+    void draw() const;
+
+    /// After the last draw() of a frame.
+    void finish();
+
+    const ChunkPool& pool() const { return pool_; }
+    std::size_t batch_count() const { return batches_.size(); }
+
+private:
+    // A chunk of the mesh and where it stands.
+    struct ChunkDraw {
+        const MeshChunk* mesh = nullptr;
+        const ChunkSlot* slot = nullptr;
+    };
+    // Commands that follow one another and need the same page.
+    struct Batch {
+        int page = 0;
+        GLsizei command_count = 0;
+        std::size_t first_command_byte = 0;
+        std::size_t first_offset_byte = 0, offset_bytes = 0;
+    };
+    // Where things lie in the stream.
+    struct Layout {
+        std::size_t commands = 0, attributes = 0, offsets = 0, end = 0;
+    };
+
+    Result<void> collect(const TerrainMesh& mesh);
+    Layout lay_out(const TerrainMesh& mesh) const;
+    void write(const TerrainMesh& mesh, const EyeFrame& eye, std::byte* memory);
+
+    ChunkPool pool_;
+    StreamBuffer stream_;
+    GlVertexArray vertices_;
+    std::weak_ptr<const ResidentSet> followed_;
+    std::vector<ChunkDraw> draws_;
+    std::vector<Batch> batches_;
+    Layout layout_;
+};
+
+}  // namespace terrane::internal

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: MIT
+#include <epoxy/gl.h>
+// epoxy replaces the system's EGL header and must come with it
+#include "gl/gl_error.h"
+
+#include <terrane/render/egl_context.h>
+
+#include <epoxy/egl.h>
+
+#include <array>
+#include <sstream>
+#include <vector>
+
+namespace terrane {
+
+struct EglContext::State {
+    EGLDisplay display = EGL_NO_DISPLAY;
+    EGLContext context = EGL_NO_CONTEXT;
+    std::string renderer_name;
+    internal::GlLog log;
+
+    State() = default;
+    State(const State&) = delete;
+    State& operator=(const State&) = delete;
+    // The display stays initialised: another context of this process may share it, and EGL does not
+    // count.
+    ~State() {
+        if (context == EGL_NO_CONTEXT) return;
+        if (eglGetCurrentContext() == context) {
+            eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+        }
+        eglDestroyContext(display, context);
+    }
+};
+
+namespace {
+
+std::string error_text() {
+    std::ostringstream text;
+    text << "EGL error 0x" << std::hex << eglGetError();
+    return text.str();
+}
+
+struct Candidate {
+    std::string name;
+    EGLDisplay display = EGL_NO_DISPLAY;
+};
+
+// Surfaceless first: it is what Mesa offers without any device; then every device in EGL's order.
+std::vector<Candidate> list_displays(std::string& trouble_out) {
+    std::vector<Candidate> candidates;
+    if (!epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_platform_base")) {
+        trouble_out = "EGL has no EGL_EXT_platform_base";
+        return candidates;
+    }
+    if (epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_MESA_platform_surfaceless")) {
+        candidates.push_back(
+            {"surfaceless",
+             eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA,
+                                      static_cast<void*>(EGL_DEFAULT_DISPLAY), nullptr)});
+    }
+    if (epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_device_enumeration") ||
+        epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_device_base")) {
+        std::array<EGLDeviceEXT, 32> devices{};
+        EGLint count = 0;
+        if (eglQueryDevicesEXT(static_cast<EGLint>(devices.size()), devices.data(), &count) ==
+            EGL_TRUE) {
+            for (EGLint i = 0; i < count; ++i) {
+                candidates.push_back(
+                    {"device " + std::to_string(i),
+                     eglGetPlatformDisplayEXT(EGL_PLATFORM_DEVICE_EXT,
+                                              devices[static_cast<std::size_t>(i)], nullptr)});
+            }
+        }
+    }
+    if (candidates.empty())
+        trouble_out = "EGL offers neither the surfaceless nor a device platform";
+    return candidates;
+}
+
+// Empty on success, else what went wrong.
+std::string open_display(EGLDisplay display, GlChecks checks, EGLContext& context_out) {
+    if (display == EGL_NO_DISPLAY) return "no display, " + error_text();
+    EGLint major = 0, minor = 0;
+    if (eglInitialize(display, &major, &minor) != EGL_TRUE) {
+        return "cannot initialise, " + error_text();
+    }
+    if (!epoxy_has_egl_extension(display, "EGL_KHR_surfaceless_context")) {
+        return "no EGL_KHR_surfaceless_context";
+    }
+    if (eglBindAPI(EGL_OPENGL_API) != EGL_TRUE) return "no OpenGL, " + error_text();
+    const std::array<EGLint, 5> wanted{EGL_SURFACE_TYPE, 0, EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT,
+                                       EGL_NONE};
+    EGLConfig config = nullptr;
+    EGLint count = 0;
+    if (eglChooseConfig(display, wanted.data(), &config, 1, &count) != EGL_TRUE || count < 1) {
+        return "no configuration with OpenGL, " + error_text();
+    }
+    const std::array<EGLint, 9> attributes{EGL_CONTEXT_MAJOR_VERSION,
+                                           4,
+                                           EGL_CONTEXT_MINOR_VERSION,
+                                           5,
+                                           EGL_CONTEXT_OPENGL_PROFILE_MASK,
+                                           EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
+                                           EGL_CONTEXT_OPENGL_DEBUG,
+                                           checks == GlChecks::on ? EGL_TRUE : EGL_FALSE,
+                                           EGL_NONE};
+    const EGLContext context = eglCreateContext(display, config, EGL_NO_CONTEXT, attributes.data());
+    if (context == EGL_NO_CONTEXT) return "no OpenGL 4.5 core context, " + error_text();
+    if (eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context) != EGL_TRUE) {
+        const std::string trouble = "cannot bind the context, " + error_text();
+        eglDestroyContext(display, context);
+        return trouble;
+    }
+    context_out = context;
+    return {};
+}
+
+}  // namespace
+
+EglContext::EglContext(std::shared_ptr<State> state) : state_(std::move(state)) {}
+EglContext::EglContext(EglContext&&) noexcept = default;
+EglContext& EglContext::operator=(EglContext&&) noexcept = default;
+EglContext::~EglContext() = default;
+
+Result<EglContext> EglContext::create(GlChecks checks) {
+    std::string troubles;
+    for (const Candidate& candidate : list_displays(troubles)) {
+        EGLContext context = EGL_NO_CONTEXT;
+        const std::string trouble = open_display(candidate.display, checks, context);
+        if (!trouble.empty()) {
+            troubles += (troubles.empty() ? "" : "; ") + candidate.name + ": " + trouble;
+            continue;
+        }
+        auto state = std::make_shared<State>();
+        state->display = candidate.display;
+        state->context = context;
+        // GL spells text as unsigned characters
+        state->renderer_name = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+        if (checks == GlChecks::on) internal::attach_log(state->log);
+        return EglContext(std::move(state));
+    }
+    return fail(ErrorCode::device_unavailable, "no OpenGL 4.5 device opens: " + troubles);
+}
+
+void EglContext::make_current() {
+    eglMakeCurrent(state_->display, EGL_NO_SURFACE, EGL_NO_SURFACE, state_->context);
+}
+
+const std::string& EglContext::renderer_name() const { return state_->renderer_name; }
+
+std::shared_ptr<const void> EglContext::keep_alive() const { return state_; }
+
+}  // namespace terrane

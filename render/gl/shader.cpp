@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+#include "gl/shader.h"
+
+#include <array>
+#include <vector>
+
+namespace terrane::internal {
+namespace {
+
+using GetParameter = void (*)(GLuint, GLenum, GLint*);
+using GetLog = void (*)(GLuint, GLsizei, GLsizei*, GLchar*);
+
+std::string first_lines(GLuint object, GetParameter get, GetLog get_log) {
+    GLint length = 0;
+    get(object, GL_INFO_LOG_LENGTH, &length);
+    std::vector<char> text(static_cast<std::size_t>(length) + 1, '\0');
+    get_log(object, length, nullptr, text.data());
+    std::string log(text.data());
+    while (!log.empty() && log.back() == '\n') log.pop_back();
+    return log;
+}
+
+Result<GlShader> compile(const std::string& name, GLenum stage, std::string_view body) {
+    GlShader shader(glCreateShader(stage));
+    const std::array<const GLchar*, 2> texts{light_glsl.data(), body.data()};
+    const std::array<GLint, 2> lengths{static_cast<GLint>(light_glsl.size()),
+                                       static_cast<GLint>(body.size())};
+    glShaderSource(shader.name(), 2, texts.data(), lengths.data());
+    glCompileShader(shader.name());
+    GLint is_good = 0;
+    glGetShaderiv(shader.name(), GL_COMPILE_STATUS, &is_good);
+    if (is_good == GL_FALSE) {
+        return fail(
+            ErrorCode::device_unavailable,
+            "the device refused the shader of " + name + ": " +
+                first_lines(
+                    shader.name(), [](GLuint o, GLenum p, GLint* v) { glGetShaderiv(o, p, v); },
+                    [](GLuint o, GLsizei n, GLsizei* l, GLchar* t) {
+                        glGetShaderInfoLog(o, n, l, t);
+                    }));
+    }
+    return shader;
+}
+
+}  // namespace
+
+Result<GlProgram> make_program(const std::string& name, std::string_view vertex,
+                               std::string_view fragment) {
+    Result<GlShader> vertex_shader = compile(name, GL_VERTEX_SHADER, vertex);
+    if (!vertex_shader) return tl::unexpected(vertex_shader.error());
+    Result<GlShader> fragment_shader = compile(name, GL_FRAGMENT_SHADER, fragment);
+    if (!fragment_shader) return tl::unexpected(fragment_shader.error());
+
+    GlProgram program(glCreateProgram());
+    glAttachShader(program.name(), vertex_shader->name());
+    glAttachShader(program.name(), fragment_shader->name());
+    glLinkProgram(program.name());
+    GLint is_good = 0;
+    glGetProgramiv(program.name(), GL_LINK_STATUS, &is_good);
+    if (is_good == GL_FALSE) {
+        return fail(
+            ErrorCode::device_unavailable,
+            "the device refused to link " + name + ": " +
+                first_lines(
+                    program.name(), [](GLuint o, GLenum p, GLint* v) { glGetProgramiv(o, p, v); },
+                    [](GLuint o, GLsizei n, GLsizei* l, GLchar* t) {
+                        glGetProgramInfoLog(o, n, l, t);
+                    }));
+    }
+    return program;
+}
+
+}  // namespace terrane::internal

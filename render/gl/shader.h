@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "gl/gl_object.h"
+
+#include <terrane/terrain/result.h>
+
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace terrane::internal {
+
+// The text of the files in shaders/.
+extern const std::string_view light_glsl;
+extern const std::string_view terrain_vert, depth_frag, line_frag;
+extern const std::string_view object_vert, object_frag;
+extern const std::string_view shade_vert, shade_frag;
+
+/// Compiles and links a program; both stages see light.glsl first.
+/// Fails with device_unavailable, the driver's log and the program's name.
+Result<GlProgram> make_program(const std::string& name, std::string_view vertex,
+                               std::string_view fragment);
+
+}  // namespace terrane::internal

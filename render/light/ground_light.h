@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "draw/eye_frame.h"
+#include "gl/gl_object.h"
+#include "light/light_levels.h"
+#include "light/slope_map.h"
+#include "gl/stream_buffer.h"
+
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+namespace terrane::internal {
+
+/// Keeps on the device what the ground's light is computed from: the slope maps and the nodes of the
+/// chunks that LightLevels chooses, one layer each of two texture arrays, and a hash table that finds a
+/// chunk's layer by its level and its place.
+class GroundLight {
+public:
+    GroundLight();
+
+    /// Once a frame, before bind(). Fails with device_unavailable where the device has no memory left.
+    Result<void> prepare(const std::shared_ptr<const ResidentSet>& resident, const View& view,
+                         const EyeFrame& eye);
+
+    /// Slopes to texture unit 0, nodes to unit 4, the table to unit 5, its block to 1.
+    void bind() const;
+    /// After the last command of a frame that reads them.
+    void finish();
+
+    /// Of the slope maps of chunks that are resident.
+    std::size_t bytes() const;
+    const LightLevels& levels() const { return levels_; }
+
+private:
+    struct Layer {
+        std::weak_ptr<const Chunk> chunk;
+        SideLevels side_levels{};
+        LightNodes nodes{};
+    };
+
+    void hold_layers(std::size_t count);
+    void upload(const ResidentSet& resident);
+    Result<void> write_table(const Lattice& lattice, const EyeFrame& eye);
+
+    LightLevels levels_;
+    std::weak_ptr<const ResidentSet> followed_;
+    std::vector<Layer> layers_;
+    GlTexture slopes_, nodes_, table_;
+    StreamBuffer stream_;
+    std::size_t table_bytes_ = 0;
+};
+
+}  // namespace terrane::internal

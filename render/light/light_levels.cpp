@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: MIT
+#include "light/light_levels.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace terrane::internal {
+namespace {
+
+constexpr double kNearWays = 10.0;  // movements of the eye that are not near: as where chunks fade
+constexpr float kFadeStep = 1.0f / LightLevels::kFadeFrames;
+constexpr int kNoLevel = std::numeric_limits<int>::max();
+
+struct Box {
+    WorldPos low, high;
+};
+
+// Holds the chunk's ground as it is displayed.
+Box box_of(const Lattice& lattice, const Chunk& chunk) {
+    const std::int64_t side = lattice.chunk_side(chunk.key.level);
+    const auto bound = static_cast<double>(chunk.max_vertex_bound);
+    return {
+        {lattice.x(chunk.corner.x), lattice.y(chunk.corner.y), lattice.quantum * chunk.low - bound},
+        {lattice.x(chunk.corner.x + side), lattice.y(chunk.corner.y + side),
+         lattice.quantum * chunk.high + bound}};
+}
+
+double nearest_distance(const Box& box, const WorldPos& p) {
+    return (p - p.cwiseMax(box.low).cwiseMin(box.high)).norm();
+}
+
+double farthest_distance(const Box& box, const WorldPos& p) {
+    return (p - box.low).cwiseAbs().cwiseMax((p - box.high).cwiseAbs()).norm();
+}
+
+bool is_same(const std::weak_ptr<const Chunk>& held, const std::shared_ptr<const Chunk>& now) {
+    return !held.owner_before(now) && !now.owner_before(held);
+}
+
+}  // namespace
+
+LightLevels::LightLevels(int max_chunks) {
+    for (int layer = max_chunks; layer-- > 0;) free_layers_.push_back(layer);
+}
+
+void LightLevels::update(const std::shared_ptr<const ResidentSet>& resident, const View& view) {
+    ++frame_;
+    follow(resident, view);
+    fade(*resident);
+    choose(*resident, view);
+    for (LitChunk& chunk : lit_) chunk.nodes = make_nodes(*resident, chunk);
+    last_eye_ = view.eye_world;
+}
+
+std::size_t LightLevels::layer_count() const {
+    return static_cast<std::size_t>(
+        std::count_if(record_of_.begin(), record_of_.end(),
+                      [](const Record* record) { return record->layer >= 0; }));
+}
+
+// Brings the records to the chunks that are resident now.
+void LightLevels::follow(const std::shared_ptr<const ResidentSet>& resident, const View& view) {
+    const std::shared_ptr<const ResidentSet> last = followed_.lock();
+    followed_ = resident;
+    if (last != nullptr && last->has_same_chunks(*resident)) return;
+    for (auto held = records_.begin(); held != records_.end();) {
+        const std::int32_t index = resident->find(held->first);
+        if (index != ResidentSet::kNone &&
+            is_same(held->second.chunk, resident->chunks()[static_cast<std::size_t>(index)])) {
+            ++held;
+            continue;
+        }
+        if (held->second.layer >= 0) free_layers_.push_back(held->second.layer);
+        held = records_.erase(held);
+    }
+    const double way = (view.eye_world - last_eye_).norm();
+    record_of_.clear();
+    for (std::size_t i = 0; i < resident->chunks().size(); ++i) {
+        const std::shared_ptr<const Chunk>& chunk = resident->chunks()[i];
+        const auto [at, is_new] = records_.try_emplace(chunk->key);
+        Record& record = at->second;
+        record_of_.push_back(&record);
+        if (!is_new) continue;
+        record.chunk = chunk;
+        record.first_frame = frame_;
+        record.fade = resident->fade(i);
+        const std::int32_t parent = resident->links(i).parent;
+        if (parent == ResidentSet::kNone) continue;
+        // parents stand before their children
+        const bool is_seen_to_come =
+            record_of_[static_cast<std::size_t>(parent)]->first_frame < frame_ &&
+            farthest_distance(box_of(resident->lattice(), *chunk), view.eye_world) >=
+                kNearWays * way;
+        if (is_seen_to_come) record.presence = 0.0f;
+    }
+}
+
+void LightLevels::fade(const ResidentSet& resident) {
+    for (std::size_t i = 0; i < record_of_.size(); ++i) {
+        Record& record = *record_of_[i];
+        const float now = resident.fade(i);
+        if (now != record.fade) record.is_leaving = now < record.fade;
+        record.fade = now;
+        record.presence =
+            std::clamp(record.presence + (record.is_leaving ? -kFadeStep : kFadeStep), 0.0f, 1.0f);
+    }
+}
+
+void LightLevels::choose(const ResidentSet& resident, const View& view) {
+    const Lattice& lattice = resident.lattice();
+    const double radians_per_pixel = 1.0 / view.pixels_per_radian();
+    lit_.clear();
+    lit_indices_.clear();
+    starved_level_ = kNoLevel;
+    const auto light = [&](std::size_t index) {
+        Record& record = *record_of_[index];
+        const Chunk& chunk = *resident.chunks()[index];
+        if (record.layer < 0 && !take_layer(record)) {
+            starved_level_ = chunk.key.level;
+            return false;
+        }
+        record.lit_frame = frame_;
+        record.lit_index = static_cast<int>(lit_.size());
+        lit_.push_back({chunk.key, &chunk, record.layer, {}});
+        lit_indices_.push_back(static_cast<std::int32_t>(index));
+        return true;
+    };
+    for (std::size_t i = 0; i < resident.chunks().size(); ++i) {
+        if (resident.chunks()[i]->key.level > 0 || !light(i)) break;
+    }
+    for (std::size_t i = 0; i < lit_indices_.size() && starved_level_ == kNoLevel; ++i) {
+        const auto index = static_cast<std::size_t>(lit_indices_[i]);
+        const double spacing = lattice.level_spacing(lit_[i].key.level);
+        for (const std::int32_t child : resident.links(index).child) {
+            if (child == ResidentSet::kNone) continue;
+            const auto at = static_cast<std::size_t>(child);
+            const Box box = box_of(lattice, *resident.chunks()[at]);
+            if (nearest_distance(box, view.eye_world) * radians_per_pixel >= spacing) continue;
+            if (!light(at)) break;
+        }
+    }
+}
+
+// A free one, or that of a chunk which light has not needed for a frame.
+bool LightLevels::take_layer(Record& record) {
+    if (free_layers_.empty()) {
+        for (Record* other : record_of_) {
+            if (other->layer < 0 || other->lit_frame + 1 >= frame_) continue;
+            free_layers_.push_back(std::exchange(other->layer, -1));
+        }
+    }
+    if (free_layers_.empty()) return false;
+    record.layer = free_layers_.back();
+    free_layers_.pop_back();
+    return true;
+}
+
+// Of a place of a level: 0 where there is no chunk, 1 beyond the world, so that light does not fade
+// towards its edge.
+float LightLevels::presence_at(const ResidentSet& resident, const ChunkKey& key) const {
+    if (!resident.lattice().contains(key)) return 1.0f;
+    const std::int32_t index = resident.find(key);
+    if (index == ResidentSet::kNone) return 0.0f;
+    const Record& record = *record_of_[static_cast<std::size_t>(index)];
+    return record.lit_frame != frame_ && key.level >= starved_level_ ? 0.0f : record.presence;
+}
+
+LightNodes LightLevels::make_nodes(const ResidentSet& resident, const LitChunk& lit) const {
+    LightNodes nodes{};
+    if (lit.key.level == 0) return nodes;
+    std::array<float, 9> presence{};
+    for (int i = 0; i < 9; ++i) {
+        presence[static_cast<std::size_t>(i)] =
+            presence_at(resident, {lit.key.x + i % 3 - 1, lit.key.y + i / 3 - 1, lit.key.level});
+    }
+    const std::int32_t parent_index =
+        resident.links(static_cast<std::size_t>(resident.find(lit.key))).parent;
+    const Record& parent = *record_of_[static_cast<std::size_t>(parent_index)];
+    const LightNodes& coarse = lit_[static_cast<std::size_t>(parent.lit_index)].nodes;
+    const int quadrant = lit.key.quadrant();
+    for (int row = 0; row < 3; ++row) {
+        for (int column = 0; column < 3; ++column) {
+            LightNode& node = nodes[static_cast<std::size_t>(3 * row + column)];
+            node.own = 1.0f;
+            for (int y = std::min(row, 1); y <= std::max(row, 1); ++y) {
+                for (int x = std::min(column, 1); x <= std::max(column, 1); ++x) {
+                    node.own = std::min(node.own, presence[static_cast<std::size_t>(3 * y + x)]);
+                }
+            }
+            // the parent's field, bilinear between the four of its nodes around this one
+            const int west = (quadrant & 1) + column / 2, east = (quadrant & 1) + (column + 1) / 2;
+            const int south = (quadrant >> 1) + row / 2, north = (quadrant >> 1) + (row + 1) / 2;
+            const auto at = [&](int x, int y) {
+                return coarse[static_cast<std::size_t>(3 * y + x)].level;
+            };
+            node.level = 0.25f * ((at(west, south) + at(east, south)) +
+                                  (at(west, north) + at(east, north))) +
+                         node.own;
+        }
+    }
+    return nodes;
+}
+
+}  // namespace terrane::internal

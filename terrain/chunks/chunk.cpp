@@ -1,0 +1,329 @@
+// SPDX-License-Identifier: MIT
+#include "chunks/chunk_checks.h"
+#include "chunks/chunk_reaches.h"
+
+#include <terrane/terrain/assert.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <string>
+
+namespace terrane {
+namespace {
+
+using internal::kReachCells;
+using internal::kWideCells;
+using internal::kWideSamples;
+
+constexpr std::size_t kSamples = std::size_t{kChunkSamples} * kChunkSamples;
+constexpr std::size_t kCells = std::size_t{kChunkCells} * kChunkCells;
+
+// The sum, rounded outward.
+float add_up(float bound, double half_quantum) {
+    const double sum = static_cast<double>(bound) + half_quantum;
+    const auto rounded = static_cast<float>(sum);
+    return static_cast<double>(rounded) < sum
+               ? std::nextafter(rounded, std::numeric_limits<float>::infinity())
+               : rounded;
+}
+
+// Rounded down, and a little further: products with it must not come out above 1 / bound^2.
+float inverse_square(float bound) {
+    const double wide = static_cast<double>(bound);
+    return static_cast<float>((1.0 - 0x1p-21) / (wide * wide));
+}
+
+// A chunk's samples and cells with those around it, as they are read.
+struct Surroundings {
+    SampleGrid grid;
+    std::vector<double> heights;
+    std::vector<float> bounds;
+};
+
+// Before each question to the source, which may take long.
+Result<void> go_on(const std::stop_token& stop) {
+    if (stop.stop_requested()) return fail(ErrorCode::cancelled, "the chunk was given up");
+    return {};
+}
+
+Result<void> too_high(const HeightSource& source, double metres, const SampleGrid& grid, int column,
+                      int row) {
+    const Lattice& lattice = source.lattice();
+    std::array<char, 200> text{};
+    std::snprintf(
+        text.data(), text.size(),
+        "the source gave a height of %.6g m at x %.6g m, y %.6g m; possible are %.3g m up or "
+        "down for a quantum of %.3g m",
+        metres, lattice.x(grid.corner.x + column * grid.step),
+        lattice.y(grid.corner.y + row * grid.step),
+        std::min(kMostHeight, kMostQuanta * lattice.quantum), lattice.quantum);
+    return fail(ErrorCode::bad_data, text.data());
+}
+
+// Bounds whose squares singles do not hold would make priorities that are no numbers.
+Result<void> check_bound(float bound) {
+    constexpr double kMostBound = 4.0 * kMostHeight;
+    if (static_cast<double>(bound) <= kMostBound && bound >= 0.0f) return {};
+    std::array<char, 100> text{};
+    std::snprintf(text.data(), text.size(),
+                  "the source gave a bound of %.6g m, possible are 0 to %.3g m",
+                  static_cast<double>(bound), kMostBound);
+    return fail(ErrorCode::bad_data, text.data());
+}
+
+Result<void> fill_heights(const HeightSource& source, const std::stop_token& stop,
+                          Surroundings& wide, Chunk& chunk) {
+    if (const Result<void> wanted = go_on(stop); !wanted) return wanted;
+    wide.heights.resize(wide.grid.size());
+    if (const Result<void> read = source.sample(wide.grid, wide.heights); !read) return read;
+    const double per_quantum = 1.0 / source.lattice().quantum;
+    const double most = std::min(kMostHeight, kMostQuanta * source.lattice().quantum);
+    chunk.heights.resize(kSamples);
+    for (int row = 0; row < kWideSamples; ++row) {
+        for (int column = 0; column < kWideSamples; ++column) {
+            const double metres =
+                wide.heights[static_cast<std::size_t>(row * kWideSamples + column)];
+            const double quanta = std::floor(metres * per_quantum + 0.5);
+            // also false for NaN
+            if (!(std::abs(metres) <= most))
+                return too_high(source, metres, wide.grid, column, row);
+            const int x = column - kReachCells, y = row - kReachCells;
+            if (x < 0 || y < 0 || x >= kChunkSamples || y >= kChunkSamples) continue;
+            chunk.heights[sample_index(x, y)] = static_cast<std::int32_t>(quanta);
+        }
+    }
+    return {};
+}
+
+// Where the bound of a vertex of the chunk's own spacing is kept. Of a chunk, const or not.
+template <typename AnyChunk>
+auto& own_bound(AnyChunk& chunk, int column, int row) {
+    const auto of_square = [](int sample) { return static_cast<std::size_t>(sample / 2); };
+    if (column == kChunkCells) return chunk.east_side.inverse_square_bounds[of_square(row)];
+    if (row == kChunkCells) return chunk.north_side.inverse_square_bounds[of_square(column)];
+    const auto [area, kind, square] = AreaVertices::find(column, row);
+    return chunk.vertices[area].inverse_square_bounds[kind][square];
+}
+
+// Of samples with even column and row.
+std::size_t coarse_index(int column, int row) {
+    return static_cast<std::size_t>(row / 2) * (kChunkSquares + 1) +
+           static_cast<std::size_t>(column / 2);
+}
+
+void keep_bound(Chunk& chunk, int column, int row, float bound) {
+    if (((column | row) & 1) == 0) {
+        chunk.coarse_bounds[coarse_index(column, row)] = inverse_square(bound);
+    } else {
+        own_bound(chunk, column, row) = upper_half(inverse_square(bound));
+    }
+}
+
+// On a line between areas it belongs to all of them.
+void raise_areas(Chunk& chunk, int column, int row, float bound) {
+    const int last = kChunkAreas - 1;
+    for (int y = std::max(0, (row - 1) / kAreaCells); y <= std::min(last, row / kAreaCells); ++y) {
+        for (int x = std::max(0, (column - 1) / kAreaCells);
+             x <= std::min(last, column / kAreaCells); ++x) {
+            Chunk::Area& area = chunk.areas[static_cast<std::size_t>(y * kChunkAreas + x)];
+            area.max_vertex_bound = std::max(area.max_vertex_bound, bound);
+        }
+    }
+}
+
+// Keeps the bounds of the vertices of one spacing, in samples of the chunk. Those around it are left out.
+Result<void> keep_vertex_bounds(const SampleGrid& grid, std::span<const float> bounds,
+                                double half_quantum, Chunk& chunk) {
+    const auto stride = static_cast<int>(grid.step / chunk.step);
+    const auto margin = static_cast<int>((chunk.corner.x - grid.corner.x) / grid.step);
+    for (int row = 0; row < grid.rows - 2 * margin; ++row) {
+        for (int column = 0; column < grid.columns - 2 * margin; ++column) {
+            if (((row | column) & 1) == 0) continue;  // of a coarser spacing
+            const float given =
+                bounds[static_cast<std::size_t>((row + margin) * grid.columns + column + margin)];
+            if (const Result<void> good = check_bound(given); !good) return good;
+            const float bound = add_up(given, half_quantum);
+            keep_bound(chunk, column * stride, row * stride, bound);
+            raise_areas(chunk, column * stride, row * stride, bound);
+            chunk.max_vertex_bound = std::max(chunk.max_vertex_bound, bound);
+        }
+    }
+    return {};
+}
+
+// Own vertices: those of the chunk's spacing, and in a root all coarser ones. Reads the bounds of cells
+// with them.
+Result<void> fill_vertex_bounds(const HeightSource& source, const std::stop_token& stop,
+                                Surroundings& wide, Chunk& chunk) {
+    if (const Result<void> wanted = go_on(stop); !wanted) return wanted;
+    const double half_quantum = 0.5 * source.lattice().quantum;
+    chunk.vertices.resize(std::size_t{kChunkAreas} * kChunkAreas);
+    std::vector<float> bounds(wide.grid.size());
+    wide.bounds.resize(std::size_t{kWideCells} * kWideCells);
+    if (const Result<void> read = source.mesh_bounds(wide.grid, bounds, wide.bounds); !read) {
+        return read;
+    }
+    const auto check = [&](const SampleGrid& grid, std::span<const float> of_grid) {
+        return internal::check_rises(source.lattice(), grid, of_grid, wide.grid, wide.heights);
+    };
+    if (const Result<void> good = check(wide.grid, bounds); !good) return good;
+#if TERRANE_ASSERTS
+    internal::assert_source_holds(source, wide.grid, wide.heights, wide.bounds);
+#endif
+    if (const Result<void> kept = keep_vertex_bounds(wide.grid, bounds, half_quantum, chunk);
+        !kept || chunk.key.level > 0) {
+        return kept;
+    }
+    chunk.coarse_bounds.assign(std::size_t{kChunkSquares + 1} * (kChunkSquares + 1),
+                               std::numeric_limits<float>::infinity());
+    for (int stride = 2; stride <= kChunkSquares; stride *= 2) {
+        if (const Result<void> wanted = go_on(stop); !wanted) return wanted;
+        SampleGrid sparse{chunk.corner, chunk.step * stride, kChunkCells / stride + 1,
+                          kChunkCells / stride + 1};
+        const std::span<float> out(bounds.data(), sparse.size());
+        if (const Result<void> read = source.vertex_bounds(sparse, out); !read) return read;
+        if (const Result<void> good = check(sparse, out); !good) return good;
+        if (const Result<void> kept = keep_vertex_bounds(sparse, out, half_quantum, chunk); !kept) {
+            return kept;
+        }
+    }
+    return {};
+}
+
+Result<void> fill_cells(const HeightSource& source, const std::stop_token& stop, Surroundings& wide,
+                        Chunk& chunk) {
+    if (const Result<void> wanted = go_on(stop); !wanted) return wanted;
+    const double half_quantum = 0.5 * source.lattice().quantum;
+    chunk.cell_bounds.resize(kCells);
+    for (int row = 0; row < kWideCells; ++row) {
+        for (int column = 0; column < kWideCells; ++column) {
+            float& bound = wide.bounds[static_cast<std::size_t>(row * kWideCells + column)];
+            if (const Result<void> good = check_bound(bound); !good) return good;
+            bound = add_up(bound, half_quantum);
+            const int x = column - kReachCells, y = row - kReachCells;
+            if (x < 0 || y < 0 || x >= kChunkCells || y >= kChunkCells) continue;
+            chunk.cell_bounds[cell_index(x, y)] = bound;
+        }
+    }
+    const SampleGrid grid{chunk.corner, chunk.step, kChunkSamples, kChunkSamples};
+    chunk.cell_flags.resize(kCells);
+    if (const Result<void> read = source.cell_flags(grid, chunk.cell_flags); !read) return read;
+    const auto is_ground = [](std::uint8_t flags) { return flags == cell_ground; };
+    if (std::all_of(chunk.cell_flags.begin(), chunk.cell_flags.end(), is_ground)) {
+        chunk.cell_flags = {};
+    }
+    return {};
+}
+
+void fill_intervals(Chunk& chunk) {
+    chunk.pyramid.fill(chunk.heights);
+    const SampleRange& all = chunk.pyramid.at(SamplePyramid::kCoarsest, 0, 0);
+    chunk.low = all.low;
+    chunk.high = all.high;
+}
+
+void fill_areas(Chunk& chunk) {
+    constexpr int kAreaLog2 = 4;
+    static_assert(1 << kAreaLog2 == kAreaCells);
+    for (int area = 0; area < kChunkAreas * kChunkAreas; ++area) {
+        Chunk::Area& into = chunk.areas[static_cast<std::size_t>(area)];
+        const int south = area / kChunkAreas * kAreaCells;
+        const int west = area % kChunkAreas * kAreaCells;
+        const SampleRange& samples = chunk.pyramid.at(kAreaLog2, west, south);
+        into.low = samples.low;
+        into.high = samples.high;
+        for (int row = south; row < south + kAreaCells; ++row) {
+            for (int column = west; column < west + kAreaCells; ++column) {
+                into.max_cell_bound =
+                    std::max(into.max_cell_bound, chunk.cell_bounds[cell_index(column, row)]);
+            }
+        }
+        const bool is_east = west >= kChunkCells / 2, is_north = south >= kChunkCells / 2;
+        float& quadrant =
+            chunk.quadrant_bound[static_cast<std::size_t>((is_east ? 1 : 0) + (is_north ? 2 : 0))];
+        quadrant = std::max(quadrant, into.max_cell_bound);
+    }
+}
+
+}  // namespace
+
+float bound_of(float inverse_square_bound) {
+    const double bound = 1.0 / std::sqrt(static_cast<double>(inverse_square_bound));
+    return std::nextafter(static_cast<float>(bound), std::numeric_limits<float>::infinity());
+}
+
+float Chunk::inverse_square_bound(int column, int row) const {
+    if (((column | row) & 1) != 0) return from_upper_half(own_bound(*this, column, row));
+    return coarse_bounds.empty() ? std::numeric_limits<float>::infinity()
+                                 : coarse_bounds[coarse_index(column, row)];
+}
+
+SampleRange Chunk::samples_in_small(int log2_side, int column, int row) const {
+    const int side = 1 << log2_side;
+    const int west = column & -side, south = row & -side;
+    SampleRange range{std::numeric_limits<std::int32_t>::max(),
+                      std::numeric_limits<std::int32_t>::min()};
+    for (int j = south; j <= south + side; ++j) {
+        for (int i = west; i <= west + side; ++i) {
+            const std::int32_t height = heights[sample_index(i, j)];
+            range.low = std::min(range.low, height);
+            range.high = std::max(range.high, height);
+        }
+    }
+    return range;
+}
+
+std::size_t Chunk::max_bytes() {
+    return sizeof(Chunk) + kSamples * sizeof(std::int32_t) +
+           std::size_t{kChunkAreas} * kChunkAreas * sizeof(AreaVertices) +
+           std::size_t{kChunkSquares + 1} * (kChunkSquares + 1) * sizeof(float) +
+           kCells * (sizeof(float) + sizeof(std::uint8_t));
+}
+
+std::size_t Chunk::bytes() const {
+    return sizeof(Chunk) + heights.capacity() * sizeof(std::int32_t) +
+           vertices.capacity() * sizeof(AreaVertices) +
+           (coarse_bounds.capacity() + cell_bounds.capacity()) * sizeof(float) +
+           cell_flags.capacity();
+}
+
+void complete_chunk(double quantum, Chunk& chunk) {
+    internal::derive_reaches(quantum, chunk);
+    fill_intervals(chunk);
+    fill_areas(chunk);
+}
+
+Result<std::shared_ptr<const Chunk>> make_chunk(const HeightSource& source, const ChunkKey& key,
+                                                const std::stop_token& stop) {
+    const Lattice& lattice = source.lattice();
+    TERRANE_ASSERT(lattice.contains(key), "the key must name a chunk of the source's world");
+    if (auto stored = source.stored_chunk(key, stop); !stored || *stored != nullptr) return stored;
+    auto chunk = std::make_shared<Chunk>();
+    chunk->key = key;
+    chunk->corner = lattice.corner(key);
+    chunk->step = lattice.step(key.level);
+    const std::int64_t margin = internal::kReachCells * chunk->step;
+    Surroundings wide;
+    wide.grid = {{chunk->corner.x - margin, chunk->corner.y - margin},
+                 chunk->step,
+                 kWideSamples,
+                 kWideSamples};
+    if (const Result<void> done = fill_heights(source, stop, wide, *chunk); !done) {
+        return tl::unexpected(done.error());
+    }
+    if (const Result<void> done = fill_vertex_bounds(source, stop, wide, *chunk); !done) {
+        return tl::unexpected(done.error());
+    }
+    if (const Result<void> done = fill_cells(source, stop, wide, *chunk); !done) {
+        return tl::unexpected(done.error());
+    }
+    if (const Result<void> wanted = go_on(stop); !wanted) return tl::unexpected(wanted.error());
+    internal::fill_reaches(wide.heights, wide.bounds, source, *chunk);
+    complete_chunk(lattice.quantum, *chunk);
+    return std::shared_ptr<const Chunk>(std::move(chunk));
+}
+
+}  // namespace terrane

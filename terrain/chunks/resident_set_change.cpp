@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: MIT
+#include "chunks/resident_set_change.h"
+
+#include <terrane/terrain/assert.h>
+
+#include <algorithm>
+#include <bit>
+#include <numeric>
+#include <utility>
+
+namespace terrane {
+namespace {
+
+std::ptrdiff_t offset(std::size_t index) { return static_cast<std::ptrdiff_t>(index); }
+
+}  // namespace
+
+ResidentSet::Change::Change(const Structure& before)
+    : before_(before),
+      made_(std::make_shared<Structure>()),
+      own_blocks_(before.owners.size(), nullptr),
+      moved_(before.keys.size() + 1, kNone) {
+    made_->lattice = before.lattice;
+    made_->extent = before.extent;
+    made_->owners = before.owners;
+    made_->free_slots = before.free_slots;
+}
+
+std::shared_ptr<const ResidentSet::Structure> ResidentSet::Change::make(
+    std::span<const ChunkKey> gone, std::vector<std::shared_ptr<const Chunk>> come) {
+    for (const ChunkKey& key : gone) remove(key);
+    merge(std::move(come));
+    fill_table();
+    link_neighbours();
+    link_parents();
+    TERRANE_ASSERT(
+        made_->slots.size() + made_->free_slots.size() == made_->owners.size() * Owners::kSlots,
+        "every slot is taken or free");
+    return made_;
+}
+
+void ResidentSet::Change::remove(const ChunkKey& key) {
+    const std::int32_t index = before_.find(key);
+    TERRANE_ASSERT(index != kNone && moved_[at(index + 1)] != kGone,
+                   "what goes must be resident, and go once");
+    moved_[at(index + 1)] = kGone;
+    made_->free_slots.push_back(before_.slots[at(index)]);
+    owner(made_->free_slots.back()).reset();
+}
+
+void ResidentSet::Change::merge(std::vector<std::shared_ptr<const Chunk>> come) {
+    std::sort(come.begin(), come.end(),
+              [](const auto& a, const auto& b) { return Order()(a->key, b->key); });
+    const std::size_t most = before_.keys.size() + come.size();
+    made_->keys.reserve(most);
+    made_->links.reserve(most);
+    made_->slots.reserve(most);
+    auto next = come.begin();
+    const auto comes_before = [&](std::size_t i) {
+        return next != come.end() && Order()((*next)->key, before_.keys[i]);
+    };
+    for (std::size_t i = 0; i < before_.keys.size();) {
+        if (moved_[i + 1] == kGone) {
+            moved_[++i] = kNone;
+            continue;
+        }
+        for (; comes_before(i); ++next) add(std::move(*next));
+        const std::size_t first = i++;
+        while (i < before_.keys.size() && moved_[i + 1] != kGone && !comes_before(i)) ++i;
+        keep(first, i);
+    }
+    for (; next != come.end(); ++next) add(std::move(*next));
+
+    made_->chunks.reserve(made_->slots.size());
+    for (const std::int32_t slot : made_->slots) {
+        const Owners& block = *made_->owners[Owners::block(slot)];
+        made_->chunks.emplace_back(block.slots[Owners::place(slot)]);
+    }
+}
+
+void ResidentSet::Change::keep(std::size_t first, std::size_t end) {
+    std::iota(moved_.begin() + offset(first + 1), moved_.begin() + offset(end + 1), next_index());
+    const auto append = [=](auto& to, const auto& from) {
+        to.insert(to.end(), from.begin() + offset(first), from.begin() + offset(end));
+    };
+    append(made_->keys, before_.keys);
+    append(made_->links, before_.links);
+    append(made_->slots, before_.slots);
+}
+
+void ResidentSet::Change::add(std::shared_ptr<const Chunk> chunk) {
+    arrived_.push_back(next_index());
+    made_->keys.push_back(chunk->key);
+    made_->links.emplace_back();
+    made_->slots.push_back(take_slot());
+    owner(made_->slots.back()) = std::move(chunk);
+}
+
+void ResidentSet::Change::fill_table() {
+    const auto table_log2 = static_cast<int>(std::bit_width(2 * made_->keys.size() + 1));
+    made_->table.assign(std::size_t{1} << table_log2, kNone);
+    made_->table_shift = 64 - table_log2;
+    for (std::size_t i = 0; i < made_->keys.size(); ++i) {
+        std::int32_t& index = made_->table[made_->place(made_->keys[i])];
+        TERRANE_ASSERT(index == kNone, "no chunk may be resident twice");
+        index = static_cast<std::int32_t>(i);
+    }
+}
+
+void ResidentSet::Change::link_neighbours() {
+    const auto follow = [this](std::int32_t& index) { index = moved_[at(index + 1)]; };
+    for (Links& links : made_->links) {
+        follow(links.parent);
+        for (std::int32_t& child : links.child) follow(child);
+        for (std::int32_t& neighbour : links.neighbour) follow(neighbour);
+    }
+    for (const std::int32_t index : arrived_) {
+        const ChunkKey& key = made_->keys[at(index)];
+        const std::array<ChunkKey, 4> neighbours{
+            ChunkKey{key.x - 1, key.y, key.level}, ChunkKey{key.x + 1, key.y, key.level},
+            ChunkKey{key.x, key.y - 1, key.level}, ChunkKey{key.x, key.y + 1, key.level}};
+        for (std::size_t side = 0; side < 4; ++side) {
+            const std::int32_t neighbour = made_->find(neighbours[side]);
+            made_->links[at(index)].neighbour[side] = neighbour;
+            if (neighbour == kNone) continue;
+            const std::size_t opposite = side ^ 1;
+            made_->links[at(neighbour)].neighbour[opposite] = index;
+        }
+    }
+}
+
+// Of all that have none yet: what came, and what hung below a chunk that went and came again.
+void ResidentSet::Change::link_parents() {
+    std::int32_t root_count = 0;
+    for (std::int32_t i = 0; i < next_index(); ++i) {
+        const ChunkKey& key = made_->keys[at(i)];
+        if (key.level == 0) {
+            ++root_count;
+            continue;
+        }
+        Links& links = made_->links[at(i)];
+        if (links.parent != kNone) continue;
+        links.parent = made_->find(key.parent());
+        TERRANE_ASSERT(links.parent != kNone, "the parent of a resident chunk must be resident");
+        made_->links[at(links.parent)].child[static_cast<std::size_t>(key.quadrant())] = i;
+    }
+    made_->has_roots = std::int64_t{root_count} ==
+                       std::int64_t{made_->lattice.root_count_x} * made_->lattice.root_count_y;
+}
+
+std::shared_ptr<const Chunk>& ResidentSet::Change::owner(std::int32_t slot) {
+    const std::size_t block = Owners::block(slot);
+    if (own_blocks_[block] == nullptr) {
+        auto copy = std::make_shared<Owners>(*made_->owners[block]);
+        own_blocks_[block] = copy.get();
+        made_->owners[block] = std::move(copy);
+    }
+    return own_blocks_[block]->slots[Owners::place(slot)];
+}
+
+std::int32_t ResidentSet::Change::take_slot() {
+    std::vector<std::int32_t>& free_slots = made_->free_slots;
+    if (free_slots.empty()) {
+        const std::size_t first = own_blocks_.size() * Owners::kSlots;
+        for (std::size_t i = Owners::kSlots; i-- > 0;) {
+            free_slots.push_back(static_cast<std::int32_t>(first + i));
+        }
+        auto block = std::make_shared<Owners>();
+        own_blocks_.push_back(block.get());
+        made_->owners.push_back(std::move(block));
+    }
+    const std::int32_t slot = free_slots.back();
+    free_slots.pop_back();
+    return slot;
+}
+
+}  // namespace terrane

@@ -1,0 +1,315 @@
+// SPDX-License-Identifier: MIT
+#include "raster/raster_store.h"
+
+#include "raster/raster_checks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace terrane::internal {
+namespace {
+
+// Of the progress of opening: passes over the file.
+constexpr double kReadingShare = 0.5;
+
+}  // namespace
+
+int strip_rows(int columns) {
+    constexpr int kSamplesAtOnce = 1 << 22;
+    return std::clamp(kSamplesAtOnce / columns / kBlockSide * kBlockSide, kBlockSide,
+                      32 * kBlockSide);
+}
+
+RasterStore::RasterStore(std::unique_ptr<RasterReader> reader, const StoreSettings& settings,
+                         double needed_bytes)
+    : reader_(std::move(reader)),
+      settings_(settings),
+      needed_bytes_(needed_bytes),
+      calls_(std::make_unique<GuardedCalls>(settings.patience_s)),
+      info_(reader_->info()),
+      voids_(info_.columns, info_.rows, !reader_->rows_go_north()),
+      packing_(SamplePacking::of_floats(reader_->scale(), reader_->offset())) {}
+
+Result<std::unique_ptr<RasterStore>> RasterStore::open(std::unique_ptr<RasterReader> reader,
+                                                       const StoreSettings& settings,
+                                                       double needed_bytes,
+                                                       OpeningProgress& progress) {
+    std::unique_ptr<RasterStore> store(new RasterStore(std::move(reader), settings, needed_bytes));
+    if (auto done = store->choose_packing(progress); !done) return tl::unexpected(done.error());
+    if (auto done = store->first_pass(progress); !done) return tl::unexpected(done.error());
+    if (store->voids_.empty()) {
+        store->fill_.reset();
+        return store;
+    }
+    store->fill_->make_field();
+    const std::size_t nodata_bytes = store->voids_.run_bytes() + store->fill_->rim_bytes();
+    if (auto checked = store->check_nodata_bytes(nodata_bytes); !checked) {
+        return tl::unexpected(checked.error());
+    }
+    store->fill_->begin_rim();
+    if (auto done = store->rim_pass(); !done) return tl::unexpected(done.error());
+    store->fill_->relax();
+    if (store->in_memory()) store->fill_memory();
+    return store;
+}
+
+Result<void> RasterStore::check_nodata_bytes(std::size_t bytes) const {
+    const double needed = needed_bytes_ + static_cast<double>(bytes);
+    return check_memory(reader_->path(), info_.columns, info_.rows, needed, settings_.limit_bytes);
+}
+
+Result<void> RasterStore::read_file(int column, int row, int columns, int rows,
+                                    std::span<double> heights_out) const {
+    // A read that is given up goes on: what it writes to is its own.
+    struct Job {
+        std::shared_ptr<const RasterReader> reader;
+        std::vector<double> heights;
+        Result<void> done;
+    };
+    const auto job = std::make_shared<Job>();
+    job->reader = reader_;
+    job->heights.resize(heights_out.size());
+    const bool answered = calls_->run([job, column, row, columns, rows] {
+        job->done = job->reader->read(column, row, columns, rows, job->heights);
+    });
+    if (!answered) return stopped_answering(reader_->path(), calls_->patience_s());
+    if (job->done) std::ranges::copy(job->heights, heights_out.begin());
+    return job->done;
+}
+
+int RasterStore::strip_count() const {
+    const int rows = strip_rows(info_.columns);
+    return (info_.rows + rows - 1) / rows;
+}
+
+template <typename Use>
+Result<void> RasterStore::for_each_strip(OpeningProgress& progress, Use&& use) const {
+    const int strip = strip_rows(info_.columns), count = strip_count();
+    std::vector<double> heights;
+    for (int i = 0; i < count; ++i) {
+        const int south = (reader_->rows_go_north() ? i : count - 1 - i) * strip;
+        const int rows = std::min(strip, info_.rows - south);
+        heights.resize(static_cast<std::size_t>(info_.columns) * static_cast<std::size_t>(rows));
+        if (auto read = read_file(0, south, info_.columns, rows, heights); !read) return read;
+        use(south, rows, std::span(heights));
+        if (auto checked = check_nodata_bytes(voids_.run_bytes()); !checked) return checked;
+        if (auto wanted = progress.step(); !wanted) return wanted;
+    }
+    return {};
+}
+
+Result<void> RasterStore::choose_packing(OpeningProgress& progress) {
+    if (reader_->has_float_numbers()) return {};
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    progress.begin(0.5 * kReadingShare, strip_count());
+    const auto done = for_each_strip(progress, [&](int, int, std::span<const double> strip) {
+        for (const double height : strip) {
+            if (std::isnan(height)) continue;
+            low = std::min(low, height);
+            high = std::max(high, height);
+        }
+    });
+    if (done && low <= high) packing_ = SamplePacking::of_range(low, high);
+    return done;
+}
+
+Result<void> RasterStore::first_pass(OpeningProgress& progress) {
+    const std::size_t width = static_cast<std::size_t>(info_.columns);
+    const std::size_t size = width * static_cast<std::size_t>(info_.rows);
+    if (size * sizeof(std::uint32_t) <= settings_.memory_bytes) samples_.resize(size);
+    fill_.emplace(info_.columns, info_.rows);
+
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    double most_off = 0.0;
+    std::vector<std::uint32_t> packed;
+    progress.begin(kReadingShare, strip_count());
+    const auto done = for_each_strip(progress, [&](int south, int rows, std::span<double> strip) {
+        packed.resize(strip.size());
+        for (std::size_t i = 0; i < strip.size(); ++i) {
+            const double height = strip[i];
+            packed[i] = packing_.pack(height);
+            strip[i] = packing_.unpack(packed[i]);
+            if (std::isnan(height)) continue;
+            low = std::min(low, height);
+            high = std::max(high, height);
+            most_off = std::max(most_off, std::fabs(strip[i] - (height - packing_.base())));
+        }
+        const auto line = [&](int row) {
+            return strip.subspan(width * static_cast<std::size_t>(row), width);
+        };
+        for (int row = 0; row < rows; ++row) {
+            voids_.add_row(line(reader_->rows_go_north() ? row : rows - 1 - row));
+            fill_->add_row(south + row, line(row));
+        }
+        if (!in_memory()) return;
+        std::copy(packed.begin(), packed.end(),
+                  samples_.begin() +
+                      static_cast<std::ptrdiff_t>(width * static_cast<std::size_t>(south)));
+    });
+    if (!done) return done;
+    voids_.finish();
+    if (low > high) {
+        return fail(ErrorCode::bad_data, "raster \"" + reader_->path() +
+                                             "\" has no valid sample, " + "all " +
+                                             std::to_string(size) + " are nodata");
+    }
+    info_.min_m = low;
+    info_.max_m = high;
+    info_.nodata_share = static_cast<double>(voids_.nodata_count()) / static_cast<double>(size);
+    info_.filled_share = static_cast<double>(voids_.void_count()) / static_cast<double>(size);
+    find_rounding(most_off);
+    return {};
+}
+
+/// @param of_packing  the most that a sample is off for being packed, metres
+void RasterStore::find_rounding(double of_packing) {
+    // Bounds are rounded outward by a nanometre. That takes up what sums of doubles lose where
+    // heights are below 131 km, and packing where it is off by no more than a quarter of it.
+    constexpr double kSmall = 0x1p17, kPerMetre = 0x1p-48, kNone = 0x1p-32;
+    const double largest =
+        std::max(std::fabs(info_.min_m), std::fabs(info_.max_m)) + std::fabs(reader_->offset());
+    rounding_ =
+        (of_packing > kNone ? of_packing : 0.0) + (largest > kSmall ? kPerMetre * largest : 0.0);
+}
+
+Result<void> RasterStore::rim_pass() {
+    const std::size_t width = static_cast<std::size_t>(info_.columns);
+    std::vector<double> strip;
+    for (int south = 0; south < info_.rows; south += kBlockSide) {
+        if (!fill_->needs_row(south)) continue;
+        const int rows = std::min(kBlockSide, info_.rows - south);
+        const std::size_t count = width * static_cast<std::size_t>(rows);
+        strip.resize(count);
+        if (in_memory()) {
+            const std::size_t first = width * static_cast<std::size_t>(south);
+            packing_.unpack(std::span(samples_).subspan(first, count), strip.data());
+        } else {
+            if (auto read = read_file(0, south, info_.columns, rows, strip); !read) return read;
+            for (double& height : strip) height = packing_.unpack(packing_.pack(height));
+        }
+        for (int row = 0; row < rows; ++row) {
+            fill_->add_rim_row(south + row, std::span(strip).subspan(
+                                                width * static_cast<std::size_t>(row), width));
+        }
+    }
+    return {};
+}
+
+std::uint32_t RasterStore::filled(int column, int row) const {
+    return packing_.pack_relative(static_cast<double>(fill_->height(column, row)));
+}
+
+void RasterStore::fill_memory() {
+    std::size_t at = 0;
+    for (int row = 0; row < info_.rows; ++row) {
+        for (int column = 0; column < info_.columns; ++column, ++at) {
+            if (std::isnan(packing_.unpack(samples_[at]))) samples_[at] = filled(column, row);
+        }
+    }
+    fill_.reset();
+}
+
+Result<std::shared_ptr<const RasterStore::Square>> RasterStore::read_square(int square_x,
+                                                                            int square_y) const {
+    const int west = square_x * kSquareSide, south = square_y * kSquareSide;
+    const int columns = std::min(kSquareSide, info_.columns - west);
+    const int rows = std::min(kSquareSide, info_.rows - south);
+    std::vector<double> heights(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
+    if (auto read = read_file(west, south, columns, rows, heights); !read) {
+        return tl::unexpected(read.error());
+    }
+    auto square = std::make_shared<Square>(heights.size());
+    std::size_t at = 0;
+    for (int row = 0; row < rows; ++row) {
+        for (int column = 0; column < columns; ++column, ++at) {
+            (*square)[at] = fill_ && std::isnan(heights[at]) ? filled(west + column, south + row)
+                                                             : packing_.pack(heights[at]);
+        }
+    }
+    return square;
+}
+
+Result<std::shared_ptr<const RasterStore::Square>> RasterStore::square(int square_x,
+                                                                       int square_y) const {
+    const std::int64_t name = (static_cast<std::int64_t>(square_y) << 32) | square_x;
+    {
+        const std::lock_guard lock(mutex_);
+        if (const auto found = squares_.find(name); found != squares_.end()) {
+            recent_.splice(recent_.begin(), recent_, found->second.place);
+            return found->second.square;
+        }
+    }
+    auto loaded = read_square(square_x, square_y);
+    if (!loaded) return loaded;
+    const std::lock_guard lock(mutex_);
+    // Two threads may have read it: the first to arrive is kept.
+    if (const auto found = squares_.find(name); found != squares_.end()) {
+        return found->second.square;
+    }
+    recent_.push_front(name);
+    squares_.emplace(name, Cached{*loaded, recent_.begin()});
+    constexpr std::size_t kSquareBytes = sizeof(std::uint32_t) * kSquareSide * kSquareSide;
+    while (squares_.size() > std::max<std::size_t>(settings_.cache_bytes / kSquareBytes, 4)) {
+        squares_.erase(recent_.back());
+        recent_.pop_back();
+    }
+    return loaded;
+}
+
+Result<void> RasterStore::read(std::int64_t column, std::int64_t row, int columns, int rows,
+                               std::span<double> heights_out) const {
+    const std::int64_t last_column = info_.columns - 1, last_row = info_.rows - 1;
+    const std::size_t width = static_cast<std::size_t>(columns);
+    // Columns of the window that lie inside the raster; before and after them the edge is repeated.
+    const int inside_begin = static_cast<int>(std::clamp<std::int64_t>(-column, 0, columns));
+    const int inside_end =
+        static_cast<int>(std::clamp<std::int64_t>(last_column + 1 - column, inside_begin, columns));
+    for (int r = 0; r < rows; ++r) {
+        const std::int64_t source_row = std::clamp<std::int64_t>(row + r, 0, last_row);
+        double* line = heights_out.data() + static_cast<std::size_t>(r) * width;
+        if (r > 0 && source_row == std::clamp<std::int64_t>(row + r - 1, 0, last_row)) {
+            std::copy_n(line - width, width, line);
+            continue;
+        }
+        const auto copy = [&](int begin, int end) -> Result<void> {
+            const std::int64_t from = std::clamp<std::int64_t>(column + begin, 0, last_column);
+            if (in_memory()) {
+                const std::uint32_t* source =
+                    samples_.data() + source_row * (last_column + 1) + from;
+                packing_.unpack({source, static_cast<std::size_t>(end - begin)}, line + begin);
+                return {};
+            }
+            for (int done = begin; done < end;) {
+                const int at = static_cast<int>(from) + done - begin;
+                const int square_x = at / kSquareSide;
+                const int square_y = static_cast<int>(source_row) / kSquareSide;
+                const auto held = square(square_x, square_y);
+                if (!held) return tl::unexpected(held.error());
+                const int square_columns =
+                    std::min(kSquareSide, info_.columns - square_x * kSquareSide);
+                const int in_square = at - square_x * kSquareSide;
+                const int count = std::min(end - done, square_columns - in_square);
+                const int square_row = static_cast<int>(source_row) - square_y * kSquareSide;
+                const std::uint32_t* source =
+                    (*held)->data() + square_row * square_columns + in_square;
+                packing_.unpack({source, static_cast<std::size_t>(count)}, line + done);
+                done += count;
+            }
+            return {};
+        };
+        if (inside_begin < inside_end) {
+            if (auto done = copy(inside_begin, inside_end); !done) return done;
+            std::fill(line, line + inside_begin, line[inside_begin]);
+            std::fill(line + inside_end, line + columns, line[inside_end - 1]);
+        } else {
+            // Entirely west or east of the raster.
+            if (auto done = copy(0, 1); !done) return done;
+            std::fill(line + 1, line + columns, line[0]);
+        }
+    }
+    return {};
+}
+
+}  // namespace terrane::internal

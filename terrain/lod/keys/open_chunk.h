@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "lod/keys/key_kernels.h"
+
+#include <terrane/terrain/resident_set.h>
+
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+namespace terrane::internal {
+
+/// Sides of a chunk, in the order of ResidentSet::Links::neighbour.
+enum Side : std::size_t { west = 0, east = 1, south = 2, north = 3 };
+
+/// Positions of a chunk's columns and rows relative to the eye, metres.
+struct ChunkAxes {
+    /// Of even samples, the last one included, and of odd ones.
+    struct Axis {
+        std::array<float, kChunkSquares + 1> even;
+        std::array<float, kChunkSquares> odd;
+    };
+    Axis x, y;
+};
+
+/// One chunk that the view may refine, and what a frame knows of it: keys and bits of its own
+/// vertices, by area as in AreaVertices.
+struct OpenChunk {
+    static constexpr std::size_t kSamples = std::size_t{kChunkSamples} * kChunkSamples;
+    static constexpr std::size_t kAreas = std::size_t{kChunkAreas} * kChunkAreas;
+    static constexpr std::size_t kCoarseSide = kChunkSquares + 1;
+    /// Key of a vertex that cannot be active.
+    static constexpr float kNever = std::numeric_limits<float>::infinity();
+    using Keys = AreaVertices::PerVertex<float>;
+    struct alignas(64) AreaKeys {
+        Keys of;
+    };
+    /// Bit i for square i.
+    struct Bits {
+        std::uint64_t centre = 0, along_x = 0, along_y = 0;
+    };
+
+    OpenChunk() : keys(kAreas), offsets(kSamples, 0.0f) {}
+
+    const Chunk* chunk = nullptr;
+    std::int32_t index = ResidentSet::kNone;  ///< in the resident set
+    OpenChunk* parent = nullptr;              ///< null for roots
+    std::array<OpenChunk*, 4> child{};        ///< by quadrant; null where not open
+    std::array<OpenChunk*, 4> neighbour{};    ///< by Side; null where not open
+    std::array<bool, 4> is_absent{};          ///< by quadrant: no child there to open
+    std::array<bool, 4> ends{};               ///< by Side: the world ends there
+    float fade_factor = 1.0f;                 ///< keys are raised by it: 1 / fade^2
+
+    ChunkAxes axes;
+    EyeHeights eye_heights;
+    KeyPlanes planes;                ///< of the view, that the chunk is not wholly inside of
+    std::uint64_t open_areas = 0;    ///< bit: area; those that may hold a vertex below the floor
+    std::uint64_t areas_beside = 0;  ///< those of them that are not wholly in view
+    /// Areas with a vertex below the floor that has been raised: something may be missing there.
+    std::uint64_t held_areas = 0;
+    bool is_side_held = false;    ///< the same of those on the eastern and northern side,
+    bool is_coarse_held = false;  ///< and of a root's coarser ones
+
+    /// [kAreas] at least those of the parents; undefined in areas that are not open.
+    std::vector<AreaKeys> keys;
+    /// Of the midpoints on the eastern and northern side, as in Chunk::east_bounds, where no open
+    /// chunk lies beyond: others are the neighbours'.
+    std::array<float, kChunkSquares> east_keys, north_keys;
+    std::vector<float> coarse_keys;  ///< of a root, as Chunk::coarse_bounds; else empty
+    std::vector<float> offsets;      ///< [kSamples] see MeshChunk
+
+    /// Of active vertices; 0 in areas that are not open.
+    std::array<Bits, kAreas> bits{};
+    std::uint64_t east_bits = 0, north_bits = 0;
+    std::uint64_t active_areas = 0;  ///< with an active centre: nothing else of the chunk is drawn
+
+    std::size_t triangle_count = 0;
+    std::size_t first_triangle = 0;
+
+    bool is_root() const { return chunk->key.level == 0; }
+    bool is_open(int area) const { return (open_areas >> area & 1) != 0; }
+
+    const Keys& keys_of(int area) const { return keys[static_cast<std::size_t>(area)].of; }
+    Keys& keys_of(int area) { return keys[static_cast<std::size_t>(area)].of; }
+    const Bits& bits_of(int area) const { return bits[static_cast<std::size_t>(area)]; }
+
+    /// Key of the vertex at a sample; kNever where another chunk owns it, or nothing is open.
+    float key_at(int column, int row) const;
+    /// Rise, metres, of the midpoint at an odd sample of the eastern or northern side: the neighbour's,
+    /// or found from the heights where the world ends.
+    float side_rise(Side side, int at, float quantum) const;
+};
+
+/// Calls use(i) for the bits of a word that are set.
+template <typename Use>
+void for_each_bit(std::uint64_t bits, const Use& use) {
+    for (; bits != 0; bits &= bits - 1) use(std::countr_zero(bits));
+}
+
+/// The same for areas; asks for an area's memory by fetch(area) while the one before it is worked on.
+template <typename Use, typename Fetch>
+void for_each_area(std::uint64_t areas, const Use& use, const Fetch& fetch) {
+    if (areas != 0) fetch(std::countr_zero(areas));
+    while (areas != 0) {
+        const int area = std::countr_zero(areas);
+        areas &= areas - 1;
+        if (areas != 0) fetch(std::countr_zero(areas));
+        use(area);
+    }
+}
+
+/// Asks for memory that is going to be read.
+inline void fetch(const void* from, std::size_t bytes) {
+    constexpr std::size_t kCacheLine = 64;
+    const auto* line = static_cast<const char*>(from);
+    for (std::size_t i = 0; i < bytes; i += kCacheLine) __builtin_prefetch(line + i);
+}
+
+/// An area of a chunk, or of the one beside it.
+struct AreaPlace {
+    const OpenChunk* chunk = nullptr;  ///< null where there is none
+    int area = 0;
+
+    bool is_open() const { return chunk != nullptr && chunk->is_open(area); }
+};
+
+/// What lies beside an area.
+AreaPlace beside(const OpenChunk& chunk, int area, Side side);
+
+/// Whether nothing lies there because the world ends.
+bool is_world_end(const OpenChunk& chunk, int area, Side side);
+
+}  // namespace terrane::internal

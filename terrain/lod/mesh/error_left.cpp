@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: MIT
+//
+// What refinement left undone because something is not there. Where a triangle's next vertex is
+// missing, the triangle's error is at most the vertex's bound, seen from where the triangle is: found
+// here one by one, in double precision, and only for what of a triangle may be in view.
+#include "lod/mesh/error_left.h"
+
+#include "lod/mesh/active_set.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+
+namespace terrane::internal {
+namespace {
+
+// A column or row beyond a chunk's sides as its neighbour counts it.
+int wrap(int i) { return i < 0 ? i + kChunkCells : i > kChunkCells ? i - kChunkCells : i; }
+
+class Search {
+public:
+    Search(const OpenChunk& chunk, const VertexKeys& keys, const ScreenError& screen,
+           float threshold, const Morph& morph, ErrorLeft& left)
+        : chunk_(chunk),
+          keys_(keys),
+          screen_(screen),
+          threshold_(threshold),
+          in_place_(morph.in_place(threshold)),
+          morph_(morph),
+          left_(left) {}
+
+    double look_at_cells(double most);
+    void look_at_held();
+
+private:
+    double look_at_cell(int column, int row, double most) const;
+    double look_at_area(int area, double most) const;
+    void look_at_held_area(int area);
+    void look_at_held_sides();
+    void look_at_held_coarse();
+    void look_at_vertex(int column, int row, int stride, float own_key);
+    double look_at_midpoint(int column, int row, int stride, double bound, double most) const;
+    bool has_parent(int column, int row, int stride) const;
+    bool is_active(int column, int row) const { return chunk_.key_at(column, row) < threshold_; }
+    /// Whether a vertex is shown less than its own key asks for: not active, or not in place yet.
+    bool is_held(float own_key, float key) const {
+        return own_key < threshold_ && own_key * kNestMargin < key && !(key < in_place_);
+    }
+    /// The sample of a chunk at a place of this chunk's, which may be beyond its sides.
+    Eigen::Vector3d point(const Chunk& owner, int column, int row) const {
+        const Lattice& lattice = keys_.lattice();
+        const Chunk& chunk = *chunk_.chunk;
+        return {lattice.x(chunk.corner.x + column * chunk.step),
+                lattice.y(chunk.corner.y + row * chunk.step),
+                lattice.quantum * owner.heights[sample_index(wrap(column), wrap(row))]};
+    }
+    Eigen::Vector3d point(int column, int row) const { return point(*chunk_.chunk, column, row); }
+    double error_of_square(int west, int south, int side, double bound, double most) const;
+
+    const OpenChunk& chunk_;
+    const VertexKeys& keys_;
+    const ScreenError& screen_;
+    float threshold_;
+    float in_place_;
+    const Morph& morph_;
+    ErrorLeft& left_;
+};
+
+// Over a square of the chunk's samples, whichever way it is cut.
+double Search::error_of_square(int west, int south, int side, double bound, double most) const {
+    const std::array<Eigen::Vector3d, 4> corners{point(west, south), point(west + side, south),
+                                                 point(west + side, south + side),
+                                                 point(west, south + side)};
+    for (std::size_t i = 0; i < 4; ++i) {
+        const ScreenError::Triangle without{corners[(i + 1) % 4], corners[(i + 2) % 4],
+                                            corners[(i + 3) % 4]};
+        most = std::max(most, screen_.error_in_view(without, bound));
+    }
+    return most;
+}
+
+double Search::look_at_cell(int column, int row, double most) const {
+    const auto bound = static_cast<double>(chunk_.chunk->cell_bounds[cell_index(column, row)]);
+    return error_of_square(column, row, 1, bound, most);
+}
+
+// The cells of an area that are drawn undivided, over a child that is not there.
+double Search::look_at_area(int area, double most) const {
+    const Chunk& chunk = *chunk_.chunk;
+    const auto at_most =
+        static_cast<double>(chunk.areas[static_cast<std::size_t>(area)].max_cell_bound);
+    ScreenError::Box box = screen_.box_of_area(chunk, area);
+    box.low.z() -= at_most;
+    box.high.z() += at_most;
+    const double pixels_per_metre = screen_.error_in_view(box, 1.0) * (1.0 + 1e-12);
+    if (!(at_most * pixels_per_metre > most)) return most;
+    const AreaBits bits = area_bits(chunk_, area);
+    const int west = area % kChunkAreas * kAreaCells, south = area / kChunkAreas * kAreaCells;
+    constexpr std::array<int, 4> kEast{0, 1, 1, 0}, kNorth{0, 0, 1, 1};
+    for (std::size_t k = 0; k < 4; ++k) {
+        // both sides of the quarter are split, or it is no cell yet
+        std::uint64_t cells =
+            bits.centre & bits.split[k] & bits.split[(k + 3) % 4] & ~bits.divided[k];
+        for (; cells != 0; cells &= cells - 1) {
+            const int square = std::countr_zero(cells);
+            const int column = west + 2 * (square % kAreaSquares) + kEast[k];
+            const int row = south + 2 * (square / kAreaSquares) + kNorth[k];
+            const auto bound = static_cast<double>(chunk.cell_bounds[cell_index(column, row)]);
+            if (bound * pixels_per_metre > most) most = look_at_cell(column, row, most);
+        }
+    }
+    return most;
+}
+
+double Search::look_at_cells(double most) {
+    constexpr int kHalf = kChunkAreas / 2;
+    for_each_bit(chunk_.active_areas, [&](int area) {
+        const int quadrant = area % kChunkAreas / kHalf + 2 * (area / kChunkAreas / kHalf);
+        if (!chunk_.is_absent[static_cast<std::size_t>(quadrant)]) return;
+        most = look_at_area(area, most);
+    });
+    return most;
+}
+
+// Whether a triangle is drawn that a centre would split, with this chunk's samples or above.
+bool Search::has_parent(int column, int row, int stride) const {
+    if (chunk_.is_root() && stride > 1) {
+        if (stride == kChunkSquares) return true;
+        const bool is_even = ((column / stride + row / stride) / 2) % 2 == 1;
+        const int other = is_even ? -stride : stride;
+        return is_active(column + stride, row + other) || is_active(column - stride, row - other);
+    }
+    // corners of the square, as samples of the coarser spacing
+    const OpenChunk& owner = chunk_.is_root() ? chunk_ : *chunk_.parent;
+    const ChunkKey& key = chunk_.chunk->key;
+    const int scale = chunk_.is_root() ? 2 : 1;
+    const int shift_x = !chunk_.is_root() && (key.x & 1) != 0 ? kChunkSquares : 0;
+    const int shift_y = !chunk_.is_root() && (key.y & 1) != 0 ? kChunkSquares : 0;
+    const bool is_even = (column / 2 + row / 2) % 2 == 0;
+    const int x = shift_x + column / 2, y = shift_y + row / 2;
+    const auto is_corner_active = [&](int to_x, int to_y) {
+        return owner.key_at(scale * (x + to_x), scale * (y + to_y)) < threshold_;
+    };
+    return is_even ? is_corner_active(1, 0) || is_corner_active(0, 1)
+                   : is_corner_active(0, 0) || is_corner_active(1, 1);
+}
+
+// Where a vertex is held.
+void Search::look_at_vertex(int column, int row, int stride, float own_key) {
+    const float key = chunk_.key_at(column, row);
+    if (!is_held(own_key, key)) return;
+    const auto bound =
+        static_cast<double>(bound_of(chunk_.chunk->inverse_square_bound(column, row)));
+    double error_px = 0.0;
+    if (((column / stride) & (row / stride) & 1) == 0) {
+        error_px = look_at_midpoint(column, row, stride, bound, 0.0);
+    } else if (has_parent(column, row, stride)) {
+        error_px = error_of_square(column - stride, row - stride, 2 * stride, bound, 0.0);
+    }
+    if (key < threshold_) {
+        const double shown = screen_.error_px_of(key) / screen_.error_px_of(threshold_);
+        const double wanted = error_px / screen_.error_px_of(threshold_);
+        left_.sliding = std::max(left_.sliding, morph_.with_held(wanted, shown));
+    } else if (key == OpenChunk::kNever) {
+        left_.absent = std::max(left_.absent, error_px);
+    } else {
+        left_.finest = std::max(left_.finest, error_px);
+    }
+}
+
+// The triangles on both sides of the edge that a midpoint would split, where they are drawn: by their
+// apexes, which may be a neighbour's.
+double Search::look_at_midpoint(int column, int row, int stride, double bound, double most) const {
+    const bool along_x = (column / stride) % 2 != 0;
+    const int to_x = along_x ? 0 : stride, to_y = along_x ? stride : 0;
+    const Eigen::Vector3d begin = point(column - to_y, row - to_x);
+    const Eigen::Vector3d end = point(column + to_y, row + to_x);
+    for (const int side : {-1, 1}) {
+        const int apex_x = column + side * to_x, apex_y = row + side * to_y;
+        const OpenChunk* owner = apex_x < 0             ? chunk_.neighbour[west]
+                                 : apex_x > kChunkCells ? chunk_.neighbour[east]
+                                 : apex_y < 0           ? chunk_.neighbour[south]
+                                 : apex_y > kChunkCells ? chunk_.neighbour[north]
+                                                        : &chunk_;
+        const int x = wrap(apex_x), y = wrap(apex_y);
+        if (owner == nullptr || !(owner->key_at(x, y) < threshold_)) continue;
+        const Eigen::Vector3d apex = point(*owner->chunk, apex_x, apex_y);
+        most =
+            std::max(most, screen_.error_in_view(ScreenError::Triangle{begin, end, apex}, bound));
+    }
+    return most;
+}
+
+void Search::look_at_held_area(int area) {
+    const int west = area % kChunkAreas * kAreaCells, south = area / kChunkAreas * kAreaCells;
+    for (const auto kind : {AreaVertices::centre, AreaVertices::along_x, AreaVertices::along_y}) {
+        alignas(64) std::array<float, AreaVertices::kSquares> own;
+        keys_.own_keys(chunk_, area, kind, own.data());
+        const int to_x = kind == AreaVertices::along_y ? 0 : 1;
+        const int to_y = kind == AreaVertices::along_x ? 0 : 1;
+        std::uint64_t held = keys_.kernels().mask(own.data(), threshold_);
+        for (; held != 0; held &= held - 1) {
+            const int square = std::countr_zero(held);
+            look_at_vertex(west + 2 * (square % kAreaSquares) + to_x,
+                           south + 2 * (square / kAreaSquares) + to_y, 1,
+                           own[static_cast<std::size_t>(square)]);
+        }
+    }
+}
+
+// Vertices that are held back by parents that are not there, or, a little, by parents whose reach does not
+// hold theirs.
+void Search::look_at_held() {
+    for_each_bit(chunk_.held_areas, [&](int area) { look_at_held_area(area); });
+    if (chunk_.is_side_held) look_at_held_sides();
+    if (chunk_.is_coarse_held) look_at_held_coarse();
+}
+
+void Search::look_at_held_sides() {
+    for (const Side side : {east, north}) {
+        if (chunk_.neighbour[side] != nullptr) continue;
+        for (int i = 0; i < kChunkSquares; ++i) {
+            const int along = 2 * i + 1;
+            look_at_vertex(side == east ? kChunkCells : along, side == east ? along : kChunkCells,
+                           1, keys_.own_side_key(chunk_, side, i));
+        }
+    }
+}
+
+void Search::look_at_held_coarse() {
+    for (int row = 0; row <= kChunkSquares; ++row) {
+        for (int column = 0; column <= kChunkSquares; ++column) {
+            const float own = keys_.own_coarse_key(screen_, chunk_, column, row);
+            if (!(own < threshold_)) continue;
+            const int stride = 2 << std::countr_zero(static_cast<unsigned>(column | row));
+            look_at_vertex(2 * column, 2 * row, stride, own);
+        }
+    }
+}
+
+}  // namespace
+
+void find_error_left(const OpenChunk& chunk, const VertexKeys& keys, const ScreenError& screen,
+                     float threshold, const Morph& morph, ErrorLeft& left) {
+    Search search(chunk, keys, screen, threshold, morph, left);
+    const bool is_finest = chunk.chunk->key.level == keys.lattice().finest_level;
+    const bool any_absent =
+        std::find(chunk.is_absent.begin(), chunk.is_absent.end(), true) != chunk.is_absent.end();
+    double& of_cells = is_finest ? left.finest : left.absent;
+    if (any_absent) of_cells = search.look_at_cells(of_cells);
+    search.look_at_held();
+}
+
+}  // namespace terrane::internal

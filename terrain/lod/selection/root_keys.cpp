@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: MIT
+//
+// The vertices of a root that are coarser than its own spacing: few, one at a time. Columns and rows
+// count the root's even samples, strides too.
+#include "lod/selection/vertex_keys.h"
+
+#include <algorithm>
+#include <bit>
+
+namespace terrane::internal {
+namespace {
+
+constexpr int kSide = kChunkSquares;  // last column and row
+constexpr int kCoarsest = kSide / 2;  // stride of the root square's own centre
+
+std::size_t coarse_index(int column, int row) {
+    return static_cast<std::size_t>(row) * OpenChunk::kCoarseSide +
+           static_cast<std::size_t>(column);
+}
+
+// Raises a key to those of its parents.
+void trim(OpenChunk& root, float& key, float parents, float floor) {
+    root.is_coarse_held |= key < floor && key < parents;
+    key = std::max(key, parents);
+}
+
+}  // namespace
+
+float VertexKeys::own_coarse_key(const ScreenError& screen, const OpenChunk& root, int column,
+                                 int row) const {
+    const auto both = static_cast<unsigned>(column | row);
+    if (both % kSide == 0) return OpenChunk::kNever;  // corners of the root square
+    const int stride = 1 << std::countr_zero(both);
+    const bool is_centre = ((row / stride) & (column / stride) & 1) != 0;
+    const Reach around = reach(*root.chunk, 2 * stride, is_centre);
+    const std::int32_t height = root.chunk->heights[sample_index(2 * column, 2 * row)];
+    const float z = screen.height_over_eye(lattice_.quantum * height);
+    return own_key(root, 2 * column, 2 * row, z - around.up, z + around.up, around.across,
+                   root.chunk->coarse_bounds[coarse_index(column, row)]);
+}
+
+// The centre of a root square has no parents.
+void VertexKeys::trim_coarse_centres(OpenChunk& root, int stride, float floor) const {
+    if (stride == kCoarsest) return;
+    // the parents are the corners of odd index sum, in units of twice the stride
+    int row_other = -stride;
+    for (int row = stride; row < kSide; row += 2 * stride, row_other = -row_other) {
+        int other = row_other;
+        for (int column = stride; column < kSide; column += 2 * stride, other = -other) {
+            const float parents =
+                std::max(root.coarse_keys[coarse_index(column + stride, row + other)],
+                         root.coarse_keys[coarse_index(column - stride, row - other)]);
+            trim(root, root.coarse_keys[coarse_index(column, row)], parents, floor);
+        }
+    }
+}
+
+void VertexKeys::trim_coarse_midpoints(OpenChunk& root, int stride, float floor) const {
+    // the centre beyond a side is the neighbour's, where there is one
+    const auto centre = [&](int column, int row) {
+        const OpenChunk* owner = &root;
+        for (const auto& [side, is_beyond] :
+             {std::pair{west, column < 0}, std::pair{east, column > kSide},
+              std::pair{south, row < 0}, std::pair{north, row > kSide}}) {
+            if (!is_beyond) continue;
+            if (root.ends[side]) return 0.0f;
+            owner = root.neighbour[side];
+        }
+        if (owner == nullptr) return OpenChunk::kNever;
+        const auto wrap = [](int i) { return i < 0 ? i + kSide : i > kSide ? i - kSide : i; };
+        return owner->coarse_keys[coarse_index(wrap(column), wrap(row))];
+    };
+    bool is_centre_row = false;
+    for (int row = 0; row <= kSide; row += stride, is_centre_row = !is_centre_row) {
+        const int to_x = is_centre_row ? stride : 0, to_y = is_centre_row ? 0 : stride;
+        for (int column = is_centre_row ? 0 : stride; column <= kSide; column += 2 * stride) {
+            const float parents =
+                std::max(centre(column - to_x, row - to_y), centre(column + to_x, row + to_y));
+            trim(root, root.coarse_keys[coarse_index(column, row)], parents, floor);
+        }
+    }
+}
+
+void VertexKeys::find_coarse_keys(const ScreenError& screen, float floor,
+                                  std::span<OpenChunk* const> roots) const {
+    for (OpenChunk* root : roots) {
+        screen.fill_axes(*root->chunk, root->axes);
+        root->eye_heights = screen.eye_heights(*root->chunk);
+        root->planes = screen.planes_across(screen.box_of(*root->chunk));
+        root->coarse_keys.resize(OpenChunk::kCoarseSide * OpenChunk::kCoarseSide);
+        for (int row = 0; row <= kSide; ++row) {
+            for (int column = 0; column <= kSide; ++column) {
+                root->coarse_keys[coarse_index(column, row)] =
+                    own_coarse_key(screen, *root, column, row);
+            }
+        }
+    }
+    for (int stride = kCoarsest; stride >= 1; stride /= 2) {
+        for (OpenChunk* root : roots) trim_coarse_centres(*root, stride, floor);
+        for (OpenChunk* root : roots) trim_coarse_midpoints(*root, stride, floor);
+    }
+}
+
+}  // namespace terrane::internal

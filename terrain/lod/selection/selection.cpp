@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: MIT
+#include "lod/selection/selection.h"
+
+#include <algorithm>
+#include <bit>
+
+namespace terrane::internal {
+namespace {
+
+// Keys that a worker collects at once. A chunk adds at most its samples.
+constexpr std::size_t kRoom = std::size_t{1} << 17;
+// How far around the guess is looked at first: 1 % in pixels.
+constexpr float kNear = 1.02f;
+
+// Positive floats sort as their bits do.
+std::uint32_t bits_of(float key) { return std::bit_cast<std::uint32_t>(key); }
+
+float middle(float low, float high) {
+    return std::bit_cast<float>(bits_of(low) + (bits_of(high) - bits_of(low)) / 2);
+}
+
+}  // namespace
+
+Selection::Selection(int worker_count) : tallies_(static_cast<std::size_t>(worker_count)) {
+    for (Tally& tally : tallies_) {
+        for (auto& keys : tally.inside) keys.resize(kRoom);
+    }
+    candidates_.reserve(2 * kRoom * tallies_.size());
+}
+
+void Selection::count_chunk(const OpenChunk& chunk, const KeyKernels& kernels, Tally& tally) const {
+    KeyWindow& inner = tally.window[0];
+    KeyWindow& border = tally.window[1];
+    if (inner.count + OpenChunk::kSamples > kRoom || border.count + OpenChunk::kSamples > kRoom) {
+        tally.is_full = true;
+        inner.count = border.count = 0;
+    }
+    const auto count_inner = [&](const float* keys, std::size_t number) {
+        tally.below += 2 * std::size_t{kernels.count(keys, static_cast<int>(number), inner)};
+    };
+    const auto count_border = [&](const float* keys, std::size_t number) {
+        tally.below += kernels.count(keys, static_cast<int>(number), border);
+    };
+    for_each_bit(chunk.open_areas, [&](int area) {
+        const OpenChunk::Keys& keys = chunk.keys_of(area);
+        constexpr std::size_t kSquares = AreaVertices::kSquares;
+        const bool south_ends = is_world_end(chunk, area, south);
+        const bool west_ends = is_world_end(chunk, area, west);
+        if (!south_ends && !west_ends) {
+            count_inner(keys[0].data(), AreaVertices::kKinds * kSquares);
+            return;
+        }
+        count_inner(keys[AreaVertices::centre].data(), kSquares);
+        const float* along_x = keys[AreaVertices::along_x].data();
+        const std::size_t first = south_ends ? kAreaSquares : 0;
+        count_border(along_x, first);
+        count_inner(along_x + first, kSquares - first);
+        for (std::size_t i = 0; i < kSquares; i += kAreaSquares) {
+            const float* along_y = keys[AreaVertices::along_y].data() + i;
+            const std::size_t outer = west_ends ? 1 : 0;
+            count_border(along_y, outer);
+            count_inner(along_y + outer, kAreaSquares - outer);
+        }
+    });
+    if (chunk.ends[east]) count_border(chunk.east_keys.data(), chunk.east_keys.size());
+    if (chunk.ends[north]) count_border(chunk.north_keys.data(), chunk.north_keys.size());
+    if (chunk.is_root()) count_coarse(chunk, kernels, tally);
+}
+
+// A line between roots counts with the one east or north of it.
+void Selection::count_coarse(const OpenChunk& root, const KeyKernels& kernels, Tally& tally) const {
+    constexpr int kLast = kChunkSquares;
+    const auto side = static_cast<int>(OpenChunk::kCoarseSide);
+    for (int row = 0; row <= kLast; ++row) {
+        if (row == kLast && !root.ends[north]) break;
+        const float* keys = root.coarse_keys.data() + row * side;
+        if ((row == 0 && root.ends[south]) || row == kLast) {
+            tally.below += kernels.count(keys, side, tally.window[1]);
+            continue;
+        }
+        const int first = root.ends[west] ? 1 : 0;
+        tally.below += kernels.count(keys, first, tally.window[1]);
+        tally.below += 2 * std::size_t{kernels.count(keys + first, kLast - first, tally.window[0])};
+        if (root.ends[east]) tally.below += kernels.count(keys + kLast, 1, tally.window[1]);
+    }
+}
+
+void Selection::open_windows(float low, float high) {
+    for (Tally& tally : tallies_) {
+        tally.below = 0;
+        tally.is_full = false;
+        for (std::size_t i = 0; i < 2; ++i) {
+            tally.window[i] = {low, high, tally.inside[i].data(), 0};
+        }
+    }
+}
+
+std::size_t Selection::below() const {
+    std::size_t below = 0;
+    for (const Tally& tally : tallies_) below += tally.below;
+    return below;
+}
+
+// Weight of the keys below `low`; those below `high` are in the windows, unless they are full.
+std::size_t Selection::count(std::span<OpenChunk* const> open, const KeyKernels& kernels, float low,
+                             float high, WorkerTeam& team) {
+    open_windows(low, high);
+    team.run(open.size(), [&](std::size_t i, int worker) { take(*open[i], kernels, worker); });
+    return below();
+}
+
+void Selection::begin(float floor, float guess) {
+    const float middle_key = guess > 0.0f ? guess : floor;
+    floor_ = floor;
+    low_ = std::clamp(middle_key / kNear, 0.0f, floor);
+    high_ = std::clamp(middle_key * kNear, low_, floor);
+    open_windows(low_, high_);
+}
+
+float Selection::find(std::span<OpenChunk* const> open, const KeyKernels& kernels,
+                      std::size_t budget, WorkerTeam& team) {
+    float least = 0.0f;   // weights below it fit
+    float most = floor_;  // unless most is the floor, weights below it do not
+    float low = low_, high = high_;
+    bool is_counted = true;
+    for (float spread = kNear * kNear;; spread *= spread) {
+        const std::size_t below =
+            is_counted ? this->below() : count(open, kernels, low, high, team);
+        is_counted = false;
+        std::size_t inside = 0;
+        bool is_full = false;
+        for (const Tally& tally : tallies_) {
+            inside += 2 * std::size_t{tally.window[0].count} + tally.window[1].count;
+            is_full |= tally.is_full;
+        }
+        if (below > budget) {
+            most = low;
+            high = low;
+            low = std::max(least, low / spread);
+            if (bits_of(high) - bits_of(least) <= 1) return least;
+        } else if (is_full) {
+            // too many to collect: halve; where they are all of one key, they are in or out together
+            const bool is_one_key = bits_of(high) - bits_of(low) <= 1;
+            const float halfway = is_one_key ? high : middle(low, high);
+            if (count(open, kernels, halfway, halfway, team) > budget) {
+                if (is_one_key) return low;
+                most = high = halfway;
+            } else if (halfway == floor_) {
+                return floor_;
+            } else {
+                least = low = halfway;
+                if (is_one_key) high = std::min(most, high * spread);
+            }
+        } else if (below + inside <= budget) {
+            if (high == floor_) return floor_;
+            least = high;
+            low = high;
+            high = std::min(most, high * spread);
+        } else {
+            break;
+        }
+    }
+
+    return pick(low, high, below(), budget);
+}
+
+// Where in the windows the budget ends: first which bin, then which key of it.
+float Selection::pick(float low, float high, std::size_t used, std::size_t budget) {
+    bins_.fill(0);
+    // in double, where neither the width of the smallest window nor its inverse is out of range
+    const double per_key =
+        static_cast<double>(bins_.size()) / (static_cast<double>(high) - static_cast<double>(low));
+    const auto bin_of = [&](float key) {
+        const double above = static_cast<double>(key) - static_cast<double>(low);
+        return std::min(static_cast<std::size_t>(above * per_key), bins_.size() - 1);
+    };
+    const auto for_all = [&](const auto& use) {
+        for (const Tally& tally : tallies_) {
+            for (std::uint32_t i = 0; i < 2; ++i) {
+                for (std::uint32_t k = 0; k < tally.window[i].count; ++k) {
+                    use(tally.inside[i][k], 2 - i);
+                }
+            }
+        }
+    };
+    for_all([&](float key, std::uint32_t weight) { bins_[bin_of(key)] += weight; });
+    std::size_t bin = 0;
+    while (used + bins_[bin] <= budget) used += bins_[bin++];
+    candidates_.clear();
+    for_all([&](float key, std::uint32_t weight) {
+        if (bin_of(key) == bin) candidates_.push_back({key, weight});
+    });
+    std::sort(candidates_.begin(), candidates_.end(),
+              [](const Candidate& a, const Candidate& b) { return a.key < b.key; });
+    for (auto group = candidates_.begin();;) {
+        const float key = group->key;
+        for (; group != candidates_.end() && group->key == key; ++group) used += group->weight;
+        if (used > budget) return key;
+    }
+}
+
+}  // namespace terrane::internal

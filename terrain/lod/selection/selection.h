@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "lod/keys/key_kernels.h"
+#include "lod/keys/open_chunk.h"
+#include "base/worker_team.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace terrane::internal {
+
+/// Finds the threshold that spends a budget: an exact order statistic of all open vertices' keys.
+///
+/// A vertex weighs as many triangles as it adds: 2 inside the world, 1 on its border.
+class Selection {
+public:
+    explicit Selection(int worker_count);
+
+    /// Begins a search. Every open chunk has to be taken once, as soon as its keys are known: while
+    /// they are near.
+    ///
+    /// @param guess  where the threshold may be, 0 if unknown; only costs time where it is not
+    void begin(float floor, float guess);
+    void take(const OpenChunk& chunk, const KeyKernels& kernels, int worker) {
+        count_chunk(chunk, kernels, tallies_[static_cast<std::size_t>(worker)]);
+    }
+
+    /// The largest threshold, at most the floor, such that vertices with a key below it weigh at most
+    /// `budget` together. Vertices of equal keys are in or out together.
+    float find(std::span<OpenChunk* const> open, const KeyKernels& kernels, std::size_t budget,
+               WorkerTeam& team);
+
+private:
+    // What one worker has counted.
+    struct Tally {
+        std::size_t below = 0;         // weights
+        std::vector<float> inside[2];  // keys of weight 2, of weight 1
+        KeyWindow window[2];
+        bool is_full = false;
+    };
+    struct Candidate {
+        float key = 0.0f;
+        std::uint32_t weight = 0;
+    };
+    void count_chunk(const OpenChunk& chunk, const KeyKernels& kernels, Tally& tally) const;
+    void count_coarse(const OpenChunk& root, const KeyKernels& kernels, Tally& tally) const;
+    void open_windows(float low, float high);
+    std::size_t count(std::span<OpenChunk* const> open, const KeyKernels& kernels, float low,
+                      float high, WorkerTeam& team);
+    std::size_t below() const;
+
+    float pick(float low, float high, std::size_t used, std::size_t budget);
+
+    float floor_ = 0.0f;
+    float low_ = 0.0f, high_ = 0.0f;  // the first window
+    std::vector<Tally> tallies_;
+    std::vector<Candidate> candidates_;
+    std::array<std::size_t, 1024> bins_{};
+};
+
+}  // namespace terrane::internal

@@ -1,0 +1,271 @@
+// SPDX-License-Identifier: MIT
+#include "lod/selection/vertex_keys.h"
+
+#include "lod/keys/parent_keys.h"
+
+#include <algorithm>
+#include <bit>
+
+namespace terrane::internal {
+namespace {
+
+constexpr auto kSquares = static_cast<int>(AreaVertices::kSquares);
+constexpr int kLastRow = kSquares - kAreaSquares;  // first square of an area's northernmost row
+
+}  // namespace
+
+VertexKeys::VertexKeys(const HeightSource& source, SimdLevel simd, std::size_t open_chunks)
+    : lattice_(source.lattice()), reaches_(make_reaches(source)), kernels_(&key_kernels(simd)) {
+    pool_.reserve(open_chunks);
+    for (std::size_t i = 0; i < open_chunks; ++i) pool_.push_back(std::make_unique<OpenChunk>());
+    open_.resize(open_chunks);
+    by_index_.reserve(16 * open_chunks);
+    const std::size_t roots = static_cast<std::size_t>(lattice_.root_count_x) *
+                              static_cast<std::size_t>(lattice_.root_count_y);
+    for (std::size_t i = 0; i < std::min(roots, open_chunks); ++i) {
+        pool_[i]->coarse_keys.reserve(OpenChunk::kCoarseSide * OpenChunk::kCoarseSide);
+    }
+}
+
+Reach VertexKeys::reach(const Chunk& chunk, int stride, bool is_centre) const {
+    const auto exponent = static_cast<std::size_t>(lattice_.finest_level - chunk.key.level +
+                                                   std::countr_zero(static_cast<unsigned>(stride)));
+    return is_centre ? reaches_.centre[exponent] : reaches_.midpoint[exponent];
+}
+
+OpenChunk* VertexKeys::find(std::int32_t index) const {
+    return index == ResidentSet::kNone ? nullptr : by_index_[static_cast<std::size_t>(index)];
+}
+
+void VertexKeys::open_chunk(const ResidentSet& resident, std::size_t index) {
+    if (open_count_ == pool_.size()) {
+        pool_.push_back(std::make_unique<OpenChunk>());
+        open_.resize(pool_.size());
+    }
+    OpenChunk& chunk = *pool_[open_count_];
+    open_[open_count_++] = &chunk;
+    by_index_[index] = &chunk;
+    chunk.chunk = resident.chunks()[index].get();
+    chunk.index = static_cast<std::int32_t>(index);
+    chunk.held_areas = 0;
+    chunk.is_side_held = chunk.is_coarse_held = false;
+    const float fade = chunk.is_root() ? 1.0f : resident.fade(index);
+    chunk.fade_factor = fade < 1.0f ? 1.0f / (fade * fade) : 1.0f;
+}
+
+// Finds the relatives of a chunk whose level is all open.
+void VertexKeys::link(const ResidentSet& resident, OpenChunk& chunk) {
+    const ResidentSet::Links& links = resident.links(static_cast<std::size_t>(chunk.index));
+    const auto is_there = [&](std::int32_t index) {
+        return index != ResidentSet::kNone && resident.fade(static_cast<std::size_t>(index)) > 0.0f;
+    };
+    const ChunkKey& key = chunk.chunk->key;
+    const std::array<ChunkKey, 4> beyond{
+        ChunkKey{key.x - 1, key.y, key.level}, ChunkKey{key.x + 1, key.y, key.level},
+        ChunkKey{key.x, key.y - 1, key.level}, ChunkKey{key.x, key.y + 1, key.level}};
+    for (std::size_t side = 0; side < 4; ++side) {
+        chunk.neighbour[side] = find(links.neighbour[side]);
+        chunk.ends[side] = !lattice_.contains(beyond[side]);
+    }
+    for (std::size_t quadrant = 0; quadrant < 4; ++quadrant) {
+        chunk.child[quadrant] = nullptr;
+        chunk.is_absent[quadrant] = !is_there(links.child[quadrant]);
+    }
+    chunk.parent = find(links.parent);
+    if (chunk.parent != nullptr) {
+        chunk.parent->child[static_cast<std::size_t>(key.quadrant())] = &chunk;
+    }
+}
+
+void VertexKeys::open_areas(const ScreenError& screen, float floor, OpenChunk& chunk) const {
+    const float across = reach(*chunk.chunk, 1, true).across;
+    chunk.planes = screen.planes_across(screen.box_of(*chunk.chunk));
+    const bool is_in_view = chunk.planes.count == 0;
+    chunk.open_areas = chunk.areas_beside = 0;
+    for (int area = 0; area < kChunkAreas * kChunkAreas; ++area) {
+        const float bound = chunk.chunk->areas[static_cast<std::size_t>(area)].max_vertex_bound;
+        if (!chunk.is_root()) {
+            const ScreenError::Box reach = screen.reach_of_area(*chunk.chunk, area, across);
+            if (!(screen.least_key(reach, bound, is_in_view) < floor)) continue;
+        }
+        const std::uint64_t bit = std::uint64_t{1} << area;
+        chunk.open_areas |= bit;
+        if (is_in_view || screen.is_inside(screen.box_of_area(*chunk.chunk, area))) continue;
+        chunk.areas_beside |= bit;
+    }
+}
+
+void VertexKeys::own_keys(const OpenChunk& chunk, int area, AreaVertices::Kind kind,
+                          float* keys_out) const {
+    const AreaVertices& vertices = chunk.chunk->vertices[static_cast<std::size_t>(area)];
+    const auto column = static_cast<std::size_t>(area % kChunkAreas * kAreaSquares);
+    const auto row = static_cast<std::size_t>(area / kChunkAreas * kAreaSquares);
+    VertexGroup group;
+    group.inverse_square_bounds = vertices.inverse_square_bounds[kind].data();
+    group.low = vertices.low[kind].data();
+    group.high = vertices.high[kind].data();
+    group.x =
+        kind == AreaVertices::along_y ? &chunk.axes.x.even[column] : &chunk.axes.x.odd[column];
+    group.y = kind == AreaVertices::along_x ? &chunk.axes.y.even[row] : &chunk.axes.y.odd[row];
+    group.across = reach(*chunk.chunk, 1, kind == AreaVertices::centre).across;
+    kernels_->own(group, chunk.eye_heights, keys_out);
+    if ((chunk.areas_beside >> area & 1) != 0) {
+        kernels_->weigh(group, chunk.eye_heights, chunk.planes, keys_out);
+    }
+}
+
+// The key of one vertex, the same way.
+float VertexKeys::own_key(const OpenChunk& chunk, int column, int row, float low, float high,
+                          float across, float inverse_square_bound) const {
+    const auto place = [](const ChunkAxes::Axis& axis, int i) {
+        const auto k = static_cast<std::size_t>(i / 2);
+        return i % 2 == 0 ? axis.even[k] : axis.odd[k];
+    };
+    const float x = place(chunk.axes.x, column), y = place(chunk.axes.y, row);
+    const float flat = gap_squared(x, across) + gap_squared(y, across);
+    const float key =
+        vertex_key(flat, low, high, inverse_square_bound, chunk.eye_heights.near_squared);
+    return key / squared_weight(x, y, low, high, across, chunk.planes);
+}
+
+float VertexKeys::own_side_key(const OpenChunk& chunk, Side side, int i) const {
+    const bool is_east = side == east;
+    const Chunk::SideVertices& vertices =
+        is_east ? chunk.chunk->east_side : chunk.chunk->north_side;
+    const auto k = static_cast<std::size_t>(i);
+    return own_key(chunk, is_east ? kChunkCells : 2 * i + 1, is_east ? 2 * i + 1 : kChunkCells,
+                   over_eye<float>(vertices.low[k], chunk.eye_heights),
+                   over_eye<float>(vertices.high[k], chunk.eye_heights),
+                   reach(*chunk.chunk, 1, false).across,
+                   from_upper_half(vertices.inverse_square_bounds[k]));
+}
+
+void VertexKeys::find_centres(float floor, OpenChunk& chunk, int area) const {
+    float* keys = chunk.keys_of(area)[AreaVertices::centre].data();
+    own_keys(chunk, area, AreaVertices::centre, keys);
+    if (chunk.fade_factor != 1.0f) {
+        for (int i = 0; i < kSquares; ++i) keys[i] *= chunk.fade_factor;
+    }
+    const CentreParents parents(chunk, area);
+    if (kernels_->trim_centres(parents.sides(), floor, keys)) {
+        chunk.held_areas |= std::uint64_t{1} << area;
+    }
+}
+
+void VertexKeys::find_midpoints(float floor, OpenChunk& chunk, int area) const {
+    OpenChunk::Keys& keys = chunk.keys_of(area);
+    float* along_x = keys[AreaVertices::along_x].data();
+    float* along_y = keys[AreaVertices::along_y].data();
+    own_keys(chunk, area, AreaVertices::along_x, along_x);
+    own_keys(chunk, area, AreaVertices::along_y, along_y);
+    // what lies on a line between chunks fades with both
+    const auto fade_beside = [&](Side side) {
+        const AreaPlace place = beside(chunk, area, side);
+        return place.chunk == nullptr ? chunk.fade_factor
+                                      : std::max(chunk.fade_factor, place.chunk->fade_factor);
+    };
+    const float from_south = fade_beside(south), from_west = fade_beside(west);
+    if (std::max(from_south, from_west) != 1.0f) {
+        for (int i = 0; i < kSquares; ++i) {
+            along_x[i] *= i < kAreaSquares ? from_south : chunk.fade_factor;
+            along_y[i] *= i % kAreaSquares == 0 ? from_west : chunk.fade_factor;
+        }
+    }
+    const float* centres = keys[AreaVertices::centre].data();
+    const float* to_south = centres_beside(chunk, area, south) + kLastRow;
+    const float* to_west = centres_beside(chunk, area, west);
+    const bool is_x_held = kernels_->trim_along_x(centres, to_south, floor, along_x);
+    const bool is_y_held = kernels_->trim_along_y(centres, to_west, floor, along_y);
+    if (is_x_held || is_y_held) chunk.held_areas |= std::uint64_t{1} << area;
+}
+
+// Asks for kinds first to last of an area's vertices.
+void VertexKeys::fetch_kinds(const OpenChunk& chunk, int area, std::size_t first,
+                             std::size_t last) const {
+    const AreaVertices& vertices = chunk.chunk->vertices[static_cast<std::size_t>(area)];
+    const std::size_t bytes = (last - first + 1) * sizeof(vertices.inverse_square_bounds[0]);
+    fetch(&vertices.inverse_square_bounds[first], bytes);
+    fetch(&vertices.low[first], bytes);
+    fetch(&vertices.high[first], bytes);
+    fetch(&chunk.keys_of(area)[first], 2 * bytes);
+}
+
+void VertexKeys::find_centres(float floor, OpenChunk& chunk) const {
+    for_each_area(
+        chunk.open_areas, [&](int area) { find_centres(floor, chunk, area); },
+        [&](int area) { fetch_kinds(chunk, area, AreaVertices::centre, AreaVertices::centre); });
+}
+
+// Needs the centres of the chunks beside this one.
+void VertexKeys::find_midpoints(float floor, OpenChunk& chunk) const {
+    for_each_area(
+        chunk.open_areas, [&](int area) { find_midpoints(floor, chunk, area); },
+        [&](int area) { fetch_kinds(chunk, area, AreaVertices::along_x, AreaVertices::along_y); });
+    find_sides(floor, chunk);
+}
+
+// Midpoints where no open chunk lies beyond: at the world's end they have one parent, elsewhere they wait
+// for the neighbour, which would own them.
+void VertexKeys::find_sides(float floor, OpenChunk& chunk) const {
+    for (const Side side : {east, north}) {
+        if (chunk.neighbour[side] != nullptr) continue;
+        auto& keys = side == east ? chunk.east_keys : chunk.north_keys;
+        for (int i = 0; i < kChunkSquares; ++i) {
+            const int along = i / kAreaSquares, square = i % kAreaSquares;
+            const int area = side == east ? along * kChunkAreas + kChunkAreas - 1
+                                          : (kChunkAreas - 1) * kChunkAreas + along;
+            float& key = keys[static_cast<std::size_t>(i)];
+            key = OpenChunk::kNever;
+            if (!chunk.is_open(area)) continue;
+            const int inside =
+                side == east ? square * kAreaSquares + kAreaSquares - 1 : kLastRow + square;
+            float parent = OpenChunk::kNever;
+            if (chunk.ends[side]) {
+                parent =
+                    chunk.keys_of(area)[AreaVertices::centre][static_cast<std::size_t>(inside)];
+            }
+            const float own = chunk.fade_factor * own_side_key(chunk, side, i);
+            chunk.is_side_held |= own < floor && own < parent;
+            key = std::max(own, parent);
+        }
+    }
+}
+
+void VertexKeys::compute(const ResidentSet& resident, const ScreenError& screen, float floor,
+                         Selection& selection, WorkerTeam& team) {
+    const std::size_t count = resident.chunks().size();
+    by_index_.assign(count, nullptr);
+    open_count_ = 0;
+    std::size_t first = 0;
+    while (first < count) {
+        const int level = resident.chunks()[first]->key.level;
+        const std::size_t first_open = open_count_;
+        for (; first < count && resident.chunks()[first]->key.level == level; ++first) {
+            const Chunk& chunk = *resident.chunks()[first];
+            if (level > 0) {
+                if (find(resident.links(first).parent) == nullptr) continue;
+                if (!(resident.fade(first) > 0.0f)) continue;
+                const float least =
+                    screen.least_key(reach_of(screen, chunk), chunk.max_vertex_bound);
+                if (!(least < floor)) continue;
+            }
+            open_chunk(resident, first);
+        }
+        const std::span<OpenChunk* const> here = open().subspan(first_open);
+        if (here.empty()) break;
+        for (OpenChunk* chunk : here) link(resident, *chunk);
+        if (level == 0) find_coarse_keys(screen, floor, here);
+        team.run(here.size(), [&](std::size_t i, int) {
+            screen.fill_axes(*here[i]->chunk, here[i]->axes);
+            here[i]->eye_heights = screen.eye_heights(*here[i]->chunk);
+            open_areas(screen, floor, *here[i]);
+            find_centres(floor, *here[i]);
+        });
+        team.run(here.size(), [&](std::size_t i, int worker) {
+            find_midpoints(floor, *here[i]);
+            selection.take(*here[i], *kernels_, worker);
+        });
+    }
+}
+
+}  // namespace terrane::internal

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/terrain/lattice.h>
+
+#include <functional>
+#include <span>
+
+namespace terrane {
+
+/// The smallest float that is not below a bound, which is not negative.
+float round_up(double bound);
+
+/// How far a fractal can leave its interpolation over triangles of one spacing s, a priori.
+struct SpacingBounds {
+    double centre = 0.0;    ///< half squares of side 2 s: the diamond of a centre of spacing s
+    double midpoint = 0.0;  ///< their halves: the diamond of a midpoint of spacing s
+    double cell = 0.0;      ///< half cells of side s
+    /// Beyond what samples of spacing s / 4 say.
+    double fine = 0.0;
+};
+
+/// What is known about a fractal around a grid of some spacing.
+struct MeshSamples {
+    /// Heights of a grid.
+    std::function<void(const SampleGrid& grid, std::span<double> heights_out)> heights;
+    /// Samples that nearly say what the heights are, of a grid that is addressed in quarters of the
+    /// finest spacing (corner and step): the true height is within the radius of the centre, and in
+    /// between within their linear interpolation over the triangles of this spacing, but for
+    /// SpacingBounds::fine.
+    ///
+    /// @param radii_out  empty where has_radii is false: they are all zero
+    std::function<void(const SampleGrid& grid, std::span<double> centres_out,
+                       std::span<double> radii_out)>
+        fine;
+    bool has_radii = false;
+};
+
+/// HeightSource::vertex_bounds() and cell_bounds() of a fractal in one go; of an empty span, not.
+/// Where vertices are wanted the corner must be a multiple of 2 * step.
+void compute_mesh_bounds(const SampleGrid& grid, const MeshSamples& samples,
+                         const SpacingBounds& bounds, std::span<float> vertex_bounds_out,
+                         std::span<float> cell_bounds_out);
+
+}  // namespace terrane

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: MIT
+//
+// A point p of a right triangle of hypotenuse l is sum w_i v_i of its corners, w_i >= 0 of sum 1,
+// and sum w_i |p - v_i|^2 <= r^2 with r = l / 2 (octave_bounds.cpp). For a function f let
+//
+//   spread(f) bound (sum w_i |f(p) - f(v_i)|^2)^(1/2),   bend(f) bound |f(p) - sum w_i f(v_i)|
+//
+// over all such points and triangles. By Cauchy and Schwarz bend <= spread, and neither is above
+// the length of an interval that f stays in. From octaves to heights, with d_i = f(v_i) - f(p):
+//
+//   noise of a place q:  d_i = grad n . (q_i - q) + R_i, |R_i| <= curvature / 2 |q_i - q|^2, so
+//                        spread <= slope spread(q),
+//                        bend <= slope bend(q) + curvature / 2 spread(q)^2
+//   the place p itself:  spread <= r, bend = 0, as the interpolation of a place is exact
+//   q = p + (wx, wy):    spread(q) <= r + sqrt2 spread(w), bend(q) <= sqrt2 bend(w) as vectors,
+//                        w either of the two ways, which have octaves of the same amplitudes
+//   a f + b g:           spread and bend are at most |a| times f's plus |b| times g's (Minkowski)
+//   s(f):                s(f(v_i)) - s(f(p)) = s' d_i + R_i, |R_i| <= sup |s''| / 2 d_i^2, so
+//                        spread <= sup |s'| spread(f),
+//                        bend <= sup |s'| bend(f) + sup |s''| / 2 spread(f)^2
+//   f g:                 with e_i for g's d_i, f g differs by f(p) e_i + g(p) d_i + d_i e_i, so
+//                        spread <= sup |f| spread(g) + sup |g| spread(f),
+//                        bend <= sup |f| bend(g) + sup |g| bend(f) + spread(f) spread(g)
+//
+// s' needs to be Lipschitz only: a crest's round part may meet its flanks with a jump of s''. For
+// ridges |s'| <= sqrt2 and |s''| <= 2 / c, c the crest; for the hybrid |s'| = 1 / sqrt2 and
+// s'' = 0. The weighted values v = w s of a multifractal lie between 0 and 1, and the next weight is
+// 1 - k + k v: with slope S of an octave's s, that of v is at most S (1 + k / 2 + k^2 / 4 + ...), so
+// at most 2 S. (A weight of 2 v cut off at 1, as is usual, would make it S times the number of
+// octaves.)
+//
+// The same recursion bounds the difference of f at two points r apart, by what it calls spread:
+// each of its steps holds for a single d_i. Sums, products and minima of non-decreasing functions
+// of r are non-decreasing, in floating point as well.
+#include "source/fractal/fractal_bounds.h"
+
+#include "source/bounds/rounding.h"
+#include "source/fractal/fractal_surface.h"
+#include "source/noise/noise.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+namespace terrane {
+namespace {
+
+using Deviation = FractalBounds::Deviation;
+
+/// A few hundred operations on numbers >= 0: relative error below 2^-44.
+
+Deviation within(double length, Deviation of) {
+    const double spread = std::min(of.spread, length);
+    return {spread, std::min(of.bend, spread)};
+}
+
+/// Noise of wavelength 1.
+Deviation noise_of(Deviation place) {
+    return within(2.0 * kNoiseSup,
+                  {kNoiseSlope * place.spread,
+                   kNoiseSlope * place.bend + 0.5 * kNoiseCurvature * place.spread * place.spread});
+}
+
+Deviation sum_of(std::span<const OctaveScale> octaves, Deviation place) {
+    Deviation sum;
+    for (const OctaveScale& octave : octaves) {
+        const double cells = 1.0 / octave.wavelength;  // a power of two: exact
+        const Deviation noise = noise_of({place.spread * cells, place.bend * cells});
+        sum.spread += octave.amplitude * noise.spread;
+        sum.bend += octave.amplitude * noise.bend;
+    }
+    return sum;
+}
+
+std::vector<OctaveScale> make_scales(std::span<const internal::NoiseOctave> octaves) {
+    std::vector<OctaveScale> scales;
+    for (const internal::NoiseOctave& octave : octaves) {
+        scales.push_back({octave.amplitude, std::ldexp(1.0, octave.x.shift + kUnitLog2)});
+    }
+    return scales;
+}
+
+}  // namespace
+
+FractalBounds::FractalBounds(const FractalSurface& surface)
+    : kind_(surface.kind()),
+      octaves_(make_scales(surface.octaves())),
+      warp_(make_scales(surface.warp_x())),
+      sums_(octaves_),
+      heterogeneity_(surface.shape().heterogeneity),
+      crest_(surface.shape().crest) {
+    if (kind_ == FractalKind::fbm || kind_ == FractalKind::warped) {
+        range_ = {-sums_.sup(), sums_.sup()};
+        if (kind_ == FractalKind::fbm) {
+            rounding_ = sums_.interpolation(0.0);
+            return;
+        }
+        // Ways come out within 2^-43 of the sum of their amplitudes, along each of two axes, and
+        // are rounded to 2^-53 of themselves; a deviation has three places.
+        double way = 0.0;
+        for (const OctaveScale& octave : warp_) way += octave.amplitude;
+        rounding_ = 3.0 * sums_.rise(0x1p-42 * way);
+        return;
+    }
+    double amplitude_sum = 0.0;
+    for (const OctaveScale& octave : octaves_) amplitude_sum += octave.amplitude;
+    // Shape and weight take ten operations on numbers up to 1 after the noise; their errors add up
+    // over at most 24 octaves to less than 2^-43 of the amplitudes' sum. A deviation has three
+    // heights.
+    rounding_ = 0x1p-41 * amplitude_sum;
+    range_ = {-rounding_, (amplitude_sum + rounding_) * kOutward};
+}
+
+Deviation FractalBounds::warped(double distance, std::size_t octave_count) const {
+    const Deviation way = sum_of(warp_, {distance, 0.0});
+    return sum_of(std::span(octaves_).first(octave_count),
+                  {distance + kSqrt2 * way.spread, kSqrt2 * way.bend});
+}
+
+double FractalBounds::least_shaped() const {
+    return kind_ == FractalKind::ridged ? 0.5 * crest_ : 0.0;
+}
+
+FractalBounds::Multifractal FractalBounds::multifractal(double distance,
+                                                        std::size_t octave_count) const {
+    const bool ridged = kind_ == FractalKind::ridged;
+    const double steepest = ridged ? kSqrt2 : 0.5 * kSqrt2;
+    const double half_curvature = ridged ? 1.0 / crest_ : 0.0;
+    Multifractal all;
+    Deviation& weight = all.weight;
+    double least_weight = 1.0;
+    for (const OctaveScale& octave : std::span(octaves_).first(octave_count)) {
+        const Deviation noise = noise_of({distance / octave.wavelength, 0.0});
+        const Deviation shaped =
+            within(1.0 - least_shaped(),
+                   {steepest * noise.spread,
+                    steepest * noise.bend + half_curvature * noise.spread * noise.spread});
+        const double least = least_shaped() * least_weight;
+        const Deviation value =
+            within(1.0 - least, {shaped.spread + weight.spread,
+                                 shaped.bend + weight.bend + shaped.spread * weight.spread});
+        all.sum.spread += octave.amplitude * value.spread;
+        all.sum.bend += octave.amplitude * value.bend;
+        weight = {heterogeneity_ * value.spread, heterogeneity_ * value.bend};
+        least_weight = 1.0 - heterogeneity_ + heterogeneity_ * least;
+    }
+    return all;
+}
+
+Deviation FractalBounds::deviation(double distance) const {
+    const Deviation all = kind_ == FractalKind::warped
+                              ? warped(distance, octaves_.size())
+                              : multifractal(distance, octaves_.size()).sum;
+    return within(range_.high - range_.low,
+                  {(all.spread + rounding_) * kOutward, (all.bend + rounding_) * kOutward});
+}
+
+double FractalBounds::interpolation(double hypotenuse) const {
+    if (kind_ == FractalKind::fbm) return sums_.interpolation(hypotenuse);
+    return deviation(0.5 * hypotenuse).bend;
+}
+
+double FractalBounds::rise(double distance) const {
+    if (kind_ == FractalKind::fbm) return sums_.rise(distance);
+    return deviation(distance).spread;
+}
+
+}  // namespace terrane

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "source/fractal/octave_bounds.h"
+
+#include <terrane/terrain/fractal_heights.h>
+
+#include <cstddef>
+#include <vector>
+
+namespace terrane {
+
+class FractalSurface;
+
+/// What the first octaves of a fractal, its head, say of its heights. Where they sum to L and
+/// leave the weight w (1 where the kind has none) the height lies within
+///
+///   L + centre + centre_slope w  +-  (radius + radius_slope w)
+///
+/// and over a right triangle the height leaves what these two are, interpolated linearly between its
+/// corners, by at most `bend` more. That covers what its first octaves do not say between samples of
+/// twice the step.
+struct FractalHead {
+    int octave_count = 0;
+    int coarse_count = 0;  ///< of which twice the step is enough for
+    double centre = 0.0, centre_slope = 0.0;
+    double radius = 0.0, radius_slope = 0.0;
+    double bend = 0.0;
+};
+
+/// A-priori bounds of a fractal of any kind, anywhere. All are rounded outward, and cover the
+/// rounding of the computed heights themselves.
+class FractalBounds {
+public:
+    /// How far a function can move within a distance: fractal_bounds.cpp says what of.
+    struct Deviation {
+        double spread = 0.0;
+        double bend = 0.0;
+    };
+
+    explicit FractalBounds(const FractalSurface& surface);
+
+    /// Contains all heights.
+    const HeightInterval& range() const { return range_; }
+
+    /// How far the heights can leave their linear interpolation over a right triangle whose
+    /// hypotenuse is at most `hypotenuse`. Not decreasing.
+    double interpolation(double hypotenuse) const;
+
+    /// The head that bounds the heights best where it is sampled at the corners of right triangles of
+    /// a hypotenuse; of two that are about as good the one that costs less.
+    FractalHead head(double hypotenuse) const;
+
+    /// Largest difference between two points at most `distance` apart. Not decreasing.
+    double rise(double distance) const;
+
+private:
+    /// Of a head's sum and of the weight after it.
+    struct Multifractal {
+        Deviation sum, weight;
+    };
+
+    bool is_sum() const { return kind_ == FractalKind::fbm || kind_ == FractalKind::warped; }
+
+    /// Of a head, without rounding. A sum that is not warped is one with no way to go.
+    Deviation warped(double distance, std::size_t octave_count) const;
+    Multifractal multifractal(double distance, std::size_t octave_count) const;
+    Deviation deviation(double distance) const;
+    FractalHead make_head(double hypotenuse, std::size_t octave_count) const;
+    double coarse_error(double hypotenuse, const FractalHead& head, int coarse_count) const;
+    void add_tail(FractalHead& head) const;
+    double least_shaped() const;
+
+    FractalKind kind_;
+    std::vector<OctaveScale> octaves_;
+    std::vector<OctaveScale> warp_;  ///< of one axis
+    OctaveBounds sums_;              ///< of octaves_
+    double heterogeneity_ = 0.0;
+    double crest_ = 1.0;
+    double rounding_ = 0.0;
+    HeightInterval range_;
+};
+
+}  // namespace terrane

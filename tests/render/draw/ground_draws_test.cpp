@@ -1,0 +1,287 @@
+// SPDX-License-Identifier: MIT
+#include "draw/ground_draws.h"
+
+#include "draw/frame_uniforms.h"
+#include "gl/framebuffer.h"
+#include "gl/gl_error.h"
+#include "light/ground_shade.h"
+#include "render/scene.h"
+#include "gl/shader.h"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+#include <map>
+#include <optional>
+
+namespace terrane::internal {
+namespace {
+
+using test::add_offsets;
+using test::make_scene;
+using test::Scene;
+
+constexpr int kWidth = 320;
+constexpr int kHeight = 180;
+
+// What terrain.vert gives the rasteriser of one vertex: p_eye and gl_Position.
+struct Displayed {
+    std::array<float, 3> p_eye{};
+    std::array<float, 4> p_clip{};
+    std::array<std::uint32_t, 7> bits() const {
+        return std::bit_cast<std::array<std::uint32_t, 7>>(*this);
+    }
+};
+
+// A vertex and the sample that it displays.
+struct Vertex {
+    const MeshChunk* chunk = nullptr;
+    std::uint16_t sample = 0;
+    LatticePoint point;  // from the world's south-west corner
+    Displayed displayed;
+};
+
+class GroundDrawsTest : public testing::Test {
+protected:
+    void SetUp() override {
+        Result<EglContext> context = EglContext::create(GlChecks::on);
+        if (!context) GTEST_SKIP() << context.error().message;
+        context_ = std::make_unique<EglContext>(std::move(*context));
+        // without a window nothing may be drawn, not even without pixels, until there is a target
+        picture_.emplace(std::move(*Framebuffer::create(kWidth, kHeight, 4)));
+        picture_->bind_depth();
+    }
+
+    // The library's vertex shader without a fragment shader; its results are written to a buffer.
+    static GlProgram make_capture() {
+        const GlShader shader(glCreateShader(GL_VERTEX_SHADER));
+        const std::array<const GLchar*, 2> texts{light_glsl.data(), terrain_vert.data()};
+        const std::array<GLint, 2> lengths{static_cast<GLint>(light_glsl.size()),
+                                           static_cast<GLint>(terrain_vert.size())};
+        glShaderSource(shader.name(), 2, texts.data(), lengths.data());
+        glCompileShader(shader.name());
+        GlProgram program(glCreateProgram());
+        glAttachShader(program.name(), shader.name());
+        const std::array<const GLchar*, 2> captured{"p_eye", "gl_Position"};
+        glTransformFeedbackVaryings(program.name(), 2, captured.data(), GL_INTERLEAVED_ATTRIBS);
+        glLinkProgram(program.name());
+        GLint is_good = 0;
+        glGetProgramiv(program.name(), GL_LINK_STATUS, &is_good);
+        EXPECT_EQ(is_good, GL_TRUE);
+        return program;
+    }
+
+    static GlBuffer bind_uniforms(const Lattice& lattice, const View& view, const EyeFrame& eye) {
+        const FrameUniforms uniforms = make_frame_uniforms({}, lattice, view, eye);
+        GlBuffer buffer = make_buffer();
+        glNamedBufferStorage(buffer.name(), sizeof(uniforms), &uniforms, 0);
+        glBindBufferBase(GL_UNIFORM_BUFFER, 0, buffer.name());
+        return buffer;
+    }
+
+    // Every vertex of every triangle as the device places it, in the order of drawing.
+    static std::vector<Vertex> capture(GroundDraws& draws, const Scene& scene, const View& view) {
+        const Lattice& lattice = scene.resident->lattice();
+        const EyeFrame eye = *make_eye_frame(lattice, view.eye_world);
+        const TerrainMesh mesh = scene.mesh();
+        const Result<void> ready = draws.prepare(mesh, eye);
+        EXPECT_TRUE(ready) << (ready ? "" : ready.error().message);
+
+        std::vector<Vertex> vertices;
+        for (std::size_t i = mesh.chunks.size(); i-- > 0;) {
+            const MeshChunk& drawn = mesh.chunks[i];
+            for (const std::uint16_t sample :
+                 mesh.indices.subspan(drawn.first_index, drawn.index_count)) {
+                const LatticePoint corner = drawn.chunk->corner;
+                vertices.push_back(
+                    {&drawn,
+                     sample,
+                     {corner.x - lattice.west() + sample % kChunkSamples * drawn.chunk->step,
+                      corner.y - lattice.south() + sample / kChunkSamples * drawn.chunk->step},
+                     {}});
+            }
+        }
+        // the scene keeps its chunks where they are
+        for (Vertex& vertex : vertices) {
+            vertex.chunk =
+                &scene.chunks[static_cast<std::size_t>(vertex.chunk - mesh.chunks.data())];
+        }
+
+        const GlBuffer uniforms = bind_uniforms(lattice, view, eye);
+        const GlProgram program = make_capture();
+        const GlBuffer results = make_buffer();
+        const auto bytes = static_cast<GLsizeiptr>(vertices.size() * sizeof(Displayed));
+        glNamedBufferStorage(results.name(), bytes, nullptr, 0);
+        glBindBufferBase(GL_TRANSFORM_FEEDBACK_BUFFER, 0, results.name());
+        glEnable(GL_RASTERIZER_DISCARD);
+        glUseProgram(program.name());
+        glBeginTransformFeedback(GL_TRIANGLES);
+        draws.draw();
+        glEndTransformFeedback();
+        glDisable(GL_RASTERIZER_DISCARD);
+        draws.finish();
+        std::vector<Displayed> displayed(vertices.size());
+        glGetNamedBufferSubData(results.name(), 0, bytes, displayed.data());
+        for (std::size_t i = 0; i < vertices.size(); ++i) vertices[i].displayed = displayed[i];
+        const Result<void> good = check_gl("capture");
+        EXPECT_TRUE(good) << (good ? "" : good.error().message);
+        return vertices;
+    }
+
+    std::unique_ptr<EglContext> context_;
+    std::optional<Framebuffer> picture_;
+};
+
+View look(const WorldPos& eye, const WorldPos& target) {
+    return *look_at(eye, target, 1.0, kWidth, kHeight);
+}
+
+struct Agreement {
+    int shared = 0;     // lattice points that chunks of different levels display
+    int morphing = 0;   // of those, with an offset
+    int different = 0;  // lattice points with more than one position
+};
+
+Agreement compare(const std::vector<Vertex>& vertices) {
+    struct Point {
+        std::array<std::uint32_t, 7> bits{};
+        int level = 0;
+        bool is_shared = false, is_different = false, is_morphing = false;
+    };
+    std::map<LatticePoint, Point> points;
+    for (const Vertex& vertex : vertices) {
+        const int level = vertex.chunk->chunk->key.level;
+        const auto [at, is_new] =
+            points.try_emplace(vertex.point, Point{vertex.displayed.bits(), level});
+        Point& point = at->second;
+        point.is_shared = point.is_shared || point.level != level;
+        point.is_different = point.is_different || point.bits != vertex.displayed.bits();
+        point.is_morphing = point.is_morphing || (vertex.chunk->offsets != nullptr &&
+                                                  vertex.chunk->offsets[vertex.sample] != 0.0f);
+    }
+    Agreement agreement;
+    for (const auto& [place, point] : points) {
+        agreement.shared += point.is_shared ? 1 : 0;
+        agreement.morphing += point.is_shared && point.is_morphing ? 1 : 0;
+        agreement.different += point.is_different ? 1 : 0;
+    }
+    return agreement;
+}
+
+TEST_F(GroundDrawsTest, ChunksThatShareASampleDisplayItAtTheSameBits) {
+    for (const std::int32_t roots_east : {0, -3, 39'063}) {
+        Scene scene = make_scene(roots_east);
+        add_offsets(scene);
+        GroundDraws draws;
+        const double west = 256.0 * roots_east;
+        for (int i = 0; i < 4; ++i) {
+            const WorldPos eye(west + 131.137 + 40.3 * i, 127.71 - 11.9 * i, 9.013 + 30.7 * i);
+            const Agreement agreement =
+                compare(capture(draws, scene, look(eye, {west + 190.0, 140.0 + i, 0.0})));
+            // 65 samples 2 m apart along three edges of the fine chunk, two of them common
+            EXPECT_EQ(agreement.shared, 193);
+            EXPECT_GT(agreement.morphing, 90);
+            EXPECT_EQ(agreement.different, 0) << "roots east " << roots_east << ", view " << i;
+        }
+    }
+}
+
+TEST_F(GroundDrawsTest, TheComparisonSeesATenThousandthOfAnOffset) {
+    Scene scene = make_scene();
+    add_offsets(scene);
+    float& offset = scene.offsets[1][sample_index(0, 64)];
+    ASSERT_NE(offset, 0.0f);
+    offset *= 1.0001f;
+    GroundDraws draws;
+    const View view = look({128.2, 190.1, 20.0}, {128.0, 192.0, 0.0});
+    EXPECT_EQ(compare(capture(draws, scene, view)).different, 1);
+}
+
+TEST_F(GroundDrawsTest, AnOffsetIsOneSumAfterAllElse) {
+    Scene scene = make_scene(39'063);
+    GroundDraws draws;
+    const double west = 256.0 * 39'063;
+    // among the hills: sums that change their exponent tell the order of rounding
+    const View view = look({west + 131.137, 87.71, 2.0131}, {west + 190.0, 140.0, 0.0});
+    const std::vector<Vertex> still = capture(draws, scene, view);
+    add_offsets(scene);
+    const std::vector<Vertex> moved = capture(draws, scene, view);
+    ASSERT_EQ(still.size(), moved.size());
+    int moved_count = 0;
+    for (std::size_t i = 0; i < still.size(); ++i) {
+        const std::array<float, 3>& before = still[i].displayed.p_eye;
+        const std::array<float, 3>& after = moved[i].displayed.p_eye;
+        const float offset = test::offset_at(moved[i].point.x, moved[i].point.y);
+        ASSERT_EQ(after[0], before[0]);
+        ASSERT_EQ(after[1], before[1]);
+        ASSERT_EQ(after[2], before[2] + offset) << moved[i].point.x << ", " << moved[i].point.y;
+        moved_count += after[2] != before[2] ? 1 : 0;
+    }
+    EXPECT_GT(moved_count, 10'000);
+}
+
+TEST_F(GroundDrawsTest, EverySampleIsDisplayedWhereItLies) {
+    Scene scene = make_scene();
+    add_offsets(scene);
+    GroundDraws draws;
+    const View view = look({131.137, 87.71, 29.013}, {190.0, 140.0, 0.0});
+    const Lattice& lattice = scene.resident->lattice();
+    for (const Vertex& vertex : capture(draws, scene, view)) {
+        const WorldPos p_world(lattice.x(vertex.point.x), lattice.y(vertex.point.y),
+                               vertex.chunk->displayed_height(vertex.sample, lattice.quantum));
+        const Eigen::Vector3d wanted = p_world - view.eye_world;
+        for (int axis = 0; axis < 3; ++axis) {
+            // three roundings of numbers below 512
+            ASSERT_NEAR(vertex.displayed.p_eye[static_cast<std::size_t>(axis)], wanted[axis], 1e-4);
+        }
+    }
+}
+
+TEST_F(GroundDrawsTest, PagesOfOneSlotDrawTheSamePositionsAndPicture) {
+    Scene scene = make_scene();
+    add_offsets(scene);
+    const View view = look({190.0, 20.0, 60.0}, {200.0, 140.0, 0.0});
+    const Lattice& lattice = scene.resident->lattice();
+    const EyeFrame eye = *make_eye_frame(lattice, view.eye_world);
+    const GlProgram program = *make_program("the terrain", terrain_vert, depth_frag);
+    GroundShade shade = std::move(*GroundShade::create(picture_->sample_count()));
+    std::vector<std::vector<Vertex>> vertices;
+    std::vector<Image> images;
+    std::vector<std::size_t> batch_counts;
+    for (const int max_page_slots : {ChunkPool::largest_page(), 1, 2}) {
+        GroundDraws draws(max_page_slots);
+        vertices.push_back(capture(draws, scene, view));
+        const GlBuffer uniforms = bind_uniforms(lattice, view, eye);
+        ASSERT_TRUE(draws.prepare(scene.mesh(), eye));
+        batch_counts.push_back(draws.batch_count());
+        ASSERT_TRUE(shade.prepare(scene.resident, view, eye));
+        picture_->bind_depth();
+        glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
+        glEnable(GL_DEPTH_TEST);
+        glDepthFunc(GL_GEQUAL);
+        glClearDepth(0.0);
+        glClear(GL_DEPTH_BUFFER_BIT);
+        glUseProgram(program.name());
+        draws.draw();
+        draws.finish();
+        shade.draw(*picture_, false);
+        shade.finish();
+        images.push_back(picture_->read());
+    }
+    EXPECT_EQ(batch_counts, (std::vector<std::size_t>{1, 3, 2}));
+    for (std::size_t other : {1u, 2u}) {
+        EXPECT_EQ(test::count_different(images[0], images[other]), 0);
+        for (std::size_t i = 0; i < vertices[0].size(); ++i) {
+            ASSERT_EQ(vertices[0][i].displayed.bits(), vertices[other][i].displayed.bits());
+        }
+    }
+    // the picture is one of ground
+    int bright = 0;
+    for (const std::uint8_t value : images[0].rgb) bright += value > 30 ? 1 : 0;
+    EXPECT_GT(bright, kWidth * kHeight);
+    EXPECT_TRUE(check_gl("draw pages"));
+}
+
+}  // namespace
+}  // namespace terrane::internal

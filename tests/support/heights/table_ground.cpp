@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: MIT
+#include "table_ground.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <limits>
+#include <utility>
+#include <vector>
+
+namespace terrane::test {
+namespace {
+
+class TableHeights final : public HeightSource {
+public:
+    TableHeights(const Lattice& lattice, const WorldRect& extent,
+                 std::function<double(double, double)> height, const TableGroundSettings& settings)
+        : HeightSource(lattice, extent), height_(std::move(height)), settings_(settings) {}
+
+    // The triangles of the one level, so that a bound of 0 is right.
+    double height(double x, double y) const override {
+        const double u = (x - lattice().origin_x) / lattice().spacing;
+        const double v = (y - lattice().origin_y) / lattice().spacing;
+        const double column = std::floor(u), row = std::floor(v);
+        const double fx = u - column, fy = v - row;
+        const auto i = static_cast<std::int64_t>(column), j = static_cast<std::int64_t>(row);
+        const auto at = [&](int dx, int dy) {
+            return height_(lattice().x(i + dx), lattice().y(j + dy));
+        };
+        const double sw = at(0, 0), se = at(1, 0), nw = at(0, 1), ne = at(1, 1);
+        if (cut_to_north_east(i, j)) {
+            return fx >= fy ? sw + fx * (se - sw) + fy * (ne - se)
+                            : sw + fy * (nw - sw) + fx * (ne - nw);
+        }
+        return fx + fy <= 1.0 ? sw + fx * (se - sw) + fy * (nw - sw)
+                              : ne + (1.0 - fx) * (nw - ne) + (1.0 - fy) * (se - ne);
+    }
+
+    Result<void> sample(const SampleGrid& grid, std::span<double> heights_out) const override {
+        for (int row = 0; row < grid.rows; ++row) {
+            for (int column = 0; column < grid.columns; ++column) {
+                heights_out[static_cast<std::size_t>(row * grid.columns + column)] =
+                    height_(lattice().x(grid.corner.x + column * grid.step),
+                            lattice().y(grid.corner.y + row * grid.step));
+            }
+        }
+        return {};
+    }
+
+    // Of no use on a level that nothing is drawn from: all that heights can be apart.
+    Result<void> vertex_bounds(const SampleGrid&, std::span<float> bounds_out) const override {
+        std::fill(bounds_out.begin(), bounds_out.end(), static_cast<float>(rise_bound(0.0)));
+        return {};
+    }
+
+    Result<void> cell_bounds(const SampleGrid&, std::span<float> bounds_out) const override {
+        std::fill(bounds_out.begin(), bounds_out.end(), settings_.bound);
+        return {};
+    }
+
+    Result<void> cell_flags(const SampleGrid& grid,
+                            std::span<std::uint8_t> flags_out) const override {
+        const double half = 0.5 * lattice().spacing * static_cast<double>(grid.step);
+        for (int row = 0; row + 1 < grid.rows; ++row) {
+            for (int column = 0; column + 1 < grid.columns; ++column) {
+                const double x = lattice().x(grid.corner.x + column * grid.step) + half;
+                const double y = lattice().y(grid.corner.y + row * grid.step) + half;
+                const bool outside = !extent().contains(x, y) ||
+                                     (settings_.is_outside && settings_.is_outside(x, y));
+                flags_out[static_cast<std::size_t>(row * (grid.columns - 1) + column)] =
+                    outside ? cell_outside : cell_ground;
+            }
+        }
+        return {};
+    }
+
+    HeightInterval interval(const WorldRect&) const override {
+        const double largest = 0x1p31 * lattice().quantum;
+        return {-largest, largest};
+    }
+
+    double rise_bound(double) const override { return 0x1p32 * lattice().quantum; }
+
+private:
+    std::function<double(double, double)> height_;
+    TableGroundSettings settings_;
+};
+
+}  // namespace
+
+Ground make_test_ground(std::function<double(double, double)> height,
+                        const TableGroundSettings& settings) {
+    Lattice lattice;
+    lattice.origin_x = settings.origin_x;
+    lattice.origin_y = settings.origin_y;
+    lattice.spacing = settings.spacing;
+    lattice.quantum = settings.quantum;
+    lattice.first_root_x = lattice.first_root_y = settings.first_root;
+    lattice.root_count_x = lattice.root_count_y = settings.roots;
+    const WorldRect extent{lattice.x(lattice.west()), lattice.y(lattice.south()),
+                           lattice.x(lattice.east()), lattice.y(lattice.north())};
+    const TableHeights source(lattice, extent, std::move(height), settings);
+    std::vector<std::shared_ptr<const Chunk>> chunks;
+    for (int row = 0; row < settings.roots; ++row) {
+        for (int column = 0; column < settings.roots; ++column) {
+            if (settings.is_resident && !settings.is_resident(column, row)) continue;
+            Result<std::shared_ptr<const Chunk>> chunk = make_chunk(
+                source, {settings.first_root + column, settings.first_root + row, std::uint8_t{0}});
+            if (!chunk) {
+                std::fprintf(stderr, "test ground: %s\n", chunk.error().message.c_str());
+                std::abort();
+            }
+            chunks.push_back(*chunk);
+        }
+    }
+    return Ground(std::make_shared<const ResidentSet>(lattice, extent, std::move(chunks), 1), 0);
+}
+
+Ground make_test_ground(std::function<double(double, double)> height, double spacing, int roots) {
+    TableGroundSettings settings;
+    settings.spacing = spacing;
+    settings.roots = roots;
+    return make_test_ground(std::move(height), settings);
+}
+
+}  // namespace terrane::test

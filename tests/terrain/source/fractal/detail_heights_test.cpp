@@ -1,0 +1,320 @@
+// SPDX-License-Identifier: MIT
+#include "source/detail/amplitude_field.h"
+#include "terrain/source/bound_checks.h"
+#include "support/random.h"
+
+#include <terrane/terrain/detail_heights.h>
+#include <terrane/terrain/fractal_heights.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace terrane {
+namespace {
+
+constexpr std::uint64_t kSeed = 31;
+
+/// A fractal that shows its flags, to see that detail forwards them.
+class Flagged final : public HeightSource {
+public:
+    explicit Flagged(std::shared_ptr<const HeightSource> ground)
+        : HeightSource(ground->lattice(), ground->extent()), ground_(std::move(ground)) {}
+
+    double height(double x, double y) const override { return ground_->height(x, y); }
+    Result<void> sample(const SampleGrid& grid, std::span<double> heights_out) const override {
+        if (fails_) return fail(ErrorCode::io, "cannot read the ground");
+        return ground_->sample(grid, heights_out);
+    }
+    Result<void> vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override {
+        if (fails_) return fail(ErrorCode::io, "cannot read the ground");
+        return ground_->vertex_bounds(grid, bounds_out);
+    }
+    Result<void> cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override {
+        if (fails_) return fail(ErrorCode::io, "cannot read the ground");
+        return ground_->cell_bounds(grid, bounds_out);
+    }
+    Result<void> cell_flags(const SampleGrid&, std::span<std::uint8_t> flags_out) const override {
+        std::ranges::fill(flags_out, std::uint8_t{cell_filled});
+        return {};
+    }
+    HeightInterval interval(const WorldRect& rect) const override {
+        return ground_->interval(rect);
+    }
+    double rise_bound(double distance) const override { return ground_->rise_bound(distance); }
+
+    void fail_from_now() { fails_ = true; }
+
+private:
+    std::shared_ptr<const HeightSource> ground_;
+    bool fails_ = false;
+};
+
+std::shared_ptr<Flagged> make_base(double amplitude = 40.0) {
+    const auto ground = FractalHeights::create(
+        {.octave_count = 3, .amplitude = amplitude, .wavelength_log2 = 10, .root_size_log2 = 13});
+    EXPECT_TRUE(ground.has_value());
+    return std::make_shared<Flagged>(ground.value());
+}
+
+/// Cells of 16 finest spacings (or not square), amplitude that changes by a lot between nodes.
+DetailField make_field(double cell_x, double cell_y) {
+    DetailField field;
+    field.origin_x = -1008.0;
+    field.origin_y = 512.0;
+    field.cell_x = cell_x;
+    field.cell_y = cell_y;
+    field.columns = 20;
+    field.rows = 13;
+    field.node_origin_x = -900.0;
+    field.node_origin_y = -700.0;
+    field.node_spacing_x = 90.0;
+    field.node_spacing_y = 110.0;
+    test::Random random(kSeed);
+    for (int node = 0; node < field.columns * field.rows; ++node) {
+        field.amplitude.push_back(static_cast<float>(random.between(0.0, 6.0)));
+    }
+    return field;
+}
+
+std::shared_ptr<const HeightSource> make(std::shared_ptr<const HeightSource> base,
+                                         DetailField field, const DetailSettings& settings = {}) {
+    const auto source = add_detail(std::move(base), std::move(field), settings);
+    EXPECT_TRUE(source.has_value()) << source.error().message;
+    return source.value_or(nullptr);
+}
+
+std::string refusal(DetailField field, const DetailSettings& settings = {}) {
+    const auto source = add_detail(make_base(), std::move(field), settings);
+    EXPECT_FALSE(source.has_value());
+    if (source) return "";
+    EXPECT_EQ(source.error().code, ErrorCode::invalid_argument);
+    return source.error().message;
+}
+
+TEST(DetailHeights, VanishesExactlyAtTheGridsPoints) {
+    const auto base = make_base();
+    DetailField field = make_field(16.0, 16.0);
+    field.origin_x += 1e-8;  // as a projection's rounding leaves it
+    const auto source = make(base, field, {.octave_count = 9});
+    const SampleGrid grid{{-1008 - 64, 512 - 640}, 16, 40, 80};
+    std::vector<double> heights(grid.size()), base_heights(grid.size());
+    ASSERT_TRUE(source->sample(grid, heights).has_value());
+    ASSERT_TRUE(base->sample(grid, base_heights).has_value());
+    EXPECT_EQ(heights, base_heights);
+}
+
+TEST(DetailHeights, IsThereBetweenTheGridsPoints) {
+    const auto base = make_base();
+    const auto source = make(base, make_field(16.0, 16.0));
+    double largest = 0.0;
+    for (int x = -500; x < 500; x += 3) {
+        largest = std::max(largest, std::abs(source->height(x, 5.0) - base->height(x, 5.0)));
+    }
+    EXPECT_GE(largest, 1.0);
+}
+
+TEST(DetailHeights, HeightAtALatticePointIsItsSample) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    test::Random random(kSeed);
+    for (const double cell_y : {16.0, 23.7}) {
+        const auto source = make(make_base(), make_field(16.0, cell_y), {.octave_count = 8});
+        for (const std::int64_t step : {1, 4, 32}) {
+            const SampleGrid grid = test::random_grid(step, 2000 / step, 21, 17, random);
+            std::vector<double> heights(grid.size());
+            ASSERT_TRUE(source->sample(grid, heights).has_value());
+            for (int row = 0; row < grid.rows; ++row) {
+                for (int column = 0; column < grid.columns; ++column) {
+                    const double x = source->lattice().x(grid.corner.x + step * column);
+                    const double y = source->lattice().y(grid.corner.y + step * row);
+                    EXPECT_NEAR(heights[static_cast<std::size_t>(row * grid.columns + column)],
+                                source->height(x, y), 1e-9);
+                }
+            }
+        }
+    }
+}
+
+TEST(DetailHeights, GridsThatOverlapAgreeBitForBit) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    test::Random random(kSeed);
+    const auto source = make(make_base(), make_field(16.0, 23.7));
+    for (const std::int64_t step : {1, 2, 8, 64}) {
+        test::check_same_bits(*source, test::random_grid(step, 2000 / step, 12, 9, random));
+    }
+}
+
+TEST(DetailHeights, BoundsAreNeverBelowTheTrueDeviation) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    test::Random random(kSeed);
+    for (const double cell_y : {16.0, 23.7}) {
+        const auto source = make(make_base(1.0), make_field(16.0, cell_y));
+        for (const std::int64_t step : {1, 2, 8, 64, 512}) {
+            double closest = 0.0;
+            for (int place = 0; place < 4; ++place) {
+                const SampleGrid grid =
+                    test::random_grid(step, std::max<std::int64_t>(1500 / step, 2), 9, 10, random);
+                closest = std::max(closest, test::check_bounds(*source, grid, 40, random));
+            }
+            EXPECT_GE(closest, 0.1) << "a bound that is never near says little, step " << step;
+        }
+    }
+}
+
+TEST(DetailHeights, BoundsHoldWhereTheAmplitudeChangesFasterThanTheNoise) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    test::Random random(kSeed);
+    DetailField field = make_field(512.0, 512.0);
+    field.node_spacing_x = 5.0;
+    field.node_spacing_y = 7.0;
+    field.node_origin_x = 0.0;
+    field.node_origin_y = 0.0;
+    const auto source = make(make_base(0.0), field, {.octave_count = 1});
+    test::check_bounds(*source, {{0, 0}, 1, 60, 60}, 40, random);
+    test::check_bounds(*source, {{-16, 0}, 8, 20, 20}, 40, random);
+    test::check_nesting(*source, {{0, 0}, 4, 30, 30});
+}
+
+TEST(DetailHeights, BoundsAreNestedExactly) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    test::Random random(kSeed);
+    for (const double cell_y : {16.0, 23.7}) {
+        const auto source = make(make_base(), make_field(16.0, cell_y));
+        for (std::int64_t step = 2; step <= 1024; step *= 2) {
+            test::check_nesting(*source, test::random_grid(step, 3000 / step + 2, 17, 19, random));
+        }
+    }
+}
+
+TEST(DetailHeights, BoundsInOneGoHaveTheBitsOfEach) {
+    test::Random random(kSeed);
+    const auto source = make(make_base(), make_field(16.0, 23.7));
+    for (const std::int64_t step : {1, 8}) {
+        test::check_mesh_bounds(*source, test::random_grid(step, 1000, 17, 18, random));
+    }
+}
+
+TEST(DetailHeights, IntervalContainsEveryHeightAndRiseBoundEveryRise) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    test::Random random(kSeed);
+    const auto source = make(make_base(), make_field(16.0, 23.7));
+    for (const double side : {0.0, 0.1, 3.0, 100.0, 5000.0}) {
+        const double west = random.between(-1500.0, 1500.0);
+        const double south = random.between(-1500.0, 1500.0);
+        const WorldRect rect{west, south, west + side, south + 2.0 * side};
+        const HeightInterval interval = source->interval(rect);
+        for (int point = 0; point < 3000; ++point) {
+            const double x = random.between(rect.west, rect.east);
+            const double y = random.between(rect.south, rect.north);
+            const double height = source->height(x, y);
+            ASSERT_GE(height, interval.low) << side;
+            ASSERT_LE(height, interval.high) << side;
+            const double to_x = random.between(rect.west, rect.east);
+            const double to_y = random.between(rect.south, rect.north);
+            ASSERT_LE(std::abs(source->height(to_x, to_y) - height),
+                      source->rise_bound(std::hypot(to_x - x, to_y - y)))
+                << side;
+        }
+    }
+}
+
+TEST(DetailHeights, ForwardsFlagsExtentLatticeAndFailures) {
+    const auto base = make_base();
+    const auto source = make(base, make_field(16.0, 16.0));
+    EXPECT_EQ(source->lattice(), base->lattice());
+    EXPECT_EQ(source->extent().west, base->extent().west);
+    const SampleGrid grid{{0, 0}, 1, 3, 3};
+    std::vector<std::uint8_t> flags(4);
+    ASSERT_TRUE(source->cell_flags(grid, flags).has_value());
+    EXPECT_EQ(flags, std::vector<std::uint8_t>(4, cell_filled));
+    base->fail_from_now();
+    std::vector<double> heights(9);
+    std::vector<float> bounds(9);
+    EXPECT_EQ(source->sample(grid, heights).error().code, ErrorCode::io);
+    EXPECT_EQ(source->vertex_bounds(grid, bounds).error().code, ErrorCode::io);
+    EXPECT_EQ(source->cell_bounds(grid, bounds).error().code, ErrorCode::io);
+}
+
+TEST(DetailHeights, GoesOnFiniteFarOutsideItsField) {
+    const auto source = make(make_base(), make_field(16.0, 16.0), {.octave_count = 24});
+    for (const double x : {1e9, -1e12, 1e30, std::numeric_limits<double>::max()}) {
+        EXPECT_TRUE(std::isfinite(source->height(x, -x)));
+    }
+}
+
+TEST(DetailHeights, RefusesFieldsAndSettingsByNameAndValue) {
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    const DetailField good = make_field(16.0, 16.0);
+    EXPECT_EQ(refusal(good, {.octave_count = 25}), "octave_count must be 1 to 24, got 25");
+    EXPECT_NE(refusal(good, {.gain = 0.0}).find("gain"), std::string::npos);
+    DetailField bad = good;
+    bad.cell_x = 0.0;
+    EXPECT_NE(refusal(bad).find("cell_x"), std::string::npos);
+    bad = good;
+    bad.node_spacing_y = nan;
+    EXPECT_NE(refusal(bad).find("node_spacing_y"), std::string::npos);
+    bad = good;
+    bad.origin_y = std::numeric_limits<double>::infinity();
+    EXPECT_NE(refusal(bad).find("origin_y"), std::string::npos);
+    bad = good;
+    bad.rows = 0;
+    EXPECT_NE(refusal(bad).find("rows"), std::string::npos);
+    bad = good;
+    bad.amplitude.pop_back();
+    EXPECT_NE(refusal(bad).find("260 nodes"), std::string::npos);
+    bad = good;
+    bad.amplitude[7] = -1.0f;
+    EXPECT_NE(refusal(bad).find("node 7"), std::string::npos);
+    bad.amplitude[7] = std::numeric_limits<float>::quiet_NaN();
+    EXPECT_NE(refusal(bad).find("nan"), std::string::npos);
+}
+
+TEST(AmplitudeField, BoundsContainTheFieldAndGrowWithTheRectangle) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    test::Random random(kSeed);
+    const DetailField source = make_field(16.0, 16.0);
+    const AmplitudeField field(source);
+    const auto at = [&](double x, double y) {
+        return field.amplitude(field.place_x(x), field.place_y(y));
+    };
+    for (int trial = 0; trial < 3000; ++trial) {
+        const double x = random.between(-1500.0, 1500.0), y = random.between(-1500.0, 1500.0);
+        double half = random.between(0.1, 200.0);
+        WorldRect rect{x - half, y - half, x + half, y + half};
+        const AmplitudeBounds small = field.over(rect);
+        const double to_x = random.between(rect.west, rect.east);
+        const double to_y = random.between(rect.south, rect.north);
+        ASSERT_LE(at(to_x, to_y), small.most);
+        ASSERT_LE(std::abs(at(to_x, to_y) - at(x, y)),
+                  small.slope * std::hypot(to_x - x, to_y - y) + 1e-12);
+        half = random.between(0.0, 2000.0);
+        rect = {rect.west - half, rect.south, rect.east, rect.north + half};
+        const AmplitudeBounds large = field.over(rect);
+        ASSERT_GE(large.most, small.most);
+        ASSERT_GE(large.slope, small.slope);
+        ASSERT_LE(large.most, field.everywhere().most);
+        ASSERT_LE(large.slope, field.everywhere().slope);
+    }
+}
+
+TEST(AmplitudeField, ASingleNodeIsConstant) {
+    DetailField source;
+    source.columns = 1;
+    source.rows = 1;
+    source.amplitude = {2.5f};
+    const AmplitudeField field(source);
+    for (const double x : {-1e9, -0.5, 0.0, 0.5, 1e9}) {
+        EXPECT_EQ(field.amplitude(field.place_x(x), field.place_y(-x)), 2.5);
+    }
+    EXPECT_EQ(field.over({-1e9, -1e9, 1e9, 1e9}).most, 2.5);
+    EXPECT_EQ(field.over({-1e9, -1e9, 1e9, 1e9}).slope, 0.0);
+}
+
+}  // namespace
+}  // namespace terrane

@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: MIT
+#include "source/fractal/fractal_bounds.h"
+
+#include "source/fractal/fractal_surface.h"
+#include "source/noise/noise.h"
+#include "support/random.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <string>
+
+namespace terrane {
+namespace {
+
+constexpr std::uint64_t kSeed = 51;
+
+class FractalBoundsOfKind : public testing::TestWithParam<FractalKind> {};
+INSTANTIATE_TEST_SUITE_P(Kinds, FractalBoundsOfKind,
+                         testing::Values(FractalKind::fbm, FractalKind::ridged, FractalKind::hybrid,
+                                         FractalKind::warped));
+
+/// @param strong  whether what a kind adds to a sum of octaves is as strong as it can be
+FractalSettings rough(FractalKind kind, std::uint64_t seed, bool strong = false) {
+    if (strong) {
+        return {.seed = seed,
+                .kind = kind,
+                .octave_count = 3,
+                .amplitude = 100.0,
+                .wavelength_log2 = 9,
+                .heterogeneity = 1.0,
+                .crest_rounding = 1.0 / 64.0,
+                .warp = 1.0};
+    }
+    return {
+        .seed = seed, .kind = kind, .octave_count = 10, .amplitude = 100.0, .wavelength_log2 = 9};
+}
+
+/// Places are multiples of 2^-20 m, so that sums with eighths of them are exact 10^9 m away.
+double to_grid(double metres) { return std::floor(metres * 0x1p20) * 0x1p-20; }
+
+struct Triangle {
+    double x, y;          ///< of the right angle
+    double leg_x, leg_y;  ///< one leg
+    double other;         ///< length of the other over this one's, 0 to 1, in eighths
+    double height(const FractalSurface& surface, double along, double across) const {
+        return surface.height(x + along * leg_x - across * other * leg_y,
+                              y + along * leg_y + across * other * leg_x);
+    }
+};
+
+/// Largest deviation of some points of a triangle from its interpolation.
+double deviation(const FractalSurface& surface, const Triangle& triangle, test::Random& random) {
+    const double corner = triangle.height(surface, 0.0, 0.0);
+    const double east = triangle.height(surface, 1.0, 0.0);
+    const double north = triangle.height(surface, 0.0, 1.0);
+    double largest = 0.0;
+    const auto look = [&](double along, double across) {
+        const double plane = corner + along * (east - corner) + across * (north - corner);
+        largest = std::max(largest, std::abs(triangle.height(surface, along, across) - plane));
+    };
+    look(0.5, 0.5);
+    look(0.5, 0.0);
+    look(0.25, 0.375);
+    const int along = random.below(9);
+    look(0.125 * along, 0.125 * random.below(9 - along));
+    return largest;
+}
+
+/// Climbs from random starts to places where a function of a place and a direction is large.
+template <class Function>
+double climb(double far, double length, int starts, const Function& function,
+             test::Random& random) {
+    std::array<double, 3> best{}, place{};
+    double largest = 0.0;
+    const auto look = [&] {
+        const double value = function(place[0], place[1], place[2]);
+        if (value <= largest) return false;
+        largest = value;
+        best = place;
+        return true;
+    };
+    for (int start = 0; start < starts; ++start) {
+        place = {to_grid(far + random.between(-1e5, 1e5)), to_grid(random.between(-1e5, 1e5) - far),
+                 random.between(0.0, 6.3)};
+        look();
+    }
+    for (double reach = length; reach > 0.001 * length; reach *= 0.9) {
+        for (int trial = 0; trial < 20; ++trial) {
+            place = {to_grid(best[0] + random.between(-reach, reach)),
+                     to_grid(best[1] + random.between(-reach, reach)),
+                     best[2] + random.between(-1.0, 1.0) * reach / length};
+            look();
+        }
+    }
+    return largest;
+}
+
+/// Looks for triangles of a hypotenuse whose deviation is large, and compares it with the bound.
+///
+/// @param most  the bound's largest ratio to what was found
+void check_interpolation(const FractalSurface& surface, double far, double length, double most,
+                         test::Random& random) {
+    const auto measured = [&](double x, double y, double angle) {
+        Triangle triangle{x, y, 0.0, 0.0, 0.125 * (8 - random.below(3))};
+        const double leg = length / std::sqrt(1.0 + triangle.other * triangle.other);
+        triangle.leg_x = to_grid(leg * std::cos(angle));
+        triangle.leg_y = to_grid(leg * std::sin(angle));
+        return deviation(surface, triangle, random);
+    };
+    const double largest = climb(far, length, 800, measured, random);
+    const double bound =
+        FractalBounds(surface).interpolation(length * (1.0 + 1e-4));  // legs are rounded
+    std::printf("  hypotenuse %10g m at %g: measured %.4g, bound %.4g, ratio %.2f\n", length, far,
+                largest, bound, bound / largest);
+    EXPECT_LE(largest, bound);
+    EXPECT_LE(bound, most * largest);
+}
+
+TEST_P(FractalBoundsOfKind, InterpolationIsNeverWorseThanItsBoundAndNotAbsurdlyBetter) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    test::Random random(kSeed);
+    for (const double far : {0.0, 1e9}) {
+        for (const double length : {0x1p-6, 0.25, 1.0, 4.0, 16.0, 64.0, 256.0, 2048.0}) {
+            const FractalSurface surface(rough(GetParam(), random.bits()));
+            check_interpolation(surface, far, length, 16.0, random);
+        }
+    }
+}
+
+TEST_P(FractalBoundsOfKind, InterpolationKeepsItsBoundWhereAKindIsAsStrongAsItCanBe) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    test::Random random(kSeed);
+    for (const double length : {0x1p-6, 1.0, 8.0, 64.0}) {
+        const FractalSurface surface(rough(GetParam(), random.bits(), true));
+        check_interpolation(surface, 0.0, length, 64.0, random);
+    }
+}
+
+TEST_P(FractalBoundsOfKind, RiseIsNeverMoreThanItsBoundAndNotAbsurdlyLess) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    test::Random random(kSeed);
+    for (const double far : {0.0, 1e9}) {
+        for (const double length : {0x1p-6, 0.25, 4.0, 64.0, 2048.0}) {
+            const FractalSurface surface(rough(GetParam(), random.bits()));
+            const FractalBounds bounds(surface);
+            const auto measured = [&](double x, double y, double angle) {
+                return std::abs(surface.height(x + to_grid(length * std::cos(angle)),
+                                               y + to_grid(length * std::sin(angle))) -
+                                surface.height(x, y));
+            };
+            const double largest = climb(far, length, 2000, measured, random);
+            const double bound = bounds.rise(length * (1.0 + 1e-4));  // steps are rounded
+            std::printf("  distance %10g m at %g: measured %.4g, bound %.4g, ratio %.2f\n", length,
+                        far, largest, bound, bound / largest);
+            EXPECT_LE(largest, bound);
+            EXPECT_LE(bound, 10.0 * largest);
+        }
+    }
+}
+
+TEST_P(FractalBoundsOfKind, RangeContainsEveryHeight) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    test::Random random(kSeed);
+    const FractalSurface surface(rough(GetParam(), kSeed));
+    const HeightInterval range = FractalBounds(surface).range();
+    const auto up = [&](double x, double y, double) { return surface.height(x, y) - range.low; };
+    const auto down = [&](double x, double y, double) { return range.high - surface.height(x, y); };
+    const double length = range.high - range.low;
+    const double highest = climb(0.0, 64.0, 20'000, up, random);
+    const double lowest = climb(0.0, 64.0, 20'000, down, random);
+    std::printf("  heights %.4g to %.4g within %.4g to %.4g\n", range.high - lowest,
+                range.low + highest, range.low, range.high);
+    EXPECT_LE(highest, length);
+    EXPECT_LE(lowest, length);
+    EXPECT_GE(highest, 0.6 * length);
+    EXPECT_GE(lowest, 0.6 * length);
+}
+
+TEST_P(FractalBoundsOfKind, BoundsDoNotDecrease) {
+    for (const double gain : {0.3, 0.7, 1.0}) {
+        FractalSettings settings = rough(GetParam(), kSeed);
+        settings.gain = gain;
+        const FractalSurface surface(settings);
+        const FractalBounds bounds(surface);
+        double bend = 0.0, rise = 0.0;
+        for (double length = 1e-9; length < 1e6; length *= 1.01) {
+            EXPECT_GE(bounds.interpolation(length), bend);
+            EXPECT_GE(bounds.rise(length), rise);
+            bend = bounds.interpolation(length);
+            rise = bounds.rise(length);
+        }
+    }
+}
+
+TEST(FractalBounds, WithoutWarpTheyAreThoseOfTheSum) {
+    FractalSettings settings = rough(FractalKind::warped, kSeed);
+    settings.warp = 0.0;
+    const FractalSurface warped(settings);
+    settings.kind = FractalKind::fbm;
+    const FractalSurface fbm(settings);
+    for (const double length : {0.01, 1.0, 100.0}) {
+        EXPECT_NEAR(FractalBounds(warped).interpolation(length),
+                    FractalBounds(fbm).interpolation(length), 1e-9);
+        EXPECT_NEAR(FractalBounds(warped).rise(length), FractalBounds(fbm).rise(length), 1e-9);
+    }
+}
+
+// Sampling hardly ever meets the worst case of all octaves at once, so that it would not miss a
+// term that is left out: here every term counts.
+TEST(FractalBounds, TinyTrianglesBendAsTheChainAndProductRulesSay) {
+    constexpr double kWavelength = 512.0, kAmplitude = 100.0, kGain = 0.5, kTiny = 0.05;
+    constexpr double kSlope = kNoiseSlope / kWavelength;
+    constexpr double kCurvature = kNoiseCurvature / (kWavelength * kWavelength);
+    FractalSettings settings = {.kind = FractalKind::ridged,
+                                .octave_count = 2,
+                                .amplitude = kAmplitude,
+                                .wavelength_log2 = 9,
+                                .gain = kGain,
+                                .heterogeneity = 0.6,
+                                .crest_rounding = 0.5,
+                                .warp = 0.3};
+    const auto expect = [&](double slope, double curvature) {
+        const FractalSurface surface(settings);
+        const FractalBounds bounds(surface);
+        EXPECT_NEAR(bounds.rise(kTiny) / (slope * kTiny), 1.0, 1e-5);
+        EXPECT_NEAR(bounds.interpolation(2.0 * kTiny) / (0.5 * curvature * kTiny * kTiny), 1.0,
+                    1e-4);
+    };
+    for (const bool ridged : {true, false}) {
+        settings.kind = ridged ? FractalKind::ridged : FractalKind::hybrid;
+        const double along = ridged ? std::sqrt(2.0) : std::sqrt(0.5);
+        const double first_slope = along * kSlope, second_slope = 2.0 * first_slope;
+        const double first_curvature = along * kCurvature + (ridged ? 4.0 * kSlope * kSlope : 0.0);
+        const double slope = first_slope + kGain * (second_slope + 0.6 * first_slope);
+        const double curvature =
+            first_curvature + kGain * (4.0 * first_curvature + 0.6 * first_curvature +
+                                       2.0 * second_slope * 0.6 * first_slope);
+        expect(kAmplitude * slope, kAmplitude * curvature);
+    }
+    settings.kind = FractalKind::warped;
+    settings.octave_count = 1;
+    const double way = 0.3 * kWavelength;
+    const double way_slope = std::sqrt(2.0) * way * kSlope * (1.0 + 2.0 * kGain);
+    const double way_curvature = std::sqrt(2.0) * way * kCurvature * (1.0 + 4.0 * kGain);
+    expect(
+        kAmplitude * kSlope * (1.0 + way_slope),
+        kAmplitude * (kCurvature * (1.0 + way_slope) * (1.0 + way_slope) + kSlope * way_curvature));
+}
+
+}  // namespace
+}  // namespace terrane

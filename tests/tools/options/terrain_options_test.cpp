@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: MIT
+#include "source/terrain_options.h"
+
+#include <CLI/CLI.hpp>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <set>
+#include <string>
+
+namespace terrane::tools {
+namespace {
+
+TEST(ParseScene, CountsTheRastersPathFromTheSceneFilesFolder) {
+    const CommandResult<TerrainOptions> scene =
+        parse_scene(R"({"dem":"a/b.tif","seed":7,"detail_m":0.5})", "scenes/one.json");
+    ASSERT_TRUE(scene) << scene.error().message;
+    EXPECT_EQ(scene->dem, "scenes/a/b.tif");
+    EXPECT_EQ(scene->seed, 7u);
+    EXPECT_EQ(scene->detail_m, 0.5);
+    const CommandResult<TerrainOptions> absolute =
+        parse_scene(R"({"dem":"/a/b.tif"})", "s/one.json");
+    ASSERT_TRUE(absolute) << absolute.error().message;
+    EXPECT_EQ(absolute->dem, "/a/b.tif");
+    EXPECT_EQ(absolute->seed, std::nullopt);
+}
+
+TEST(ParseScene, RefusesUnknownKeysAndWrongValuesByName) {
+    const auto message = [](const char* text) {
+        const CommandResult<TerrainOptions> scene = parse_scene(text, "one.json");
+        return scene ? std::string() : scene.error().message;
+    };
+    EXPECT_NE(message(R"({"seed":1,"cave":2})").find("'cave'"), std::string::npos);
+    EXPECT_NE(message(R"({"seed":-1})").find("-1"), std::string::npos);
+    EXPECT_NE(message(R"({"seed":1,"detail_m":0})").find("detail_m"), std::string::npos);
+    EXPECT_NE(message(R"({"dem":5})").find("dem"), std::string::npos);
+    EXPECT_NE(message(R"({"seed":1,"fractal":"rigid"})").find("\"rigid\""), std::string::npos);
+    EXPECT_NE(message(R"({"seed":1,"fractal":2})").find("fbm, ridged"), std::string::npos);
+    EXPECT_NE(message("{}").find("names no terrain"), std::string::npos);
+    EXPECT_NE(message("[]").find("one.json"), std::string::npos);
+    EXPECT_NE(message("{\"seed\":").find("one.json"), std::string::npos);
+}
+
+TEST(OpenTerrain, TakesTheLargestPowerOfTwoForAFractal) {
+    const auto spacing = [](double detail_m) {
+        TerrainOptions options;
+        options.seed = 1;
+        options.detail_m = detail_m;
+        const CommandResult<Terrain> terrain = open_terrain(options);
+        return terrain ? terrain->source->lattice().spacing : -1.0;
+    };
+    EXPECT_EQ(spacing(1.0), 1.0);
+    EXPECT_EQ(spacing(1.999), 1.0);
+    EXPECT_EQ(spacing(0.999), 0.5);
+    EXPECT_EQ(spacing(30.0), 16.0);
+}
+
+TEST(ParseScene, TakesTheKindOfAFractal) {
+    const CommandResult<TerrainOptions> scene =
+        parse_scene(R"({"seed":7,"fractal":"warped"})", "one.json");
+    ASSERT_TRUE(scene) << scene.error().message;
+    EXPECT_EQ(scene->fractal, FractalKind::warped);
+}
+
+/// Parses one command line and opens what it chose.
+CommandResult<Terrain> open_line(const std::string& line) {
+    CLI::App app;
+    TerrainOptions options;
+    add_terrain_options(app, options);
+    app.parse(line);
+    return open_terrain(options);
+}
+
+TEST(OpenTerrain, EveryKindOfFractalIsAnotherGround) {
+    std::set<double> heights;
+    for (const char* kind : {"fbm", "ridged", "hybrid", "warped"}) {
+        const CommandResult<Terrain> terrain = open_line(std::string("--seed 3 --fractal ") + kind);
+        ASSERT_TRUE(terrain) << terrain.error().message;
+        heights.insert(terrain->source->height(123.0, 456.0));
+    }
+    EXPECT_EQ(heights.size(), 4u);
+    const CommandResult<Terrain> unsaid = open_line("--seed 3");
+    const CommandResult<Terrain> fbm = open_line("--seed 3 --fractal fbm");
+    ASSERT_TRUE(unsaid && fbm);
+    EXPECT_EQ(unsaid->source->height(123.0, 456.0), fbm->source->height(123.0, 456.0));
+    EXPECT_EQ(unsaid->name, fbm->name);
+}
+
+TEST(OpenTerrain, RefusesKindsThatAreNoneAndKindsWithoutAFractal) {
+    try {
+        static_cast<void>(open_line("--seed 3 --fractal rigid"));
+        FAIL() << "accepted";
+    } catch (const CLI::ParseError& error) {
+        EXPECT_NE(std::string(error.what()).find("fbm, ridged, hybrid or warped, got 'rigid'"),
+                  std::string::npos)
+            << error.what();
+    }
+    for (const char* line : {"--fractal ridged", "--seed 3 --dem x.tif --fractal ridged"}) {
+        const CommandResult<Terrain> terrain = open_line(line);
+        ASSERT_FALSE(terrain) << line;
+        EXPECT_EQ(terrain.error().exit_code, exit_usage);
+        EXPECT_NE(terrain.error().message.find("--fractal goes with --seed"), std::string::npos);
+    }
+}
+
+TEST(OpenTerrain, IsAUsageErrorWithoutATerrainOrWithAnImpossibleSpacing) {
+    TerrainOptions options;
+    EXPECT_EQ(open_terrain(options).error().exit_code, exit_usage);
+    options.seed = 1;
+    for (const double detail_m :
+         {0.0, -1.0, 1e-9, 1e9, std::nan(""), std::numeric_limits<double>::infinity()}) {
+        options.detail_m = detail_m;
+        const CommandResult<Terrain> terrain = open_terrain(options);
+        ASSERT_FALSE(terrain) << detail_m;
+        EXPECT_EQ(terrain.error().exit_code, exit_usage) << detail_m;
+        EXPECT_NE(terrain.error().message.find("--detail-m"), std::string::npos);
+    }
+}
+
+TEST(OpenTerrain, FailsForASceneThatCannotBeRead) {
+    TerrainOptions options;
+    for (const char* path : {"no/such/scene.json", "/"}) {
+        options.scene = path;
+        const CommandResult<Terrain> terrain = open_terrain(options);
+        ASSERT_FALSE(terrain) << path;
+        EXPECT_EQ(terrain.error().exit_code, exit_failed);
+        EXPECT_NE(terrain.error().message.find(path), std::string::npos);
+    }
+}
+
+}  // namespace
+}  // namespace terrane::tools

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "camera/camera_leg.h"
+
+#include <span>
+#include <string_view>
+#include <vector>
+
+namespace terrane::tools {
+
+/// Names of the built-in paths, as CameraPath explains them.
+std::span<const std::string_view> built_in_names();
+
+/// The legs of a built-in path, one behind the other; between two of them the camera jumps. A pure
+/// function of the terrain and the numbers.
+///
+/// @param name     one of built_in_names()
+/// @param speed    metres a second over the plane, > 0
+/// @param duration of them all, seconds, > 0
+///
+/// Fails: io where the terrain cannot be read
+Result<std::vector<LegPlan>> plan_built_in(std::string_view name, const HeightSource& source,
+                                           double speed, double duration);
+
+}  // namespace terrane::tools

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+#include "camera/chase_camera.h"
+
+#include "camera/look_towards.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace terrane::tools {
+namespace {
+
+constexpr double kBehind = 11.0;         // metres
+constexpr double kAbove = 3.2;           // metres over the vehicle's centre
+constexpr double kTargetAbove = 0.8;     // metres over it that the camera looks at
+constexpr double kLeastClearance = 0.6;  // metres from the ground
+constexpr double kCalmClearance = 2.0;   // metres from the ground, smoothed
+constexpr double kTurnTime = 0.6;        // seconds that the heading lags
+constexpr double kHeightTime = 0.25;     // seconds that heights lag
+
+// First-order lag, stable for any dt.
+double lag(double dt, double time) { return dt / (dt + time); }
+
+}  // namespace
+
+ChaseCamera::ChaseCamera(const HeightSource& source, const Pose& pose_world) : source_(source) {
+    heading_ = Eigen::Vector3d(pose_world.rotation(0, 0), pose_world.rotation(1, 0), 0.0);
+    if (heading_.norm() > 1e-3) heading_.normalize();
+    eye_world_ = wanted_eye(pose_world);
+    target_world_ = pose_world.translation + Eigen::Vector3d(0.0, 0.0, kTargetAbove);
+}
+
+WorldPos ChaseCamera::wanted_eye(const Pose& pose_world) const {
+    WorldPos eye = pose_world.translation - kBehind * heading_;
+    eye.z() = std::max(pose_world.translation.z() + kAbove,
+                       source_.height(eye.x(), eye.y()) + kCalmClearance);
+    return eye;
+}
+
+void ChaseCamera::follow(const Pose& pose_world, double dt) {
+    const Eigen::Vector3d ahead(pose_world.rotation(0, 0), pose_world.rotation(1, 0), 0.0);
+    heading_ += lag(dt, kTurnTime) * (ahead - heading_);
+    const WorldPos before = eye_world_;
+    const WorldPos wanted = wanted_eye(pose_world);
+    eye_world_.x() = wanted.x();
+    eye_world_.y() = wanted.y();
+    eye_world_.z() += lag(dt, kHeightTime) * (wanted.z() - eye_world_.z());
+    eye_world_.z() =
+        std::max(eye_world_.z(), source_.height(eye_world_.x(), eye_world_.y()) + kLeastClearance);
+    velocity_ = (eye_world_ - before) / dt;
+
+    const WorldPos target = pose_world.translation + Eigen::Vector3d(0.0, 0.0, kTargetAbove);
+    target_world_.x() = target.x();
+    target_world_.y() = target.y();
+    target_world_.z() += lag(dt, kHeightTime) * (target.z() - target_world_.z());
+}
+
+View ChaseCamera::view(const View& view) const {
+    return look_towards(view, eye_world_, target_world_);
+}
+
+}  // namespace terrane::tools

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "frames/flight_log.h"
+#include "report/report.h"
+
+#include <cstddef>
+#include <string>
+
+namespace terrane::tools {
+
+/// The report of one flight: triangles against the budget, error, update time, resident bytes against
+/// the ceiling, late chunks, one plot for each extra column, the summary, and the command line.
+///
+/// Fails with io, naming the place.
+Result<void> write_flight_report(const OutputPlace& place, const ReportHeader& header,
+                                 const FlightLog& log, std::size_t memory_bytes);
+
+}  // namespace terrane::tools

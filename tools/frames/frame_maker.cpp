@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT
+#include "frames/frame_maker.h"
+
+#include "output/interrupt.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <utility>
+
+namespace terrane::tools {
+
+FrameMaker::FrameMaker(Pager pager, Triangulator triangulator)
+    : pager_(std::move(pager)), triangulator_(std::move(triangulator)) {}
+
+Result<FrameMaker> FrameMaker::create(std::shared_ptr<const HeightSource> source,
+                                      const FrameMakerSettings& settings,
+                                      std::unique_ptr<ChunkLoader> loader) {
+    Result<Triangulator> triangulator = Triangulator::create(*source, settings.triangulator);
+    if (!triangulator) return tl::unexpected(triangulator.error());
+    Result<Pager> pager = loader ? Pager::create(source, settings.pager, std::move(loader))
+                                 : Pager::create(source, settings.pager);
+    if (!pager) return tl::unexpected(pager.error());
+    FrameMaker maker(std::move(*pager), std::move(*triangulator));
+    maker.budget_ = settings.triangulator.triangle_budget;
+    maker.max_error_px_ = settings.triangulator.max_error_px;
+    if (settings.verify) maker.verifier_.emplace(*source);
+    return maker;
+}
+
+void FrameMaker::settle(const View& view, std::span<const BodyNeed> bodies, double time) {
+    constexpr double kFirstThreshold_px = 4096.0;
+    constexpr int kMostRounds = 64;
+    threshold_px_ = kFirstThreshold_px;
+    std::uint64_t last_epoch = 0;
+    for (int round = 0; round < kMostRounds && !is_interrupted(); ++round) {
+        const std::array cameras{CameraNeed{.view = view, .threshold_px = threshold_px_}};
+        pager_.update(cameras, bodies, time);
+        pager_.finish();
+        const TerrainMesh mesh = triangulator_.update(pager_.resident(), view);
+        const bool is_settled =
+            mesh.threshold_px >= threshold_px_ && mesh.resident->epoch() == last_epoch;
+        if (is_settled || pager_.stats().late_chunks > 0) return;
+        last_epoch = mesh.resident->epoch();
+        threshold_px_ = std::max(mesh.threshold_px, 0.5 * threshold_px_);
+    }
+}
+
+MadeFrame FrameMaker::make(CameraNeed camera, std::span<const BodyNeed> bodies, double time) {
+    using Clock = std::chrono::steady_clock;
+    MadeFrame frame;
+    const View view = camera.view;
+    camera.threshold_px = threshold_px_;
+    const Clock::time_point start = Clock::now();
+    pager_.update({&camera, 1}, bodies, time);
+    frame.mesh = triangulator_.update(pager_.resident(), view);
+    const std::chrono::duration<double, std::milli> taken = Clock::now() - start;
+    threshold_px_ = frame.mesh.threshold_px;
+
+    FrameRecord& record = frame.record;
+    record.time = time;
+    record.eye_world = view.eye_world;
+    record.triangles = frame.mesh.triangle_count;
+    record.budget = budget_;
+    record.error_px = frame.mesh.error_px;
+    record.max_error_px = max_error_px_;
+    record.threshold_px = frame.mesh.threshold_px;
+    record.status = frame.mesh.status;
+    record.update_ms = taken.count();
+    record.paging = pager_.stats();
+    if (verifier_) {
+        const Measurement measured = verifier_->measure(frame.mesh, view);
+        record.measured_error_px = measured.error_px;
+        record.max_pop_px = measured.max_pop_px;
+        record.max_pop_elsewhere_px = measured.max_pop_elsewhere_px;
+        record.points = measured.points;
+        record.holes = measured.holes;
+    }
+    return frame;
+}
+
+}  // namespace terrane::tools

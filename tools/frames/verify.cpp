@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: MIT
+// Sources: M. Roberts. The unreasonable effectiveness of quasirandom sequences. 2018 (R2 and R1: the
+//          points of a sequence that fill a square, and a line, evenly at any length).
+#include "frames/verify.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+namespace terrane::tools {
+namespace {
+
+// Fractions of the multiples of these fill a square evenly.
+constexpr double kR2x = 0.7548776662466927;
+constexpr double kR2y = 0.5698402909980532;
+
+double fraction(double value) { return value - std::floor(value); }
+
+// Directions in the plane that can meet the view: all of them where it holds the vertical.
+struct Wedge {
+    double first = 0.0, span = 2.0 * std::numbers::pi;  // radians from east
+};
+
+Wedge find_wedge(const View& view, bool holds_vertical) {
+    if (holds_vertical) return {};
+    // The pyramid does not hold the vertical, so its corners span less than half a turn around the
+    // middle of the picture.
+    const double middle = std::atan2(view.forward.y(), view.forward.x());
+    const double half_height = std::tan(0.5 * view.vertical_fov);
+    const double half_width = half_height * view.width_px / view.height_px;
+    const Eigen::Vector3d right = view.right();
+    double low = 0.0, high = 0.0;
+    for (int i = 0; i < 4; ++i) {
+        const Eigen::Vector3d corner = view.forward +
+                                       (i % 2 == 0 ? -half_width : half_width) * right +
+                                       (i / 2 == 0 ? -half_height : half_height) * view.up;
+        double turn = std::atan2(corner.y(), corner.x()) - middle;
+        turn -= 2.0 * std::numbers::pi * std::floor(turn / (2.0 * std::numbers::pi) + 0.5);
+        low = std::min(low, turn);
+        high = std::max(high, turn);
+    }
+    return {middle + low, high - low};
+}
+
+}  // namespace
+
+Verifier::Camera::Camera(const View& of)
+    : view(of), frustum(make_frustum(of)), pixels_per_radian(of.pixels_per_radian()) {}
+
+bool Verifier::Camera::sees(const WorldPos& p_world) const {
+    const Eigen::Vector3d way = p_world - view.eye_world;
+    for (const Eigen::Vector3d& normal : frustum.normals) {
+        if (normal.dot(way) < 0.0) return false;
+    }
+    return true;
+}
+
+double Verifier::Camera::to_pixels(double metres, const WorldPos& p_world) const {
+    return metres * pixels_per_radian /
+           std::max(view.near_distance, (p_world - view.eye_world).norm());
+}
+
+// Looks at one place after the other, and keeps the worst that it sees.
+class Verifier::Look {
+public:
+    Look(const Verifier& verifier, const TriangleHeap& heap, const Camera& camera,
+         double certified_px)
+        : verifier_(verifier), heap_(heap), camera_(camera), certified_px_(certified_px) {
+        if (const auto& before = verifier.before_) {
+            moved_ = (camera.view.eye_world - before->camera.view.eye_world).norm();
+        }
+    }
+
+    void at(double x, double y) {
+        const double truth = verifier_.source_.height(x, y);
+        const WorldPos p_world(x, y, truth);
+        if (!std::isfinite(truth) || !camera_.sees(p_world) || !verifier_.is_ground(x, y)) return;
+        ++result.points;
+        const std::optional<double> shown = heap_.height(x, y);
+        if (!shown || !std::isfinite(*shown)) {
+            ++result.holes;
+            return;
+        }
+        result.error_px =
+            std::max(result.error_px, camera_.to_pixels(std::abs(*shown - truth), p_world));
+        const auto& before = verifier_.before_;
+        if (!before || !before->camera.sees(p_world)) return;
+        if (const std::optional<double> was = before->heap.height(x, y)) {
+            count_movement(std::abs(*shown - *was), p_world);
+        }
+    }
+
+    // Movement alone, of a vertex of one frame over or under the other.
+    void at_vertex(const WorldPos& vertex, const TriangleHeap& other) {
+        std::optional<double> height = other.vertex_height(vertex.x(), vertex.y());
+        if (!height) height = other.height(vertex.x(), vertex.y());
+        if (!height || *height == vertex.z()) return;
+        const double truth = verifier_.source_.height(vertex.x(), vertex.y());
+        const WorldPos p_world(vertex.x(), vertex.y(), truth);
+        if (!std::isfinite(truth) || !camera_.sees(p_world) ||
+            !verifier_.before_->camera.sees(p_world) ||
+            !verifier_.is_ground(p_world.x(), p_world.y())) {
+            return;
+        }
+        count_movement(std::abs(*height - vertex.z()), p_world);
+    }
+
+    Measurement result;
+
+private:
+    void count_movement(double metres, const WorldPos& p_world) {
+        const double distance = (p_world - camera_.view.eye_world).norm();
+        const bool has_limit = certified_px_ <= kPopErrorLimit_px && moved_ < 0.1 * distance;
+        double& most = has_limit ? result.max_pop_px : result.max_pop_elsewhere_px;
+        most = std::max(most, camera_.to_pixels(metres, p_world));
+    }
+
+    const Verifier& verifier_;
+    const TriangleHeap& heap_;
+    const Camera& camera_;
+    double certified_px_;
+    double moved_ = 0.0;  // the eye, metres
+};
+
+Verifier::Verifier(const HeightSource& source, std::size_t least_points)
+    : source_(source), least_points_(least_points) {}
+
+Measurement Verifier::measure(const TerrainMesh& mesh, const View& view) {
+    return measure(TriangleHeap::from(mesh), view, mesh.error_px);
+}
+
+bool Verifier::is_ground(double x, double y) const {
+    if (!source_.extent().contains(x, y)) return false;
+    const Lattice& lattice = source_.lattice();
+    SampleGrid cell;
+    cell.corner = {static_cast<std::int64_t>(std::floor((x - lattice.origin_x) / lattice.spacing)),
+                   static_cast<std::int64_t>(std::floor((y - lattice.origin_y) / lattice.spacing))};
+    cell.columns = cell.rows = 2;
+    std::uint8_t flags = 0;
+    return source_.cell_flags(cell, {&flags, 1}) && (flags & cell_outside) == 0;
+}
+
+void Verifier::throw_over_picture(const Camera& camera, Look& look) const {
+    const View& view = camera.view;
+    const WorldRect& extent = source_.extent();
+    double farthest = 0.0;
+    for (const double x : {extent.west, extent.east}) {
+        for (const double y : {extent.south, extent.north}) {
+            farthest =
+                std::max(farthest, (Eigen::Vector2d(x, y) - view.eye_world.head<2>()).norm());
+        }
+    }
+    const double ground = source_.height(view.eye_world.x(), view.eye_world.y());
+    const double nearest =
+        std::max(view.near_distance, 0.2 * std::abs(view.eye_world.z() - ground));
+    const WorldPos vertical(0.0, 0.0, 1.0);
+    const Wedge wedge = find_wedge(
+        view, camera.sees(view.eye_world - vertical) || camera.sees(view.eye_world + vertical));
+    const double span = std::log(std::max(farthest, 2.0 * nearest) / nearest);
+    const std::size_t most_tries = 4 * least_points_;
+    for (std::size_t i = 1; i <= most_tries && 2 * look.result.points < least_points_; ++i) {
+        const auto count = static_cast<double>(i);
+        const double turn = wedge.first + wedge.span * fraction(kR2x * count);
+        const double distance = nearest * std::exp(span * fraction(kR2y * count));
+        look.at(view.eye_world.x() + distance * std::cos(turn),
+                view.eye_world.y() + distance * std::sin(turn));
+    }
+}
+
+// Several rounds where few of the triangles are in view; every so many where there are more of them
+// than points.
+void Verifier::throw_over_triangles(const TriangleHeap& heap, Look& look) const {
+    const std::vector<TriangleHeap::Triangle>& triangles = heap.triangles();
+    const std::size_t stride = std::max<std::size_t>(1, triangles.size() / (2 * least_points_));
+    const std::size_t most_throws = 16 * least_points_;
+    std::size_t thrown = 0;
+    for (std::size_t round = 0; thrown < most_throws; ++round) {
+        const std::size_t before_round = look.result.points;
+        for (std::size_t i = round % stride; i < triangles.size(); i += stride) {
+            const TriangleHeap::Triangle& t = triangles[i];
+            const auto count = static_cast<double>(++thrown);
+            double u = fraction(kR2x * count);
+            double v = fraction(kR2y * count);
+            if (u + v > 1.0) {
+                u = 1.0 - u;
+                v = 1.0 - v;
+            }
+            look.at(t.a.x() + u * (t.b.x() - t.a.x()) + v * (t.c.x() - t.a.x()),
+                    t.a.y() + u * (t.b.y() - t.a.y()) + v * (t.c.y() - t.a.y()));
+        }
+        if (look.result.points >= least_points_) break;
+        if (look.result.points == before_round && round + 1 >= stride) break;
+    }
+}
+
+Measurement Verifier::measure(TriangleHeap heap, const View& view, double certified_px) {
+    const Camera camera(view);
+    Look look(*this, heap, camera, certified_px);
+    throw_over_picture(camera, look);
+    throw_over_triangles(heap, look);
+    if (before_) {
+        for (const WorldPos& vertex : heap.vertices()) look.at_vertex(vertex, before_->heap);
+        for (const WorldPos& vertex : before_->heap.vertices()) look.at_vertex(vertex, heap);
+    }
+    const Measurement result = look.result;
+    before_ = Frame{std::move(heap), camera};
+    return result;
+}
+
+}  // namespace terrane::tools

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+#include "mesh/mesh_file.h"
+
+#include "mesh/glb.h"
+#include "output/output_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <iterator>
+
+namespace terrane::tools {
+namespace {
+
+Result<void> write_obj(const IndexedMesh& mesh, const std::string& path) {
+    Result<OutputFile> file = OutputFile::create(path);
+    if (!file) return tl::unexpected(file.error());
+    file->write("# Terrane: metres, x east, y north, z up; counter-clockwise seen from above\n");
+    fmt::memory_buffer line;
+    for (const WorldPos& p_world : mesh.vertices_world) {
+        line.clear();
+        fmt::format_to(std::back_inserter(line), "v {} {} {}\n", p_world.x(), p_world.y(),
+                       p_world.z());
+        file->write({line.data(), line.size()});
+    }
+    for (const std::array<std::uint32_t, 3>& triangle : mesh.triangles) {
+        line.clear();  // vertices count from 1
+        fmt::format_to(std::back_inserter(line), "f {} {} {}\n", std::uint64_t{triangle[0]} + 1,
+                       std::uint64_t{triangle[1]} + 1, std::uint64_t{triangle[2]} + 1);
+        file->write({line.data(), line.size()});
+    }
+    return file->commit();
+}
+
+}  // namespace
+
+std::optional<MeshFormat> mesh_format(const std::string& path) {
+    namespace fs = std::filesystem;
+    std::error_code error;
+    const fs::file_status status = fs::status(path, error);
+    if (fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status)) {
+        return MeshFormat::ply;
+    }
+    std::string ending = fs::path(path).extension().string();
+    std::transform(ending.begin(), ending.end(), ending.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    if (ending == ".ply") return MeshFormat::ply;
+    if (ending == ".obj") return MeshFormat::obj;
+    if (ending == ".glb") return MeshFormat::glb;
+    return std::nullopt;
+}
+
+Result<void> write_mesh(const IndexedMesh& mesh, MeshFormat format, const std::string& path) {
+    switch (format) {
+        case MeshFormat::obj:
+            return write_obj(mesh, path);
+        case MeshFormat::glb:
+            return write_glb(mesh, path);
+        case MeshFormat::ply:
+            break;
+    }
+    return write_ply(mesh, path);
+}
+
+}  // namespace terrane::tools

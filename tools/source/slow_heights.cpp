@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: MIT
+// Sources: A. K. Parekh, R. G. Gallager. A generalized processor sharing approach to flow control in
+//          integrated services networks. 1993 (virtual time: what each transfer has got is counted
+//          once for all).
+#include "source/slow_heights.h"
+
+#include <terrane/terrain/chunk.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <thread>
+#include <utility>
+
+namespace terrane::tools {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double now_s() { return std::chrono::duration<double>(Clock::now().time_since_epoch()).count(); }
+
+Clock::time_point time_point(double seconds) {
+    return Clock::time_point(
+        std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds)));
+}
+
+}  // namespace
+
+void FairPipe::advance(double now) {
+    while (!ends_.empty() && next_end() <= now) {
+        time_ = next_end();
+        share_ = *ends_.begin();
+        ends_.erase(ends_.begin());
+    }
+    if (!ends_.empty()) {
+        share_ += (now - time_) * bandwidth_ / static_cast<double>(ends_.size());
+    }
+    time_ = now;
+}
+
+double FairPipe::begin(double now, double bytes) {
+    advance(now);
+    return *ends_.insert(share_ + bytes);
+}
+
+bool FairPipe::is_done(double now, double transfer) {
+    advance(now);
+    return ends_.empty() || *ends_.begin() > transfer;
+}
+
+double FairPipe::next_end() const {
+    const double left = std::max(0.0, *ends_.begin() - share_);
+    return time_ + left * static_cast<double>(ends_.size()) / bandwidth_;
+}
+
+SlowHeights::SlowHeights(std::shared_ptr<const HeightSource> source, double latency,
+                         double bandwidth)
+    : HeightSource(source->lattice(), source->extent()),
+      source_(std::move(source)),
+      latency_(latency),
+      bandwidth_(bandwidth),
+      pipe_(bandwidth) {}
+
+void SlowHeights::wait_for_storage() const {
+    std::this_thread::sleep_for(std::chrono::duration<double>(latency_));
+    if (std::isinf(bandwidth_)) return;
+    std::unique_lock lock(mutex_);
+    const double transfer = pipe_.begin(now_s(), static_cast<double>(Chunk::max_bytes()));
+    changed_.notify_all();  // the others now end later
+    while (!pipe_.is_done(now_s(), transfer)) {
+        changed_.wait_until(lock, time_point(pipe_.next_end()));
+    }
+}
+
+Result<void> SlowHeights::sample(const SampleGrid& grid, std::span<double> heights_out) const {
+    if (is_slow_) wait_for_storage();
+    return source_->sample(grid, heights_out);
+}
+
+double SlowHeights::height(double x, double y) const { return source_->height(x, y); }
+
+Result<void> SlowHeights::vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const {
+    return source_->vertex_bounds(grid, bounds_out);
+}
+
+Result<void> SlowHeights::cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const {
+    return source_->cell_bounds(grid, bounds_out);
+}
+
+Result<void> SlowHeights::mesh_bounds(const SampleGrid& grid, std::span<float> vertex_bounds_out,
+                                      std::span<float> cell_bounds_out) const {
+    return source_->mesh_bounds(grid, vertex_bounds_out, cell_bounds_out);
+}
+
+Result<void> SlowHeights::cell_flags(const SampleGrid& grid,
+                                     std::span<std::uint8_t> flags_out) const {
+    return source_->cell_flags(grid, flags_out);
+}
+
+HeightInterval SlowHeights::interval(const WorldRect& rect) const {
+    return source_->interval(rect);
+}
+
+double SlowHeights::rise_bound(double distance) const { return source_->rise_bound(distance); }
+
+Result<std::shared_ptr<const Chunk>> SlowHeights::stored_chunk(const ChunkKey& key,
+                                                               const std::stop_token& stop) const {
+    auto chunk = source_->stored_chunk(key, stop);
+    if (chunk && *chunk != nullptr && is_slow_) wait_for_storage();
+    return chunk;
+}
+
+}  // namespace terrane::tools

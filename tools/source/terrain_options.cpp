@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: MIT
+#include "source/terrain_options.h"
+
+#include "source/baked_terrain.h"
+#include "options/option_values.h"
+#include "output/progress.h"
+
+#include <terrane/store/chunk_store.h>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string_view>
+#include <utility>
+
+namespace terrane::tools {
+namespace {
+
+/// Finer than a fractal's lattice can be, or so coarse that a root square has no chunk.
+constexpr int kFinestLog2 = -15, kCoarsestLog2 = 9;
+
+constexpr double kMebibyte = 1024.0 * 1024.0;
+constexpr double kMostMemory_mb = 1e9;
+constexpr const char* kGdalCache_mb = "256";
+
+std::string quoted(const std::string& text) { return "'" + text + "'"; }
+
+/// As FractalKind numbers them.
+constexpr std::string_view kFractalKinds[] = {"fbm", "ridged", "hybrid", "warped"};
+
+std::optional<FractalKind> parse_fractal_kind(std::string_view text) {
+    const auto* const found = std::ranges::find(kFractalKinds, text);
+    if (found == std::end(kFractalKinds)) return std::nullopt;
+    return static_cast<FractalKind>(found - std::begin(kFractalKinds));
+}
+
+CommandResult<Terrain> open_fractal(const TerrainOptions& options) {
+    const double detail_m = options.detail_m.value_or(1.0);
+    int exponent = 0;
+    std::frexp(detail_m, &exponent);  // detail = mantissa * 2^exponent, mantissa 0.5 to 1
+    const int spacing_log2 = exponent - 1;
+    if (spacing_log2 < kFinestLog2 || spacing_log2 > kCoarsestLog2) {
+        return usage_error(
+            fmt::format("--detail-m of a fractal must be {:.6g} to {:.6g}, got {:.6g}",
+                        std::ldexp(1.0, kFinestLog2), std::ldexp(1.0, kCoarsestLog2), detail_m));
+    }
+    FractalSettings settings;
+    settings.seed = *options.seed;
+    settings.kind = options.fractal.value_or(settings.kind);
+    settings.finest_spacing_log2 = spacing_log2;
+    // The first octaves are the same at any spacing; a lattice finer than a metre has more of them,
+    // so that there is something to see between its samples.
+    settings.octave_count =
+        std::clamp(settings.octave_count - spacing_log2, settings.octave_count, 24);
+    Result<std::shared_ptr<const HeightSource>> source = FractalHeights::create(settings);
+    if (!source) return pass_on(source.error());
+    std::string name = fmt::format("seed {}", settings.seed);
+    if (settings.kind != FractalKind::fbm) {
+        name += fmt::format(" ({})", kFractalKinds[static_cast<std::size_t>(settings.kind)]);
+    }
+    return Terrain{.source = *source, .dem = std::nullopt, .name = std::move(name)};
+}
+
+CommandResult<Terrain> open_dem(const TerrainOptions& options) {
+    if (ChunkStore::is_store(options.dem)) {
+        if (options.seed) return usage_error("--seed does not go with a baked terrain");
+        if (options.detail_m) return usage_error("--detail-m does not go with a baked terrain");
+        return open_baked(options.dem);
+    }
+    DemSettings settings;
+    settings.detail_seed = options.seed;
+    settings.finest_spacing = options.detail_m.value_or(options.seed ? 1.0 : 0.0);
+    if (options.dem_memory_mb) {
+        settings.memory_bytes = static_cast<std::size_t>(*options.dem_memory_mb * kMebibyte);
+    }
+    // GDAL's default cache is a twentieth of the machine's memory, on top of that limit. A value that the
+    // user set stays.
+    setenv("GDAL_CACHEMAX", kGdalCache_mb, 0);
+    Progress progress("opening " + options.dem);
+    settings.progress = [&progress](double share) {
+        progress.show(share);
+        return true;
+    };
+    settings.cache = choose_cache(options.cache);
+    DemInfo info;
+    Result<std::shared_ptr<const HeightSource>> source =
+        DemHeights::open(options.dem, settings, &info);
+    if (!source) {
+        if (source.error().code != ErrorCode::invalid_argument) return pass_on(source.error());
+        // The only argument of the library that a command line sets.
+        std::string message = source.error().message;
+        constexpr std::string_view kArgument = "finest_spacing";
+        if (message.starts_with(kArgument)) message.replace(0, kArgument.size(), "--detail-m");
+        return usage_error(std::move(message));
+    }
+    if (!info.cache_note.empty()) {
+        std::fprintf(stderr, "terrane: %s\n", info.cache_note.c_str());
+    }
+    std::string name = options.dem;
+    if (options.seed) name += fmt::format(" with detail of seed {}", *options.seed);
+    return Terrain{.source = *source, .dem = info, .name = std::move(name)};
+}
+
+CommandResult<std::string> read_text(const std::string& path) {
+    // A folder opens as a stream and then gives nothing: ask first.
+    std::error_code error;
+    const std::filesystem::file_status status = std::filesystem::status(path, error);
+    if (!std::filesystem::is_regular_file(status)) {
+        return failure("cannot open scene " + quoted(path) + ": " +
+                       (error ? error.message() : "it is not a file"));
+    }
+    std::ifstream file(path, std::ios::binary);
+    std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+    if (!file.good() && !file.eof()) return failure("cannot read scene " + quoted(path));
+    return text;
+}
+
+}  // namespace
+
+void add_terrain_options(CLI::App& app, TerrainOptions& options) {
+    app.add_option("--dem", options.dem,
+                   "Raster of heights, in any format that GDAL reads, or a terrain that 'terrane "
+                   "bake' wrote")
+        ->type_name("FILE")
+        ->group("Terrain");
+    std::optional<std::uint64_t>* const seed = &options.seed;
+    CLI::Option* seed_option = app.add_option_function<std::string>(
+        "--seed",
+        [seed](const std::string& text) {
+            std::uint64_t value = 0;
+            const char* end = text.data() + text.size();
+            const auto [rest, error] = std::from_chars(text.data(), end, value);
+            if (error != std::errc() || rest != end) {
+                throw CLI::ValidationError(
+                    "--seed", fmt::format("must be 0 to 18446744073709551615, got '{:.60}'", text));
+            }
+            *seed = value;
+        },
+        "Fractal terrain of this seed; with --dem, fractal detail below the raster's resolution");
+    seed_option->type_name("N")->group("Terrain");
+    std::optional<FractalKind>* const fractal = &options.fractal;
+    CLI::Option* fractal_option = add_choice(
+        app, "--fractal", {std::begin(kFractalKinds), std::end(kFractalKinds)}, 0,
+        [fractal](std::size_t number) { *fractal = static_cast<FractalKind>(number); },
+        "Kind of the fractal, with --seed and no --dem: the same roughness everywhere, sharp "
+        "ridges, "
+        "smooth valleys below rough heights, or folds; fbm unless said");
+    fractal_option->default_str("")->type_name("KIND")->group("Terrain");
+    CLI::Option* scene_option = app.add_option(
+        "--scene", options.scene,
+        "The same choices in a JSON file, with the keys dem, seed, fractal and detail_m");
+    scene_option->type_name("FILE.json")->group("Terrain");
+    scene_option->excludes("--dem")->excludes("--seed")->excludes("--fractal");
+    app.add_option(
+           "--cache", options.cache,
+           "Where the bounds of a raster are kept, so that it opens faster the next time: a "
+           "folder, 'beside' the raster, or 'off'; without it the user's cache folder")
+        ->type_name("DIR")
+        ->group("Terrain");
+    std::optional<double>* const detail = &options.detail_m;
+    app.add_option_function<std::string>(
+           "--detail-m",
+           [detail](const std::string& text) {
+               *detail = parse_number(text);
+               if (!*detail || !(**detail > 0.0)) {
+                   throw CLI::ValidationError(
+                       "--detail-m", fmt::format("must be a number above 0, got '{:.60}'", text));
+               }
+           },
+           "Finest spacing of the ground, metres: without it a raster's own cell, and 1 where "
+           "there "
+           "is a seed")
+        ->type_name("X")
+        ->group("Terrain");
+    std::optional<double>* const memory = &options.dem_memory_mb;
+    app.add_option_function<std::string>(
+           "--dem-memory-mb",
+           [memory](const std::string& text) {
+               *memory = parse_number(text);
+               if (!*memory || !(**memory > 0.0 && **memory <= kMostMemory_mb)) {
+                   throw CLI::ValidationError(
+                       "--dem-memory-mb",
+                       fmt::format("must be above 0 to {:g}, got '{}'", kMostMemory_mb, text));
+               }
+           },
+           "Most memory for opening and holding a raster, MiB, besides up to 256 for GDAL's cache; "
+           "what needs more is refused. 2048 unless said")
+        ->type_name("N")
+        ->group("Terrain");
+}
+
+CommandResult<TerrainOptions> parse_scene(const std::string& text, const std::string& path) {
+    const nlohmann::json scene = nlohmann::json::parse(text, nullptr, false);
+    if (!scene.is_object()) return failure("scene " + quoted(path) + " is not a JSON object");
+    TerrainOptions options;
+    for (const auto& item : scene.items()) {
+        const std::string& key = item.key();
+        const nlohmann::json& value = item.value();
+        const auto wrong = [&](const char* wanted) {
+            return failure(
+                fmt::format("scene '{}': {} must be {}, got {}", path, key, wanted,
+                            value.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace)));
+        };
+        if (key == "dem") {
+            if (!value.is_string() || value.get<std::string>().empty()) return wrong("a path");
+            const std::string dem = value.get<std::string>();
+            // GDAL's virtual file systems (/vsizip/...) are absolute paths too.
+            options.dem = (std::filesystem::path(path).parent_path() / dem).string();
+        } else if (key == "seed") {
+            if (!value.is_number_unsigned()) return wrong("a whole number of at least 0");
+            options.seed = value.get<std::uint64_t>();
+        } else if (key == "fractal") {
+            if (value.is_string()) options.fractal = parse_fractal_kind(value.get<std::string>());
+            if (!options.fractal) return wrong("fbm, ridged, hybrid or warped");
+        } else if (key == "detail_m") {
+            if (!value.is_number() || !(value.get<double>() > 0.0)) return wrong("above 0");
+            options.detail_m = value.get<double>();
+        } else {
+            return failure(fmt::format("scene '{}': unknown key '{}'", path, key));
+        }
+    }
+    if (options.dem.empty() && !options.seed) {
+        return failure("scene " + quoted(path) + " names no terrain: it needs dem, seed or both");
+    }
+    return options;
+}
+
+CommandResult<Terrain> open_terrain(const TerrainOptions& options) {
+    if (options.detail_m && !(std::isfinite(*options.detail_m) && *options.detail_m > 0.0)) {
+        return usage_error(
+            fmt::format("--detail-m must be a number above 0, got {:.6g}", *options.detail_m));
+    }
+    if (!options.scene.empty()) {
+        const CommandResult<std::string> text = read_text(options.scene);
+        if (!text) return pass_on(text.error());
+        CommandResult<TerrainOptions> scene = parse_scene(*text, options.scene);
+        if (!scene) return pass_on(scene.error());
+        if (options.detail_m) scene->detail_m = options.detail_m;
+        scene->dem_memory_mb = options.dem_memory_mb;
+        scene->cache = options.cache;
+        return open_terrain(*scene);
+    }
+    if (options.fractal && !(options.seed && options.dem.empty())) {
+        return usage_error("--fractal goes with --seed and without --dem");
+    }
+    if (!options.dem.empty()) return open_dem(options);
+    if (options.dem_memory_mb) return usage_error("--dem-memory-mb goes with --dem");
+    if (options.seed) return open_fractal(options);
+    return usage_error("no terrain chosen: give --dem FILE, --seed N, both, or --scene FILE.json");
+}
+
+}  // namespace terrane::tools
