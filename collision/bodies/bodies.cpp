@@ -103,7 +103,7 @@ Result<void> BodyWorld::set_state(std::size_t body, const BodyState& state) {
     return {};
 }
 
-Result<void> BodyWorld::push(std::size_t body, const WorldPos& point_world,
+Result<void> BodyWorld::apply_impulse(std::size_t body, const WorldPos& point_world,
                              const Eigen::Vector3d& impulse) {
     if (auto ok = check_index(body, state_->bodies.size()); !ok) return ok;
     if (auto ok = check_vector("point_world", point_world, 2e9, "m"); !ok) return ok;

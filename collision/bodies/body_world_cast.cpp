@@ -29,7 +29,7 @@ WorldCastAnswer BodyWorld::cast(const Ground& ground, const Shape& shape, const 
     WorldCastAnswer answer;
     const CastAnswer below = terrane::cast(shape, motion, ground, settings);
     answer.status = below.status;
-    if (below.status == ContactStatus::invalid) return answer;
+    if (below.status == QueryStatus::invalid) return answer;
     answer.fraction = below.fraction;  // of missing ground, where that comes first
     if (below.hit) {
         answer.hit = true;
@@ -51,7 +51,7 @@ WorldCastAnswer BodyWorld::cast(const Ground& ground, const Shape& shape, const 
                                    ? hit.fraction <= answer.fraction
                                    : hit.fraction < answer.fraction;
         if (!hit.hit || hit.count == 0 || !is_sooner) continue;
-        answer.status = ContactStatus::complete;
+        answer.status = QueryStatus::complete;
         answer.hit = true;
         answer.fraction = hit.fraction;
         answer.body = i;

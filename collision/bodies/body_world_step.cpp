@@ -142,7 +142,7 @@ void BodyWorld::State::live_substep(std::size_t index, const Ground& ground, dou
     // A part of the substep may be over.
     internal::SubstepAnswer answer = answers[index];
     if (answer.resident) {
-        const double left = substep - answer.lived_time - answer.lost_time;
+        const double left = substep - answer.simulated_time - answer.lost_time;
         answer.add(internal::step_body(body, looks[index], ground, gravity, left,
                                        !meetings.islands().has(index)));
     }
@@ -183,7 +183,7 @@ void BodyWorld::State::finish_body(std::size_t index, const Ground& ground, Step
     } else {
         state.condition = BodyCondition::awake;
         ++report.awake;
-        report.lived_time += total.lived_time;
+        report.simulated_time += total.simulated_time;
         report.lost_time += total.lost_time;
         const double depth = internal::deepest(body, ground, lifts[index],
                                                std::min(report.max_depth_m, body.tolerance));

@@ -24,7 +24,7 @@ struct SweepBox {
 
 /// @param margin that it is widened by
 /// @param origin that it is counted from, near it
-inline SweepBox make_sweep_box(const Bounds& box, int axis, double margin,
+inline SweepBox make_sweep_box(const Aabb& box, int axis, double margin,
                                const Eigen::Vector3d& origin) {
     // More than half a step of a float, and what rounding did before.
     constexpr double kOut = 0x1p-23;

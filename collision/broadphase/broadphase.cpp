@@ -17,7 +17,7 @@ class Filtered final : public Broadphase {
 public:
     explicit Filtered(double margin) : margin_(margin), method_(margin) {}
 
-    void update(std::span<const Bounds> bounds, std::span<const Ball>) override {
+    void update(std::span<const Aabb> bounds, std::span<const BoundingSphere>) override {
         bounds_ = bounds;
         method_.update(bounds);
     }
@@ -33,7 +33,7 @@ public:
 
 private:
     double margin_;
-    std::span<const Bounds> bounds_;
+    std::span<const Aabb> bounds_;
     Method method_;
     PairList pairs_;
 };
@@ -43,13 +43,13 @@ class TwoScenes final : public Broadphase {
 public:
     explicit TwoScenes(double margin) : margin_(margin), cubes_(margin) {}
 
-    void update(std::span<const Bounds> bounds, std::span<const Ball> balls) override {
+    void update(std::span<const Aabb> bounds, std::span<const BoundingSphere> balls) override {
         // A hair larger, for what rounding did to a box.
         constexpr double kHair = 1e-11;
         bounds_ = bounds;
         boxes_.resize(balls.size());
         for (std::size_t i = 0; i < balls.size(); ++i) {
-            const Ball& ball = balls[i];
+            const BoundingSphere& ball = balls[i];
             const double half = ball.radius + kHair * (ball.radius + ball.centre.cwiseAbs().sum());
             const Eigen::Vector3d around = Eigen::Vector3d::Constant(half);
             boxes_[i] = {ball.centre - around, ball.centre + around};
@@ -75,8 +75,8 @@ public:
 
 private:
     double margin_;
-    std::span<const Bounds> bounds_;
-    std::vector<Bounds> boxes_;  ///< of the first scene
+    std::span<const Aabb> bounds_;
+    std::vector<Aabb> boxes_;  ///< of the first scene
     SweepAndPrune cubes_;
     PairList pairs_;
     std::uint64_t candidate_count_ = 0;
@@ -87,7 +87,7 @@ class AllPairs {
 public:
     explicit AllPairs(double) {}
 
-    void update(std::span<const Bounds> boxes) { boxes_ = boxes; }
+    void update(std::span<const Aabb> boxes) { boxes_ = boxes; }
     template <class Take>
     void visit_pairs(Take&& take) {
         candidate_count_ = 0;
@@ -105,7 +105,7 @@ public:
     std::uint64_t update_operations() const { return 0; }
 
 private:
-    std::span<const Bounds> boxes_;
+    std::span<const Aabb> boxes_;
     std::uint64_t candidate_count_ = 0;
 };
 

@@ -9,7 +9,7 @@
 namespace terrane::internal {
 
 /// Whether a box contains anything: see Bounds.
-inline bool is_box(const Bounds& box) {
+inline bool is_box(const Aabb& box) {
     constexpr double kLargest = 1e150;  // squares of differences are finite
     int is = 1;
     for (int i = 0; i < 3; ++i) {
@@ -21,7 +21,7 @@ inline bool is_box(const Bounds& box) {
 }
 
 /// Whether two boxes, each widened by a margin, overlap or touch: the one filter that all pairs pass.
-inline bool overlap(const Bounds& a, const Bounds& b, double margin) {
+inline bool overlap(const Aabb& a, const Aabb& b, double margin) {
     const double both = 2.0 * margin;
     for (int i = 0; i < 3; ++i) {
         if (a.low[i] - b.high[i] > both || b.low[i] - a.high[i] > both) return false;

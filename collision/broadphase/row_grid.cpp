@@ -15,7 +15,7 @@ constexpr double kHair = 0x1p-18;
 // Along an axis, so that each has a number, and quotients the digits that the hair needs.
 constexpr double kMostCells = 0x1p28;
 
-void prefetch(const Bounds& box) {
+void prefetch(const Aabb& box) {
 #if defined(__GNUC__)
     __builtin_prefetch(&box.low);
     __builtin_prefetch(&box.high[2]);
@@ -27,11 +27,11 @@ void prefetch(const Bounds& box) {
 }  // namespace
 
 // How large cells are, and where they are counted from.
-void RowGrid::measure(std::span<const Bounds> boxes) {
+void RowGrid::measure(std::span<const Aabb> boxes) {
     double largest = 0.0;
     Eigen::Vector3d low = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
     Eigen::Vector3d high = -low;
-    for (const Bounds& box : boxes) {
+    for (const Aabb& box : boxes) {
         ++update_operations_;
         if (!is_box(box)) continue;
         largest = std::max(largest, (box.high - box.low).maxCoeff());
@@ -60,13 +60,13 @@ std::uint32_t RowGrid::bucket_of(std::int32_t y, std::int32_t z) const {
 }
 
 // False where the cells of before no longer do: too small for a box, much too large for all of them, or too many.
-bool RowGrid::count_rows(std::span<const Bounds> boxes) {
+bool RowGrid::count_rows(std::span<const Aabb> boxes) {
     std::fill(first_of_bucket_.begin(), first_of_bucket_.end(), 0u);
     update_operations_ += first_of_bucket_.size();
     double largest = 0.0;
     double farthest = 0.0;
     for (std::size_t i = 0; i < boxes.size(); ++i) {
-        const Bounds& box = boxes[i];
+        const Aabb& box = boxes[i];
         ++update_operations_;
         if (!is_box(box)) {
             bucket_of_body_[i] = kNoBucket;
@@ -84,7 +84,7 @@ bool RowGrid::count_rows(std::span<const Bounds> boxes) {
     return needed <= cell_ && (cell_ <= 2.0 * needed || 4.0 * farthest > kMostCells * cell_);
 }
 
-void RowGrid::update(std::span<const Bounds> boxes) {
+void RowGrid::update(std::span<const Aabb> boxes) {
     boxes_ = boxes;
     update_operations_ = 0;
     const std::size_t count = boxes.size();
@@ -117,7 +117,7 @@ void RowGrid::sort_rows() {
     longest_ = 0.0f;
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
         if (i + kAhead < bodies_.size()) prefetch(boxes_[bodies_[i + kAhead]]);
-        const Bounds& box = boxes_[bodies_[i]];
+        const Aabb& box = boxes_[bodies_[i]];
         entries_[i] = {make_sweep_box(box, 0, margin_, origin_), cell_of(box.low[1], 1),
                        cell_of(box.low[2], 2), bodies_[i]};
         longest_ = std::max(longest_, entries_[i].box.end - entries_[i].box.start);

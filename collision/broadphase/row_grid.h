@@ -17,7 +17,7 @@ class RowGrid {
 public:
     explicit RowGrid(double margin) : margin_(margin) {}
 
-    void update(std::span<const Bounds> boxes);
+    void update(std::span<const Aabb> boxes);
     template <class Take>
     void visit_pairs(Take&& take) {
         sort_rows();
@@ -51,8 +51,8 @@ private:
         std::uint32_t body;
     };
 
-    void measure(std::span<const Bounds> boxes);
-    bool count_rows(std::span<const Bounds> boxes);
+    void measure(std::span<const Aabb> boxes);
+    bool count_rows(std::span<const Aabb> boxes);
     void sort_rows();
     std::int32_t cell_of(double p, int axis) const {
         const double cells = (p - origin_[axis]) * per_cell_;
@@ -90,7 +90,7 @@ private:
     double per_cell_ = 0.0;
     float longest_ = 0.0f;  ///< of the widened boxes along x, at least
     Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
-    std::span<const Bounds> boxes_;
+    std::span<const Aabb> boxes_;
     std::vector<std::uint32_t> bucket_of_body_;
     std::vector<std::uint32_t> first_of_bucket_;
     std::vector<std::uint32_t> bodies_;  ///< bucket by bucket

@@ -13,7 +13,7 @@ constexpr double kClearlyMore = 1.5;
 
 }  // namespace
 
-void SweepAndPrune::update(std::span<const Bounds> boxes) {
+void SweepAndPrune::update(std::span<const Aabb> boxes) {
     update_operations_ = boxes.size();
     const int axis = axis_;
     choose_axis(boxes);
@@ -48,12 +48,12 @@ void SweepAndPrune::update(std::span<const Bounds> boxes) {
 }
 
 // The axis along which the boxes overlap least, seen from their spread and their size.
-void SweepAndPrune::choose_axis(std::span<const Bounds> boxes) {
+void SweepAndPrune::choose_axis(std::span<const Aabb> boxes) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     Eigen::Vector3d squares = Eigen::Vector3d::Zero();
     Eigen::Vector3d sizes = Eigen::Vector3d::Zero();
     box_count_ = 0;
-    for (const Bounds& box : boxes) {
+    for (const Aabb& box : boxes) {
         if (!is_box(box)) continue;
         if (box_count_ == 0) origin_ = box.low;
         const Eigen::Vector3d from = box.low - origin_;
@@ -81,7 +81,7 @@ void SweepAndPrune::choose_axis(std::span<const Bounds> boxes) {
     if (axis_ < 0 || !(spread[best] <= kClearlyMore * kClearlyMore * spread[axis_])) axis_ = best;
 }
 
-void SweepAndPrune::collect(std::span<const Bounds> boxes) {
+void SweepAndPrune::collect(std::span<const Aabb> boxes) {
     order_.clear();
     for (std::size_t i = 0; i < boxes.size(); ++i) {
         if (is_box(boxes[i])) {

@@ -13,7 +13,7 @@ class SweepAndPrune {
 public:
     explicit SweepAndPrune(double margin) : margin_(margin) {}
 
-    void update(std::span<const Bounds> boxes);
+    void update(std::span<const Aabb> boxes);
     /// Calls take(i, j) once for each two boxes that overlap but for a rounding outwards.
     template <class Take>
     void visit_pairs(Take&& take) {
@@ -34,8 +34,8 @@ public:
     std::uint64_t update_operations() const { return update_operations_; }
 
 private:
-    void choose_axis(std::span<const Bounds> boxes);
-    void collect(std::span<const Bounds> boxes);
+    void choose_axis(std::span<const Aabb> boxes);
+    void collect(std::span<const Aabb> boxes);
     bool sort_by_insertion();
 
     struct Entry {

@@ -144,7 +144,7 @@ void Walker::State::live_substep(const Ground& ground, std::span<const Obstacle>
     if (internal::is_too_deep(body, look)) {
         report.parked =
             internal::step_body(body, look, ground, internal::kGravity, substep).resident ? 0 : 1;
-        report.lived_time += substep;
+        report.simulated_time += substep;
         rises = false;
         return;
     }
@@ -170,7 +170,7 @@ void Walker::State::live_substep(const Ground& ground, std::span<const Obstacle>
         const double speed = length(wanted);
         const bool is_stopped =
             state.stands && speed > 0.0 && dot(gone, wanted) < kStoppedShare * speed * speed * left;
-        report.lived_time += moved.fraction * left;
+        report.simulated_time += moved.fraction * left;
         left *= 1.0 - moved.fraction;
         if (is_stopped) {
             const Eigen::Vector3d ahead = (2.0 * settings.radius / speed) * wanted;
@@ -182,7 +182,7 @@ void Walker::State::live_substep(const Ground& ground, std::span<const Obstacle>
                 move(ground, obstacles, on);
                 body.velocity.linear = wanted;
                 rises = true;
-                report.lived_time += left;
+                report.simulated_time += left;
                 return;
             }
         }

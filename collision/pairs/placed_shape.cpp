@@ -16,18 +16,18 @@ ConvexView view_of(const Primitive& shape) {
     return shape;
 }
 
-PartBounds bounds_of(const Sphere& sphere) {
+Aabb bounds_of(const Sphere& sphere) {
     const Eigen::Vector3d high = Eigen::Vector3d::Constant(sphere.radius);
     return {-high, high};
 }
-PartBounds bounds_of(const Capsule& capsule) {
+Aabb bounds_of(const Capsule& capsule) {
     const double r = capsule.radius;
     const Eigen::Vector3d high(r, r, r + capsule.half_height);
     return {-high, high};
 }
-PartBounds bounds_of(const Box& box) { return {-box.half_extents, box.half_extents}; }
-PartBounds bounds_of(const HullView& hull) {
-    PartBounds bounds;
+Aabb bounds_of(const Box& box) { return {-box.half_extents, box.half_extents}; }
+Aabb bounds_of(const HullView& hull) {
+    Aabb bounds;
     for (int axis = 0; axis < 3; ++axis) {
         const Eigen::Vector3d up = Eigen::Vector3d::Unit(axis);
         bounds.low[axis] = hull.shape.vertices[find_extreme(hull.shape, -up)][axis];

@@ -114,7 +114,7 @@ Result<void> check_part(const CompoundPart& part, std::size_t index) {
 void add_part(const CompoundPart& part, internal::CompoundData& data_out) {
     const Pose& pose = part.body_from_part;
     using internal::kInfinity;
-    PartBounds bounds;
+    Aabb bounds;
     bounds.low = Eigen::Vector3d::Constant(kInfinity);
     bounds.high = Eigen::Vector3d::Constant(-kInfinity);
     double farthest = 0.0;
@@ -190,7 +190,7 @@ Result<Compound> Compound::from_triangles(std::span<const Eigen::Vector3d> verti
 
 std::span<const CompoundPart> Compound::parts() const { return data_->parts; }
 
-std::span<const PartBounds> Compound::bounds() const { return data_->bounds; }
+std::span<const Aabb> Compound::bounds() const { return data_->bounds; }
 
 std::span<const internal::PartNode> internal::part_tree(const Compound& compound) {
     return compound_data(compound).tree;

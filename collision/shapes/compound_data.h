@@ -11,7 +11,7 @@ namespace terrane::internal {
 /// What the copies of a Compound share.
 struct CompoundData {
     std::vector<CompoundPart> parts;
-    std::vector<PartBounds> bounds;
+    std::vector<Aabb> bounds;
     std::vector<PartNode> tree;
     double bounding_radius = 0.0;
     double smallest_half_extent = std::numeric_limits<double>::infinity();

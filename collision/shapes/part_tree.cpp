@@ -12,7 +12,7 @@ namespace {
 
 class Builder {
 public:
-    explicit Builder(std::span<const PartBounds> bounds) : bounds_(bounds) {
+    explicit Builder(std::span<const Aabb> bounds) : bounds_(bounds) {
         order_.resize(bounds.size());
         for (std::size_t i = 0; i < order_.size(); ++i) order_[i] = static_cast<std::uint32_t>(i);
         nodes_.reserve(2 * bounds.size());
@@ -64,8 +64,8 @@ private:
             build(first, middle);
             const std::size_t right = nodes_.size();
             build(middle, last);
-            const PartBounds& a = nodes_[self + 1].bounds;
-            const PartBounds& b = nodes_[right].bounds;
+            const Aabb& a = nodes_[self + 1].bounds;
+            const Aabb& b = nodes_[right].bounds;
             for (int k = 0; k < 3; ++k) {
                 nodes_[self].bounds.low[k] = std::min(a.low[k], b.low[k]);
                 nodes_[self].bounds.high[k] = std::max(a.high[k], b.high[k]);
@@ -74,14 +74,14 @@ private:
         nodes_[self].end = static_cast<std::uint32_t>(nodes_.size());
     }
 
-    std::span<const PartBounds> bounds_;
+    std::span<const Aabb> bounds_;
     std::vector<std::uint32_t> order_;
     std::vector<PartNode> nodes_;
 };
 
 }  // namespace
 
-std::vector<PartNode> make_part_tree(std::span<const PartBounds> bounds) {
+std::vector<PartNode> make_part_tree(std::span<const Aabb> bounds) {
     return Builder(bounds).take();
 }
 

@@ -20,7 +20,7 @@ struct PartNode {
     /// Of any tree: paths from the root have at most this many nodes.
     static constexpr std::size_t kMaxDepth = 18;
 
-    PartBounds bounds;            ///< around all parts below, body frame
+    Aabb bounds;            ///< around all parts below, body frame
     std::uint32_t end = 0;        ///< the first node that is not below this one
     std::uint32_t part = kInner;  ///< of a leaf: index of its part
 };
@@ -31,7 +31,7 @@ struct PartNode {
 /// @param bounds of 1 to Compound::kMaxParts parts
 ///
 /// Cost: O(n log n); 0.2 microseconds a part
-std::vector<PartNode> make_part_tree(std::span<const PartBounds> bounds);
+std::vector<PartNode> make_part_tree(std::span<const Aabb> bounds);
 
 /// Lives as long as `compound` or a copy of it.
 std::span<const PartNode> part_tree(const Compound& compound);
@@ -39,7 +39,7 @@ std::span<const PartNode> part_tree(const Compound& compound);
 /// Visits the parts whose boxes, and those around them, are wanted. In the order of the tree, without a
 /// stack.
 ///
-/// @param wants bool(const PartBounds&), body frame
+/// @param wants bool(const Aabb&), body frame
 /// @param take  void(std::uint32_t part)
 template <class Wants, class Take>
 void visit_parts(std::span<const PartNode> tree, const Wants& wants, const Take& take) {
@@ -57,7 +57,7 @@ void visit_parts_in_box(std::span<const PartNode> tree, const Eigen::Vector3d& l
                         const Eigen::Vector3d& high, const Visit& visit) {
     visit_parts(
         tree,
-        [&](const PartBounds& box) {
+        [&](const Aabb& box) {
             return box.low[0] <= high[0] && box.high[0] >= low[0] && box.low[1] <= high[1] &&
                    box.high[1] >= low[1] && box.low[2] <= high[2] && box.high[2] >= low[2];
         },

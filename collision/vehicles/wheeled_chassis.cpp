@@ -119,7 +119,7 @@ bool WheeledChassis::feel_ground(const Ground& ground) {
             body_.pose.translation + rotated(body_.pose.rotation, part.offset_body);
         motion.translation = -travel * axis;
         const CastAnswer answer = cast_part(part.shape, motion, ground, body_.tolerance);
-        if (answer.status == ContactStatus::not_resident) return false;
+        if (answer.status == QueryStatus::not_resident) return false;
         Touch& touch = touches_[i];
         const double fraction = answer.hit ? answer.fraction : 1.0;
         touch.on_ground = answer.hit;
@@ -270,7 +270,7 @@ StepReport WheeledChassis::step(const Ground& ground, std::span<const WheelComma
     }
     StepReport report;
     report.impacts = total.impacts;
-    report.lived_time = total.lived_time;
+    report.simulated_time = total.simulated_time;
     report.lost_time = total.lost_time;
     bool touches = total.touches;
     report.max_depth_m = deepest(body_, ground, greatest_lift(body_, ground), 0.0);

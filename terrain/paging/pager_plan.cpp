@@ -22,7 +22,7 @@ constexpr double kContactAhead_s = 1.0;
 
 bool is_good(const CameraNeed& camera) {
     const bool has_good_way =
-        std::all_of(camera.way.begin(), camera.way.end(), [](const CameraMoment& moment) {
+        std::all_of(camera.trajectory.begin(), camera.trajectory.end(), [](const CameraMoment& moment) {
             return std::isfinite(moment.time_s) && moment.eye_world.allFinite() &&
                    moment.forward.allFinite() && moment.up.allFinite();
         });
@@ -32,7 +32,7 @@ bool is_good(const CameraNeed& camera) {
 
 bool is_good(const BodyNeed& body) {
     const bool has_good_way =
-        std::all_of(body.way.begin(), body.way.end(), [](const BodyMoment& moment) {
+        std::all_of(body.trajectory.begin(), body.trajectory.end(), [](const BodyMoment& moment) {
             return std::isfinite(moment.time_s) && moment.centre_world.allFinite();
         });
     return body.centre_world.allFinite() && body.velocity.allFinite() && body.radius >= 0.0 &&
@@ -81,13 +81,13 @@ bool Pager::State::take_clients(std::span<const CameraNeed> cameras,
         }
     }
     bodies.clear();
-    way_moments.clear();
+    trajectory_moments.clear();
     for (const BodyNeed& body : all_bodies) {
         if (is_good(body)) {
             bodies.push_back(body);
-            way_moments.insert(way_moments.end(), body.way.begin(), body.way.end());
+            trajectory_moments.insert(trajectory_moments.end(), body.trajectory.begin(), body.trajectory.end());
             // who rises over ground comes down again
-            if (body.way.empty()) bodies.back().velocity.z() = std::min(0.0, body.velocity.z());
+            if (body.trajectory.empty()) bodies.back().velocity.z() = std::min(0.0, body.velocity.z());
         } else {
             ++stats.refused_needs;
         }
@@ -95,8 +95,8 @@ bool Pager::State::take_clients(std::span<const CameraNeed> cameras,
     // finish() looks again, when the caller's are gone
     std::size_t first = 0;
     for (BodyNeed& body : bodies) {
-        body.way = std::span<const BodyMoment>(way_moments).subspan(first, body.way.size());
-        first += body.way.size();
+        body.trajectory = std::span<const BodyMoment>(trajectory_moments).subspan(first, body.trajectory.size());
+        first += body.trajectory.size();
     }
     return is_due;
 }

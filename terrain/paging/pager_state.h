@@ -82,7 +82,7 @@ struct Pager::State {
     std::vector<internal::Watcher> watchers;
     std::vector<internal::Outlook> outlooks;
     std::vector<BodyNeed> bodies;
-    std::vector<BodyMoment> way_moments;  // of all bodies, one after the other
+    std::vector<BodyMoment> trajectory_moments;  // of all bodies, one after the other
     std::map<Ticket, internal::RegionNeed> tickets;
     Ticket next_ticket = 1;
 

@@ -62,8 +62,8 @@ private:
     double radius_;
     std::vector<Body> bodies_;
     std::size_t corner_count_ = 0;
-    std::vector<Bounds> bounds_;
-    std::vector<Ball> balls_;
+    std::vector<Aabb> bounds_;
+    std::vector<BoundingSphere> balls_;
     std::unique_ptr<Broadphase> broadphase_;
 };
 

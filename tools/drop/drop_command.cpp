@@ -51,7 +51,7 @@ struct DropTotals {
     std::uint64_t parked = 0;
     std::uint64_t left_world = 0;
     std::uint64_t awake_body_steps = 0;
-    double lived_time = 0.0;
+    double simulated_time = 0.0;
     double lost_time = 0.0;
     double max_depth_m = 0.0;
     std::vector<double> step_ms;
@@ -61,7 +61,7 @@ struct DropTotals {
         parked += report.parked;
         left_world = report.left_world;  // bodies that are beyond the extent now
         awake_body_steps += report.awake;
-        lived_time += report.lived_time;
+        simulated_time += report.simulated_time;
         lost_time += report.lost_time;
         max_depth_m = std::max(max_depth_m, report.max_depth_m);
         step_ms.push_back(ms);
@@ -211,7 +211,7 @@ CommandResult<void> run_drop(const DropOptions& options, const CLI::App& command
     const std::size_t steps_done = totals->step_ms.size();
     const bool is_cut_short = steps_done < count_steps(options);
     if (steps_done == 0) return failure("interrupted before the first step");
-    const double all_time = totals->lived_time + totals->lost_time;
+    const double all_time = totals->simulated_time + totals->lost_time;
     nlohmann::ordered_json summary;
     summary["bodies"] = world->states().size();
     summary["steps"] = steps_done;

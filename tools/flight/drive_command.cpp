@@ -45,7 +45,7 @@ struct DriveTotals {
     std::uint64_t airborne = 0;  // of them without a wheel on the ground
     std::uint64_t parked = 0;    // of them that waited for ground
     std::uint64_t left_world = 0;
-    double lived_time = 0.0, lost_time = 0.0;
+    double simulated_time = 0.0, lost_time = 0.0;
     bool rolled_over = false;  // at any time
     std::uint64_t rights = 0;  // times that it was set on its wheels again
 };
@@ -85,7 +85,7 @@ void add_step(const StepReport& report, const Truck& truck, DriveTotals& totals)
     totals.fell_through += report.too_deep;
     totals.parked += report.parked;
     totals.left_world += report.left_world;
-    totals.lived_time += report.lived_time;
+    totals.simulated_time += report.simulated_time;
     totals.lost_time += report.lost_time;
     ++totals.steps;
     if (report.parked == 0 && wheels_on_ground(truck) == 0) ++totals.airborne;
@@ -214,7 +214,7 @@ nlohmann::ordered_json summarize_drive(const DriveTotals& totals, bool has_arriv
     summary["steps"] = totals.steps;
     summary["parked"] = totals.parked;
     summary["left_world"] = totals.left_world;
-    summary["lost_time_share"] = share(totals.lost_time, totals.lived_time);
+    summary["lost_time_share"] = share(totals.lost_time, totals.simulated_time);
     summary["arrived"] = has_arrived;
     return summary;
 }

@@ -101,7 +101,7 @@ Result<Truck> put_on_ground(const TruckSettings& settings, Pose pose, const Grou
     const auto add = [&](const Shape& shape, const Pose& at) {
         const LiftAnswer answer = compute_lift(shape, at, ground);
         lift = std::max(lift, answer.lift);
-        return answer.status == ContactStatus::complete;
+        return answer.status == QueryStatus::complete;
     };
     bool is_complete = add(Box{settings.chassis_half_extents}, pose);
     for (const WheelState& wheel : truck->wheels()) {

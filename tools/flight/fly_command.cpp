@@ -8,7 +8,7 @@
 #include "output/progress.h"
 #include "output/summary.h"
 #include "camera/camera_path.h"
-#include "camera/camera_way.h"
+#include "camera/camera_trajectory.h"
 #include "track/track.h"
 
 #include <CLI/CLI.hpp>
@@ -52,7 +52,7 @@ Result<void> fly(const FlyOptions& options, const CameraPath& path, std::size_t 
                  SlowHeights* storage, FrameMaker& maker, FlightOutput& output) {
     Progress progress("flying");
     std::vector<CameraMoment> future;
-    if (options.policy == PagingChoice::oracle) future = camera_way(path_moments(path), 0.0);
+    if (options.policy == PagingChoice::oracle) future = camera_trajectory(path_moments(path), 0.0);
     const double horizon = frame_maker_settings(options).pager.horizon;
     const View picture = make_view(options.size, options.fov_deg);
     maker.settle(view_at(picture, path.at(0.0)), {}, 0.0);
@@ -70,7 +70,7 @@ Result<void> fly(const FlyOptions& options, const CameraPath& path, std::size_t 
         const CameraNeed camera{
             .view = view,
             .velocity = pose.velocity,
-            .way = way_ahead(std::span<const CameraMoment>(future), time, horizon)};
+            .trajectory = trajectory_ahead(std::span<const CameraMoment>(future), time, horizon)};
         const Result<void> added = output.add(maker.make(camera, {}, time), view);
         if (!added) return added;
         if (output.is_closed()) break;

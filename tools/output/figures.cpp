@@ -35,7 +35,7 @@ constexpr std::array<std::string_view, 11> kGiven{
     "speed", "altitude", "radius",    "latency_ms",   "bandwidth_mb", "memory_mb",
     "fps",   "seconds",  "horizon_s", "max_error_px", "budget"};
 
-// Bounds that are certified: less would be wrong.
+// Aabb that are certified: less would be wrong.
 constexpr std::array<std::string_view, 6> kBounds{"error_px", "error_px_max", "error_px_median",
                                                   "error_m",  "max_error_m",  "scale_error"};
 

@@ -7,22 +7,22 @@
 namespace terrane::tools {
 
 Foresight::Foresight(const CameraPath& path, const GroundBodies& bodies, const Settings& settings)
-    : path_(&path), bodies_(&bodies), settings_(settings), body_ways_(bodies.count()) {
+    : path_(&path), bodies_(&bodies), settings_(settings), body_trajectories_(bodies.count()) {
     if (!settings_.is_complete) return;
     const std::vector<PathMoment> moments = path_moments(path);
-    camera_way_ = camera_way(moments, settings_.clock);
+    camera_trajectory_ = camera_trajectory(moments, settings_.clock);
     for (std::size_t body = 0; body < bodies.count(); ++body) {
-        body_ways_[body] = bodies.way(body, moments, settings_.clock);
+        body_trajectories_[body] = bodies.trajectory(body, moments, settings_.clock);
     }
 }
 
 void Foresight::tell(double time, CameraNeed& camera, std::span<BodyNeed> bodies) {
     if (settings_.is_complete) {
         const double now = settings_.clock + time;
-        camera.way = way_ahead(std::span<const CameraMoment>(camera_way_), now, settings_.horizon);
+        camera.trajectory = trajectory_ahead(std::span<const CameraMoment>(camera_trajectory_), now, settings_.horizon);
         for (std::size_t i = 0; i < bodies.size(); ++i) {
-            bodies[i].way =
-                way_ahead(std::span<const BodyMoment>(body_ways_[i]), now, settings_.horizon);
+            bodies[i].trajectory =
+                trajectory_ahead(std::span<const BodyMoment>(body_trajectories_[i]), now, settings_.horizon);
         }
         return;
     }
@@ -43,11 +43,11 @@ void Foresight::tell_jump(double time, double jump, CameraNeed& camera,
     const std::array<PathMoment, 4> moments{
         PathMoment{time, false, now}, PathMoment{jump, true, leaving},
         PathMoment{jump, false, arriving}, PathMoment{jump + rest, false, last}};
-    camera_way_ = camera_way(moments, settings_.clock);
-    camera.way = camera_way_;
+    camera_trajectory_ = camera_trajectory(moments, settings_.clock);
+    camera.trajectory = camera_trajectory_;
     for (std::size_t i = 0; i < bodies.size(); ++i) {
-        body_ways_[i] = bodies_->way(i, moments, settings_.clock);
-        bodies[i].way = body_ways_[i];
+        body_trajectories_[i] = bodies_->trajectory(i, moments, settings_.clock);
+        bodies[i].trajectory = body_trajectories_[i];
     }
 }
 

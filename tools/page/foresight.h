@@ -35,8 +35,8 @@ private:
     const CameraPath* path_;
     const GroundBodies* bodies_;
     Settings settings_;
-    std::vector<CameraMoment> camera_way_;
-    std::vector<std::vector<BodyMoment>> body_ways_;
+    std::vector<CameraMoment> camera_trajectory_;
+    std::vector<std::vector<BodyMoment>> body_trajectories_;
 };
 
 }  // namespace terrane::tools

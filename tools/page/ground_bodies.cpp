@@ -33,14 +33,14 @@ std::vector<BodyNeed> GroundBodies::needs(const CameraPose& camera) const {
     return needs;
 }
 
-std::vector<BodyMoment> GroundBodies::way(std::size_t body, std::span<const PathMoment> path,
+std::vector<BodyMoment> GroundBodies::trajectory(std::size_t body, std::span<const PathMoment> path,
                                           double clock) const {
-    std::vector<BodyMoment> way;
-    way.reserve(path.size());
+    std::vector<BodyMoment> trajectory;
+    trajectory.reserve(path.size());
     for (const PathMoment& moment : path) {
-        way.push_back({clock + moment.time, place(body, moment.pose)});
+        trajectory.push_back({clock + moment.time, place(body, moment.pose)});
     }
-    return way;
+    return trajectory;
 }
 
 bool has_ground(const ResidentSet& resident, int level, const WorldPos& centre_world,

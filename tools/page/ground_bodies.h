@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "camera/camera_way.h"
+#include "camera/camera_trajectory.h"
 
 #include <terrane/terrain/pager.h>
 
@@ -28,7 +28,7 @@ public:
     /// What a body's BodyNeed::way tells of all of a path.
     ///
     /// @param clock the pager's time at the path's beginning, seconds
-    std::vector<BodyMoment> way(std::size_t body, std::span<const PathMoment> path,
+    std::vector<BodyMoment> trajectory(std::size_t body, std::span<const PathMoment> path,
                                 double clock) const;
 
 private:

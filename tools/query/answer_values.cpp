@@ -13,12 +13,12 @@ Json as_object(const ShapeFeature& feature) {
     return {{"edge", Json::array({feature.first, feature.second})}};
 }
 
-bool write_fault(ContactStatus status, Json& answer) {
-    if (status == ContactStatus::not_resident) {
+bool write_fault(QueryStatus status, Json& answer) {
+    if (status == QueryStatus::not_resident) {
         answer["status"] = "not_resident";
         return true;
     }
-    if (status == ContactStatus::invalid) {
+    if (status == QueryStatus::invalid) {
         answer["status"] = "invalid";
         answer["message"] = "the shape or its pose was refused";
         return true;

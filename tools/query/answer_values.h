@@ -14,6 +14,6 @@ nlohmann::ordered_json as_array(const Eigen::Vector3d& v);
 nlohmann::ordered_json as_object(const ShapeFeature& feature);
 
 /// Writes the status of an answer that cannot be used; false where it can.
-bool write_fault(ContactStatus status, nlohmann::ordered_json& answer);
+bool write_fault(QueryStatus status, nlohmann::ordered_json& answer);
 
 }  // namespace terrane::tools

@@ -41,7 +41,7 @@ void answer_find(const ShapeQuestion& question, const OtherShape& other, Json& a
     answer["status"] = "ok";
     answer["hit"] = found.count > 0;
     write_contacts(std::span(contacts).first(found.count), answer);
-    if (found.status == ContactStatus::truncated) answer["truncated"] = true;
+    if (found.status == QueryStatus::truncated) answer["truncated"] = true;
 }
 
 }  // namespace

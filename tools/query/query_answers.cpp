@@ -117,7 +117,7 @@ ContactAnswer find_all(const Shape& shape, const Pose& pose, const Ground& groun
     contacts_out.resize(64);
     for (;;) {
         const ContactAnswer found = find_contacts(shape, pose, ground, margin, contacts_out);
-        if (found.status != ContactStatus::truncated || contacts_out.size() >= kMaxContacts) {
+        if (found.status != QueryStatus::truncated || contacts_out.size() >= kMaxContacts) {
             contacts_out.resize(found.count);
             return found;
         }
@@ -129,7 +129,7 @@ void write_contacts(const ContactAnswer& found, const std::vector<Contact>& cont
                     Json& answer) {
     answer["contacts"] = Json::array();
     for (const Contact& contact : contacts) answer["contacts"].push_back(as_json(contact));
-    if (found.status == ContactStatus::truncated) answer["truncated"] = true;
+    if (found.status == QueryStatus::truncated) answer["truncated"] = true;
 }
 
 void answer_find(const ShapeQuestion& question, double reach, QueryGround& ground, Json& answer) {
@@ -182,7 +182,7 @@ void answer_distance(const ShapeQuestion& question, double lift, double reach, Q
 void answer_shape(const ShapeQuestion& question, QueryGround& ground, Json& answer) {
     const WorldPos& centre_world = question.world_from_shape.translation;
     const double reach = bounding_radius(question.shape);
-    LiftAnswer found{.status = ContactStatus::complete,
+    LiftAnswer found{.status = QueryStatus::complete,
                      .lift = -std::numeric_limits<double>::infinity()};
     // Far from all ground nothing is asked: cells there have no numbers.
     if (distance_beside(centre_world, ground.ground().extent()) <= reach) {

@@ -57,8 +57,8 @@ private:
     void solve_island(std::size_t island, int worker, const Scene& scene);
 
     std::unique_ptr<Broadphase> broadphase_;
-    std::vector<Bounds> bounds_;
-    std::vector<Ball> balls_;
+    std::vector<Aabb> bounds_;
+    std::vector<BoundingSphere> balls_;
     std::vector<PairTouch> touches_, touches_before_;  // ascending by pair
     std::vector<std::uint32_t> before_;  // of the first touch of each pair: where it was, if it was
     std::size_t pair_count_ = 0;         // of what moves and touches

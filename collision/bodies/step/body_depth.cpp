@@ -12,7 +12,7 @@ Depth compute_depth(const RigidBody& body, const Ground& ground) {
     for (const BodyPart& part : body.parts) {
         const DistanceAnswer answer =
             signed_distance(part.shape, part_pose(part, body.pose), ground, 0.0);
-        if (answer.status == ContactStatus::not_resident) deepest_part.resident = false;
+        if (answer.status == QueryStatus::not_resident) deepest_part.resident = false;
         if (!answer.has_ground || -answer.distance <= deepest_part.depth) continue;
         deepest_part.depth = -answer.distance;
         deepest_part.normal = answer.normal;

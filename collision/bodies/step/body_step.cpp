@@ -199,7 +199,7 @@ struct Stretch {
     bool touches = false;
     bool is_last = false;  ///< nothing of the substep is left
     int impacts = 0;
-    double lived_time = 0.0;
+    double simulated_time = 0.0;
     double lost_time = 0.0;
 };
 
@@ -223,7 +223,7 @@ Stretch live_stretch(RigidBody& body, GroundLook& look, const Ground& ground, do
     stretch.touches = is_deep || look.has_contacts();
     if (is_deep) {
         stretch.resident = recover(body, ground, duration);
-        stretch.lived_time = duration;
+        stretch.simulated_time = duration;
         return stretch;
     }
     body.started_deep = false;
@@ -257,7 +257,7 @@ Stretch live_stretch(RigidBody& body, GroundLook& look, const Ground& ground, do
             move_piece(body, ground, share * remaining, gate, !stretch.touches);
         if (!moved.resident) return {.resident = false};
         const double lived = moved.fraction * share * remaining;
-        stretch.lived_time += lived;
+        stretch.simulated_time += lived;
         remaining = moved.fraction * share < 1.0 ? remaining - lived : 0.0;
         if (!moved.hit) continue;
 
@@ -301,9 +301,9 @@ SubstepAnswer step_body(RigidBody& body, GroundLook& look, const Ground& ground,
         if (!stretch.resident) break;
         total.touches = stretch.touches;
         total.impacts += static_cast<std::uint64_t>(stretch.impacts);
-        total.lived_time += stretch.lived_time;
+        total.simulated_time += stretch.simulated_time;
         total.lost_time += stretch.lost_time;
-        remaining = stretch.is_last ? 0.0 : remaining - stretch.lived_time - stretch.lost_time;
+        remaining = stretch.is_last ? 0.0 : remaining - stretch.simulated_time - stretch.lost_time;
     }
     return total;
 }

@@ -20,14 +20,14 @@ struct SubstepAnswer {
         true;  ///< false: unloaded ground is in the way; the body may be part of the way
     bool touches = false;  ///< was near enough to the ground for contacts
     std::uint64_t impacts = 0;
-    double lived_time = 0.0;
+    double simulated_time = 0.0;
     double lost_time = 0.0;
 
     void add(const SubstepAnswer& later) {
         resident = resident && later.resident;
         touches = later.touches;
         impacts += later.impacts;
-        lived_time += later.lived_time;
+        simulated_time += later.simulated_time;
         lost_time += later.lost_time;
     }
 };

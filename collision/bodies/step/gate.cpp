@@ -31,7 +31,7 @@ CastAnswer find_hit(const Shape& shape, const Motion& motion, const Ground& grou
         if (is_way_clear(shape, piece(clear, share), ground, tolerance)) clear += share;
     }
     CastAnswer answer;
-    answer.status = ContactStatus::complete;
+    answer.status = QueryStatus::complete;
     if (clear == 1.0) return answer;
     answer = cast(shape, piece(clear, 1.0 - clear), ground,
                   {.tolerance = tolerance, .skip_separating = true});
@@ -94,7 +94,7 @@ MoveAnswer advance(RigidBody& body, const Ground& ground, const Twist& way, Gate
             part_pose(part, end).translation - part_pose(part, body.pose).translation;
         if (!is_sphere) path.rotation_vector = way.angular;
         const CastAnswer hit = find_hit(part.shape, path, ground, gate.stop_gap);
-        if (hit.status == ContactStatus::not_resident || hit.status == ContactStatus::invalid) {
+        if (hit.status == QueryStatus::not_resident || hit.status == QueryStatus::invalid) {
             return {.resident = false, .hit = false, .fraction = 0.0};
         }
         if (!hit.hit) continue;

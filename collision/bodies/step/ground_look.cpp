@@ -102,11 +102,11 @@ void GroundLook::look(const RigidBody& body, const Ground& ground, int gate) {
             find_contacts(part.shape, raised(part_pose(part, body.pose), lowering(body, gate)),
                           ground, kContactMargin * body.tolerance,
                           std::span<Contact>(found).first(kMaxCount - contacts_.size()));
-        if (answer.status == ContactStatus::not_resident) {
+        if (answer.status == QueryStatus::not_resident) {
             resident_ = false;
             return;
         }
-        is_complete = is_complete && answer.status == ContactStatus::complete;
+        is_complete = is_complete && answer.status == QueryStatus::complete;
         lift_ = std::max(lift_, answer.lift);
         for (std::size_t i = 0; i < answer.count; ++i) {
             Place place;

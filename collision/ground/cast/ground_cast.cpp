@@ -115,12 +115,12 @@ CastAnswer cast(const Shape& shape, const Motion& motion, const Ground& ground,
     }
     answer.error_m = lift.error_m;
     if (lift.is_missing) {
-        answer.status = ContactStatus::not_resident;
+        answer.status = QueryStatus::not_resident;
         answer.fraction = 0.0;
         return answer;
     }
     answer.started_in_contact = lift.lift >= -touch;
-    answer.status = ContactStatus::complete;
+    answer.status = QueryStatus::complete;
     PieceAnswer end{0.0, true, false, Eigen::Vector3d::UnitZ()};
     if (!answer.started_in_contact || settings.skip_separating) {
         end = caster.run(answer.started_in_contact ? find_sink(local, start) + 0.1 * kTouch : 0.0);
@@ -128,7 +128,7 @@ CastAnswer cast(const Shape& shape, const Motion& motion, const Ground& ground,
     }
     answer.hit = end.is_hit;
     answer.fraction = end.t;
-    if (end.is_missing) answer.status = ContactStatus::not_resident;
+    if (end.is_missing) answer.status = QueryStatus::not_resident;
     if (!end.is_hit) return answer;
 
     if (answer.started_in_contact) {

@@ -180,7 +180,7 @@ ContactAnswer find_contacts(const Shape& shape, const Pose& world_from_shape, co
                                       kAnyLift, LiftError::asked_for);
     answer.lift = lift.lift;
     answer.error_m = lift.error_m;
-    answer.status = ContactStatus::not_resident;
+    answer.status = QueryStatus::not_resident;
     if (lift.is_missing) return answer;
     ContactPatches patches;
     const bool is_known =
@@ -191,7 +191,7 @@ ContactAnswer find_contacts(const Shape& shape, const Pose& world_from_shape, co
 
     const std::span<const Contact> found = patches.finish();
     answer.status =
-        found.size() > contacts_out.size() ? ContactStatus::truncated : ContactStatus::complete;
+        found.size() > contacts_out.size() ? QueryStatus::truncated : QueryStatus::complete;
     answer.count = std::min(found.size(), contacts_out.size());
     for (std::size_t i = 0; i < answer.count; ++i) {
         contacts_out[i] = found[i];
@@ -211,19 +211,19 @@ DistanceAnswer signed_distance(const Shape& shape, const Pose& world_from_shape,
     const GroundLift lift =
         find_lift(local, body, Eigen::Vector3d::Zero(), -kTouch, kAnyLift, LiftError::asked_for);
     answer.error_m = lift.error_m;
-    answer.status = ContactStatus::not_resident;
+    answer.status = QueryStatus::not_resident;
     if (lift.is_missing) return answer;
     if (lift.lift > kFree) {
         const MinTranslation found = find_way_out(local, body, lift.lift);
         const Eigen::Vector3d& freeing = found.d;
         const double depth = length(freeing);
         answer.distance_lower_bound = found.at_least;
-        answer.status = ContactStatus::complete;
+        answer.status = QueryStatus::complete;
         answer.has_ground = true;
         answer.distance = -depth;
         answer.normal = freeing / depth;
         const GroundLift after = find_lift(local, body, freeing);
-        if (after.is_missing) answer.status = ContactStatus::not_resident;
+        if (after.is_missing) answer.status = QueryStatus::not_resident;
         // Of a compound the part that the ground holds where it is free.
         const std::uint32_t part = body.is_compound() ? after.part : 0;
         LocalHull hull;
@@ -233,7 +233,7 @@ DistanceAnswer signed_distance(const Shape& shape, const Pose& world_from_shape,
     const Nearest nearest = find_nearest(local, body, max_distance);
     answer.error_m = std::max(answer.error_m, nearest.error_m);
     if (nearest.is_missing) return answer;
-    answer.status = ContactStatus::complete;
+    answer.status = QueryStatus::complete;
     answer.has_ground = nearest.is_found;
     answer.distance = nearest.is_found ? nearest.distance : max_distance;
     answer.distance_lower_bound = answer.distance;
@@ -251,7 +251,7 @@ LiftAnswer compute_lift(const Shape& shape, const Pose& world_from_shape, const 
                          local.to_local(world_from_shape.translation));
     const GroundLift lift =
         find_lift(local, body, Eigen::Vector3d::Zero(), -kAnyLift, kAnyLift, LiftError::asked_for);
-    answer.status = lift.is_missing ? ContactStatus::not_resident : ContactStatus::complete;
+    answer.status = lift.is_missing ? QueryStatus::not_resident : QueryStatus::complete;
     answer.lift = lift.lift;
     answer.error_m = lift.error_m;
     return answer;
@@ -266,8 +266,8 @@ TestAnswer test_contact(const Shape& shape, const Pose& world_from_shape, const 
     const GroundLift lift = find_lift(local, body, Eigen::Vector3d::Zero(), -2.0 * kTouch, -kTouch,
                                       LiftError::asked_for);
     answer.is_touching = lift.lift >= -kTouch;
-    answer.status = lift.is_missing && !answer.is_touching ? ContactStatus::not_resident
-                                                           : ContactStatus::complete;
+    answer.status = lift.is_missing && !answer.is_touching ? QueryStatus::not_resident
+                                                           : QueryStatus::complete;
     answer.error_m = lift.error_m;
     return answer;
 }

@@ -20,7 +20,7 @@ LocalBody::LocalBody(const Shape& shape, const Eigen::Matrix3d& rotation,
     } else {
         compound_ = &compound_data(std::get<Compound>(shape));
         rotation_ = orthonormalized(rotation);
-        const PartBounds& all = compound_->tree[0].bounds;
+        const Aabb& all = compound_->tree[0].bounds;
         const Eigen::Vector3d middle = 0.5 * (all.low + all.high);
         whole_.offset = rotated(rotation_, middle);
         whole_.centre = whole_.offset;

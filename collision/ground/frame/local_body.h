@@ -33,7 +33,7 @@ public:
         }
         visit_parts(
             compound_->tree,
-            [&](const PartBounds& box) {
+            [&](const Aabb& box) {
                 const Eigen::Vector3d middle = 0.5 * (box.low + box.high);
                 const Eigen::Vector3d half = box.high - middle;
                 return wants(Eigen::Vector3d(origin_ + rotated(rotation_, middle)), around(half));

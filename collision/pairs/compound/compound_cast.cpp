@@ -18,7 +18,7 @@ constexpr double kPieceTurn = 0.25;
 constexpr double kMostPieces = 1024.0;
 
 // Largest distance of a point of a box from the origin.
-double reach_of(const PartBounds& box) {
+double reach_of(const Aabb& box) {
     const Eigen::Vector3d far = box.low.cwiseAbs().cwiseMax(box.high.cwiseAbs());
     return length(far);
 }
@@ -39,7 +39,7 @@ public:
         slack_ = slack + 1e-14 * (a.view->reach() + b.view->reach() + length(offset) + length(way));
     }
 
-    double operator()(const PartBounds& of_a, const PartBounds& of_b) const {
+    double operator()(const Aabb& of_a, const Aabb& of_b) const {
         const Eigen::Vector3d half_a = 0.5 * (of_a.high - of_a.low);
         const Eigen::Vector3d half_b = 0.5 * (of_b.high - of_b.low);
         const Eigen::Vector3d between = rotated(a_from_b_, 0.5 * (of_b.low + of_b.high)) + offset_ -

@@ -10,7 +10,7 @@ namespace {
 
 
 // Where a ray of the body frame comes into a box; infinity: nowhere.
-double entry_of(const Eigen::Vector3d& from, const Eigen::Vector3d& way, const PartBounds& box,
+double entry_of(const Eigen::Vector3d& from, const Eigen::Vector3d& way, const Aabb& box,
                 double slack) {
     double first = 0.0;
     double last = 1.0;

@@ -30,7 +30,7 @@ BoundGaps::BoundGaps(const PlacedShape& a, const PlacedShape& b) {
     rounding_ = 1e-14 * (a.view->reach() + b.view->reach() + length(way));
 }
 
-double BoundGaps::operator()(const PartBounds& of_a, const PartBounds& of_b) const {
+double BoundGaps::operator()(const Aabb& of_a, const Aabb& of_b) const {
     const Eigen::Vector3d half_a = 0.5 * (of_a.high - of_a.low);
     const Eigen::Vector3d half_b = 0.5 * (of_b.high - of_b.low);
     const Eigen::Vector3d way =

@@ -16,7 +16,7 @@ public:
 
     /// At most the signed distance of any two shapes inside of the two boxes: the gap between the boxes,
     /// or minus the shortest way along their faces that parts them.
-    double operator()(const PartBounds& of_a, const PartBounds& of_b) const;
+    double operator()(const Aabb& of_a, const Aabb& of_b) const;
 
 private:
     Eigen::Matrix3d a_from_b_;

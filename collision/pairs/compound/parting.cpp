@@ -88,7 +88,7 @@ public:
 
 private:
     static double support(const PlacedShape& shape, const Eigen::Vector3d& direction) {
-        const PartBounds& box = shape.view->tree()[0].bounds;
+        const Aabb& box = shape.view->tree()[0].bounds;
         const Eigen::Vector3d n = rotated_back(shape.rotation, direction);
         double reach = 0.0;
         for (int i = 0; i < 3; ++i) reach += n[i] * (n[i] > 0.0 ? box.high[i] : box.low[i]);

@@ -74,7 +74,7 @@ TestAnswer test_contact(const Shape& a, const Pose& world_from_a, const Shape& b
                         const Pose& world_from_b) {
     const PlacedPair pair(a, world_from_a, b, world_from_b);
     if (!pair.is_valid) return {};
-    TestAnswer answer{ContactStatus::complete, false, 0.0};
+    TestAnswer answer{QueryStatus::complete, false, 0.0};
     if (pair.is_beyond(0.0)) return answer;
     if (pair.is_single) {
         answer.is_touching = is_touching(pair.a.part(0), pair.b.part(0));
@@ -95,7 +95,7 @@ PairContactAnswer find_contacts(const Shape& a, const Pose& world_from_a, const 
     PairContactAnswer answer;
     const PlacedPair pair(a, world_from_a, b, world_from_b);
     if (!pair.is_valid || !(margin >= 0.0)) return answer;
-    answer.status = ContactStatus::complete;
+    answer.status = QueryStatus::complete;
     if (pair.is_beyond(margin)) return answer;
     if (pair.is_single) {
         const Placed part_a = pair.a.part(0);
@@ -103,13 +103,13 @@ PairContactAnswer find_contacts(const Shape& a, const Pose& world_from_a, const 
         std::array<PairContact, 4> found;
         const std::size_t count = find_contacts(part_a, part_b, find_gap(part_a, part_b),
                                                 std::max(margin, pair.touch()), found);
-        if (count > contacts_out.size()) answer.status = ContactStatus::truncated;
+        if (count > contacts_out.size()) answer.status = QueryStatus::truncated;
         answer.count = std::min(count, contacts_out.size());
         std::copy_n(found.begin(), answer.count, contacts_out.begin());
     } else {
         const CompoundContacts found =
             find_compound_contacts(pair.a, pair.b, margin, pair.touch(), contacts_out);
-        if (found.is_truncated) answer.status = ContactStatus::truncated;
+        if (found.is_truncated) answer.status = QueryStatus::truncated;
         answer.count = found.count;
     }
     for (PairContact& contact : contacts_out.first(answer.count)) {
@@ -123,7 +123,7 @@ PairDistanceAnswer signed_distance(const Shape& a, const Pose& world_from_a, con
     PairDistanceAnswer answer;
     const PlacedPair pair(a, world_from_a, b, world_from_b);
     if (!pair.is_valid) return answer;
-    answer.status = ContactStatus::complete;
+    answer.status = QueryStatus::complete;
     const PartGap least = pair.is_single ? PartGap{0, 0, find_gap(pair.a.part(0), pair.b.part(0))}
                                          : find_least_gap(pair.a, pair.b);
     if (pair.is_single || least.gap.distance >= -pair.touch()) {
@@ -148,7 +148,7 @@ PseudodistanceAnswer pseudodistance(const Shape& a, const Pose& world_from_a, co
     Axis least;
     if (pair.is_single) {
         least = find_pseudodistance(pair.a.part(0), pair.b.part(0));
-        return {ContactStatus::complete, least.gap, least.normal, 0.0};
+        return {QueryStatus::complete, least.gap, least.normal, 0.0};
     }
     least.gap = kInfinity;
     visit_part_pairs(pair.view_a.tree(), pair.view_b.tree(), kInfinity, BoundGaps(pair.a, pair.b),
@@ -158,7 +158,7 @@ PseudodistanceAnswer pseudodistance(const Shape& a, const Pose& world_from_a, co
                          if (axis.gap < least.gap) least = axis;
                          return least.gap;
                      });
-    return {ContactStatus::complete, least.gap, least.normal, 0.0};
+    return {QueryStatus::complete, least.gap, least.normal, 0.0};
 }
 
 PairCastAnswer cast(const Shape& a, const Motion& motion_a, const Shape& b, const Motion& motion_b,
@@ -170,7 +170,7 @@ PairCastAnswer cast(const Shape& a, const Motion& motion_a, const Shape& b, cons
         !(settings.tolerance > 0.0) || !std::isfinite(settings.tolerance)) {
         return answer;
     }
-    answer.status = ContactStatus::complete;
+    answer.status = QueryStatus::complete;
     ShapeView view_a(a);
     ShapeView view_b(b);
     Motion moving_a = motion_a;
@@ -218,7 +218,7 @@ ShapeRayAnswer cast_ray(const Shape& shape, const Pose& world_from_shape, const 
                         const WorldPos& to) {
     ShapeRayAnswer answer;
     if (!is_usable(shape, world_from_shape) || !is_finite(from) || !is_finite(to)) return answer;
-    answer.status = ContactStatus::complete;
+    answer.status = QueryStatus::complete;
     const ShapeView view(shape);
     const PlacedShape placed{&view, orthonormalized(world_from_shape.rotation),
                              Eigen::Vector3d::Zero()};

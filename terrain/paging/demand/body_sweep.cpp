@@ -77,15 +77,15 @@ std::optional<double> end_towards(double low, double high, double a, double b) {
 
 void find_legs(const BodyNeed& body, double time_s, double horizon, std::vector<Leg>& legs_out) {
     legs_out.clear();
-    if (body.way.empty()) {
+    if (body.trajectory.empty()) {
         legs_out.push_back({0.0, horizon, body.centre_world, body.velocity, body.radius, kGravity});
         return;
     }
     Leg leg{.from_world = body.centre_world, .radius = body.radius};
     const auto first =
-        std::lower_bound(body.way.begin(), body.way.end(), time_s,
+        std::lower_bound(body.trajectory.begin(), body.trajectory.end(), time_s,
                          [](const BodyMoment& moment, double now) { return moment.time_s < now; });
-    for (auto next = first; next != body.way.end(); ++next) {
+    for (auto next = first; next != body.trajectory.end(); ++next) {
         const double left = horizon - leg.begin;
         const double wait = std::max(0.0, next->time_s - time_s - leg.begin);
         leg.velocity = Eigen::Vector3d::Zero();

@@ -80,12 +80,12 @@ private:
     Eigen::Vector3d last_forward_ = Eigen::Vector3d::Zero();
 };
 
-void foresee_way(const CameraNeed& camera, double time_s, double horizon, Outlook& outlook) {
+void predict_trajectory(const CameraNeed& camera, double time_s, double horizon, Outlook& outlook) {
     Moments moments(camera.view, outlook);
     moments.add({.time_s = 0.0, .eye_world = camera.view.eye_world}, camera.view.forward,
                 camera.view.up, true);
     CameraMoment last{time_s, camera.view.eye_world, camera.view.forward, camera.view.up};
-    for (const CameraMoment& next : camera.way) {
+    for (const CameraMoment& next : camera.trajectory) {
         if (!(next.time_s >= last.time_s)) continue;
         const double length = next.time_s - last.time_s;
         if (!(length > 0.0) && next.time_s <= time_s) {
@@ -243,10 +243,10 @@ Outlook CameraMotion::foresee(const CameraNeed& camera, double time_s, double ho
     outlook.moments.reserve(kMostMoments);
     outlook.distance_per_bound = camera.view.pixels_per_radian() / camera.threshold_px;
     outlook.near_distance = camera.view.near_distance;
-    if (camera.way.empty()) {
+    if (camera.trajectory.empty()) {
         foresee_motion(camera, horizon, outlook);
     } else {
-        foresee_way(camera, time_s, horizon, outlook);
+        predict_trajectory(camera, time_s, horizon, outlook);
     }
     outlook.find_eyes();
     return outlook;

@@ -64,8 +64,8 @@ Costs measure(BroadphaseKind kind, std::size_t count, int steps) {
     Spheres spheres(count);
     const auto broadphase = make_broadphase(kind, 0.0);
     const Shape shape = Sphere{kRadius};
-    std::vector<Bounds> bounds(count);
-    std::vector<Ball> balls(count);
+    std::vector<Aabb> bounds(count);
+    std::vector<BoundingSphere> balls(count);
     std::vector<double> update, pairs, narrow, step;
     Costs costs;
     for (int i = 0; i < steps; ++i) {

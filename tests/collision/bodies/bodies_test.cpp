@@ -60,7 +60,7 @@ TEST(BodyWorld, LetsNoBodyFallThroughRoughGroundAtAnySpeedSpinOrStep) {
                             << dt << ", depth " << report.max_depth_m << " m after " << time
                             << " s";
                         EXPECT_EQ(report.parked, 0u);
-                        lived += report.lived_time;
+                        lived += report.simulated_time;
                         lost += report.lost_time;
                     }
                     EXPECT_LE(lost, 0.05 * (lived + lost)) << rough.name << ' ' << name_of(shape)
@@ -98,7 +98,7 @@ TEST(BodyWorld, NoneOfAThousandAtFiveKilometresASecondPassesARidgeOneCellThick) 
             const StepReport report = world.step(ground, dt);
             too_deep += report.too_deep;
             impacts += report.impacts;
-            lived += report.lived_time;
+            lived += report.simulated_time;
             lost += report.lost_time;
             ASSERT_EQ(report.parked, 0u);
             for (std::size_t body = 0; body < has_left.size(); ++body) {

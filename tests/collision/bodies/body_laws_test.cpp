@@ -47,7 +47,7 @@ TEST(BodyWorld, FallsFreelyAsTheIntegratorSays) {
         for (int step = 0; step < 20; ++step) {
             const StepReport report = world.step(ground, dt);
             EXPECT_EQ(report.awake, 1u);
-            EXPECT_NEAR(report.lived_time, dt, 1e-12);
+            EXPECT_NEAR(report.simulated_time, dt, 1e-12);
             for (double i = 0.0; i < substeps; i += 1.0) {
                 vz -= kGravity * h;
                 z += vz * h;

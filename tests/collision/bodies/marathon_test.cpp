@@ -109,7 +109,7 @@ TEST(NobodyFalls, HoweverManyStepsAreTaken) {
             const StepReport report = world.step(on.ground, run.dt);
             deep_here += report.too_deep;
             parked += report.parked;
-            lived += report.lived_time;
+            lived += report.simulated_time;
             lost += report.lost_time;
             steps += static_cast<double>(report.awake);
         }

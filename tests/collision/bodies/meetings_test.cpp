@@ -375,15 +375,15 @@ TEST(Projectile, HitsTheFirstBodyOrTheGroundAndPushesIt) {
     EXPECT_EQ(low.body, WorldCastAnswer::kGround);
     EXPECT_NEAR(low.fraction, 2.45 / 4.0, 1e-4);
 
-    ASSERT_TRUE(world.push(1, first.point_world, {3.0, 0.0, 0.0}));
+    ASSERT_TRUE(world.apply_impulse(1, first.point_world, {3.0, 0.0, 0.0}));
     EXPECT_EQ(world.states()[1].condition, BodyCondition::awake);
     EXPECT_NEAR(world.states()[1].velocity.x(), 1.5, 1e-12);
     EXPECT_NEAR(world.states()[1].angular_velocity.norm(), 0.0, 1e-6);
     world.step(ground, kStep);
     EXPECT_GT(world.states()[1].pose.translation.x(), 30.01);
-    EXPECT_NE(world.push(9, first.point_world, {3.0, 0.0, 0.0}).error().message.find("body"),
+    EXPECT_NE(world.apply_impulse(9, first.point_world, {3.0, 0.0, 0.0}).error().message.find("body"),
               std::string::npos);
-    EXPECT_NE(world.push(1, first.point_world, {1e17, 0.0, 0.0}).error().message.find("velocity"),
+    EXPECT_NE(world.apply_impulse(1, first.point_world, {1e17, 0.0, 0.0}).error().message.find("velocity"),
               std::string::npos);
 }
 
@@ -399,12 +399,12 @@ TEST(Projectile, SaysWhereGroundIsMissingBeforeWhatItMeetsBehind) {
     flight.start.translation = {110.0, kMiddle, 5.5};
     flight.translation = {120.0, 0.0, 0.0};
     const WorldCastAnswer unknown = world.cast(half, Sphere{0.05}, flight);
-    EXPECT_EQ(unknown.status, ContactStatus::not_resident);
+    EXPECT_EQ(unknown.status, QueryStatus::not_resident);
     EXPECT_FALSE(unknown.hit) << "a body behind ground that nobody knows";
     EXPECT_LT(unknown.fraction, 0.2);
     flight.start.translation.x() = 90.0;
     const WorldCastAnswer first = world.cast(half, Sphere{0.05}, flight);
-    EXPECT_EQ(first.status, ContactStatus::complete);
+    EXPECT_EQ(first.status, QueryStatus::complete);
     EXPECT_EQ(first.body, 0u);
 }
 

@@ -90,7 +90,7 @@ TEST(ParkedBody, LivesAndLosesNoTime) {
     const StepReport report = world.step(make_flat(is_none), 0.1);
     EXPECT_EQ(report.parked, 1u);
     EXPECT_EQ(report.awake, 0u);
-    EXPECT_EQ(report.lived_time, 0.0);
+    EXPECT_EQ(report.simulated_time, 0.0);
     EXPECT_EQ(report.lost_time, 0.0);
     EXPECT_EQ(report.max_depth_m, 0.0);
     EXPECT_EQ(report.impacts, 0u);

@@ -22,8 +22,8 @@ constexpr std::array kKinds{BroadphaseKind::sap, BroadphaseKind::grid, Broadphas
                             BroadphaseKind::brute};
 
 struct Crowd {
-    std::vector<Bounds> bounds;
-    std::vector<Ball> balls;
+    std::vector<Aabb> bounds;
+    std::vector<BoundingSphere> balls;
 
     void add(const Eigen::Vector3d& centre, const Eigen::Vector3d& half) {
         bounds.push_back({centre - half, centre + half});

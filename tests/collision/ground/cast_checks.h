@@ -23,7 +23,7 @@ inline void expect_free(const Shape& shape, const Motion& motion, const Ground& 
 inline void expect_stops_at_the_ground(const Shape& shape, const Motion& motion,
                                        const Ground& ground) {
     const CastAnswer answer = cast(shape, motion, ground);
-    ASSERT_EQ(answer.status, ContactStatus::complete);
+    ASSERT_EQ(answer.status, QueryStatus::complete);
     EXPECT_FALSE(answer.started_in_contact);
     expect_free(shape, motion, ground, answer.fraction);
     if (!answer.hit) {

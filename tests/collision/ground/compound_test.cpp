@@ -313,10 +313,10 @@ TEST(CompoundOnGround, SaysNotResidentWhereAChunkIsMissing) {
     const auto status_at = [&](double x) {
         return find_contacts(compound, pose_at(x, 64.0, 0.4), ground, 0.0, contacts).status;
     };
-    EXPECT_EQ(status_at(64.0), ContactStatus::complete);
-    EXPECT_EQ(status_at(126.0), ContactStatus::not_resident);
+    EXPECT_EQ(status_at(64.0), QueryStatus::complete);
+    EXPECT_EQ(status_at(126.0), QueryStatus::not_resident);
     EXPECT_EQ(compute_lift(compound, pose_at(200.0, 64.0, 0.4), ground).status,
-              ContactStatus::not_resident);
+              QueryStatus::not_resident);
 }
 
 }  // namespace

@@ -105,7 +105,7 @@ TEST(Cast, OfNoLengthAnswers) {
     const Ground ground = make_test_ground([](double, double) { return 0.0; }, 1.0, 1);
     for (const Shape& shape : make_shapes()) {
         const CastAnswer apart = cast(shape, straight({64.3, 64.4, 5.0}, {0.0, 0.0, 0.0}), ground);
-        EXPECT_EQ(apart.status, ContactStatus::complete);
+        EXPECT_EQ(apart.status, QueryStatus::complete);
         EXPECT_FALSE(apart.hit);
         EXPECT_EQ(apart.fraction, 1.0);
         EXPECT_TRUE(
@@ -121,16 +121,16 @@ TEST(Cast, SaysNotResidentWhereUnloadedGroundComesFirst) {
         make_test_ground([](double x, double) { return x == 100.0 ? 9.0 : 0.0; }, settings);
     for (const Shape& shape : make_shapes()) {
         const CastAnswer wall = cast(shape, straight({64.3, 64.4, 3.0}, {100.0, 0.0, 0.0}), ground);
-        EXPECT_EQ(wall.status, ContactStatus::complete);
+        EXPECT_EQ(wall.status, QueryStatus::complete);
         EXPECT_TRUE(wall.hit);
         const CastAnswer unloaded =
             cast(shape, straight({104.3, 64.4, 3.0}, {100.0, 0.0, 0.0}), ground);
-        EXPECT_EQ(unloaded.status, ContactStatus::not_resident);
+        EXPECT_EQ(unloaded.status, QueryStatus::not_resident);
         EXPECT_FALSE(unloaded.hit);
         EXPECT_GT(unloaded.fraction, 0.2);
         EXPECT_LT(104.3 + 100.0 * unloaded.fraction, 128.0);
         EXPECT_EQ(cast(shape, straight({140.3, 64.4, 3.0}, {1.0, 0.0, 0.0}), ground).status,
-                  ContactStatus::not_resident);
+                  QueryStatus::not_resident);
     }
 }
 
@@ -138,16 +138,16 @@ TEST(Cast, RefusesWhatIsNotFinite) {
     const Ground ground = make_test_ground([](double, double) { return 0.0; }, 1.0, 1);
     const double nan = std::numeric_limits<double>::quiet_NaN();
     EXPECT_EQ(cast(Sphere{}, straight({nan, 0, 0}, {0, 0, 1}), ground).status,
-              ContactStatus::invalid);
+              QueryStatus::invalid);
     EXPECT_EQ(cast(Sphere{}, straight({0, 0, 0}, {0, nan, 1}), ground).status,
-              ContactStatus::invalid);
-    EXPECT_EQ(cast(Sphere{nan}, Motion{}, ground).status, ContactStatus::invalid);
+              QueryStatus::invalid);
+    EXPECT_EQ(cast(Sphere{nan}, Motion{}, ground).status, QueryStatus::invalid);
     Motion spinning;
     spinning.rotation_vector = {nan, 0.0, 0.0};
-    EXPECT_EQ(cast(Sphere{}, spinning, ground).status, ContactStatus::invalid);
+    EXPECT_EQ(cast(Sphere{}, spinning, ground).status, QueryStatus::invalid);
     CastSettings settings;
     settings.tolerance = 0.0;
-    EXPECT_EQ(cast(Sphere{}, Motion{}, ground, settings).status, ContactStatus::invalid);
+    EXPECT_EQ(cast(Sphere{}, Motion{}, ground, settings).status, QueryStatus::invalid);
 }
 
 TEST(Cast, GivesTheSameBitsTenThousandKilometresOut) {

@@ -14,7 +14,7 @@ namespace terrane::test {
 inline void expect_freed_by_contacts(const Shape& shape, const Pose& pose, const Ground& ground) {
     std::array<Contact, 256> contacts;
     const ContactAnswer answer = find_contacts(shape, pose, ground, 0.0, contacts);
-    ASSERT_EQ(answer.status, ContactStatus::complete);
+    ASSERT_EQ(answer.status, QueryStatus::complete);
     if (answer.lift <= 0.0) return;
     EXPECT_NEAR(answer.lift, compute_lift(shape, pose, ground).lift, 1e-12);
     ASSERT_GT(answer.count, 0u);
@@ -44,7 +44,7 @@ inline void expect_pushed_up_from_a_kilometre_below(const Shape& shape) {
     const Pose pose = pose_at(64.3, 64.4, -1000.0);
     std::array<Contact, 64> contacts;
     const ContactAnswer answer = find_contacts(shape, pose, ground, 0.0, contacts);
-    ASSERT_EQ(answer.status, ContactStatus::complete);
+    ASSERT_EQ(answer.status, QueryStatus::complete);
     EXPECT_GE(answer.lift, 1000.0 + support_distance(shape, -Eigen::Vector3d::UnitZ()) - 1e-9);
     ASSERT_GE(answer.count, 1u);
     EXPECT_LT(signed_distance(shape, pose, ground, 1.0).distance, 0.0);

@@ -56,7 +56,7 @@ TEST(ComputeLift, IsMinusInfinityOverNoGround) {
     const Ground ground = make_test_ground([](double, double) { return 0.0; }, 1.0, 1);
     for (const Shape& shape : make_shapes()) {
         const LiftAnswer answer = compute_lift(shape, pose_at(-50.0, 60.0, 0.0), ground);
-        EXPECT_EQ(answer.status, ContactStatus::complete);
+        EXPECT_EQ(answer.status, QueryStatus::complete);
         EXPECT_EQ(answer.lift, -std::numeric_limits<double>::infinity());
     }
 }
@@ -266,7 +266,7 @@ TEST(FindContacts, AnswerWhereAShapeHasNoThickness) {
                                Shape(Box{{1.0, 1.0, 0.0}}), Shape(Box{{1.0, 0.0, 0.0}})}) {
         const ContactAnswer answer =
             find_contacts(shape, pose_at(64.3, 64.4, surface), ground, 0.0, contacts);
-        EXPECT_EQ(answer.status, ContactStatus::complete);
+        EXPECT_EQ(answer.status, QueryStatus::complete);
         EXPECT_GE(answer.count, 1u);
     }
 }
@@ -298,7 +298,7 @@ TEST(FindContacts, SayTruncatedAndKeepTheDeepest) {
     const ContactAnswer complete = find_contacts(box, pose, ground, 0.0, all);
     const ContactAnswer truncated = find_contacts(box, pose, ground, 0.0, few);
     ASSERT_EQ(complete.count, 4u);
-    EXPECT_EQ(truncated.status, ContactStatus::truncated);
+    EXPECT_EQ(truncated.status, QueryStatus::truncated);
     ASSERT_EQ(truncated.count, 2u);
     EXPECT_EQ(few[0].depth, all[0].depth);
     EXPECT_EQ(few[1].depth, all[1].depth);
@@ -313,19 +313,19 @@ TEST(FindContacts, RefuseWhatIsNotFiniteOrNotARotation) {
     Pose mirrored;
     mirrored.rotation(2, 2) = -1.0;
     EXPECT_EQ(find_contacts(Sphere{}, pose_at(nan, 0, 0), ground, 0.0, contacts).status,
-              ContactStatus::invalid);
+              QueryStatus::invalid);
     EXPECT_EQ(find_contacts(Sphere{nan}, Pose{}, ground, 0.0, contacts).status,
-              ContactStatus::invalid);
+              QueryStatus::invalid);
     EXPECT_EQ(find_contacts(Sphere{-1.0}, Pose{}, ground, 0.0, contacts).status,
-              ContactStatus::invalid);
-    EXPECT_EQ(find_contacts(Box{}, skewed, ground, 0.0, contacts).status, ContactStatus::invalid);
-    EXPECT_EQ(find_contacts(Box{}, mirrored, ground, 0.0, contacts).status, ContactStatus::invalid);
-    EXPECT_EQ(find_contacts(Box{}, Pose{}, ground, nan, contacts).status, ContactStatus::invalid);
-    EXPECT_EQ(find_contacts(Box{}, Pose{}, ground, -1.0, contacts).status, ContactStatus::invalid);
+              QueryStatus::invalid);
+    EXPECT_EQ(find_contacts(Box{}, skewed, ground, 0.0, contacts).status, QueryStatus::invalid);
+    EXPECT_EQ(find_contacts(Box{}, mirrored, ground, 0.0, contacts).status, QueryStatus::invalid);
+    EXPECT_EQ(find_contacts(Box{}, Pose{}, ground, nan, contacts).status, QueryStatus::invalid);
+    EXPECT_EQ(find_contacts(Box{}, Pose{}, ground, -1.0, contacts).status, QueryStatus::invalid);
     EXPECT_EQ(signed_distance(Box{}, pose_at(0, 0, nan), ground, 1.0).status,
-              ContactStatus::invalid);
-    EXPECT_EQ(signed_distance(Box{}, Pose{}, ground, nan).status, ContactStatus::invalid);
-    EXPECT_EQ(compute_lift(Box{}, pose_at(0, nan, 0), ground).status, ContactStatus::invalid);
+              QueryStatus::invalid);
+    EXPECT_EQ(signed_distance(Box{}, Pose{}, ground, nan).status, QueryStatus::invalid);
+    EXPECT_EQ(compute_lift(Box{}, pose_at(0, nan, 0), ground).status, QueryStatus::invalid);
 }
 
 TEST(FindContacts, SayNotResidentWhereAChunkIsMissing) {
@@ -335,11 +335,11 @@ TEST(FindContacts, SayNotResidentWhereAChunkIsMissing) {
     const Ground ground = make_test_ground([](double, double) { return 0.0; }, settings);
     std::array<Contact, 4> contacts;
     EXPECT_EQ(find_contacts(Sphere{0.5}, pose_at(64.0, 64.0, 0.4), ground, 0.0, contacts).status,
-              ContactStatus::complete);
+              QueryStatus::complete);
     EXPECT_EQ(find_contacts(Sphere{0.5}, pose_at(128.2, 64.0, 0.4), ground, 0.0, contacts).status,
-              ContactStatus::not_resident);
+              QueryStatus::not_resident);
     EXPECT_EQ(compute_lift(Sphere{0.5}, pose_at(200.0, 64.0, 0.4), ground).status,
-              ContactStatus::not_resident);
+              QueryStatus::not_resident);
 }
 
 TEST(FindContacts, MeetNoGroundInCellsThatLieOutside) {
@@ -380,7 +380,7 @@ TEST(FindContacts, AnswerForABoxOverAHundredThousandCells) {
     pose.translation.z() += lift - 0.001;
     std::array<Contact, 256> contacts;
     const ContactAnswer answer = find_contacts(box, pose, ground, 0.0, contacts);
-    ASSERT_EQ(answer.status, ContactStatus::complete);
+    ASSERT_EQ(answer.status, QueryStatus::complete);
     ASSERT_GE(answer.count, 1u);
     EXPECT_NEAR(answer.lift, 0.001, 1e-12);
     const Eigen::Vector3d d = resolve({contacts.data(), answer.count});

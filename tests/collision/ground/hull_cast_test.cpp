@@ -131,11 +131,11 @@ TEST(HullCast, SaysNotResidentWhereUnloadedGroundComesFirst) {
         make_test_ground([](double x, double) { return x == 100.0 ? 9.0 : 0.0; }, settings);
     for (const Shape& shape : make_cast_shapes(random)) {
         const CastAnswer wall = cast(shape, straight({64.3, 64.4, 4.0}, {100.0, 0.0, 0.0}), ground);
-        EXPECT_EQ(wall.status, ContactStatus::complete);
+        EXPECT_EQ(wall.status, QueryStatus::complete);
         EXPECT_TRUE(wall.hit);
         const CastAnswer unloaded =
             cast(shape, straight({104.3, 64.4, 4.0}, {100.0, 0.0, 0.0}), ground);
-        EXPECT_EQ(unloaded.status, ContactStatus::not_resident);
+        EXPECT_EQ(unloaded.status, QueryStatus::not_resident);
         EXPECT_FALSE(unloaded.hit);
         EXPECT_GT(unloaded.fraction, 0.15);
         EXPECT_LT(104.3 + 100.0 * unloaded.fraction, 130.0);

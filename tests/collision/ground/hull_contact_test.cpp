@@ -311,14 +311,14 @@ TEST(HullContacts, RefuseWhatIsNotFiniteOrNotARotation) {
     for (const Shape& shape : {Shape(hull), Shape(Compound::create(parts).value())}) {
         for (const Pose& pose : {pose_at(nan, 0, 0), pose_at(0, 0, nan), skewed}) {
             EXPECT_EQ(find_contacts(shape, pose, ground, 0.0, contacts).status,
-                      ContactStatus::invalid);
-            EXPECT_EQ(signed_distance(shape, pose, ground, 1.0).status, ContactStatus::invalid);
-            EXPECT_EQ(compute_lift(shape, pose, ground).status, ContactStatus::invalid);
-            EXPECT_EQ(test_contact(shape, pose, ground).status, ContactStatus::invalid);
-            EXPECT_EQ(pseudodistance(shape, pose, ground).status, ContactStatus::invalid);
+                      QueryStatus::invalid);
+            EXPECT_EQ(signed_distance(shape, pose, ground, 1.0).status, QueryStatus::invalid);
+            EXPECT_EQ(compute_lift(shape, pose, ground).status, QueryStatus::invalid);
+            EXPECT_EQ(test_contact(shape, pose, ground).status, QueryStatus::invalid);
+            EXPECT_EQ(pseudodistance(shape, pose, ground).status, QueryStatus::invalid);
             Motion motion;
             motion.start = pose;
-            EXPECT_EQ(cast(shape, motion, ground).status, ContactStatus::invalid);
+            EXPECT_EQ(cast(shape, motion, ground).status, QueryStatus::invalid);
         }
     }
 }

@@ -141,7 +141,7 @@ TEST(HullLift, IsMinusInfinityOverNoGround) {
     for (const NamedHull& named : make_hulls(random)) {
         const LiftAnswer answer =
             compute_lift(make_hull(named.points), pose_at(-50.0, 60.0, 0.0), ground);
-        EXPECT_EQ(answer.status, ContactStatus::complete);
+        EXPECT_EQ(answer.status, QueryStatus::complete);
         EXPECT_EQ(answer.lift, -kInfinity);
     }
 }

@@ -63,7 +63,7 @@ void judge(const LawScene& scene, const LawShape& shape, const Motion& motion, C
     const CastAnswer answer = cast(shape.shape, motion, scene.ground, settings);
     ++score.casts;
     score.hits += answer.hit;
-    if (answer.status != ContactStatus::complete || answer.started_in_contact ||
+    if (answer.status != QueryStatus::complete || answer.started_in_contact ||
         (!answer.hit && answer.fraction != 1.0)) {
         ADD_FAILURE() << "status or start: " << describe(scene, shape, motion);
         return;
@@ -268,7 +268,7 @@ TEST(LawsOfCasts, StartingInContactOrAKilometreBelowHitAtOnce) {
                 motion.translation = 3.0 * random.direction();
                 SCOPED_TRACE(describe(scene, shape, motion));
                 const CastAnswer answer = cast(shape.shape, motion, scene.ground);
-                EXPECT_EQ(answer.status, ContactStatus::complete);
+                EXPECT_EQ(answer.status, QueryStatus::complete);
                 EXPECT_TRUE(answer.started_in_contact);
                 EXPECT_TRUE(answer.hit);
                 EXPECT_EQ(answer.fraction, 0.0);

@@ -30,7 +30,7 @@ TEST(LawsOfContacts, AreThereWhereverBruteForceOverlaps) {
             const Pose pose = random_pose(random, scene, shape, lift);
             const ContactAnswer answer =
                 find_contacts(shape.shape, pose, scene.ground, 0.0, contacts);
-            ASSERT_EQ(answer.status, ContactStatus::complete) << describe(scene, shape, pose);
+            ASSERT_EQ(answer.status, QueryStatus::complete) << describe(scene, shape, pose);
             EXPECT_NEAR(answer.lift, lift, 1e-9) << describe(scene, shape, pose);
             missed[scene.name] += answer.count == 0 || !(contacts[0].depth > 0.0);
         }
@@ -138,7 +138,7 @@ TEST(LawsOfContacts, HaveNormalsInTheGroundsConeAndDepthsAlongThem) {
             SCOPED_TRACE(describe(scene, shape, pose));
             const ContactAnswer answer =
                 find_contacts(shape.shape, pose, scene.ground, shallow_depth(shape), contacts);
-            ASSERT_EQ(answer.status, ContactStatus::complete);
+            ASSERT_EQ(answer.status, QueryStatus::complete);
             const double reach = shallow_depth(shape) + 1e-6;
             for (std::size_t k = 0; k < answer.count; ++k) {
                 const Contact& contact = contacts[k];

@@ -26,7 +26,7 @@ Pose pose_at(double x, double y, double z) {
 // That the answer is this depth, and proved to be.
 void expect_depth(const Shape& shape, const Pose& pose, const Ground& ground, double depth) {
     const DistanceAnswer answer = signed_distance(shape, pose, ground, 1.0);
-    ASSERT_EQ(answer.status, ContactStatus::complete);
+    ASSERT_EQ(answer.status, QueryStatus::complete);
     const double tolerance = 1e-6 * depth + 1e-9;
     EXPECT_NEAR(-answer.distance, depth, tolerance);
     EXPECT_NEAR(answer.distance_lower_bound, depth, tolerance);
@@ -68,7 +68,7 @@ TEST(ShortestTranslation, InAPitThatIsTooNarrowIsOutOfIt) {
             const LawShape& shape = shape_named(name);
             const Pose pose = pose_at(64.1, 63.95, z);
             const DistanceAnswer answer = signed_distance(shape.shape, pose, pit.ground, 1.0);
-            ASSERT_EQ(answer.status, ContactStatus::complete);
+            ASSERT_EQ(answer.status, QueryStatus::complete);
             const double depth = -answer.distance;
             if (depth <= 0.0) continue;
             const double found = sampled_depth(pit.soup, shape.oracle, pose, depth, {}, random);
@@ -103,7 +103,7 @@ TEST(ShortestTranslation, OverCellsOfACentimetreIsExactForALargeShape) {
                                    share * smallest_half_extent(kind);
             SCOPED_TRACE(describe(fine, shape, pose));
             const DistanceAnswer answer = signed_distance(kind, pose, fine.ground, 1.0);
-            ASSERT_EQ(answer.status, ContactStatus::complete);
+            ASSERT_EQ(answer.status, QueryStatus::complete);
             const double depth = -answer.distance;
             const double least = depth * (1.0 - 1e-6) - 1e-9;
             EXPECT_GE(answer.distance_lower_bound, least);
@@ -160,10 +160,10 @@ TEST(ShortestTranslation, IntoGroundThatIsNotLoadedIsNotResident) {
     const double seam = ground.extent().west + 128.0;
     const DistanceAnswer deep =
         signed_distance(Sphere{0.25}, pose_at(seam - 0.5, 64.0, -20.0), ground, 1.0);
-    EXPECT_EQ(deep.status, ContactStatus::not_resident);
+    EXPECT_EQ(deep.status, QueryStatus::not_resident);
     const DistanceAnswer far =
         signed_distance(Sphere{0.25}, pose_at(seam - 40.0, 64.0, -20.0), ground, 1.0);
-    EXPECT_EQ(far.status, ContactStatus::complete);
+    EXPECT_EQ(far.status, QueryStatus::complete);
     EXPECT_NEAR(far.distance, -20.25, 1e-6);
 }
 
@@ -175,7 +175,7 @@ TEST(ShortestTranslation, OfShapesWithoutVolumeIsThatOfTheirPoints) {
              {Sphere{0.0}, 1.0}, {Capsule{0.0, 0.5}, 0.5}}) {
         const DistanceAnswer answer =
             signed_distance(shape, pose_at(64.3, 64.2, 0.75 * 64.3 - below), ramp.ground, 1.0);
-        ASSERT_EQ(answer.status, ContactStatus::complete);
+        ASSERT_EQ(answer.status, QueryStatus::complete);
         EXPECT_NEAR(answer.distance, -0.8, 1e-9);
         EXPECT_GE(answer.distance_lower_bound, 0.0);
         EXPECT_LE(answer.distance_lower_bound, 0.8 + 1e-9);
@@ -187,7 +187,7 @@ TEST(ShortestTranslation, OfInvalidInputIsInvalid) {
         "flat", [](double, double) { return 0.0; }, TableGroundSettings{});
     const DistanceAnswer answer =
         signed_distance(Sphere{0.5}, pose_at(std::nan(""), 0.0, 0.0), flat.ground, 1.0);
-    EXPECT_EQ(answer.status, ContactStatus::invalid);
+    EXPECT_EQ(answer.status, QueryStatus::invalid);
     EXPECT_EQ(answer.distance_lower_bound, 0.0);
 }
 

@@ -29,7 +29,7 @@ const LawScene& noisy_scene(long i) { return i % 3 == 0 ? scene_of(i / 3) : scen
 double check_answer(const LawScene& scene, const LawShape& shape, const Pose& pose,
                     const DistanceAnswer& answer, Random& random) {
     const double depth = -answer.distance;
-    EXPECT_EQ(answer.status, ContactStatus::complete);
+    EXPECT_EQ(answer.status, QueryStatus::complete);
     EXPECT_GE(answer.distance_lower_bound, 0.0);
     EXPECT_LE(answer.distance_lower_bound, depth);
     EXPECT_FALSE(is_deeper<long double>(

@@ -29,7 +29,7 @@ TEST(LawsOfDistance, ApartIsTheDistanceToTheNearestTriangle) {
             const auto gap =
                 static_cast<double>(brute_gap<long double>(scene.soup, shape.oracle, pose, 2.0L));
             const DistanceAnswer answer = signed_distance(shape.shape, pose, scene.ground, 2.0);
-            ASSERT_EQ(answer.status, ContactStatus::complete);
+            ASSERT_EQ(answer.status, QueryStatus::complete);
             ASSERT_TRUE(answer.has_ground);
             ASSERT_NEAR(answer.distance, gap, 1e-9);
             // The witness: its ground point is on the surface, and moving there touches.
@@ -154,7 +154,7 @@ TEST(LawsOfDepth, DeepFreesAndNoDirectionFreesMuchSooner) {
             const Pose pose = random_pose(random, scene, shape, lift);
             SCOPED_TRACE(describe(scene, shape, pose));
             const DistanceAnswer answer = signed_distance(shape.shape, pose, scene.ground, 1.0);
-            ASSERT_EQ(answer.status, ContactStatus::complete);
+            ASSERT_EQ(answer.status, QueryStatus::complete);
             const double depth = -answer.distance;
             ASSERT_GT(depth, 0.0);
             EXPECT_FALSE(is_deeper<long double>(

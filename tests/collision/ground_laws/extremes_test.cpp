@@ -62,14 +62,14 @@ void expect_right_answers(std::uint64_t seed, const std::vector<const LawScene*>
                 // 1e-9, and what a coordinate of 5 km rounds to
                 const double slack = 1e-9 + 1e-13 * bounding_radius(shape.shape);
                 const LiftAnswer answer = compute_lift(shape.shape, pose, scene.ground);
-                EXPECT_EQ(answer.status, ContactStatus::complete);
+                EXPECT_EQ(answer.status, QueryStatus::complete);
                 EXPECT_NEAR(answer.lift, expected, slack);
                 const DistanceAnswer distance =
                     signed_distance(shape.shape, pose, scene.ground, 1.0);
-                EXPECT_EQ(distance.status, ContactStatus::complete);
+                EXPECT_EQ(distance.status, QueryStatus::complete);
                 const ContactAnswer found =
                     find_contacts(shape.shape, pose, scene.ground, 0.0, contacts);
-                EXPECT_NE(found.status, ContactStatus::invalid);
+                EXPECT_NE(found.status, QueryStatus::invalid);
                 if (lift > 0.0) {
                     EXPECT_LT(distance.distance, 0.0);
                     EXPECT_GE(distance.distance, -expected - slack);
@@ -122,7 +122,7 @@ void expect_right_turning_casts(std::uint64_t seed, const std::vector<LawShape>&
             motion.rotation_vector = {0.3, 0.2, 0.1};
             SCOPED_TRACE(describe(scene, shape, motion.start));
             const CastAnswer hit = cast(shape.shape, motion, scene.ground);
-            EXPECT_EQ(hit.status, ContactStatus::complete);
+            EXPECT_EQ(hit.status, QueryStatus::complete);
             EXPECT_LE(true_lift(scene, shape, motion.at(hit.fraction)), 1e-8);
         }
     }
@@ -142,16 +142,16 @@ TEST(Extremes, NotANumberAnywhereIsInvalid) {
     std::array<Contact, 4> contacts;
     for (const double bad : {kNan, kInfinity, -kInfinity}) {
         const auto refuses = [&](const Shape& shape, const Pose& pose) {
-            EXPECT_EQ(compute_lift(shape, pose, scene.ground).status, ContactStatus::invalid);
-            EXPECT_EQ(test_contact(shape, pose, scene.ground).status, ContactStatus::invalid);
-            EXPECT_EQ(pseudodistance(shape, pose, scene.ground).status, ContactStatus::invalid);
+            EXPECT_EQ(compute_lift(shape, pose, scene.ground).status, QueryStatus::invalid);
+            EXPECT_EQ(test_contact(shape, pose, scene.ground).status, QueryStatus::invalid);
+            EXPECT_EQ(pseudodistance(shape, pose, scene.ground).status, QueryStatus::invalid);
             EXPECT_EQ(signed_distance(shape, pose, scene.ground, 1.0).status,
-                      ContactStatus::invalid);
+                      QueryStatus::invalid);
             EXPECT_EQ(find_contacts(shape, pose, scene.ground, 0.0, contacts).status,
-                      ContactStatus::invalid);
+                      QueryStatus::invalid);
             Motion motion;
             motion.start = pose;
-            EXPECT_EQ(cast(shape, motion, scene.ground).status, ContactStatus::invalid);
+            EXPECT_EQ(cast(shape, motion, scene.ground).status, QueryStatus::invalid);
         };
         for (const LawShape& shape : law_shapes()) {
             for (int i = 0; i < 12; ++i) {
@@ -165,15 +165,15 @@ TEST(Extremes, NotANumberAnywhereIsInvalid) {
                 Motion motion;
                 motion.start.translation = {60.0, 60.0, 3.0};
                 (i < 3 ? motion.translation[i] : motion.rotation_vector[i - 3]) = bad;
-                EXPECT_EQ(cast(shape.shape, motion, scene.ground).status, ContactStatus::invalid);
+                EXPECT_EQ(cast(shape.shape, motion, scene.ground).status, QueryStatus::invalid);
             }
             Pose pose;
             pose.translation = {60.0, 60.0, 1.0};
             EXPECT_EQ(find_contacts(shape.shape, pose, scene.ground, bad, contacts).status,
-                      ContactStatus::invalid);
+                      QueryStatus::invalid);
             if (bad != kInfinity) {
                 EXPECT_EQ(signed_distance(shape.shape, pose, scene.ground, bad).status,
-                          ContactStatus::invalid);
+                          QueryStatus::invalid);
             }
         }
         Pose pose;
@@ -197,15 +197,15 @@ TEST(Extremes, RotationsThatAreNoneAreInvalid) {
               Eigen::Matrix3d(1.001 * Eigen::Matrix3d::Identity()),
               Eigen::Matrix3d(-Eigen::Matrix3d::Identity())}) {
             pose.rotation = rotation;
-            EXPECT_EQ(compute_lift(shape.shape, pose, scene.ground).status, ContactStatus::invalid);
+            EXPECT_EQ(compute_lift(shape.shape, pose, scene.ground).status, QueryStatus::invalid);
             EXPECT_EQ(signed_distance(shape.shape, pose, scene.ground, 1.0).status,
-                      ContactStatus::invalid);
+                      QueryStatus::invalid);
             Motion motion;
             motion.start = pose;
-            EXPECT_EQ(cast(shape.shape, motion, scene.ground).status, ContactStatus::invalid);
+            EXPECT_EQ(cast(shape.shape, motion, scene.ground).status, QueryStatus::invalid);
         }
         pose.rotation = (1.0 + 1e-8) * Eigen::Matrix3d::Identity();
-        EXPECT_EQ(compute_lift(shape.shape, pose, scene.ground).status, ContactStatus::complete);
+        EXPECT_EQ(compute_lift(shape.shape, pose, scene.ground).status, QueryStatus::complete);
     }
 }
 
@@ -221,22 +221,22 @@ TEST(Extremes, OfDistancesAreAnswered) {
             for (const double largest : {1e3, 1e9, 1e300, kInfinity}) {
                 const DistanceAnswer far =
                     signed_distance(shape.shape, pose, scene.ground, largest);
-                EXPECT_EQ(far.status, ContactStatus::complete);
+                EXPECT_EQ(far.status, QueryStatus::complete);
                 EXPECT_TRUE(far.has_ground);
                 EXPECT_NEAR(far.distance, near, 1e-12);
             }
             for (const double margin : {10.0, 1e6, 1e300}) {
                 const ContactAnswer answer =
                     find_contacts(shape.shape, pose, scene.ground, margin, contacts);
-                EXPECT_NE(answer.status, ContactStatus::not_resident);
-                if (answer.status == ContactStatus::invalid) continue;
+                EXPECT_NE(answer.status, QueryStatus::not_resident);
+                if (answer.status == QueryStatus::invalid) continue;
                 ASSERT_GT(answer.count, 0u);
                 EXPECT_NEAR(contacts[0].depth, -near, 1e-9);
             }
             // from the moon
             const Pose high = moved(pose, {0.0, 0.0, 3.8e8});
             const DistanceAnswer moon = signed_distance(shape.shape, high, scene.ground, kInfinity);
-            EXPECT_EQ(moon.status, ContactStatus::complete);
+            EXPECT_EQ(moon.status, QueryStatus::complete);
             if (moon.has_ground) {
                 EXPECT_NEAR(moon.distance, 3.8e8, 126e3);
             }

@@ -23,7 +23,7 @@ TEST(LawsOfLift, IsThatOfEveryTriangle) {
             const double lift = random.between(-1.0, 1.0);
             const Pose pose = random_pose(random, scene, shape, lift);
             const LiftAnswer answer = compute_lift(shape.shape, pose, scene.ground);
-            ASSERT_EQ(answer.status, ContactStatus::complete);
+            ASSERT_EQ(answer.status, QueryStatus::complete);
             ASSERT_NEAR(answer.lift, lift, 1e-9) << describe(scene, shape, pose);
             ASSERT_EQ(pseudodistance(shape.shape, pose, scene.ground).pseudodistance, -answer.lift);
         }
@@ -43,7 +43,7 @@ TEST(LawsOfSign, DistanceAndTestSayWhatOverlapSays) {
             const Pose pose = random_pose(random, scene, shape, lift);
             SCOPED_TRACE(describe(scene, shape, pose));
             const DistanceAnswer answer = signed_distance(shape.shape, pose, scene.ground, 4.0);
-            ASSERT_EQ(answer.status, ContactStatus::complete);
+            ASSERT_EQ(answer.status, QueryStatus::complete);
             ASSERT_TRUE(answer.has_ground);
             const bool is_touching = test_contact(shape.shape, pose, scene.ground).is_touching;
             if (lift > 0.0) {

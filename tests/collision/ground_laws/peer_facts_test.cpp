@@ -38,7 +38,7 @@ TEST(PeerFacts, ASquareHolePassesWhatIsSmallerAndStopsWhatIsLarger) {
     motion.start.translation = {60.5, 60.5, 12.0};
     motion.translation = {0.0, 0.0, -20.0};
     const CastAnswer small = cast(Sphere{0.48}, motion, ground);
-    EXPECT_EQ(small.status, ContactStatus::complete);
+    EXPECT_EQ(small.status, QueryStatus::complete);
     EXPECT_FALSE(small.hit);
     const CastAnswer large = cast(Sphere{0.51}, motion, ground);
     EXPECT_TRUE(large.hit);

@@ -37,7 +37,7 @@ TEST_P(CompoundCasts, StopWhereDenseStepsSayTheyMeet) {
         const auto distance = [&](double t) { return distance_at(c, thrown.a, thrown.b, t); };
         if (distance(0.0) <= 1e-3) continue;
         const PairCastAnswer answer = cast(c.a, thrown.a, c.b, thrown.b, settings);
-        ASSERT_EQ(answer.status, ContactStatus::complete);
+        ASSERT_EQ(answer.status, QueryStatus::complete);
         hits += answer.hit;
         test::expect_stops_where_they_meet(answer, distance, kSteps, settings, 1e-12);
     }

@@ -214,7 +214,7 @@ TEST(CompoundFacts, ExtremesAreAnsweredOrRefused) {
     EXPECT_TRUE(test_contact(odd, Pose{}, odd, Pose{}).is_touching);
     EXPECT_LE(signed_distance(odd, Pose{}, odd, Pose{}).distance, 0.0);
     EXPECT_GT(find_contacts(odd, Pose{}, odd, Pose{}, 0.0, contacts).count, 0u);
-    EXPECT_EQ(find_contacts(odd, Pose{}, Box{}, Pose{}, 0.0, {}).status, ContactStatus::truncated);
+    EXPECT_EQ(find_contacts(odd, Pose{}, Box{}, Pose{}, 0.0, {}).status, QueryStatus::truncated);
     Motion falling;
     falling.start = at({0, 0, 10});
     falling.translation = {0, 0, -20};
@@ -225,15 +225,15 @@ TEST(CompoundFacts, ExtremesAreAnsweredOrRefused) {
     EXPECT_TRUE(cast_ray(odd, Pose{}, {0.5, 0.5, 1}, {0.5, 0.5, -1}).hit);
 
     for (const Pose& bad : {at({nan, 0, 0}), at({0, HUGE_VAL, 0})}) {
-        EXPECT_EQ(test_contact(odd, bad, Box{}, Pose{}).status, ContactStatus::invalid);
+        EXPECT_EQ(test_contact(odd, bad, Box{}, Pose{}).status, QueryStatus::invalid);
         EXPECT_EQ(find_contacts(Box{}, Pose{}, odd, bad, 0.0, contacts).status,
-                  ContactStatus::invalid);
-        EXPECT_EQ(signed_distance(odd, bad, odd, Pose{}).status, ContactStatus::invalid);
-        EXPECT_EQ(pseudodistance(odd, Pose{}, odd, bad).status, ContactStatus::invalid);
+                  QueryStatus::invalid);
+        EXPECT_EQ(signed_distance(odd, bad, odd, Pose{}).status, QueryStatus::invalid);
+        EXPECT_EQ(pseudodistance(odd, Pose{}, odd, bad).status, QueryStatus::invalid);
         Motion motion;
         motion.start = bad;
-        EXPECT_EQ(cast(odd, motion, Box{}, Motion{}).status, ContactStatus::invalid);
-        EXPECT_EQ(cast_ray(odd, bad, {0, 0, 0}, {1, 0, 0}).status, ContactStatus::invalid);
+        EXPECT_EQ(cast(odd, motion, Box{}, Motion{}).status, QueryStatus::invalid);
+        EXPECT_EQ(cast_ray(odd, bad, {0, 0, 0}, {1, 0, 0}).status, QueryStatus::invalid);
     }
 }
 

@@ -103,8 +103,8 @@ TEST_P(CompoundPairs, ContactsAgreeWithTestAndFree) {
         const double margin = i % 2 == 0 ? 0.05 : 0.0;
         const PairContactAnswer found =
             find_contacts(c.a, c.pose_a, c.b, c.pose_b, margin, contacts);
-        EXPECT_NE(found.status, ContactStatus::invalid);
-        truncated += found.status == ContactStatus::truncated;
+        EXPECT_NE(found.status, QueryStatus::invalid);
+        truncated += found.status == QueryStatus::truncated;
         if (std::abs(least - margin) > 1e-9) {
             EXPECT_EQ(found.count > 0, least < margin);
         }

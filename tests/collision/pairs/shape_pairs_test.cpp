@@ -83,7 +83,7 @@ TEST(ShapePairs, RestingManifoldsHaveTheCornersThatMatter) {
     EXPECT_EQ(
         find_contacts(Box{}, at({0, 0, 0.9}), Box{}, Pose{}, 0.0, std::span(contacts.data(), 1))
             .status,
-        ContactStatus::truncated);
+        QueryStatus::truncated);
 }
 
 TEST(ShapePairs, HoldFromAMillimetreToTenKilometres) {
@@ -161,29 +161,29 @@ TEST(ShapePairs, RefuseWhatIsNotFiniteOrNotARotation) {
         for (const bool is_first : {true, false}) {
             const Pose& a = is_first ? bad : Pose{};
             const Pose& b = is_first ? Pose{} : bad;
-            EXPECT_EQ(test_contact(Box{}, a, Box{}, b).status, ContactStatus::invalid);
+            EXPECT_EQ(test_contact(Box{}, a, Box{}, b).status, QueryStatus::invalid);
             EXPECT_EQ(find_contacts(Box{}, a, Box{}, b, 0.0, contacts).status,
-                      ContactStatus::invalid);
-            EXPECT_EQ(signed_distance(Box{}, a, Box{}, b).status, ContactStatus::invalid);
-            EXPECT_EQ(pseudodistance(Box{}, a, Box{}, b).status, ContactStatus::invalid);
+                      QueryStatus::invalid);
+            EXPECT_EQ(signed_distance(Box{}, a, Box{}, b).status, QueryStatus::invalid);
+            EXPECT_EQ(pseudodistance(Box{}, a, Box{}, b).status, QueryStatus::invalid);
             Motion move_a, move_b;
             move_a.start = a;
             move_b.start = b;
-            EXPECT_EQ(cast(Box{}, move_a, Box{}, move_b).status, ContactStatus::invalid);
+            EXPECT_EQ(cast(Box{}, move_a, Box{}, move_b).status, QueryStatus::invalid);
         }
-        EXPECT_EQ(cast_ray(Box{}, bad, {0, 0, 0}, {1, 0, 0}).status, ContactStatus::invalid);
+        EXPECT_EQ(cast_ray(Box{}, bad, {0, 0, 0}, {1, 0, 0}).status, QueryStatus::invalid);
     }
-    EXPECT_EQ(signed_distance(Sphere{nan}, Pose{}, Box{}, Pose{}).status, ContactStatus::invalid);
-    EXPECT_EQ(signed_distance(Box{}, Pose{}, Sphere{-1.0}, Pose{}).status, ContactStatus::invalid);
+    EXPECT_EQ(signed_distance(Sphere{nan}, Pose{}, Box{}, Pose{}).status, QueryStatus::invalid);
+    EXPECT_EQ(signed_distance(Box{}, Pose{}, Sphere{-1.0}, Pose{}).status, QueryStatus::invalid);
     EXPECT_EQ(find_contacts(Box{}, Pose{}, Box{}, Pose{}, nan, contacts).status,
-              ContactStatus::invalid);
-    EXPECT_EQ(cast_ray(Box{}, Pose{}, {nan, 0, 0}, {1, 0, 0}).status, ContactStatus::invalid);
+              QueryStatus::invalid);
+    EXPECT_EQ(cast_ray(Box{}, Pose{}, {nan, 0, 0}, {1, 0, 0}).status, QueryStatus::invalid);
     Motion spinning;
     spinning.rotation_vector = {nan, 0, 0};
-    EXPECT_EQ(cast(Box{}, Motion{}, Box{}, spinning).status, ContactStatus::invalid);
+    EXPECT_EQ(cast(Box{}, Motion{}, Box{}, spinning).status, QueryStatus::invalid);
     CastSettings settings;
     settings.tolerance = 0.0;
-    EXPECT_EQ(cast(Box{}, Motion{}, Box{}, Motion{}, settings).status, ContactStatus::invalid);
+    EXPECT_EQ(cast(Box{}, Motion{}, Box{}, Motion{}, settings).status, QueryStatus::invalid);
 }
 
 TEST(ShapePairs, AllocateNothing) {

@@ -74,7 +74,7 @@ TEST(Compound, HasTheBoundsAndReachOfItsPoints) {
                 radius = std::max(radius, all.back().norm());
             }
             // Outside of the samples, and by no more than these are apart.
-            const PartBounds& bounds = compound.bounds()[k];
+            const Aabb& bounds = compound.bounds()[k];
             for (int axis = 0; axis < 3; ++axis) {
                 EXPECT_LE(bounds.low[axis], low[axis] + 1e-12);
                 EXPECT_GE(bounds.low[axis], low[axis] - 2e-3);

@@ -13,8 +13,8 @@ namespace {
 
 using internal::PartNode;
 
-std::vector<PartBounds> random_bounds(test::Random& random, std::size_t count) {
-    std::vector<PartBounds> bounds;
+std::vector<Aabb> random_bounds(test::Random& random, std::size_t count) {
+    std::vector<Aabb> bounds;
     for (std::size_t i = 0; i < count; ++i) {
         const Eigen::Vector3d middle = 10.0 * random.direction();
         const Eigen::Vector3d half = random.between(0.0, 1.0) * random.direction().cwiseAbs();
@@ -29,7 +29,7 @@ std::size_t depth_of(const std::vector<PartNode>& tree, std::size_t node) {
     return 1 + std::max(depth_of(tree, node + 1), depth_of(tree, tree[node + 1].end));
 }
 
-bool meets(const PartBounds& a, const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
+bool meets(const Aabb& a, const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
     return (a.low.array() <= high.array()).all() && (a.high.array() >= low.array()).all();
 }
 
@@ -37,7 +37,7 @@ TEST(PartTree, FindsWhatALookAtEveryPartFinds) {
     SCOPED_TRACE("seed 31");
     test::Random random(31);
     for (const std::size_t count : {1u, 2u, 3u, 7u, 64u, 1000u}) {
-        const std::vector<PartBounds> bounds = random_bounds(random, count);
+        const std::vector<Aabb> bounds = random_bounds(random, count);
         const std::vector<PartNode> tree = internal::make_part_tree(bounds);
         EXPECT_EQ(tree.size(), 2 * count - 1);
         EXPECT_EQ(tree[0].end, tree.size());
@@ -55,7 +55,7 @@ TEST(PartTree, FindsWhatALookAtEveryPartFinds) {
 }
 
 TEST(PartTree, IsNoDeeperThanItSays) {
-    const std::vector<PartBounds> same(Compound::kMaxParts,
+    const std::vector<Aabb> same(Compound::kMaxParts,
                                        {Eigen::Vector3d::Zero(), Eigen::Vector3d(1.0, 2.0, 3.0)});
     const std::vector<PartNode> tree = internal::make_part_tree(same);
     EXPECT_EQ(depth_of(tree, 0), PartNode::kMaxDepth);

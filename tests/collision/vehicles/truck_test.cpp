@@ -243,7 +243,7 @@ TEST(Truck, IsNeverDeepHoweverItIsThrownOntoRoughGround) {
             const StepReport report = truck.step(ground, controls, 1.0 / 60.0);
             ASSERT_EQ(report.too_deep, 0u)
                 << "run " << run << " step " << step << " depth " << report.max_depth_m;
-            lived += report.lived_time;
+            lived += report.simulated_time;
             lost += report.lost_time;
         }
         EXPECT_LE(lost, 0.05 * (lived + lost)) << "run " << run;

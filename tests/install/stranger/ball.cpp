@@ -41,7 +41,7 @@ int main() {
     const BodyState& end = world->states()[0];
     const Ground ground(pager->resident(), pager->contact_level());
     const DistanceAnswer answer = signed_distance(ball, end.pose, ground, 10.0);
-    if (answer.status != ContactStatus::complete || !answer.has_ground) {
+    if (answer.status != QueryStatus::complete || !answer.has_ground) {
         return fail("there is no ground below the ball");
     }
     std::printf("the ball is %.4f m above the ground\n", answer.distance);

@@ -216,7 +216,7 @@ TEST(Pager, CountsBodiesWithoutGround) {
 TEST(Pager, RemembersTheWayOfABodyUntilItHasFinished) {
     Pager pager = Pager::create(hills(), {.worker_count = 1}).value();
     std::vector<BodyMoment> way{{0.1, {0, 0, 0}}, {0.1, {900, 900, 0}}, {0.2, {900, 900, 0}}};
-    const std::vector<BodyNeed> bodies{{.centre_world = {0, 0, 0}, .radius = 1.0, .way = way}};
+    const std::vector<BodyNeed> bodies{{.centre_world = {0, 0, 0}, .radius = 1.0, .trajectory = way}};
     pager.update({}, bodies, 0.0);
     for (BodyMoment& moment : way) moment.centre_world = {-900, -900, 0};
     pager.finish();

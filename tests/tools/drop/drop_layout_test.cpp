@@ -31,7 +31,7 @@ TEST(LayOut, StartsEveryBodyClearAboveTheGround) {
     for (std::size_t i = 0; i < bodies.size(); ++i) {
         const LiftAnswer found =
             compute_lift(bodies[i].settings.shape, bodies[i].state.pose, ground);
-        EXPECT_EQ(found.status, ContactStatus::complete);
+        EXPECT_EQ(found.status, QueryStatus::complete);
         EXPECT_LT(found.lift, -1.0) << "body " << i;
         EXPECT_EQ(bodies[i].settings.shape.index(), i % 3);
         EXPECT_EQ(bodies[i].state.velocity, Eigen::Vector3d(0.0, 0.0, -300.0));

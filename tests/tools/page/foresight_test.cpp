@@ -45,16 +45,16 @@ TEST(PathMoments, AJumpIsTwoMomentsOfOneTime) {
         for (std::size_t i = 1; i < moments.size(); ++i) {
             EXPECT_GE(moments[i].time, moments[i - 1].time);
             EXPECT_LT(moments[i].time, moments[i - 1].time + 0.051);
-            const double way = (moments[i].pose.eye_world - moments[i - 1].pose.eye_world).norm();
+            const double trajectory = (moments[i].pose.eye_world - moments[i - 1].pose.eye_world).norm();
             if (moments[i].time > moments[i - 1].time) {
-                EXPECT_LT(way, 10.0) << "nothing goes between the two ends of a jump";
+                EXPECT_LT(trajectory, 10.0) << "nothing goes between the two ends of a jump";
                 continue;
             }
             jumps.push_back(moments[i].time);
             EXPECT_TRUE(moments[i - 1].is_before_jump);
             EXPECT_EQ(moments[i - 1].pose.eye_world, path.before(moments[i].time).eye_world);
             EXPECT_EQ(moments[i].pose.eye_world, path.at(moments[i].time).eye_world);
-            EXPECT_GT(way, 1000.0);
+            EXPECT_GT(trajectory, 1000.0);
         }
         EXPECT_EQ(jumps, (std::vector<double>{5.0, 10.0}));
     }
@@ -66,8 +66,8 @@ TEST(WayAhead, HoldsTheMomentsAroundNowAndTheHorizon) {
     for (std::size_t i = 0; i < 7; ++i) moments[i].time_s = times[i];
     const std::span<const CameraMoment> all(moments);
     const auto range = [&](double time, double horizon) {
-        const std::span<const CameraMoment> way = way_ahead(all, time, horizon);
-        return std::pair(way.data() - all.data(), way.size());
+        const std::span<const CameraMoment> trajectory = trajectory_ahead(all, time, horizon);
+        return std::pair(trajectory.data() - all.data(), trajectory.size());
     };
     using Range = std::pair<std::ptrdiff_t, std::size_t>;
     EXPECT_EQ(range(-1.0, 0.5), (Range{0, 1}));
@@ -76,7 +76,7 @@ TEST(WayAhead, HoldsTheMomentsAroundNowAndTheHorizon) {
     EXPECT_EQ(range(2.0, 1.5), (Range{3, 3})) << "a jump of now is over";
     EXPECT_EQ(range(4.5, 10.0), (Range{5, 2}));
     EXPECT_EQ(range(9.0, 1.0), (Range{6, 1}));
-    EXPECT_TRUE(way_ahead(std::span<const CameraMoment>(), 1.0, 1.0).empty());
+    EXPECT_TRUE(trajectory_ahead(std::span<const CameraMoment>(), 1.0, 1.0).empty());
 }
 
 struct Told {
@@ -95,16 +95,16 @@ TEST(Foresight, AnOracleIsToldWhereEverythingWillBe) {
     const GroundBodies bodies(hills(), 3);
     Foresight foresight(path, bodies, {.is_complete = true, .horizon = 5.0, .clock = kClock});
     const Told told = tell(foresight, path, bodies, 3.02);
-    EXPECT_LE(told.camera.way.front().time_s, kClock + 3.02);
-    EXPECT_GE(told.camera.way.back().time_s, kClock + 8.02);
-    EXPECT_LE(told.camera.way.back().time_s, kClock + 8.08);
+    EXPECT_LE(told.camera.trajectory.front().time_s, kClock + 3.02);
+    EXPECT_GE(told.camera.trajectory.back().time_s, kClock + 8.02);
+    EXPECT_LE(told.camera.trajectory.back().time_s, kClock + 8.08);
     const auto pose = [&](double time_s) { return path.at(time_s - kClock); };
     EXPECT_LT(
-        (told.camera.way.back().eye_world - pose(told.camera.way.back().time_s).eye_world).norm(),
+        (told.camera.trajectory.back().eye_world - pose(told.camera.trajectory.back().time_s).eye_world).norm(),
         1e-6);
     for (std::size_t i = 0; i < 3; ++i) {
-        ASSERT_EQ(told.bodies[i].way.size(), told.camera.way.size());
-        const BodyMoment& last = told.bodies[i].way.back();
+        ASSERT_EQ(told.bodies[i].trajectory.size(), told.camera.trajectory.size());
+        const BodyMoment& last = told.bodies[i].trajectory.back();
         EXPECT_LT((last.centre_world - bodies.place(i, pose(last.time_s))).norm(), 1e-6);
     }
 }
@@ -115,8 +115,8 @@ TEST(Foresight, NothingIsToldWithoutAnAnnouncement) {
     Foresight foresight(path, bodies, {.announce = 0.0, .horizon = 5.0, .clock = kClock});
     for (const double time : {0.0, 4.99, 5.0, 11.0}) {
         const Told told = tell(foresight, path, bodies, time);
-        EXPECT_TRUE(told.camera.way.empty()) << time;
-        EXPECT_TRUE(told.bodies[1].way.empty()) << time;
+        EXPECT_TRUE(told.camera.trajectory.empty()) << time;
+        EXPECT_TRUE(told.bodies[1].trajectory.empty()) << time;
     }
 }
 
@@ -124,22 +124,22 @@ TEST(Foresight, AnAnnouncedJumpIsToldWithBothItsEnds) {
     const CameraPath path = make("teleports", 12.0);
     const GroundBodies bodies(hills(), 2);
     Foresight foresight(path, bodies, {.announce = 2.0, .horizon = 5.0, .clock = kClock});
-    EXPECT_TRUE(tell(foresight, path, bodies, 2.9).camera.way.empty());
-    EXPECT_TRUE(tell(foresight, path, bodies, 5.0).camera.way.empty()) << "it has been made";
+    EXPECT_TRUE(tell(foresight, path, bodies, 2.9).camera.trajectory.empty());
+    EXPECT_TRUE(tell(foresight, path, bodies, 5.0).camera.trajectory.empty()) << "it has been made";
     const Told told = tell(foresight, path, bodies, 3.5);
-    const std::span<const CameraMoment> way = told.camera.way;
-    ASSERT_EQ(way.size(), 4u);
-    EXPECT_EQ(way[0].time_s, kClock + 3.5);
-    EXPECT_EQ(way[0].eye_world, path.at(3.5).eye_world);
-    EXPECT_EQ(way[1].time_s, kClock + 5.0);
-    EXPECT_LT((way[1].eye_world - path.before(5.0).eye_world).head<2>().norm(), 1.0)
+    const std::span<const CameraMoment> trajectory = told.camera.trajectory;
+    ASSERT_EQ(trajectory.size(), 4u);
+    EXPECT_EQ(trajectory[0].time_s, kClock + 3.5);
+    EXPECT_EQ(trajectory[0].eye_world, path.at(3.5).eye_world);
+    EXPECT_EQ(trajectory[1].time_s, kClock + 5.0);
+    EXPECT_LT((trajectory[1].eye_world - path.before(5.0).eye_world).head<2>().norm(), 1.0)
         << "a straight path goes on as it did";
-    EXPECT_EQ(way[2].time_s, kClock + 5.0);
-    EXPECT_EQ(way[2].eye_world, path.at(5.0).eye_world);
-    EXPECT_EQ(way[3].time_s, kClock + 8.5);
-    EXPECT_LT((way[3].eye_world - path.at(8.5).eye_world).head<2>().norm(), 1.0);
-    ASSERT_EQ(told.bodies[1].way.size(), 4u);
-    EXPECT_EQ(told.bodies[1].way[2].centre_world, bodies.place(1, path.at(5.0)));
+    EXPECT_EQ(trajectory[2].time_s, kClock + 5.0);
+    EXPECT_EQ(trajectory[2].eye_world, path.at(5.0).eye_world);
+    EXPECT_EQ(trajectory[3].time_s, kClock + 8.5);
+    EXPECT_LT((trajectory[3].eye_world - path.at(8.5).eye_world).head<2>().norm(), 1.0);
+    ASSERT_EQ(told.bodies[1].trajectory.size(), 4u);
+    EXPECT_EQ(told.bodies[1].trajectory[2].centre_world, bodies.place(1, path.at(5.0)));
 }
 
 }  // namespace

@@ -3,7 +3,7 @@
 
 #include <terrane/collision/broadphase.h>
 #include <terrane/collision/ground_cast.h>
-#include <terrane/terrain/pager.h>
+#include <terrane/terrain/body_need.h>
 
 #include <cstdint>
 #include <memory>
@@ -55,7 +55,7 @@ struct StepReport {
     std::uint64_t touching_pairs = 0;  ///< of bodies, not both at rest, in the last substep
     std::uint64_t islands = 0;  ///< groups of bodies that touch each other, in the last substep
     std::uint64_t impacts = 0;  ///< on the ground
-    double lived_time = 0.0;    ///< sum over awake bodies of the time that they moved for
+    double simulated_time = 0.0;    ///< sum over awake bodies of the time that they moved for
     double lost_time = 0.0;     ///< sum of what was cut off after too many impacts in one substep
     double max_depth_m = 0.0;   ///< deepest of any awake body in the contact surface after the step
     std::uint64_t too_deep = 0;  ///< bodies deeper than their tolerance that did not start so
@@ -65,7 +65,7 @@ struct StepReport {
 struct WorldCastAnswer {
     static constexpr std::size_t kGround = ~std::size_t{0};
 
-    ContactStatus status = ContactStatus::invalid;
+    QueryStatus status = QueryStatus::invalid;
     bool hit = false;
     double fraction = 1.0;       ///< of the motion
     std::size_t body = kGround;  ///< that was hit
@@ -83,7 +83,7 @@ struct WorldCastAnswer {
 /// The same calls give the same bits with any number of workers.
 ///
 /// Left out on purpose, so that each promise above holds without exception: joints, motors and springs; static and
-/// kinematic bodies; forces that last (push() in each step), drag and rolling resistance; collision filters and
+/// kinematic bodies; forces that last (apply_impulse() in each step), drag and rolling resistance; collision filters and
 /// sensors; removal of bodies (an index stays a body's name); lists of contacts (find_contacts() and shape_pairs.h
 /// answer them for any pose). Trucks, tracked vehicles and walkers meet the ground, not these bodies. docs/bodies.md
 /// says what to do instead.
@@ -110,7 +110,7 @@ public:
 
     /// Changes a body's velocities by an impulse, N s, that acts at a point; wakes it and who sleeps with it.
     /// Fails with invalid_argument for anything not finite, or where the velocities would be out of range.
-    Result<void> push(std::size_t body, const WorldPos& point_world,
+    Result<void> apply_impulse(std::size_t body, const WorldPos& point_world,
                       const Eigen::Vector3d& impulse);
 
     /// What a moving shape, a projectile say, meets first: bodies where they are now, or the ground. A body that

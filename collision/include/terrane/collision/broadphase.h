@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <terrane/terrain/math.h>
+#include <terrane/collision/aabb.h>
 
 #include <cstdint>
 #include <memory>
@@ -10,15 +10,8 @@
 
 namespace terrane {
 
-/// A box along the world's axes, metres: closed, empty where an end of it is not a number, further than 1e150
-/// from 0 or below its start.
-struct Bounds {
-    Eigen::Vector3d low = Eigen::Vector3d::Zero();
-    Eigen::Vector3d high = Eigen::Vector3d::Zero();
-};
-
-/// A ball around a body whatever its rotation.
-struct Ball {
+/// A sphere that contains a body whatever its rotation.
+struct BoundingSphere {
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< world, metres
     double radius = 0.0;
 };
@@ -51,12 +44,14 @@ public:
     Broadphase& operator=(const Broadphase&) = delete;
     virtual ~Broadphase() = default;
 
-    /// Takes where all bodies are: bounds[i] and balls[i] contain body i, and each ball's cube its box but for
+    /// Takes where all bodies are, in world axes, metres; a box is empty where an end of it is not a number,
+    /// further than 1e150 from 0 or below its start: bounds[i] and spheres[i] contain body i, and each sphere's cube its box but for
     /// rounding (1e-12 of its coordinates). The arrays stay where they are until the next update.
     ///
     /// Cost: O(bodies) for `grid`; for `sap` and `two_scene` too where the order along the axis has changed by
     /// few places, else O(bodies log bodies)
-    virtual void update(std::span<const Bounds> bounds, std::span<const Ball> balls) = 0;
+    virtual void update(std::span<const Aabb> bounds,
+                        std::span<const BoundingSphere> spheres) = 0;
 
     /// The pairs, until the next call of anything.
     virtual std::span<const BodyPair> find_pairs() = 0;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <terrane/collision/aabb.h>
 #include <terrane/collision/convex_hull.h>
 #include <terrane/collision/primitives.h>
 #include <terrane/terrain/math.h>
@@ -20,12 +21,6 @@ using ConvexShape = std::variant<Sphere, Capsule, Box, ConvexHull>;
 struct CompoundPart {
     ConvexShape shape;
     Pose body_from_part;  ///< the rotation must be orthonormal to 1e-6
-};
-
-/// The box along the body's axes around a part.
-struct PartBounds {
-    Eigen::Vector3d low;   ///< body frame, metres
-    Eigen::Vector3d high;  ///< body frame, metres
 };
 
 class Compound;
@@ -67,7 +62,7 @@ public:
     std::span<const CompoundPart> parts() const;
 
     /// Of every part, in the same order.
-    std::span<const PartBounds> bounds() const;
+    std::span<const Aabb> bounds() const;
 
 private:
     explicit Compound(std::shared_ptr<const internal::CompoundData> data);

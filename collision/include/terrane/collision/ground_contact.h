@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <terrane/collision/query_status.h>
 #include <terrane/collision/shape_feature.h>
 #include <terrane/collision/shapes.h>
 #include <terrane/terrain/ground.h>
@@ -20,16 +21,8 @@ struct Contact {
     std::uint32_t part = 0;        ///< of a compound
 };
 
-/// How complete an answer is. Physics must not run on `not_resident`.
-enum class ContactStatus {
-    complete,      ///< everything was answered; ground that is outside the extent is no ground
-    truncated,     ///< contacts_out was too small: the deepest ones were kept
-    not_resident,  ///< part of the ground that decides is not loaded
-    invalid,       ///< shape or pose is not finite, out of range, or the rotation not orthonormal
-};
-
 struct ContactAnswer {
-    ContactStatus status = ContactStatus::invalid;
+    QueryStatus status = QueryStatus::invalid;
     std::size_t count = 0;  ///< written to contacts_out, deepest first
     double lift = 0.0;     ///< largest of surface minus z over the shape where they overlap; moving
                            ///< up by it always frees the shape; <= 0 apart
@@ -52,7 +45,7 @@ ContactAnswer find_contacts(const Shape& shape, const Pose& world_from_shape, co
                             double margin, std::span<Contact> contacts_out);
 
 struct DistanceAnswer {
-    ContactStatus status = ContactStatus::invalid;
+    QueryStatus status = QueryStatus::invalid;
     bool has_ground = false;  ///< false where there is no ground within max_distance
     double distance =
         0.0;  ///< metres; apart: the gap. Overlapping: minus the length of a translation that frees
@@ -95,27 +88,14 @@ DistanceAnswer signed_distance(const Shape& shape, const Pose& world_from_shape,
 /// Whether a shape and the ground meet, and the lift: largest of surface minus z over the shape's
 /// points that lie over ground; minus infinity where there is no ground below or above the shape.
 struct LiftAnswer {
-    ContactStatus status = ContactStatus::invalid;
+    QueryStatus status = QueryStatus::invalid;
     double lift = 0.0;
     double error_m = 0.0;
 };
 LiftAnswer compute_lift(const Shape& shape, const Pose& world_from_shape, const Ground& ground);
 
-struct TestAnswer {
-    ContactStatus status = ContactStatus::invalid;
-    bool is_touching = false;
-    double error_m = 0.0;
-};
-
 /// Whether a shape and the ground meet; touching counts. Stops as soon as anything decides.
 TestAnswer test_contact(const Shape& shape, const Pose& world_from_shape, const Ground& ground);
-
-struct PseudodistanceAnswer {
-    ContactStatus status = ContactStatus::invalid;
-    double pseudodistance = 0.0;                        ///< metres
-    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< moving apart along it adds to it
-    double error_m = 0.0;
-};
 
 /// Minus the lift: a cheap measure with the sign of the signed distance. Infinity where there is no ground
 /// below or above the shape.

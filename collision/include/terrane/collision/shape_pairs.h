@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <terrane/collision/ground_cast.h>
+#include <terrane/collision/motion.h>
+#include <terrane/collision/query_status.h>
 #include <terrane/collision/shape_feature.h>
 #include <terrane/collision/shapes.h>
 
@@ -41,7 +42,7 @@ TestAnswer test_contact(const Shape& a, const Pose& world_from_a, const Shape& b
                         const Pose& world_from_b);
 
 struct PairContactAnswer {
-    ContactStatus status = ContactStatus::invalid;  ///< truncated: the deepest were kept
+    QueryStatus status = QueryStatus::invalid;  ///< truncated: the deepest were kept
     std::size_t count = 0;                          ///< written to contacts_out, deepest first
 };
 
@@ -59,7 +60,7 @@ PairContactAnswer find_contacts(const Shape& a, const Pose& world_from_a, const 
                                 std::span<PairContact> contacts_out);
 
 struct PairDistanceAnswer {
-    ContactStatus status = ContactStatus::invalid;
+    QueryStatus status = QueryStatus::invalid;
     double distance = 0.0;  ///< signed: the gap; or minus the shortest translation that parts
     WorldPos point_a_world = WorldPos::Zero();  ///< nearest (or deepest) on a
     WorldPos point_b_world = WorldPos::Zero();  ///< on b; distance = normal . (point_a - point_b)
@@ -93,7 +94,7 @@ PseudodistanceAnswer pseudodistance(const Shape& a, const Pose& world_from_a, co
                                     const Pose& world_from_b);
 
 struct PairCastAnswer {
-    ContactStatus status = ContactStatus::invalid;
+    QueryStatus status = QueryStatus::invalid;
     bool hit = false;
     double fraction = 1.0;                ///< of both motions; up to it the shapes do not overlap
     bool started_in_contact = false;      ///< touch or overlap at t = 0: fraction is 0
@@ -110,7 +111,7 @@ PairCastAnswer cast(const Shape& a, const Motion& motion_a, const Shape& b, cons
                     const CastSettings& settings = {});
 
 struct ShapeRayAnswer {
-    ContactStatus status = ContactStatus::invalid;
+    QueryStatus status = QueryStatus::invalid;
     bool hit = false;
     double fraction = 1.0;  ///< of the way from `from` to `to`; 0 from within
     WorldPos point_world = WorldPos::Zero();

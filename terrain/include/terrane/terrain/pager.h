@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <terrane/terrain/body_need.h>
 #include <terrane/terrain/chunk_loader.h>
 #include <terrane/terrain/resident_set.h>
 #include <terrane/terrain/view.h>
@@ -31,22 +32,7 @@ struct CameraNeed {
     /// Times do not fall; two moments of one time are a jump, with nothing between them. Moments that
     /// have passed are passed over; behind the last one the camera stands. Empty: the pager follows
     /// velocity, acceleration and turning as far as they can be trusted. Read during update() only.
-    std::span<const CameraMoment> way = {};
-};
-
-/// Where a body will be.
-struct BodyMoment {
-    double time_s = 0.0;
-    WorldPos centre_world = WorldPos::Zero();
-};
-
-/// A body that touches ground, or may soon.
-struct BodyNeed {
-    WorldPos centre_world = WorldPos::Zero();
-    Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
-    double radius = 1.0;  ///< bounding, metres
-    /// As that of a camera.
-    std::span<const BodyMoment> way = {};
+    std::span<const CameraMoment> trajectory = {};
 };
 
 /// In which order chunks are loaded, and what is loaded at all.

@@ -57,14 +57,14 @@ void sample_way(const BodyNeed& body, double now, double horizon, const Use& use
                 body.radius + 0.5 * growth * time * time);
         }
     };
-    if (body.way.empty()) {
+    if (body.trajectory.empty()) {
         const WorldPos end = body.centre_world + horizon * body.velocity;
         go(0.0, horizon, body.centre_world, end, horizon, kGravity);
         return;
     }
     double begin = 0.0;
     WorldPos from = body.centre_world;
-    for (const BodyMoment& moment : body.way) {
+    for (const BodyMoment& moment : body.trajectory) {
         const double end = moment.time_s - now;
         if (end < 0.0) continue;
         go(begin, end, from, moment.centre_world, horizon, 0.0);
@@ -130,7 +130,7 @@ Scene make_scene(Random& random, double most_speed, bool has_ways) {
                 way.push_back({time, random_place(random, 650.0)});
                 if (random.below(3) != 0) time += random.between(0.0, 2.0);
             }
-            body.way = way;
+            body.trajectory = way;
         }
         scene.bodies.push_back(body);
     }

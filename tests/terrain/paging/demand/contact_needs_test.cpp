@@ -103,7 +103,7 @@ TEST(ContactNeeds, FollowAKnownWay) {
                                       {101.0, {96, 32, 0}},
                                       {102.0, {96, 32, 0}},
                                       {102.0, {-96, -96, 0}}};
-    body.way = way;
+    body.trajectory = way;
     EXPECT_EQ(time_until(body, 0, 0), 0.0);
     EXPECT_NEAR(time_until(body, 1, 0), 31.0 / 64.0, kStep);
     EXPECT_NEAR(time_until(body, -2, -2), 2.0, kStep);
@@ -112,18 +112,18 @@ TEST(ContactNeeds, FollowAKnownWay) {
     EXPECT_EQ(time_until(body, -5, 0), kInfinity);   // where it was
     // all of it is past: it stands, and does not fall
     const std::vector<BodyMoment> past{{98.0, {-300, 32, 0}}, {99.0, {-300, 300, 0}}};
-    body.way = past;
+    body.trajectory = past;
     EXPECT_EQ(time_until(body, 0, 0), 0.0);
     EXPECT_EQ(time_until(body, 1, 0), kInfinity);
     EXPECT_EQ(time_until(body, 0, 1), kInfinity);
     // beyond the horizon it goes only part of the way
     const std::vector<BodyMoment> late{{108.0, {32.0 + 8.0 * 32.0, 32, 0}}};
-    body.way = late;
+    body.trajectory = late;
     EXPECT_NEAR(time_until(body, 2, 0), 95.0 / 32.0, kStep);
     EXPECT_EQ(time_until(body, 3, 0), kInfinity);
     // a jump at this moment: both ends, but it stands on one of them
     const std::vector<BodyMoment> jump{{100.0, {32, 32, 0}}, {100.0, {-96, -96, 0}}};
-    body.way = jump;
+    body.trajectory = jump;
     EXPECT_EQ(time_until(body, 0, 0), 0.0);
     EXPECT_EQ(time_until(body, -2, -2), 0.0);
     ContactNeeds needs(source, kLevel);

@@ -24,7 +24,7 @@ std::vector<PathMoment> path_moments(const CameraPath& path);
 /// Of moments whose times rise, those that a pager reads at a time: from the last one that is not
 /// after it to the first one behind the horizon.
 template <class Moment>
-std::span<const Moment> way_ahead(std::span<const Moment> moments, double time_s, double horizon) {
+std::span<const Moment> trajectory_ahead(std::span<const Moment> moments, double time_s, double horizon) {
     const auto is_later = [](double time, const Moment& moment) { return time < moment.time_s; };
     const auto next = std::upper_bound(moments.begin(), moments.end(), time_s, is_later);
     const auto first = next == moments.begin() ? next : next - 1;
@@ -36,6 +36,6 @@ std::span<const Moment> way_ahead(std::span<const Moment> moments, double time_s
 /// What a pager is told of a path: CameraNeed::way.
 ///
 /// @param clock the pager's time at the path's beginning, seconds
-std::vector<CameraMoment> camera_way(std::span<const PathMoment> path, double clock);
+std::vector<CameraMoment> camera_trajectory(std::span<const PathMoment> path, double clock);
 
 }  // namespace terrane::tools

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "camera/camera_way.h"
+#include "camera/camera_trajectory.h"
 
 namespace terrane::tools {
 
@@ -25,16 +25,16 @@ std::vector<PathMoment> path_moments(const CameraPath& path) {
     return moments;
 }
 
-std::vector<CameraMoment> camera_way(std::span<const PathMoment> path, double clock) {
-    std::vector<CameraMoment> way;
-    way.reserve(path.size());
+std::vector<CameraMoment> camera_trajectory(std::span<const PathMoment> path, double clock) {
+    std::vector<CameraMoment> trajectory;
+    trajectory.reserve(path.size());
     for (const PathMoment& moment : path) {
-        way.push_back({.time_s = clock + moment.time,
+        trajectory.push_back({.time_s = clock + moment.time,
                        .eye_world = moment.pose.eye_world,
                        .forward = moment.pose.forward,
                        .up = moment.pose.up});
     }
-    return way;
+    return trajectory;
 }
 
 }  // namespace terrane::tools

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+
+namespace terrane {
+
+/// An axis-aligned bounding box, closed, metres, in the axes of whatever it is given for.
+struct Aabb {
+    Eigen::Vector3d low = Eigen::Vector3d::Zero();
+    Eigen::Vector3d high = Eigen::Vector3d::Zero();
+};
+
+}  // namespace terrane
