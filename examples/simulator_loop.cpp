@@ -3,6 +3,7 @@
 #include <terrane/collision/bodies.h>
 #include <terrane/collision/truck.h>
 #include <terrane/terrain/fractal_heights.h>
+#include <terrane/terrain/pager.h>
 #include <terrane/terrain/triangulator.h>
 
 #include <cstdio>

@@ -2,6 +2,7 @@
 #include "flight.h"
 
 #include <terrane/terrain/fractal_heights.h>
+#include <terrane/terrain/pager.h>
 
 #include <algorithm>
 #include <cmath>

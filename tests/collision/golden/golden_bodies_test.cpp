@@ -6,6 +6,7 @@
 #include <terrane/collision/path_driver.h>
 #include <terrane/collision/tracked.h>
 #include <terrane/terrain/fractal_heights.h>
+#include <terrane/terrain/pager.h>
 
 #include <gtest/gtest.h>
 

@@ -5,6 +5,7 @@
 
 #include <terrane/collision/bodies.h>
 #include <terrane/collision/ground_cast.h>
+#include <terrane/terrain/pager.h>
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
