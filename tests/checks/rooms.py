@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: MIT
+"""The rooms of docs/rooms.md: every include goes down, no room is too large, no component sees another's private files.
+
+    rooms.py SOURCE_DIR
+"""
+import pathlib
+import re
+import sys
+
+MOST_FILES = 14
+# Their listing is a support matrix: one file for two kinds of shapes.
+MATRIX_ROOMS = {"collision/pairs"}
+SOURCES = {".h", ".cpp"}
+
+# Component -> components whose public headers it may include.
+SEES = {
+    "base": {"terrain"},  # what it defines of terrain's public headers
+    "terrain": {"terrain"},
+    "store": {"store", "terrain"},
+    "dem": {"dem", "store", "terrain"},
+    "collision": {"collision", "terrain"},
+    "render": {"render", "terrain"},
+    "tools": {"tools", "render", "collision", "dem", "store", "terrain"},
+}
+FOLDER = {"store": "terrain/store", "dem": "terrain/dem"}  # others are named after their component
+# Private rooms of another component that a component may include, beside base.
+LENT = {}
+
+
+def read_tables(page):
+    """{component: [room, ...]} from the lowest floor up."""
+    tables, component = {}, None
+    for line in page.splitlines():
+        if heading := re.match(r"## (\w+)$", line):
+            component = heading[1] if heading[1] in SEES else None
+        elif component and (row := re.match(r"\| `([^`]+)` \|", line)):
+            tables.setdefault(component, []).append(row[1])
+    return tables
+
+
+class Rooms:
+    def __init__(self, root):
+        self.root = root
+        self.tables = read_tables((root / "docs/rooms.md").read_text())
+        self.component = {room: name for name, rooms in self.tables.items() for room in rooms}
+        self.floor = {room: i for rooms in self.tables.values() for i, room in enumerate(rooms)}
+        self.faults = []
+
+    def files(self):
+        for top in ("base", "terrain", "collision", "render", "tools"):
+            for path in sorted((self.root / top).rglob("*")):
+                if path.suffix in SOURCES and "include" not in path.relative_to(self.root).parts:
+                    yield path.relative_to(self.root)
+
+    def public_headers(self):
+        for path in sorted(self.root.glob("**/include/terrane/*/*.h")):
+            relative = path.relative_to(self.root)
+            if relative.parts[0] in ("terrain", "collision", "render"):
+                yield relative
+
+    def fault(self, text):
+        self.faults.append(text)
+
+    def check_room(self, room, count):
+        if room not in self.component:
+            self.fault(f"{room} has no row in docs/rooms.md")
+        if count > MOST_FILES and room not in MATRIX_ROOMS:
+            self.fault(f"{room} has {count} files, more than {MOST_FILES}: does it hold a second concept?")
+
+    def check_rows(self, seen):
+        for room in self.component:
+            if room not in seen:
+                self.fault(f"docs/rooms.md has a row for {room}, which has no sources")
+        page = (self.root / "docs/rooms.md").read_text()
+        for room, first in re.findall(r"^\| `([^`]+)` \|[^|]*\| `([^`]+)` \|$", page, re.M):
+            if not (self.root / room / first).is_file():
+                self.fault(f"docs/rooms.md: {room} is to be read from {first}, which it does not have")
+
+    def resolve(self, path, include, component):
+        """The room of a private include, or None where there is no such file."""
+        folder = FOLDER.get(component, component)
+        for base in [folder, ""] + [lent for lent in LENT.get(component, ())]:
+            if (self.root / base / include).is_file():
+                return str((pathlib.PurePosixPath(base) / include).parent)
+        return None
+
+    def check_include(self, path, room, include):
+        component = self.component.get(room)
+        if component is None:
+            return
+        target = self.resolve(path, include, component)
+        if target is None:
+            if not re.search(r"assets\.h$", include):
+                self.fault(f"{path} includes \"{include}\", which does not name a room from {component}'s folder")
+        elif target == room or target == "base":
+            pass
+        elif target in LENT.get(component, ()):
+            pass
+        elif self.component.get(target) != component:
+            self.fault(f"{path} includes \"{include}\": private to {self.component.get(target, target)}")
+        elif self.floor[target] > self.floor[room]:
+            self.fault(f"{path} includes \"{include}\": {target} is above {room} in docs/rooms.md")
+
+    def check_public_includes(self, path, component, text):
+        for other in re.findall(r"^\s*#\s*include <terrane/(\w+)/", text, re.M):
+            if other not in SEES[component]:
+                self.fault(f"{path} includes <terrane/{other}/...>: {component} must not see {other}")
+
+    def run(self):
+        counts = {}
+        for path in self.files():
+            room = str(path.parent)
+            counts[room] = counts.get(room, 0) + 1
+            text = (self.root / path).read_text()
+            for include in re.findall(r'^\s*#\s*include "([^"]+)"', text, re.M):
+                self.check_include(path, room, include)
+            if room in self.component:
+                self.check_public_includes(path, self.component[room], text)
+        for room, count in sorted(counts.items()):
+            self.check_room(room, count)
+        self.check_rows(counts)
+        for path in self.public_headers():
+            text = (self.root / path).read_text()
+            self.check_public_includes(path, path.parts[-2], text)
+            for include in re.findall(r'^\s*#\s*include "([^"]+)"', text, re.M):
+                self.fault(f"{path} is public and includes \"{include}\"")
+        return counts
+
+
+def main():
+    rooms = Rooms(pathlib.Path(sys.argv[1]))
+    counts = rooms.run()
+    for text in rooms.faults:
+        print(text)
+    largest = max((c, r) for r, c in counts.items() if r not in MATRIX_ROOMS)
+    print(f"{len(counts)} rooms, {sum(counts.values())} files, largest {largest[1]} with {largest[0]}; "
+          f"{len(rooms.faults)} faults")
+    return 1 if rooms.faults or not counts else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
