@@ -38,7 +38,7 @@ function(terrane_glob_rooms out)
 endfunction()
 
 # The standard library, Eigen and tl::expected: most of what a source of Terrane reads before its own lines. Sources
-# still include what they use; the dev preset compiles them without this.
+# still include what they use: tools/check compiles those that changed without this.
 option(TERRANE_PRECOMPILED_HEADERS "Precompile the headers that most sources include" ON)
 function(terrane_precompile_headers target)
     if(TERRANE_PRECOMPILED_HEADERS)
