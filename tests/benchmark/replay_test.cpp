@@ -16,7 +16,7 @@
 #include <cstddef>
 
 namespace terrane::bench {
-namespace {
+namespace replay_test {
 
 /// A source whose heights are not those that it samples: what it certifies is wrong.
 class Shifted final : public HeightSource {
@@ -204,5 +204,5 @@ TEST(MeasureSamples, IsTheErrorOfTheSamples) {
     EXPECT_NEAR(measure_samples(mesh, *table), worst, 0.001);
 }
 
-}  // namespace
+}  // namespace replay_test
 }  // namespace terrane::bench

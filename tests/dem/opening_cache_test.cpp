@@ -15,7 +15,7 @@
 #include <thread>
 
 namespace terrane::test {
-namespace {
+namespace opening_cache_test {
 
 namespace fs = std::filesystem;
 
@@ -256,5 +256,5 @@ TEST_F(OpeningCacheTest, ASmallRasterIsNotKept) {
     EXPECT_TRUE(files_in(cache_).empty());
 }
 
-}  // namespace
+}  // namespace opening_cache_test
 }  // namespace terrane::test

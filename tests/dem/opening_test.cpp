@@ -14,7 +14,7 @@
 #include <fstream>
 
 namespace terrane::test {
-namespace {
+namespace opening_test {
 
 RasterSpec rough(int columns, int rows) {
     RasterSpec spec;
@@ -162,5 +162,5 @@ TEST(DemOpening, AReaderThatGivesNoAnswerIsGivenUp) {
     close(writer);
 }
 
-}  // namespace
+}  // namespace opening_test
 }  // namespace terrane::test

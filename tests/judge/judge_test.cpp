@@ -11,7 +11,7 @@
 #include <sstream>
 
 namespace judge {
-namespace {
+namespace judge_test {
 
 Surface make_surface(double (*height)(double, double)) {
     Surface surface;
@@ -146,5 +146,5 @@ TEST(Judge, SaysWhereGroundIsUnknownAndWhereATraceIsBroken) {
     }
 }
 
-}  // namespace
+}  // namespace judge_test
 }  // namespace judge

@@ -12,7 +12,7 @@
 #include <cmath>
 
 namespace terrane::test {
-namespace {
+namespace reference_maps_test {
 
 HeightTable rough_table(int columns, int rows, std::uint64_t seed) {
     HeightTable table;
@@ -183,5 +183,5 @@ TEST(TableHeights, MakesChunksWhoseEdgesAreShared) {
     }
 }
 
-}  // namespace
+}  // namespace reference_maps_test
 }  // namespace terrane::test

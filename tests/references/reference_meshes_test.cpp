@@ -11,7 +11,7 @@
 #include <set>
 
 namespace terrane::test {
-namespace {
+namespace reference_meshes_test {
 
 using Edge = std::pair<std::array<int, 2>, std::array<int, 2>>;
 
@@ -214,5 +214,5 @@ TEST_F(SoarFrame, CullingLeavesTrianglesOutOfViewCoarse) {
     EXPECT_LT(culled, soar.refine(view, 1.0));
 }
 
-}  // namespace
+}  // namespace reference_meshes_test
 }  // namespace terrane::test

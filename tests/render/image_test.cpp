@@ -9,7 +9,7 @@
 #include <fstream>
 
 namespace terrane {
-namespace {
+namespace image_test {
 
 namespace fs = std::filesystem;
 
@@ -95,5 +95,5 @@ TEST(Png, AMissingATextAndATornFileAreErrorsThatNameThem) {
     }
 }
 
-}  // namespace
+}  // namespace image_test
 }  // namespace terrane

@@ -10,7 +10,7 @@
 #include <limits>
 
 namespace terrane {
-namespace {
+namespace terrain_renderer_test {
 
 using test::count_different;
 using test::largest_difference;
@@ -401,5 +401,5 @@ TEST_F(TerrainRendererTest, OutlivesItsContextObject) {
     EXPECT_TRUE(drawn) << drawn.error().message;
 }
 
-}  // namespace
+}  // namespace terrain_renderer_test
 }  // namespace terrane

@@ -14,7 +14,7 @@
 #include <thread>
 
 namespace terrane {
-namespace {
+namespace bake_test {
 
 using namespace test;
 
@@ -235,5 +235,5 @@ TEST(Bake, TwoThatWriteTheSameFileAtOnceLeaveAWholeOne) {
     EXPECT_NE(open_store(path), nullptr);
 }
 
-}  // namespace
+}  // namespace bake_test
 }  // namespace terrane

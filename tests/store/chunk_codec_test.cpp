@@ -9,7 +9,7 @@
 #include <limits>
 
 namespace terrane::internal {
-namespace {
+namespace chunk_codec_test {
 
 using namespace test;
 
@@ -58,5 +58,5 @@ TEST(ChunkCodec, RefusesBytesThatAreNoChunk) {
     EXPECT_FALSE(decode_chunk({}, source->lattice(), root).has_value());
 }
 
-}  // namespace
+}  // namespace chunk_codec_test
 }  // namespace terrane::internal

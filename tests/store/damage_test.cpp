@@ -8,7 +8,7 @@
 #include <cmath>
 
 namespace terrane {
-namespace {
+namespace damage_test {
 
 using namespace test;
 
@@ -114,5 +114,5 @@ TEST_F(DamagedStore, AFileThatIsCutWhileItIsReadIsAnError) {
     EXPECT_FALSE(store->sample({{0, 0}, 1, 1, 1}, {&height, 1}).has_value());
 }
 
-}  // namespace
+}  // namespace damage_test
 }  // namespace terrane

@@ -11,7 +11,7 @@
 #include <limits>
 
 namespace terrane {
-namespace {
+namespace sealed_file_test {
 
 using namespace test;
 
@@ -99,5 +99,5 @@ TEST(Bytes, AreLittleEndianAndDoNotReadBeyondTheirEnd) {
     EXPECT_TRUE(believes.has_failed());
 }
 
-}  // namespace
+}  // namespace sealed_file_test
 }  // namespace terrane

@@ -7,7 +7,7 @@
 #include <vector>
 
 namespace terrane::internal {
-namespace {
+namespace sha256_test {
 
 std::string sha_of_text(const std::string& text) {
     return sha256(std::vector<std::uint8_t>(text.begin(), text.end()));
@@ -24,5 +24,5 @@ TEST(Sha256, GivesWhatTheStandardSays) {
               "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
 }
 
-}  // namespace
+}  // namespace sha256_test
 }  // namespace terrane::internal

@@ -13,7 +13,7 @@
 #include <thread>
 
 namespace terrane {
-namespace {
+namespace stored_heights_test {
 
 using namespace test;
 
@@ -180,5 +180,5 @@ TEST_F(StoredHeights, ALoadMayBeGivenUp) {
     EXPECT_EQ(chunk.error().code, ErrorCode::cancelled);
 }
 
-}  // namespace
+}  // namespace stored_heights_test
 }  // namespace terrane

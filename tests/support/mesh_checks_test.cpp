@@ -11,7 +11,7 @@
 #include <string>
 
 namespace terrane::test {
-namespace {
+namespace mesh_checks_test {
 
 constexpr int kSide = kChunkCells;
 
@@ -246,5 +246,5 @@ TEST(MeasureErrorPx, LooksInsideTheSidePlanesOnly) {
     EXPECT_EQ(measure_error_px_everywhere(make_soup(made.mesh()), flat, away, 4), 0.0);
 }
 
-}  // namespace
+}  // namespace mesh_checks_test
 }  // namespace terrane::test

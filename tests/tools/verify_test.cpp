@@ -12,7 +12,7 @@
 #include <vector>
 
 namespace terrane::tools {
-namespace {
+namespace verify_test {
 
 // Ground at height 0 everywhere, but for what a test says about its cells.
 class FlatHeights final : public HeightSource {
@@ -261,5 +261,5 @@ TEST(TriangleHeap, TakesDisplayedHeights) {
               parts[0].displayed_height(corner, lattice.quantum));
 }
 
-}  // namespace
+}  // namespace verify_test
 }  // namespace terrane::tools

@@ -14,7 +14,7 @@
 #include <string>
 
 namespace terrane {
-namespace {
+namespace bodies_test {
 
 using test::all_shapes;
 using test::at;
@@ -278,5 +278,5 @@ TEST(BodyWorld, WakesASleeperThatIsMoved) {
     EXPECT_LT(world.states()[0].velocity.z(), 0.0);
 }
 
-}  // namespace
+}  // namespace bodies_test
 }  // namespace terrane

@@ -11,7 +11,7 @@
 #include <cmath>
 
 namespace terrane {
-namespace {
+namespace body_laws_test {
 
 using test::all_shapes;
 using test::at;
@@ -314,5 +314,5 @@ TEST(BodyWorld, GainsNoEnergyInRoughFrictionalImpacts) {
     }
 }
 
-}  // namespace
+}  // namespace body_laws_test
 }  // namespace terrane

@@ -15,7 +15,7 @@
 #include <vector>
 
 namespace terrane::internal {
-namespace {
+namespace ground_look_test {
 
 using test::make_hammer;
 using test::make_test_ground;
@@ -95,5 +95,5 @@ TEST(GroundLook, IsKeptByEveryMotionThatItPromises) {
     EXPECT_GT(promised, 5'000);
 }
 
-}  // namespace
+}  // namespace ground_look_test
 }  // namespace terrane::internal

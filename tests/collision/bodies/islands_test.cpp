@@ -10,7 +10,7 @@
 #include <vector>
 
 namespace terrane::internal {
-namespace {
+namespace islands_test {
 
 // Spread from each body until nothing is added: the lowest body that each one is joined with.
 std::vector<std::uint32_t> flood(std::span<const BodyPair> links,
@@ -79,5 +79,5 @@ TEST(Islands, AreWhatTouchesThroughBodiesThatMove) {
     }
 }
 
-}  // namespace
+}  // namespace islands_test
 }  // namespace terrane::internal

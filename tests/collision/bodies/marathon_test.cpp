@@ -18,7 +18,7 @@
 #include <vector>
 
 namespace terrane {
-namespace {
+namespace marathon_test {
 
 using namespace test;
 
@@ -129,5 +129,5 @@ TEST(NobodyFalls, HoweverManyStepsAreTaken) {
     EXPECT_EQ(parked, 0u);
 }
 
-}  // namespace
+}  // namespace marathon_test
 }  // namespace terrane

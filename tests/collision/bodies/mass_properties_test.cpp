@@ -11,7 +11,7 @@
 #include <gtest/gtest.h>
 
 namespace terrane::internal {
-namespace {
+namespace mass_properties_test {
 
 using test::all_shapes;
 using test::name_of;
@@ -193,5 +193,5 @@ TEST(MassProperties, ShareWhatIsCentredAlready) {
     }
 }
 
-}  // namespace
+}  // namespace mass_properties_test
 }  // namespace terrane::internal

@@ -18,7 +18,7 @@
 #include <vector>
 
 namespace terrane {
-namespace {
+namespace meetings_test {
 
 using test::all_shapes;
 using test::at;
@@ -429,5 +429,5 @@ TEST(MeetingBodies, AllocateNothingOnceTheyHaveMet) {
     EXPECT_EQ(counter.count(), 0u);
 }
 
-}  // namespace
+}  // namespace meetings_test
 }  // namespace terrane

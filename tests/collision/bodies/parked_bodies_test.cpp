@@ -16,7 +16,7 @@
 #include <vector>
 
 namespace terrane {
-namespace {
+namespace parked_bodies_test {
 
 using test::all_shapes;
 using test::at;
@@ -265,5 +265,5 @@ TEST(ParkedBody, NeverComesBackInUnderTheGroundFromBeyondTheWorld) {
     }
 }
 
-}  // namespace
+}  // namespace parked_bodies_test
 }  // namespace terrane

@@ -13,7 +13,7 @@
 #include <vector>
 
 namespace terrane {
-namespace {
+namespace broadphase_test {
 
 using test::Random;
 
@@ -294,5 +294,5 @@ TEST(SapBroadphase, KeepsItsOrderWhereLittleMoves) {
     EXPECT_GT(sap->update_operations(), still);
 }
 
-}  // namespace
+}  // namespace broadphase_test
 }  // namespace terrane

@@ -13,7 +13,7 @@
 #include <string>
 
 namespace terrane {
-namespace {
+namespace walker_test {
 
 using test::make_test_ground;
 
@@ -242,5 +242,5 @@ TEST(Walker, AllocatesNothing) {
     EXPECT_EQ(counter.count(), 0u);
 }
 
-}  // namespace
+}  // namespace walker_test
 }  // namespace terrane

@@ -16,7 +16,7 @@
 #include <vector>
 
 namespace terrane {
-namespace {
+namespace golden_bodies_test {
 
 TEST(GoldenBodies, AreTheSameWithEveryCompilerAtEveryLevel) {
     const auto source = FractalHeights::create({.seed = 12, .root_size_log2 = 12}).value();
@@ -113,5 +113,5 @@ TEST(GoldenVehicles, AreTheSameWithEveryCompilerAtEveryLevel) {
     EXPECT_EQ(hash, 0x504eb4341fa6fa22u) << std::hex << hash;
 }
 
-}  // namespace
+}  // namespace golden_bodies_test
 }  // namespace terrane

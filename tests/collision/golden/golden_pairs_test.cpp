@@ -13,7 +13,7 @@
 #include <vector>
 
 namespace terrane {
-namespace {
+namespace golden_pairs_test {
 
 using test::Hash;
 using test::Random;
@@ -185,5 +185,5 @@ TEST(GoldenPairs, AnswerTheSameWithEveryCompilerAtEveryLevel) {
     EXPECT_EQ(hash.value(), 0x0f26b0728dd586c7u) << std::hex << hash.value();
 }
 
-}  // namespace
+}  // namespace golden_pairs_test
 }  // namespace terrane

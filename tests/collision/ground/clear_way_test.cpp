@@ -11,7 +11,7 @@
 #include <limits>
 
 namespace terrane {
-namespace {
+namespace clear_way_test {
 
 using namespace test;
 using internal::is_way_clear;
@@ -143,5 +143,5 @@ TEST(ClearWay, IsNotKnownWhereItIsNotLookedAt) {
     EXPECT_FALSE(is_way_clear(Sphere{1.0}, straight({127.5, 64.0, 2.0}, way), half, kMargin));
 }
 
-}  // namespace
+}  // namespace clear_way_test
 }  // namespace terrane

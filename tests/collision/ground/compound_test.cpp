@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 namespace terrane {
-namespace {
+namespace compound_test {
 
 using namespace test;
 
@@ -319,5 +319,5 @@ TEST(CompoundOnGround, SaysNotResidentWhereAChunkIsMissing) {
               QueryStatus::not_resident);
 }
 
-}  // namespace
+}  // namespace compound_test
 }  // namespace terrane

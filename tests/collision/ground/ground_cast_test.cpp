@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 namespace terrane {
-namespace {
+namespace ground_cast_test {
 
 using namespace test;
 
@@ -163,5 +163,5 @@ TEST(Cast, GivesTheSameBitsTenThousandKilometresOut) {
     }
 }
 
-}  // namespace
+}  // namespace ground_cast_test
 }  // namespace terrane

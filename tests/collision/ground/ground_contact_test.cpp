@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 namespace terrane {
-namespace {
+namespace ground_contact_test {
 
 using namespace test;
 
@@ -387,5 +387,5 @@ TEST(FindContacts, AnswerForABoxOverAHundredThousandCells) {
     EXPECT_LE(compute_lift(box, moved(pose, d), ground).lift, 2e-9);
 }
 
-}  // namespace
+}  // namespace ground_contact_test
 }  // namespace terrane

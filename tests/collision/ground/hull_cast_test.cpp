@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 namespace terrane {
-namespace {
+namespace hull_cast_test {
 
 using namespace test;
 
@@ -142,5 +142,5 @@ TEST(HullCast, SaysNotResidentWhereUnloadedGroundComesFirst) {
     }
 }
 
-}  // namespace
+}  // namespace hull_cast_test
 }  // namespace terrane

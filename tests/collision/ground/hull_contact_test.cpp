@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 namespace terrane {
-namespace {
+namespace hull_contact_test {
 
 using namespace test;
 
@@ -352,5 +352,5 @@ TEST(HullContacts, AllocateNothing) {
     EXPECT_NE(sum, 0.0);
 }
 
-}  // namespace
+}  // namespace hull_contact_test
 }  // namespace terrane

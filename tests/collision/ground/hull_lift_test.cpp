@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 namespace terrane {
-namespace {
+namespace hull_lift_test {
 
 using namespace test;
 
@@ -146,5 +146,5 @@ TEST(HullLift, IsMinusInfinityOverNoGround) {
     }
 }
 
-}  // namespace
+}  // namespace hull_lift_test
 }  // namespace terrane

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 namespace terrane {
-namespace {
+namespace allocation_test {
 
 using namespace test;
 
@@ -49,5 +49,5 @@ TEST(LawsOfMemory, TheCounterCounts) {
     EXPECT_EQ(counter.count(), 1u) << some[0];
 }
 
-}  // namespace
+}  // namespace allocation_test
 }  // namespace terrane

@@ -9,7 +9,7 @@
 #include <cstdio>
 
 namespace terrane {
-namespace {
+namespace cast_laws_test {
 
 using namespace test;
 
@@ -325,5 +325,5 @@ TEST(LawsOfCasts, AgreeWithDistanceAlongTheWay) {
     }
 }
 
-}  // namespace
+}  // namespace cast_laws_test
 }  // namespace terrane

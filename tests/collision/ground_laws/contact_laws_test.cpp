@@ -11,7 +11,7 @@
 #include <map>
 
 namespace terrane {
-namespace {
+namespace contact_laws_test {
 
 using namespace test;
 
@@ -300,5 +300,5 @@ TEST(LawsOfContacts, ReportNoGapsBeyondTheMargin) {
     }
 }
 
-}  // namespace
+}  // namespace contact_laws_test
 }  // namespace terrane

@@ -11,7 +11,7 @@
 #include <initializer_list>
 
 namespace terrane {
-namespace {
+namespace depth_extremes_test {
 
 using namespace test;
 
@@ -191,5 +191,5 @@ TEST(ShortestTranslation, OfInvalidInputIsInvalid) {
     EXPECT_EQ(answer.distance_lower_bound, 0.0);
 }
 
-}  // namespace
+}  // namespace depth_extremes_test
 }  // namespace terrane

@@ -13,7 +13,7 @@
 #include <vector>
 
 namespace terrane {
-namespace {
+namespace depth_laws_test {
 
 using namespace test;
 
@@ -124,5 +124,5 @@ TEST(LawsOfDepth, DeepTheCertifiedBoundHoldsAndIsNearTheAnswer) {
     }
 }
 
-}  // namespace
+}  // namespace depth_laws_test
 }  // namespace terrane

@@ -11,7 +11,7 @@
 #include <cstdio>
 
 namespace terrane {
-namespace {
+namespace distance_laws_test {
 
 using namespace test;
 
@@ -170,5 +170,5 @@ TEST(LawsOfDepth, DeepFreesAndNoDirectionFreesMuchSooner) {
     }
 }
 
-}  // namespace
+}  // namespace distance_laws_test
 }  // namespace terrane

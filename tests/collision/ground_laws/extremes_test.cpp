@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 namespace terrane {
-namespace {
+namespace extremes_test {
 
 using namespace test;
 
@@ -244,5 +244,5 @@ TEST(Extremes, OfDistancesAreAnswered) {
     }
 }
 
-}  // namespace
+}  // namespace extremes_test
 }  // namespace terrane

@@ -12,7 +12,7 @@
 #include <vector>
 
 namespace terrane {
-namespace {
+namespace freed_test {
 
 using namespace test;
 
@@ -112,5 +112,5 @@ TEST(FreedFromBelow, WithinEightRoundsFromAnyDepth) {
     }
 }
 
-}  // namespace
+}  // namespace freed_test
 }  // namespace terrane

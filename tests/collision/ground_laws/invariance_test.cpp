@@ -9,7 +9,7 @@
 #include <cstring>
 
 namespace terrane {
-namespace {
+namespace invariance_test {
 
 using namespace test;
 
@@ -178,5 +178,5 @@ TEST(LawsOfInvariance, MirroredAndAQuarterTurnedDistancesStay) { expect_the_same
 
 TEST(LawsOfInvariance, MirroredAndAQuarterTurnedDepthsStay) { expect_the_same_turned(true); }
 
-}  // namespace
+}  // namespace invariance_test
 }  // namespace terrane

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 namespace terrane {
-namespace {
+namespace lift_laws_test {
 
 using namespace test;
 
@@ -74,5 +74,5 @@ TEST(LawsOfSign, DistanceIsZeroExactlyAtTouching) {
     }
 }
 
-}  // namespace
+}  // namespace lift_laws_test
 }  // namespace terrane

@@ -11,7 +11,7 @@
 #include <cstdio>
 
 namespace terrane {
-namespace {
+namespace peer_facts_test {
 
 using namespace test;
 
@@ -153,5 +153,5 @@ TEST(PeerFacts, AThousandPointsAreProjectedLikeByBruteForce) {
     }
 }
 
-}  // namespace
+}  // namespace peer_facts_test
 }  // namespace terrane

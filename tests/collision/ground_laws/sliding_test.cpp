@@ -14,7 +14,7 @@
 #include <optional>
 
 namespace terrane {
-namespace {
+namespace sliding_test {
 
 using namespace test;
 
@@ -309,5 +309,5 @@ TEST(LawsOfSliding, CastsAlongAPlaneInTouchPassAllSeams) {
     }
 }
 
-}  // namespace
+}  // namespace sliding_test
 }  // namespace terrane

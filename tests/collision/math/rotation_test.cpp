@@ -9,7 +9,7 @@
 #include <cmath>
 
 namespace terrane {
-namespace {
+namespace rotation_test {
 
 TEST(MotionAt, AgreesWithTheCLibrary) {
     SCOPED_TRACE("seed 7");
@@ -96,5 +96,5 @@ TEST(SupportDistance, IsTheLargestOverTheShape) {
     EXPECT_DOUBLE_EQ(default_contact_tolerance(Box{{1.0, 2.0, 3.0}}), 0.01);
 }
 
-}  // namespace
+}  // namespace rotation_test
 }  // namespace terrane

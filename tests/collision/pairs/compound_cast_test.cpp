@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace terrane {
-namespace {
+namespace compound_cast_test {
 
 using test::CompoundCase;
 using test::motion_of;
@@ -176,5 +176,5 @@ TEST_P(CompoundRays, MeetTheFirstOfAllParts) {
     EXPECT_GT(hits, cases / 20);
 }
 
-}  // namespace
+}  // namespace compound_cast_test
 }  // namespace terrane

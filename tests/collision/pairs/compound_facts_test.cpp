@@ -7,7 +7,7 @@
 #include <cstring>
 
 namespace terrane {
-namespace {
+namespace compound_facts_test {
 
 using test::Random;
 
@@ -369,5 +369,5 @@ TEST(CompoundFacts, AllocateNothing) {
     EXPECT_NE(sum, 0.0);
 }
 
-}  // namespace
+}  // namespace compound_facts_test
 }  // namespace terrane

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace terrane {
-namespace {
+namespace compound_pairs_test {
 
 using test::CompoundCase;
 using test::Random;
@@ -221,5 +221,5 @@ TEST_P(CompoundPairs, GiveTheSameAnswerEitherWayRoundAndInAnyFrame) {
     EXPECT_LE(apart, overlapping / 200);
 }
 
-}  // namespace
+}  // namespace compound_pairs_test
 }  // namespace terrane

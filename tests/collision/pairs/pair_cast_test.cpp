@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 namespace terrane {
-namespace {
+namespace pair_cast_test {
 
 using internal::ConvexCast;
 using test::Case;
@@ -139,5 +139,5 @@ TEST(PairCast, HoldsFromNoLengthToAThousandKilometres) {
     EXPECT_TRUE(cast_convex(Box{}, none, Box{}, none, {}).hit);
 }
 
-}  // namespace
+}  // namespace pair_cast_test
 }  // namespace terrane

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 namespace terrane {
-namespace {
+namespace pair_distance_test {
 
 using test::Case;
 using test::KindPair;
@@ -223,5 +223,5 @@ TEST_P(Pairs, DistanceGrowsAsMuchAsTheShapesMoveApart) {
     }
 }
 
-}  // namespace
+}  // namespace pair_distance_test
 }  // namespace terrane

@@ -10,7 +10,7 @@
 #include <cstring>
 
 namespace terrane {
-namespace {
+namespace shape_pairs_test {
 
 using test::Random;
 
@@ -216,5 +216,5 @@ TEST(ShapePairs, AllocateNothing) {
     EXPECT_NE(sum, 0.0);
 }
 
-}  // namespace
+}  // namespace shape_pairs_test
 }  // namespace terrane

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 namespace terrane {
-namespace {
+namespace shape_ray_test {
 
 using internal::ConvexRay;
 using test::Kind;
@@ -90,5 +90,5 @@ TEST(ShapeRay, MeetsPeersFacts) {
     EXPECT_EQ(within.normal, Eigen::Vector3d(-1, 0, 0));
 }
 
-}  // namespace
+}  // namespace shape_ray_test
 }  // namespace terrane

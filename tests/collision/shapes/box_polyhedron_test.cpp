@@ -8,7 +8,7 @@
 #include <algorithm>
 
 namespace terrane {
-namespace {
+namespace box_polyhedron_test {
 
 TEST(BoxPolyhedron, IsTheHullOfItsCorners) {
     internal::BoxStorage storage;
@@ -43,5 +43,5 @@ TEST(BoxPolyhedron, KeepsItsTableWhenItIsFlat) {
     }
 }
 
-}  // namespace
+}  // namespace box_polyhedron_test
 }  // namespace terrane

@@ -13,7 +13,7 @@
 #include <vector>
 
 namespace terrane {
-namespace {
+namespace compound_test {
 
 using Parts = std::vector<CompoundPart>;
 
@@ -172,5 +172,5 @@ TEST(Compound, FromTrianglesNamesTheBadOne) {
               "triangle 0: coordinates of hull point 2 must be -1e5 to 1e5 m, got y nan");
 }
 
-}  // namespace
+}  // namespace compound_test
 }  // namespace terrane

@@ -14,7 +14,7 @@
 #include <string>
 
 namespace terrane {
-namespace {
+namespace convex_hull_test {
 
 using test::Points;
 
@@ -334,5 +334,5 @@ TEST(BoundingRadius, OfAHullIsAroundTheBodysOrigin) {
     EXPECT_TRUE(check(hull));
 }
 
-}  // namespace
+}  // namespace convex_hull_test
 }  // namespace terrane

@@ -11,7 +11,7 @@
 #include <vector>
 
 namespace terrane {
-namespace {
+namespace extremes_test {
 
 using test::Points;
 
@@ -106,5 +106,5 @@ TEST(FindExtreme, TakesTheLowestIndexOfEqualVertices) {
     EXPECT_EQ(internal::find_extreme(box, {0, 0, std::nan("")}), 0u);
 }
 
-}  // namespace
+}  // namespace extremes_test
 }  // namespace terrane

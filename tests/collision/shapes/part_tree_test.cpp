@@ -9,7 +9,7 @@
 #include <set>
 
 namespace terrane {
-namespace {
+namespace part_tree_test {
 
 using internal::PartNode;
 
@@ -62,5 +62,5 @@ TEST(PartTree, IsNoDeeperThanItSays) {
     for (const PartNode& node : tree) EXPECT_EQ(node.bounds.high.z(), 3.0);
 }
 
-}  // namespace
+}  // namespace part_tree_test
 }  // namespace terrane

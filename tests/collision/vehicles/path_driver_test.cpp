@@ -13,7 +13,7 @@
 #include <vector>
 
 namespace terrane {
-namespace {
+namespace path_driver_test {
 
 using test::make_test_ground;
 
@@ -208,5 +208,5 @@ TEST(PathDriver, LetsGoOfTheThrottleOnItsRoofAndSaysSo) {
     EXPECT_GT(righted.chassis().velocity.x(), 3.0);
 }
 
-}  // namespace
+}  // namespace path_driver_test
 }  // namespace terrane

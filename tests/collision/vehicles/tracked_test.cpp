@@ -12,7 +12,7 @@
 #include <string>
 
 namespace terrane {
-namespace {
+namespace tracked_test {
 
 using test::make_test_ground;
 
@@ -184,5 +184,5 @@ TEST(Tracked, ParksRefusesAndAllocatesNothing) {
     EXPECT_GT(tracked.chassis().pose.translation.x(), 128.0);
 }
 
-}  // namespace
+}  // namespace tracked_test
 }  // namespace terrane

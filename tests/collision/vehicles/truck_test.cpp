@@ -13,7 +13,7 @@
 #include <utility>
 
 namespace terrane {
-namespace {
+namespace truck_test {
 
 using test::make_test_ground;
 using test::TableGroundSettings;
@@ -308,5 +308,5 @@ TEST(Truck, WithTheLargestDragAndPowerStaysFiniteAndWithoutPowerStands) {
     }
 }
 
-}  // namespace
+}  // namespace truck_test
 }  // namespace terrane

@@ -11,7 +11,7 @@
 #include <utility>
 
 namespace terrane::test {
-namespace {
+namespace bounds_test {
 
 struct Point {
     std::int64_t x, y;
@@ -463,5 +463,5 @@ TEST(DemBoundsOfPlanes, AreNothing) {
     }
 }
 
-}  // namespace
+}  // namespace bounds_test
 }  // namespace terrane::test

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 namespace terrane::test {
-namespace {
+namespace check_source_test {
 
 void expect_clean(const std::string& path, double finest_spacing,
                   std::optional<std::uint64_t> detail_seed) {
@@ -50,5 +50,5 @@ TEST(CheckDem, FindsNothingWrongWithNoiseOnAnyShapeOfCells) {
     }
 }
 
-}  // namespace
+}  // namespace check_source_test
 }  // namespace terrane::test

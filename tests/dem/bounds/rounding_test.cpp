@@ -19,7 +19,7 @@
 #include <vector>
 
 namespace terrane::test {
-namespace {
+namespace rounding_test {
 
 /// What a file says: its band's numbers, read as the type that they have, and what they mean.
 struct FileTruth {
@@ -328,5 +328,5 @@ TEST(DemRounding, CountsWhatDoublesLoseOfLongWholeNumbers) {
 }
 #endif
 
-}  // namespace
+}  // namespace rounding_test
 }  // namespace terrane::test

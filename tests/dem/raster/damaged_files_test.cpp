@@ -12,7 +12,7 @@
 #include <sstream>
 
 namespace terrane::test {
-namespace {
+namespace damaged_files_test {
 
 double hill(int column, int row) { return 100.0 + 3.0 * ((column * 7 + row * 13) % 29); }
 
@@ -190,5 +190,5 @@ TEST(DamagedFiles, AnAsciiGridThatEndsEarlyEndsInAnError) {
     EXPECT_NE(source.error().message.find(path), std::string::npos) << source.error().message;
 }
 
-}  // namespace
+}  // namespace damaged_files_test
 }  // namespace terrane::test

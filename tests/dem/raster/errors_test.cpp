@@ -12,7 +12,7 @@
 #include <utility>
 
 namespace terrane::test {
-namespace {
+namespace errors_test {
 
 RasterSpec slope(int columns, int rows) {
     RasterSpec spec;
@@ -272,5 +272,5 @@ TEST(DemErrors, ASpacingThatNeedsMoreThan24LevelsIsRefused) {
     EXPECT_EQ(error_of(path, settings).code, ErrorCode::invalid_argument);
 }
 
-}  // namespace
+}  // namespace errors_test
 }  // namespace terrane::test

@@ -13,7 +13,7 @@
 #include <vector>
 
 namespace terrane::internal {
-namespace {
+namespace guarded_calls_test {
 
 constexpr double kForEver = std::numeric_limits<double>::infinity();
 
@@ -66,5 +66,5 @@ TEST(GuardedCallsDeathTest, AProcessWithACallThatWasGivenUpEndsWithItsStatus) {
         testing::ExitedWithCode(7), "");
 }
 
-}  // namespace
+}  // namespace guarded_calls_test
 }  // namespace terrane::internal

@@ -7,7 +7,7 @@
 #include <limits>
 
 namespace terrane::test {
-namespace {
+namespace samples_test {
 
 /// Uneven whole numbers that fit in a byte.
 double bumps(int column, int row) { return (column * 37 + row * 91 + column * row * 5) % 251; }
@@ -150,5 +150,5 @@ TEST(DemSamples, ARotatedRasterIsStraightened) {
     EXPECT_GT(info.nodata_share, 0.1);
 }
 
-}  // namespace
+}  // namespace samples_test
 }  // namespace terrane::test

@@ -9,7 +9,7 @@
 #include <thread>
 
 namespace terrane::test {
-namespace {
+namespace window_read_test {
 
 using internal::DemSource;
 using internal::StoreSettings;
@@ -109,5 +109,5 @@ TEST(DemWindowRead, ThreadsReadTheSameHeights) {
     for (const int count : wrong) EXPECT_EQ(count, 0);
 }
 
-}  // namespace
+}  // namespace window_read_test
 }  // namespace terrane::test

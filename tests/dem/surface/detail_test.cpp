@@ -6,7 +6,7 @@
 #include <cmath>
 
 namespace terrane::test {
-namespace {
+namespace detail_test {
 
 RasterSpec hills() {
     RasterSpec spec;
@@ -116,5 +116,5 @@ TEST(DemDetail, BoundsHoldTheDetail) {
     }
 }
 
-}  // namespace
+}  // namespace detail_test
 }  // namespace terrane::test

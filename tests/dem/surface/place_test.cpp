@@ -6,7 +6,7 @@
 #include <cmath>
 
 namespace terrane::test {
-namespace {
+namespace place_test {
 
 RasterSpec slope(int columns, int rows) {
     RasterSpec spec;
@@ -121,5 +121,5 @@ TEST(DemPlace, CellsBeyondTheOuterEdgesAreOutsideAndNoOthers) {
     }
 }
 
-}  // namespace
+}  // namespace place_test
 }  // namespace terrane::test

@@ -8,7 +8,7 @@
 #include <random>
 
 namespace terrane::test {
-namespace {
+namespace surface_test {
 
 /// GDAL's bilinear value of a band without nodata at pixel coordinates: a resampled window of one
 /// pixel around the point, as gdallocationinfo -r bilinear asks for it, is not exact enough, so the
@@ -123,5 +123,5 @@ TEST(DemFormats, TheRasterOfTheRepositoryOpens) {
     EXPECT_EQ(info.nodata_share, 0.0);
 }
 
-}  // namespace
+}  // namespace surface_test
 }  // namespace terrane::test

@@ -8,7 +8,7 @@
 #include <limits>
 
 namespace terrane::test {
-namespace {
+namespace voids_test {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
@@ -181,5 +181,5 @@ TEST(DemVoids, AnIrregularFrameIsOutsideAndSmooth) {
     EXPECT_LT((*source)->rise_bound(1.0), 6.0);
 }
 
-}  // namespace
+}  // namespace voids_test
 }  // namespace terrane::test

@@ -11,7 +11,7 @@
 #include <set>
 
 namespace terrane::internal {
-namespace {
+namespace chunk_pool_test {
 
 // 6 x 6 roots and no finer level.
 class ChunkPoolTest : public testing::Test {
@@ -126,5 +126,5 @@ TEST_F(ChunkPoolTest, FindsNoChunkOutsideTheSet) {
     EXPECT_EQ(pool.find(few, other), nullptr);
 }
 
-}  // namespace
+}  // namespace chunk_pool_test
 }  // namespace terrane::internal

@@ -9,7 +9,7 @@
 #include <limits>
 
 namespace terrane::internal {
-namespace {
+namespace eye_frame_test {
 
 TEST(SplitInteger, PutsTogetherWhatItTookApartAndKeepsSmallNumbersWhole) {
     constexpr std::uint64_t kSeed = 11;
@@ -55,5 +55,5 @@ TEST(EyeFrame, RefusesAnEyeWhoseIntegersDoNotFit) {
     }
 }
 
-}  // namespace
+}  // namespace eye_frame_test
 }  // namespace terrane::internal

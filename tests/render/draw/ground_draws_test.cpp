@@ -16,7 +16,7 @@
 #include <optional>
 
 namespace terrane::internal {
-namespace {
+namespace ground_draws_test {
 
 using test::add_offsets;
 using test::make_scene;
@@ -283,5 +283,5 @@ TEST_F(GroundDrawsTest, PagesOfOneSlotDrawTheSamePositionsAndPicture) {
     EXPECT_TRUE(check_gl("draw pages"));
 }
 
-}  // namespace
+}  // namespace ground_draws_test
 }  // namespace terrane::internal

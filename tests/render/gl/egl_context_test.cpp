@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 namespace terrane {
-namespace {
+namespace egl_context_test {
 
 TEST(EglContext, OpensOpenGl45CoreOrSaysWhyNot) {
     Result<EglContext> context = EglContext::create();
@@ -54,5 +54,5 @@ TEST(EglContext, WithChecksAGlErrorIsAFailedResultOnce) {
     EXPECT_TRUE(internal::check_gl("go on"));
 }
 
-}  // namespace
+}  // namespace egl_context_test
 }  // namespace terrane

@@ -12,7 +12,7 @@
 #include <vector>
 
 namespace terrane::internal {
-namespace {
+namespace stream_buffer_test {
 
 class StreamBufferTest : public testing::Test {
 protected:
@@ -66,5 +66,5 @@ TEST_F(StreamBufferTest, TakesTurnsAndGrowsOnlyWhereAFrameNeedsMore) {
     EXPECT_TRUE(check_gl("stream"));
 }
 
-}  // namespace
+}  // namespace stream_buffer_test
 }  // namespace terrane::internal

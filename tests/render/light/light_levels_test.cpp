@@ -11,7 +11,7 @@
 #include <random>
 
 namespace terrane::internal {
-namespace {
+namespace light_levels_test {
 
 using test::small_world;
 using test::WaveHeights;
@@ -225,5 +225,5 @@ TEST_F(LightLevelsTest, ChunksWithoutALayerAreAbsentAndLeaveNoStep) {
     EXPECT_EQ(levels.lit()[4].nodes[4].level, 1.0f);
 }
 
-}  // namespace
+}  // namespace light_levels_test
 }  // namespace terrane::internal

@@ -8,7 +8,7 @@
 #include <cmath>
 
 namespace terrane::internal {
-namespace {
+namespace slope_map_test {
 
 const Chunk& chunk_at(const ResidentSet& resident, const ChunkKey& key) {
     return *resident.chunks()[static_cast<std::size_t>(resident.find(key))];
@@ -77,5 +77,5 @@ TEST(SlopeMap, HoldsTheNormalOfTheSurface) {
     }
 }
 
-}  // namespace
+}  // namespace slope_map_test
 }  // namespace terrane::internal

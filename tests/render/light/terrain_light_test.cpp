@@ -15,7 +15,7 @@
 #include <vector>
 
 namespace terrane {
-namespace {
+namespace terrain_light_test {
 
 using test::make_rough_scene;
 using test::Scene;
@@ -181,5 +181,5 @@ TEST_F(TerrainLightTest, FadesInWithoutABorderWhereChunksArrive) {
     }
 }
 
-}  // namespace
+}  // namespace terrain_light_test
 }  // namespace terrane

@@ -13,7 +13,7 @@
 #include <thread>
 
 namespace terrane {
-namespace {
+namespace faulty_heights_test {
 
 using test::Fault;
 using test::FaultRule;
@@ -125,5 +125,5 @@ TEST(FaultyHeights, HangsUntilItIsReleased) {
     }
 }
 
-}  // namespace
+}  // namespace faulty_heights_test
 }  // namespace terrane

@@ -12,7 +12,7 @@
 #include <fstream>
 
 namespace terrane {
-namespace {
+namespace file_heights_test {
 
 using test::FileHeights;
 
@@ -94,5 +94,5 @@ TEST_F(FileHeightsTest, FailsWithoutHandlesAndWithoutAFile) {
     EXPECT_EQ(error(kNorth).code, ErrorCode::io);
 }
 
-}  // namespace
+}  // namespace file_heights_test
 }  // namespace terrane

@@ -9,7 +9,7 @@
 #include <cmath>
 
 namespace terrane {
-namespace {
+namespace chunk_reaches_test {
 
 std::shared_ptr<const HeightSource> rough_ground() {
     return FractalHeights::create({.seed = 5,
@@ -115,5 +115,5 @@ TEST(Rises, AreTheHeightsOverTheMiddleOfTheSplitEdge) {
     });
 }
 
-}  // namespace
+}  // namespace chunk_reaches_test
 }  // namespace terrane

@@ -10,7 +10,7 @@
 #include <cmath>
 
 namespace terrane {
-namespace {
+namespace chunk_test {
 
 std::shared_ptr<const HeightSource> fractal_at(std::int32_t first_root) {
     const auto source = FractalHeights::create({.seed = 2,
@@ -142,5 +142,5 @@ TEST(MakeChunk, RefusesHeightsThatAreNoNumbers) {
     EXPECT_EQ(make_chunk(source, {0, 0, 0}).error().code, ErrorCode::io);
 }
 
-}  // namespace
+}  // namespace chunk_test
 }  // namespace terrane

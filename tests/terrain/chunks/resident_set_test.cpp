@@ -12,7 +12,7 @@
 #include <tuple>
 
 namespace terrane {
-namespace {
+namespace resident_set_test {
 
 using Chunks = std::vector<std::shared_ptr<const Chunk>>;
 using test::Random;
@@ -394,5 +394,5 @@ TEST(ResidentSetDeathTest, RefusesChangesThatBreakTheTree) {
 }
 #endif
 
-}  // namespace
+}  // namespace resident_set_test
 }  // namespace terrane

@@ -14,7 +14,7 @@
 #include <optional>
 
 namespace terrane {
-namespace {
+namespace ground_test {
 
 using test::Random;
 
@@ -348,5 +348,5 @@ TEST(Ground, AnswersTheSameFarFromTheOrigin) {
     EXPECT_EQ(a.height, b.height);
 }
 
-}  // namespace
+}  // namespace ground_test
 }  // namespace terrane

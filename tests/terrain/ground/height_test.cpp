@@ -13,7 +13,7 @@
 #include <vector>
 
 namespace terrane {
-namespace {
+namespace height_test {
 
 using test::make_test_ground;
 using test::Random;
@@ -208,5 +208,5 @@ TEST(Ground, BoundsRangesByTheirBlocks) {
     }
 }
 
-}  // namespace
+}  // namespace height_test
 }  // namespace terrane

@@ -13,7 +13,7 @@
 #include <optional>
 
 namespace terrane {
-namespace {
+namespace ray_test {
 
 using test::make_test_ground;
 using test::Random;
@@ -332,5 +332,5 @@ TEST(GroundRay, RefusesWhatIsNotFinite) {
     EXPECT_EQ(ground.ray({-1e300, 1.0, 1e3}, {1e300, 1.0, 1e3}).status, GroundStatus::miss);
 }
 
-}  // namespace
+}  // namespace ray_test
 }  // namespace terrane

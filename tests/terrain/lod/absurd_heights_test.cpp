@@ -16,7 +16,7 @@
 #include <vector>
 
 namespace terrane {
-namespace {
+namespace absurd_heights_test {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -177,5 +177,5 @@ TEST(AbsurdHeights, AQuantumOutOfRangeIsRefused) {
     }
 }
 
-}  // namespace
+}  // namespace absurd_heights_test
 }  // namespace terrane

@@ -15,7 +15,7 @@
 #include <numbers>
 
 namespace terrane {
-namespace {
+namespace bad_input_test {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -236,5 +236,5 @@ TEST(OddView, OfASinglePixelIsAView) {
     EXPECT_EQ(test::find_flaw(mesh), "");
 }
 
-}  // namespace
+}  // namespace bad_input_test
 }  // namespace terrane

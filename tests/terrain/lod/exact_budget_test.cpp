@@ -12,7 +12,7 @@
 #include <cmath>
 
 namespace terrane {
-namespace {
+namespace exact_budget_test {
 
 using test::Random;
 
@@ -90,5 +90,5 @@ TEST(ExactBudget, IsUsedOrEveryVertexThatMattersIsThere) {
     EXPECT_GT(by_vertices, 5);
 }
 
-}  // namespace
+}  // namespace exact_budget_test
 }  // namespace terrane

@@ -11,7 +11,7 @@
 #include <gtest/gtest.h>
 
 namespace terrane {
-namespace {
+namespace golden_mesh_test {
 
 TEST(GoldenMesh, IsTheSameWithEveryCompilerAtEveryLevel) {
     const auto source = FractalHeights::create({.seed = 11, .root_size_log2 = 13}).value();
@@ -42,5 +42,5 @@ TEST(GoldenMesh, IsTheSameWithEveryCompilerAtEveryLevel) {
     EXPECT_EQ(hash.value(), 0xd0a528833fe6638bu) << std::hex << hash.value();
 }
 
-}  // namespace
+}  // namespace golden_mesh_test
 }  // namespace terrane

@@ -9,7 +9,7 @@
 #include <cmath>
 
 namespace terrane::internal {
-namespace {
+namespace morph_test {
 
 constexpr std::uint64_t kSeed = 31;
 
@@ -64,5 +64,5 @@ TEST(Morph, IsBetweenInPlaceAndMissing) {
     }
 }
 
-}  // namespace
+}  // namespace morph_test
 }  // namespace terrane::internal

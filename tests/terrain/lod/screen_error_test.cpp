@@ -11,7 +11,7 @@
 #include <limits>
 
 namespace terrane::internal {
-namespace {
+namespace screen_error_test {
 
 constexpr std::uint64_t kSeed = 23;
 
@@ -136,5 +136,5 @@ TEST(Clearance, IsNoneBelowTheGround) {
     EXPECT_GE(clearance_of(*source, {10.0, 20.0, -1e7}), 0.0);
 }
 
-}  // namespace
+}  // namespace screen_error_test
 }  // namespace terrane::internal

@@ -15,7 +15,7 @@
 #include <numbers>
 
 namespace terrane {
-namespace {
+namespace triangulator_test {
 
 using test::find_flaw;
 using test::make_soup;
@@ -269,5 +269,5 @@ TEST(Triangulator, WorksOnAWorldOfASingleChunk) {
     EXPECT_EQ(mesh.status, MeshStatus::finest_reached);
 }
 
-}  // namespace
+}  // namespace triangulator_test
 }  // namespace terrane

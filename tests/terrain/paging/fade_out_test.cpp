@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 namespace terrane {
-namespace {
+namespace fade_out_test {
 
 using namespace test;
 
@@ -180,5 +180,5 @@ TEST(Fade, EvictsNoMoreForBytesThatAreAboutToComeFree) {
     EXPECT_LE(pager.stats().peak_bytes, ceiling);
 }
 
-}  // namespace
+}  // namespace fade_out_test
 }  // namespace terrane

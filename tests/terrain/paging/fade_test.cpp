@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace terrane {
-namespace {
+namespace fade_test {
 
 using namespace test;
 
@@ -169,5 +169,5 @@ TEST(Fade, IsOneAfterFinish) {
     EXPECT_EQ(least_fade(*threaded.resident()), 1.0f);
 }
 
-}  // namespace
+}  // namespace fade_test
 }  // namespace terrane

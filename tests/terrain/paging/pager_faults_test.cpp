@@ -16,7 +16,7 @@
 #include <functional>
 
 namespace terrane {
-namespace {
+namespace pager_faults_test {
 
 using test::Fault;
 using test::FaultRule;
@@ -302,5 +302,5 @@ TEST(PagerFaults, OfVirtualStorageDelayAFlightAndEndWithEverythingThere) {
     }
 }
 
-}  // namespace
+}  // namespace pager_faults_test
 }  // namespace terrane

@@ -14,7 +14,7 @@
 #include <vector>
 
 namespace terrane {
-namespace {
+namespace pager_overload_test {
 
 constexpr double kFrame_s = 0.05;
 
@@ -138,5 +138,5 @@ TEST(PagerOverload, HoldsWhatIsAlmostNeeded) {
     EXPECT_LE(50 * stats.reloaded, stats.loaded);
 }
 
-}  // namespace
+}  // namespace pager_overload_test
 }  // namespace terrane

@@ -16,7 +16,7 @@
 #include <set>
 
 namespace terrane {
-namespace {
+namespace pager_property_test {
 
 using test::Random;
 using test::WaveHeights;
@@ -305,5 +305,5 @@ INSTANTIATE_TEST_SUITE_P(Seeds, PagerProperty, testing::Range(0, 30));
 // Where finish() once went on for ever.
 INSTANTIATE_TEST_SUITE_P(Others, PagerProperty, testing::Values(80, 207, 291));
 
-}  // namespace
+}  // namespace pager_property_test
 }  // namespace terrane

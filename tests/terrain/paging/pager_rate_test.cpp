@@ -13,7 +13,7 @@
 #include <set>
 
 namespace terrane {
-namespace {
+namespace pager_rate_test {
 
 using Keys = std::set<ChunkKey>;
 
@@ -126,5 +126,5 @@ TEST(PagerRate, OfUpdatesDoesNotChangeWhatIsLoaded) {
     }
 }
 
-}  // namespace
+}  // namespace pager_rate_test
 }  // namespace terrane

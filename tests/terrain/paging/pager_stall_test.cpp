@@ -16,7 +16,7 @@
 #include <thread>
 
 namespace terrane {
-namespace {
+namespace pager_stall_test {
 
 using test::Fault;
 using test::FaultRule;
@@ -263,5 +263,5 @@ TEST(PagerReaders, HaveTheSameAnswersFromASetWhateverItsOwnerEvicts) {
     EXPECT_GT(found, 0);
 }
 
-}  // namespace
+}  // namespace pager_stall_test
 }  // namespace terrane

@@ -11,7 +11,7 @@
 #include <thread>
 
 namespace terrane {
-namespace {
+namespace pager_test {
 
 using test::Random;
 using test::WaveHeights;
@@ -258,5 +258,5 @@ TEST(Pager, RefusesSettingsOutOfRange) {
             .has_value());
 }
 
-}  // namespace
+}  // namespace pager_test
 }  // namespace terrane

@@ -15,7 +15,7 @@
 #include <string>
 
 namespace terrane {
-namespace {
+namespace check_source_test {
 
 using test::Breach;
 using test::BrokenHeights;
@@ -223,5 +223,5 @@ TEST(WrongSource, IsSeenByBuildsWithAssertsWhileChunksAreMade) {
 }
 #endif
 
-}  // namespace
+}  // namespace check_source_test
 }  // namespace terrane

@@ -13,7 +13,7 @@
 #include <vector>
 
 namespace terrane {
-namespace {
+namespace golden_heights_test {
 
 /// FNV-1a over the bytes of the doubles, the lowest first.
 std::uint64_t hash_of(const std::vector<double>& values) {
@@ -134,5 +134,5 @@ TEST(GoldenHeights, DetailHasTheBitsThatWerePromised) {
     }
 }
 
-}  // namespace
+}  // namespace golden_heights_test
 }  // namespace terrane

@@ -14,7 +14,7 @@
 #include <utility>
 
 namespace terrane::tools {
-namespace {
+namespace camera_path_test {
 
 // 16 km square, hills of 300 m every 2 km.
 const test::WaveHeights& hills() {
@@ -307,5 +307,5 @@ TEST(CameraPath, ImpossibleRequestsAreErrors) {
     EXPECT_FALSE(CameraPath::create(still, hills(), {}));
 }
 
-}  // namespace
+}  // namespace camera_path_test
 }  // namespace terrane::tools

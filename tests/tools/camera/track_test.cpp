@@ -10,7 +10,7 @@
 #include <string>
 
 namespace terrane::tools {
-namespace {
+namespace track_test {
 
 class TrackTest : public testing::Test {
 protected:
@@ -239,5 +239,5 @@ TEST_F(TrackTest, RealRecordingsAreReadWhole) {
     EXPECT_TRUE(drive->has_heights);
 }
 
-}  // namespace
+}  // namespace track_test
 }  // namespace terrane::tools

@@ -6,7 +6,7 @@
 #include <array>
 
 namespace terrane::tools {
-namespace {
+namespace crowd_test {
 
 CrowdLayout layout_of(std::size_t count, BroadphaseKind kind) {
     CrowdLayout layout;
@@ -84,5 +84,5 @@ TEST(Crowd, OfBallsTouchesNearlyAsOftenAsChanceSays) {
     EXPECT_LT(touching / kSteps, 2.0 * expected);
 }
 
-}  // namespace
+}  // namespace crowd_test
 }  // namespace terrane::tools

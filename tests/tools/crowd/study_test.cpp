@@ -12,7 +12,7 @@
 #include <iterator>
 
 namespace terrane::tools {
-namespace {
+namespace study_test {
 
 TEST(LogLogSlope, IsThePowerOfAPowerLaw) {
     std::vector<double> x, y;
@@ -86,5 +86,5 @@ TEST(CrowdTotals, TellPositiveQueriesApart) {
     EXPECT_EQ(totals.mean_positive_ms(), 3.0);
 }
 
-}  // namespace
+}  // namespace study_test
 }  // namespace terrane::tools

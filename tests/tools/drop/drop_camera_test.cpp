@@ -9,7 +9,7 @@
 #include <vector>
 
 namespace terrane::tools {
-namespace {
+namespace drop_camera_test {
 
 const std::shared_ptr<const HeightSource> kHills = FractalHeights::create({.seed = 9}).value();
 
@@ -71,5 +71,5 @@ TEST(DropCamera, StaysWithThoseThatAreOnTheTerrain) {
     EXPECT_TRUE(check(camera.view(make_picture())));
 }
 
-}  // namespace
+}  // namespace drop_camera_test
 }  // namespace terrane::tools

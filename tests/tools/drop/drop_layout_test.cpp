@@ -12,7 +12,7 @@
 #include <algorithm>
 
 namespace terrane::tools {
-namespace {
+namespace drop_layout_test {
 
 Ground load_area(const DropLayout& layout) {
     const std::shared_ptr<const HeightSource> source = FractalHeights::create({.seed = 9}).value();
@@ -105,5 +105,5 @@ TEST(HashNumbers, DoesNotRepeatItselfNearby) {
     EXPECT_EQ(hash_numbers(1, 2, 3), 0x49bd925983516d95u);
 }
 
-}  // namespace
+}  // namespace drop_layout_test
 }  // namespace terrane::tools

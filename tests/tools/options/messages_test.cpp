@@ -20,7 +20,7 @@
 #include <string>
 
 namespace terrane {
-namespace {
+namespace messages_test {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
@@ -135,5 +135,5 @@ TEST(Messages, OfTerrainAreShortWhateverTheValue) {
     });
 }
 
-}  // namespace
+}  // namespace messages_test
 }  // namespace terrane

@@ -8,7 +8,7 @@
 #include <vector>
 
 namespace terrane::tools {
-namespace {
+namespace option_values_test {
 
 TEST(ParseNumber, TakesTheWholeTextOrNothing) {
     EXPECT_EQ(parse_number("1e3"), 1000.0);
@@ -88,5 +88,5 @@ TEST(AddCount, NamesTheFlagAndTheValue) {
     }
 }
 
-}  // namespace
+}  // namespace option_values_test
 }  // namespace terrane::tools

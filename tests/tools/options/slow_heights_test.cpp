@@ -13,7 +13,7 @@
 #include <vector>
 
 namespace terrane::tools {
-namespace {
+namespace slow_heights_test {
 
 // Times are given, not taken: no clock runs here.
 TEST(FairPipe, OneTransferHasAllOfIt) {
@@ -98,5 +98,5 @@ TEST(SlowHeights, GivesTheChunksOfItsSource) {
     EXPECT_EQ(source->sample_count, 1) << "a chunk waits once";
 }
 
-}  // namespace
+}  // namespace slow_heights_test
 }  // namespace terrane::tools

@@ -6,7 +6,7 @@
 #include <vector>
 
 namespace terrane::tools {
-namespace {
+namespace spelling_test {
 
 TEST(SpellingDistance, CountsInsertionsRemovalsReplacementsAndSwaps) {
     EXPECT_EQ(spelling_distance("", ""), 0u);
@@ -33,5 +33,5 @@ TEST(NearestWord, IsTheNearestOrNone) {
     EXPECT_EQ(did_you_mean("--other", words), "");
 }
 
-}  // namespace
+}  // namespace spelling_test
 }  // namespace terrane::tools

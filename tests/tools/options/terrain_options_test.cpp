@@ -10,7 +10,7 @@
 #include <string>
 
 namespace terrane::tools {
-namespace {
+namespace terrain_options_test {
 
 TEST(ParseScene, CountsTheRastersPathFromTheSceneFilesFolder) {
     const CommandResult<TerrainOptions> scene =
@@ -129,5 +129,5 @@ TEST(OpenTerrain, FailsForASceneThatCannotBeRead) {
     }
 }
 
-}  // namespace
+}  // namespace terrain_options_test
 }  // namespace terrane::tools

@@ -9,7 +9,7 @@
 #include <random>
 
 namespace terrane::tools {
-namespace {
+namespace figures_test {
 
 TEST(RoundedText, HasSoManyDigitsAndNoMore) {
     EXPECT_EQ(rounded_text(5334.2177, 4, Rounding::nearest), "5334");
@@ -75,5 +75,5 @@ TEST(FigureNote, ExplainsTheScreenErrorOfADriveAndOfNothingElse) {
     EXPECT_EQ(figure_note("distance_m", drive), "");
 }
 
-}  // namespace
+}  // namespace figures_test
 }  // namespace terrane::tools

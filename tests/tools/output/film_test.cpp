@@ -11,7 +11,7 @@
 #include <optional>
 
 namespace terrane::tools {
-namespace {
+namespace film_test {
 
 namespace fs = std::filesystem;
 
@@ -235,5 +235,5 @@ TEST_F(FilmTest, WithoutFfmpegTheErrorSaysSo) {
     EXPECT_NE(film.error().message.find("ffmpeg"), std::string::npos) << film.error().message;
 }
 
-}  // namespace
+}  // namespace film_test
 }  // namespace terrane::tools

@@ -8,7 +8,7 @@
 #include <iterator>
 
 namespace terrane::tools {
-namespace {
+namespace output_file_test {
 
 std::string temporary(const std::string& name) { return testing::TempDir() + "terrane_" + name; }
 
@@ -103,5 +103,5 @@ TEST(OutputFile, ReportsAFullDisk) {
     EXPECT_TRUE(std::filesystem::is_character_file("/dev/full"));
 }
 
-}  // namespace
+}  // namespace output_file_test
 }  // namespace terrane::tools

@@ -14,7 +14,7 @@
 #include <utility>
 
 namespace terrane::tools {
-namespace {
+namespace ply_test {
 
 /// A frame over a fractal, of chunks of several levels.
 struct Frame {
@@ -173,5 +173,5 @@ TEST(WritePly, NamesThePathThatCannotBeWritten) {
     EXPECT_NE(written.error().message.find("/no/such/folder/a.ply"), std::string::npos);
 }
 
-}  // namespace
+}  // namespace ply_test
 }  // namespace terrane::tools

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 namespace terrane::tools {
-namespace {
+namespace progress_test {
 
 TEST(FormatProgress, TellsTheTimeThatHasPassedWhereTheShareIsNotKnown) {
     EXPECT_EQ(format_progress("opening a.tif", -1.0, 3.2, 0.0, 0.0), "opening a.tif: 4 s");
@@ -24,5 +24,5 @@ TEST(FormatProgress, EstimatesNothingFromTooLittle) {
     EXPECT_EQ(format_progress("flying", 0.999, 10.0, 0.999, 10.0), "flying: 99 %");
 }
 
-}  // namespace
+}  // namespace progress_test
 }  // namespace terrane::tools

@@ -13,7 +13,7 @@
 #include <vector>
 
 namespace terrane::tools {
-namespace {
+namespace report_test {
 
 std::string read(const std::string& path) {
     std::ifstream file(path, std::ios::binary);
@@ -233,5 +233,5 @@ TEST(FlightLog, ExcessErrorIsCountedInPixelSeconds) {
     EXPECT_EQ(excess_error_px_s({}, 50.0), 0.0);
 }
 
-}  // namespace
+}  // namespace report_test
 }  // namespace terrane::tools

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 namespace terrane::tools {
-namespace {
+namespace summary_test {
 
 TEST(FormatSummary, PrintsNumbersThatReadBackTheSame) {
     nlohmann::ordered_json summary;
@@ -44,5 +44,5 @@ TEST(ToLine, SurvivesTextThatIsNoUtf8) {
     EXPECT_NE(to_line(summary), "");
 }
 
-}  // namespace
+}  // namespace summary_test
 }  // namespace terrane::tools

@@ -9,7 +9,7 @@
 #include <vector>
 
 namespace terrane::tools {
-namespace {
+namespace foresight_test {
 
 constexpr double kClock = 1000.0;
 
@@ -142,5 +142,5 @@ TEST(Foresight, AnAnnouncedJumpIsToldWithBothItsEnds) {
     EXPECT_EQ(told.bodies[1].trajectory[2].centre_world, bodies.place(1, path.at(5.0)));
 }
 
-}  // namespace
+}  // namespace foresight_test
 }  // namespace terrane::tools

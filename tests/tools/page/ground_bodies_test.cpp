@@ -10,7 +10,7 @@
 #include <vector>
 
 namespace terrane::tools {
-namespace {
+namespace ground_bodies_test {
 
 const test::WaveHeights& hills() {
     static const test::WaveHeights source(test::small_world(3, 8.0), 300.0, 2000.0);
@@ -121,5 +121,5 @@ TEST(HasGround, BeyondTheTerrainNothingIsMissing) {
     EXPECT_TRUE(has_ground(none, 1, {east + 1.5, 0.0, 0.0}, 1.0));
 }
 
-}  // namespace
+}  // namespace ground_bodies_test
 }  // namespace terrane::tools

@@ -7,7 +7,7 @@
 #include <vector>
 
 namespace terrane::tools {
-namespace {
+namespace page_options_test {
 
 /// The options of a command line, or the message that refuses it.
 tl::expected<PageOptions, std::string> parse(std::vector<std::string> arguments) {
@@ -179,5 +179,5 @@ TEST(PageOptions, ReachTheSettingsOfARun) {
     EXPECT_EQ(settings.announce, 2.0);
 }
 
-}  // namespace
+}  // namespace page_options_test
 }  // namespace terrane::tools

@@ -12,7 +12,7 @@
 #include <vector>
 
 namespace terrane::tools {
-namespace {
+namespace paging_run_test {
 
 std::shared_ptr<const HeightSource> hills() {
     static const std::shared_ptr<const HeightSource> source =
@@ -262,5 +262,5 @@ TEST(ChunkCache, DoesNotKeepFailures) {
     EXPECT_TRUE(chunks.get({0, 0, 1}));
 }
 
-}  // namespace
+}  // namespace paging_run_test
 }  // namespace terrane::tools

@@ -8,7 +8,7 @@
 #include <vector>
 
 namespace terrane::tools {
-namespace {
+namespace paging_table_test {
 
 PagingRow row(PagingChoice policy, std::size_t late_frames, double excess_px_s) {
     PagingRow made;
@@ -140,5 +140,5 @@ TEST(PagingJson, HasTheKeysThatScriptsRead) {
     EXPECT_EQ(to_json(made)["wasted_share"], 0.0) << "nothing was loaded";
 }
 
-}  // namespace
+}  // namespace paging_table_test
 }  // namespace terrane::tools

@@ -9,7 +9,7 @@
 #include <vector>
 
 namespace terrane::tools {
-namespace {
+namespace line_reader_test {
 
 using Status = LineReader::Status;
 
@@ -91,5 +91,5 @@ TEST(LineReader, SaysThatAnInputCannotBeRead) {
     EXPECT_EQ(reader.next(line), Status::failed);
 }
 
-}  // namespace
+}  // namespace line_reader_test
 }  // namespace terrane::tools

@@ -10,7 +10,7 @@
 #include <vector>
 
 namespace terrane::tools {
-namespace {
+namespace pair_answers_test {
 
 using Json = nlohmann::ordered_json;
 
@@ -134,5 +134,5 @@ TEST(PairAnswers, AreTheSameFarFromTheOrigin) {
     }
 }
 
-}  // namespace
+}  // namespace pair_answers_test
 }  // namespace terrane::tools

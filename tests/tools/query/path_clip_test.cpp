@@ -8,7 +8,7 @@
 #include <algorithm>
 
 namespace terrane::tools {
-namespace {
+namespace path_clip_test {
 
 TEST(CutPath, CoversTheWayOverTheExtentWithShortPieces) {
     test::Random random(11);
@@ -50,5 +50,5 @@ TEST(DistanceBeside, IsZeroInsideAndEuclideanOutside) {
     EXPECT_EQ(distance_beside(WorldPos(-2.0, 5.0, 0.0), rect), 2.0);
 }
 
-}  // namespace
+}  // namespace path_clip_test
 }  // namespace terrane::tools

@@ -8,7 +8,7 @@
 #include <cmath>
 
 namespace terrane::tools {
-namespace {
+namespace quaternion_test {
 
 TEST(Quaternion, TurnsXToYByAQuarterAboutZ) {
     const Eigen::Matrix3d rotation = matrix_from_quaternion({1.0, 0.0, 0.0, 1.0});
@@ -35,5 +35,5 @@ TEST(Quaternion, ComesBackFromItsMatrix) {
     }
 }
 
-}  // namespace
+}  // namespace quaternion_test
 }  // namespace terrane::tools

@@ -13,7 +13,7 @@
 #include <vector>
 
 namespace terrane::tools {
-namespace {
+namespace query_answers_test {
 
 using Json = nlohmann::ordered_json;
 
@@ -190,5 +190,5 @@ TEST(AnswerQuery, CastsAShapeDownToItsFirstTouch) {
     EXPECT_LE(gap, 1e-4 + 1e-9);
 }
 
-}  // namespace
+}  // namespace query_answers_test
 }  // namespace terrane::tools

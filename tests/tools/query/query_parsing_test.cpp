@@ -7,7 +7,7 @@
 #include <string>
 
 namespace terrane::tools {
-namespace {
+namespace query_parsing_test {
 
 std::string complaint(const std::string& line) {
     const QueryLine parsed = parse_query(line);
@@ -200,5 +200,5 @@ TEST(ParseQuery, DoesNotFollowBracketsWithoutEnd) {
               "");
 }
 
-}  // namespace
+}  // namespace query_parsing_test
 }  // namespace terrane::tools

@@ -9,7 +9,7 @@
 #include <span>
 
 namespace terrane {
-namespace {
+namespace oracle_test {
 
 using namespace test;
 
@@ -167,5 +167,5 @@ TEST(BruteGap, IsTheLargestMoveThatStaysFree) {
     }
 }
 
-}  // namespace
+}  // namespace oracle_test
 }  // namespace terrane

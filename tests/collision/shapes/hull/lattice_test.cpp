@@ -10,7 +10,7 @@
 #include <cstdint>
 
 namespace terrane {
-namespace {
+namespace lattice_test {
 
 using internal::LatticePoint;
 
@@ -122,5 +122,5 @@ TEST(LatticePoints, AreSortedOnceEachAndWithinARoundingOfTheExtent) {
     EXPECT_FALSE(std::signbit(one.places[0].x()));
 }
 
-}  // namespace
+}  // namespace lattice_test
 }  // namespace terrane

@@ -14,7 +14,7 @@
 #include <vector>
 
 namespace terrane {
-namespace {
+namespace allocation_test {
 
 using test::AllocationCounter;
 
@@ -129,5 +129,5 @@ TEST(Allocation, NeverHappensInUpdateWhileChunksComeAndGo) {
     EXPECT_EQ(count, 0u);
 }
 
-}  // namespace
+}  // namespace allocation_test
 }  // namespace terrane

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 namespace terrane {
-namespace {
+namespace large_budget_test {
 
 // One root of five levels, all of it: 2^11 cells a side, 8,388,608 triangles at the finest.
 TEST(LargeBudget, IsUsedUpToEightMillionTriangles) {
@@ -48,5 +48,5 @@ TEST(LargeBudget, IsUsedUpToEightMillionTriangles) {
     }
 }
 
-}  // namespace
+}  // namespace large_budget_test
 }  // namespace terrane

@@ -20,7 +20,7 @@
 #include <string>
 
 namespace terrane {
-namespace {
+namespace pop_test {
 
 constexpr int kFrames = 30 * TERRANE_FLIGHT_FACTOR;
 constexpr double kFrameTime = 1.0 / 30.0;
@@ -237,5 +237,5 @@ std::vector<Flight> all_flights() {
 
 INSTANTIATE_TEST_SUITE_P(All, Flights, testing::ValuesIn(all_flights()));
 
-}  // namespace
+}  // namespace pop_test
 }  // namespace terrane

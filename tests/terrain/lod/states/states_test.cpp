@@ -10,7 +10,7 @@
 #include <limits>
 
 namespace terrane::test {
-namespace {
+namespace states_test {
 
 constexpr int kShards = 10;
 constexpr int kWorlds = 8 * TERRANE_STATES_FACTOR;  // of a shard
@@ -123,5 +123,5 @@ TEST_P(States, KeepBudgetCertificateAndBitsAndAreWatertight) {
 
 INSTANTIATE_TEST_SUITE_P(Seed, States, testing::Range(1, 1 + kShards));
 
-}  // namespace
+}  // namespace states_test
 }  // namespace terrane::test

@@ -11,7 +11,7 @@
 #include <vector>
 
 namespace terrane::internal {
-namespace {
+namespace contact_needs_allocation_test {
 
 TEST(Allocation, NeverHappensInContactNeedsOnceItHasSeenTheWay) {
     constexpr std::uint64_t kSeed = 3;
@@ -39,5 +39,5 @@ TEST(Allocation, NeverHappensInContactNeedsOnceItHasSeenTheWay) {
     EXPECT_EQ(count, 0u) << "seed " << kSeed;
 }
 
-}  // namespace
+}  // namespace contact_needs_allocation_test
 }  // namespace terrane::internal

@@ -10,7 +10,7 @@
 #include <string>
 
 namespace terrane::internal {
-namespace {
+namespace chunk_grid_test {
 
 using test::Random;
 
@@ -81,5 +81,5 @@ TEST(ChunkGrid, FindsWhatSharesAPointWithAnInterval) {
     }
 }
 
-}  // namespace
+}  // namespace chunk_grid_test
 }  // namespace terrane::internal

@@ -16,7 +16,7 @@
 #include <vector>
 
 namespace terrane::internal {
-namespace {
+namespace contact_needs_dense_test {
 
 using test::all_small_chunks;
 using test::keys_of;
@@ -265,5 +265,5 @@ TEST(ContactNeeds, TellWhoTouchesWhatNow) {
     EXPECT_GT(count, 300u);
 }
 
-}  // namespace
+}  // namespace contact_needs_dense_test
 }  // namespace terrane::internal

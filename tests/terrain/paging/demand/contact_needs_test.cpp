@@ -14,7 +14,7 @@
 #include <vector>
 
 namespace terrane::internal {
-namespace {
+namespace contact_needs_test {
 
 using test::all_small_chunks;
 using test::deep_terraces;
@@ -286,5 +286,5 @@ TEST(ContactNeeds, ForgetWhatIsGone) {
     EXPECT_EQ(needs.time_until({0, 0, 0}), kInfinity);
 }
 
-}  // namespace
+}  // namespace contact_needs_test
 }  // namespace terrane::internal

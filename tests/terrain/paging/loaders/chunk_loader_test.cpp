@@ -12,7 +12,7 @@
 #include <thread>
 
 namespace terrane {
-namespace {
+namespace chunk_loader_test {
 
 using ChunkResult = Result<std::shared_ptr<const Chunk>>;
 
@@ -149,5 +149,5 @@ TEST(LoadClaimed, TurnsWhatIsThrownIntoErrorsAndGivesTheClaimBack) {
     EXPECT_EQ(odd.error().message, "chunk (3, -4) of level 5 cannot be read");
 }
 
-}  // namespace
+}  // namespace chunk_loader_test
 }  // namespace terrane

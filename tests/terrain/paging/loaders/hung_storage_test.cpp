@@ -14,7 +14,7 @@
 #include <limits>
 
 namespace terrane {
-namespace {
+namespace hung_storage_test {
 
 using test::Fault;
 using test::FaultRule;
@@ -241,5 +241,5 @@ TEST(HungStorage, IsNoReasonToFailWhereNoThreadCanStart) {
     expect_all_back(loads, source);
 }
 
-}  // namespace
+}  // namespace hung_storage_test
 }  // namespace terrane

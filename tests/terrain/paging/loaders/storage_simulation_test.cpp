@@ -14,7 +14,7 @@
 #include <map>
 
 namespace terrane {
-namespace {
+namespace storage_simulation_test {
 
 using test::KnownRequest;
 using test::Loads;
@@ -182,5 +182,5 @@ TEST(VirtualLoaderSchedule, IsTheSameInOneStepAndInMany) {
     }
 }
 
-}  // namespace
+}  // namespace storage_simulation_test
 }  // namespace terrane

@@ -12,7 +12,7 @@
 #include <set>
 
 namespace terrane {
-namespace {
+namespace thread_loader_test {
 
 using test::Fault;
 using test::FaultRule;
@@ -278,5 +278,5 @@ TEST(ThreadLoader, LosesNothingThroughRandomCalls) {
     }
 }
 
-}  // namespace
+}  // namespace thread_loader_test
 }  // namespace terrane

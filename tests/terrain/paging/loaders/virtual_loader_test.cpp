@@ -12,7 +12,7 @@
 #include <stdexcept>
 
 namespace terrane {
-namespace {
+namespace virtual_loader_test {
 
 using test::keys_of;
 using test::Loads;
@@ -355,5 +355,5 @@ TEST_F(VirtualLoaderTest, RefusesStorageThatCannotBe) {
     EXPECT_FALSE(VirtualLoader::create({}, nullptr));
 }
 
-}  // namespace
+}  // namespace virtual_loader_test
 }  // namespace terrane

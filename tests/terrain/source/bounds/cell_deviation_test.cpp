@@ -13,7 +13,7 @@
 #include <vector>
 
 namespace terrane::internal {
-namespace {
+namespace cell_deviation_test {
 
 constexpr std::uint64_t kSeed = 67;
 constexpr int kCells = 3 * kCellGroup;
@@ -131,5 +131,5 @@ TEST(CellDeviation, EveryLevelGivesTheSameBits) {
     }
 }
 
-}  // namespace
+}  // namespace cell_deviation_test
 }  // namespace terrane::internal

@@ -17,7 +17,7 @@
 #include <vector>
 
 namespace terrane {
-namespace {
+namespace detail_heights_test {
 
 constexpr std::uint64_t kSeed = 31;
 
@@ -316,5 +316,5 @@ TEST(AmplitudeField, ASingleNodeIsConstant) {
     EXPECT_EQ(field.over({-1e9, -1e9, 1e9, 1e9}).slope, 0.0);
 }
 
-}  // namespace
+}  // namespace detail_heights_test
 }  // namespace terrane

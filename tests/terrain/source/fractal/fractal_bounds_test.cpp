@@ -14,7 +14,7 @@
 #include <string>
 
 namespace terrane {
-namespace {
+namespace fractal_bounds_test {
 
 constexpr std::uint64_t kSeed = 51;
 
@@ -251,5 +251,5 @@ TEST(FractalBounds, TinyTrianglesBendAsTheChainAndProductRulesSay) {
         kAmplitude * (kCurvature * (1.0 + way_slope) * (1.0 + way_slope) + kSlope * way_curvature));
 }
 
-}  // namespace
+}  // namespace fractal_bounds_test
 }  // namespace terrane

@@ -16,7 +16,7 @@
 #include <vector>
 
 namespace terrane {
-namespace {
+namespace fractal_heights_test {
 
 constexpr std::uint64_t kSeed = 21;
 
@@ -365,5 +365,5 @@ TEST(FractalHeights, RefusesSettingsByNameAndValue) {
               std::string::npos);
 }
 
-}  // namespace
+}  // namespace fractal_heights_test
 }  // namespace terrane

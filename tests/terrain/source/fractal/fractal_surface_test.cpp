@@ -11,7 +11,7 @@
 #include <vector>
 
 namespace terrane {
-namespace {
+namespace fractal_surface_test {
 
 using internal::SimdLevel;
 
@@ -137,5 +137,5 @@ TEST(FractalSurface, WarpMovesPlacesByItsWay) {
     EXPECT_GT(largest, 0.1 * settings.amplitude);
 }
 
-}  // namespace
+}  // namespace fractal_surface_test
 }  // namespace terrane

@@ -14,7 +14,7 @@
 #include <vector>
 
 namespace terrane {
-namespace {
+namespace head_samples_test {
 
 constexpr std::uint64_t kSeed = 61;
 constexpr int kSide = 9;  // samples
@@ -216,5 +216,5 @@ TEST_P(HeadSamplesOfKind, OctavesInPiecesHaveTheBitsOfHeights) {
     EXPECT_EQ(sums, heights);
 }
 
-}  // namespace
+}  // namespace head_samples_test
 }  // namespace terrane

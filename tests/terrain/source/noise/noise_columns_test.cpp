@@ -10,7 +10,7 @@
 #include <vector>
 
 namespace terrane {
-namespace {
+namespace noise_columns_test {
 
 using internal::SimdLevel;
 
@@ -185,5 +185,5 @@ TEST(NoisePoints, MoveByWholeUnitsAndRestsAndAreEnclosed) {
     }
 }
 
-}  // namespace
+}  // namespace noise_columns_test
 }  // namespace terrane

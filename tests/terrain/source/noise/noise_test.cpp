@@ -13,7 +13,7 @@
 #include <vector>
 
 namespace terrane {
-namespace {
+namespace noise_test {
 
 constexpr std::uint64_t kAllCells = ~std::uint64_t{0};
 
@@ -227,5 +227,5 @@ TEST(Noise, GradientsShowNoPreferredSignOrNeighbour) {
     EXPECT_LE(std::abs(above), 5.0 * square / kSide);
 }
 
-}  // namespace
+}  // namespace noise_test
 }  // namespace terrane
