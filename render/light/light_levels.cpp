@@ -9,16 +9,16 @@
 namespace terrane::internal {
 namespace {
 
-constexpr double kNearWays = 10.0;  // movements of the eye that are not near: as where chunks fade
+constexpr double kNearMovements = 10.0;  // movements of the eye that are not near: as where chunks fade
 constexpr float kFadeStep = 1.0f / LightLevels::kFadeFrames;
 constexpr int kNoLevel = std::numeric_limits<int>::max();
 
-struct Box {
+struct ChunkBox {
     WorldPos low, high;
 };
 
 // Holds the chunk's ground as it is displayed.
-Box box_of(const Lattice& lattice, const Chunk& chunk) {
+ChunkBox box_of(const Lattice& lattice, const Chunk& chunk) {
     const std::int64_t side = lattice.chunk_side(chunk.key.level);
     const auto bound = static_cast<double>(chunk.max_vertex_bound);
     return {
@@ -27,16 +27,16 @@ Box box_of(const Lattice& lattice, const Chunk& chunk) {
          lattice.quantum * chunk.high + bound}};
 }
 
-double nearest_distance(const Box& box, const WorldPos& p) {
+double nearest_distance(const ChunkBox& box, const WorldPos& p) {
     return (p - p.cwiseMax(box.low).cwiseMin(box.high)).norm();
 }
 
-double farthest_distance(const Box& box, const WorldPos& p) {
+double farthest_distance(const ChunkBox& box, const WorldPos& p) {
     return (p - box.low).cwiseAbs().cwiseMax((p - box.high).cwiseAbs()).norm();
 }
 
-bool is_same(const std::weak_ptr<const Chunk>& held, const std::shared_ptr<const Chunk>& now) {
-    return !held.owner_before(now) && !now.owner_before(held);
+bool is_same(const std::weak_ptr<const Chunk>& chunk, const std::shared_ptr<const Chunk>& now) {
+    return !chunk.owner_before(now) && !now.owner_before(chunk);
 }
 
 }  // namespace
@@ -65,17 +65,17 @@ void LightLevels::follow(const std::shared_ptr<const ResidentSet>& resident, con
     const std::shared_ptr<const ResidentSet> last = followed_.lock();
     followed_ = resident;
     if (last != nullptr && last->has_same_chunks(*resident)) return;
-    for (auto held = records_.begin(); held != records_.end();) {
-        const std::int32_t index = resident->find(held->first);
+    for (auto entry = records_.begin(); entry != records_.end();) {
+        const std::int32_t index = resident->find(entry->first);
         if (index != ResidentSet::kNone &&
-            is_same(held->second.chunk, resident->chunks()[static_cast<std::size_t>(index)])) {
-            ++held;
+            is_same(entry->second.chunk, resident->chunks()[static_cast<std::size_t>(index)])) {
+            ++entry;
             continue;
         }
-        if (held->second.layer >= 0) free_layers_.push_back(held->second.layer);
-        held = records_.erase(held);
+        if (entry->second.layer >= 0) free_layers_.push_back(entry->second.layer);
+        entry = records_.erase(entry);
     }
-    const double way = (view.eye_world - last_eye_).norm();
+    const double eye_movement = (view.eye_world - last_eye_).norm();
     record_of_.clear();
     for (std::size_t i = 0; i < resident->chunks().size(); ++i) {
         const std::shared_ptr<const Chunk>& chunk = resident->chunks()[i];
@@ -89,11 +89,11 @@ void LightLevels::follow(const std::shared_ptr<const ResidentSet>& resident, con
         const std::int32_t parent = resident->links(i).parent;
         if (parent == ResidentSet::kNone) continue;
         // parents stand before their children
-        const bool is_seen_to_come =
+        const bool fades_in =
             record_of_[static_cast<std::size_t>(parent)]->first_frame < frame_ &&
             farthest_distance(box_of(resident->lattice(), *chunk), view.eye_world) >=
-                kNearWays * way;
-        if (is_seen_to_come) record.presence = 0.0f;
+                kNearMovements * eye_movement;
+        if (fades_in) record.presence = 0.0f;
     }
 }
 
@@ -136,7 +136,7 @@ void LightLevels::choose(const ResidentSet& resident, const View& view) {
         for (const std::int32_t child : resident.links(index).child) {
             if (child == ResidentSet::kNone) continue;
             const auto at = static_cast<std::size_t>(child);
-            const Box box = box_of(lattice, *resident.chunks()[at]);
+            const ChunkBox box = box_of(lattice, *resident.chunks()[at]);
             if (nearest_distance(box, view.eye_world) * radians_per_pixel >= spacing) continue;
             if (!light(at)) break;
         }

@@ -68,7 +68,7 @@ TEST(Judge, FindsABodyOfEveryShapeThatSankTwoCentimetres) {
 }
 
 // Turned by 90 degrees about y, x looks down: of the hammer its head, of the stone its longest point.
-TEST(Judge, KnowsHowAStoneAndAHammerStand) {
+TEST(Judge, JudgesAStoneAndAHammerTurnedOnTheirEnds) {
     const double half = std::sqrt(0.5);
     const struct {
         DropShape shape;
@@ -89,7 +89,7 @@ TEST(Judge, FindsASpikeThatPokesIntoASideOfAStone) {
     EXPECT_EQ(poked.too_deep, 1u);
 }
 
-TEST(Judge, KnowsALyingCapsuleFromAStandingOne) {
+TEST(Judge, DistinguishesALyingCapsuleFromAStandingOne) {
     const double half = std::sqrt(0.5);
     EXPECT_EQ(judge_one(DropShape::capsule, flat, {0.0, 0.0, 3.4, half, half, 0.0, 0.0}).too_deep,
               0u);
@@ -97,7 +97,7 @@ TEST(Judge, KnowsALyingCapsuleFromAStandingOne) {
               1u);
 }
 
-TEST(Judge, MeasuresDepthAlongTheShortestWayOutOfASlope) {
+TEST(Judge, MeasuresDepthAlongTheMinimumTranslationOutOfASlope) {
     // 20 cm below touch vertically are 14 cm along the normal of a slope of 45 degrees.
     const double touch = 0.5 * std::sqrt(2.0);
     const Report report = judge_one(DropShape::sphere, ramp, {0.3, 0.2, 0.3 + touch - 0.2});
@@ -110,7 +110,7 @@ TEST(Judge, FindsASpikeThatPokesIntoTheFlatOfABox) {
     EXPECT_EQ(judge_one(DropShape::box, spike, {0.1, 0.2, 5.45}).too_deep, 1u);
 }
 
-TEST(Judge, FindsABodyInsideAWallThatItsCentreIsClearOf) {
+TEST(Judge, FindsABodyInAWallThatItsCentreIsOutsideOf) {
     // The wall's foot is at x = -1; the sphere at mid height reaches it from x = -0.5 - 0.5 - small.
     EXPECT_EQ(judge_one(DropShape::sphere, wall, {-1.6, 0.2, 5.0}).too_deep, 0u);
     EXPECT_EQ(judge_one(DropShape::sphere, wall, {-0.9, 0.2, 5.0}).too_deep, 1u);

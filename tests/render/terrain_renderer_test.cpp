@@ -45,14 +45,14 @@ protected:
     std::unique_ptr<EglContext> context_;
 };
 
-View look(const WorldPos& eye, const WorldPos& target) {
+View view_from(const WorldPos& eye, const WorldPos& target) {
     return *look_at(eye, target, 1.0, kWidth, kHeight);
 }
 
 // Straight down on the middle of the world, nothing but ground in sight.
-View look_down() { return look({250.0, 130.0, 150.0}, {250.0, 130.0, 0.0}); }
+View view_down() { return view_from({250.0, 130.0, 150.0}, {250.0, 130.0, 0.0}); }
 // Over the hills, the horizon in the middle.
-View look_along() { return look({250.0, 20.0, 40.0}, {250.0, 140.0, 40.0}); }
+View view_along() { return view_from({250.0, 20.0, 40.0}, {250.0, 140.0, 40.0}); }
 
 const std::uint8_t* pixel(const Image& image, int x, int y) {
     return &image.rgb[3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) +
@@ -92,9 +92,9 @@ TEST_F(TerrainRendererTest, RefusesSettingsOutOfRange) {
 TEST_F(TerrainRendererTest, ABadViewOrMeshIsRefusedAndTheLastFrameStays) {
     const Scene scene = make_scene();
     TerrainRenderer renderer = make();
-    const Image before = draw(renderer, scene.mesh(), look_along());
+    const Image before = draw(renderer, scene.mesh(), view_along());
 
-    std::vector<View> views(3, look_along());
+    std::vector<View> views(3, view_along());
     views[0].eye_world.x() = std::nan("");
     views[1].width_px = 2 * kWidth;
     views[2].eye_world.z() = 1e300;
@@ -111,7 +111,7 @@ TEST_F(TerrainRendererTest, ABadViewOrMeshIsRefusedAndTheLastFrameStays) {
     TerrainMesh foreign = scene.mesh();
     foreign.resident = other.resident;
     for (const TerrainMesh& mesh : {torn, homeless, foreign}) {
-        const Result<void> drawn = renderer.draw(mesh, look_down());
+        const Result<void> drawn = renderer.draw(mesh, view_down());
         ASSERT_FALSE(drawn);
         EXPECT_EQ(drawn.error().code, ErrorCode::invalid_argument);
     }
@@ -120,7 +120,7 @@ TEST_F(TerrainRendererTest, ABadViewOrMeshIsRefusedAndTheLastFrameStays) {
 
 TEST_F(TerrainRendererTest, AMeshWithoutTrianglesIsSkyThatGetsDeeperUpwards) {
     TerrainRenderer renderer = make();
-    const Image image = draw(renderer, TerrainMesh{}, look_along());
+    const Image image = draw(renderer, TerrainMesh{}, view_along());
     // red fades towards the zenith
     EXPECT_GT(pixel(image, 10, kHeight / 2)[0], pixel(image, 10, 0)[0] + 20);
     // the sky is no ground: each row is bluer than red
@@ -129,11 +129,11 @@ TEST_F(TerrainRendererTest, AMeshWithoutTrianglesIsSkyThatGetsDeeperUpwards) {
     }
 }
 
-TEST_F(TerrainRendererTest, TheHorizonPartsSkyAndGround) {
+TEST_F(TerrainRendererTest, TheHorizonSeparatesSkyAndGround) {
     const Scene scene = make_scene();
     TerrainRenderer renderer = make();
-    const Image sky = draw(renderer, TerrainMesh{}, look_along());
-    const Image both = draw(renderer, scene.mesh(), look_along());
+    const Image sky = draw(renderer, TerrainMesh{}, view_along());
+    const Image both = draw(renderer, scene.mesh(), view_along());
     for (int x = 0; x < kWidth; x += 8) {
         for (int y = 0; y < kHeight / 2 - 2; ++y) {
             // hills are 12 m high at most, the eye is at 40 m
@@ -171,7 +171,7 @@ protected:
 
 TEST_F(CrackTest, NoSkyShowsThroughClosedGroundWhereLevelsMeet) {
     const Scene scene = make_scene();
-    EXPECT_EQ(count_sky_pixels(scene.mesh(), look_down()), 0);
+    EXPECT_EQ(count_sky_pixels(scene.mesh(), view_down()), 0);
     // around two corners of the fine chunk, from many places, never as far as the world's edge
     for (int i = 0; i < 24; ++i) {
         const double turn = 0.26 * i;
@@ -179,7 +179,7 @@ TEST_F(CrackTest, NoSkyShowsThroughClosedGroundWhereLevelsMeet) {
         const WorldPos eye(x + 15.3 * std::cos(turn), 128.0 + 13.7 * std::sin(turn),
                            40.0 + 1.3 * i);
         const WorldPos target(x + 9.0 * std::sin(2.0 * turn), 128.0, 0.0);
-        EXPECT_EQ(count_sky_pixels(scene.mesh(), look(eye, target)), 0) << "view " << i;
+        EXPECT_EQ(count_sky_pixels(scene.mesh(), view_from(eye, target)), 0) << "view " << i;
     }
 }
 
@@ -190,7 +190,7 @@ TEST_F(CrackTest, NoSkyShowsThroughClosedGroundFarFromTheOrigin) {
     ASSERT_GT(east, 1e7);
     for (int i = 0; i < 8; ++i) {
         const WorldPos eye(east + 190.0 + 7.137 * i, 130.0, 90.0);
-        EXPECT_EQ(count_sky_pixels(scene.mesh(), look(eye, {eye.x() + 1.0, 131.0, 0.0})), 0)
+        EXPECT_EQ(count_sky_pixels(scene.mesh(), view_from(eye, {eye.x() + 1.0, 131.0, 0.0})), 0)
             << "view " << i;
     }
 }
@@ -205,7 +205,7 @@ TEST_F(CrackTest, NoSkyShowsThroughGroundThatMorphsWhereLevelsMeet) {
             const WorldPos eye(west + 128.0 + 15.3 * std::cos(turn), 128.0 + 13.7 * std::sin(turn),
                                40.0 + 2.6 * i);
             const WorldPos target(west + 128.0 + 9.0 * std::sin(2.0 * turn), 128.0, 0.0);
-            EXPECT_EQ(count_sky_pixels(scene.mesh(), look(eye, target)), 0) << "view " << i;
+            EXPECT_EQ(count_sky_pixels(scene.mesh(), view_from(eye, target)), 0) << "view " << i;
         }
     }
 }
@@ -218,22 +218,22 @@ TEST_F(CrackTest, AnOffsetThatOneChunkLacksTearsTheGround) {
         scene.offsets[1][sample_index(column, 0)] -= 4.0f;
     }
     const double z = scene.height(180.0, 128.0);
-    const View view = look({180.0, 140.0, z + 4.0}, {180.0, 128.0, z - 2.0});
+    const View view = view_from({180.0, 140.0, z + 4.0}, {180.0, 128.0, z - 2.0});
     EXPECT_GT(count_sky_pixels(scene.mesh(), view), 0);
 }
 
 TEST_F(TerrainRendererTest, OffsetsMoveTheGroundAndZerosLeaveEveryPixel) {
     Scene scene = make_scene();
     TerrainRenderer renderer = make();
-    const Image still = draw(renderer, scene.mesh(), look_along());
+    const Image still = draw(renderer, scene.mesh(), view_along());
     test::add_offsets(scene);
-    EXPECT_GT(count_different(still, draw(renderer, scene.mesh(), look_along())), 1000);
+    EXPECT_GT(count_different(still, draw(renderer, scene.mesh(), view_along())), 1000);
     for (std::vector<float>& offsets : scene.offsets) {
         for (float& offset : offsets) offset = 0.0f;
     }
-    EXPECT_EQ(count_different(still, draw(renderer, scene.mesh(), look_along())), 0);
+    EXPECT_EQ(count_different(still, draw(renderer, scene.mesh(), view_along())), 0);
     for (MeshChunk& chunk : scene.chunks) chunk.offsets = nullptr;
-    EXPECT_EQ(count_different(still, draw(renderer, scene.mesh(), look_along())), 0);
+    EXPECT_EQ(count_different(still, draw(renderer, scene.mesh(), view_along())), 0);
 }
 
 TEST_F(CrackTest, OneMissingTriangleIsSeen) {
@@ -241,7 +241,7 @@ TEST_F(CrackTest, OneMissingTriangleIsSeen) {
     // a triangle of the fine chunk near its corner, in the middle of the view
     scene.chunks[2].first_index += 3;
     scene.chunks[2].index_count -= 3;
-    const View view = look({129.0, 129.0, 60.0}, {129.0, 129.0, 0.0});
+    const View view = view_from({129.0, 129.0, 60.0}, {129.0, 129.0, 0.0});
     EXPECT_GT(count_sky_pixels(scene.mesh(), view), 0);
 }
 
@@ -251,7 +251,7 @@ TEST_F(TerrainRendererTest, APictureTenThousandKilometresAwayIsTheSamePicture) {
     ASSERT_GT(east, 1e7);
     const Scene near = make_scene();
     const Scene far = make_scene(far_roots);
-    for (View view : {look_down(), look_along()}) {
+    for (View view : {view_down(), view_along()}) {
         TerrainRenderer renderer = make();
         const Image here = draw(renderer, near.mesh(), view);
         view.eye_world.x() += east;
@@ -272,7 +272,7 @@ TEST_F(TerrainRendererTest, AnEyeThatCreepsFarFromTheOriginMovesThePictureSmooth
     for (int step = 0; step < 12; ++step) {
         const double creep = 0.0008 * step;
         const Image image =
-            draw(renderer, scene.mesh(), look({x + creep, 100.0, z}, {x + creep, 130.0, z - 8.0}));
+            draw(renderer, scene.mesh(), view_from({x + creep, 100.0, z}, {x + creep, 130.0, z - 8.0}));
         if (step > 0) {
             EXPECT_LE(largest_difference(last, image), 40) << "step " << step;
             changed += count_different(last, image) > 0 ? 1 : 0;
@@ -285,21 +285,21 @@ TEST_F(TerrainRendererTest, AnEyeThatCreepsFarFromTheOriginMovesThePictureSmooth
 TEST_F(TerrainRendererTest, WireframeDrawsLinesOverTheSameGround) {
     const Scene scene = make_scene();
     TerrainRenderer plain = make();
-    const Image ground = draw(plain, scene.mesh(), look_down());
+    const Image ground = draw(plain, scene.mesh(), view_down());
     RendererSettings settings;
     settings.wireframe = true;
     TerrainRenderer lined = make(settings);
-    const Image lines = draw(lined, scene.mesh(), look_down());
+    const Image lines = draw(lined, scene.mesh(), view_down());
     const int different = count_different(ground, lines);
     EXPECT_GT(different, kWidth * kHeight / 50);
     // and the next frame's ground is filled again
-    EXPECT_EQ(count_different(lines, draw(lined, scene.mesh(), look_down())), 0);
+    EXPECT_EQ(count_different(lines, draw(lined, scene.mesh(), view_down())), 0);
 }
 
 TEST_F(TerrainRendererTest, ObjectsCoverWhatLiesBehindAndHideBehindHills) {
     const Scene scene = make_scene();
     TerrainRenderer renderer = make();
-    const Image ground = draw(renderer, scene.mesh(), look_down());
+    const Image ground = draw(renderer, scene.mesh(), view_down());
     using Form = DrawnObject::Form;
     // 12 m at 114 to 126 m are about 16 pixels: a square of them, a disc, and a tube that lies
     for (const auto& [form, least, most] :
@@ -313,13 +313,13 @@ TEST_F(TerrainRendererTest, ObjectsCoverWhatLiesBehindAndHideBehindHills) {
         if (form == Form::tube) {
             object.world_from_object.rotation << 0, 0, 1, 1, 0, 0, 0, 1, 0;
         }
-        ASSERT_TRUE(renderer.draw(scene.mesh(), look_down(), {&object, 1}));
+        ASSERT_TRUE(renderer.draw(scene.mesh(), view_down(), {&object, 1}));
         const int covered = count_different(ground, renderer.read());
         EXPECT_GT(covered, least);
         EXPECT_LT(covered, most);
 
         object.world_from_object.translation.z() = -60.0;
-        ASSERT_TRUE(renderer.draw(scene.mesh(), look_down(), {&object, 1}));
+        ASSERT_TRUE(renderer.draw(scene.mesh(), view_down(), {&object, 1}));
         EXPECT_EQ(count_different(ground, renderer.read()), 0);
     }
 }
@@ -328,10 +328,10 @@ TEST_F(TerrainRendererTest, KeepsBuffersWhileChunksAreResidentAndDropsThemAfterw
     const Scene scene = make_scene();
     TerrainRenderer renderer = make();
     EXPECT_EQ(renderer.buffer_bytes(), 0u);
-    const Image first = draw(renderer, scene.mesh(), look_down());
+    const Image first = draw(renderer, scene.mesh(), view_down());
     const std::size_t bytes = renderer.buffer_bytes();
     EXPECT_GT(bytes, 3u * kChunkSamples * kChunkSamples * sizeof(std::int32_t));
-    EXPECT_EQ(count_different(first, draw(renderer, scene.mesh(), look_down())), 0);
+    EXPECT_EQ(count_different(first, draw(renderer, scene.mesh(), view_down())), 0);
     EXPECT_EQ(renderer.buffer_bytes(), bytes);
 
     // the fine chunk leaves
@@ -341,14 +341,14 @@ TEST_F(TerrainRendererTest, KeepsBuffersWhileChunksAreResidentAndDropsThemAfterw
         std::vector<std::shared_ptr<const Chunk>>(scene.resident->chunks().begin(),
                                                   scene.resident->chunks().begin() + 2),
         2);
-    draw(renderer, coarse, look_down());
+    draw(renderer, coarse, view_down());
     EXPECT_EQ(renderer.buffer_bytes(), bytes / 3 * 2);
 }
 
 TEST_F(TerrainRendererTest, AChunkThatWasLoadedAgainIsNotTakenForItsPredecessor) {
     Scene scene = make_scene();
     TerrainRenderer renderer = make();
-    const Image before = draw(renderer, scene.mesh(), look_down());
+    const Image before = draw(renderer, scene.mesh(), view_down());
     // the same keys, other heights
     std::vector<std::shared_ptr<const Chunk>> raised;
     for (const std::shared_ptr<const Chunk>& chunk : scene.resident->chunks()) {
@@ -365,16 +365,16 @@ TEST_F(TerrainRendererTest, AChunkThatWasLoadedAgainIsNotTakenForItsPredecessor)
                 .get();
     }
     TerrainRenderer fresh = make();
-    const Image wanted = draw(fresh, scene.mesh(), look_down());
+    const Image wanted = draw(fresh, scene.mesh(), view_down());
     EXPECT_GT(count_different(before, wanted), 1000);
-    EXPECT_EQ(count_different(wanted, draw(renderer, scene.mesh(), look_down())), 0);
+    EXPECT_EQ(count_different(wanted, draw(renderer, scene.mesh(), view_down())), 0);
 }
 
 TEST_F(TerrainRendererTest, LightHasNoSeamWhereChunksOfALevelMeet) {
     // the two roots' edge is at x = 256: columns of pixels beside it may differ no more than others
     const Scene scene = make_scene();
     TerrainRenderer renderer = make();
-    const Image image = draw(renderer, scene.mesh(), look({256.0, 60.0, 70.0}, {256.0, 60.0, 0.0}));
+    const Image image = draw(renderer, scene.mesh(), view_from({256.0, 60.0, 70.0}, {256.0, 60.0, 0.0}));
     const auto step_at = [&](int x) {
         double sum = 0.0;
         for (int y = 0; y < kHeight; ++y) {
@@ -397,7 +397,7 @@ TEST_F(TerrainRendererTest, OutlivesItsContextObject) {
     const Scene scene = make_scene();
     TerrainRenderer renderer = make();
     context_.reset();
-    const Result<void> drawn = renderer.draw(scene.mesh(), look_down());
+    const Result<void> drawn = renderer.draw(scene.mesh(), view_down());
     EXPECT_TRUE(drawn) << drawn.error().message;
 }
 

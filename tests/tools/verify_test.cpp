@@ -214,7 +214,7 @@ TEST(TriangleHeap, ListsEveryVertexOnce) {
     EXPECT_FALSE(TriangleHeap(std::vector<TriangleHeap::Triangle>{}).height(1.0, 2.0));
 }
 
-TEST(TriangleHeap, AgreesWithALookAtEveryTriangle) {
+TEST(TriangleHeap, AgreesWithATestOfEveryTriangle) {
     // a net whose cells are of one size, thrown over by others: random triangles of random sizes
     test::Random random(5);
     std::vector<TriangleHeap::Triangle> net;

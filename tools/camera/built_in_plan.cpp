@@ -96,15 +96,15 @@ Result<LegPlan> make_canyon(const HeightSource& source, double speed, double dur
 
 // There and back, with half a circle to the left at each end: the first way goes over the middle.
 LegPlan make_turns(const WorldRect& extent, double speed, double duration) {
-    constexpr double kWay = 5.0;   // seconds
-    constexpr double kTurn = 6.0;  // seconds
+    constexpr double kStraightTime = 5.0;   // seconds
+    constexpr double kTurnTime = 6.0;  // seconds
     constexpr int kSubsteps = 16;
     constexpr double kSubstep = kLegStep / kSubsteps;
-    const double way = std::min(kWay, 0.5 * longer_length(extent) / speed);
-    const auto angle = [way](double time) {
+    const double straight_time = std::min(kStraightTime, 0.5 * longer_length(extent) / speed);
+    const auto angle = [straight_time](double time) {
         if (time <= 0.0) return 0.0;
-        const double period = std::floor(time / (way + kTurn));
-        const double s = std::max(0.0, time - period * (way + kTurn) - way) / kTurn;
+        const double period = std::floor(time / (straight_time + kTurnTime));
+        const double s = std::max(0.0, time - period * (straight_time + kTurnTime) - straight_time) / kTurnTime;
         // the rate of turning rises from 0 and falls back to it without a corner
         return kPi * (period + s * s * s * (10.0 - 15.0 * s + 6.0 * s * s));
     };
@@ -112,7 +112,7 @@ LegPlan make_turns(const WorldRect& extent, double speed, double duration) {
     plan.duration = duration;
     plan.control.resize(control_count(duration));
     Vector2d direction = longer_side(extent);
-    Vector2d place = middle(extent) - (0.5 * way + kLegPad) * speed * direction;
+    Vector2d place = middle(extent) - (0.5 * straight_time + kLegPad) * speed * direction;
     for (std::size_t i = 0; i < plan.control.size(); ++i) {
         plan.control[i] = {place.x(), place.y(), 0.0};
         for (int j = 0; j < kSubsteps; ++j) {

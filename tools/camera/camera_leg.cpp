@@ -45,7 +45,7 @@ Result<CameraLeg> CameraLeg::create(LegPlan plan, const HeightSource& source, do
     if (const Result<void> fit = leg.fit_heights(source, altitude, 0.5 * altitude, speed); !fit) {
         return tl::unexpected(fit.error());
     }
-    leg.fit_look(std::clamp(3.0 * altitude / speed, 2.0, 6.0), plan.has_lean);
+    leg.fit_orientation(std::clamp(3.0 * altitude / speed, 2.0, 6.0), plan.has_lean);
     return leg;
 }
 
@@ -67,7 +67,7 @@ Result<CameraLeg> CameraLeg::create(Track track, const HeightSource& source, dou
         const Result<void> fit = leg.fit_heights(source, altitude.value_or(0.0), clearance, speed);
         if (!fit) return tl::unexpected(fit.error());
     }
-    leg.fit_look(3.0, false);
+    leg.fit_orientation(3.0, false);
     if (track.has_orientations) leg.orientations_ = std::move(track.points);
     return leg;
 }
@@ -132,31 +132,31 @@ Result<void> CameraLeg::fit_heights(const HeightSource& source, double altitude,
 
 // Looks along the way from a little behind to a time ahead, smoothed; a camera that stands keeps its
 // look.
-void CameraLeg::fit_look(double ahead, bool has_lean) {
-    constexpr double kLeastWay = 1.0;  // metres: less has no direction
+void CameraLeg::fit_orientation(double ahead, bool has_lean) {
+    constexpr double kLeastDisplacement = 1.0;  // metres: less has no direction
     constexpr std::ptrdiff_t kHalfWidth = 3;
     const std::size_t count = control_count(duration_);
-    std::vector<Eigen::Vector3d> look(count, Eigen::Vector3d::Zero());
+    std::vector<Eigen::Vector3d> direction(count, Eigen::Vector3d::Zero());
     std::vector<Eigen::Vector3d> lean(count, Eigen::Vector3d::UnitZ());
     std::optional<Eigen::Vector3d> last;
     for (std::size_t i = 0; i < count; ++i) {
         const double time = control_time(i);
-        Eigen::Vector3d way = eye(time + ahead).value - eye(time - 0.25 * ahead).value;
-        const double length = way.head<2>().norm();
-        if (length > kLeastWay) {
-            way.z() = kClimb * way.z() - kDrop * length;
-            if (!last) std::fill_n(look.begin(), i, way.normalized());
-            last = way.normalized();
+        Eigen::Vector3d displacement = eye(time + ahead).value - eye(time - 0.25 * ahead).value;
+        const double length = displacement.head<2>().norm();
+        if (length > kLeastDisplacement) {
+            displacement.z() = kClimb * displacement.z() - kDrop * length;
+            if (!last) std::fill_n(direction.begin(), i, displacement.normalized());
+            last = displacement.normalized();
         }
-        look[i] = last.value_or(Eigen::Vector3d(0.0, 1.0, -kDrop).normalized());
+        direction[i] = last.value_or(Eigen::Vector3d(0.0, 1.0, -kDrop).normalized());
         if (!has_lean) continue;
-        const Eigen::Vector3d push =
+        const Eigen::Vector3d acceleration_g =
             (eye(time + kLegStep).rate - eye(time - kLegStep).rate) / (2.0 * kLegStep * kGravity);
-        const Eigen::Vector3d right = Eigen::Vector3d(look[i].y(), -look[i].x(), 0.0).normalized();
-        const double side = right.dot(push);
+        const Eigen::Vector3d right = Eigen::Vector3d(direction[i].y(), -direction[i].x(), 0.0).normalized();
+        const double side = right.dot(acceleration_g);
         lean[i] += right * (0.3 * side / (1.0 + std::abs(side)));
     }
-    forward_ = SmoothCurve(-kLegPad, kLegStep, smoothed(look, kHalfWidth));
+    forward_ = SmoothCurve(-kLegPad, kLegStep, smoothed(direction, kHalfWidth));
     up_ = SmoothCurve(-kLegPad, kLegStep, smoothed(lean, kHalfWidth));
 }
 

@@ -63,7 +63,7 @@ private:
     CurvePoint eye(double time) const;
     Result<void> fit_heights(const HeightSource& source, double altitude, double clearance,
                              double speed);
-    void fit_look(double ahead, bool has_lean);
+    void fit_orientation(double ahead, bool has_lean);
 
     double duration_ = 0.0;
     double start_ = 0.0;     // of the track

@@ -17,8 +17,8 @@ Result<void> retime(Track& track, double speed) {
     std::vector<TrackPoint> points{track.points.front()};
     points.front().time = 0.0;
     for (const TrackPoint& point : track.points) {
-        const Eigen::Vector3d way = point.position_world - points.back().position_world;
-        const double length = track.has_heights ? way.norm() : way.head<2>().norm();
+        const Eigen::Vector3d displacement = point.position_world - points.back().position_world;
+        const double length = track.has_heights ? displacement.norm() : displacement.head<2>().norm();
         if (!(length > 0.0)) continue;
         points.push_back(point);
         points.back().time = points[points.size() - 2].time + length / speed;

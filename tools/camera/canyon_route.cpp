@@ -142,8 +142,8 @@ Route cheapest_route(const std::vector<double>& cost, bool to_north) {
                 continue;
             }
             const std::size_t next = node_index(next_column, next_row);
-            const double way = next_column != column && next_row != row ? 1.4142135623730951 : 1.0;
-            const double total = reached + way * 0.5 * (cost[node] + cost[next]);
+            const double distance = next_column != column && next_row != row ? 1.4142135623730951 : 1.0;
+            const double total = reached + distance * 0.5 * (cost[node] + cost[next]);
             if (total < best[next]) {
                 best[next] = total;
                 from[next] = node;

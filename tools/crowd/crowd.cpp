@@ -118,7 +118,7 @@ void Crowd::place_bounds() {
     }
 }
 
-CrowdQuery Crowd::look() {
+CrowdQuery Crowd::query() {
     CrowdQuery query;
     const double start = now_ms();
     place_bounds();

@@ -43,7 +43,7 @@ public:
     /// Moves all bodies by a time, seconds.
     void move(double dt);
     /// Finds which bodies touch.
-    CrowdQuery look();
+    CrowdQuery query();
 
     /// Corners of all bodies together.
     std::size_t corner_count() const { return corner_count_; }

@@ -19,7 +19,7 @@ CrowdTotals run_crowd(Crowd& crowd, double dt,
                       const std::function<bool(const CrowdTotals&)>& goes_on) {
     CrowdTotals totals;
     do {
-        totals.add(crowd.look());
+        totals.add(crowd.query());
         crowd.move(dt);
     } while (goes_on(totals));
     return totals;

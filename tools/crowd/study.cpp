@@ -180,12 +180,12 @@ CrowdTotals median_of(std::span<CrowdTotals> rounds) {
 void measure_all(Plan& plan, double seconds, const std::function<void()>& show_point) {
     constexpr int kRounds = 5;
     constexpr std::size_t kFewBodies = 1000;
-    struct Place {
+    struct TimedCrowd {
         Crowd crowd;
         CrowdTotals* result;
         std::vector<CrowdTotals> rounds;
     };
-    std::vector<Place> places;
+    std::vector<TimedCrowd> timed_crowds;
     for (std::size_t i = 0; i < plan.layouts.size() && !is_interrupted(); ++i) {
         std::vector<CrowdTotals>& measured = plan.table.points[i].measured;
         measured.resize(plan.kinds.size());
@@ -197,7 +197,7 @@ void measure_all(Plan& plan, double seconds, const std::function<void()>& show_p
                 continue;
             }
             if (layout.count <= kFewBodies) {
-                places.push_back({Crowd(layout), &measured[series], {}});
+                timed_crowds.push_back({Crowd(layout), &measured[series], {}});
             } else {
                 Crowd crowd(layout);
                 measured[series] = measure(crowd, seconds);
@@ -206,11 +206,11 @@ void measure_all(Plan& plan, double seconds, const std::function<void()>& show_p
         show_point();
     }
     for (int round = 0; round < kRounds; ++round) {
-        for (Place& place : places) {
-            place.rounds.push_back(measure(place.crowd, seconds / kRounds));
+        for (TimedCrowd& timed : timed_crowds) {
+            timed.rounds.push_back(measure(timed.crowd, seconds / kRounds));
         }
     }
-    for (Place& place : places) *place.result = median_of(place.rounds);
+    for (TimedCrowd& timed : timed_crowds) *timed.result = median_of(timed.rounds);
 }
 
 }  // namespace

@@ -27,7 +27,7 @@ Result<DropFilm> DropFilm::create(const FlightOptions& options,
     Result<FlightOutput> output = FlightOutput::create(options, *source, kColumns);
     if (!output) return tl::unexpected(output.error());
     DropCamera camera(source, world.states());
-    maker->settle(camera.view(make_view(options.size, options.fov_deg)), {}, 0.0);
+    maker->load_until_stable(camera.view(make_view(options.size, options.fov_deg)), {}, 0.0);
     return DropFilm(options, std::move(*maker), std::move(*output), std::move(camera));
 }
 

@@ -112,7 +112,7 @@ public:
 
 private:
     Result<void> put_down(const Ground& ground);
-    void live(const Ground& ground, double dt);
+    void drive_frame(const Ground& ground, double dt);
     void handle_roll(const Ground& ground);
     void step(const Ground& ground, const TruckControls& controls, double dt);
     bool has_ended() const;
@@ -143,7 +143,7 @@ Result<void> Drive::put_down(const Ground& ground) {
 }
 
 // One frame's time of driving on what is resident.
-void Drive::live(const Ground& ground, double dt) {
+void Drive::drive_frame(const Ground& ground, double dt) {
     const auto steps = static_cast<int>(std::ceil(dt / kLongestStep - 1e-9));
     for (int i = 0; i < steps && !has_ended(); ++i) {
         const WorldPos before = truck_.chassis().pose.translation;
@@ -177,7 +177,7 @@ Result<void> Drive::play(std::size_t frame_count, FrameMaker& maker, FlightOutpu
     Progress progress("driving");
     const View picture = make_view(options_.size, options_.fov_deg);
     const std::array first_need{truck_.need()};
-    maker.settle(camera_->view(picture), first_need, 0.0);
+    maker.load_until_stable(camera_->view(picture), first_need, 0.0);
     const Result<void> placed =
         put_down(Ground(maker.pager().resident(), maker.pager().contact_level()));
     if (!placed) return placed;
@@ -196,7 +196,7 @@ Result<void> Drive::play(std::size_t frame_count, FrameMaker& maker, FlightOutpu
         const Result<void> added = output.add(std::move(frame), view, draw_truck(truck_));
         if (!added) return added;
         if (output.is_closed() || has_ended()) break;
-        live(Ground(maker.pager().resident(), maker.pager().contact_level()), 1.0 / options_.fps);
+        drive_frame(Ground(maker.pager().resident(), maker.pager().contact_level()), 1.0 / options_.fps);
     }
     return {};
 }

@@ -55,7 +55,7 @@ Result<void> fly(const FlyOptions& options, const CameraPath& path, std::size_t 
     if (options.policy == PagingChoice::oracle) future = camera_trajectory(path_moments(path), 0.0);
     const double horizon = frame_maker_settings(options).pager.horizon;
     const View picture = make_view(options.size, options.fov_deg);
-    maker.settle(view_at(picture, path.at(0.0)), {}, 0.0);
+    maker.load_until_stable(view_at(picture, path.at(0.0)), {}, 0.0);
     if (output.is_closed()) return {};
     if (storage != nullptr) storage->begin();
     const auto start = std::chrono::steady_clock::now();

@@ -40,7 +40,7 @@ public:
     /// one could draw. Ends early where is_interrupted().
     ///
     /// @param time of the pager's clock
-    void settle(const View& view, std::span<const BodyNeed> bodies, double time);
+    void load_until_stable(const View& view, std::span<const BodyNeed> bodies, double time);
 
     /// Makes the frame of a moment.
     ///

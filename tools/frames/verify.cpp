@@ -49,9 +49,9 @@ Verifier::Camera::Camera(const View& of)
     : view(of), frustum(make_frustum(of)), pixels_per_radian(of.pixels_per_radian()) {}
 
 bool Verifier::Camera::sees(const WorldPos& p_world) const {
-    const Eigen::Vector3d way = p_world - view.eye_world;
+    const Eigen::Vector3d displacement = p_world - view.eye_world;
     for (const Eigen::Vector3d& normal : frustum.normals) {
-        if (normal.dot(way) < 0.0) return false;
+        if (normal.dot(displacement) < 0.0) return false;
     }
     return true;
 }
@@ -62,9 +62,9 @@ double Verifier::Camera::to_pixels(double metres, const WorldPos& p_world) const
 }
 
 // Looks at one place after the other, and keeps the worst that it sees.
-class Verifier::Look {
+class Verifier::Points {
 public:
-    Look(const Verifier& verifier, const TriangleHeap& heap, const Camera& camera,
+    Points(const Verifier& verifier, const TriangleHeap& heap, const Camera& camera,
          double certified_px)
         : verifier_(verifier), heap_(heap), camera_(camera), certified_px_(certified_px) {
         if (const auto& before = verifier.before_) {
@@ -72,7 +72,7 @@ public:
         }
     }
 
-    void at(double x, double y) {
+    void add(double x, double y) {
         const double truth = verifier_.source_.height(x, y);
         const WorldPos p_world(x, y, truth);
         if (!std::isfinite(truth) || !camera_.sees(p_world) || !verifier_.is_ground(x, y)) return;
@@ -92,7 +92,7 @@ public:
     }
 
     // Movement alone, of a vertex of one frame over or under the other.
-    void at_vertex(const WorldPos& vertex, const TriangleHeap& other) {
+    void add_vertex(const WorldPos& vertex, const TriangleHeap& other) {
         std::optional<double> height = other.vertex_height(vertex.x(), vertex.y());
         if (!height) height = other.height(vertex.x(), vertex.y());
         if (!height || *height == vertex.z()) return;
@@ -141,7 +141,7 @@ bool Verifier::is_ground(double x, double y) const {
     return source_.cell_flags(cell, {&flags, 1}) && (flags & cell_outside) == 0;
 }
 
-void Verifier::throw_over_picture(const Camera& camera, Look& look) const {
+void Verifier::sample_picture(const Camera& camera, Points& points) const {
     const View& view = camera.view;
     const WorldRect& extent = source_.extent();
     double farthest = 0.0;
@@ -159,51 +159,51 @@ void Verifier::throw_over_picture(const Camera& camera, Look& look) const {
         view, camera.sees(view.eye_world - vertical) || camera.sees(view.eye_world + vertical));
     const double span = std::log(std::max(farthest, 2.0 * nearest) / nearest);
     const std::size_t most_tries = 4 * least_points_;
-    for (std::size_t i = 1; i <= most_tries && 2 * look.result.points < least_points_; ++i) {
+    for (std::size_t i = 1; i <= most_tries && 2 * points.result.points < least_points_; ++i) {
         const auto count = static_cast<double>(i);
         const double turn = wedge.first + wedge.span * fraction(kR2x * count);
         const double distance = nearest * std::exp(span * fraction(kR2y * count));
-        look.at(view.eye_world.x() + distance * std::cos(turn),
+        points.add(view.eye_world.x() + distance * std::cos(turn),
                 view.eye_world.y() + distance * std::sin(turn));
     }
 }
 
 // Several rounds where few of the triangles are in view; every so many where there are more of them
 // than points.
-void Verifier::throw_over_triangles(const TriangleHeap& heap, Look& look) const {
+void Verifier::sample_triangles(const TriangleHeap& heap, Points& points) const {
     const std::vector<TriangleHeap::Triangle>& triangles = heap.triangles();
     const std::size_t stride = std::max<std::size_t>(1, triangles.size() / (2 * least_points_));
-    const std::size_t most_throws = 16 * least_points_;
-    std::size_t thrown = 0;
-    for (std::size_t round = 0; thrown < most_throws; ++round) {
-        const std::size_t before_round = look.result.points;
+    const std::size_t most_tries = 16 * least_points_;
+    std::size_t tried = 0;
+    for (std::size_t round = 0; tried < most_tries; ++round) {
+        const std::size_t before_round = points.result.points;
         for (std::size_t i = round % stride; i < triangles.size(); i += stride) {
             const TriangleHeap::Triangle& t = triangles[i];
-            const auto count = static_cast<double>(++thrown);
+            const auto count = static_cast<double>(++tried);
             double u = fraction(kR2x * count);
             double v = fraction(kR2y * count);
             if (u + v > 1.0) {
                 u = 1.0 - u;
                 v = 1.0 - v;
             }
-            look.at(t.a.x() + u * (t.b.x() - t.a.x()) + v * (t.c.x() - t.a.x()),
+            points.add(t.a.x() + u * (t.b.x() - t.a.x()) + v * (t.c.x() - t.a.x()),
                     t.a.y() + u * (t.b.y() - t.a.y()) + v * (t.c.y() - t.a.y()));
         }
-        if (look.result.points >= least_points_) break;
-        if (look.result.points == before_round && round + 1 >= stride) break;
+        if (points.result.points >= least_points_) break;
+        if (points.result.points == before_round && round + 1 >= stride) break;
     }
 }
 
 Measurement Verifier::measure(TriangleHeap heap, const View& view, double certified_px) {
     const Camera camera(view);
-    Look look(*this, heap, camera, certified_px);
-    throw_over_picture(camera, look);
-    throw_over_triangles(heap, look);
+    Points points(*this, heap, camera, certified_px);
+    sample_picture(camera, points);
+    sample_triangles(heap, points);
     if (before_) {
-        for (const WorldPos& vertex : heap.vertices()) look.at_vertex(vertex, before_->heap);
-        for (const WorldPos& vertex : before_->heap.vertices()) look.at_vertex(vertex, heap);
+        for (const WorldPos& vertex : heap.vertices()) points.add_vertex(vertex, before_->heap);
+        for (const WorldPos& vertex : before_->heap.vertices()) points.add_vertex(vertex, heap);
     }
-    const Measurement result = look.result;
+    const Measurement result = points.result;
     before_ = Frame{std::move(heap), camera};
     return result;
 }

@@ -64,11 +64,11 @@ private:
         TriangleHeap heap;
         Camera camera;
     };
-    class Look;
+    class Points;
 
     bool is_ground(double x, double y) const;
-    void throw_over_picture(const Camera& camera, Look& look) const;
-    void throw_over_triangles(const TriangleHeap& heap, Look& look) const;
+    void sample_picture(const Camera& camera, Points& points) const;
+    void sample_triangles(const TriangleHeap& heap, Points& points) const;
 
     const HeightSource& source_;
     std::size_t least_points_;

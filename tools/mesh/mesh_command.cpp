@@ -75,7 +75,7 @@ Result<void> read_middle(const HeightSource& source) {
 }
 
 /// Loads and triangulates in turns, until what is drawn asks for nothing that is absent.
-CommandResult<TerrainMesh> settle(Pager& pager, Triangulator& triangulator, const View& view,
+CommandResult<TerrainMesh> load_until_stable(Pager& pager, Triangulator& triangulator, const View& view,
                                   double memory_mb) {
     const Progress progress("loading");
     double wanted_px = kFirstThreshold_px;
@@ -93,9 +93,9 @@ CommandResult<TerrainMesh> settle(Pager& pager, Triangulator& triangulator, cons
                             memory_mb, stats.late_chunks));
         }
         // Everything above wanted_px is there. Is that all that the mesh could use?
-        const bool is_settled =
+        const bool is_stable =
             mesh.threshold_px >= wanted_px && mesh.resident->epoch() == last_epoch;
-        if (is_settled && mesh.status != MeshStatus::not_resident) return mesh;
+        if (is_stable && mesh.status != MeshStatus::not_resident) return mesh;
         last_epoch = mesh.resident->epoch();
         wanted_px = std::max(mesh.threshold_px, 0.5 * wanted_px);
     }
@@ -129,7 +129,7 @@ CommandResult<void> run_mesh(const MeshOptions& options) {
     Result<Pager> pager = Pager::create(terrain->source, paging);
     if (!pager) return pass_on(pager.error());
 
-    const CommandResult<TerrainMesh> mesh = settle(*pager, *triangulator, *view, options.memory_mb);
+    const CommandResult<TerrainMesh> mesh = load_until_stable(*pager, *triangulator, *view, options.memory_mb);
     if (!mesh) return pass_on(mesh.error());
     const IndexedMesh welded = weld(*mesh);
     if (!options.out.empty()) {

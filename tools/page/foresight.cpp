@@ -16,7 +16,7 @@ Foresight::Foresight(const CameraPath& path, const GroundBodies& bodies, const S
     }
 }
 
-void Foresight::tell(double time, CameraNeed& camera, std::span<BodyNeed> bodies) {
+void Foresight::set_trajectories(double time, CameraNeed& camera, std::span<BodyNeed> bodies) {
     if (settings_.is_complete) {
         const double now = settings_.clock + time;
         camera.trajectory = trajectory_ahead(std::span<const CameraMoment>(camera_trajectory_), now, settings_.horizon);
@@ -28,12 +28,12 @@ void Foresight::tell(double time, CameraNeed& camera, std::span<BodyNeed> bodies
     }
     const auto jump = std::upper_bound(path_->jumps().begin(), path_->jumps().end(), time);
     if (jump != path_->jumps().end() && *jump <= time + settings_.announce) {
-        tell_jump(time, *jump, camera, bodies);
+        announce_jump(time, *jump, camera, bodies);
     }
 }
 
 // Who announces a jump knows where it leads, and goes straight on until then and from there.
-void Foresight::tell_jump(double time, double jump, CameraNeed& camera,
+void Foresight::announce_jump(double time, double jump, CameraNeed& camera,
                           std::span<BodyNeed> bodies) {
     const CameraPose now = path_->at(time);
     CameraPose leaving = now, arriving = path_->at(jump), last = arriving;

@@ -27,10 +27,10 @@ public:
     /// Sets the ways, or leaves them empty; what they point to lives until the next call.
     ///
     /// @param time seconds of the path
-    void tell(double time, CameraNeed& camera, std::span<BodyNeed> bodies);
+    void set_trajectories(double time, CameraNeed& camera, std::span<BodyNeed> bodies);
 
 private:
-    void tell_jump(double time, double jump, CameraNeed& camera, std::span<BodyNeed> bodies);
+    void announce_jump(double time, double jump, CameraNeed& camera, std::span<BodyNeed> bodies);
 
     const CameraPath* path_;
     const GroundBodies* bodies_;

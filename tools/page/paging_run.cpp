@@ -26,12 +26,12 @@ constexpr double kClock = 0x1p20;
 constexpr double kBeyondHorizon = 1.0;
 
 // Loads what the first frame needs; storage that fails is asked again when the pager may.
-Result<void> settle(FrameMaker& maker, const View& view, std::span<const BodyNeed> bodies) {
+Result<void> load_first_frame(FrameMaker& maker, const View& view, std::span<const BodyNeed> bodies) {
     constexpr int kMostTries = 64;
     constexpr double kLongestRetry = 11.0;  // seconds; the pager waits 10 at most
     for (int i = 0; i < kMostTries; ++i) {
         const std::uint64_t failed = maker.pager().stats().failed;
-        maker.settle(view, bodies, i * kLongestRetry);
+        maker.load_until_stable(view, bodies, i * kLongestRetry);
         if (maker.pager().stats().failed == failed) break;
     }
     if (maker.pager().resident()->has_roots()) return {};
@@ -102,8 +102,8 @@ Result<PagingRun> run_paging(std::shared_ptr<const HeightSource> source, ChunkCa
                          .horizon = horizon + kBeyondHorizon,
                          .clock = kClock});
     const CameraPose start = path.at(0.0);
-    const Result<void> settled = settle(*maker, view_at(settings.view, start), bodies.needs(start));
-    if (!settled) return tl::unexpected(settled.error());
+    const Result<void> loaded = load_first_frame(*maker, view_at(settings.view, start), bodies.needs(start));
+    if (!loaded) return tl::unexpected(loaded.error());
     const PagerStats before = maker->pager().stats();
 
     PagingRun run;
@@ -114,7 +114,7 @@ Result<PagingRun> run_paging(std::shared_ptr<const HeightSource> source, ChunkCa
         const CameraPose pose = path.at(time);
         CameraNeed camera{.view = view_at(settings.view, pose), .velocity = pose.velocity};
         std::vector<BodyNeed> needs = bodies.needs(pose);
-        foresight.tell(time, camera, needs);
+        foresight.set_trajectories(time, camera, needs);
         run.frames.push_back(maker->make(camera, needs, kClock + time).record);
         run.frames.back().time = time;
         run.contact_late.push_back(count_without_ground(maker->pager(), needs));

@@ -17,14 +17,14 @@ struct InfoOptions {
 };
 
 /// "X = centre_x + x / metres_per_unit_x", in the words of the raster's CRS.
-std::string way_back(const DemInfo& dem) {
+std::string format_crs_from_world(const DemInfo& dem) {
     const char* const east = dem.geographic ? "longitude" : "easting";
     const char* const north = dem.geographic ? "latitude" : "northing";
     return fmt::format("{} = {} + x / {}; {} = {} + y / {}", east, dem.centre_x,
                        dem.metres_per_unit_x, north, dem.centre_y, dem.metres_per_unit_y);
 }
 
-std::string way_there(const DemInfo& dem) {
+std::string format_world_from_crs(const DemInfo& dem) {
     const char* const east = dem.geographic ? "longitude" : "easting";
     const char* const north = dem.geographic ? "latitude" : "northing";
     return fmt::format("x = ({} - {}) * {}; y = ({} - {}) * {}", east, dem.centre_x,
@@ -67,8 +67,8 @@ nlohmann::ordered_json describe(const Terrain& terrain) {
         info["centre"] = {dem.centre_x, dem.centre_y};
         info["metres_per_unit"] = {dem.metres_per_unit_x, dem.metres_per_unit_y};
         info["scale_error"] = dem.scale_error;
-        info["crs_from_world"] = way_back(dem);
-        info["world_from_crs"] = way_there(dem);
+        info["crs_from_world"] = format_crs_from_world(dem);
+        info["world_from_crs"] = format_world_from_crs(dem);
     }
     return info;
 }

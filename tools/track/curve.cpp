@@ -143,12 +143,12 @@ std::vector<Eigen::Vector2d> resampled(const std::vector<Eigen::Vector2d>& line,
     std::vector<Eigen::Vector2d> result{line.front()};
     double to_next = spacing;
     for (std::size_t i = 0; i + 1 < line.size(); ++i) {
-        const Eigen::Vector2d way = line[i + 1] - line[i];
-        const double length = way.norm();
+        const Eigen::Vector2d segment = line[i + 1] - line[i];
+        const double length = segment.norm();
         double along = 0.0;
         while (length - along >= to_next) {
             along += to_next;
-            result.push_back(line[i] + way * (along / length));
+            result.push_back(line[i] + segment * (along / length));
             to_next = spacing;
         }
         to_next -= length - along;

@@ -11,7 +11,7 @@
 namespace terrane::internal {
 namespace eye_frame_test {
 
-TEST(SplitInteger, PutsTogetherWhatItTookApartAndKeepsSmallNumbersWhole) {
+TEST(SplitInteger, RecombinesExactlyAndKeepsSmallNumbersInTheLowPart) {
     constexpr std::uint64_t kSeed = 11;
     test::Random random(kSeed);
     for (int i = 0; i < 10'000; ++i) {

@@ -133,7 +133,7 @@ protected:
     std::optional<Framebuffer> picture_;
 };
 
-View look(const WorldPos& eye, const WorldPos& target) {
+View view_from(const WorldPos& eye, const WorldPos& target) {
     return *look_at(eye, target, 1.0, kWidth, kHeight);
 }
 
@@ -178,7 +178,7 @@ TEST_F(GroundDrawsTest, ChunksThatShareASampleDisplayItAtTheSameBits) {
         for (int i = 0; i < 4; ++i) {
             const WorldPos eye(west + 131.137 + 40.3 * i, 127.71 - 11.9 * i, 9.013 + 30.7 * i);
             const Agreement agreement =
-                compare(capture(draws, scene, look(eye, {west + 190.0, 140.0 + i, 0.0})));
+                compare(capture(draws, scene, view_from(eye, {west + 190.0, 140.0 + i, 0.0})));
             // 65 samples 2 m apart along three edges of the fine chunk, two of them common
             EXPECT_EQ(agreement.shared, 193);
             EXPECT_GT(agreement.morphing, 90);
@@ -194,7 +194,7 @@ TEST_F(GroundDrawsTest, TheComparisonSeesATenThousandthOfAnOffset) {
     ASSERT_NE(offset, 0.0f);
     offset *= 1.0001f;
     GroundDraws draws;
-    const View view = look({128.2, 190.1, 20.0}, {128.0, 192.0, 0.0});
+    const View view = view_from({128.2, 190.1, 20.0}, {128.0, 192.0, 0.0});
     EXPECT_EQ(compare(capture(draws, scene, view)).different, 1);
 }
 
@@ -203,7 +203,7 @@ TEST_F(GroundDrawsTest, AnOffsetIsOneSumAfterAllElse) {
     GroundDraws draws;
     const double west = 256.0 * 39'063;
     // among the hills: sums that change their exponent tell the order of rounding
-    const View view = look({west + 131.137, 87.71, 2.0131}, {west + 190.0, 140.0, 0.0});
+    const View view = view_from({west + 131.137, 87.71, 2.0131}, {west + 190.0, 140.0, 0.0});
     const std::vector<Vertex> still = capture(draws, scene, view);
     add_offsets(scene);
     const std::vector<Vertex> moved = capture(draws, scene, view);
@@ -225,7 +225,7 @@ TEST_F(GroundDrawsTest, EverySampleIsDisplayedWhereItLies) {
     Scene scene = make_scene();
     add_offsets(scene);
     GroundDraws draws;
-    const View view = look({131.137, 87.71, 29.013}, {190.0, 140.0, 0.0});
+    const View view = view_from({131.137, 87.71, 29.013}, {190.0, 140.0, 0.0});
     const Lattice& lattice = scene.resident->lattice();
     for (const Vertex& vertex : capture(draws, scene, view)) {
         const WorldPos p_world(lattice.x(vertex.point.x), lattice.y(vertex.point.y),
@@ -241,7 +241,7 @@ TEST_F(GroundDrawsTest, EverySampleIsDisplayedWhereItLies) {
 TEST_F(GroundDrawsTest, PagesOfOneSlotDrawTheSamePositionsAndPicture) {
     Scene scene = make_scene();
     add_offsets(scene);
-    const View view = look({190.0, 20.0, 60.0}, {200.0, 140.0, 0.0});
+    const View view = view_from({190.0, 20.0, 60.0}, {200.0, 140.0, 0.0});
     const Lattice& lattice = scene.resident->lattice();
     const EyeFrame eye = *make_eye_frame(lattice, view.eye_world);
     const GlProgram program = *make_program("the terrain", terrain_vert, depth_frag);

@@ -36,7 +36,7 @@ std::shared_ptr<const ResidentSet> make_set(const WaveHeights& source, const Chu
 }
 
 // So long a lens that light wants every chunk.
-View look(const WorldPos& eye) {
+View view_from(const WorldPos& eye) {
     View view = *look_at(eye, eye + WorldPos(0.0, 1.0, -1.0), 0.02, 320, 180);
     return view;
 }
@@ -98,7 +98,7 @@ TEST(LightLevels, AreContinuousAcrossChunksOfAnyLevelsWhileTheyComeAndGo) {
     Chunks chunks;
     add_roots(source, chunks);
     std::vector<float> fades(chunks.size(), 1.0f);
-    const View view = look({10.0, 20.0, 500.0});
+    const View view = view_from({10.0, 20.0, 500.0});
     bool has_between = false;
     for (int frame = 0; frame < 24; ++frame) {
         if (frame % 3 == 0) {
@@ -151,7 +151,7 @@ protected:
 
     WaveHeights source_{small_world(2, 1.0), 12.0, 900.0};
     Chunks roots_;
-    View view_ = look({100.0, 200.0, 500.0});
+    View view_ = view_from({100.0, 200.0, 500.0});
 };
 
 TEST_F(LightLevelsTest, TheFirstFrameShowsEverything) {
@@ -186,7 +186,7 @@ TEST_F(LightLevelsTest, ChunksThatArriveFadeInAndThoseWhoseFadeFallsFadeOut) {
 TEST_F(LightLevelsTest, ChunksShowAtOnceWhereTheEyeJumpsAndWithTheirParents) {
     LightLevels levels(64);
     levels.update(make_set(source_, roots_), view_);
-    levels.update(make_set(source_, with_children()), look({5000.0, 200.0, 500.0}));
+    levels.update(make_set(source_, with_children()), view_from({5000.0, 200.0, 500.0}));
     EXPECT_EQ(middle(levels), 1.0);
 
     LightLevels other(64);

@@ -130,7 +130,7 @@ TEST(CameraPath, PosesAreOrthonormal) {
     }
 }
 
-TEST(CameraPath, TheSameQuestionsGiveTheSameBits) {
+TEST(CameraPath, TheSameCallsGiveTheSameBits) {
     for (const char* name : kBuiltIns) {
         const CameraPath a = make(name, 70.0, 60.0, 8.0), b = make(name, 70.0, 60.0, 8.0);
         for (double time = 8.0; time >= 0.0; time -= 0.31) {
@@ -194,7 +194,7 @@ TEST(CameraPath, TurnsFitSmallTerrains) {
     }
 }
 
-TEST(CameraPath, SpinsTurnTheViewAndNotTheWay) {
+TEST(CameraPath, SpinsTurnTheViewAndNotThePath) {
     const CameraPath path = make("spins", 30.0, 200.0, 26.0);
     constexpr double kStep = 0.05;
     int left = 0, right = 0, resting = 0;
@@ -287,7 +287,7 @@ TEST(CameraPath, RecordedTracksAreLiftedOutOfTheGround) {
     }
 }
 
-TEST(CameraPath, ACameraThatStandsKeepsItsLook) {
+TEST(CameraPath, AStandingCameraKeepsItsViewDirection) {
     const Track track = make_track(
         {{0, 0, 0, 900}, {5, 0, 0, 900}, {10, 0, 500, 900}, {15, 0, 500, 900}, {20, 0, 500, 900}},
         true);

@@ -15,7 +15,7 @@ CrowdLayout layout_of(std::size_t count, BroadphaseKind kind) {
     return layout;
 }
 
-TEST(Crowd, TouchesAlikeWhateverTheBroadphase) {
+TEST(Crowd, EveryBroadphaseFindsTheSameTouchingPairs) {
     for (const double deviation : {0.0, 3.0}) {
         CrowdLayout layout = layout_of(300, BroadphaseKind::brute);
         layout.share = 0.1;
@@ -29,11 +29,11 @@ TEST(Crowd, TouchesAlikeWhateverTheBroadphase) {
         Crowd two_scene(layout);
         std::size_t touching = 0;
         for (int step = 0; step < 40; ++step) {
-            const CrowdQuery brute = expected.look();
+            const CrowdQuery brute = expected.query();
             EXPECT_EQ(brute.candidates, 300u * 299u / 2u);
             touching += brute.touching;
             for (Crowd* crowd : {&sap, &grid, &two_scene}) {
-                const CrowdQuery query = crowd->look();
+                const CrowdQuery query = crowd->query();
                 ASSERT_EQ(query.pairs, brute.pairs) << step;
                 ASSERT_EQ(query.touching, brute.touching) << step;
                 ASSERT_LT(query.candidates, brute.candidates / 4);
@@ -45,17 +45,17 @@ TEST(Crowd, TouchesAlikeWhateverTheBroadphase) {
     }
 }
 
-TEST(Crowd, OfOneBodyTouchesNothing) {
+TEST(Crowd, OneBodyTouchesNothing) {
     Crowd crowd(layout_of(1, BroadphaseKind::grid));
     for (int step = 0; step < 10; ++step) {
-        const CrowdQuery query = crowd.look();
+        const CrowdQuery query = crowd.query();
         EXPECT_EQ(query.pairs, 0u);
         EXPECT_EQ(query.touching, 0u);
         crowd.move(1e3);
     }
 }
 
-TEST(Crowd, HasTheCornersThatItsDetailSays) {
+TEST(Crowd, HasTheCornerCountOfItsDetail) {
     CrowdLayout layout = layout_of(10, BroadphaseKind::sap);
     layout.detail = 5.0;
     layout.detail_deviation = 0.0;
@@ -64,7 +64,7 @@ TEST(Crowd, HasTheCornersThatItsDetailSays) {
     EXPECT_NE(Crowd(layout).corner_count(), 10u * (2u * 5u * 5u + 2u));
 }
 
-TEST(Crowd, OfBallsTouchesNearlyAsOftenAsChanceSays) {
+TEST(Crowd, BallsTouchAboutAsOftenAsProbabilitySays) {
     // Two balls of radius r in a volume V meet with probability 32 / 3 pi r^3 / V; bodies of many corners are nearly
     // balls.
     CrowdLayout layout = layout_of(200, BroadphaseKind::grid);
@@ -74,7 +74,7 @@ TEST(Crowd, OfBallsTouchesNearlyAsOftenAsChanceSays) {
     double touching = 0.0;
     constexpr int kSteps = 60;
     for (int step = 0; step < kSteps; ++step) {
-        touching += static_cast<double>(crowd.look().touching);
+        touching += static_cast<double>(crowd.query().touching);
         crowd.move(5.0);
     }
     // 8 n^2 / 2 times the share of a ball, share / n

@@ -23,13 +23,13 @@ TEST(LogLogSlope, IsThePowerOfAPowerLaw) {
     EXPECT_NEAR(log_log_slope(x, y).value(), 1.7, 1e-12);
 }
 
-TEST(LogLogSlope, IsNoneOfOnePlace) {
+TEST(LogLogSlope, IsAbsentForOnePoint) {
     const std::array<double, 2> x{5.0, 5.0}, y{1.0, 2.0};
     EXPECT_FALSE(log_log_slope(x, y));
     EXPECT_FALSE(log_log_slope({}, {}));
 }
 
-TEST(Study, MeasuresEveryPublishedPlaceAndReportsIt) {
+TEST(Study, MeasuresAndReportsEveryPublishedPoint) {
     StudySettings settings;
     settings.seconds_a_point = 0.001;
     settings.most_bodies = 300;
@@ -71,7 +71,7 @@ TEST(Study, MeasuresEveryPublishedPlaceAndReportsIt) {
     std::filesystem::remove(path);
 }
 
-TEST(CrowdTotals, TellPositiveQueriesApart) {
+TEST(CrowdTotals, CountPositiveQueriesSeparately) {
     CrowdTotals totals;
     CrowdQuery query;
     query.query_ms = 1.0;

@@ -41,7 +41,7 @@ TEST(RoundedText, RoundsBoundsOutward) {
     }
 }
 
-TEST(FigureText, RoundsMeasuredFiguresBoundsAndPlacesEachInTheirWay) {
+TEST(FigureText, RoundsMeasuredFiguresBoundsAndCoordinatesByTheirOwnRules) {
     EXPECT_EQ(figure_text("update_ms_median", 1.2345678), "1.235");
     EXPECT_EQ(figure_text("measured_error_px_max", 1.00001), "1");
     EXPECT_EQ(figure_text("error_px_max", 1.00001), "1.001");

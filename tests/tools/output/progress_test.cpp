@@ -6,7 +6,7 @@
 namespace terrane::tools {
 namespace progress_test {
 
-TEST(FormatProgress, TellsTheTimeThatHasPassedWhereTheShareIsNotKnown) {
+TEST(FormatProgress, ShowsTheElapsedTimeWhereTheShareIsUnknown) {
     EXPECT_EQ(format_progress("opening a.tif", -1.0, 3.2, 0.0, 0.0), "opening a.tif: 4 s");
 }
 
@@ -18,7 +18,7 @@ TEST(FormatProgress, EstimatesTheTimeLeftFromTheSpeedSinceTheShareIsKnown) {
     EXPECT_EQ(format_progress("flying", 1.0, 10.0, 0.0, 10.0), "flying: 100 %, 0 s left");
 }
 
-TEST(FormatProgress, EstimatesNothingFromTooLittle) {
+TEST(FormatProgress, EstimatesNothingFromTooSmallAShare) {
     EXPECT_EQ(format_progress("flying", 0.0, 10.0, 0.0, 10.0), "flying: 0 %");
     EXPECT_EQ(format_progress("flying", 0.5, 0.1, 0.0, 0.1), "flying: 50 %");
     EXPECT_EQ(format_progress("flying", 0.999, 10.0, 0.999, 10.0), "flying: 99 %");

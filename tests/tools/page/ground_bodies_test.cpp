@@ -78,7 +78,7 @@ bool has_ground_slowly(const ResidentSet& set, int level, const WorldPos& p, dou
     return true;
 }
 
-TEST(HasGround, AgreesWithALookAtEveryChunk) {
+TEST(HasGround, AgreesWithATestOfEveryChunk) {
     constexpr std::uint64_t kSeed = 20240607;
     test::Random random(kSeed);
     const Lattice lattice = test::small_world(2, 8.0);

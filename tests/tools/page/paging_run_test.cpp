@@ -235,7 +235,7 @@ TEST(PlayAll, StopsAtTheFirstErrorOfAFlightOrItsTaker) {
                          [](std::size_t, const PagingRun&) { return Result<void>{}; }));
 }
 
-TEST(ChunkCache, KeepsWhatWasAskedForLast) {
+TEST(ChunkCache, KeepsTheMostRecentlyUsedChunks) {
     const auto source =
         std::make_shared<const test::WaveHeights>(test::small_world(3, 8.0), 100.0, 1500.0);
     const std::size_t bytes = (*make_chunk(*source, {0, 0, 1}))->bytes();

@@ -10,7 +10,7 @@
 namespace terrane::tools {
 namespace path_clip_test {
 
-TEST(CutPath, CoversTheWayOverTheExtentWithShortPieces) {
+TEST(CutPath, CoversTheSegmentInsideTheExtentWithShortPieces) {
     test::Random random(11);
     const WorldRect extent{-100.0, -50.0, 300.0, 80.0};
     const double reach = 3.0;
@@ -34,7 +34,7 @@ TEST(CutPath, CoversTheWayOverTheExtentWithShortPieces) {
     }
 }
 
-TEST(CutPath, IsShortForAWayThatComesFromFarAway) {
+TEST(CutPath, IsShortForASegmentFromFarAway) {
     const WorldRect extent{0.0, 0.0, 100.0, 100.0};
     const std::vector<WorldRect> pieces =
         cut_path(WorldPos(-1e9, 50.0, 0.0), WorldPos(1e9, 50.0, 0.0), 1.0, 10.0, extent);
