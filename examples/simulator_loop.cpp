@@ -13,7 +13,7 @@ using namespace terrane;
 
 namespace {
 
-// From behind and above the truck. x is forward in the frame of a chassis.
+// A view from behind and above the truck. The x axis of a chassis is forward.
 View follow(const Pose& world_from_chassis) {
     const WorldPos eye = world_from_chassis.translation -
                          12.0 * world_from_chassis.rotation.col(0) + 6.0 * Eigen::Vector3d::UnitZ();
@@ -23,18 +23,18 @@ View follow(const Pose& world_from_chassis) {
 }  // namespace
 
 int main() {
-    // Once. value() throws where a setting is out of range; look at error() where it is user data.
+    // Once. value() throws where a setting is out of range; check error() where settings are user data.
     const auto source = FractalHeights::create({.seed = 7}).value();
-    // 0 loads inside update(), so that every run is the same; a simulator in real time takes threads.
+    // 0 loads inside update(), so that every run is the same; a real-time simulator uses threads.
     Pager pager = Pager::create(source, {.worker_count = 0}).value();
     Triangulator triangulator =
         Triangulator::create(*source, {.triangle_budget = 100'000, .max_error_px = 1.0}).value();
     BodyWorld bodies = BodyWorld::create({}).value();
 
-    // Before anything stands on it: the ground around the start, at contact level.
+    // Before anything stands on it, load the ground around the start, at contact level.
     const Pager::Ticket start = pager.require({-60, -60, 60, 60}, 0.0);
     pager.update({}, {}, 0.0);
-    pager.finish();  // waits; the only place where that is right is before the loop
+    pager.finish();  // blocks: only before the loop
     if (!pager.is_ready(start)) {
         std::printf("no ground to start on: %s\n", pager.last_failure().c_str());
         return 1;
@@ -59,17 +59,17 @@ int main() {
     std::uint64_t parked = 0, too_deep = 0;
     TerrainMesh mesh;
     for (int frame = 0; frame < 300; ++frame) {
-        // 1. What the ground is needed for: all bodies, vehicles and walkers in one list.
+        // 1. The needs of all bodies, vehicles and walkers in one list.
         needs.assign(bodies.needs().begin(), bodies.needs().end());
         needs.push_back(truck.need());
 
-        // 2. Take in what was loaded, ask for what comes next. Never waits for a loader thread.
+        // 2. Adopt loaded chunks and request the next ones. Never waits for a loader thread.
         pager.update({&camera, 1}, needs, frame * dt);
 
-        // 3. A new Ground for each step: the one before knows the chunks of then.
+        // 3. A new Ground for each step: the previous one is a snapshot of older chunks.
         const Ground ground(pager.resident(), pager.contact_level());
 
-        // 4. Step. What has no ground yet is parked and counted, never dropped.
+        // 4. Step. A body without resident ground is parked and counted, never dropped.
         const StepReport of_bodies = bodies.step(ground, dt);
         const StepReport of_truck = truck.step(ground, {.throttle = 0.3}, dt);
         parked += of_bodies.parked + of_truck.parked;

@@ -12,10 +12,10 @@
 namespace terrane {
 namespace {
 
-// A file's first bytes may claim any size; no picture of ours is larger.
+// Limit for the size in a file header; no picture of ours is larger.
 constexpr std::uint64_t kMaxPixels = std::uint64_t{1} << 28;
 
-// Frees what libpng's simplified interface holds.
+// Owns the memory of libpng's simplified interface.
 struct PngImage {
     png_image png{};
     PngImage() { png.version = PNG_IMAGE_VERSION; }
@@ -54,11 +54,11 @@ Result<void> write_png(const Image& image, const std::string& path) {
     out.png.width = static_cast<png_uint_32>(image.width);
     out.png.height = static_cast<png_uint_32>(image.height);
     out.png.format = PNG_FORMAT_RGB;
-    // frames are written by the hundred: speed before the last tenth of size
+    // fast rather than small: about a tenth larger, for hundreds of frames
     out.png.flags = PNG_IMAGE_FLAG_FAST;
     const int is_written =
         png_image_write_to_stdio(&out.png, file, 0, image.rgb.data(), 0, nullptr);
-    // a full disk may only show when the last bytes are flushed
+    // a full disk may only show at the flush
     const bool is_flushed = std::fflush(file) == 0;
     const int flush_error = errno;
     std::fclose(file);

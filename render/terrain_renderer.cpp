@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "draw/eye_frame.h"
 #include "draw/frame_uniforms.h"
+#include "draw/ground_draws.h"
+#include "draw/object_mesh.h"
 #include "gl/framebuffer.h"
 #include "gl/gl_error.h"
-#include "draw/ground_draws.h"
-#include "light/ground_shade.h"
-#include "draw/object_mesh.h"
 #include "gl/shader.h"
+#include "light/ground_shade.h"
 
 #include <terrane/render/terrain_renderer.h>
 #include <terrane/terrain/assert.h>
@@ -46,7 +46,7 @@ Result<void> check(const RendererSettings& settings) {
     return {};
 }
 
-// Everything that could be wrong with a frame, before anything of it is drawn.
+// Checks the arguments of draw() before anything is drawn.
 Result<void> check(const TerrainMesh& mesh, const View& view, const Framebuffer& picture) {
     if (const Result<void> good = terrane::check(view); !good) return good;
     if (view.width_px != picture.width_px() || view.height_px != picture.height_px()) {
@@ -85,7 +85,7 @@ Result<ObjectProgram> make_object_program() {
 }  // namespace
 
 struct TerrainRenderer::State {
-    std::shared_ptr<const void> context;  // first: it must outlive all names below
+    std::shared_ptr<const void> context;  // declared first: must outlive all OpenGL names below
     RendererSettings settings;
     Framebuffer picture;
     GroundShade shade;
@@ -138,8 +138,8 @@ void TerrainRenderer::State::make_buffers() {
 void TerrainRenderer::State::draw_wires() {
     glPolygonMode(GL_FRONT_AND_BACK, GL_LINE);
     glEnable(GL_POLYGON_OFFSET_LINE);
-    glPolygonOffset(1.0f, 4.0f);  // depth is reversed: more is nearer
-    glDepthMask(GL_FALSE);        // the ground's colour follows from its depth
+    glPolygonOffset(1.0f, 4.0f);  // towards the eye: depth is reversed
+    glDepthMask(GL_FALSE);        // shade.frag reconstructs the ground from its depth
     glEnable(GL_BLEND);
     glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
     glUseProgram(wires.name());
@@ -205,7 +205,7 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
                                    std::span<const DrawnObject> objects) {
     State& state = *state_;
     if (const Result<void> good = check(mesh, view, state.picture); !good) return good;
-    // without a world any lattice will do for the sky
+    // the sky does not depend on the lattice
     const Lattice lattice = mesh.resident == nullptr ? Lattice{} : mesh.resident->lattice();
     EyeFrame eye;
     if (mesh.resident != nullptr) {

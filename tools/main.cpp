@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The program `terrane`: chooses a subcommand, runs it, and turns whatever goes wrong into one line
-// and an exit code.
+// The program `terrane`: parses the command line, runs the subcommand, and reports an error as one line on standard
+// error and an exit code.
 #include "options/command.h"
 #include "options/parse_errors.h"
 
@@ -20,7 +20,7 @@ namespace {
 
 using namespace terrane::tools;
 
-/// Prints the one line that a failure gets, whatever the message holds.
+/// Prints the message of a failure as one line.
 int report(ExitCode code, std::string message) {
     std::replace(message.begin(), message.end(), '\n', ' ');
     while (!message.empty() && (message.back() == ' ' || message.back() == '.')) message.pop_back();
@@ -29,7 +29,7 @@ int report(ExitCode code, std::string message) {
     return code;
 }
 
-/// The flags of the subcommand whose values decide how much memory it takes: "; drop needs memory for --count 1000".
+/// Flags of the subcommand that determine its memory use: "; drop needs memory for --count 1000".
 std::string memory_flags(const CLI::App& app) {
     if (app.get_subcommands().empty()) return "";
     const CLI::App& command = *app.get_subcommands().front();
@@ -70,7 +70,7 @@ int run(int argument_count, char** arguments) {
     try {
         app.parse(argument_count, arguments);
     } catch (const CLI::Success& success) {
-        app.exit(success);  // --help or --version: prints it
+        app.exit(success);  // prints the text of --help or --version
     } catch (const CLI::ParseError& error) {
         const std::vector<std::string> words(arguments + std::min(argument_count, 1),
                                              arguments + argument_count);
@@ -85,7 +85,7 @@ int run(int argument_count, char** arguments) {
             return report(exit_failed, "out of memory" + memory_flags(app));
         }
     }
-    // A full disk shows only here.
+    // a full disk may only show when the buffer is flushed
     if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
         return report(exit_failed,
                       std::string("cannot write to standard output: ") + std::strerror(errno));
@@ -96,7 +96,7 @@ int run(int argument_count, char** arguments) {
 }  // namespace
 
 int main(int argument_count, char** arguments) {
-    // A file that grows over the shell's limit is an error of the write, as a full disk is.
+    // a write beyond the shell's file size limit fails with EFBIG instead of a signal
     std::signal(SIGXFSZ, SIG_IGN);
     try {
         return run(argument_count, arguments);

@@ -9,7 +9,7 @@ namespace {
 constexpr GLsizeiptr kHeightBytes = GLsizeiptr{sizeof(std::int32_t)} * kSlotSamples;
 constexpr int kFirstPageSlots = 32;      // 2.1 MB
 constexpr int kLargestPageSlots = 1024;  // 68 MB
-// Samples behind the last slot: an index that is none of a chunk's still reads memory of ours.
+// Padding after the last slot: an invalid 16-bit index still reads inside the buffer.
 constexpr GLsizeiptr kSpareBytes = GLsizeiptr{sizeof(std::int32_t)} * (65536 - kSlotSamples);
 
 bool is_same(const std::weak_ptr<const Chunk>& held, const std::shared_ptr<const Chunk>& now) {
@@ -26,7 +26,7 @@ ChunkPage make_page(int capacity) {
     return page;
 }
 
-// A full page with more slots behind those that it had.
+// A copy of a full page with additional slots.
 ChunkPage grow(const ChunkPage& old, int capacity) {
     ChunkPage page = make_page(capacity);
     glCopyNamedBufferSubData(old.heights.name(), page.heights.name(), 0, 0,
@@ -40,7 +40,7 @@ ChunkPage grow(const ChunkPage& old, int capacity) {
 int ChunkPool::largest_page() {
     GLint block_bytes = 0;
     glGetIntegerv(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &block_bytes);
-    // the offsets of all chunks of a page are one block
+    // offsets of all chunks of a page must fit into one storage block
     const auto blocks = static_cast<int>(block_bytes / kHeightBytes);
     return std::clamp(blocks, 1, kLargestPageSlots);
 }
@@ -85,7 +85,7 @@ const ChunkSlot* ChunkPool::find(const ResidentSet& resident, const Chunk& chunk
     return &slot;
 }
 
-// A slot of the first page that has one, else of the last page made larger, else of a new page.
+// Takes a free slot of the first page that has one, else grows the last page, else adds a page.
 void ChunkPool::take_slot(ChunkSlot& slot) {
     auto page = std::find_if(pages_.begin(), pages_.end(),
                              [](const ChunkPage& p) { return !p.free.empty(); });

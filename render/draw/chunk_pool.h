@@ -15,46 +15,44 @@ namespace terrane::internal {
 /// Samples of one slot of a page.
 inline constexpr int kSlotSamples = kChunkSamples * kChunkSamples;
 
-/// Where a chunk stands on the device.
+/// Location of a chunk on the device.
 struct ChunkSlot {
-    std::weak_ptr<const Chunk> chunk;  ///< to tell a chunk from its successor under the same key
-    std::uint64_t checked = 0;         ///< the last follow() that it was looked up after
+    std::weak_ptr<const Chunk> chunk;  ///< distinguishes a chunk from a later one with the same key
+    std::uint64_t checked = 0;  ///< number of the last follow() after which find() returned it
     int page = -1;
     int slot = -1;
 };
 
-/// A buffer of heights, those of one chunk for every slot.
+/// A buffer of heights with one slot per chunk.
 struct ChunkPage {
-    GlBuffer heights;       ///< [capacity * kSlotSamples] quanta, and room for any 16-bit index
+    GlBuffer heights;       ///< [capacity * kSlotSamples] quanta, and padding for any 16-bit index
     int capacity = 0;       ///< slots
-    std::vector<int> free;  ///< slots, the next one last
+    std::vector<int> free;  ///< free slots; the next one to use is last
 };
 
-/// Keeps the heights of chunks that were drawn on the device for as long as they are resident, many to
-/// a buffer, so that one draw call reaches all chunks of a page.
+/// Keeps the heights of drawn chunks on the device while the chunks are resident, many per buffer (page), so that one
+/// draw call covers all chunks of a page.
 ///
-/// A page doubles when it is full, up to a limit of slots; then another one begins. Pages at the
-/// end that hold nothing are given back.
+/// A full page doubles up to a limit of slots; then a new page is added. Empty pages at the end are freed.
 class ChunkPool {
 public:
     /// @param max_page_slots 1 or more, at most largest_page()
     explicit ChunkPool(int max_page_slots) : max_page_slots_(max_page_slots) {}
 
-    /// What the current device takes: bytes of a buffer that a shader reads.
+    /// Slot limit of the current device, from its largest shader storage block.
     static int largest_page();
 
-    /// Forgets what is not in the set any more. Call before find() where the set may have changed.
+    /// Frees the slots of chunks that are not in the set. Call before find() where the set may have changed.
     void follow(const ResidentSet& resident);
 
-    /// Of a chunk of the set that was followed last; uploads it where it is not there. Null where the
-    /// set does not hold the chunk.
-    /// The slot stands until the next follow(), page() until the next find().
+    /// The slot of a chunk of the last followed set; uploads the chunk if necessary. Null where the set does not
+    /// contain the chunk. The slot is valid until the next follow(), page() until the next find().
     const ChunkSlot* find(const ResidentSet& resident, const Chunk& chunk);
 
     int page_count() const { return static_cast<int>(pages_.size()); }
     const ChunkPage& page(int index) const { return pages_[static_cast<std::size_t>(index)]; }
 
-    /// Of the slots that chunks stand in.
+    /// Bytes of the used slots.
     std::size_t bytes() const;
 
 private:

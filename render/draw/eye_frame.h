@@ -10,26 +10,27 @@
 namespace terrane::internal {
 
 /// An integer as high * 2^bits + low with low in [-2^(bits - 1), 2^(bits - 1)). A shader has no 64-bit
-/// integers; near zero the high part is zero, so that nothing is lost when both become float.
+/// integers; near zero the high part is zero, so that conversion to float is exact.
 struct SplitInteger {
     std::int32_t high = 0;
     std::int32_t low = 0;
 };
 SplitInteger split(std::int64_t value, int bits);
 
-/// Bits of the low part of lattice indices and of heights in quanta. Shaders know them as well.
+/// Bits of the low part of lattice indices and heights in quanta; the same constant as in the shaders.
 inline constexpr int kIndexBits = 20;
 inline constexpr int kHeightBits = 16;
 
-/// The eye on the lattice: the nearest lattice point and quantum, and what is left.
+/// The eye on the lattice: nearest lattice point and quantum, and the remainder.
 ///
-/// The displayed position of a sample is a function of its integers and of this alone, whichever
-/// chunk it is drawn with: float(integers - eye's integers) * spacing - remainder. So the triangles of
-/// chunks of any level meet bit for bit, and nothing jitters far from the origin.
+/// The displayed position of a sample depends only on its integers and on this, whichever chunk draws it:
+/// float(integers - eye's integers) * spacing - remainder. So chunks of any level meet bit for bit, and nothing jitters
+/// far from the origin.
 struct EyeFrame {
-    std::int64_t x = 0, y = 0;                                       ///< lattice index
-    std::int64_t height = 0;                                         ///< quanta
-    double remainder_x = 0.0, remainder_y = 0.0, remainder_z = 0.0;  ///< eye minus those, metres
+    std::int64_t x = 0, y = 0;  ///< lattice index
+    std::int64_t height = 0;    ///< quanta
+    double remainder_x = 0.0, remainder_y = 0.0,
+           remainder_z = 0.0;  ///< eye minus lattice point and quantum, metres
 };
 
 /// Fails with invalid_argument where the eye is so far away that its integers do not fit.

@@ -6,9 +6,9 @@
 namespace terrane::internal {
 namespace {
 
-// The near plane lies well before the distance below which errors count no further.
+// Distance of the near plane over View::near_distance.
 constexpr double kNearShare = 0.1;
-// Metres after which the ground's noise repeats; the coarse one is turned and shrunk by 5.
+// Periods of the ground noise, metres. The coarse noise is rotated by (3, 4), which divides its period by 5.
 constexpr double kFineNoise = 56.0;
 constexpr double kCoarseNoise = 5.0 * 1900.0;
 
@@ -17,12 +17,12 @@ FrameUniforms::Vec4 pack(const Eigen::Vector3d& v) {
 }
 FrameUniforms::Vec4 pack(const Colour& c) { return {c.red, c.green, c.blue, 1.0f}; }
 
-// Whole repeats to a root square, so that the noise goes on across its edge.
+// A whole number of periods per root square, so that the noise is continuous across its edge.
 double repeats_per_metre(double root_size, double wanted) {
     return std::max(1.0, std::round(root_size / wanted)) / root_size;
 }
 
-// The eye's place in its root square, metres from the south-west.
+// Position of the eye in its root square, metres from the south-west.
 double place_in_root(const Lattice& lattice, std::int64_t index, double remainder) {
     const std::int64_t side = lattice.chunk_side(0);
     return lattice.spacing * static_cast<double>(((index % side) + side) % side) + remainder;
@@ -57,7 +57,7 @@ FrameUniforms make_frame_uniforms(const RendererSettings& settings, const Lattic
     const SplitInteger height = split(eye.height, kHeightBits);
     frame.eye_height = {height.high, height.low, 0, 0};
 
-    // a third is left at the haze distance; the shader counts in halves
+    // transmittance 1/3 at the haze distance; the shader uses exp2
     const double haze_rate = std::log2(3.0) / settings.haze_distance;
     frame.grid = {static_cast<float>(lattice.spacing), static_cast<float>(lattice.quantum),
                   static_cast<float>(haze_rate),
@@ -69,7 +69,7 @@ FrameUniforms make_frame_uniforms(const RendererSettings& settings, const Lattic
                   static_cast<float>(fine), static_cast<float>(coarse)};
     const double x = place_in_root(lattice, eye.x, eye.remainder_x);
     const double y = place_in_root(lattice, eye.y, eye.remainder_y);
-    // the coarse noise is turned as in shade.frag
+    // the rotation of the coarse noise in shade.frag
     frame.noise_phase = {fraction(fine * x), fraction(fine * y),
                          fraction(coarse * (3.0 * x + 4.0 * y)),
                          fraction(coarse * (3.0 * y - 4.0 * x))};

@@ -25,8 +25,8 @@ struct FrameUniforms {
 };
 static_assert(sizeof(FrameUniforms) == 64 + 12 * 16);
 
-/// Of a view over a world. Depth is reversed (1 near, 0 infinitely far), so that float depth keeps
-/// its precision from a hand's breadth to the horizon.
+/// The uniforms of a view. Depth is reversed (1 near, 0 infinitely far), which keeps the relative precision of float
+/// depth from centimetres to the horizon.
 FrameUniforms make_frame_uniforms(const RendererSettings& settings, const Lattice& lattice,
                                   const View& view, const EyeFrame& eye);
 

@@ -9,7 +9,7 @@
 namespace terrane::internal {
 namespace {
 
-// The layout of a command is OpenGL's.
+// Layout given by OpenGL (DrawElementsIndirectCommand).
 struct DrawCommand {
     std::uint32_t index_count = 0;
     std::uint32_t instance_count = 1;
@@ -19,7 +19,7 @@ struct DrawCommand {
 };
 static_assert(sizeof(DrawCommand) == 20);
 
-// No device asks for more before a storage block.
+// Upper bound of the offset alignment of storage blocks on all devices.
 constexpr std::size_t kAlignment = 256;
 constexpr std::size_t kOffsetBytes = sizeof(float) * std::size_t{kSlotSamples};
 
@@ -55,7 +55,7 @@ GlVertexArray make_layout() {
 
 GroundDraws::GroundDraws(int max_page_slots) : pool_(max_page_slots), vertices_(make_layout()) {}
 
-// Brings every chunk of the mesh to the device, nearest first.
+// Collects the draws of the mesh, nearest first, and uploads new chunks.
 Result<void> GroundDraws::collect(const TerrainMesh& mesh) {
     draws_.clear();
     if (mesh.resident == nullptr) return {};
@@ -63,7 +63,7 @@ Result<void> GroundDraws::collect(const TerrainMesh& mesh) {
         pool_.follow(*mesh.resident);
         followed_ = mesh.resident;
     }
-    // the mesh goes from coarse to fine; near ground drawn first hides what lies behind it
+    // the mesh is ordered from coarse to fine; near ground is drawn first for early depth rejection
     for (std::size_t i = mesh.chunks.size(); i-- > 0;) {
         const MeshChunk& chunk = mesh.chunks[i];
         if (chunk.index_count == 0) continue;
@@ -80,12 +80,12 @@ Result<void> GroundDraws::collect(const TerrainMesh& mesh) {
 GroundDraws::Layout GroundDraws::lay_out(const TerrainMesh& mesh) const {
     std::size_t offset_count = 0;
     for (const ChunkDraw& draw : draws_) offset_count += draw.mesh->offsets != nullptr ? 1 : 0;
-    // indices come first, so that commands count them as the mesh does
+    // indices come first, so that the first_index of the mesh is valid in the buffer
     Layout layout;
     layout.commands = align(mesh.indices.size_bytes());
     layout.attributes = align(layout.commands + sizeof(DrawCommand) * draws_.size());
     layout.offsets = align(layout.attributes + sizeof(ChunkAttributes) * draws_.size());
-    // every batch may begin at the next aligned byte; a batch without offsets binds one float
+    // each batch starts at an aligned byte; a batch without offsets binds one float
     layout.end = layout.offsets + kOffsetBytes * offset_count + kAlignment * (draws_.size() + 1);
     return layout;
 }
@@ -151,7 +151,7 @@ void GroundDraws::draw() const {
         glBindBufferRange(GL_SHADER_STORAGE_BUFFER, 0, stream_.name(),
                           static_cast<GLintptr>(batch.first_offset_byte),
                           static_cast<GLsizeiptr>(batch.offset_bytes));
-        // GL takes a place in the buffer of commands spelled as a pointer
+        // OpenGL passes the offset in the command buffer as a pointer
         glMultiDrawElementsIndirect(GL_TRIANGLES, GL_UNSIGNED_SHORT,
                                     reinterpret_cast<const void*>(batch.first_command_byte),
                                     batch.command_count, 0);

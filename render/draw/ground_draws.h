@@ -14,31 +14,32 @@
 
 namespace terrane::internal {
 
-/// What terrain.vert knows of a chunk: one instance of its attributes 1 and 2.
+/// Per-chunk input of terrain.vert: one instance of its attributes 1 and 2.
 struct ChunkAttributes {
     std::array<std::int32_t, 4>
         corner{};  ///< lattice index minus the eye's: x high, low, y high, low
     std::array<std::int32_t, 2> stride{};  ///< finest spacings between samples: high, low part
     std::int32_t first_vertex = 0;         ///< gl_VertexID of sample 0
-    std::int32_t first_offset = -1;  ///< of sample 0 in the block of offsets; -1: all are zero
+    std::int32_t first_offset = -1;        ///< of sample 0 in the block of offsets; -1: no offsets
 };
 static_assert(sizeof(ChunkAttributes) == 32);
 
-/// Takes a mesh to the device and draws it, one command for all chunks of a page.
+/// Uploads and draws a mesh, with one multi-draw command for all chunks of a page.
 ///
-/// Heights stay in a ChunkPool; indices, offsets and what differs between chunks are
-/// streamed. Chunks are drawn from near to far: from the finest level to the coarsest.
+/// Heights stay in a ChunkPool; indices, offsets and chunk attributes are streamed. Chunks are drawn from the finest
+/// level to the coarsest, about from near to far.
 class GroundDraws {
 public:
     /// @param max_page_slots see ChunkPool
     explicit GroundDraws(int max_page_slots = ChunkPool::largest_page());
 
-    /// Brings a mesh to the device, for draw(), which must not be called where it fails.
-    /// Fails with invalid_argument where the mesh draws a chunk that its resident set does not hold,
-    /// device_unavailable where the device has no memory left.
+    /// Uploads a mesh for draw(), which must not be called after a failure.
+    ///
+    /// Fails with invalid_argument where the mesh draws a chunk that is not in its resident set, device_unavailable
+    /// where the device is out of memory.
     Result<void> prepare(const TerrainMesh& mesh, const EyeFrame& eye);
 
-    /// Draws it with the current program. Binds the offsets to storage block 0.
+    /// Draws the mesh with the current program. Binds the offsets to storage block 0.
     void draw() const;
 
     /// After the last draw() of a frame.
@@ -48,19 +49,19 @@ public:
     std::size_t batch_count() const { return batches_.size(); }
 
 private:
-    // A chunk of the mesh and where it stands.
+    // A chunk of the mesh and its slot.
     struct ChunkDraw {
         const MeshChunk* mesh = nullptr;
         const ChunkSlot* slot = nullptr;
     };
-    // Commands that follow one another and need the same page.
+    // Consecutive commands of one page.
     struct Batch {
         int page = 0;
         GLsizei command_count = 0;
         std::size_t first_command_byte = 0;
         std::size_t first_offset_byte = 0, offset_bytes = 0;
     };
-    // Where things lie in the stream.
+    // Offsets in the stream buffer.
     struct Layout {
         std::size_t commands = 0, attributes = 0, offsets = 0, end = 0;
     };

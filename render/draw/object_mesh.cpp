@@ -22,13 +22,13 @@ ObjectMesh upload(const std::vector<float>& vertices, const std::vector<std::uin
     return mesh;
 }
 
-/// A point of a round mesh's outline, beside z, and the normal there.
+/// A point of the profile of a surface of revolution about z, and its normal.
 struct Outline {
     double radius, z;
     double normal_out, normal_up;
 };
 
-/// What an outline from below to above sweeps around z.
+/// Surface of revolution of a profile, given from bottom to top, about z.
 template <class Line>
 ObjectMesh make_round(int step_count, const Line& outline) {
     constexpr int kMeridians = 32;
@@ -89,7 +89,7 @@ ObjectMesh make_ball() {
     return make_round(kParallels, [](int parallel) {
         const double latitude =
             std::numbers::pi * (static_cast<double>(parallel) / kParallels - 0.5);
-        // the position is the normal
+        // on the unit sphere the normal is the position
         const double run = std::cos(latitude), rise = std::sin(latitude);
         return Outline{run, rise, run, rise};
     });

@@ -7,18 +7,18 @@
 
 namespace terrane::internal {
 
-/// A small closed mesh on the device: positions and unit normals, 6 floats a vertex.
+/// A small mesh on the device: positions and unit normals, 6 floats a vertex.
 struct ObjectMesh {
     GlBuffer vertices;
     GlBuffer indices;  ///< 16 bits
     std::int32_t index_count = 0;
 };
 
-/// From -1 to 1 along each axis.
+/// A cube from -1 to 1 along each axis.
 ObjectMesh make_cube();
-/// Of radius 1 around the origin.
+/// A sphere of radius 1 around the origin.
 ObjectMesh make_ball();
-/// Of radius 1 about z, from -1 to 1, without ends.
+/// An open cylinder of radius 1 about z, from z = -1 to 1.
 ObjectMesh make_tube();
 
 }  // namespace terrane::internal

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <epoxy/gl.h>
-// epoxy replaces the system's EGL header and must come with it
+// epoxy replaces the system's EGL header
 #include "gl/gl_error.h"
 
 #include <terrane/render/egl_context.h>
@@ -22,8 +22,7 @@ struct EglContext::State {
     State() = default;
     State(const State&) = delete;
     State& operator=(const State&) = delete;
-    // The display stays initialised: another context of this process may share it, and EGL does not
-    // count.
+    // the display stays initialised: another context of this process may use it, and EGL has no reference count
     ~State() {
         if (context == EGL_NO_CONTEXT) return;
         if (eglGetCurrentContext() == context) {
@@ -46,7 +45,7 @@ struct Candidate {
     EGLDisplay display = EGL_NO_DISPLAY;
 };
 
-// Surfaceless first: it is what Mesa offers without any device; then every device in EGL's order.
+// The surfaceless platform of Mesa first, which needs no device; then every device in the order of EGL.
 std::vector<Candidate> list_displays(std::string& trouble_out) {
     std::vector<Candidate> candidates;
     if (!epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_platform_base")) {
@@ -78,7 +77,7 @@ std::vector<Candidate> list_displays(std::string& trouble_out) {
     return candidates;
 }
 
-// Empty on success, else what went wrong.
+// Opens a context; returns "" or an error message.
 std::string open_display(EGLDisplay display, GlChecks checks, EGLContext& context_out) {
     if (display == EGL_NO_DISPLAY) return "no display, " + error_text();
     EGLint major = 0, minor = 0;
@@ -135,7 +134,7 @@ Result<EglContext> EglContext::create(GlChecks checks) {
         auto state = std::make_shared<State>();
         state->display = candidate.display;
         state->context = context;
-        // GL spells text as unsigned characters
+        // OpenGL returns text as unsigned char
         state->renderer_name = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
         if (checks == GlChecks::on) internal::attach_log(state->log);
         return EglContext(std::move(state));

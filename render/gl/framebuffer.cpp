@@ -10,7 +10,7 @@
 namespace terrane::internal {
 namespace {
 
-// Four samples of colour and depth of that many pixels take 2 GiB.
+// With 4 samples of colour and depth: 2 GiB.
 constexpr std::int64_t kMaxPixels = std::int64_t{1} << 26;
 
 Result<void> check_size(int width_px, int height_px) {
@@ -37,7 +37,7 @@ Result<void> check_size(int width_px, int height_px) {
     return {};
 }
 
-// One sample is what a plain texture has.
+// A plain texture for 1 sample, else a multisample texture.
 GlTexture make_samples(GLenum format, int width_px, int height_px, int samples) {
     if (samples == 1) {
         GlTexture texture = make_texture_2d();
@@ -130,7 +130,7 @@ Image Framebuffer::read() const {
     glBindFramebuffer(GL_READ_FRAMEBUFFER, picture_.name());
     glPixelStorei(GL_PACK_ALIGNMENT, 1);
     glReadPixels(0, 0, width_px_, height_px_, GL_RGB, GL_UNSIGNED_BYTE, image.rgb.data());
-    // OpenGL's first row is the lowest
+    // row 0 is the bottom in OpenGL
     for (std::size_t low = 0, high = static_cast<std::size_t>(height_px_) - 1; low < high;
          ++low, --high) {
         std::swap_ranges(image.rgb.begin() + static_cast<std::ptrdiff_t>(low * row_bytes),

@@ -8,11 +8,12 @@
 
 namespace terrane::internal {
 
-/// An off-screen picture: what is drawn goes to a depth (32-bit float) and an overlay of some samples a
-/// pixel; a last pass makes the picture of both.
+/// An off-screen picture: drawing writes a multisampled depth (32-bit float) and overlay; a last pass combines them
+/// into the picture.
 class Framebuffer {
 public:
-    /// Takes the wanted samples a pixel, or what the device has: fewer, or the next more.
+    /// @param wanted_samples per pixel; a count that the device does not have is replaced by the next larger one, or
+    ///         the largest
     ///
     /// Fails with invalid_argument for a size below 1 or above what the device takes (at most 2^26
     /// pixels together), device_unavailable where no combination of formats is complete.
@@ -22,13 +23,13 @@ public:
     int height_px() const { return height_px_; }
     int sample_count() const { return sample_count_; }
 
-    /// Makes depth, or depth and overlay, the target of drawing, viewport included.
+    /// Binds depth, or depth and overlay, as the target, and sets the viewport.
     void bind_depth() const;
     void bind_depth_and_overlay() const;
-    /// Makes the picture itself the target; depth and overlay may be read.
+    /// Binds the picture as the target; depth and overlay may be read.
     void bind_colours() const;
     GLuint depth_texture() const { return depth_.name(); }
-    /// rgb times alpha; it lies over ground and sky.
+    /// Premultiplied colour over ground and sky.
     GLuint overlay_texture() const { return overlay_.name(); }
     Image read() const;
 

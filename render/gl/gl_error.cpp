@@ -9,7 +9,7 @@ namespace {
 void on_message(GLenum /*source*/, GLenum type, GLuint /*id*/, GLenum severity, GLsizei length,
                 const GLchar* message, const void* user) {
     if (type != GL_DEBUG_TYPE_ERROR && severity != GL_DEBUG_SEVERITY_HIGH) return;
-    // GL hands back the pointer that attach_log gave it, const added
+    // the pointer from attach_log(), with const added by the callback type
     auto* log = static_cast<GlLog*>(const_cast<void*>(user));
     if (log->count == 0) {
         log->first = length < 0 ? std::string(message)
@@ -48,7 +48,7 @@ void attach_log(GlLog& log) {
 
 Result<void> check_gl(const std::string& doing) {
     std::string trouble;
-    // a lost context reports its error for ever
+    // bounded, because a lost context reports its error forever
     for (int i = 0; i < 16; ++i) {
         const GLenum error = glGetError();
         if (error == GL_NO_ERROR) break;

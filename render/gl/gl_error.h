@@ -7,18 +7,18 @@
 
 namespace terrane::internal {
 
-/// What the debug output of a context complained about since the last check.
+/// Messages of the debug output of a context since the last check.
 struct GlLog {
-    std::string first;  ///< the first error or high-severity message; empty: none
+    std::string first;  ///< first error or high-severity message; empty: none
     int count = 0;
 };
 
-/// Sends the debug output of the current context to a log, which must outlive the context.
+/// Redirects the debug output of the current context to a log, which must outlive the context.
 void attach_log(GlLog& log);
 
-/// Fails with device_unavailable where the current context has an error, or its log a message, and
-/// forgets both.
-/// @param doing what was tried, for the message: "draw the terrain"
+/// Fails with device_unavailable where the current context has an error, or its log a message, and clears both.
+///
+/// @param doing the operation, for the message: "draw the terrain"
 Result<void> check_gl(const std::string& doing);
 
 }  // namespace terrane::internal

@@ -7,7 +7,7 @@
 
 namespace terrane::internal {
 
-/// Owns one OpenGL name; 0 owns nothing. The context must be current when it goes.
+/// Owns one OpenGL name; 0 owns nothing. The context must be current in the destructor.
 template <void (*Delete)(GLuint)>
 class GlObject {
 public:

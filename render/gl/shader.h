@@ -17,8 +17,9 @@ extern const std::string_view terrain_vert, depth_frag, line_frag;
 extern const std::string_view object_vert, object_frag;
 extern const std::string_view shade_vert, shade_frag;
 
-/// Compiles and links a program; both stages see light.glsl first.
-/// Fails with device_unavailable, the driver's log and the program's name.
+/// Compiles and links a program; light.glsl is prepended to both stages.
+///
+/// Fails with device_unavailable, naming the program, with the driver's log.
 Result<GlProgram> make_program(const std::string& name, std::string_view vertex,
                                std::string_view fragment);
 

@@ -12,7 +12,7 @@ StreamBuffer::~StreamBuffer() {
 void StreamBuffer::wait(Turn& turn) {
     if (turn.fence == nullptr) return;
     constexpr GLuint64 kOneSecond = 1'000'000'000;
-    // ends as well where the wait fails: a lost context finishes nothing
+    // also ends where the wait fails: with a lost context no fence is signalled
     while (glClientWaitSync(turn.fence, GL_SYNC_FLUSH_COMMANDS_BIT, kOneSecond) ==
            GL_TIMEOUT_EXPIRED) {
     }
@@ -25,7 +25,7 @@ std::byte* StreamBuffer::begin(std::size_t bytes) {
     Turn& turn = turns_[turn_];
     wait(turn);
     if (turn.bytes >= bytes) return turn.memory;
-    // a half more, so that a mesh that grows a little every frame costs few new buffers
+    // 1.5 times the size, so that a slowly growing mesh reallocates rarely
     const std::size_t wanted = bytes + bytes / 2;
     constexpr GLbitfield kAccess = GL_MAP_WRITE_BIT | GL_MAP_PERSISTENT_BIT | GL_MAP_COHERENT_BIT;
     turn.buffer = make_buffer();

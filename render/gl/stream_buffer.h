@@ -8,13 +8,11 @@
 
 namespace terrane::internal {
 
-/// A buffer that the processor writes anew every frame while the device may still read the last
-/// ones.
+/// A buffer rewritten by the CPU every frame while the device may still read the previous ones.
 ///
-/// Three buffers in turn, mapped for good, each fenced: begin() waits only where the device is two
-/// frames behind. Measured on a software rasteriser with a million triangles and 150 chunks that
-/// morph (16 MB a frame), processor time of a frame against one plain draw: 1.03 to 1.05; with one
-/// buffer that is made anew every frame (glNamedBufferData) 1.08 to 1.10.
+/// Triple buffering with persistent mapping and fences: begin() waits only where the device is two frames behind.
+/// Measured on a software rasteriser with a million triangles and 150 morphing chunks (16 MB a frame), CPU time of a
+/// frame over one plain draw: 1.03 to 1.05; with one buffer reallocated every frame (glNamedBufferData) 1.08 to 1.10.
 class StreamBuffer {
 public:
     StreamBuffer() = default;
@@ -22,12 +20,11 @@ public:
     StreamBuffer& operator=(const StreamBuffer&) = delete;
     ~StreamBuffer();
 
-    /// Memory for the next frame, of that many bytes or more; its content is undefined. Null where
-    /// the device has none left.
+    /// Memory of at least `bytes` for the next frame, with undefined content. Null where the device is out of memory.
     std::byte* begin(std::size_t bytes);
-    /// The buffer that begin() gave memory of.
+    /// The buffer of the last begin().
     GLuint name() const { return turns_[turn_].buffer.name(); }
-    /// After the last command that reads it.
+    /// Call after the last command that reads the buffer.
     void end();
 
 private:

@@ -13,13 +13,13 @@ namespace terrane::internal {
 namespace {
 
 constexpr std::size_t kFirstLayers = 32;  // 4.4 MB
-constexpr int kMostLayers = 2048;         // 278 MB, and what every device takes
+constexpr int kMostLayers = 2048;         // 278 MB, the limit that every device supports
 constexpr std::size_t kLevels = 25;
 constexpr std::size_t kSlopeBytes =
     sizeof(std::int16_t) * 2 * std::size_t{kSlopeMapWidth} * kSlopeMapHeight;
 constexpr int kNodesAlong = 3;
 
-// The block `Light` of shade.frag in its std140 layout.
+// The uniform block `Light` of shade.frag, in its std140 layout.
 struct LightBlock {
     float root_spacing = 1.0f;
     std::int32_t finest_level = 0;
@@ -29,18 +29,18 @@ struct LightBlock {
 };
 static_assert(sizeof(LightBlock) == 16 + 16 * kLevels);
 
-// Where the table begins: devices ask for no more than 256 bytes before it.
+// Offset of the table; 256 is the largest alignment that devices require.
 constexpr std::size_t kTableOffset = 512;
 static_assert(kTableOffset >= sizeof(LightBlock));
 
 struct TableEntry {
-    std::int32_t x = 0, y = 0;  // chunks from the eye's
+    std::int32_t x = 0, y = 0;  // in chunks, relative to the chunk of the eye
     std::int32_t level = -1;    // -1: free
     std::int32_t layer = 0;
 };
 static_assert(sizeof(TableEntry) == 16);
 
-// The same as in shade.frag.
+// The same function as in shade.frag.
 std::uint32_t hash_of(const TableEntry& entry) {
     std::uint32_t hash = static_cast<std::uint32_t>(entry.x) * 0x9e3779b1u ^
                          static_cast<std::uint32_t>(entry.y) * 0x85ebca77u ^
@@ -52,7 +52,7 @@ std::int64_t floor_divide(std::int64_t value, std::int64_t by) {
     return value / by - (value % by < 0 ? 1 : 0);
 }
 
-// Chunks that far away are none that a float can tell from their neighbours.
+// Clamped: chunks that far away are below the precision of float.
 std::int32_t saturate(std::int64_t value) {
     constexpr std::int64_t kMost = std::int64_t{1} << 30;
     return static_cast<std::int32_t>(std::clamp(value, -kMost, kMost));
@@ -81,7 +81,7 @@ GroundLight::GroundLight() : levels_(most_layers()), table_(make_texture_buffer(
     hold_layers(kFirstLayers);
 }
 
-// Makes room for that many layers; keeps what there is.
+// Grows the arrays to `count` layers, keeping their content.
 void GroundLight::hold_layers(std::size_t count) {
     if (count <= layers_.size()) return;
     const std::size_t capacity = std::min<std::size_t>(std::bit_ceil(std::max(count, kFirstLayers)),
@@ -107,7 +107,7 @@ Result<void> GroundLight::prepare(const std::shared_ptr<const ResidentSet>& resi
     return write_table(resident->lattice(), eye);
 }
 
-// Sends what has changed.
+// Uploads changed slope maps, nodes and table.
 void GroundLight::upload(const ResidentSet& resident) {
     glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
     for (const LitChunk& lit : levels_.lit()) {
@@ -124,7 +124,7 @@ void GroundLight::upload(const ResidentSet& resident) {
             const std::vector<std::int16_t> map = make_slope_map(resident, *lit.chunk, side_levels);
             glTextureSubImage3D(slopes_.name(), 0, 0, 0, lit.layer, kSlopeMapWidth, kSlopeMapHeight,
                                 1, GL_RG, GL_SHORT, map.data());
-            layer.nodes[0].level = -1.0f;  // of another chunk
+            layer.nodes[0].level = -1.0f;  // invalid: from another chunk
         }
         if (layer.nodes == lit.nodes) continue;
         layer.nodes = lit.nodes;

@@ -3,9 +3,9 @@
 
 #include "draw/eye_frame.h"
 #include "gl/gl_object.h"
+#include "gl/stream_buffer.h"
 #include "light/light_levels.h"
 #include "light/slope_map.h"
-#include "gl/stream_buffer.h"
 
 #include <cstddef>
 #include <memory>
@@ -13,23 +13,22 @@
 
 namespace terrane::internal {
 
-/// Keeps on the device what the ground's light is computed from: the slope maps and the nodes of the
-/// chunks that LightLevels chooses, one layer each of two texture arrays, and a hash table that finds a
-/// chunk's layer by its level and its place.
+/// Device data for shading the ground: slope maps and nodes of the chunks selected by LightLevels, one layer each of
+/// two texture arrays, and a hash table from level and position of a chunk to its layer.
 class GroundLight {
 public:
     GroundLight();
 
-    /// Once a frame, before bind(). Fails with device_unavailable where the device has no memory left.
+    /// Call once a frame, before bind(). Fails with device_unavailable where the device is out of memory.
     Result<void> prepare(const std::shared_ptr<const ResidentSet>& resident, const View& view,
                          const EyeFrame& eye);
 
-    /// Slopes to texture unit 0, nodes to unit 4, the table to unit 5, its block to 1.
+    /// Binds slopes to texture unit 0, nodes to unit 4, the table to unit 5, and its uniform block to 1.
     void bind() const;
-    /// After the last command of a frame that reads them.
+    /// Call after the last command of a frame that reads them.
     void finish();
 
-    /// Of the slope maps of chunks that are resident.
+    /// Bytes of the slope maps of resident chunks.
     std::size_t bytes() const;
     const LightLevels& levels() const { return levels_; }
 

@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kSide = 256;  // texels
 
-// -1 to 1, the same for the same arguments.
+// Hash of the arguments, in [-1, 1].
 double random_at(int column, int row, int octave) {
     std::uint32_t h = static_cast<std::uint32_t>(column) * 0x9e3779b1u ^
                       static_cast<std::uint32_t>(row) * 0x85ebca77u ^
@@ -24,7 +24,7 @@ double random_at(int column, int row, int octave) {
 
 double smooth(double t) { return t * t * t * (t * (t * 6.0 - 15.0) + 10.0); }
 
-// One octave with `cells` cells along the side, repeating.
+// One octave of periodic value noise with `cells` cells per side.
 double value_noise(int x, int y, int cells, int octave) {
     const int width = kSide / cells;
     const int column = x / width, row = y / width;

@@ -8,24 +8,24 @@
 
 namespace terrane::internal {
 
-/// Colours a frame: the ground from its depth, the sky, and what was drawn over them.
+/// Deferred shading of a frame: the ground from its depth, the sky, and the overlay over them.
 class GroundShade {
 public:
-    /// @param sample_count of the framebuffers that it will be used with
-    /// Fails with device_unavailable where its shaders are refused.
+    /// @param sample_count of the framebuffers passed to draw()
+    ///
+    /// Fails with device_unavailable where its shaders do not compile.
     static Result<GroundShade> create(int sample_count);
 
-    /// Before draw(), where there is ground. Fails with device_unavailable.
+    /// Call before draw(), where there is ground. Fails with device_unavailable.
     Result<void> prepare(const std::shared_ptr<const ResidentSet>& resident, const View& view,
                          const EyeFrame& eye) {
         return light_->prepare(resident, view, eye);
     }
 
-    /// From the depth (and the overlay, where there is one) of a picture to its colours, with the uniforms
-    /// that are bound.
+    /// Computes the colours of a picture from its depth and overlay, with the bound uniforms.
     void draw(const Framebuffer& picture, bool has_overlay) const;
 
-    /// After the last draw() of a frame that was prepared.
+    /// Call after the last draw() of a prepared frame.
     void finish() { light_->finish(); }
 
     const GroundLight& light() const { return *light_; }

@@ -9,7 +9,8 @@
 namespace terrane::internal {
 namespace {
 
-constexpr double kNearMovements = 10.0;  // movements of the eye that are not near: as where chunks fade
+constexpr double kNearMovements =
+    10.0;  // a chunk fades in from this distance on, in eye movements per frame
 constexpr float kFadeStep = 1.0f / LightLevels::kFadeFrames;
 constexpr int kNoLevel = std::numeric_limits<int>::max();
 
@@ -17,7 +18,7 @@ struct ChunkBox {
     WorldPos low, high;
 };
 
-// Holds the chunk's ground as it is displayed.
+// Bounding box of the displayed ground of a chunk.
 ChunkBox box_of(const Lattice& lattice, const Chunk& chunk) {
     const std::int64_t side = lattice.chunk_side(chunk.key.level);
     const auto bound = static_cast<double>(chunk.max_vertex_bound);
@@ -60,7 +61,7 @@ std::size_t LightLevels::layer_count() const {
                       [](const Record* record) { return record->layer >= 0; }));
 }
 
-// Brings the records to the chunks that are resident now.
+// Updates the records for the resident chunks.
 void LightLevels::follow(const std::shared_ptr<const ResidentSet>& resident, const View& view) {
     const std::shared_ptr<const ResidentSet> last = followed_.lock();
     followed_ = resident;
@@ -88,11 +89,10 @@ void LightLevels::follow(const std::shared_ptr<const ResidentSet>& resident, con
         record.fade = resident->fade(i);
         const std::int32_t parent = resident->links(i).parent;
         if (parent == ResidentSet::kNone) continue;
-        // parents stand before their children
-        const bool fades_in =
-            record_of_[static_cast<std::size_t>(parent)]->first_frame < frame_ &&
-            farthest_distance(box_of(resident->lattice(), *chunk), view.eye_world) >=
-                kNearMovements * eye_movement;
+        // parents precede their children
+        const bool fades_in = record_of_[static_cast<std::size_t>(parent)]->first_frame < frame_ &&
+                              farthest_distance(box_of(resident->lattice(), *chunk),
+                                                view.eye_world) >= kNearMovements * eye_movement;
         if (fades_in) record.presence = 0.0f;
     }
 }
@@ -143,7 +143,7 @@ void LightLevels::choose(const ResidentSet& resident, const View& view) {
     }
 }
 
-// A free one, or that of a chunk which light has not needed for a frame.
+// Takes a free layer, or one of chunks not lit in the previous frame.
 bool LightLevels::take_layer(Record& record) {
     if (free_layers_.empty()) {
         for (Record* other : record_of_) {
@@ -157,8 +157,7 @@ bool LightLevels::take_layer(Record& record) {
     return true;
 }
 
-// Of a place of a level: 0 where there is no chunk, 1 beyond the world, so that light does not fade
-// towards its edge.
+// Presence of a chunk: 0 where it is absent, 1 beyond the world, so that light does not fade towards its edge.
 float LightLevels::presence_at(const ResidentSet& resident, const ChunkKey& key) const {
     if (!resident.lattice().contains(key)) return 1.0f;
     const std::int32_t index = resident.find(key);
@@ -189,7 +188,7 @@ LightNodes LightLevels::make_nodes(const ResidentSet& resident, const LitChunk& 
                     node.own = std::min(node.own, presence[static_cast<std::size_t>(3 * y + x)]);
                 }
             }
-            // the parent's field, bilinear between the four of its nodes around this one
+            // the parent's field, bilinear between its four surrounding nodes
             const int west = (quadrant & 1) + column / 2, east = (quadrant & 1) + (column + 1) / 2;
             const int south = (quadrant >> 1) + row / 2, north = (quadrant >> 1) + (row + 1) / 2;
             const auto at = [&](int x, int y) {

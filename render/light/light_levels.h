@@ -14,50 +14,47 @@
 
 namespace terrane::internal {
 
-/// A value of the field of levels at one of the nine nodes of a chunk: its corners, the middles of its
-/// sides, and its centre.
+/// The light level at one of the nine nodes of a chunk: corners, midpoints of sides, and centre.
 struct LightNode {
-    float level = 0.0f;  ///< how fine light is there, 0 to the chunk's level
-    float own = 0.0f;    ///< the share of it that this chunk's level adds, 0 to 1
+    float level = 0.0f;  ///< sum over all levels up to the chunk's, 0 to its level
+    float own = 0.0f;    ///< contribution of the chunk's own level, 0 to 1
     friend bool operator==(const LightNode&, const LightNode&) = default;
 };
 /// Row by row from the south-west.
 using LightNodes = std::array<LightNode, 9>;
 
-/// A chunk whose slopes light needs.
+/// A chunk whose slope map the light uses.
 struct LitChunk {
     ChunkKey key;
     const Chunk* chunk = nullptr;
-    int layer = -1;  ///< its own, 0 to max_chunks - 1
+    int layer = -1;  ///< 0 to max_chunks - 1, unique
     LightNodes nodes{};
 };
 
-/// Which chunks light follows, and how far: a field over the ground that says down to which level.
+/// The light level: a continuous field over the ground that says down to which chunk level the slopes are used.
 ///
-/// Every level adds to the field what its chunks are worth, 0 to 1: bilinear between nodes half a
-/// chunk apart, where the value of a node is the least presence of the chunks of that level that touch
-/// it. A chunk that is absent has presence 0; one that comes or goes does so in kFadeFrames steps. So
-/// the field is continuous across all borders, between chunks of any two levels, and from frame to
-/// frame. The sum over all coarser levels is bilinear between the same nodes, which is why a chunk's nine
-/// values are all that a shader has to know: see shade.frag.
+/// Each level contributes 0 to 1: bilinear between nodes half a chunk apart; the value of a node is the least presence
+/// of the chunks of that level that touch it. An absent chunk has presence 0; arriving and leaving chunks change theirs
+/// in kFadeFrames steps. So the field is continuous across all borders, between any two levels, and in time. The sum
+/// over all coarser levels is bilinear between the same nodes, so that the nine values of a chunk are all that a shader
+/// needs: see shade.frag.
 ///
-/// Chunks that are finer than pixels at their nearest point are left out. Their parents' light is the
-/// same there.
+/// Chunks that are finer than pixels at their nearest point are left out: their parents give the same light there.
 class LightLevels {
 public:
     static constexpr int kFadeFrames = 16;
 
-    /// @param max_chunks most chunks that are lit at once, 1 or more; the finest are left out
+    /// @param max_chunks limit of lit chunks, 1 or more; beyond it the finest are left out
     explicit LightLevels(int max_chunks);
 
-    /// Once a frame. A chunk that arrives fades in, unless its parent came with it, or the eye has
-    /// moved more than a tenth of the way to it since the last frame. One whose ResidentSet::fade()
-    /// falls fades out. The first frame shows everything.
+    /// Call once a frame. An arriving chunk fades in, unless its parent arrived with it, or the eye has moved more than
+    /// a tenth of its distance since the last frame. A chunk whose ResidentSet::fade() falls fades out. The first frame
+    /// shows everything.
     void update(const std::shared_ptr<const ResidentSet>& resident, const View& view);
 
-    /// From coarse to fine, after every chunk its children. Until the next update().
+    /// From coarse to fine; children follow their parents. Valid until the next update().
     std::span<const LitChunk> lit() const { return lit_; }
-    /// Layers of resident chunks, lit now or before.
+    /// Number of layers of resident chunks, lit now or before.
     std::size_t layer_count() const;
 
 private:
@@ -69,7 +66,7 @@ private:
         float fade = 1.0f;
         bool is_leaving = false;
         int layer = -1;
-        int lit_index = -1;  ///< where lit_frame is now
+        int lit_index = -1;  ///< valid where lit_frame is the current frame
     };
 
     void follow(const std::shared_ptr<const ResidentSet>& resident, const View& view);
@@ -83,11 +80,11 @@ private:
     std::weak_ptr<const ResidentSet> followed_;
     WorldPos last_eye_ = WorldPos::Zero();
     std::map<ChunkKey, Record> records_;
-    std::vector<Record*> record_of_;  // by index in the set
+    std::vector<Record*> record_of_;  // [index in the set]
     std::vector<int> free_layers_;
     std::vector<LitChunk> lit_;
-    std::vector<std::int32_t> lit_indices_;  // in the set, of lit_
-    int starved_level_ = 0;                  // chunks of this level and finer had no layer left
+    std::vector<std::int32_t> lit_indices_;  // of lit_, in the set
+    int starved_level_ = 0;                  // chunks of this level and finer may lack a layer
 };
 
 }  // namespace terrane::internal

@@ -15,13 +15,13 @@ ChunkKey neighbour(const ChunkKey& key, int side) {
     return {key.x + kX[at], key.y + kY[at], key.level};
 }
 
-// The covering chunk of a coarser level.
+// The chunk of a coarser level that covers a chunk.
 ChunkKey ancestor(ChunkKey key, int level) {
     while (key.level > level) key = key.parent();
     return key;
 }
 
-// Reads heights of one chunk and of those around it, by lattice point.
+// Heights of a chunk and of the chunks around it, by lattice point.
 class Heights {
 public:
     Heights(const ResidentSet& resident, const Chunk& chunk, const SideLevels& side_levels)
@@ -35,8 +35,8 @@ public:
         }
     }
 
-    // `column` or `row` may lie up to 128 samples beyond the edges, not both. Nothing where no
-    // chunk there has that sample.
+    // `column` or `row`, not both, may be up to 128 samples beyond the edges. Absent where no chunk has the
+    // sample.
     std::optional<std::int32_t> at(int column, int row) const {
         int side = -1;
         if (column < 0) side = 0;
@@ -58,7 +58,8 @@ private:
     std::array<const Chunk*, 4> around_{};
 };
 
-// Rise of one sample's width in quanta, from samples `baseline` before and after the middle.
+// Rise per sample spacing, quanta: central difference over `baseline` samples to both sides, one-sided where one is
+// absent.
 double rise(std::int32_t middle, std::optional<std::int32_t> before,
             std::optional<std::int32_t> after, int baseline) {
     const double last = after.value_or(middle);

@@ -1,4 +1,4 @@
 // SPDX-License-Identifier: MIT
-// The ground's first pass: only depth is written. shade.frag colours it.
+// Depth-only pass of the ground; shade.frag colours it.
 
 void main() {}

@@ -1,7 +1,7 @@
 #version 450 core
 // SPDX-License-Identifier: MIT
-// What all shaders share: the frame's uniforms and the light. Positions end in _eye: metres from the
-// eye, world axes. Colours are linear until display().
+// Shared by all shaders: uniforms of the frame and lighting. Positions with the suffix _eye are metres from the eye in
+// world axes. Colours are linear until display().
 
 layout(std140, binding = 0) uniform Frame {
     mat4 clip_from_eye;
@@ -15,7 +15,7 @@ layout(std140, binding = 0) uniform Frame {
     ivec4 eye_height;  // x high, y low part, quanta
     vec4 grid;  // x spacing, y quantum, z haze per metre, w radians a pixel spans
     vec4 tint;  // x low, y 1 / (high - low), z, w: repeats of fine and coarse noise per metre
-    vec4 noise_phase;  // xy: the fine noise's place under the eye, zw: the coarse one's, 0 to 1
+    vec4 noise_phase;  // xy: phase of the fine noise at the eye, zw: of the coarse noise, 0 to 1
     vec4 near;  // x: distance of the near plane along forward, metres
 } frame;
 
@@ -23,20 +23,20 @@ const vec3 kSunLight = vec3(2.75, 2.40, 1.90);
 const vec3 kSkyLight = vec3(0.26, 0.35, 0.52);
 const vec3 kGroundLight = vec3(0.16, 0.14, 0.10);
 
-// Light of the sun, the sky and the ground around, on a surface that scatters evenly.
+// Diffuse light of sun, sky and surrounding ground.
 vec3 lit(vec3 albedo, vec3 normal) {
     float sun = max(dot(normal, frame.sun.xyz), 0.0);
     float sky = 0.5 + 0.5 * normal.z;
     return albedo * (kSunLight * sun + mix(kGroundLight, kSkyLight, sky));
 }
 
-// From light to what a screen shows: a soft shoulder, a gamma of 2, which is cheap, some contrast.
+// Tone mapping: a soft shoulder, gamma 2 (cheap), some contrast.
 vec3 display(vec3 light) {
     vec3 shown = sqrt(light / (light + 0.80));
     return mix(shown, shown * shown * (3.0 - 2.0 * shown), 0.6);
 }
 
-// Of the air towards the sun.
+// Glow of the air towards the sun.
 vec3 glow(vec3 direction) {
     float towards = max(dot(direction, frame.sun.xyz), 0.0);
     float towards4 = towards * towards * towards * towards;
@@ -45,14 +45,14 @@ vec3 glow(vec3 direction) {
     return vec3(1.0, 0.86, 0.62) * (0.10 * towards4 + 0.22 * towards48);
 }
 
-// What the sky displays in a unit direction.
+// Displayed colour of the sky in a unit direction.
 vec3 sky(vec3 direction) {
     float height = max(direction.z, 0.0);
     vec3 colour = mix(frame.horizon.rgb, frame.zenith.rgb, 1.0 - exp(-3.6 * height));
     return colour + glow(direction) * (1.0 - colour);
 }
 
-// What is displayed of a surface behind air.
+// Displayed colour of a surface behind haze.
 vec3 behind_air(vec3 colour, vec3 p_eye, float distance) {
     vec3 along = p_eye / distance;
     vec3 air = frame.horizon.rgb + glow(along) * (1.0 - frame.horizon.rgb);

@@ -7,6 +7,6 @@ layout(location = 0) out vec4 colour_out;
 
 void main() {
     float distance = length(p_eye);
-    // times alpha: it lies over the ground, whose colour comes later
+    // premultiplied: composited over the ground by shade.frag
     colour_out = vec4(0.02, 0.03, 0.05, 1.0) * (0.55 * exp2(-frame.grid.z * distance));
 }

@@ -11,6 +11,6 @@ out vec3 surface_normal;
 
 void main() {
     p_eye = centre + axes * (position * extents);
-    surface_normal = axes * normal;  // exact for boxes, balls and tubes
+    surface_normal = axes * normal;  // exact for boxes, spheres and cylinders
     gl_Position = frame.clip_from_eye * vec4(p_eye, 1.0);
 }

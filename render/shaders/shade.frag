@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Colours the ground and the sky behind what was drawn over them, once a pixel: the ground's place
-// follows from its depth. So small triangles cost no more than large ones, and the light cannot depend
-// on the triangles or on the chunks that they were drawn with.
+// Deferred shading of ground and sky under the overlay, once a pixel: the position of the ground is reconstructed from
+// depth. So small triangles cost no more than large ones, and the light depends neither on the triangles nor on the
+// chunks that drew them.
 //
 // SAMPLES (of the depth and the overlay) and OVERLAY (whether there is one) are defined by the program.
 
@@ -16,7 +16,7 @@ layout(binding = 0) uniform sampler2DArray slopes;  // see slope_map.h
 layout(binding = 1) uniform sampler2D noise;        // see ground_noise.h
 layout(binding = 4) uniform sampler2DArray nodes;   // x: level, y: own share; see light_levels.h
 
-layout(binding = 5) uniform isamplerBuffer table;  // xy: a chunk's place from the eye's, z: its
+layout(binding = 5) uniform isamplerBuffer table;  // xy: chunk relative to the eye's, z: its
                                                    // level (-1: free), w: layer of slopes and nodes
 
 // see ground_light.cpp
@@ -25,7 +25,7 @@ layout(std140, binding = 1) uniform Light {
     int finest_level;
     int table_mask;
     int padding;
-    vec4 levels[25];  // xy: the eye's place in its chunk of the level, 0 to 1, z: 1 / side in metres
+    vec4 levels[25];  // xy: position of the eye in its chunk of the level, 0 to 1, z: 1 / side, 1/m
 } light;
 
 in vec3 ray;
@@ -33,11 +33,11 @@ in vec3 ray;
 layout(location = 0) out vec4 colour_out;
 
 const int kLastLayer = 7;
-// Levels of the noise finer than what suits a pixel's longer side: that would be a blur.
+// Mipmap bias of the noise: the level of a pixel's longer side would blur it.
 const float kSharper = -1.2;
 const float kNoiseTexels = 256.0;
-// Samples are shaded as one where their depths differ by no more than this ratio, and lie in one plane up to
-// this share of the depth.
+// The samples of a pixel are shaded as one where their depths differ by at most the ratio kOneSurface and are coplanar
+// within kOnePlane times the depth.
 const float kOneSurface = 1.06;
 const float kOnePlane = 0.004;
 
@@ -59,8 +59,8 @@ vec2 slope_at(vec2 cell, int layer, float map) {
     return textureLod(slopes, vec3(texel / vec2(129.0, 263.0), map), 0.0).xy;
 }
 
-// The ground's normal at the size of a pixel, as far as there are samples. A function of the place,
-// the distance and the direction alone.
+// Normal of the ground at the size of a pixel, as far as samples exist. Depends only on position, distance and
+// direction.
 vec3 ground_normal(vec3 p_eye, float pixel_m) {
     float wanted = log2(light.root_spacing / pixel_m);
     int level = clamp(int(ceil(wanted)), 0, light.finest_level);
@@ -74,7 +74,7 @@ vec3 ground_normal(vec3 p_eye, float pixel_m) {
     }
     level = max(level, 0);
     place -= floor(place);
-    // how far light may follow this level here: see light_levels.h
+    // light level here: see light_levels.h
     vec2 node = textureLod(nodes, vec3((place * 2.0 + 0.5) / 3.0, float(map)), 0.0).xy;
     float share = clamp(wanted - float(level - 1), 0.0, 1.0);
     float followed = level == 0 ? min(wanted, 0.0) : node.x - (1.0 - share) * node.y;
@@ -96,10 +96,10 @@ vec3 ground(vec3 p_eye) {
     float longer_m = pixel_m / max(abs(dot(along, normal)), 0.10);
     float fine_lod = log2(longer_m * frame.tint.z * kNoiseTexels) + kSharper;
     float coarse_lod = log2(longer_m * frame.tint.w * 5.0 * kNoiseTexels) + kSharper;
-    // fades before its period shows
+    // fades out before its period becomes visible
     vec2 fine_at = frame.noise_phase.xy + p_eye.xy * frame.tint.z;
     vec3 fine = (textureLod(noise, fine_at, fine_lod).xyz - 0.5) * exp2(-distance / 220.0);
-    // turned, so that the two periods do not line up
+    // rotated, so that the two periods do not align
     vec2 turned = vec2(3.0 * p_eye.x + 4.0 * p_eye.y, 3.0 * p_eye.y - 4.0 * p_eye.x);
     vec2 coarse_at = frame.noise_phase.zw + turned * frame.tint.w;
     vec3 coarse = textureLod(noise, coarse_at, coarse_lod).xyz - 0.5;
@@ -122,7 +122,7 @@ vec3 ground(vec3 p_eye) {
     albedo = mix(albedo, snow, smoothstep(0.80, 0.92, high) * (1.0 - smoothstep(0.22, 0.42, steep)));
     albedo *= 1.0 + 1.1 * fine.z + 0.35 * coarse.z;
 
-    // small bumps that no sample holds
+    // bumps finer than the samples
     normal = normalize(normal - vec3(0.8 * fine.xy, 0.0));
     return behind_air(display(lit(albedo, normal)), p_eye, distance);
 }
@@ -134,7 +134,7 @@ vec3 sky_with_sun() {
     return mix(sky(direction), vec3(1.0, 0.98, 0.92), disc);
 }
 
-// Behind the overlay, from a depth; 0 is the sky.
+// Colour of ground or sky (depth 0) at a depth.
 vec3 background(float depth) {
     return depth > 0.0 ? ground(ray * (frame.near.x / depth)) : sky_with_sun();
 }
@@ -149,7 +149,7 @@ void main() {
     }
     bool is_one = most <= kOneSurface * least || most == 0.0;
 #if SAMPLES == 4
-    // 0 and 3, and 1 and 2, lie opposite to each other; depth is linear over the picture of a plane
+    // samples 0 and 3, and 1 and 2, are opposite; the depth of a plane is linear over the picture
     float bend = texelFetch(depths, pixel, 0).x + texelFetch(depths, pixel, 3).x -
                  texelFetch(depths, pixel, 1).x - texelFetch(depths, pixel, 2).x;
     is_one = is_one && abs(bend) <= kOnePlane * most;
@@ -157,7 +157,7 @@ void main() {
     int count = is_one ? 1 : SAMPLES;
     vec3 sum = vec3(0.0);
     for (int i = 0; i < count; ++i) {
-        // a sample's own depth: between two surfaces there is no ground
+        // each sample with its own depth: an average between two surfaces is on neither
         vec3 behind = background(texelFetch(depths, pixel, i).x);
 #if OVERLAY
         vec4 over = texelFetch(overlays, pixel, i);

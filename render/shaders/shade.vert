@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// One triangle over the whole picture.
+// A full-screen triangle.
 
-out vec3 ray;  // along forward it is 1 long
+out vec3 ray;  // component along forward is 1
 
 void main() {
     vec2 corner = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
-// One sample of a chunk. All arithmetic on its place is in integers up to one rounding, and depends
-// on the sample's own integers and the eye only: chunks of all levels give it the same position.
+// One sample of a chunk. Positions are computed in integers up to one rounding, from the integers of the sample and the
+// eye only: chunks of all levels give it the same position.
 
 layout(location = 0) in int height;  // quanta
 
-// the same for all samples of a chunk: see ChunkAttributes
+// per chunk: see ChunkAttributes
 layout(location = 1) in ivec4 corner;  // lattice index minus the eye's: x high, low, y high, low
 layout(location = 2) in ivec4 numbers;  // xy: finest spacings between samples: high, low part;
                                         // z: sample 0's vertex, w: its offset, or -1
 
-// metres, of the samples of chunks where something morphs
+// metres, of the samples of morphing chunks
 layout(std430, binding = 0) readonly buffer Offsets { float offsets[]; };
 
 out vec3 p_eye;
@@ -48,7 +48,7 @@ void main() {
     float offset = numbers.w < 0 ? 0.0 : offsets[numbers.w + index];
     precise vec3 place_eye = vec3(place(corner.x, corner.y, column), place(corner.z, corner.w, row),
                                   rise()) - frame.remainder.xyz;
-    // the last sum, so that samples that do not morph keep their bits
+    // last addition, so that samples that do not morph keep their bits
     place_eye.z += offset;
     p_eye = place_eye;
     gl_Position = frame.clip_from_eye * vec4(place_eye, 1.0);

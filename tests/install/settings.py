@@ -7,7 +7,7 @@ import pathlib
 import re
 import sys
 
-# What is set by a user, among all public structs.
+# Public structs that hold settings.
 WANTED = re.compile(r"(Settings|Storage|Field|Need|Controls)$|^(Lattice|View)$")
 WORD_FOR_NOTHING = {"std::vector": "empty", "std::string": "empty", "std::optional": "absent"}
 
@@ -17,7 +17,7 @@ def strip_comments(text):
 
 
 def body_at(text, begin):
-    """What stands between the brace at `begin` and the one that closes it."""
+    """The text between the brace at `begin` and its closing brace."""
     depth = 0
     for i in range(begin, len(text)):
         depth += {"{": 1, "}": -1}.get(text[i], 0)
@@ -27,7 +27,7 @@ def body_at(text, begin):
 
 
 def split_outside(text, separator):
-    """Splits where no bracket is open."""
+    """Splits at separators outside brackets."""
     parts, depth, part = [], 0, ""
     for letter in text:
         depth += {"{": 1, "(": 1, "<": 1, "}": -1, ")": -1, ">": -1}.get(letter, 0)
@@ -40,7 +40,7 @@ def split_outside(text, separator):
 
 
 def without_functions(body):
-    """Bodies of member functions become a semicolon."""
+    """Replaces bodies of member functions by a semicolon."""
     while True:
         match = re.search(r"\)\s*(?:const)?\s*\{", body)
         if not match:

@@ -88,7 +88,7 @@ std::vector<Body> make_drop_body(DropShape shape, std::int64_t body_index) {
 
 Report judge_trace(std::istream& trace, const Surface& surface, const Settings& settings) {
     Report report;
-    std::vector<Verdict> last;  // by body: sleepers are judged once
+    std::vector<Verdict> last;  // [body]: an unchanged pose is judged once
     std::string line;
     std::uint64_t line_number = 0;
     while (std::getline(trace, line)) {

@@ -1,15 +1,15 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: MIT
-"""Drops bodies with `terrane drop --trace` and has the trace judged by trace_judge.
+"""Drops bodies with `terrane drop --trace` and judges the trace with trace_judge.
 
-The judge rebuilds the contact surface by itself: from the samples of a raster (read through GDAL), or, for
-fractal ground, from heights that `terrane query` gives at lattice points under the bodies. Which way cells are
-cut is asked for with queries at the middle of cells.
+The judge builds the contact surface independently: from the samples of a raster (read through GDAL), or, for
+fractal ground, from heights of `terrane query` at lattice points below the bodies. Queries at cell centres give the
+diagonals of the cells.
 
   judge_drop.py --terrane build/release/tools/terrane --judge build/release/tests/judge/trace_judge \\
                 --dem FILE | --seed N  [--shape box] [--speed 3000] [--dt 0.1] [--count 1000] [--seconds 3]
 
-Prints one JSON object a run; exit code 0 where every judgement holds.
+Prints one JSON object a run; exit code 0 where every trace is accepted.
 """
 import argparse
 import json
@@ -20,7 +20,7 @@ import tempfile
 
 import numpy
 
-SHAPE_REACH_M = 2.5  # of the widest shape, with some room
+SHAPE_REACH_M = 2.5  # reach of the widest shape, with a margin
 
 
 def run_json(command, stdin=None):
@@ -52,7 +52,7 @@ def raster_size(path):
 
 
 def find_parity(terrane, terrain, spacing, west, south, columns):
-    """0 where cell (column, row) with an even index sum is cut from south-west to north-east."""
+    """0 where cells with an even index sum are split from south-west to north-east."""
     points = []
     for column, row in columns:
         x, y = west + column * spacing, south + row * spacing
@@ -72,7 +72,7 @@ def find_parity(terrane, terrain, spacing, west, south, columns):
 
 
 def points_under(trace, spacing, west, south):
-    """Lattice points of all cells that a body may have been over."""
+    """Lattice points of all cells that may have been below a body."""
     poses = numpy.loadtxt(trace, delimiter=",", skiprows=1, usecols=(2, 3), ndmin=2)
     poses = numpy.unique(poses, axis=0)
     low = numpy.floor((poses - SHAPE_REACH_M - (west, south)) / spacing).astype(numpy.int64)

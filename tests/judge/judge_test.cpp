@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// A judge that cannot find a fault proves nothing: these traces are broken on purpose.
+// Traces with deliberate faults, to test that the judge finds them.
 #include "judge.h"
 
 #include <gtest/gtest.h>
@@ -67,7 +67,7 @@ TEST(Judge, FindsABodyOfEveryShapeThatSankTwoCentimetres) {
     }
 }
 
-// Turned by 90 degrees about y, x looks down: of the hammer its head, of the stone its longest point.
+// After a rotation of 90 degrees about y, x points down: the head of the hammer, the longest corner of the stone.
 TEST(Judge, JudgesAStoneAndAHammerTurnedOnTheirEnds) {
     const double half = std::sqrt(0.5);
     const struct {
@@ -82,7 +82,7 @@ TEST(Judge, JudgesAStoneAndAHammerTurnedOnTheirEnds) {
 }
 
 TEST(Judge, FindsASpikeThatPokesIntoASideOfAStone) {
-    // Above the top of the spike, the side through three corners is at 3 / 7 of a metre below the centre, or so.
+    // above the tip of the spike, the face through three corners is about 3 / 7 m below the centre
     const Report clear = judge_one(DropShape::hull, spike, {-0.3, -0.3, 5.6});
     EXPECT_EQ(clear.too_deep, 0u);
     const Report poked = judge_one(DropShape::hull, spike, {-0.3, -0.3, 5.2});
@@ -98,7 +98,7 @@ TEST(Judge, DistinguishesALyingCapsuleFromAStandingOne) {
 }
 
 TEST(Judge, MeasuresDepthAlongTheMinimumTranslationOutOfASlope) {
-    // 20 cm below touch vertically are 14 cm along the normal of a slope of 45 degrees.
+    // a vertical overlap of 20 cm is a depth of 14 cm along the normal of a 45 degree slope
     const double touch = 0.5 * std::sqrt(2.0);
     const Report report = judge_one(DropShape::sphere, ramp, {0.3, 0.2, 0.3 + touch - 0.2});
     EXPECT_NEAR(report.max_lift, 0.2, 1e-9);
@@ -125,7 +125,7 @@ TEST(Judge, FindsABodyThatFellFarBelow) {
 }
 
 TEST(Judge, CutsCellsAsTheParitySays) {
-    // One cell with its north-east corner high: cut to the north-east its middle is half way up.
+    // one cell with a high north-east corner: split towards it, the centre is at half its height
     Surface surface;
     for (int i = 0; i < 4; ++i) surface.set_point(i & 1, i >> 1, i == 3 ? 2.0 : 0.0);
     Body body;

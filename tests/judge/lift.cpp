@@ -62,8 +62,8 @@ double sphere_over_triangle(const Vec& centre, double radius, const Triangle& t)
     return best;
 }
 
-/// The sphere that sweeps the core: its value is concave along the core where it is defined, and
-/// undefined (very low) where the sphere is beside the triangle; a scan finds where it is defined.
+/// Maximum over spheres along the core. The value is concave along the core where the sphere is above the triangle, and
+/// undefined (very low) elsewhere; a scan finds the defined range.
 double capsule_over_triangle(const Body& body, const Triangle& t) {
     const auto at = [&](double u) {
         return sphere_over_triangle(body.centre + u * body.axes[2], body.radius, t);
@@ -128,7 +128,7 @@ bool box_bottom(const Body& body, double x, double y, double& z_out) {
     return low <= high;
 }
 
-/// The same of a hull: every triangle of its corners lies in it, and its lower side consists of such.
+/// The same for a hull: all triangles of its corners are inside it, and some of them form its lower surface.
 bool hull_bottom(const std::vector<Vec>& corners, double x, double y, double& z_out) {
     bool is_over = false;
     for (std::size_t i = 0; i < corners.size(); ++i) {
@@ -147,8 +147,8 @@ bool hull_bottom(const std::vector<Vec>& corners, double x, double y, double& z_
     return is_over;
 }
 
-/// Surface and shape are piecewise linear: the largest difference is at a corner of either, or where
-/// two edges cross in the plane.
+/// Surface and shape are piecewise linear: the maximum is at a vertex of either, or at a crossing of two edges in the
+/// plane.
 double polyhedron_over_triangle(const Body& body, const std::vector<Vec>& corners,
                                 const Triangle& t) {
     double best = -1e300;
@@ -164,7 +164,7 @@ double polyhedron_over_triangle(const Body& body, const std::vector<Vec>& corner
                                  : hull_bottom(corners, vertex.x, vertex.y, z);
         if (is_over) best = std::max(best, vertex.z - z);
     }
-    // All pairs of corners: what is no edge lies within, and is lifted by no more than the edges are.
+    // all pairs of corners: segments that are no edges are inside the shape and give no larger value
     for (std::size_t i = 0; i < corners.size(); ++i) {
         for (std::size_t j = i + 1; j < corners.size(); ++j) {
             const Vec& a = corners[i];
@@ -211,7 +211,7 @@ double Body::bottom() const {
 
 namespace {
 
-/// Raises the lift of a body to that of one of its parts.
+/// Maximum of `lift` and the lift of one part.
 void add_lift(const Body& body, const Surface& surface, Lift& lift) {
     const double reach = body.reach();
     const std::int64_t west = surface.column_below(body.centre.x - reach);
@@ -272,7 +272,7 @@ Lift compute_lift(std::span<const Body> parts, const Surface& surface) {
 }
 
 double compute_depth(std::span<const Body> parts, const Surface& surface, double lift) {
-    double best = lift;  // straight up always parts them
+    double best = lift;  // the vertical translation by the lift always separates
     constexpr int kDirections = 600;
     constexpr int kLengths = 40;
     constexpr double kGoldenTurn = 2.399963229728653;

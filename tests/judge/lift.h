@@ -11,14 +11,13 @@ namespace judge {
 
 enum class ShapeKind { sphere, capsule, box, hull };
 
-/// A convex shape at a pose: its centre, and its axes as columns of a rotation. A body is one, or several that move
-/// together.
+/// A convex shape at a pose: centre, and axes as columns of a rotation. A body has one or more of them.
 struct Body {
     ShapeKind kind = ShapeKind::sphere;
     double radius = 0.5;       ///< of a sphere or capsule, metres
     double half_height = 0.0;  ///< of a capsule's core along its z
     Vec half_extents;          ///< of a box
-    std::vector<Vec> points;   ///< of a hull, from its centre along its axes
+    std::vector<Vec> points;   ///< of a hull, relative to its centre, in its axes
     Vec centre;
     std::array<Vec, 3> axes{Vec{1, 0, 0}, Vec{0, 1, 0}, Vec{0, 0, 1}};
 
@@ -27,15 +26,16 @@ struct Body {
 };
 
 struct Lift {
-    bool known = true;   ///< false: heights are missing under the body
-    double value = 0.0;  ///< largest of surface minus z over the shape; 0 where they are apart
+    bool known = true;  ///< false: heights below the body are missing
+    double value =
+        0.0;  ///< vertical overlap: largest surface height minus z over the shape, 0 without overlap
 };
 
 /// Brute force over every triangle under the bounding square of each part.
 Lift compute_lift(std::span<const Body> parts, const Surface& surface);
 
-/// Length of the shortest translation found that parts the body from the ground, at most its lift.
-/// Searched over many directions: an upper bound of the true depth that is close to it.
+/// Penetration depth: length of the minimum translation that separates the body from the ground, at most its lift.
+/// Searched over sampled directions and lengths: a close upper bound of the true depth.
 double compute_depth(std::span<const Body> parts, const Surface& surface, double lift);
 
 }  // namespace judge

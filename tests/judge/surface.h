@@ -8,8 +8,7 @@
 #include <utility>
 #include <vector>
 
-// The judge shares no code with the library: this is the contact surface again, from the words of
-// the definitions alone.
+// The contact surface, implemented independently of the library from its definition.
 namespace judge {
 
 struct Vec {
@@ -21,8 +20,8 @@ inline Vec operator*(double s, const Vec& a) { return {s * a.x, s * a.y, s * a.z
 inline double dot(const Vec& a, const Vec& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
 /// Heights at lattice points (column, row), x = west + column * spacing, y = south + row * spacing.
-/// A cell is cut from its south-west to its north-east corner where column + row + parity is even,
-/// and the other way elsewhere. Points without a height (NaN) have no ground around them.
+/// A cell is split along its south-west to north-east diagonal where column + row + parity is even, along the other one
+/// elsewhere. Cells with a missing height (NaN) have no ground.
 class Surface {
 public:
     double spacing = 1.0;
@@ -35,7 +34,7 @@ public:
         rows_ = rows;
         grid_ = std::move(heights);
     }
-    /// A single point; points and a grid do not mix.
+    /// A single point; do not combine points with a grid.
     void set_point(std::int64_t column, std::int64_t row, double height) {
         points_[{column, row}] = height;
     }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Judges the trace of `terrane drop` without a line of the library: exit code 0 where no pose of any
-// body is deeper than the tolerance, 1 where one is, 2 where it could not judge.
+// Judges a trace of `terrane drop` without code of the library. Exit code 0: no pose is deeper than the tolerance; 1: a
+// pose is; 2: the trace cannot be judged.
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -24,9 +24,10 @@ constexpr const char* kUsage =
     "--heights: a text file; first line `spacing west south parity`, then `column row height` a "
     "line,\n"
     "           as judge_drop.py writes it.\n"
-    "--dem:     a projected raster with square cells; --parity says which way cell (0, 0) from "
+    "--dem:     a projected raster with square cells; --parity gives the diagonal of cell (0, 0) "
+    "at "
     "its\n"
-    "           south-western sample is cut (0: south-west to north-east).\n";
+    "           south-western sample (0: south-west to north-east).\n";
 
 int refuse(const std::string& message) {
     std::fprintf(stderr, "trace_judge: %s\n", message.c_str());

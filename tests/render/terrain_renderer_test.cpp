@@ -271,8 +271,8 @@ TEST_F(TerrainRendererTest, AnEyeThatCreepsFarFromTheOriginMovesThePictureSmooth
     int changed = 0;
     for (int step = 0; step < 12; ++step) {
         const double creep = 0.0008 * step;
-        const Image image =
-            draw(renderer, scene.mesh(), view_from({x + creep, 100.0, z}, {x + creep, 130.0, z - 8.0}));
+        const Image image = draw(renderer, scene.mesh(),
+                                 view_from({x + creep, 100.0, z}, {x + creep, 130.0, z - 8.0}));
         if (step > 0) {
             EXPECT_LE(largest_difference(last, image), 40) << "step " << step;
             changed += count_different(last, image) > 0 ? 1 : 0;
@@ -374,7 +374,8 @@ TEST_F(TerrainRendererTest, LightHasNoSeamWhereChunksOfALevelMeet) {
     // the two roots' edge is at x = 256: columns of pixels beside it may differ no more than others
     const Scene scene = make_scene();
     TerrainRenderer renderer = make();
-    const Image image = draw(renderer, scene.mesh(), view_from({256.0, 60.0, 70.0}, {256.0, 60.0, 0.0}));
+    const Image image =
+        draw(renderer, scene.mesh(), view_from({256.0, 60.0, 70.0}, {256.0, 60.0, 0.0}));
     const auto step_at = [&](int x) {
         double sum = 0.0;
         for (int y = 0; y < kHeight; ++y) {

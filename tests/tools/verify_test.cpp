@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "frames/verify.h"
 
-#include "support/random.h"
 #include "support/heights/wave_heights.h"
+#include "support/random.h"
 
 #include <gtest/gtest.h>
 

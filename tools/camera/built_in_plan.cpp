@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Sources: M. Roberts. The unreasonable effectiveness of quasirandom sequences. 2018. (where
-//          teleports go)
+// Sources: M. Roberts. The unreasonable effectiveness of quasirandom sequences. 2018 (targets of
+//          teleports).
 #include "camera/built_in_plan.h"
 
 #include "camera/canyon_route.h"
@@ -34,7 +34,7 @@ double longer_length(const WorldRect& extent) {
     return std::max(extent.east - extent.west, extent.north - extent.south);
 }
 
-// Turns a vector by a small angle, to angle^5 / 120: no sine of a C library decides about bits.
+// Rotates a vector by a small angle; error angle^5 / 120. Uses no sin() of the C library, whose bits differ.
 Vector2d turned(const Vector2d& v, double angle) {
     const double half = 0.5 * angle;
     const double q = half * (1.0 + half * half / 3.0);  // the tangent of half the angle
@@ -62,7 +62,7 @@ LegPlan make_straight(const WorldRect& extent, double speed, double duration) {
 }
 
 LegPlan make_orbit(const HeightSource& source, double speed, double duration) {
-    constexpr double kLeast = 10.0;  // metres of radius
+    constexpr double kLeast = 10.0;  // radius, metres
     const WorldRect& extent = source.extent();
     const double room = 0.3 * std::min(extent.east - extent.west, extent.north - extent.south);
     const double radius = std::max(kLeast, std::min(speed * duration / (2.0 * kPi), room));
@@ -80,7 +80,7 @@ LegPlan make_orbit(const HeightSource& source, double speed, double duration) {
 }
 
 Result<LegPlan> make_canyon(const HeightSource& source, double speed, double duration) {
-    constexpr double kTurnTime = 8.0;  // seconds; a fast camera cannot follow every bend
+    constexpr double kTurnTime = 8.0;  // seconds per turn: limits the curvature for fast cameras
     LegPlan plan;
     plan.duration = duration;
     plan.has_lean = true;
@@ -94,18 +94,19 @@ Result<LegPlan> make_canyon(const HeightSource& source, double speed, double dur
     return plan;
 }
 
-// There and back, with half a circle to the left at each end: the first way goes over the middle.
+// Back and forth, with a half circle to the left at each end; the first straight passes over the middle.
 LegPlan make_turns(const WorldRect& extent, double speed, double duration) {
-    constexpr double kStraightTime = 5.0;   // seconds
-    constexpr double kTurnTime = 6.0;  // seconds
+    constexpr double kStraightTime = 5.0;  // seconds
+    constexpr double kTurnTime = 6.0;      // seconds
     constexpr int kSubsteps = 16;
     constexpr double kSubstep = kLegStep / kSubsteps;
     const double straight_time = std::min(kStraightTime, 0.5 * longer_length(extent) / speed);
     const auto angle = [straight_time](double time) {
         if (time <= 0.0) return 0.0;
         const double period = std::floor(time / (straight_time + kTurnTime));
-        const double s = std::max(0.0, time - period * (straight_time + kTurnTime) - straight_time) / kTurnTime;
-        // the rate of turning rises from 0 and falls back to it without a corner
+        const double s =
+            std::max(0.0, time - period * (straight_time + kTurnTime) - straight_time) / kTurnTime;
+        // smoothstep of degree 5: the turn rate and its derivative are 0 at both ends
         return kPi * (period + s * s * s * (10.0 - 15.0 * s + 6.0 * s * s));
     };
     LegPlan plan;
@@ -125,10 +126,10 @@ LegPlan make_turns(const WorldRect& extent, double speed, double duration) {
     return plan;
 }
 
-// The angle of a view that turns at 90 degrees a second, rests, turns back, and turns on at once.
+// Heading of a view that turns at 90 degrees/s, rests, turns back, and turns forward again at once.
 double spin_angle(double time) {
     constexpr double kRate = 0.5 * kPi;
-    constexpr double kRamp = 0.75;  // seconds to that rate, and from it
+    constexpr double kRamp = 0.75;  // seconds to reach kRate, and to stop
     struct Part {
         double seconds, angle;
     };
@@ -140,7 +141,7 @@ double spin_angle(double time) {
     double period = 0.0;
     for (const Part& part : kParts) period += part.seconds;
     if (time <= 0.0) return 0.0;
-    // a period ends a whole turn further on: where it began
+    // a period adds a whole turn, so every period is the same
     double left = time - std::floor(time / period) * period;
     double sum = 0.0;
     for (const Part& part : kParts) {
@@ -166,7 +167,7 @@ LegPlan make_spins(const WorldRect& extent, double speed, double duration) {
     double angle = 0.0;
     for (double time = 0.0; time <= duration + kStep; time += kStep) {
         const double next = spin_angle(time);
-        // where a whole turn was taken off, there is none to make
+        // between two periods the angle falls by a whole turn, which is no rotation
         if (const double step = next - angle; std::abs(step) < kPi) arm = turned(arm, step);
         angle = next;
         control.emplace_back(arm.x(), arm.y(), 0.0);
@@ -177,8 +178,8 @@ LegPlan make_spins(const WorldRect& extent, double speed, double duration) {
 
 std::vector<LegPlan> make_teleports(const WorldRect& extent, double speed, double duration) {
     constexpr double kStay = 5.0;     // seconds
-    constexpr double kInside = 0.7;   // of the terrain's sides, for the middles of legs
-    constexpr double kFarOff = 0.25;  // of the shorter side, from the leg before
+    constexpr double kInside = 0.7;   // share of the extent that the middles of legs lie in
+    constexpr double kFarOff = 0.25;  // of the shorter side: least distance between successive legs
     const Vector2d size(extent.east - extent.west, extent.north - extent.south);
     const auto place = [&](int i) {
         const Vector2d share(0.5 + 0.7548776662466927 * i, 0.5 + 0.5698402909980532 * i);
@@ -197,7 +198,7 @@ std::vector<LegPlan> make_teleports(const WorldRect& extent, double speed, doubl
         do {
             centre = place(next++);
         } while ((centre - last).norm() < kFarOff * size.minCoeff());
-        // by about 106 degrees: as good as never the same heading again
+        // about 106 degrees, so that headings practically never repeat
         direction = {-0.28 * direction.x() - 0.96 * direction.y(),
                      0.96 * direction.x() - 0.28 * direction.y()};
     }

@@ -10,17 +10,18 @@
 namespace terrane::tools {
 namespace {
 
-constexpr double kGravity = 9.81;        // metres a second squared
-constexpr double kDrop = 0.2;            // how steeply a camera looks down: a slope
-constexpr double kClimb = 0.7;           // how much of a climb it follows with its look
-constexpr double kTrackClearance = 2.0;  // metres that a recorded track keeps from the ground
+constexpr double kGravity = 9.81;  // m/s^2
+constexpr double kDrop = 0.2;      // downward slope of the view direction on level paths
+constexpr double kClimb = 0.7;     // share of the path's slope that the view direction follows
+constexpr double kTrackClearance =
+    2.0;  // least height of a recorded track above the ground, metres
 
 Eigen::Vector3d cross(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
     return {a.y() * b.z() - a.z() * b.y(), a.z() * b.x() - a.x() * b.z(),
             a.x() * b.y() - a.y() * b.x()};
 }
 
-// The part of a hint that is square to a direction, unit; north where they are parallel.
+// The component of a hint perpendicular to a direction, normalized; from north where they are parallel.
 Eigen::Vector3d square_to(const Eigen::Vector3d& direction, const Eigen::Vector3d& hint) {
     Eigen::Vector3d right = cross(direction, hint);
     if (right.norm() < 1e-9) right = cross(direction, Eigen::Vector3d::UnitY());
@@ -81,10 +82,9 @@ CurvePoint CameraLeg::eye(double time) const {
     return point;
 }
 
-// The ground under the path, smoothed, plus the altitude (or the track's own height), plus what
-// keeps the clearance everywhere: the largest lack within the reach of the smoothing, smoothed. Each
-// mean of it is over values that are at least the lack itself, so the clearance holds at every
-// sample.
+// Height = smoothed ground + altitude (or the track's own height) + correction. The correction is the smoothed running
+// maximum of the missing clearance over the support of the smoothing: every mean is over values that are at least the
+// missing clearance itself, so the clearance holds at every sample.
 Result<void> CameraLeg::fit_heights(const HeightSource& source, double altitude, double clearance,
                                     double speed) {
     constexpr double kMostSamples = 400'000.0;
@@ -107,7 +107,7 @@ Result<void> CameraLeg::fit_heights(const HeightSource& source, double altitude,
                                                    p.x(), p.y()));
         }
     }
-    // slower and higher cameras follow less
+    // slower and higher cameras get a wider smoothing
     const double width = std::clamp(1.5 + 0.5 * altitude / speed, 1.5, 6.0);
     const auto half_width = static_cast<std::ptrdiff_t>(width / sample_step);
     std::vector<Eigen::Vector3d> control(count, Eigen::Vector3d::Zero());
@@ -130,10 +130,10 @@ Result<void> CameraLeg::fit_heights(const HeightSource& source, double altitude,
     return {};
 }
 
-// Looks along the way from a little behind to a time ahead, smoothed; a camera that stands keeps its
-// look.
+// Smoothed view directions along the displacement from 0.25 * ahead behind to `ahead` seconds in front. A camera that
+// stands keeps its last direction.
 void CameraLeg::fit_orientation(double ahead, bool has_lean) {
-    constexpr double kLeastDisplacement = 1.0;  // metres: less has no direction
+    constexpr double kLeastDisplacement = 1.0;  // metres: less gives no direction
     constexpr std::ptrdiff_t kHalfWidth = 3;
     const std::size_t count = control_count(duration_);
     std::vector<Eigen::Vector3d> direction(count, Eigen::Vector3d::Zero());
@@ -152,7 +152,8 @@ void CameraLeg::fit_orientation(double ahead, bool has_lean) {
         if (!has_lean) continue;
         const Eigen::Vector3d acceleration_g =
             (eye(time + kLegStep).rate - eye(time - kLegStep).rate) / (2.0 * kLegStep * kGravity);
-        const Eigen::Vector3d right = Eigen::Vector3d(direction[i].y(), -direction[i].x(), 0.0).normalized();
+        const Eigen::Vector3d right =
+            Eigen::Vector3d(direction[i].y(), -direction[i].x(), 0.0).normalized();
         const double side = right.dot(acceleration_g);
         lean[i] += right * (0.3 * side / (1.0 + std::abs(side)));
     }

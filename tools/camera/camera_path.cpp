@@ -12,13 +12,14 @@
 namespace terrane::tools {
 namespace {
 
-// Gives a track times by its length: the same speed everywhere. Points on one place are dropped.
+// Sets the times of a track for a constant speed. Drops points that coincide with the one before.
 Result<void> retime(Track& track, double speed) {
     std::vector<TrackPoint> points{track.points.front()};
     points.front().time = 0.0;
     for (const TrackPoint& point : track.points) {
         const Eigen::Vector3d displacement = point.position_world - points.back().position_world;
-        const double length = track.has_heights ? displacement.norm() : displacement.head<2>().norm();
+        const double length =
+            track.has_heights ? displacement.norm() : displacement.head<2>().norm();
         if (!(length > 0.0)) continue;
         points.push_back(point);
         points.back().time = points[points.size() - 2].time + length / speed;
@@ -32,7 +33,7 @@ Result<void> retime(Track& track, double speed) {
     return {};
 }
 
-// Receivers round to a metre or two: the mean over about three seconds on both sides.
+// Receivers round positions to 1 or 2 m: averages over about 3 s to each side.
 void smooth_recorded(Track& track) {
     const double mean_step =
         track.points.back().time / static_cast<double>(track.points.size() - 1);

@@ -13,12 +13,12 @@
 namespace terrane::tools {
 
 struct CameraPathSettings {
-    /// Metres a second over the plane, > 0. Absent: a track's own times, or one of the defaults.
+    /// Horizontal speed, m/s, > 0. Absent: a track's own times, or the default.
     std::optional<double> speed = std::nullopt;
-    /// Metres above the ground, > 0, kept smooth: see CameraPath. Absent: a track's own heights, or
+    /// Metres above the smoothed ground, > 0: see CameraPath. Absent: a track's own heights, or
     /// kDefaultAltitude.
     std::optional<double> altitude = std::nullopt;
-    double start = 0.0;  ///< seconds of a track that are left out at its beginning, >= 0
+    double start = 0.0;  ///< seconds skipped at the start of a track, >= 0
     std::optional<double> seconds =
         std::nullopt;  ///< > 0; absent: all of a track, or kDefaultSeconds
 
@@ -28,25 +28,24 @@ struct CameraPathSettings {
     static constexpr double kDefaultSeconds = 20.0;
 };
 
-/// The way of a camera through time: a pure function of the terrain, the settings and the track.
+/// The trajectory of a camera: a pure function of the terrain, the settings and the track.
 ///
 ///   straight   along the middle of the terrain's longer side
-///   orbit      around the middle, looking at it; one turn where there is room for it
-///   canyon     along the valleys of the terrain's roughest part, leaning into the turns
-///   turns      there and back over the middle, with half a circle of 6 s at each end
+///   orbit      around the middle, looking at it; the radius makes one turn, or as much as fits
+///   canyon     along the valleys of the terrain's roughest part, banking in turns
+///   turns      back and forth over the middle, with a half circle of 6 s at each end
 ///   spins      straight, while the view turns around the vertical at 90 degrees a second, with
 ///              rests and reversals
-///   teleports  straight for 5 s each time, then elsewhere with another heading
+///   teleports  legs of 5 s, straight; each starts elsewhere with another heading
 ///
-/// A built-in path that is longer than the terrain goes on straight beyond it. A camera at an
-/// altitude flies that high above the smoothed ground, higher where a ridge would come closer than
-/// half the altitude. A recorded track that comes closer to the ground than 2 m is lifted there; the
-/// heights of other tracks are taken as they are.
+/// A built-in path longer than the terrain continues straight beyond it. With an altitude the camera flies that
+/// high above the smoothed ground, higher where its clearance would fall below half the altitude. A recorded track
+/// is raised to a clearance of 2 m; the heights of other tracks are used as they are.
 class CameraPath {
 public:
     /// Whether a name is one of the built-in paths.
     static bool is_built_in(const std::string& name);
-    /// Their names, as a person would list them: "straight, orbit".
+    /// Their names in one text: "straight, orbit".
     static std::string built_in_list();
     static std::vector<std::string> built_in_names();
 
@@ -55,25 +54,25 @@ public:
     static Result<CameraPath> create(const std::string& built_in, const HeightSource& source,
                                      const CameraPathSettings& settings);
 
-    /// Fails: invalid_argument where the start lies behind the track's end, or all points are one
-    ///        place and there are no times
+    /// Fails: invalid_argument where the start is not before the track's end, or where all points
+    ///        coincide and there are no times
     static Result<CameraPath> create(Track track, const HeightSource& source,
                                      const CameraPathSettings& settings);
 
-    /// Seconds that it lasts.
+    /// Seconds.
     double duration() const { return duration_; }
-    /// The pose at a time from 0 to duration(); at the moment of a jump, where it leads to.
+    /// The pose at a time, 0 to duration(); at the time of a jump the pose after it.
     CameraPose at(double time) const;
-    /// The same but for moments of jumps: where a jump begins.
+    /// As at(), but at the time of a jump the pose before it.
     CameraPose before(double time) const;
-    /// When the camera jumps: seconds between 0 and duration(), rising.
+    /// Times of the jumps, seconds, increasing, between 0 and duration().
     std::span<const double> jumps() const { return jumps_; }
 
 private:
     CameraPath() = default;
 
     double duration_ = 0.0;
-    std::vector<CameraLeg> legs_;  // one more than jumps
+    std::vector<CameraLeg> legs_;  // jumps_.size() + 1
     std::vector<double> jumps_;
 };
 

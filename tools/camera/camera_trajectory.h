@@ -11,20 +11,23 @@
 
 namespace terrane::tools {
 
-/// One of the moments that stand for a path where it is told ahead.
+/// One sample of a path.
 struct PathMoment {
     double time = 0.0;
-    bool is_before_jump = false;  ///< where a jump begins; where it leads to is the next moment
+    bool is_before_jump = false;  ///< start of a jump; the next sample is its end
     CameraPose pose;
 };
 
-/// A path from its beginning to its end in steps of 50 ms; two moments of one time for each jump.
+/// Samples of a path from start to end, 50 ms apart; each jump adds two samples of the same time.
 std::vector<PathMoment> path_moments(const CameraPath& path);
 
-/// Of moments whose times rise, those that a pager reads at a time: from the last one that is not
-/// after it to the first one behind the horizon.
+/// The part of a trajectory that a pager reads at `time_s`: from the last sample not after it to the first one
+/// beyond the horizon.
+///
+/// @param moments times must not decrease
 template <class Moment>
-std::span<const Moment> trajectory_ahead(std::span<const Moment> moments, double time_s, double horizon) {
+std::span<const Moment> trajectory_ahead(std::span<const Moment> moments, double time_s,
+                                         double horizon) {
     const auto is_later = [](double time, const Moment& moment) { return time < moment.time_s; };
     const auto next = std::upper_bound(moments.begin(), moments.end(), time_s, is_later);
     const auto first = next == moments.begin() ? next : next - 1;
@@ -33,9 +36,9 @@ std::span<const Moment> trajectory_ahead(std::span<const Moment> moments, double
     return {first, last};
 }
 
-/// What a pager is told of a path: CameraNeed::way.
+/// A path as CameraNeed::trajectory.
 ///
-/// @param clock the pager's time at the path's beginning, seconds
+/// @param clock the pager's time at the start of the path, seconds
 std::vector<CameraMoment> camera_trajectory(std::span<const PathMoment> path, double clock);
 
 }  // namespace terrane::tools

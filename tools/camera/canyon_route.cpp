@@ -17,11 +17,11 @@
 namespace terrane::tools {
 namespace {
 
-constexpr int kNodes = 192;            // along a side of the grid that is searched
-constexpr int kWindows = 5;            // places along a side that the grid may have
-constexpr int kProbes = 12;            // heights along a side that tell how rough a place is
-constexpr double kLeastSide = 6000.0;  // metres: a smaller square has slopes, but hardly a valley
-constexpr double kCheapest = 0.03;     // of a valley floor against a ridge: how far a detour may go
+constexpr int kNodes = 192;            // nodes along a side of the search grid
+constexpr int kWindows = 5;            // candidate positions of the grid along a side
+constexpr int kProbes = 12;            // heights along a side that roughness is measured with
+constexpr double kLeastSide = 6000.0;  // metres: smaller squares hardly hold a valley
+constexpr double kCheapest = 0.03;     // cost of a valley floor relative to a ridge: limits detours
 
 struct Grid {
     double west = 0.0, south = 0.0, spacing = 1.0;
@@ -47,7 +47,7 @@ double roughness(const HeightSource& source, double west, double south, double s
     return (squares - sum * sum / kCount) / kCount;
 }
 
-// The roughest of the squares of a side that lie evenly over the extent; ties go to the south-west.
+// The roughest of kWindows^2 squares spread evenly over the extent; ties go to the south-west.
 Grid place_grid(const HeightSource& source, double side) {
     const WorldRect& extent = source.extent();
     Grid grid;
@@ -68,7 +68,7 @@ Grid place_grid(const HeightSource& source, double side) {
     return grid;
 }
 
-// The same smoothing along rows, then along columns.
+// Separable smoothing: along rows, then along columns.
 std::vector<double> smoothed_grid(const std::vector<double>& value, int half_width) {
     std::vector<double> result = value;
     std::vector<double> line(kNodes);
@@ -83,7 +83,7 @@ std::vector<double> smoothed_grid(const std::vector<double>& value, int half_wid
     return result;
 }
 
-// Cost of a metre at each node: kCheapest on valley floors to 1 + kCheapest on ridges.
+// Cost per metre at each node, from kCheapest on valley floors to 1 + kCheapest on ridges.
 std::vector<double> cost_of(const std::vector<double>& height) {
     const std::vector<double> local = smoothed_grid(height, 1);
     const std::vector<double> around = smoothed_grid(height, kNodes / 24);
@@ -107,15 +107,15 @@ struct Route {
     double cost = 0.0;
 };
 
-// The cheapest way from the western to the eastern side, or from the southern to the northern one.
-// Ties go to the lower node.
+// The cheapest path from the western to the eastern side, or from the southern to the northern one
+// (Dijkstra). Ties go to the lower node.
 Route cheapest_route(const std::vector<double>& cost, bool to_north) {
     constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
     std::vector<double> best(cost.size(), std::numeric_limits<double>::infinity());
     std::vector<std::size_t> from(cost.size(), kNone);
     using Entry = std::pair<double, std::size_t>;
     std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
-    // the outer sixths are left out, so that a route does not hug the side of the grid
+    // routes start outside the outer sixths, so that they do not follow the border of the grid
     for (int i = kNodes / 6; i < kNodes - kNodes / 6; ++i) {
         const std::size_t start = to_north ? node_index(i, 0) : node_index(0, i);
         best[start] = cost[start];
@@ -142,7 +142,8 @@ Route cheapest_route(const std::vector<double>& cost, bool to_north) {
                 continue;
             }
             const std::size_t next = node_index(next_column, next_row);
-            const double distance = next_column != column && next_row != row ? 1.4142135623730951 : 1.0;
+            const double distance =
+                next_column != column && next_row != row ? 1.4142135623730951 : 1.0;
             const double total = reached + distance * 0.5 * (cost[node] + cost[next]);
             if (total < best[next]) {
                 best[next] = total;
@@ -154,7 +155,7 @@ Route cheapest_route(const std::vector<double>& cost, bool to_north) {
     return {};
 }
 
-// The line with straight pieces of a length at both ends.
+// The line extended straight by `length` at both ends.
 std::vector<Eigen::Vector2d> extended(const std::vector<Eigen::Vector2d>& line, double length) {
     const std::size_t reach = std::min<std::size_t>(line.size() - 1, 8);
     const Eigen::Vector2d backward = (line.front() - line[reach]).normalized();
@@ -179,12 +180,12 @@ std::vector<Eigen::Vector2d> smoothed_line(const std::vector<Eigen::Vector2d>& l
     return result;
 }
 
-// The piece of `count` points that lies lowest in its surroundings; ties go to the first.
+// The section of `count` points with the least total cost; ties go to the first.
 std::vector<Eigen::Vector2d> cheapest_section(const std::vector<Eigen::Vector2d>& line,
                                               std::size_t count, const Grid& grid,
                                               const std::vector<double>& cost) {
     if (line.size() <= count) return line;
-    std::vector<double> sums{0.0};  // of all points before
+    std::vector<double> sums{0.0};  // prefix sums of the cost
     for (const Eigen::Vector2d& p : line) {
         const double column = std::floor((p.x() - grid.west) / grid.spacing + 0.5);
         const double row = std::floor((p.y() - grid.south) / grid.spacing + 0.5);
@@ -230,7 +231,7 @@ Result<std::vector<Eigen::Vector2d>> find_canyon_route(const HeightSource& sourc
         line.emplace_back(grid.west + static_cast<double>(node % kNodes) * grid.spacing,
                           grid.south + static_cast<double>(node / kNodes) * grid.spacing);
     }
-    // steps of a grid have corners: smooth over the length of a turn
+    // grid steps have corners: smooth over the turn length
     const double spacing = std::max(turn_length / 100.0, grid.spacing / 4.0);
     const auto half_width = static_cast<std::ptrdiff_t>(turn_length / spacing / 6.0) + 1;
     line = resampled(extended(line, 0.5 * length + turn_length), spacing);

@@ -9,16 +9,16 @@
 
 namespace terrane::tools {
 
-/// A way along low ground, in the plane: through the valleys of the roughest part of a terrain.
+/// A polyline in the plane along low ground: through the valleys of the roughest part of a terrain.
 ///
-/// Smooth enough to be followed with `turn_length` metres for a turn. Where the terrain is shorter
-/// than `length`, the ends go on straight.
+/// Smoothed so that a turn takes about `turn_length` metres. Where the terrain is shorter than `length`, both ends
+/// are extended straight.
 ///
-/// @param length wanted, metres, > 0
-/// @return points at equal distances of about a hundredth of the turn length or more
+/// @param length metres, > 0
+/// @return equidistant points, at least turn_length / 100 apart
 ///
 /// Fails: io where the source cannot be read
-/// Cost:  about 50,000 heights
+/// Cost:  about 50,000 calls of HeightSource::height()
 Result<std::vector<Eigen::Vector2d>> find_canyon_route(const HeightSource& source, double length,
                                                        double turn_length);
 

@@ -9,15 +9,15 @@
 namespace terrane::tools {
 namespace {
 
-constexpr double kBehind = 11.0;         // metres
+constexpr double kBehind = 11.0;         // metres behind the vehicle
 constexpr double kAbove = 3.2;           // metres over the vehicle's centre
-constexpr double kTargetAbove = 0.8;     // metres over it that the camera looks at
-constexpr double kLeastClearance = 0.6;  // metres from the ground
-constexpr double kCalmClearance = 2.0;   // metres from the ground, smoothed
-constexpr double kTurnTime = 0.6;        // seconds that the heading lags
-constexpr double kHeightTime = 0.25;     // seconds that heights lag
+constexpr double kTargetAbove = 0.8;     // metres from the centre up to the look-at point
+constexpr double kLeastClearance = 0.6;  // least height above the ground, metres
+constexpr double kCalmClearance = 2.0;   // target height above the ground, metres
+constexpr double kTurnTime = 0.6;        // time constant of the heading, seconds
+constexpr double kHeightTime = 0.25;     // time constant of heights, seconds
 
-// First-order lag, stable for any dt.
+// Blend factor of a first-order lag (implicit Euler): stable for any dt.
 double lag(double dt, double time) { return dt / (dt + time); }
 
 }  // namespace

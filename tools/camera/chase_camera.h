@@ -6,7 +6,7 @@
 
 namespace terrane::tools {
 
-/// A camera that follows a vehicle from behind and above, calmer than the vehicle, and never under
+/// A camera that follows a vehicle from behind and above, with a lag that smooths its motion, and stays above the
 /// ground.
 class ChaseCamera {
 public:
@@ -17,9 +17,9 @@ public:
     /// Follows for dt seconds.
     void follow(const Pose& pose_world, double dt);
 
-    /// The camera's place and look in `view`, whose picture is kept.
+    /// `view` with the camera's position and orientation; field of view and size are kept.
     View view(const View& view) const;
-    /// Of the eye over the last call of follow(), metres a second.
+    /// Mean velocity of the eye during the last follow(), m/s.
     const Eigen::Vector3d& velocity() const { return velocity_; }
 
 private:

@@ -5,8 +5,8 @@
 
 namespace terrane::tools {
 
-/// The picture of a view from another place, with a target in its middle; the way it looks is kept where the two
-/// places are the same.
+/// The view from another eye position towards a target; field of view and size are kept. The orientation is kept
+/// where eye and target coincide.
 inline View look_towards(View view, const WorldPos& eye_world, const WorldPos& target_world) {
     const Result<View> looking =
         look_at(eye_world, target_world, view.vertical_fov, view.width_px, view.height_px);

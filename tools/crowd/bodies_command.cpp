@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-#include "options/command.h"
 #include "crowd/study.h"
+#include "crowd/study_report.h"
+#include "options/command.h"
 #include "options/idle_flags.h"
 #include "options/option_values.h"
 #include "output/interrupt.h"
 #include "output/output_folder.h"
 #include "output/progress.h"
 #include "output/summary.h"
-#include "crowd/study_report.h"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -78,7 +78,7 @@ CommandResult<void> run_bodies(const BodiesOptions& options, const CLI::App& com
     CrowdLayout layout = options.layout;
     layout.seed = options.seed;
     Crowd crowd(layout);
-    Progress progress("looking");
+    Progress progress("querying");
     const CrowdTotals totals = run_crowd(crowd, options.dt, [&](const CrowdTotals& so_far) {
         progress.show(static_cast<double>(so_far.queries) / static_cast<double>(options.queries));
         return so_far.queries < options.queries;
@@ -111,15 +111,16 @@ void add_bodies_command(CLI::App& app, CommandContext& context) {
         *bodies, "--detail", layout.detail, 2.0, 100.0,
         "Rings of corners between the poles of a body, mean; a ring has twice as many corners");
     add_in_range(*bodies, "--detail-deviation", layout.detail_deviation, 0.0, 30.0,
-                 "Standard deviation of the same over the bodies");
-    add_in_range(*bodies, "--radius", layout.radius, 1e-3, 1e6, "Of a body's corners, metres");
+                 "Standard deviation of --detail over the bodies");
+    add_in_range(*bodies, "--radius", layout.radius, 1e-3, 1e6,
+                 "Of the sphere through a body's corners, metres");
     add_in_range(*bodies, "--share", layout.share, 1e-9, 0.5,
-                 "Share of the room that the bodies' balls take");
+                 "Share of the room's volume that the bodies' spheres take");
     add_not_negative(*bodies, "--speed", layout.speed, "Of a body, m/s");
     add_not_negative(*bodies, "--spin", layout.spin, "Of a body, rad/s");
     add_in_range(*bodies, "--dt", options->dt, 1e-6, 1e3, "Time between two queries, seconds");
-    add_count(*bodies, "--queries", options->queries, 1, "Looks at all bodies", kMostQueries);
-    add_count(*bodies, "--seed", options->seed, 0, "Of places, ways and details");
+    add_count(*bodies, "--queries", options->queries, 1, "Queries of all bodies", kMostQueries);
+    add_count(*bodies, "--seed", options->seed, 0, "Of positions, velocities and details");
     BroadphaseKind* const kind = &layout.broadphase;
     constexpr std::array kKinds{BroadphaseKind::sap, BroadphaseKind::grid,
                                 BroadphaseKind::two_scene, BroadphaseKind::brute};
@@ -135,11 +136,11 @@ void add_bodies_command(CLI::App& app, CommandContext& context) {
         "Tables against count, detail and radius, beside published ones: report.html in --out");
     add_count(*bodies, "--most-bodies", options->most_bodies, 50, "Of the study's tables, at most");
     add_positive(*bodies, "--seconds-a-point", options->seconds_a_point,
-                 "Time that the study looks at each point and broadphase for, seconds");
+                 "Time that the study measures each point and broadphase for, seconds");
     bodies->add_option("--out", options->out, "Folder of the study's report")->type_name("DIR");
     bodies->add_flag("--json", options->json, "Print one JSON object");
     bodies->footer(
-        "Bodies fly straight, turn evenly, pass through each other and are thrown back by the "
+        "Bodies move and turn at constant velocities, pass through each other and bounce off the "
         "walls of a cube.\n"
         "Example: terrane bodies --count 50 --detail 3 --broadphase sap");
     bodies->callback([&context, options, bodies] {

@@ -17,7 +17,7 @@
 namespace terrane::tools {
 namespace {
 
-constexpr int kFewestRings = 2;  // of fewer corners all lie in a plane
+constexpr int kFewestRings = 2;  // with fewer, all corners lie in a plane
 constexpr int kMostRings = 200;
 
 double now_ms() {
@@ -26,10 +26,10 @@ double now_ms() {
         .count();
 }
 
-// Corners on a sphere: two poles, and rings between them at even angles.
+// The hull of corners on a sphere: two poles, and rings between them at equal angles.
 ConvexHull make_ball(int rings, double radius) {
     std::vector<Eigen::Vector3d> points{{0.0, 0.0, radius}, {0.0, 0.0, -radius}};
-    // The library's own turns have the same bits everywhere.
+    // Motion::at() gives the same bits on every machine; sin() and cos() do not.
     Motion tilt, turn;
     tilt.rotation_vector = Eigen::Vector3d(0.0, std::numbers::pi, 0.0);
     turn.rotation_vector = Eigen::Vector3d(0.0, 0.0, 2.0 * std::numbers::pi);
@@ -43,7 +43,7 @@ ConvexHull make_ball(int rings, double radius) {
     return ConvexHull::create(points).value();
 }
 
-// Nearly normal: the sum of twelve uniform numbers (central limit).
+// Approximately normal: the sum of twelve uniform numbers (central limit theorem).
 double normal(BodyRandom& random) {
     double sum = -6.0;
     for (int i = 0; i < 12; ++i) sum += random.unit();

@@ -10,42 +10,43 @@
 
 namespace terrane::tools {
 
-/// Many bodies that fly through each other in a closed room.
+/// Moving bodies that pass through each other in a cubic room.
 struct CrowdLayout {
     std::size_t count = 50;
-    double detail = 3.0;  ///< rings of corners of a body between its poles, mean; at least 2 each
-    double detail_deviation = 1.0;  ///< of the same over the bodies
-    double radius = 1.0;            ///< of the ball that the corners lie on, metres
-    double share = 0.02;            ///< of the room that the balls take, 0 to 1
+    double detail =
+        3.0;  ///< mean number of rings of corners between the poles; each body has 2 or more
+    double detail_deviation = 1.0;  ///< standard deviation of it over the bodies
+    double radius = 1.0;            ///< of the sphere through the corners, metres
+    double share = 0.02;            ///< of the room's volume that the spheres take, 0 to 1
     double speed = 1.0;             ///< metres a second
     double spin = 1.0;              ///< radians a second
     BroadphaseKind broadphase = BroadphaseKind::sap;
     std::uint64_t seed = 1;
 };
 
-/// What one look at all bodies found and cost.
+/// Result and cost of one query of all bodies.
 struct CrowdQuery {
-    double update_ms = 0.0;        ///< bounds, and the broadphase's order
-    double query_ms = 0.0;         ///< pairs, and which of them touch
-    std::size_t pairs = 0;         ///< whose boxes overlap
-    std::size_t touching = 0;      ///< of them
+    double update_ms = 0.0;        ///< bounds and Broadphase::update()
+    double query_ms = 0.0;         ///< pairs and their contact tests
+    std::size_t pairs = 0;         ///< with overlapping boxes
+    std::size_t touching = 0;      ///< pairs in contact
     std::uint64_t candidates = 0;  ///< pairs that the broadphase compared
 };
 
-/// Sphere-like polyhedra, each with its own rings of 2 x detail corners, that move straight, turn evenly, and
-/// are thrown back by the walls of a cube.
+/// Sphere-like polyhedra with rings of 2 x detail corners that move at constant velocity and angular velocity and
+/// bounce off the walls of a cube.
 ///
-/// The same layout gives the same poses and counts, run after run.
+/// The same layout gives the same poses and counts in every run.
 class Crowd {
 public:
     explicit Crowd(const CrowdLayout& layout);
 
-    /// Moves all bodies by a time, seconds.
+    /// Advances all bodies by dt seconds.
     void move(double dt);
-    /// Finds which bodies touch.
+    /// Finds the touching pairs of bodies.
     CrowdQuery query();
 
-    /// Corners of all bodies together.
+    /// Total number of corners of all bodies.
     std::size_t corner_count() const { return corner_count_; }
 
 private:

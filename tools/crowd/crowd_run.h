@@ -8,12 +8,12 @@
 
 namespace terrane::tools {
 
-/// What many looks at a crowd found and cost, all together.
+/// Sums over queries of a crowd.
 struct CrowdTotals {
     std::size_t queries = 0;
-    std::size_t positive_queries = 0;  ///< in which any bodies touched
+    std::size_t positive_queries = 0;  ///< with at least one touching pair
     double query_ms = 0.0;
-    double positive_ms = 0.0;  ///< of positive queries
+    double positive_ms = 0.0;  ///< time of the positive queries
     double update_ms = 0.0;
     std::size_t pairs = 0;
     std::size_t touching = 0;
@@ -22,15 +22,15 @@ struct CrowdTotals {
     void add(const CrowdQuery& query);
     double mean_query_ms() const { return query_ms / static_cast<double>(queries); }
     double mean_update_ms() const { return update_ms / static_cast<double>(queries); }
-    /// 0 where there is none.
+    /// 0 without positive queries.
     double mean_positive_ms() const {
         return positive_queries > 0 ? positive_ms / static_cast<double>(positive_queries) : 0.0;
     }
 };
 
-/// Looks at a crowd and moves it by dt seconds, again and again.
+/// Alternates queries of a crowd and moves by dt seconds.
 ///
-/// @param goes_on asked before each look but the first
+/// @param goes_on called before each query but the first; false ends the run
 CrowdTotals run_crowd(Crowd& crowd, double dt,
                       const std::function<bool(const CrowdTotals&)>& goes_on);
 

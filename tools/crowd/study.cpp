@@ -13,7 +13,7 @@
 namespace terrane::tools {
 namespace {
 
-// Milliseconds a query that were published, and what for.
+// A published time of a query, ms, and the parameter that it was measured for.
 struct Published {
     double x;
     double ms;
@@ -26,8 +26,8 @@ constexpr Published kOfDetail[] = {{2, 2.932},  {5, 3.699},  {10, 4.375}, {15, 5
                                    {20, 5.067}, {25, 5.475}, {35, 7.121}};
 constexpr Published kOfRadius[] = {{0.5, 3.012}, {1, 3.164}, {2, 3.19}, {3, 3.215}, {5, 3.324}};
 constexpr double kMore[] = {100, 300, 1000, 3000, 10'000, 30'000, 100'000, 300'000, 1'000'000};
-constexpr std::size_t kUsualCount = 20;  // where nothing is said
-// Sweeps along one axis grow faster than the bodies: what takes minutes is left out.
+constexpr std::size_t kUsualCount = 20;  // where a table does not vary it
+// Sweep-and-prune along one axis is superlinear: larger counts would take minutes and are left out.
 constexpr double kMostSwept = 100'000;
 
 const std::vector<BroadphaseKind> kAll{BroadphaseKind::sap, BroadphaseKind::grid,
@@ -36,7 +36,7 @@ const std::vector<BroadphaseKind> kAll{BroadphaseKind::sap, BroadphaseKind::grid
 struct Plan {
     StudyTable table;
     std::vector<BroadphaseKind> kinds;
-    std::vector<CrowdLayout> layouts;  ///< point by point
+    std::vector<CrowdLayout> layouts;  ///< by point
 };
 
 Plan make_plan(std::string key, std::string title, std::string x_name, std::string text,
@@ -60,7 +60,7 @@ void add_point(Plan& plan, double x, std::optional<double> published_ms,
     plan.layouts.push_back(layout);
 }
 
-// A published place each, with what it changes of the usual layout.
+// Adds a point for each published value of one member of the usual layout.
 void add_published(Plan& plan, std::span<const Published> places, const CrowdLayout& usual,
                    double CrowdLayout::*changed) {
     for (const Published& each : places) {
@@ -83,9 +83,9 @@ std::vector<Plan> make_plans(const StudySettings& settings) {
                            "published queries were linear too. Sweeping "
                            "along one axis sees a slab of the room for each body, which grows with "
                            "the two thirds power of the count: "
-                           "for many thousands the grid is the better one. Bodies are parted by "
-                           "their boxes first, and most pairs by "
-                           "one separating plane; what the published queries computed beyond that "
+                           "for many thousands the grid is the better one. Boxes separate most "
+                           "pairs, and one separating plane most of the rest; "
+                           " what the published queries computed beyond that "
                            "is not known, and their machine was "
                            "one of its time.",
                            kAll);
@@ -146,7 +146,7 @@ nlohmann::ordered_json slope_of(const StudyTable& table, std::size_t series,
                                 bool is_published_only) {
     std::vector<double> x, y;
     for (const StudyPoint& point : table.points) {
-        // Where nothing was compared, as of one body, there is only overhead.
+        // Without candidate pairs, as for one body, the time is overhead only.
         if (point.measured[series].candidates == 0) continue;
         if (is_published_only && !point.published_query_ms) continue;
         x.push_back(point.x);
@@ -156,7 +156,7 @@ nlohmann::ordered_json slope_of(const StudyTable& table, std::size_t series,
     return slope ? nlohmann::ordered_json(*slope) : nlohmann::ordered_json();
 }
 
-// Of one place and broadphase, for so many seconds of looking and updating.
+// Queries one crowd for that many seconds of query and update time.
 CrowdTotals measure(Crowd& crowd, double seconds) {
     constexpr std::size_t kFewest = 5;  // queries
     constexpr double kStep = 1.0 / 60.0;
@@ -165,7 +165,7 @@ CrowdTotals measure(Crowd& crowd, double seconds) {
     });
 }
 
-// The round whose query took the median time.
+// The round with the median query time.
 CrowdTotals median_of(std::span<CrowdTotals> rounds) {
     const auto middle = rounds.begin() + static_cast<std::ptrdiff_t>(rounds.size() / 2);
     std::nth_element(rounds.begin(), middle, rounds.end(),
@@ -175,8 +175,8 @@ CrowdTotals median_of(std::span<CrowdTotals> rounds) {
     return *middle;
 }
 
-// Measures a place with each of a plan's broadphases. Places of few bodies are looked at in rounds through all of
-// them, so that a slow second of the machine does not bend the table.
+// Measures every point with each of the plan's broadphases. Points of few bodies are measured in rounds over all of
+// them, so that a temporary slowdown of the machine does not distort the table.
 void measure_all(Plan& plan, double seconds, const std::function<void()>& show_point) {
     constexpr int kRounds = 5;
     constexpr std::size_t kFewBodies = 1000;

@@ -9,10 +9,10 @@
 
 namespace terrane::tools {
 
-/// The report of the study of many bodies: for each table what is seen, our times beside the published ones,
-/// and both axes' logarithms drawn with the slopes that fit them.
+/// Writes the report of the study of many bodies: for each table its text, our times beside the published ones, and a
+/// log-log plot with fitted slopes.
 ///
-/// Fails with io, naming the place.
+/// Fails with io, naming the path.
 Result<void> write_study_report(const OutputPlace& place, const ReportHeader& header,
                                 std::span<const StudyTable> tables);
 

@@ -10,14 +10,14 @@
 namespace terrane::tools {
 namespace {
 
-constexpr float kAsleep = 0.55f;  // of its colour that a body at rest is drawn in
-constexpr double kBar = 0.08;     // thickness of a hull's edges, in its radius
+constexpr float kAsleep = 0.55f;  // brightness of sleeping bodies
+constexpr double kBar = 0.08;     // radius of a hull's edges over its bounding radius
 
 Colour times(const Colour& colour, float share) {
     return {share * colour.red, share * colour.green, share * colour.blue};
 }
 
-/// What is drawn of bodies of every shape; `share` of its colour.
+/// Appends the solids of a shape; colours are multiplied by `share`.
 class BodyObjects {
 public:
     BodyObjects(float share, std::vector<DrawnObject>& objects) : share_(share), out_(objects) {}
@@ -40,7 +40,7 @@ public:
     void add(const Box& box, const Pose& pose) {
         out_.push_back({Form::box, pose, box.half_extents, times({0.93f, 0.90f, 0.82f}, share_)});
     }
-    /// Its edges, as bars.
+    /// Edges as tubes.
     void add(const ConvexHull& hull, const Pose& pose) {
         const std::span<const Eigen::Vector3d> corners = hull.vertices();
         const double thickness = kBar * bounding_radius(hull);
@@ -63,7 +63,7 @@ public:
 private:
     using Form = DrawnObject::Form;
 
-    /// Whether the way between two corners stays on the surface.
+    /// Whether the segment between two corners is on the surface: tests its midpoint.
     static bool is_edge(const ConvexHull& hull, const Eigen::Vector3d& a,
                         const Eigen::Vector3d& b) {
         constexpr double kOnSurface = 1e-6;  // of the hull's size

@@ -8,7 +8,7 @@
 
 namespace terrane::tools {
 
-/// Adds what is drawn of a body: of a hull its edges. What sleeps is darker.
+/// Appends the solids that draw a body: a hull by its edges. Sleeping bodies are darker.
 void add_objects(const Shape& shape, const BodyState& state, std::vector<DrawnObject>& objects);
 
 }  // namespace terrane::tools

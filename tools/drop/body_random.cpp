@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Sources:
-//   G. Steele, D. Lea, C. Flood. Fast Splittable Pseudorandom Number Generators. OOPSLA 2014. (the mix)
+//   G. Steele, D. Lea, C. Flood. Fast Splittable Pseudorandom Number Generators. OOPSLA 2014 (mix).
 #include "drop/body_random.h"
 
 namespace terrane::tools {

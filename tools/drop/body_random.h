@@ -8,20 +8,20 @@
 
 namespace terrane::tools {
 
-/// Hash of three numbers, uniform over 64 bits: random numbers without a state, the same everywhere.
+/// Hash of three numbers, uniform over 64 bits: stateless random numbers, the same on every machine.
 std::uint64_t hash_numbers(std::uint64_t seed, std::uint64_t index, std::uint64_t stream);
 
-/// Uniform numbers of one body, in their order.
+/// The sequence of uniform random numbers of one body.
 class BodyRandom {
 public:
     BodyRandom(std::uint64_t seed, std::uint64_t body) : seed_(seed), body_(body) {}
-    /// 0 to 1, 1 left out.
+    /// In [0, 1).
     double unit() {
         return static_cast<double>(hash_numbers(seed_, body_, next_++) >> 11) * 0x1p-53;
     }
     double within(double low, double high) { return low + (high - low) * unit(); }
 
-    /// Uniform over the directions of a space, by taking points of the cube until one is in the ball.
+    /// Uniform unit vector, by rejection sampling of the unit ball from the cube.
     template <std::size_t dimensions>
     std::array<double, dimensions> direction() {
         for (;;) {

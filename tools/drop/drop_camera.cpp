@@ -10,15 +10,15 @@
 namespace terrane::tools {
 namespace {
 
-constexpr double kSpreads = 1.5;          // of the bodies' spread that the camera stays away
-constexpr double kNearest = 4.0;          // metres
-constexpr double kRise = 0.5;             // of the distance, over the middle
-constexpr double kCameraClearance = 0.25;       // of the distance, from the ground
-constexpr double kLeastClearance = 0.05;  // the same on the way there
-constexpr double kTurn = 0.08;            // radians a second
-constexpr double kLag = 0.7;              // seconds that the camera lags behind
+constexpr double kSpreads = 1.5;           // camera distance over the bodies' spread
+constexpr double kNearest = 4.0;           // least camera distance, metres
+constexpr double kRise = 0.5;              // height above the target over the distance
+constexpr double kCameraClearance = 0.25;  // target height above the ground over the distance
+constexpr double kLeastClearance = 0.05;   // least height above the ground over the distance
+constexpr double kTurn = 0.08;             // angular velocity around the target, rad/s
+constexpr double kLag = 0.7;               // time constant of the camera, seconds
 
-// Of the bodies that are on the terrain; all where none is.
+// Mean position of the bodies on the terrain; of all bodies where none is on it.
 WorldPos find_middle(std::span<const BodyState> bodies) {
     WorldPos sum = WorldPos::Zero(), sum_of_all = WorldPos::Zero();
     std::size_t count = 0;
@@ -43,7 +43,7 @@ DropCamera::DropCamera(std::shared_ptr<const HeightSource> source,
     }
     const double spread = std::sqrt(square / static_cast<double>(bodies.size()));
     distance_ = std::max(kSpreads * spread, kNearest);
-    // from below the slope, where it is seen best
+    // starts on the downhill side, which shows the slope best
     const double reach = distance_;
     const double east = source_->height(target_world_.x() + reach, target_world_.y()) -
                         source_->height(target_world_.x() - reach, target_world_.y());
@@ -59,7 +59,7 @@ WorldPos DropCamera::find_eye() const {
     return clear_of_ground(eye, kCameraClearance);
 }
 
-// A place, or one over it that many distances above the ground.
+// The position, raised to at least clearance * distance_ above the ground.
 WorldPos DropCamera::clear_of_ground(WorldPos eye, double clearance) const {
     const double ground = source_->height(eye.x(), eye.y());
     if (std::isfinite(ground)) eye.z() = std::max(eye.z(), ground + clearance * distance_);

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: MIT
-#include "options/command.h"
 #include "drop/drop_film.h"
 #include "drop/drop_layout.h"
+#include "options/command.h"
 #include "options/idle_flags.h"
-#include "source/limits.h"
 #include "options/option_values.h"
-#include "source/terrain_options.h"
 #include "output/interrupt.h"
 #include "output/output_file.h"
 #include "output/progress.h"
 #include "output/summary.h"
 #include "query/parsing/quaternion.h"
+#include "source/limits.h"
+#include "source/terrain_options.h"
 
 #include <terrane/terrain/pager.h>
 
@@ -34,7 +34,7 @@ constexpr std::size_t kMostBodies = 10'000'000;
 struct DropOptions {
     TerrainOptions terrain;
     DropLayout layout;
-    FlightOptions film;  ///< of it what add_picture_options() adds
+    FlightOptions film;  ///< only what add_picture_options() adds is used
     double dt = 1.0 / 60.0;
     double seconds = 10.0;
     double contact_spacing_m = 0.0;
@@ -45,7 +45,7 @@ struct DropOptions {
     bool json = false;
 };
 
-/// What steps added up to.
+/// Sums and maxima over the steps.
 struct DropTotals {
     std::uint64_t fell_through = 0;
     std::uint64_t parked = 0;
@@ -59,7 +59,7 @@ struct DropTotals {
     void add(const StepReport& report, double ms) {
         fell_through += report.too_deep;
         parked += report.parked;
-        left_world = report.left_world;  // bodies that are beyond the extent now
+        left_world = report.left_world;  // bodies outside the extent after this step
         awake_body_steps += report.awake;
         simulated_time += report.simulated_time;
         lost_time += report.lost_time;
@@ -68,7 +68,7 @@ struct DropTotals {
     }
 };
 
-/// The value that a share of all values is at most. Requires at least one.
+/// The `share` quantile of the values. Requires at least one value.
 double quantile(std::vector<double> values, double share) {
     const auto rank =
         static_cast<std::size_t>(share * static_cast<double>(values.size() - 1) + 0.5);
@@ -93,11 +93,11 @@ void write_poses(OutputFile& trace, std::size_t step, std::span<const BodyState>
     trace.write({lines.data(), lines.size()});
 }
 
-/// Loads the ground of the start and puts the bodies over it.
+/// Loads the ground below the starts and creates the bodies above it.
 CommandResult<BodyWorld> make_world(const DropOptions& options, Pager& pager) {
     pager.update({}, {}, 0.0);
     const WorldRect area = drop_area(options.layout, pager.resident()->extent());
-    const double margin = 10.0;  // metres: the widest shape and a cell
+    const double margin = 10.0;  // metres: widest shape plus a cell
     const Pager::Ticket ticket = pager.require(
         {area.west - margin, area.south - margin, area.east + margin, area.north + margin}, 0.0);
     pager.update({}, {}, 0.0);
@@ -154,7 +154,7 @@ CommandResult<DropTotals> simulate(const DropOptions& options, Pager& pager, Bod
         if (const Result<void> shown = film_until(time); !shown) return pass_on(shown.error());
         if (trace == nullptr) continue;
         write_poses(*trace, step, world.states());
-        if (trace->has_failed()) break;  // commit() says why
+        if (trace->has_failed()) break;  // commit() reports the cause
     }
     return totals;
 }
@@ -175,8 +175,8 @@ CommandResult<void> run_drop(const DropOptions& options, const CLI::App& command
     if (const CommandResult<void> fit = check_memory(*terrain, options.memory_mb); !fit) return fit;
     DropOptions with_seed = options;
     with_seed.layout.seed = options.terrain.seed.value_or(1);
-    // Without workers every step finds the ground that the bodies asked for, so that nothing parks and
-    // no figure depends on time. Two steps ahead is all that is needed then.
+    // Without workers every step has the ground that the bodies need: no body parks and no figure depends on time.
+    // A horizon of two steps is enough then.
     Result<Pager> pager = Pager::create(
         terrain->source, {.memory_bytes = static_cast<std::size_t>(options.memory_mb * 0x1p20),
                           .worker_count = 0,
@@ -242,7 +242,7 @@ CommandResult<void> run_drop(const DropOptions& options, const CLI::App& command
 
 void add_drop_command(CLI::App& app, CommandContext& context) {
     const auto options = std::make_shared<DropOptions>();
-    options->film.threads = 0;  // nobody waits for frames: none is drawn before its ground is there
+    options->film.threads = 0;  // loads inside the update: every frame has its ground
     CLI::App* drop = app.add_subcommand(
         "drop",
         "Drops bodies onto the ground around the terrain's centre and counts what goes wrong");
@@ -252,14 +252,14 @@ void add_drop_command(CLI::App& app, CommandContext& context) {
         *drop, "--shape", {"sphere", "capsule", "box", "hull", "compound", "mixed"}, 0,
         [shape](std::size_t number) { *shape = static_cast<DropShape>(number); },
         "sphere (radius 0.5 m), capsule (0.4, half height 0.8), box (half extents 1, 2, 0.5), "
-        "hull (a stone of six corners), compound (a hammer), or mixed, which takes turns of "
+        "hull (a stone of six corners), compound (a hammer), or mixed, which alternates "
         "the first three");
     add_in_range(*drop, "--scale", options->layout.scale, 1e-3, 1e3,
-                 "Of the shapes, of the room between them and of their way to the ground");
+                 "Of all lengths: shapes, distances between them, and heights above the ground");
     add_count(*drop, "--count", options->layout.count, 1, "Bodies", kMostBodies);
     add_in_range(*drop, "--speed", options->layout.speed, -1e6, 1e6, "Downward at the start, m/s");
     add_in_range(*drop, "--spin", options->layout.spin, -1e6, 1e6,
-                 "At the start, about an axis of each body's own, rad/s");
+                 "At the start, about a random axis of each body, rad/s");
     add_in_range(*drop, "--dt", options->dt, 1e-6, 1.0, "Length of a step, seconds");
     add_positive(*drop, "--seconds", options->seconds, "Time simulated, seconds");
     add_in_range(*drop, "--contact-spacing-m", options->contact_spacing_m, 0.0, 1e9,
@@ -268,10 +268,10 @@ void add_drop_command(CLI::App& app, CommandContext& context) {
                  "Most memory that chunks take, MB of 2^20 bytes");
     add_count(*drop, "--threads", options->threads, 1,
               "Threads that step the bodies; any number of them gives the same bits", kMostThreads);
-    drop->add_flag("--no-sleep", options->no_sleep, "Bodies at rest go on being simulated");
+    drop->add_flag("--no-sleep", options->no_sleep, "Bodies at rest stay awake");
     drop->add_option(
             "--trace", options->trace,
-            "CSV of every pose of every body and step, the start being step 0; a file of that "
+            "CSV of the pose of every body after every step; step 0 is the start. A file of that "
             "name is replaced")
         ->type_name("FILE");
     add_picture_options(*drop, options->film, "film");

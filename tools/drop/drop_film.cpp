@@ -51,7 +51,7 @@ Result<void> DropFilm::show(const BodyWorld& world, const StepReport& report, do
 }
 
 Result<void> DropFilm::finish(const std::string& title, nlohmann::ordered_json& summary) {
-    // The report shows what the frames cost too; what was dropped stays as it was counted.
+    // the report also shows the cost of the frames; the summary of the drop does not
     nlohmann::ordered_json of_frames = summary;
     of_frames.update(summarize(output_.frames(), options_.memory_bytes(), options_.fps));
     if (const Result<void> ended = output_.finish(title, of_frames); !ended) return ended;

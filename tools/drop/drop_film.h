@@ -9,8 +9,8 @@
 
 namespace terrane::tools {
 
-/// Pictures of falling bodies, and frames.csv and report.html beside them. Has loaders of its own: what is
-/// drawn changes nothing of what falls.
+/// Pictures of the bodies of a drop, with frames.csv and report.html. Has a pager of its own, so that drawing does
+/// not affect the simulation.
 class DropFilm {
 public:
     /// @param options fps, size, fov_deg, out, png and video are used
@@ -20,10 +20,10 @@ public:
                                    std::shared_ptr<const HeightSource> source,
                                    const BodyWorld& world);
 
-    /// Makes the frames that are due by a time, seconds from the start, with the bodies where they are. Fails with io.
+    /// Makes the frames due up to `time` (seconds from the start) with the current poses. Fails with io.
     Result<void> show(const BodyWorld& world, const StepReport& report, double time);
 
-    /// Ends all files, and completes the summary with frames, renderer and out. Fails with io.
+    /// Completes all files, and adds frames, renderer, samples and out to the summary. Fails with io.
     Result<void> finish(const std::string& title, nlohmann::ordered_json& summary);
 
 private:

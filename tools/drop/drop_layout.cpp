@@ -11,13 +11,14 @@ namespace terrane::tools {
 namespace {
 
 // At a scale of 1:
-constexpr double kPlace = 5.0;      // metres of the square of each body: more than the longest box
-constexpr double kClearance = 2.0;  // metres between the ground and the lowest start
+constexpr double kPlace =
+    5.0;  // side of the grid square of each body, metres: more than the longest box
+constexpr double kClearance = 2.0;  // least height of a start above the ground, metres
 constexpr double kFurtherUp =
-    10.0;  // metres over which starts are spread, so that not all land at once
-constexpr std::uint64_t kTries = 64;  // places looked at before a body is given up
+    10.0;  // range of start heights, metres, so that bodies do not all land at once
+constexpr std::uint64_t kTries = 64;  // positions tried before a body is left out
 
-/// Highest the contact surface may be under a disc; nothing where part of it is no ground.
+/// Upper bound of the contact surface under a disc; absent where part of the disc has no ground.
 std::optional<double> ground_below(const Ground& ground, double x, double y, double radius) {
     const CellRange cells{ground.column_at(x - radius), ground.row_at(y - radius),
                           ground.column_at(x + radius), ground.row_at(y + radius)};

@@ -11,24 +11,25 @@
 
 namespace terrane::tools {
 
-/// In the order of the names that --shape takes.
+/// In the order of the names of --shape.
 enum class DropShape { sphere, capsule, box, hull, compound, mixed };
 
 struct DropLayout {
     DropShape shape = DropShape::sphere;
-    double scale = 1.0;  ///< of all lengths: the shapes', between the starts, and from the ground
+    double scale =
+        1.0;  ///< of all lengths: shapes, distances of the starts, heights above the ground
     std::size_t count = 1000;
     double speed = 0.0;  ///< downward at the start, m/s
-    double spin = 0.0;   ///< rad/s, about an axis of the body's own
+    double spin = 0.0;   ///< rad/s, about a random axis of each body
     std::uint64_t seed = 1;
 };
 
 /// Sphere of radius 0.5; capsule of radius 0.4 and half height 0.8; box of half extents 1, 2, 0.5; hull: a stone of six
-/// corners; compound: a hammer, whose head is a box and whose handle is a capsule; each times the scale. Mixed takes
-/// turns of the first three, by the body's index modulo 3.
+/// corners; compound: a hammer, whose head is a box and whose handle is a capsule; each times the scale. Mixed
+/// alternates the first three, by the body's index modulo 3.
 Shape shape_of_body(const DropLayout& layout, std::size_t body);
 
-/// The square around the terrain's centre that bodies start over, inside the extent.
+/// The square around the terrain's centre that bodies start above, clipped to the extent.
 WorldRect drop_area(const DropLayout& layout, const WorldRect& extent);
 
 struct DroppedBody {
@@ -36,9 +37,9 @@ struct DroppedBody {
     BodyState state;
 };
 
-/// Bodies on a grid over drop_area(), moved and turned by a hash of seed and index, each clear above
-/// the ground below it by 2 to 12 m, times the scale. The same arguments give the same bits. A place without ground is
-/// left for another one of the area; fewer bodies than asked for come back where none is found.
+/// Bodies on a grid over drop_area(), shifted and rotated by a hash of seed and index, each 2 to 12 m (times the
+/// scale) above the ground below it. The same arguments give the same bits. A body without ground below it is placed
+/// elsewhere in the area, and left out where kTries positions have none.
 ///
 /// Requires the area's ground to be resident.
 std::vector<DroppedBody> lay_out(const DropLayout& layout, const Ground& ground);

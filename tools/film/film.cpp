@@ -73,18 +73,18 @@ std::vector<std::string> make_arguments(const std::string& part, int width_px, i
                                         double frames_per_second) {
     const std::string size = std::to_string(width_px) + "x" + std::to_string(height_px);
     return {kProgram, "-nostdin", "-hide_banner", "-loglevel", "error", "-y",
-            // what comes in
+            // input
             "-f", "rawvideo", "-pixel_format", "rgb24", "-video_size", size, "-framerate",
             std::to_string(frames_per_second), "-i", "pipe:0",
-            // what goes out: colours as players take films of this size to be
+            // output: BT.709, the colour space that players assume for this size
             "-vf", "scale=out_color_matrix=bt709:out_range=tv", "-colorspace", "bt709",
             "-color_primaries", "bt709", "-color_trc", "bt709", "-an", "-c:v", "libx264", "-preset",
             "veryfast", "-crf", "18", "-pix_fmt", "yuv420p", "-movflags", "+faststart",
-            // with a protocol no name can be taken for an option
+            // with a protocol prefix no file name is parsed as an option
             "-f", "mp4", "file:" + part};
 }
 
-// 0 or an errno. The process reads frames from `input` and complains to `complaints`.
+// Starts ffmpeg with stdin `input` and stderr `complaints`. Returns 0 or an errno.
 int start(const std::vector<std::string>& arguments, int input, int complaints,
           pid_t& process_out) {
     std::vector<char*> pointers;
@@ -122,7 +122,8 @@ struct Film::State {
     int patience_s = kPatience_s;
     std::size_t frame_count = 0;
     pid_t process = -1;
-    Descriptor frames;  // a socket: a write to a dead process is an error there, not a signal
+    Descriptor
+        frames;  // a socket: with MSG_NOSIGNAL a write to a dead process is an error, not a signal
     File complaints;
 
     State(const State&) = delete;
@@ -132,7 +133,7 @@ struct Film::State {
     void stop() {
         frames.close();
         if (process < 0) return;
-        kill(-process, SIGKILL);  // the group: what it has started too
+        kill(-process, SIGKILL);  // the process group: ffmpeg and its children
         wait();
     }
 
@@ -140,7 +141,7 @@ struct Film::State {
         return "ffmpeg has done nothing for " + std::to_string(patience_s) + " s";
     }
 
-    // As wait(), but nothing where ffmpeg neither ends nor writes for as long as there is patience.
+    // As wait(), but absent where ffmpeg neither exits nor writes for patience_s.
     std::optional<int> wait_while_it_works() {
         using Clock = std::chrono::steady_clock;
         Clock::time_point last_change = Clock::now();
@@ -177,7 +178,7 @@ struct Film::State {
         return status;
     }
 
-    // Why the film is lost, and what ffmpeg said.
+    // Stops ffmpeg; the error with the cause and the last message of ffmpeg.
     tl::unexpected<Error> lost(const std::string& cause) {
         stop();
         part.reset();
@@ -269,7 +270,7 @@ Result<void> Film::finish() {
     state.frames.close();
     const std::optional<int> status = state.wait_while_it_works();
     if (!status) return state.lost(state.is_silent());
-    // on a full disk it complains, and still exits with 0
+    // on a full disk ffmpeg prints an error and still exits with 0
     const bool has_complained = !last_line(state.complaints.get()).empty();
     if (!WIFEXITED(*status) || WEXITSTATUS(*status) != 0 || has_complained) {
         return state.lost("ffmpeg failed");

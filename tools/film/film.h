@@ -11,16 +11,14 @@
 
 namespace terrane::tools {
 
-/// A film that the program ffmpeg makes (H.264 in MP4) from the frames it is given. It appears under
-/// its name only when it is whole; what was not finished is removed. ffmpeg is in a process group of its own, so
-/// that a Ctrl-C of the terminal does not reach it.
+/// A film (H.264 in MP4) encoded by the program ffmpeg. It appears under its name only when it is complete; an
+/// unfinished one is removed. ffmpeg has its own process group, so that a Ctrl-C of the terminal does not reach it.
 class Film {
 public:
-    /// Starts ffmpeg, which writes to a file beside the place.
+    /// Starts ffmpeg, which writes to a temporary file beside the place.
     ///
-    /// @param place      a path that the user named, whose file is replaced; or a name in a run's folder
-    /// @param patience_s seconds without a sign of life of ffmpeg, whole and above 0, after which add() and finish()
-    ///                   give it up
+    /// @param place      a path named by the user, whose file is replaced; or a name in an output folder
+    /// @param patience_s timeout of add() and finish() while ffmpeg makes no progress, seconds, > 0
     ///
     /// Fails: invalid_argument for a size that is not positive and even, or a rate that is not 0 to
     ///        1000 frames a second; io where ffmpeg is not installed or cannot be started
@@ -29,16 +27,16 @@ public:
 
     Film(Film&&) noexcept;
     Film& operator=(Film&&) noexcept;
-    /// Stops ffmpeg and removes the part where finish() was not called.
+    /// Without finish(): stops ffmpeg and removes the temporary file.
     ~Film();
 
-    /// Appends a frame; waits for ffmpeg where it is slower.
+    /// Appends a frame; blocks while ffmpeg is slower.
     ///
-    /// Fails: invalid_argument for a frame of another size; io, with what ffmpeg says, where it gave
-    ///        up. Then the film is lost.
+    /// Fails: invalid_argument for a frame of another size; io, with the message of ffmpeg, where it failed or timed
+    ///        out: then the film is lost.
     Result<void> add(const Image& frame);
 
-    /// Makes the film appear. Fails with io, naming the path and the cause. Call once.
+    /// Completes the film and gives it its name. Fails with io, naming the path and the cause. Call once.
     Result<void> finish();
 
     std::size_t frame_count() const;

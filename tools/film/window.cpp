@@ -28,7 +28,7 @@ struct Window::State {
     State() = default;
     State(const State&) = delete;
     State& operator=(const State&) = delete;
-    // The context goes with the window, and what is in it.
+    // destroying the window destroys its context with all objects
     ~State() {
         if (window != nullptr) glfwDestroyWindow(window);
         glfwTerminate();
@@ -45,7 +45,7 @@ Result<Window> Window::create(const std::string& title, int width, int height) {
         return fail(ErrorCode::device_unavailable, "no window can be opened: " + glfw_trouble());
     }
     auto state = std::make_unique<State>();
-    // the renderer's context is EGL's too: the two share one driver
+    // EGL like the renderer's context, so that both use one driver
     glfwWindowHint(GLFW_CONTEXT_CREATION_API, GLFW_EGL_CONTEXT_API);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 4);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 5);
@@ -59,7 +59,7 @@ Result<Window> Window::create(const std::string& title, int width, int height) {
     glTextureStorage2D(state->texture, 1, GL_RGB8, width, height);
     glCreateFramebuffers(1, &state->framebuffer);
     glNamedFramebufferTexture(state->framebuffer, GL_COLOR_ATTACHMENT0, state->texture, 0);
-    // or closing the window would take the renderer's context away
+    // otherwise destroying the window would make the renderer's context not current
     glfwMakeContextCurrent(nullptr);
     return Window(std::move(state));
 }
@@ -71,7 +71,7 @@ void Window::show(const Image& image) {
     glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
     glTextureSubImage2D(state_->texture, 0, 0, 0, image.width, image.height, GL_RGB,
                         GL_UNSIGNED_BYTE, image.rgb.data());
-    // pictures begin at the top, OpenGL at the bottom
+    // row 0 is the top of a picture and the bottom in OpenGL
     glBlitNamedFramebuffer(state_->framebuffer, 0, 0, 0, image.width, image.height, 0, height,
                            width, 0, GL_COLOR_BUFFER_BIT, GL_LINEAR);
     glfwSwapBuffers(state_->window);

@@ -8,10 +8,10 @@
 
 namespace terrane::tools {
 
-/// A window that shows finished pictures. It has an OpenGL context of its own, and leaves none
-/// current: whoever draws makes theirs current again after create() and show().
+/// A window that shows finished pictures. It has its own OpenGL context and leaves none current: make yours current
+/// again after create() and show().
 ///
-/// Threads: the one that created it, and one window at a time.
+/// Threads: the one that created it; one window at a time.
 class Window {
 public:
     /// Fails with device_unavailable and the reason, where there is no display.
@@ -20,10 +20,10 @@ public:
     Window& operator=(Window&&) noexcept;
     ~Window();
 
-    /// Shows a picture, fitted to the window, and takes in what the user did.
+    /// Shows a picture scaled to the window, and processes input events.
     void show(const Image& image);
 
-    /// Whether the user closed it, or pressed Escape.
+    /// Whether the user closed the window or pressed Escape.
     bool is_closed() const;
 
 private:

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include "options/command.h"
+#include "camera/camera_path.h"
+#include "camera/chase_camera.h"
 #include "flight/drive_setup.h"
 #include "flight/flight_output.h"
 #include "frames/frame_maker.h"
+#include "options/command.h"
 #include "output/progress.h"
 #include "output/summary.h"
-#include "camera/camera_path.h"
-#include "camera/chase_camera.h"
 
 #include <terrane/collision/path_driver.h>
 
@@ -27,7 +27,7 @@ namespace terrane::tools {
 namespace {
 
 constexpr double kLongestStep = 1.0 / 60.0;  // seconds
-/// What happens when the truck has rolled over.
+/// Reaction to a rollover.
 enum class OnRoll { stop, right };
 
 struct DriveOptions : FlightOptions {
@@ -36,21 +36,21 @@ struct DriveOptions : FlightOptions {
 
 const std::vector<std::string> kColumns{"speed_m_s", "depth_m", "wheels_on_ground", "tilt_deg"};
 
-/// What steps added up to.
+/// Sums and maxima over the steps.
 struct DriveTotals {
     double distance_m = 0.0;
     double max_depth_m = 0.0;
-    std::uint64_t fell_through = 0;  // steps that ended deeper than the tolerance
+    std::uint64_t fell_through = 0;  // steps that ended deeper in the ground than the tolerance
     std::uint64_t steps = 0;
-    std::uint64_t airborne = 0;  // of them without a wheel on the ground
-    std::uint64_t parked = 0;    // of them that waited for ground
+    std::uint64_t airborne = 0;  // steps without a wheel on the ground
+    std::uint64_t parked = 0;    // steps without resident ground
     std::uint64_t left_world = 0;
     double simulated_time = 0.0, lost_time = 0.0;
     bool rolled_over = false;  // at any time
-    std::uint64_t rights = 0;  // times that it was set on its wheels again
+    std::uint64_t rights = 0;  // times that it was put upright
 };
 
-// A flat bed and a cab, both inside the chassis that collides, and the wheels.
+// A flat bed and a cab, both inside the collision chassis, and four wheels.
 std::array<DrawnObject, 6> draw_truck(const Truck& truck) {
     const Eigen::Vector3d& half = truck.settings().chassis_half_extents;
     const Pose& pose = truck.chassis().pose;
@@ -96,7 +96,7 @@ double tilt_deg(const Truck& truck) {
     return std::acos(up) * 180.0 / std::numbers::pi;
 }
 
-// A truck on its way.
+// A truck that drives along a path.
 class Drive {
 public:
     Drive(const DriveOptions& options, const HeightSource& source, Truck truck, PathDriver driver)
@@ -121,7 +121,8 @@ private:
     const HeightSource& source_;
     Truck truck_;
     PathDriver driver_;
-    std::optional<ChaseCamera> camera_;  // always one; optional, because it cannot be assigned
+    std::optional<ChaseCamera>
+        camera_;  // always present; optional because ChaseCamera is not assignable
     DriveTotals totals_;
     StepReport last_;
 };
@@ -131,7 +132,7 @@ void Drive::step(const Ground& ground, const TruckControls& controls, double dt)
     add_step(last_, truck_, totals_);
 }
 
-// Lets the truck down onto its springs, brakes on, before the first frame.
+// Puts the truck on the ground, and steps it with the brake on until the springs are at rest.
 Result<void> Drive::put_down(const Ground& ground) {
     constexpr int kSteps = 90;
     Result<Truck> placed = put_on_ground(truck_.settings(), truck_.chassis().pose, ground);
@@ -142,7 +143,7 @@ Result<void> Drive::put_down(const Ground& ground) {
     return {};
 }
 
-// One frame's time of driving on what is resident.
+// Advances the drive by one frame on the resident ground.
 void Drive::drive_frame(const Ground& ground, double dt) {
     const auto steps = static_cast<int>(std::ceil(dt / kLongestStep - 1e-9));
     for (int i = 0; i < steps && !has_ended(); ++i) {
@@ -154,13 +155,13 @@ void Drive::drive_frame(const Ground& ground, double dt) {
     }
 }
 
-// Sets the truck on its wheels where it lies, if that is wanted; where ground is missing, in a later step.
+// Puts the truck upright where it lies, with --on-roll right. Retries in a later step where ground is missing.
 void Drive::handle_roll(const Ground& ground) {
     totals_.rolled_over = true;
     if (options_.on_roll == OnRoll::stop) return;
     const Pose& pose = truck_.chassis().pose;
     Eigen::Vector2d along = pose.rotation.col(0).head<2>();
-    if (along.norm() < 1e-3) along = Eigen::Vector2d::UnitX();  // it stands on its nose or tail
+    if (along.norm() < 1e-3) along = Eigen::Vector2d::UnitX();  // nose or tail up
     const Pose upright = slope_pose(source_, pose.translation.head<2>(), along, truck_.settings());
     Result<Truck> placed = put_on_ground(truck_.settings(), upright, ground);
     if (!placed) return;
@@ -196,7 +197,8 @@ Result<void> Drive::play(std::size_t frame_count, FrameMaker& maker, FlightOutpu
         const Result<void> added = output.add(std::move(frame), view, draw_truck(truck_));
         if (!added) return added;
         if (output.is_closed() || has_ended()) break;
-        drive_frame(Ground(maker.pager().resident(), maker.pager().contact_level()), 1.0 / options_.fps);
+        drive_frame(Ground(maker.pager().resident(), maker.pager().contact_level()),
+                    1.0 / options_.fps);
     }
     return {};
 }
@@ -267,7 +269,7 @@ void add_on_roll(CLI::App& app, OnRoll& on_roll) {
                on_roll = text == "stop" ? OnRoll::stop : OnRoll::right;
            },
            "When the truck has lain on its side or roof for a second: stop ends the drive, right "
-           "sets it on its wheels")
+           "puts it on its wheels")
         ->type_name("NAME")
         ->default_str("stop");
 }
@@ -293,9 +295,8 @@ void add_drive_command(CLI::App& app, CommandContext& context) {
     add_on_roll(*drive, options->on_roll);
     add_flight_options(*drive, *options);
     drive->footer(
-        "Before the first frame it waits for what that frame needs; after that never: a truck "
-        "whose\n"
-        "ground is late is parked until it is there, and that is counted.\n"
+        "Waits for ground before the first frame only: a truck whose ground is late is parked\n"
+        "until it is there, and that is counted.\n"
         "Example: terrane drive --dem tools/data/jacksboro.tif --seed 7 --video --out out/drive");
     drive->callback(
         [&context, options] { context.run = [options] { return run_drive(*options); }; });

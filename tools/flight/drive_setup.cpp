@@ -16,7 +16,7 @@
 namespace terrane::tools {
 namespace {
 
-constexpr double kDefaultSpeed = 12.0;  // metres a second
+constexpr double kDefaultSpeed = 12.0;  // m/s
 
 Result<CameraPath> open_drive_path(const FlightOptions& options, const Terrain& terrain,
                                    CameraPathSettings& settings) {
@@ -45,7 +45,7 @@ CommandResult<DrivePlan> make_drive_plan(const FlightOptions& options, const Ter
     const CommandResult<std::size_t> frame_count = count_frames(options.fps, path->duration());
     if (!frame_count) return tl::unexpected(frame_count.error());
 
-    constexpr double kSpacing = 1.0;  // metres, at least
+    constexpr double kSpacing = 1.0;  // least distance of points, metres
     constexpr double kTimeStep = 0.05;
     DrivePlan plan;
     plan.frame_count = *frame_count;

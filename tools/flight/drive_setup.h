@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "options/command.h"
 #include "flight/flight_options.h"
+#include "options/command.h"
 
 #include <terrane/collision/truck.h>
 
@@ -11,27 +11,27 @@
 
 namespace terrane::tools {
 
-inline constexpr double kLeastDriveSpeed = 0.1;     ///< metres a second, as PathDriver takes
-inline constexpr double kGreatestDriveSpeed = 1e3;  ///< metres a second
+inline constexpr double kLeastDriveSpeed = 0.1;     ///< m/s, the least that PathDriver accepts
+inline constexpr double kGreatestDriveSpeed = 1e3;  ///< m/s
 
-/// Where a truck is to drive, and for how long.
+/// Path, speed and duration of a drive.
 struct DrivePlan {
-    std::vector<Eigen::Vector2d> points_world;  ///< at least 1 m apart, two or more
-    double speed = 0.0;                         ///< to keep where the path is straight enough, m/s
+    std::vector<Eigen::Vector2d> points_world;  ///< two or more, at least 1 m apart
+    double speed = 0.0;                         ///< cruise speed, m/s
     std::size_t frame_count = 0;
 };
 
-/// The plan of a camera path or of a track, seen from above. Fails with exit_usage for too many frames; for paths
-/// that jump, are shorter than 2 m, or cannot be read.
+/// The plan for a camera path or track projected to the plane. Fails with exit_usage for too many frames; with
+/// exit_failed for paths that jump, are shorter than 2 m, or cannot be read.
 CommandResult<DrivePlan> make_drive_plan(const FlightOptions& options, const Terrain& terrain);
 
-/// A pose at a place on the ground, level along the slope of the source there.
-/// @param along_world direction to head in, not zero
+/// The pose of a truck parallel to the slope of the source at a point.
+/// @param along_world heading, not zero
 Pose slope_pose(const HeightSource& source, const Eigen::Vector2d& place_world,
                 const Eigen::Vector2d& along_world, const TruckSettings& settings);
 
-/// A truck at rest, moved up or down so that the lowest of its chassis and hanging wheels is 5 cm clear of the
-/// contact surface. Fails where the ground there is not resident or the pose is out of range.
+/// A truck at rest, moved vertically so that chassis and fully extended wheels are at least 5 cm above the contact
+/// surface. Fails where the ground there is not resident or the pose is out of range.
 Result<Truck> put_on_ground(const TruckSettings& settings, Pose pose, const Ground& ground);
 
 }  // namespace terrane::tools

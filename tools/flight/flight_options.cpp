@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "flight/flight_options.h"
 
-#include "source/limits.h"
 #include "options/spelling.h"
+#include "source/limits.h"
 #include "track/track.h"
 
 #include <CLI/CLI.hpp>
@@ -112,7 +112,7 @@ CommandResult<void> check(const FlightOptions& options) {
     if (const CommandResult<void> good = check_path(options.path); !good) return good;
     if (const CommandResult<void> good = check_pictures(options); !good) return good;
     if (!names_track_file(options.path) && !std::isnan(options.seconds)) {
-        // Before the path is made, whose memory grows with its length.
+        // before the path is created: its memory grows with its duration
         const CommandResult<std::size_t> frames = count_frames(options.fps, options.seconds);
         if (!frames) return pass_on(frames.error());
     }

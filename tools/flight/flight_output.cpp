@@ -32,7 +32,7 @@ Result<FlightOutput> FlightOutput::create(const FlightOptions& options, const He
         if (!made) return tl::unexpected(made.error());
         pictures.emplace(std::move(*made));
     }
-    // Only now, when all is there that a flight needs, does an earlier one go.
+    // only now, when nothing else can fail, remove the files of earlier runs
     std::optional<OutputPlace> csv;
     if (folder != nullptr) {
         if (const Result<void> cleared = folder->clear(); !cleared) {

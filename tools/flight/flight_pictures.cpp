@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kLeastRelief = 1500.0;  // metres from the lowest to the highest tint
 
-// Tints reach over the heights that there are, but for the rarest.
+// Fits the tint range to the 2nd to 98th percentile of the heights.
 void fit_tints(const HeightSource& source, RendererSettings& settings) {
     constexpr int kProbes = 48;
     const WorldRect& extent = source.extent();
@@ -26,11 +26,11 @@ void fit_tints(const HeightSource& source, RendererSettings& settings) {
         if (std::isfinite(height)) heights.push_back(height);
     }
     settings.tint_low = percentile(heights, 0.02);
-    // low hills get no white tops
+    // no snow tint on low hills
     settings.tint_high = std::max(percentile(heights, 0.98), settings.tint_low + kLeastRelief);
 }
 
-// Mesa's names for devices that are the processor.
+// Names of Mesa's software rasterisers.
 bool is_software(const std::string& renderer) {
     return renderer.find("llvmpipe") != std::string::npos ||
            renderer.find("softpipe") != std::string::npos;

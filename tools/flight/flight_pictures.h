@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "flight/flight_options.h"
 #include "film/film.h"
 #include "film/window.h"
+#include "flight/flight_options.h"
 
 #include <terrane/render/terrain_renderer.h>
 
@@ -14,13 +14,12 @@
 
 namespace terrane::tools {
 
-/// Draws frames off screen, and writes them as pictures, into a film, and shows them in a window, as
-/// the options say.
+/// Draws frames off screen; writes them as PNG files and as a film, and shows them in a window, as the options say.
 class FlightPictures {
 public:
-    /// Fails with device_unavailable where nothing can draw, io where the film cannot be made.
+    /// Fails with device_unavailable where no device opens, io where the film cannot be created.
     ///
-    /// @param folder where pictures and the film go; null where there are none
+    /// @param folder of pictures and film; null where there are none
     static Result<FlightPictures> create(const FlightOptions& options, const HeightSource& source,
                                          const std::shared_ptr<OutputFolder>& folder);
 
@@ -28,13 +27,13 @@ public:
     Result<void> add(std::size_t frame, const TerrainMesh& mesh, const View& view,
                      std::span<const DrawnObject> objects = {});
 
-    /// Whether there is a window, and the user closed it.
+    /// Whether the user closed the window.
     bool is_closed() const { return window_ && window_->is_closed(); }
 
-    /// Ends the film, however long it is. Fails with io.
+    /// Completes the film. Fails with io.
     Result<void> finish();
 
-    /// Samples a pixel.
+    /// Samples per pixel.
     int sample_count() const { return renderer_.sample_count(); }
 
     const std::string& renderer_name() const { return context_.renderer_name(); }
@@ -46,7 +45,7 @@ private:
     TerrainRenderer renderer_;
     std::optional<Film> film_;
     std::optional<Window> window_;
-    std::shared_ptr<OutputFolder> picture_folder_;  // null for no pictures
+    std::shared_ptr<OutputFolder> picture_folder_;  // null without --png
 };
 
 /// Name of the film beside frames.csv.

@@ -9,10 +9,10 @@
 
 namespace terrane::tools {
 
-/// The report of one flight: triangles against the budget, error, update time, resident bytes against
-/// the ceiling, late chunks, one plot for each extra column, the summary, and the command line.
+/// Writes the report of one flight: triangles and budget, error, update time, resident bytes and ceiling, late chunks,
+/// one plot for each extra column, the summary, and the command line.
 ///
-/// Fails with io, naming the place.
+/// Fails with io, naming the path.
 Result<void> write_flight_report(const OutputPlace& place, const ReportHeader& header,
                                  const FlightLog& log, std::size_t memory_bytes);
 

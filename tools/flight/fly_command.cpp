@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
-#include "options/command.h"
+#include "camera/camera_path.h"
+#include "camera/camera_trajectory.h"
 #include "flight/flight_options.h"
 #include "flight/flight_output.h"
 #include "frames/frame_maker.h"
-#include "source/slow_heights.h"
+#include "options/command.h"
 #include "options/idle_flags.h"
 #include "output/progress.h"
 #include "output/summary.h"
-#include "camera/camera_path.h"
-#include "camera/camera_trajectory.h"
+#include "source/slow_heights.h"
 #include "track/track.h"
 
 #include <CLI/CLI.hpp>
@@ -28,14 +28,14 @@ namespace {
 
 struct FlyOptions : FlightOptions {
     double start = 0.0;
-    // of slow storage; NaN: none
+    // simulated storage; NaN: none
     double latency_ms = std::numeric_limits<double>::quiet_NaN();
     double bandwidth_mb = std::numeric_limits<double>::quiet_NaN();
 
     bool has_slow_storage() const { return !std::isnan(latency_ms) || !std::isnan(bandwidth_mb); }
 };
 
-// Null where storage is not slow.
+// Null without --latency-ms and --bandwidth-mb.
 std::shared_ptr<SlowHeights> open_slow_storage(const FlyOptions& options, const Terrain& terrain) {
     if (!options.has_slow_storage()) return nullptr;
     constexpr double kMegabyte = 1e6;
@@ -45,9 +45,9 @@ std::shared_ptr<SlowHeights> open_slow_storage(const FlyOptions& options, const 
         terrain.source, 1e-3 * given(options.latency_ms).value_or(0.0), kMegabyte * bandwidth);
 }
 
-// Frame i is the moment i / fps. Loaders run beside it in real time.
+// Plays the flight: frame i shows time i / fps. Loaders run in real time.
 //
-// @param storage null where it is not slow
+// @param storage null without simulated storage
 Result<void> fly(const FlyOptions& options, const CameraPath& path, std::size_t frame_count,
                  SlowHeights* storage, FrameMaker& maker, FlightOutput& output) {
     Progress progress("flying");

@@ -16,7 +16,7 @@
 
 namespace terrane::tools {
 
-/// What one frame of a flight was like.
+/// Measurements of one frame of a flight.
 struct FrameRecord {
     double time = 0.0;  ///< seconds of the flight
     WorldPos eye_world = WorldPos::Zero();
@@ -35,32 +35,33 @@ struct FrameRecord {
     std::optional<std::size_t> holes;
     std::vector<double> extra;  ///< values of FlightLog's extra columns
 
-    /// Whether it is worse than its target, or nothing at all, because a wanted chunk is absent.
+    /// Whether a needed chunk is absent and the error is above the target or nothing is drawn.
     bool is_late() const {
         return status == MeshStatus::not_resident && (error_px > max_error_px || triangles == 0);
     }
     double excess_error_px() const { return std::max(0.0, error_px - max_error_px); }
 };
 
-/// Names of the table of frames and of the report in a run's folder.
+/// File names in an output folder.
 inline constexpr const char* kFramesName = "frames.csv";
 inline constexpr const char* kReportName = "report.html";
 
-/// Excess error of frames, each of which is seen for 1 / fps: pixel seconds.
+/// Integral of the excess error over time, each frame lasting 1 / fps: pixel seconds.
 double excess_error_px_s(std::span<const FrameRecord> frames, double fps);
 
-/// The frames of a flight, and frames.csv as they come; the file has its name when it is whole.
+/// Collects the frames of a flight and appends them to frames.csv, which gets its name on commit().
 class FlightLog {
 public:
-    /// @param csv           where frames.csv goes; nothing for no file
-    /// @param extra_columns names of what FrameRecord::extra holds
-    /// Fails with io where the file cannot be made.
+    /// @param csv           place of frames.csv; absent: no file
+    /// @param extra_columns names of the values of FrameRecord::extra
+    ///
+    /// Fails with io where the file cannot be created.
     static Result<FlightLog> create(const std::optional<OutputPlace>& csv,
                                     std::vector<std::string> extra_columns = {});
 
-    /// Fails with io where the disk takes no more.
+    /// Fails with io where writing fails, as on a full disk.
     Result<void> add(FrameRecord record);
-    /// Ends the file. Fails with io.
+    /// Completes the file. Fails with io.
     Result<void> commit();
 
     std::span<const FrameRecord> frames() const { return frames_; }
@@ -76,11 +77,11 @@ private:
 
 /// The summary that scripts read: counts, medians and maxima over frames.
 ///
-/// @param memory_bytes the pager's ceiling
+/// @param memory_bytes memory limit of the pager
 nlohmann::ordered_json summarize(std::span<const FrameRecord> frames, std::size_t memory_bytes,
                                  double fps);
 
-/// The value that a share of the values does not exceed: 0.5 for the median, 0.99. 0 for no values.
+/// The `share` quantile of the values, 0.5 for the median; 0 for no values.
 double percentile(std::vector<double> values, double share);
 
 }  // namespace terrane::tools

@@ -28,7 +28,8 @@ Result<FrameMaker> FrameMaker::create(std::shared_ptr<const HeightSource> source
     return maker;
 }
 
-void FrameMaker::load_until_stable(const View& view, std::span<const BodyNeed> bodies, double time) {
+void FrameMaker::load_until_stable(const View& view, std::span<const BodyNeed> bodies,
+                                   double time) {
     constexpr double kFirstThreshold_px = 4096.0;
     constexpr int kMostRounds = 64;
     threshold_px_ = kFirstThreshold_px;

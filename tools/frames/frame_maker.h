@@ -13,7 +13,7 @@
 
 namespace terrane::tools {
 
-/// A frame that was made. The mesh is valid until the next one.
+/// A frame. The mesh is valid until the next frame.
 struct MadeFrame {
     TerrainMesh mesh;
     FrameRecord record;
@@ -25,27 +25,27 @@ struct FrameMakerSettings {
     bool verify = false;  ///< measures each frame by brute force
 };
 
-/// Pager and triangulator in turns, as a simulator runs them, with what each frame cost.
+/// Runs pager and triangulator once per frame, as a simulator does, and records the cost of each frame.
 class FrameMaker {
 public:
-    /// @param loader null for threads, as the pager's settings say
+    /// @param loader null: the loader threads of the pager's settings
     ///
-    /// Fails with what Pager and Triangulator say of the budget, the ceiling and the source.
+    /// Fails as Pager::create() and Triangulator::create().
     static Result<FrameMaker> create(std::shared_ptr<const HeightSource> source,
                                      const FrameMakerSettings& settings,
                                      std::unique_ptr<ChunkLoader> loader = nullptr);
 
-    /// Waits until everything is there that a first frame can use, or the ceiling stops it: loads
-    /// for a coarse error first and halves it, so that a small budget never loads what only a large
-    /// one could draw. Ends early where is_interrupted().
+    /// Blocks until everything that the first frame can use is resident, or the memory limit is reached. Starts with a
+    /// coarse error threshold and halves it, so that a small triangle budget loads no chunks that it cannot draw.
+    /// Returns early where is_interrupted().
     ///
-    /// @param time of the pager's clock
+    /// @param time of the pager's clock, seconds
     void load_until_stable(const View& view, std::span<const BodyNeed> bodies, double time);
 
-    /// Makes the frame of a moment.
+    /// Makes the frame of one time.
     ///
-    /// @param camera its threshold_px is that of the frame before, whatever it says
-    /// @param time   of the pager's clock, seconds; not before the frame before
+    /// @param camera its threshold_px is replaced by that of the previous frame
+    /// @param time   of the pager's clock, seconds; must not decrease
     MadeFrame make(CameraNeed camera, std::span<const BodyNeed> bodies, double time);
 
     const Pager& pager() const { return pager_; }

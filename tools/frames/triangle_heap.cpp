@@ -21,8 +21,8 @@ std::int64_t cell_of(double value, double cell) {
     return static_cast<std::int64_t>(std::floor(value / cell));
 }
 
-// Number of a list: that of a cell of the grid of one size. Squares of 8 x 8 cells stay together, because
-// questions come in such squares.
+// Index of the list of a cell of the grid of one size class. The cells of an 8 x 8 block are adjacent in memory,
+// because queries are spatially coherent.
 std::size_t list_of(std::size_t size, std::int64_t column, std::int64_t row, std::size_t mask) {
     const std::uint64_t square =
         hash(size, static_cast<std::uint64_t>(column >> 3), static_cast<std::uint64_t>(row >> 3));
@@ -35,7 +35,7 @@ std::size_t hash_of(double x, double y) {
         hash(std::bit_cast<std::uint64_t>(x), std::bit_cast<std::uint64_t>(y), 0));
 }
 
-// Exponent of the power of two that is larger than a triangle, seen from above.
+// Size class: exponent of the least power of two above the sides of the triangle's bounding rectangle.
 int size_of(const TriangleHeap::Triangle& t) {
     const auto [west, east] = std::minmax({t.a.x(), t.b.x(), t.c.x()});
     const auto [south, north] = std::minmax({t.a.y(), t.b.y(), t.c.y()});
@@ -151,7 +151,7 @@ std::optional<double> TriangleHeap::height(double x, double y) const {
             if (area == 0.0) continue;
             const double u = (px * cy - py * cx) / area;
             const double v = (bx * py - by * px) / area;
-            constexpr double kSlack = 1e-9;  // of a side: a point on an edge is in both triangles
+            constexpr double kSlack = 1e-9;  // relative: a point on an edge is in both triangles
             if (u < -kSlack || v < -kSlack || u + v > 1.0 + kSlack) continue;
             const double z = t.a.z() + u * (t.b.z() - t.a.z()) + v * (t.c.z() - t.a.z());
             highest = std::max(highest.value_or(z), z);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Sources: M. Roberts. The unreasonable effectiveness of quasirandom sequences. 2018 (R2 and R1: the
-//          points of a sequence that fill a square, and a line, evenly at any length).
+// Sources: M. Roberts. The unreasonable effectiveness of quasirandom sequences. 2018 (R2
+//          sequence: fills a square evenly at any length).
 #include "frames/verify.h"
 
 #include <algorithm>
@@ -11,21 +11,20 @@
 namespace terrane::tools {
 namespace {
 
-// Fractions of the multiples of these fill a square evenly.
+// The R2 sequence: fractional parts of the multiples of these.
 constexpr double kR2x = 0.7548776662466927;
 constexpr double kR2y = 0.5698402909980532;
 
 double fraction(double value) { return value - std::floor(value); }
 
-// Directions in the plane that can meet the view: all of them where it holds the vertical.
+// Range of horizontal directions inside the view: all of them where it contains the vertical.
 struct Wedge {
     double first = 0.0, span = 2.0 * std::numbers::pi;  // radians from east
 };
 
 Wedge find_wedge(const View& view, bool holds_vertical) {
     if (holds_vertical) return {};
-    // The pyramid does not hold the vertical, so its corners span less than half a turn around the
-    // middle of the picture.
+    // without the vertical the corner rays span less than half a turn around the view direction
     const double middle = std::atan2(view.forward.y(), view.forward.x());
     const double half_height = std::tan(0.5 * view.vertical_fov);
     const double half_width = half_height * view.width_px / view.height_px;
@@ -61,11 +60,11 @@ double Verifier::Camera::to_pixels(double metres, const WorldPos& p_world) const
            std::max(view.near_distance, (p_world - view.eye_world).norm());
 }
 
-// Looks at one place after the other, and keeps the worst that it sees.
+// Measures points one by one and keeps the maxima.
 class Verifier::Points {
 public:
     Points(const Verifier& verifier, const TriangleHeap& heap, const Camera& camera,
-         double certified_px)
+           double certified_px)
         : verifier_(verifier), heap_(heap), camera_(camera), certified_px_(certified_px) {
         if (const auto& before = verifier.before_) {
             moved_ = (camera.view.eye_world - before->camera.view.eye_world).norm();
@@ -91,7 +90,7 @@ public:
         }
     }
 
-    // Movement alone, of a vertex of one frame over or under the other.
+    // Measures only the movement, at a vertex of one frame against the surface of the other.
     void add_vertex(const WorldPos& vertex, const TriangleHeap& other) {
         std::optional<double> height = other.vertex_height(vertex.x(), vertex.y());
         if (!height) height = other.height(vertex.x(), vertex.y());
@@ -120,7 +119,7 @@ private:
     const TriangleHeap& heap_;
     const Camera& camera_;
     double certified_px_;
-    double moved_ = 0.0;  // the eye, metres
+    double moved_ = 0.0;  // distance that the eye moved, metres
 };
 
 Verifier::Verifier(const HeightSource& source, std::size_t least_points)
@@ -164,12 +163,12 @@ void Verifier::sample_picture(const Camera& camera, Points& points) const {
         const double turn = wedge.first + wedge.span * fraction(kR2x * count);
         const double distance = nearest * std::exp(span * fraction(kR2y * count));
         points.add(view.eye_world.x() + distance * std::cos(turn),
-                view.eye_world.y() + distance * std::sin(turn));
+                   view.eye_world.y() + distance * std::sin(turn));
     }
 }
 
-// Several rounds where few of the triangles are in view; every so many where there are more of them
-// than points.
+// Repeats rounds over the triangles where few of them are in view; skips triangles where there are more of them than
+// points.
 void Verifier::sample_triangles(const TriangleHeap& heap, Points& points) const {
     const std::vector<TriangleHeap::Triangle>& triangles = heap.triangles();
     const std::size_t stride = std::max<std::size_t>(1, triangles.size() / (2 * least_points_));
@@ -187,7 +186,7 @@ void Verifier::sample_triangles(const TriangleHeap& heap, Points& points) const 
                 v = 1.0 - v;
             }
             points.add(t.a.x() + u * (t.b.x() - t.a.x()) + v * (t.c.x() - t.a.x()),
-                    t.a.y() + u * (t.b.y() - t.a.y()) + v * (t.c.y() - t.a.y()));
+                       t.a.y() + u * (t.b.y() - t.a.y()) + v * (t.c.y() - t.a.y()));
         }
         if (points.result.points >= least_points_) break;
         if (points.result.points == before_round && round + 1 >= stride) break;

@@ -12,48 +12,47 @@
 
 namespace terrane::tools {
 
-/// No more than this may the ground move between two frames, in pixels of the later one, where the
-/// later frame certifies kPopErrorLimit_px or less and the eye moved less than a tenth of the distance.
+/// Limit of the movement of the ground between two frames, in pixels of the later one. Holds where the later frame
+/// certifies kPopErrorLimit_px or less and the eye moved less than a tenth of the distance to the point.
 inline constexpr double kPopLimit_px = 0.5;
 inline constexpr double kPopErrorLimit_px = 1.5;
 
-/// What a frame really shows, found by brute force.
+/// Error and movement of a displayed frame, measured by brute force.
 struct Measurement {
-    double error_px = 0.0;    ///< largest screen error of all points that were looked at
-    double max_pop_px = 0.0;  ///< largest movement since the frame before, where it has a limit
-    double max_pop_elsewhere_px = 0.0;  ///< ... and where it has none
-    std::size_t points = 0;             ///< that were looked at
-    std::size_t holes = 0;              ///< of them without a displayed height
+    double error_px = 0.0;  ///< largest screen error of all points
+    double max_pop_px =
+        0.0;  ///< largest movement since the previous frame, where kPopLimit_px holds
+    double max_pop_elsewhere_px = 0.0;  ///< the same where it does not
+    std::size_t points = 0;             ///< number of points measured
+    std::size_t holes = 0;              ///< points without a displayed height
 };
 
-/// Compares what is displayed with the true surface, by code that shares nothing with the
-/// triangulator.
+/// Compares the displayed surface with the true surface, with code independent of the triangulator.
 ///
-/// Throws points over the ground inside the four side planes of the view: half of them spread over
-/// directions and, by ratio, distances, as a picture spreads them; half over the triangles, the same
-/// number in each. Screen error of a point: vertical distance of displayed and true surface, times
-/// pixels per radian, over the distance from the eye to the true point, never less than the near
-/// distance. Points that are no ground are left out.
+/// Samples points of the ground inside the four side planes of the view: half of them uniform in direction and in the
+/// logarithm of the distance, about as a picture shows the ground; half over the triangles, the same number in each.
+/// Screen error of a point: vertical distance of displayed and true surface, times pixels per radian, over the distance
+/// from the eye to the true point or the near distance, whichever is larger. Points outside the ground are skipped.
 ///
-/// Movement: how far the displayed surface moved under a fixed point of the true surface that both
-/// frames saw, measured like an error of the later frame. Besides the points, at every vertex of both
-/// frames: between them a movement is never larger, as the triangles of one mesh divide the other's.
+/// Movement: vertical distance between the two displayed surfaces at a fixed point of the true surface that both frames
+/// see, in pixels of the later frame. Measured at the points and at every vertex of both frames: between vertices it is
+/// never larger, as the triangles of one mesh subdivide those of the other.
 class Verifier {
 public:
-    /// @param least_points that a frame is measured with, where the view has that much ground
+    /// @param least_points number of points of a frame, where the view has enough ground
     explicit Verifier(const HeightSource& source, std::size_t least_points = 100'000);
 
-    /// Measures a frame; frames come in order.
+    /// Measures a frame. Call in order of time.
     Measurement measure(const TerrainMesh& mesh, const View& view);
-    /// @param certified_px what the frame says about its own error
+    /// @param certified_px error bound of the frame
     Measurement measure(TriangleHeap heap, const View& view, double certified_px = 0.0);
 
 private:
-    /// A view with what every point asks of it.
+    /// A view with its derived values.
     struct Camera {
         explicit Camera(const View& view);
         bool sees(const WorldPos& p_world) const;
-        /// Screen size of a vertical distance at a point.
+        /// Screen size, pixels, of a vertical distance at a point.
         double to_pixels(double metres, const WorldPos& p_world) const;
 
         View view;

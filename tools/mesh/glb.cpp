@@ -18,7 +18,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "glTF is little-endian");
 
-// Of the specification.
+// Constants of the specification.
 constexpr std::uint32_t kMagic = 0x46546c67, kVersion = 2;
 constexpr std::uint32_t kJsonChunk = 0x4e4f534a, kBinaryChunk = 0x004e4942;
 constexpr int kFloat = 5126, kUnsignedInt = 5125, kArrayBuffer = 34962, kElementBuffer = 34963;
@@ -28,14 +28,14 @@ std::string_view bytes_of(const T& value) {
     return {reinterpret_cast<const char*>(&value), sizeof value};
 }
 
-// glTF's axes: x east, y up, z south.
+// To glTF's axes: x east, y up, z south.
 Eigen::Vector3d to_gltf(const WorldPos& p_world) {
     return {p_world.x(), p_world.z(), -p_world.y()};
 }
 
 using Point = std::array<float, 3>;
 
-// The JSON of the file; all of it but the numbers is always the same.
+// The JSON chunk.
 std::string describe(const Eigen::Vector3d& middle, const Point& low, const Point& high,
                      std::size_t vertex_count, std::size_t index_count) {
     const std::size_t position_bytes = vertex_count * sizeof(Point);
@@ -82,7 +82,7 @@ Result<void> write_glb(const IndexedMesh& mesh, const std::string& path) {
         positions.push_back(point);
     }
     std::string json = describe(middle, low, high, positions.size(), 3 * mesh.triangles.size());
-    json.resize((json.size() + 3) / 4 * 4, ' ');  // chunks are whole words
+    json.resize((json.size() + 3) / 4 * 4, ' ');  // the length of a chunk is a multiple of 4
     const std::size_t binary_bytes =
         positions.size() * sizeof(Point) + mesh.triangles.size() * sizeof mesh.triangles.front();
     const std::size_t all_bytes = 12 + 8 + json.size() + 8 + binary_bytes;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "options/command.h"
-#include "source/limits.h"
-#include "options/option_values.h"
-#include "source/terrain_options.h"
 #include "mesh/mesh_file.h"
+#include "options/command.h"
+#include "options/option_values.h"
 #include "output/progress.h"
 #include "output/summary.h"
+#include "source/limits.h"
+#include "source/terrain_options.h"
 
 #include <terrane/terrain/pager.h>
 #include <terrane/terrain/triangulator.h>
@@ -30,14 +30,14 @@ struct MeshOptions {
     ImageSize size;
     std::size_t budget = 100'000;
     double max_error_px = 1.0;
-    double morph_ratio = 1.0;  // a single picture has nothing to slide from
+    double morph_ratio = 1.0;  // no morphing: there is no previous frame
     double memory_mb = 1024.0;
     std::string out;
     bool json = false;
 };
 
-/// Loading starts for this error and halves it, so that a small budget never loads what only a large
-/// one could draw.
+/// Loading starts with this error threshold and halves it, so that a small triangle budget loads no chunks that it
+/// cannot draw.
 constexpr double kFirstThreshold_px = 4096.0;
 constexpr int kMaxRounds = 64;
 
@@ -48,7 +48,7 @@ Result<View> make_view(const MeshOptions& options, const HeightSource& source) {
     const double side = std::min(extent.east - extent.west, extent.north - extent.south);
     const WorldPos target_world = options.look_world.value_or(
         WorldPos(centre_x, centre_y, source.height(centre_x, centre_y)));
-    // Without an eye: from the south, high enough to look over what lies between.
+    // default eye: south of the target, and above the ground there
     WorldPos eye_world = target_world + Eigen::Vector3d(0.0, -side / 4.0, side / 8.0);
     eye_world.z() =
         std::max(eye_world.z(), source.height(eye_world.x(), eye_world.y()) + side / 16.0);
@@ -57,8 +57,7 @@ Result<View> make_view(const MeshOptions& options, const HeightSource& source) {
                    options.size.height_px);
 }
 
-/// Reads a terrain in the middle of its extent. Fails as the source does: HeightSource::height(), which a view
-/// is made with, cannot say why it failed.
+/// Samples the terrain at the centre of its extent, to get the error that HeightSource::height() cannot report.
 Result<void> read_middle(const HeightSource& source) {
     const Lattice& lattice = source.lattice();
     const WorldRect& extent = source.extent();
@@ -74,9 +73,9 @@ Result<void> read_middle(const HeightSource& source) {
     return source.sample(grid, heights);
 }
 
-/// Loads and triangulates in turns, until what is drawn asks for nothing that is absent.
-CommandResult<TerrainMesh> load_until_stable(Pager& pager, Triangulator& triangulator, const View& view,
-                                  double memory_mb) {
+/// Alternates loading and triangulation until the mesh needs no absent chunk.
+CommandResult<TerrainMesh> load_until_stable(Pager& pager, Triangulator& triangulator,
+                                             const View& view, double memory_mb) {
     const Progress progress("loading");
     double wanted_px = kFirstThreshold_px;
     std::uint64_t last_epoch = 0;
@@ -92,7 +91,7 @@ CommandResult<TerrainMesh> load_until_stable(Pager& pager, Triangulator& triangu
                 fmt::format("--memory-mb {:.6g} is too small for this view: {} chunks did not fit",
                             memory_mb, stats.late_chunks));
         }
-        // Everything above wanted_px is there. Is that all that the mesh could use?
+        // everything above wanted_px is resident: stable where the mesh cannot use more
         const bool is_stable =
             mesh.threshold_px >= wanted_px && mesh.resident->epoch() == last_epoch;
         if (is_stable && mesh.status != MeshStatus::not_resident) return mesh;
@@ -129,7 +128,8 @@ CommandResult<void> run_mesh(const MeshOptions& options) {
     Result<Pager> pager = Pager::create(terrain->source, paging);
     if (!pager) return pass_on(pager.error());
 
-    const CommandResult<TerrainMesh> mesh = load_until_stable(*pager, *triangulator, *view, options.memory_mb);
+    const CommandResult<TerrainMesh> mesh =
+        load_until_stable(*pager, *triangulator, *view, options.memory_mb);
     if (!mesh) return pass_on(mesh.error());
     const IndexedMesh welded = weld(*mesh);
     if (!options.out.empty()) {

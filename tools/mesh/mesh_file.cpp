@@ -26,7 +26,7 @@ Result<void> write_obj(const IndexedMesh& mesh, const std::string& path) {
         file->write({line.data(), line.size()});
     }
     for (const std::array<std::uint32_t, 3>& triangle : mesh.triangles) {
-        line.clear();  // vertices count from 1
+        line.clear();  // OBJ counts vertices from 1
         fmt::format_to(std::back_inserter(line), "f {} {} {}\n", std::uint64_t{triangle[0]} + 1,
                        std::uint64_t{triangle[1]} + 1, std::uint64_t{triangle[2]} + 1);
         file->write({line.data(), line.size()});

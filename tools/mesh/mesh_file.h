@@ -8,23 +8,24 @@
 
 namespace terrane::tools {
 
-/// What a mesh can be written as.
+/// File formats of meshes.
 enum class MeshFormat {
     ply,  ///< binary little-endian PLY: double x, y, z; list uchar uint vertex_indices
-    obj,  ///< Wavefront OBJ: text, every digit of the coordinates; z is up, as in the world
-    glb,  ///< binary glTF 2.0: y is up, z south; float positions about a node's translation
+    obj,  ///< Wavefront OBJ: text, coordinates with all digits; z is up, as in the world
+    glb,  ///< binary glTF 2.0: y is up, z south; float positions relative to the node's translation
 };
 
-/// The endings of the formats, as a person would list them.
+/// The extensions of the formats in one text.
 inline constexpr const char* kMeshEndings = ".ply, .obj or .glb";
 
-/// By the ending of the name, in small or capital letters; nothing for another one. What is there and is no regular
-/// file (a pipe, /dev/stdout) gets PLY.
+/// The format of a file extension, in any case; absent for another one. PLY where the path exists and is not a regular
+/// file (a pipe, /dev/stdout).
 std::optional<MeshFormat> mesh_format(const std::string& path);
 
-/// Writes a mesh. A file that is there is replaced.
-/// Fails: io, naming the path; invalid_argument where a GLB would have 4 GiB or more. Nothing is left there then but
-///        what was before
+/// Writes a mesh; replaces an existing file.
+///
+/// Fails: io, naming the path; invalid_argument where a GLB would have 4 GiB or more. A file that was there is
+///        unchanged then
 Result<void> write_mesh(const IndexedMesh& mesh, MeshFormat format, const std::string& path);
 
 }  // namespace terrane::tools

@@ -12,8 +12,8 @@
 namespace terrane::tools {
 namespace {
 
-// A sample as it is displayed. Chunks that disagree about a height, by whatever little, do not share
-// the vertex: the crack is in the file for everybody to see.
+// A displayed sample. Chunks with different heights at one lattice point do not share the vertex, so that a crack
+// shows in the file.
 struct Shown {
     LatticePoint point;
     std::uint64_t height_bits = 0;
@@ -28,7 +28,7 @@ struct ShownHash {
     }
 };
 
-/// Appends the bytes of a number, least significant first.
+/// Appends a number in little-endian order.
 template <class T>
 void append(std::string& bytes, T value) {
     static_assert(std::endian::native == std::endian::little, "swap the bytes on this processor");
@@ -43,7 +43,7 @@ IndexedMesh weld(const TerrainMesh& mesh) {
     IndexedMesh welded;
     if (mesh.triangle_count == 0) return welded;
     const Lattice& lattice = mesh.resident->lattice();
-    // Looked up, never iterated: vertices are numbered in the order in which triangles meet them.
+    // never iterated: vertices are numbered in the order of their first use by a triangle
     std::unordered_map<Shown, std::uint32_t, ShownHash> numbers;
     numbers.reserve(mesh.triangle_count);
     welded.triangles.reserve(mesh.triangle_count);
@@ -54,7 +54,7 @@ IndexedMesh weld(const TerrainMesh& mesh) {
             const int row = sample / kChunkSamples;
             const LatticePoint point{chunk.corner.x + chunk.step * column,
                                      chunk.corner.y + chunk.step * row};
-            // adding zero makes the two zeros one
+            // + 0.0 turns -0.0 into +0.0
             const double height = part.displayed_height(sample, lattice.quantum) + 0.0;
             const auto next = static_cast<std::uint32_t>(welded.vertices_world.size());
             const auto [place, is_new] =

@@ -18,14 +18,13 @@ struct IndexedMesh {
     std::vector<std::array<std::uint32_t, 3>> triangles;
 };
 
-/// One mesh out of what the chunks of a frame draw, at the heights that are displayed. Samples of
-/// different chunks are one vertex where they are one lattice point and displayed at the same height,
-/// bit for bit. The promise is that they always are; where they were not, the crack would show as an
-/// edge with one triangle.
+/// The triangles of all chunks of a frame as one mesh at displayed heights. Samples of different chunks are one vertex
+/// where they have the same lattice point and, bit for bit, the same displayed height. The triangulator promises that
+/// they always do; a crack would show as an edge with one triangle.
 IndexedMesh weld(const TerrainMesh& mesh);
 
 /// Binary little-endian PLY: double x, y, z; list uchar uint vertex_indices.
-/// Fails with io, naming the path; nothing is left there then but what was before.
+/// Fails with io, naming the path; a file that was there is unchanged then.
 Result<void> write_ply(const IndexedMesh& mesh, const std::string& path);
 
 }  // namespace terrane::tools

@@ -15,25 +15,24 @@ class App;
 
 namespace terrane::tools {
 
-/// What the program returns to the shell.
+/// Exit codes of the program.
 enum ExitCode : int {
     exit_done = 0,
-    exit_failed = 1,  ///< the world did not cooperate: a file, a disk, a device
-    exit_usage = 2,   ///< the command line makes no sense
+    exit_failed = 1,  ///< a run-time failure: a file, a disk, a device
+    exit_usage = 2,   ///< invalid command line, whatever the files hold
 };
 
-/// Why a command stopped: one line, without a full stop, that names the thing and the value.
+/// Why a command failed: one line, without a full stop, that names the thing and the value.
 struct CommandError {
     ExitCode exit_code = exit_failed;
     std::string message;
 
     CommandError(ExitCode code, std::string text) : exit_code(code), message(std::move(text)) {}
-    /// What the libraries report is a failure, not a usage error. Implicit, so that a Result's error
-    /// passes through.
+    /// An error of a library is a failure, not a usage error. Implicit, for returning the error of a Result.
     CommandError(const Error& error) : message(error.message) {}
 };
 
-/// A value, or the line that ends the program.
+/// A value, or the error that ends the program.
 template <class T>
 using CommandResult = tl::expected<T, CommandError>;
 
@@ -56,13 +55,12 @@ inline tl::unexpected<CommandError> pass_on(const CommandError& error) {
     return tl::unexpected<CommandError>(error);
 }
 
-/// What subcommands tell main(): parsing only chooses what to run; it runs when parsing has ended.
+/// The subcommand to run after parsing.
 struct CommandContext {
-    std::function<CommandResult<void>()> run;  ///< set by the subcommand that was named
+    std::function<CommandResult<void>()> run;  ///< set by the parsed subcommand
 };
 
-/// Each adds one subcommand with its options. The context must outlive the app's parse() and the call
-/// of run().
+/// Each adds one subcommand with its options. The context must outlive the app's parse() and run().
 void add_info_command(CLI::App& app, CommandContext& context);
 void add_fly_command(CLI::App& app, CommandContext& context);
 void add_mesh_command(CLI::App& app, CommandContext& context);

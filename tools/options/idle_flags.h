@@ -8,15 +8,14 @@
 
 namespace terrane::tools {
 
-/// Flags that have an effect under a condition only.
+/// Flags that only have an effect under a condition.
 struct ConditionalFlags {
     std::vector<std::string> flags;
     bool has_effect = false;  ///< whether the condition is met
-    std::string condition;    ///< in words that follow the flag: "goes with --policy distance"
+    std::string condition;    ///< text after the flag: "goes with --policy distance"
 };
 
-/// Refuses a flag that was given and does nothing, so that nobody takes it to have done something. Fails with
-/// exit_usage: "--radius goes with --policy distance".
+/// Fails with exit_usage where a given flag has no effect: "--radius goes with --policy distance".
 CommandResult<void> refuse_idle_flags(const CLI::App& command,
                                       const std::vector<ConditionalFlags>& rules);
 

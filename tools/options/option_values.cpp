@@ -19,7 +19,7 @@ namespace {
 
 constexpr int kMaxSide_px = 16384;
 
-/// The whole text as one value of a type that from_chars reads.
+/// Parses the whole text with from_chars.
 template <class T>
 std::optional<T> parse_whole(std::string_view text) {
     T value{};
@@ -29,7 +29,7 @@ std::optional<T> parse_whole(std::string_view text) {
     return value;
 }
 
-// What was typed, cut where a message would be swamped.
+// The text, shortened for messages.
 std::string shortened(const std::string& text) {
     constexpr std::size_t kLongest = 60;
     return text.size() <= kLongest ? text : text.substr(0, kLongest) + "...";
@@ -40,7 +40,7 @@ std::string shortened(const std::string& text) {
     throw CLI::ValidationError(flag, fmt::format("must be {}, got '{}'", wanted, shortened(got)));
 }
 
-// What a number must be: in words, and as a test.
+// Range of a number: as text and as a predicate.
 struct Rule {
     std::string wanted;
     std::function<bool(double)> is_met;

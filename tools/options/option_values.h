@@ -14,26 +14,26 @@
 
 namespace terrane::tools {
 
-/// A picture's size on the command line: 1280x720.
+/// Size of a picture, written 1280x720.
 struct ImageSize {
     int width_px = 1280;
     int height_px = 720;
 };
 
-/// The whole text as one finite number, or the quotient of two (1/60); nothing for anything else.
+/// Parses the whole text as one finite number or the quotient of two (1/60); absent for anything else.
 std::optional<double> parse_number(std::string_view text);
-/// "X,Y,Z", three finite numbers; nothing for anything else.
+/// "X,Y,Z", three finite numbers; absent for anything else.
 std::optional<WorldPos> parse_point(std::string_view text);
-/// "WxH", both 1 to 16384; nothing for anything else.
+/// "WxH", both 1 to 16384; absent for anything else.
 std::optional<ImageSize> parse_size(std::string_view text);
-/// "A,B,C", at least one, none of them empty; nothing for anything else.
+/// "A,B,C", at least one item, none empty; absent for anything else.
 std::optional<std::vector<std::string>> parse_list(std::string_view text);
 
-/// The value of an option that may be left out, and is NaN then.
+/// The value of an optional option; absent for NaN, which means not given.
 std::optional<double> given(double value);
 
-/// Options whose values are refused by a line that names the flag, the range and the value: parsing
-/// then throws a CLI::ParseError, which main() makes exit code 2. All refuse NaN and infinity.
+/// Options with checked values: parsing throws a CLI::ParseError that names the flag, the range and the value, and
+/// main() exits with code 2. All refuse NaN and infinity.
 CLI::Option* add_positive(CLI::App& app, const std::string& flag, double& value,
                           const std::string& help);
 CLI::Option* add_not_negative(CLI::App& app, const std::string& flag, double& value,
@@ -42,21 +42,21 @@ CLI::Option* add_finite(CLI::App& app, const std::string& flag, double& value,
                         const std::string& help);
 CLI::Option* add_in_range(CLI::App& app, const std::string& flag, double& value, double low,
                           double high, const std::string& help);
-/// The same for several values, parted by commas.
+/// The same for several values, separated by commas.
 CLI::Option* add_positive_list(CLI::App& app, const std::string& flag, std::vector<double>& values,
                                const std::string& help);
 CLI::Option* add_in_range_list(CLI::App& app, const std::string& flag, std::vector<double>& values,
                                double low, double high, const std::string& help);
-/// A whole number of at least `low` and at most `high`.
+/// A whole number from `low` to `high`.
 CLI::Option* add_count(CLI::App& app, const std::string& flag, std::size_t& value, std::size_t low,
                        const std::string& help, std::size_t high = std::size_t{1} << 53);
-/// One of several names; a mistyped one is refused with the nearest.
+/// One of several names; the error for another one suggests the nearest.
 ///
-/// @param choose is given the number of the name
+/// @param choose called with the index of the name
 CLI::Option* add_choice(CLI::App& app, const std::string& flag, std::vector<std::string> names,
                         std::size_t usual, std::function<void(std::size_t)> choose,
                         const std::string& help);
-/// The number of a name among names. Throws as the options do.
+/// The index of a name. Throws as the options do.
 std::size_t read_choice(const std::string& flag, const std::vector<std::string>& names,
                         const std::string& text);
 CLI::Option* add_point(CLI::App& app, const std::string& flag, std::optional<WorldPos>& value,

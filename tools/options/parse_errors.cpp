@@ -32,7 +32,7 @@ std::string without_value(const std::string& argument) {
     return argument.substr(0, argument.find('='));
 }
 
-// What stands where no subcommand is.
+// Message for a command line without a known subcommand.
 std::string explain_missing_command(const CLI::App& app,
                                     const std::vector<std::string>& arguments) {
     const std::vector<std::string> commands = names_of_commands(app);
@@ -54,7 +54,7 @@ std::string explain_missing_command(const CLI::App& app,
     return fmt::format("unknown flag '{}'; see terrane --help", flag);
 }
 
-// What a subcommand could not use: the first flag of it, or else the first word.
+// Message for arguments that a subcommand does not take: names the first flag, else the first word.
 std::string explain_extras(const CLI::App& command, const std::vector<std::string>& arguments) {
     const std::vector<std::string> extras = command.remaining();
     const auto is_extra = [&extras](const std::string& argument) {

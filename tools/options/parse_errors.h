@@ -11,11 +11,10 @@ class ParseError;
 
 namespace terrane::tools {
 
-/// One line for a command line that could not be parsed. It names the flag or the word that is wrong and, where one is
-/// near, what was probably meant.
+/// One line for a command line that cannot be parsed: names the wrong flag or word and suggests the nearest one.
 ///
-/// @param app       that parsed, with its subcommands
-/// @param arguments of the program, without its name, in order
+/// @param app       the parser, with its subcommands
+/// @param arguments of the program, without its name
 std::string explain_parse_error(const CLI::App& app, const CLI::ParseError& error,
                                 const std::vector<std::string>& arguments);
 

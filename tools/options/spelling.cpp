@@ -2,7 +2,7 @@
 //
 // Sources:
 //   F. J. Damerau. A technique for computer detection and correction of spelling errors. Communications of the ACM
-//   7(3), 1964 (the distance; here no letter is edited twice).
+//   7(3), 1964 (optimal string alignment: no letter is edited twice).
 #include "options/spelling.h"
 
 #include <algorithm>

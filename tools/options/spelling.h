@@ -8,11 +8,12 @@
 
 namespace terrane::tools {
 
-/// Fewest insertions, removals, replacements and swaps of neighbouring letters that make one word of the other.
+/// Edit distance: fewest insertions, removals, replacements and swaps of adjacent letters that turn one word into the
+/// other.
 std::size_t spelling_distance(std::string_view a, std::string_view b);
 
-/// The word that another one was probably meant to be: at most a third of its letters, rounded up, are wrong; or, where
-/// none is so near, it was cut short after four letters or more. The first of equally near ones; "" where there is none.
+/// The nearest of some words, at an edit distance of at most a third of the letters, rounded up; else one that `word`
+/// is a prefix of, with four letters or more. Ties go to the first; "" where there is none.
 std::string nearest_word(std::string_view word, std::span<const std::string> words);
 
 /// "; did you mean X?", or "" where no word is near.

@@ -24,18 +24,18 @@ bool is_one_of(const std::string& key, const std::array<std::string_view, N>& ke
     return std::find(keys.begin(), keys.end(), key) != keys.end();
 }
 
-// Coordinates, heights and sizes of grids.
+// Coordinates, heights and grid sizes: 9 digits.
 constexpr std::array<std::string_view, 13> kPlaces{
     "extent_m",         "min_m",     "max_m",       "root_size_m",     "lattice_origin_m",
     "finest_spacing_m", "cell_m",    "centre",      "metres_per_unit", "eye_m",
     "forward",          "quantum_m", "guaranteed_m"};
 
-// What was said on the command line.
+// Echoes of the command line: not rounded.
 constexpr std::array<std::string_view, 11> kGiven{
     "speed", "altitude", "radius",    "latency_ms",   "bandwidth_mb", "memory_mb",
     "fps",   "seconds",  "horizon_s", "max_error_px", "budget"};
 
-// Aabb that are certified: less would be wrong.
+// Certified bounds: rounded up.
 constexpr std::array<std::string_view, 6> kBounds{"error_px", "error_px_max", "error_px_median",
                                                   "error_m",  "max_error_m",  "scale_error"};
 
@@ -103,7 +103,7 @@ std::string rounded_text(double value, int digits, Rounding rounding) {
     const bool is_wrong = rounding != Rounding::nearest &&
                           (is_outward ? shown < std::abs(value) : shown > std::abs(value));
     if (is_wrong) {
-        // one unit of the last digit further, as a whole number times a power of ten
+        // one unit of the last digit up, as an integer times a power of ten
         const std::size_t exponent_at = nearest.find('e');
         std::string mantissa = nearest.substr(0, exponent_at);
         std::erase(mantissa, '.');

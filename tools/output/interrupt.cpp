@@ -16,7 +16,7 @@ std::array<std::atomic<const char*>, 16> unfinished_files{};
 static_assert(std::atomic<bool>::is_always_lock_free &&
               std::atomic<const char*>::is_always_lock_free);
 
-// Calls only what a signal handler may call.
+// Async-signal-safe.
 void on_signal(int) {
     if (!interrupted.exchange(true)) return;
     for (const std::atomic<const char*>& file : unfinished_files) {
@@ -31,7 +31,7 @@ void watch_for_interrupts() {
     struct sigaction action {};
     action.sa_handler = on_signal;
     sigemptyset(&action.sa_mask);
-    action.sa_flags = SA_RESTART;  // a write goes on where a signal stopped it
+    action.sa_flags = SA_RESTART;  // interrupted writes resume
     sigaction(SIGINT, &action, nullptr);
     sigaction(SIGTERM, &action, nullptr);
     struct sigaction before {};

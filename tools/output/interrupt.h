@@ -5,19 +5,18 @@
 
 namespace terrane::tools {
 
-/// From now on the first SIGINT (Ctrl-C), SIGTERM or SIGHUP only sets what is_interrupted() tells, so that a
-/// command can finish the files that it has begun. The second one removes the files that RemovedIfKilled names
-/// and ends the program at once, with exit code 1. Where SIGHUP is ignored (nohup), it stays so. Before the call,
-/// and in commands that never make it, each of the signals ends the program as usual.
+/// Installs handlers: the first SIGINT (Ctrl-C), SIGTERM or SIGHUP only sets is_interrupted(), so that a command can
+/// complete its files. The second one removes the files of all RemovedIfKilled and ends the program at once with exit
+/// code 1. An ignored SIGHUP (nohup) stays ignored. Without this call the signals end the program as usual.
 ///
-/// Threads: any; calls after the first change nothing.
+/// Threads: any; calls after the first have no effect.
 void watch_for_interrupts();
 
-/// Whether a signal has come since watch_for_interrupts(). Threads: any. Cost: one atomic load.
+/// Whether a signal arrived since watch_for_interrupts(). Threads: any. Cost: one atomic load.
 bool is_interrupted();
 
-/// Names a file that a second signal removes, as long as the object lives. At most 16 at once are remembered;
-/// of more, those beyond stay where the program is killed.
+/// Registers a file that a second signal removes, for the lifetime of the object. At most 16 files at once; others
+/// are left behind where the program is killed.
 class RemovedIfKilled {
 public:
     explicit RemovedIfKilled(std::string path);

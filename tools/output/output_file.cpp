@@ -7,9 +7,7 @@
 #include <utility>
 
 namespace terrane::tools {
-namespace {
-
-}  // namespace
+namespace {}  // namespace
 
 OutputFile::OutputFile(OutputPlace place, std::optional<TemporaryFile> temporary, std::FILE* direct)
     : place_(std::move(place)), temporary_(std::move(temporary)), direct_(direct) {}
@@ -59,7 +57,7 @@ Result<void> OutputFile::commit() {
     if (failed_errno_ == 0) failed_errno_ = closed;
     if (failed_errno_ == 0 && temporary_) {
         if (place_.folder != nullptr) {
-            // first the list: killed between the two, the next run finds a name without a file
+            // the list first: after a kill in between, the next run finds a name without a file, which is harmless
             const Result<void> listed = place_.folder->record(temporary_->path(), place_.name);
             if (!listed) return listed;
         }

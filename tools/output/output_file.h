@@ -13,28 +13,28 @@
 
 namespace terrane::tools {
 
-/// A file that appears under its name only when it is whole: written beside it, then renamed. A
-/// pipe or a device (/dev/stdout) is written directly. What was not committed is removed.
+/// A file that appears under its name only when it is complete: written to a temporary file beside it, then renamed. A
+/// pipe or a device (/dev/stdout) is written directly. Without commit() the temporary file is removed.
 class OutputFile {
 public:
-    /// @param place a path that the user named, whose file is replaced; or a name in a run's folder, whose list then
-    ///              holds the file
+    /// @param place a path named by the user, whose file is replaced; or a name in an output folder, to whose list
+    ///              commit() adds it
     ///
-    /// Fails with io where the file cannot be made.
+    /// Fails with io where the file cannot be created.
     static Result<OutputFile> create(const OutputPlace& place);
 
     OutputFile(OutputFile&& other) noexcept;
     OutputFile& operator=(OutputFile&&) = delete;
     ~OutputFile();
 
-    /// Appends. A failure, as of a full disk, is kept and reported by check() and commit().
+    /// Appends. An error, as of a full disk, is stored and reported by check() and commit().
     void write(std::string_view bytes);
-    /// Whether a write has failed: long commands stop early.
+    /// Whether a write has failed; lets long commands stop early.
     bool has_failed() const { return failed_errno_ != 0; }
     /// Fails with io, naming the path and the cause, where a write has failed.
     Result<void> check() const;
 
-    /// Makes the file appear. Fails with io, naming the path and the cause; call once.
+    /// Completes the file and gives it its name. Fails with io, naming the path and the cause. Call once.
     Result<void> commit();
 
 private:
@@ -43,7 +43,7 @@ private:
 
     OutputPlace place_;
     std::optional<TemporaryFile> temporary_;
-    std::FILE* direct_ = nullptr;  ///< of a pipe or a device
+    std::FILE* direct_ = nullptr;  ///< stream of a pipe or a device
     int failed_errno_ = 0;
 };
 

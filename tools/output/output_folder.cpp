@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Sources:
-//   G. Fowler, L. C. Noll, K.-P. Vo, D. Eastlake. The FNV non-cryptographic hash algorithm (the hash of contents).
+//   G. Fowler, L. C. Noll, K.-P. Vo, D. Eastlake. The FNV non-cryptographic hash algorithm (hash of contents).
 #include "output/output_folder.h"
 
 #include <fcntl.h>
@@ -82,7 +82,7 @@ Result<std::shared_ptr<OutputFolder>> OutputFolder::open(const std::string& path
         return fail(ErrorCode::io, "cannot read the folder '" + path + "': " + error.message());
     }
     if (clashes.empty()) return folder;
-    // the same one whatever order the file system lists them in
+    // the least name, independent of the order of the directory listing
     const std::string first = *std::min_element(clashes.begin(), clashes.end());
     return fail(
         ErrorCode::io,
@@ -120,13 +120,13 @@ Result<void> OutputFolder::read_list() {
     }
     std::string_view rest = text;
     if (!rest.empty() && !rest.starts_with(kHeading)) {
-        ::close(std::exchange(list_, -1));  // it is the user's: leave it alone
+        ::close(std::exchange(list_, -1));  // a file of the user: must not be changed
         return fail(ErrorCode::io, "'" + path +
                                        "' is not a list of files that terrane wrote; move it, or "
                                        "choose another folder for --out");
     }
     rest.remove_prefix(std::min(rest.size(), kHeading.size()));
-    // A line without its end was being written when the disk was full or the program was killed.
+    // ignores an unterminated last line: the disk was full or the program was killed
     for (std::size_t end = rest.find('\n'); end != std::string_view::npos; end = rest.find('\n')) {
         std::string_view line = rest.substr(0, end);
         rest.remove_prefix(end + 1);
@@ -195,7 +195,7 @@ Result<OutputFolder::Entry> OutputFolder::measure(const std::string& path) {
 
 bool OutputFolder::is_unchanged(const std::string& name, const Entry& entry) const {
     std::error_code error;
-    // a link is not what was written, wherever it leads
+    // a symbolic link was not written by a run, whatever its target
     const fs::file_status status = fs::symlink_status(path_of(name), error);
     if (error || !fs::is_regular_file(status)) return false;
     if (fs::file_size(path_of(name), error) != entry.size || error) return false;

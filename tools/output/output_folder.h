@@ -11,7 +11,7 @@
 
 namespace terrane::tools {
 
-/// The file that lists what runs wrote into a folder.
+/// Name of the list of files that runs wrote into a folder.
 inline constexpr const char* kFileListName = "terrane-files.txt";
 
 /// Name of a picture in a folder: frame_000042.png.
@@ -21,37 +21,37 @@ bool is_frame_name(const std::string& name);
 /// "cannot write '<path>': <why>" with the text of an errno.
 tl::unexpected<Error> cannot_write(const std::string& path, int cause);
 
-/// A folder that a run writes files into. kFileListName in it names every file that a run has written there, with its
-/// size and the hash of its content. A file that the list names and that still holds what was written belongs to an
-/// earlier run and is replaced; every other file, one that the user changed included, is the user's, and neither
-/// removed nor written over.
+/// A folder for the output files of a run. The list kFileListName in it holds the name, size and content hash of every
+/// file written by a run. A listed file with unchanged content belongs to an earlier run and is replaced; every other
+/// file, also a listed one that the user changed, belongs to the user and is neither removed nor overwritten.
 ///
-/// While the object lives, no other run may use the folder (a lock on the list, where the file system has locks).
+/// For the lifetime of the object no other run can use the folder (a lock on the list, where the file system has
+/// locks).
 class OutputFolder {
 public:
-    /// Makes the folder where it is absent, and looks for clashes. Removes nothing yet.
+    /// Creates the folder if necessary, and checks for name clashes. Removes nothing yet.
     ///
     /// @param names      files that the run may write
     /// @param has_frames whether it may write frame_000000.png and so on
     ///
-    /// Fails with io: where the folder cannot be made, the list in it cannot be written or is not one, a file of the
-    /// user's has a name that the run may write (the message names it), or another run uses the folder
+    /// Fails with io where the folder cannot be created, the list is not a list or cannot be written, a file of the
+    /// user has a name that the run may write (the message names it), or another run uses the folder.
     static Result<std::shared_ptr<OutputFolder>> open(const std::string& path,
                                                       std::vector<std::string> names,
                                                       bool has_frames);
     OutputFolder(const OutputFolder&) = delete;
     OutputFolder& operator=(const OutputFolder&) = delete;
-    /// Removes the list where nothing was written.
+    /// Removes the list where no file was recorded.
     ~OutputFolder();
 
     const std::string& path() const { return path_; }
     std::string path_of(const std::string& name) const { return path_ + "/" + name; }
 
-    /// Removes what earlier runs wrote, so that nothing old looks like a part of this one. Fails with io.
+    /// Removes the files of earlier runs. Fails with io.
     Result<void> clear();
 
-    /// Adds a file to the list: `written_path` holds what the folder's file of that name holds, or will hold after a
-    /// rename. Fails with io.
+    /// Adds a file to the list, with size and hash of `written_path`, which is the file or will be renamed to it. Fails
+    /// with io.
     Result<void> record(const std::string& written_path, const std::string& name);
 
 private:
@@ -73,10 +73,10 @@ private:
     std::map<std::string, Entry> entries_;
 };
 
-/// Where a file goes: a path that the user named, or a name in a folder of a run.
+/// Destination of a file: a path named by the user, or a name in an output folder.
 struct OutputPlace {
     std::string path;
-    std::shared_ptr<OutputFolder> folder;  ///< null: the user named the path
+    std::shared_ptr<OutputFolder> folder;  ///< null: path named by the user
     std::string name;                      ///< in the folder
 
     OutputPlace(std::string user_path) : path(std::move(user_path)) {}

@@ -10,20 +10,19 @@
 
 namespace terrane::tools {
 
-/// One line on standard error that says how far a long command is and how long it will still take; nothing at all
-/// where standard error is no terminal, or the command takes less than a third of a second. A thread keeps the line
-/// up to date, also while the command waits for something. The line is wiped when the object goes; let one live at a
-/// time.
+/// A progress line on standard error with the completed share and the remaining time; nothing where standard error is
+/// no terminal, or the command takes less than a third of a second. A thread updates the line, also while the command
+/// blocks. The destructor clears the line. One object at a time.
 class Progress {
 public:
-    /// @param what the command does: "flying"
+    /// @param what activity of the command: "flying"
     explicit Progress(std::string what);
     Progress(const Progress&) = delete;
     Progress& operator=(const Progress&) = delete;
     ~Progress();
 
-    /// Tells which share of the work is done, 0 to 1. Costs next to nothing. The time that is left is taken from the
-    /// speed since the first call.
+    /// Sets the completed share, 0 to 1. The remaining time is extrapolated from the speed since the first call.
+    /// Cost: an atomic store.
     void show(double share);
 
 private:
@@ -31,20 +30,20 @@ private:
 
     std::string what_;
     std::chrono::steady_clock::time_point created_;
-    std::atomic<double> share_{-1.0};  // below 0: not known
+    std::atomic<double> share_{-1.0};  // below 0: unknown
     std::atomic<double> first_share_{0.0};
     std::atomic<std::chrono::steady_clock::time_point> first_shown_{};
     std::mutex mutex_;
     std::condition_variable ends_;
     bool is_over_ = false;
-    std::thread thread_;  // only where there is a terminal
+    std::thread thread_;  // only on a terminal
 };
 
-/// The line of a moment: "flying: 42 %, 1 min 20 s left".
+/// The text of the line: "flying: 42 %, 1 min 20 s left".
 ///
-/// @param share       done, 0 to 1; below 0 where it is not known: then the time that has passed is told
-/// @param elapsed     seconds since the beginning
-/// @param first_share done when the share was first known, `since_first` seconds ago
+/// @param share       completed, 0 to 1; below 0: unknown, the line then shows the elapsed time
+/// @param elapsed     seconds since the start
+/// @param first_share the first known share, `since_first` seconds ago
 std::string format_progress(const std::string& what, double share, double elapsed,
                             double first_share, double since_first);
 

@@ -7,14 +7,14 @@
 
 namespace terrane::tools {
 
-/// What a command found out, on standard output: one line of JSON for machines, whose numbers read back the same; or
-/// a line "key   value" for each key for people, rounded as figure_text() says.
+/// Prints the summary of a command on standard output: one line of JSON with round-trip numbers for scripts, or one
+/// line "key   value" for each key for people, rounded by figure_text().
 void print_summary(const nlohmann::ordered_json& summary, bool as_json);
 
-/// The text that print_summary() prints, line ends included.
+/// The text of print_summary(), with line ends.
 std::string format_summary(const nlohmann::ordered_json& summary, bool as_json);
 
-/// One line of JSON. Text that is no UTF-8 (a path, an echo of input) is made so instead of failing.
+/// One line of JSON. Invalid UTF-8 (in a path, an echo of input) is replaced instead of failing.
 std::string to_line(const nlohmann::ordered_json& value);
 
 }  // namespace terrane::tools

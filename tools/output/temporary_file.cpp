@@ -32,7 +32,7 @@ Result<TemporaryFile> TemporaryFile::beside(const std::string& path) {
     };
     for (int i = 0; i < kMostNames; ++i) {
         const std::string name = path + ".partial" + (i == 0 ? "" : std::to_string(i));
-        // O_EXCL: a file that is there is somebody else's
+        // O_EXCL: an existing file is not ours
         const int descriptor = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
         if (descriptor < 0 && errno == EEXIST) continue;
         if (descriptor < 0) return refuse(errno);
@@ -58,7 +58,7 @@ int TemporaryFile::rename_to(const std::string& path, bool replaces) {
     const unsigned flags = replaces ? 0 : RENAME_NOREPLACE;
     int failed = ::renameat2(AT_FDCWD, path_.c_str(), AT_FDCWD, path.c_str(), flags);
     if (failed != 0 && errno == EINVAL && !replaces) {
-        // a file system without that flag
+        // the file system does not support RENAME_NOREPLACE
         if (::access(path.c_str(), F_OK) == 0) return EEXIST;
         failed = std::rename(path_.c_str(), path.c_str());
     }

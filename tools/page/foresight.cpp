@@ -19,10 +19,11 @@ Foresight::Foresight(const CameraPath& path, const GroundBodies& bodies, const S
 void Foresight::set_trajectories(double time, CameraNeed& camera, std::span<BodyNeed> bodies) {
     if (settings_.is_complete) {
         const double now = settings_.clock + time;
-        camera.trajectory = trajectory_ahead(std::span<const CameraMoment>(camera_trajectory_), now, settings_.horizon);
+        camera.trajectory = trajectory_ahead(std::span<const CameraMoment>(camera_trajectory_), now,
+                                             settings_.horizon);
         for (std::size_t i = 0; i < bodies.size(); ++i) {
-            bodies[i].trajectory =
-                trajectory_ahead(std::span<const BodyMoment>(body_trajectories_[i]), now, settings_.horizon);
+            bodies[i].trajectory = trajectory_ahead(
+                std::span<const BodyMoment>(body_trajectories_[i]), now, settings_.horizon);
         }
         return;
     }
@@ -32,9 +33,9 @@ void Foresight::set_trajectories(double time, CameraNeed& camera, std::span<Body
     }
 }
 
-// Who announces a jump knows where it leads, and goes straight on until then and from there.
+// The trajectory of an announced jump: straight at the current velocity up to the jump, straight from its target after.
 void Foresight::announce_jump(double time, double jump, CameraNeed& camera,
-                          std::span<BodyNeed> bodies) {
+                              std::span<BodyNeed> bodies) {
     const CameraPose now = path_->at(time);
     CameraPose leaving = now, arriving = path_->at(jump), last = arriving;
     const double rest = std::max(0.0, time + settings_.horizon - jump);

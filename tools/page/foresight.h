@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "page/ground_bodies.h"
 #include "camera/camera_path.h"
+#include "page/ground_bodies.h"
 
 #include <terrane/terrain/pager.h>
 
@@ -11,22 +11,23 @@
 
 namespace terrane::tools {
 
-/// What a pager is told of the future, beside velocities: CameraNeed::way and BodyNeed::way.
+/// Known future of a path for a pager: fills CameraNeed::trajectory and BodyNeed::trajectory.
 class Foresight {
 public:
     struct Settings {
-        bool is_complete = false;  ///< all of the path that is left: an oracle
-        double announce = 0.0;     ///< otherwise: jumps, so many seconds ahead
-        double horizon = 0.0;      ///< seconds of the way that are told
-        double clock = 0.0;        ///< the pager's time at the path's beginning, seconds
+        bool is_complete = false;  ///< oracle: the whole remaining path is known
+        double announce = 0.0;     ///< without is_complete: seconds ahead that jumps are known
+        double horizon = 0.0;      ///< length of the trajectories, seconds
+        double clock = 0.0;        ///< the pager's time at the start of the path, seconds
     };
 
-    /// @param path, bodies outlive it
+    /// @param path   must outlive it
+    /// @param bodies must outlive it
     Foresight(const CameraPath& path, const GroundBodies& bodies, const Settings& settings);
 
-    /// Sets the ways, or leaves them empty; what they point to lives until the next call.
+    /// Sets the trajectories that are known, and leaves the others empty. Valid until the next call.
     ///
-    /// @param time seconds of the path
+    /// @param time seconds from the start of the path
     void set_trajectories(double time, CameraNeed& camera, std::span<BodyNeed> bodies);
 
 private:

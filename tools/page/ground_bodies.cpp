@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Sources: M. Roberts. The unreasonable effectiveness of quasirandom sequences. 2018. (where bodies
-//          stand)
+// Sources: M. Roberts. The unreasonable effectiveness of quasirandom sequences. 2018 (positions
+//          of bodies).
 #include "page/ground_bodies.h"
 
 #include <algorithm>
@@ -34,7 +34,7 @@ std::vector<BodyNeed> GroundBodies::needs(const CameraPose& camera) const {
 }
 
 std::vector<BodyMoment> GroundBodies::trajectory(std::size_t body, std::span<const PathMoment> path,
-                                          double clock) const {
+                                                 double clock) const {
     std::vector<BodyMoment> trajectory;
     trajectory.reserve(path.size());
     for (const PathMoment& moment : path) {
@@ -61,7 +61,7 @@ bool has_ground(const ResidentSet& resident, int level, const WorldPos& centre_w
         for (std::int32_t x = index(west, lattice.origin_x); x <= index(east, lattice.origin_x);
              ++x) {
             const ChunkKey key{x, y, static_cast<std::uint8_t>(level)};
-            // the extent's own edge may be the first place of a chunk beyond it
+            // on the edge of the extent the chunk may lie beyond the world
             if (lattice.contains(key) && resident.find(key) == ResidentSet::kNone) return false;
         }
     }

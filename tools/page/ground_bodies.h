@@ -11,33 +11,32 @@
 
 namespace terrane::tools {
 
-/// Balls of a metre's radius on the true ground under a camera: the first below the eye, the others
-/// around it, within 150 m to each side. They keep their places as seen from the eye, and so jump with
-/// it. A pure function of the terrain and the camera.
+/// Spheres of radius 1 m on the true ground under a camera: the first below the eye, the others around it, within 150 m
+/// to each side. Their horizontal offsets from the eye are constant, so that they jump with it. A pure function of the
+/// terrain and the camera.
 class GroundBodies {
 public:
     static constexpr double kRadius = 1.0;  // metres
 
-    /// @param source outlives it
+    /// @param source must outlive it
     GroundBodies(const HeightSource& source, std::size_t count) : source_(&source), count_(count) {}
 
     std::size_t count() const { return count_; }
     WorldPos place(std::size_t body, const CameraPose& camera) const;
-    /// What each of them tells a pager: along with the camera, up and down with the ground.
+    /// The needs of all bodies: horizontal velocity of the camera, vertical velocity from the ground below.
     std::vector<BodyNeed> needs(const CameraPose& camera) const;
-    /// What a body's BodyNeed::way tells of all of a path.
+    /// BodyNeed::trajectory of a body over a whole path.
     ///
-    /// @param clock the pager's time at the path's beginning, seconds
+    /// @param clock the pager's time at the start of the path, seconds
     std::vector<BodyMoment> trajectory(std::size_t body, std::span<const PathMoment> path,
-                                double clock) const;
+                                       double clock) const;
 
 private:
     const HeightSource* source_;
     std::size_t count_;
 };
 
-/// Whether all ground that a ball may touch is there at a level: each chunk under it, as far as there
-/// is ground.
+/// Whether all chunks of a level under a sphere are resident; the part beyond the world does not count.
 bool has_ground(const ResidentSet& resident, int level, const WorldPos& centre_world,
                 double radius);
 

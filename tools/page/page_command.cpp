@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
-#include "options/command.h"
 #include "flight/flight_options.h"
+#include "options/command.h"
 #include "options/idle_flags.h"
-#include "source/limits.h"
 #include "output/interrupt.h"
 #include "output/output_folder.h"
 #include "output/progress.h"
 #include "output/summary.h"
 #include "page/page_options.h"
-#include "page/paging_run.h"
 #include "page/paging_report.h"
+#include "page/paging_run.h"
+#include "source/limits.h"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -24,10 +24,10 @@
 namespace terrane::tools {
 namespace {
 
-/// All that is to be flown. Paths stay where they are.
+/// All runs. Addresses of paths are stable.
 struct Plan {
     std::deque<CameraPath> paths;
-    std::vector<PagingRow> rows;  ///< without their runs yet
+    std::vector<PagingRow> rows;  ///< runs not filled in yet
     std::vector<PagingJob> jobs;
     std::vector<std::size_t> row_of_job;
     std::size_t rows_done = 0;
@@ -95,8 +95,8 @@ void print_heading() {
     std::fwrite(line.data(), 1, line.size(), stdout);
 }
 
-// The best run of each row; rows are printed as they are done. Fails with cancelled where the program was
-// interrupted: then the rows before Plan::rows_done are whole.
+// Plays all runs and keeps the best of each row; prints rows when they are complete. Fails with cancelled where the
+// program was interrupted: then the rows before Plan::rows_done are complete.
 Result<void> play(const PageOptions& options, const Terrain& terrain, Plan& plan) {
     Progress progress("paging");
     ChunkCache chunks(terrain.source, static_cast<std::size_t>(options.cache_mb * 0x1p20));

@@ -130,7 +130,7 @@ PathItem parse_path_item(const std::string& text) {
         item.altitude = parse_number(own.substr(colon + 1));
         is_whole = is_whole && is_positive(item.altitude);
     }
-    // or the @ is a part of the name
+    // otherwise the @ belongs to the name
     return is_whole ? item : PathItem{.name = text, .speed = {}, .altitude = {}};
 }
 

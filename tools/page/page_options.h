@@ -3,8 +3,8 @@
 
 #include "options/command.h"
 #include "options/option_values.h"
-#include "source/terrain_options.h"
 #include "page/paging_table.h"
+#include "source/terrain_options.h"
 
 #include <cstddef>
 #include <limits>
@@ -14,7 +14,7 @@
 
 namespace terrane::tools {
 
-/// What `page` is asked for. Where there are several values, every combination is played.
+/// Options of `page`. Every combination of the lists is played.
 struct PageOptions {
     TerrainOptions terrain;
     std::vector<std::string> paths{"straight"};
@@ -23,7 +23,7 @@ struct PageOptions {
     std::vector<double> bandwidths_mb{100.0};
     std::vector<double> memories_mb{512.0};
     std::vector<PagingChoice> policies{PagingChoice::deadline};
-    std::vector<double> radii{1.0};                              ///< the best one is kept
+    std::vector<double> radii{1.0};                              ///< the best result is kept
     double altitude = std::numeric_limits<double>::quiet_NaN();  ///< NaN: not given
     double seconds = CameraPathSettings::kDefaultSeconds;
     double start = 0.0;
@@ -36,7 +36,7 @@ struct PageOptions {
     std::size_t body_count = 8;
     double horizon = PagerSettings{}.horizon;
     double contact_share = PagerSettings{}.contact_share;
-    VirtualStorage storage;  ///< but for the lists above, and
+    VirtualStorage storage;  ///< without what the lists above and the next members set
     std::size_t slots = 8;
     std::size_t storage_seed = 1;
     std::size_t threads = 1;
@@ -47,7 +47,7 @@ struct PageOptions {
 
 void add_page_options(CLI::App& app, PageOptions& options);
 
-/// A path on the command line: NAME, NAME@SPEED or NAME@SPEED:ALTITUDE, where NAME may be a file.
+/// A path on the command line: NAME, NAME@SPEED or NAME@SPEED:ALTITUDE; NAME may be a file.
 struct PathItem {
     std::string name;
     std::optional<double> speed;
@@ -55,17 +55,16 @@ struct PathItem {
 };
 PathItem parse_path_item(const std::string& text);
 
-/// Refuses what no single option shows to be wrong. Fails with exit_usage.
+/// Checks combinations of options. Fails with exit_usage.
 CommandResult<void> check(const PageOptions& options);
 
-/// Refuses flags that were given and change nothing, but for --announce-s. Fails with exit_usage.
+/// Fails with exit_usage for given flags without effect, except --announce-s.
 CommandResult<void> refuse_idle_page_flags(const PageOptions& options, const CLI::App& command);
 
-/// Every combination but that of policies, in the order of the lists: path, speed, latency, bandwidth,
-/// memory.
+/// Every combination without policies, in lexicographic order of path, speed, latency, bandwidth, memory.
 std::vector<PagingCell> list_cells(const PageOptions& options);
 
-/// What a run of one cell takes, for one policy and its radius.
+/// Settings of the run of one cell with one policy and radius.
 PagingRunSettings run_settings(const PageOptions& options, const PagingCell& cell,
                                PagingChoice policy, double radius);
 

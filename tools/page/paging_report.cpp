@@ -9,7 +9,7 @@
 namespace terrane::tools {
 namespace {
 
-// JSON knows no infinity: a ratio over nothing is shown as such.
+// JSON has no infinity: shows the ratio as text.
 nlohmann::ordered_json ratio(const std::optional<double>& value) {
     if (!value) return nullptr;
     if (std::isinf(*value)) return "inf";

@@ -9,13 +9,13 @@
 
 namespace terrane::tools {
 
-/// Cells whose errors over time are drawn, at most; of more there is only the table.
+/// With more cells than this the report has the table only, without plots of the error over time.
 inline constexpr std::size_t kMostPlottedCells = 6;
 
-/// The report of flights over simulated storage: a row for each cell, the policies side by side, what
-/// missed its target marked; of a few cells with frames their errors over time.
+/// Writes the report of flights over simulated storage: one row for each cell with the policies side by side, missed
+/// targets marked; for few cells with frames also their errors over time.
 ///
-/// Fails with io, naming the place.
+/// Fails with io, naming the path.
 Result<void> write_paging_report(const OutputPlace& place, const ReportHeader& header,
                                  std::span<const PagingRow> rows);
 

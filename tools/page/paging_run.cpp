@@ -19,14 +19,15 @@
 namespace terrane::tools {
 namespace {
 
-// The pager's time at the beginning of a flight: later than the storage's clock can be after it has
-// loaded what the first frame needs, and still exact to a nanosecond.
+// The pager's time at the start of a flight: later than the storage's clock can be after loading for the first frame,
+// and still exact to a nanosecond.
 constexpr double kClock = 0x1p20;
-// How far the future is told beyond the pager's horizon, seconds.
+// Length of trajectories beyond the pager's horizon, seconds.
 constexpr double kBeyondHorizon = 1.0;
 
-// Loads what the first frame needs; storage that fails is asked again when the pager may.
-Result<void> load_first_frame(FrameMaker& maker, const View& view, std::span<const BodyNeed> bodies) {
+// Loads what the first frame needs; retries failed loads after the pager's delay.
+Result<void> load_first_frame(FrameMaker& maker, const View& view,
+                              std::span<const BodyNeed> bodies) {
     constexpr int kMostTries = 64;
     constexpr double kLongestRetry = 11.0;  // seconds; the pager waits 10 at most
     for (int i = 0; i < kMostTries; ++i) {
@@ -58,7 +59,7 @@ PagingTotals add_up(const PagingRun& run, const PagerStats& before, double fps) 
     for (const std::size_t late : run.contact_late) totals.contact_late += late;
     const PagerStats& after = run.frames.back().paging;
     totals.bytes_loaded = after.bytes_read - before.bytes_read;
-    // what was read before the flight and used in it is not of the flight
+    // chunks read before the flight and used in it do not count
     const std::uint64_t used = after.bytes_used - before.bytes_used;
     totals.bytes_wasted = totals.bytes_loaded - std::min(used, totals.bytes_loaded);
     totals.peak_bytes = after.peak_bytes;
@@ -102,7 +103,8 @@ Result<PagingRun> run_paging(std::shared_ptr<const HeightSource> source, ChunkCa
                          .horizon = horizon + kBeyondHorizon,
                          .clock = kClock});
     const CameraPose start = path.at(0.0);
-    const Result<void> loaded = load_first_frame(*maker, view_at(settings.view, start), bodies.needs(start));
+    const Result<void> loaded =
+        load_first_frame(*maker, view_at(settings.view, start), bodies.needs(start));
     if (!loaded) return tl::unexpected(loaded.error());
     const PagerStats before = maker->pager().stats();
 
@@ -155,7 +157,7 @@ Result<void> play_all(std::shared_ptr<const HeightSource> source, ChunkCache& ch
             done.notify_all();
         }
     };
-    // last: its threads end before what they use goes
+    // declared last: the threads end before the objects that they use
     std::vector<std::jthread> threads;
     for (std::size_t i = 0; i < std::min(thread_count, jobs.size()); ++i) {
         threads.emplace_back(work);

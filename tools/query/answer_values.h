@@ -13,7 +13,7 @@ nlohmann::ordered_json as_array(const Eigen::Vector3d& v);
 /// `{"vertex":i}`, `{"edge":[i,j]}` or `{"face":i}`, numbered as ShapeFeature says.
 nlohmann::ordered_json as_object(const ShapeFeature& feature);
 
-/// Writes the status of an answer that cannot be used; false where it can.
+/// Writes the status of an unusable answer; false where the answer is usable.
 bool write_fault(QueryStatus status, nlohmann::ordered_json& answer);
 
 }  // namespace terrane::tools

@@ -13,7 +13,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// More than find_contacts() ever writes.
+// Upper bound of the contacts of find_contacts().
 constexpr std::size_t kMaxPairContacts = 128;
 
 Json as_json(const PairContact& contact) {

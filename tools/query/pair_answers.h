@@ -5,7 +5,7 @@
 
 #include <terrane/collision/ground_cast.h>
 
-// Answers to questions whose `other` is a shape: the ground has no part in them.
+// Answers to questions with a shape as `other`: they do not use the ground.
 namespace terrane::tools {
 
 void answer_pair(const ShapeQuestion& question, const OtherShape& other,
@@ -15,7 +15,7 @@ void answer_pair_cast(const CastQuestion& question, const OtherShape& other,
 void answer_shape_ray(const RayQuestion& question, const OtherShape& other,
                       nlohmann::ordered_json& answer);
 
-/// The motion of a shape from its pose to another, turning the shorter way.
+/// The motion from a pose to another one, rotating by the smaller angle.
 Motion motion_to(const Pose& start, const WorldPos& to_world, const Eigen::Matrix3d& to_rotation);
 
 }  // namespace terrane::tools

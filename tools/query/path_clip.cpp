@@ -12,7 +12,8 @@ std::vector<WorldRect> cut_path(const WorldPos& from_world, const WorldPos& to_w
     const std::array<double, 2> low{extent.west - reach, extent.south - reach};
     const std::array<double, 2> high{extent.east + reach, extent.north + reach};
     const std::array<double, 2> from{from_world.x(), from_world.y()};
-    const std::array<double, 2> displacement{to_world.x() - from_world.x(), to_world.y() - from_world.y()};
+    const std::array<double, 2> displacement{to_world.x() - from_world.x(),
+                                             to_world.y() - from_world.y()};
     double enter = 0.0;
     double leave = 1.0;
     for (std::size_t axis = 0; axis < 2; ++axis) {
@@ -26,7 +27,8 @@ std::vector<WorldRect> cut_path(const WorldPos& from_world, const WorldPos& to_w
         leave = std::min(leave, std::max(t0, t1));
     }
     if (enter > leave) return {};
-    const double length = (leave - enter) * std::sqrt(displacement[0] * displacement[0] + displacement[1] * displacement[1]);
+    const double length = (leave - enter) * std::sqrt(displacement[0] * displacement[0] +
+                                                      displacement[1] * displacement[1]);
     const auto count = static_cast<std::size_t>(std::max(1.0, std::ceil(length / side)));
     std::vector<WorldRect> pieces;
     pieces.reserve(count);

@@ -8,12 +8,12 @@
 
 namespace terrane::tools {
 
-/// Rectangles that together hold a straight way's footprint, `reach` to each side, in its order: what
-/// is not over the extent is left out, and each piece of the way is at most `side` long.
+/// Rectangles that cover the part of a segment above the extent, with `reach` to each side, in order along it. Each
+/// rectangle covers a piece of at most `side` metres.
 std::vector<WorldRect> cut_path(const WorldPos& from_world, const WorldPos& to_world, double reach,
                                 double side, const WorldRect& extent);
 
-/// How far a point's place in the plane is from a rectangle; 0 inside.
+/// Horizontal distance of a point from a rectangle; 0 inside.
 double distance_beside(const WorldPos& p_world, const WorldRect& rect);
 
 }  // namespace terrane::tools

@@ -42,7 +42,7 @@ bool is_absent(const Answer& answer) {
     return answer.status == decltype(answer.status)::not_resident;
 }
 
-/// Asks, and asks again when what was absent around a shape is there.
+/// Calls `ask`; where ground around a shape is not resident, loads it and calls `ask` again.
 template <class Ask>
 auto ask_around(QueryGround& ground, const WorldPos& centre_world, double reach, Ask ask) {
     auto answer = ask();
@@ -54,8 +54,8 @@ auto ask_around(QueryGround& ground, const WorldPos& centre_world, double reach,
     return answer;
 }
 
-/// Asks along a way, and loads it piece by piece until the answer is there: a way that soon ends at
-/// the ground never loads what lies behind.
+/// Calls `ask` while loading ground along a segment in growing batches, until the answer is complete: a motion that
+/// ends early at the ground loads nothing beyond.
 template <class Ask>
 auto ask_along(QueryGround& ground, const WorldPos& from_world, const WorldPos& to_world,
                double reach, Ask ask) {
@@ -146,8 +146,8 @@ void answer_find(const ShapeQuestion& question, double reach, QueryGround& groun
     answer["error_m"] = found.error_m;
 }
 
-/// How far from the shape the nearest ground is at most, where the lift says so: straight down. Where
-/// the shape is beside the ground, it is looked for in growing squares.
+/// Signed distance, searched within a growing distance: over ground it starts with the vertical gap, which the lift
+/// gives; beside the ground with the horizontal distance of the extent.
 void answer_distance(const ShapeQuestion& question, double lift, double reach, QueryGround& ground,
                      Json& answer) {
     const WorldPos& centre_world = question.world_from_shape.translation;
@@ -184,7 +184,7 @@ void answer_shape(const ShapeQuestion& question, QueryGround& ground, Json& answ
     const double reach = bounding_radius(question.shape);
     LiftAnswer found{.status = QueryStatus::complete,
                      .lift = -std::numeric_limits<double>::infinity()};
-    // Far from all ground nothing is asked: cells there have no numbers.
+    // no query far outside the extent, where cell indices would overflow
     if (distance_beside(centre_world, ground.ground().extent()) <= reach) {
         found = ask_around(ground, centre_world, reach, [&] {
             return compute_lift(question.shape, question.world_from_shape, ground.ground());
@@ -234,7 +234,7 @@ void answer_cast(const CastQuestion& question, QueryGround& ground, Json& answer
     const ContactAnswer patch = ask_around(ground, touching.translation, reach, [&] {
         return find_all(question.shape, touching, ground.ground(), settings.tolerance, contacts);
     });
-    // The cast has the last word where its touch is a hair beyond what the pose shows.
+    // the cast may report a touch that is just beyond the tolerance at the final pose: use its contact
     if (contacts.empty()) contacts.push_back(found.contact);
     write_contacts(patch, contacts, answer);
     answer["error_m"] = found.error_m;
@@ -268,7 +268,7 @@ nlohmann::ordered_json answer_query(const QueryLine& line, QueryGround& ground) 
         swept->other ? answer_pair_cast(*swept, *swept->other, answer)
                      : answer_cast(*swept, ground, answer);
     }
-    ground.let_go();
+    ground.release();
     return answer;
 }
 

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "query/query_ground.h"
 #include "query/parsing/query_parsing.h"
+#include "query/query_ground.h"
 
 #include <nlohmann/json.hpp>
 
 namespace terrane::tools {
 
-/// Answers one line: the id, `status`, and what was asked for.
+/// Answers one line with the id, `status` and the result.
 ///
-/// The answer depends on the terrain and the contact spacing alone, not on what was asked before; only
-/// a memory ceiling that the question does not fit under makes it `not_resident`.
+/// The answer depends only on the terrain and the contact spacing, not on earlier questions; it is `not_resident` only
+/// where the question needs more than the memory limit.
 nlohmann::ordered_json answer_query(const QueryLine& line, QueryGround& ground);
 
 /// `{"status":"invalid","message":..}`, as answer_query() gives for a bad line.

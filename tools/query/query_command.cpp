@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "options/command.h"
-#include "source/limits.h"
 #include "options/option_values.h"
-#include "source/terrain_options.h"
 #include "output/summary.h"
 #include "query/parsing/line_reader.h"
 #include "query/query_answers.h"
+#include "source/limits.h"
+#include "source/terrain_options.h"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -49,7 +49,7 @@ CommandResult<void> run_query(const QueryOptions& options) {
                 : to_line(answer_query(parse_query(line), *ground));
         std::fwrite(answer.data(), 1, answer.size(), stdout);
         std::fputc('\n', stdout);
-        // A full disk: main() says so.
+        // a full disk: main() reports it
         if (std::ferror(stdout) != 0) return {};
     }
 }

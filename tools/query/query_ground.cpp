@@ -12,7 +12,7 @@ QueryGround::QueryGround(Pager pager, std::size_t max_chunks)
 
 Result<QueryGround> QueryGround::create(std::shared_ptr<const HeightSource> source,
                                         const QueryGroundSettings& settings) {
-    // Without workers update() loads all that is asked for, so that no answer depends on time.
+    // without workers update() loads everything requested, so that no answer depends on time
     Result<Pager> pager =
         Pager::create(std::move(source), {.memory_bytes = settings.memory_bytes,
                                           .worker_count = 0,
@@ -31,7 +31,7 @@ bool QueryGround::load(const WorldRect& region) {
         std::max(region.west - margin, extent.west), std::max(region.south - margin, extent.south),
         std::min(region.east + margin, extent.east), std::min(region.north + margin, extent.north)};
     if (!(wanted.west <= wanted.east && wanted.south <= wanted.north)) return true;
-    // What can never fit is not begun.
+    // refuses at once what can never fit
     const double side = margin * kChunkCells;
     const double chunk_count = std::floor((wanted.east - wanted.west) / side) *
                                std::floor((wanted.north - wanted.south) / side);
@@ -40,7 +40,7 @@ bool QueryGround::load(const WorldRect& region) {
     const Pager::Ticket ticket = pager_.require(wanted, time_s_);
     held_.push_back(ticket);
     const int level = ground_->level();
-    // The old set must go first: what only it holds counts against the ceiling.
+    // release the old set first: chunks that only it refers to count against the memory limit
     ground_.reset();
     time_s_ += 1.0;
     pager_.update({}, {}, time_s_);
@@ -48,7 +48,7 @@ bool QueryGround::load(const WorldRect& region) {
     return pager_.is_ready(ticket);
 }
 
-void QueryGround::let_go() {
+void QueryGround::release() {
     for (const Pager::Ticket ticket : held_) pager_.release(ticket);
     held_.clear();
 }

@@ -16,24 +16,24 @@ struct QueryGroundSettings {
     std::size_t memory_bytes = std::size_t{1} << 30;
 };
 
-/// Ground that is loaded where it is asked for, and stays until the memory ceiling needs its place.
+/// Ground loaded on demand; evicted only when the memory limit requires it.
 ///
-/// Ask first, and load only what the answer says is absent: what is resident costs no update.
+/// Query first and load() only where the answer is not_resident: resident ground costs no update.
 class QueryGround {
 public:
     /// Fails as Pager::create().
     static Result<QueryGround> create(std::shared_ptr<const HeightSource> source,
                                       const QueryGroundSettings& settings);
 
-    /// Changes with load().
+    /// Replaced by load().
     const Ground& ground() const { return *ground_; }
 
-    /// Loads the ground of a rectangle, and one cell around it; it stays until let_go(). False where
-    /// it does not fit beside what is held, or the source cannot be read.
+    /// Loads the ground of a rectangle and one cell around it, and keeps it until release(). False where it does not
+    /// fit in memory together with what is kept, or the source cannot be read.
     bool load(const WorldRect& region);
 
-    /// Lets go of what load() brought: it may be evicted when something else is loaded.
-    void let_go();
+    /// Allows eviction of everything loaded.
+    void release();
 
 private:
     QueryGround(Pager pager, std::size_t max_chunks);
@@ -41,8 +41,8 @@ private:
     Pager pager_;
     std::optional<Ground> ground_;
     std::vector<Pager::Ticket> held_;
-    std::size_t max_chunks_ = 0;  ///< that fit under the ceiling
-    double time_s_ = 0.0;         ///< counts loads: only order matters
+    std::size_t max_chunks_ = 0;  ///< capacity of the memory limit
+    double time_s_ = 0.0;         ///< number of loads: only the order matters
 };
 
 }  // namespace terrane::tools

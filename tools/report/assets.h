@@ -5,7 +5,7 @@
 
 namespace terrane::tools::assets {
 
-// Texts that the build puts into the program: see embed.cmake.
+// Texts embedded by the build: see embed.cmake.
 extern const std::string_view report_html;
 extern const std::string_view report_js;
 extern const std::string_view flight_js;

@@ -1,4 +1,4 @@
-// Fills the report of one flight.
+// Content of the report of one flight.
 const s = data.summary;
 const tiles = [
   ["frames", short(s.frames), false],

@@ -1,4 +1,4 @@
-// Fills the report of flights over simulated storage: a row for each cell, the policies side by side.
+// Content of the report of flights over simulated storage: one row for each cell, the policies side by side.
 const policies = ["deadline", "distance", "oracle"].filter(
   policy => data.cells.some(cell => policy in cell.runs));
 const anyRun = cell => Object.values(cell.runs)[0];
@@ -7,7 +7,7 @@ const percent = share => (100 * share).toFixed(1);
 const figure = value => value < 100 ? value.toFixed(2)
   : value.toLocaleString("en-US", {maximumFractionDigits: 0});
 
-// [heading, key that a missed target names, what a run shows, [ratio's heading, ratio's key, target]]
+// [heading, key of the target, value of a run, [heading of the ratio, key of the ratio, target]]
 const groups = [
   ["late frames", "late_frames", run => short(run.late_frames),
     ["of distance", "late_ratio", data.targets.late]],
@@ -27,7 +27,7 @@ const places = [
 ];
 const ratioText = value => value === null ? "" : value === "inf" ? "∞" : figure(value);
 
-// A missed target is marked where our own policy's figure stands; the ceiling is everybody's.
+// Missed targets are marked at the policy `deadline`, the memory limit at every policy.
 const isMissed = (cell, key, policy) => cell.missed.includes(key) &&
   (policy === "deadline" || key === "peak_bytes");
 

@@ -42,7 +42,7 @@ std::string escaped(std::string_view text) {
     return result;
 }
 
-// JSON that may stand inside a script element.
+// JSON escaped for a script element.
 std::string script_safe(const nlohmann::ordered_json& value) {
     std::string text = value.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
     for (std::size_t at = text.find('<'); at != std::string::npos; at = text.find('<', at)) {
@@ -51,7 +51,7 @@ std::string script_safe(const nlohmann::ordered_json& value) {
     return text;
 }
 
-// Fills the places {{NAME}} of a template, in one pass, so that what is filled in is not searched.
+// Replaces {{NAME}} in a template, in one pass, so that inserted text is not searched.
 std::string filled(std::string_view text,
                    const std::vector<std::pair<std::string_view, std::string>>& values) {
     std::string result;

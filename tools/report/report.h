@@ -12,30 +12,28 @@
 
 namespace terrane::tools {
 
-/// What a report says beside its plots.
+/// Text of a report.
 struct ReportHeader {
     std::string title;         ///< "Flight over jacksboro.tif"
-    std::string command_line;  ///< that made it
+    std::string command_line;  ///< that wrote the report
     std::string film;          ///< a file beside the report, such as flight.mp4; "" for none
     nlohmann::ordered_json summary;
 };
 
-/// Writes one HTML page with everything in it, plots' library included, that opens without a network.
+/// Writes one self-contained HTML page, with the plot library, that needs no network.
 ///
-/// @param data   what the script reads, but for the summary, which is added to it
-/// @param script what fills the page, on top of report.js: one of the assets
+/// @param data   input of the script; the summary is added to it
+/// @param script that makes the content, with the functions of report.js: one of the assets
 ///
-/// Fails with io, naming the place; no half page is left.
+/// Fails with io, naming the path; leaves no incomplete page.
 Result<void> write_report(const OutputPlace& place, const ReportHeader& header,
                           nlohmann::ordered_json data, std::string_view script);
 
-/// A value of each frame, thinned where there are more than about two thousand: each is then the
-/// largest of its share.
+/// A value of each frame; more than about 2000 frames are grouped, with the largest value of each group.
 nlohmann::ordered_json thinned(std::span<const FrameRecord> frames,
                                const std::function<double(const FrameRecord&)>& get);
 
-/// The command line that this process was started with, as a person would type it again; "terrane"
-/// where the system does not tell.
+/// The command line of this process, quoted for a shell; "terrane" where the system does not provide it.
 std::string own_command_line();
 
 }  // namespace terrane::tools

@@ -1,4 +1,4 @@
-// What reports of every kind are put together from; the page carries their data as JSON.
+// Functions shared by all reports; the page contains the data as JSON.
 "use strict";
 
 const data = JSON.parse(document.getElementById("data").textContent);
@@ -8,7 +8,7 @@ const short = value => {
   if (Number.isInteger(value)) return value.toLocaleString("en-US");
   return Number(value.toPrecision(4)).toString();
 };
-// Of a certified bound: never less than it is.
+// Rounds up, for certified bounds.
 const bound = value => {
   if (value === null || !(value > 0)) return short(value);
   const step = 10 ** (Math.floor(Math.log10(value)) - 3);
@@ -24,7 +24,7 @@ function element(kind, text, className) {
   return made;
 }
 
-// --- the figures that a person looks for first: [label, value, whether it is bad]
+// --- key figures: [label, value, whether it is bad]
 function showTiles(tiles) {
   for (const [label, value, isBad] of tiles) {
     const tile = element("div", undefined, isBad ? "tile bad" : "tile");
@@ -38,7 +38,7 @@ function showSummary() {
     const row = document.getElementById("summary").insertRow();
     const name = row.insertCell();
     name.textContent = title;
-    name.title = key;  // as --json names it
+    name.title = key;  // the key of --json
     const cell = row.insertCell();
     cell.textContent = text;
     if (note) cell.append(element("small", " " + note));
@@ -78,7 +78,7 @@ function drawPlot({time, series}, canvas) {
   });
 }
 
-// Draws charts, and draws them again when the page changes its colours: makeCharts returns them.
+// Draws the charts that makeCharts returns, and redraws them when the colour scheme changes.
 function keepDrawn(makeCharts) {
   let charts = [];
   const draw = () => {

@@ -1,9 +1,9 @@
-// Fills the report of the study of many bodies: a card for each table, with a plot of its logarithms.
+// Content of the report of the study of many bodies: a card for each table, with a log-log plot.
 const colours = {published: "--soft", sap: "--main", grid: "--limit", "two-scene": "--second"};
 const series = table => Object.keys(table.slopes);
 const milliseconds = value => value === undefined ? "" : Number(value.toPrecision(3)).toString();
 
-// [heading, what a point shows] of a table
+// [heading, value of a point] of the columns of a table
 function columnsOf(table) {
   const columns = [[table.x_name, point => short(point.x)]];
   const isPublished = table.points.some(point => "published_query_ms" in point);

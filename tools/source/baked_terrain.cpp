@@ -9,7 +9,7 @@ namespace terrane::tools {
 namespace {
 
 std::string user_cache_folder() {
-    // A relative one is to be ignored: XDG Base Directory Specification 0.8.
+    // relative paths must be ignored: XDG Base Directory Specification 0.8
     const char* const xdg = std::getenv("XDG_CACHE_HOME");
     if (xdg != nullptr && xdg[0] == '/') return std::string(xdg) + "/terrane";
     const char* const home = std::getenv("HOME");
@@ -62,7 +62,7 @@ CommandResult<Terrain> open_baked(const std::string& path) {
         dem.scale_error = note.at("scale_error").get<double>();
         terrain.dem = dem;
     } catch (const nlohmann::json::exception&) {
-        // Of another program: the terrain is whole without it.
+        // note of another program: the terrain is complete without it
     }
     return terrain;
 }

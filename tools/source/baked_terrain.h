@@ -7,15 +7,14 @@
 
 namespace terrane::tools {
 
-/// What a baked terrain says of the raster that it was made of, as the note of its store; "" where there was
-/// none.
+/// The description of the raster of a terrain, for the note of its store; "" without a raster.
 std::string note_of(const Terrain& terrain);
 
-/// Opens a terrain that `terrane bake` wrote.
+/// Opens a terrain written by `terrane bake`.
 CommandResult<Terrain> open_baked(const std::string& path);
 
-/// Where --cache says that bounds are kept: in the user's cache folder for "", which is
-/// $XDG_CACHE_HOME/terrane or ~/.cache/terrane; nowhere where there is no such folder to be named.
+/// The cache of bounds that --cache selects. "": the user's cache folder, $XDG_CACHE_HOME/terrane or ~/.cache/terrane;
+/// none where neither variable is set.
 DemCache choose_cache(const std::string& option);
 
 }  // namespace terrane::tools

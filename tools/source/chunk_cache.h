@@ -11,16 +11,14 @@
 
 namespace terrane::tools {
 
-/// Chunks of one terrain, made once and kept while there is room, so that many flights over it do not
-/// make them again. Those that were asked for longest ago go first.
+/// A least-recently-used cache of the chunks of one terrain, shared by many flights over it.
 ///
-/// Threads: any number at once. Two that ask for the same chunk at the same time may both make it: it
-/// is the same.
+/// Threads: any number at once. Two threads that request the same absent chunk may both make it; the results are equal.
 class ChunkCache {
 public:
     ChunkCache(std::shared_ptr<const HeightSource> source, std::size_t most_bytes);
 
-    /// As make_chunk(). What fails is not kept.
+    /// As make_chunk(). Failures are not cached.
     Result<std::shared_ptr<const Chunk>> get(const ChunkKey& key);
 
 private:
@@ -36,7 +34,7 @@ private:
     std::size_t most_bytes_;
     std::mutex mutex_;
     std::unordered_map<ChunkKey, Entry, ChunkKeyHash> entries_;
-    std::list<ChunkKey> turns_;  // the one that was asked for last is the last one
+    std::list<ChunkKey> turns_;  // by last use, the latest at the end
     std::size_t bytes_ = 0;
 };
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "options/command.h"
-#include "source/terrain_options.h"
 #include "output/summary.h"
+#include "source/terrain_options.h"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -16,7 +16,7 @@ struct InfoOptions {
     bool json = false;
 };
 
-/// "X = centre_x + x / metres_per_unit_x", in the words of the raster's CRS.
+/// "X = centre_x + x / metres_per_unit_x" with the axis names of the raster's CRS.
 std::string format_crs_from_world(const DemInfo& dem) {
     const char* const east = dem.geographic ? "longitude" : "easting";
     const char* const north = dem.geographic ? "latitude" : "northing";
@@ -39,7 +39,7 @@ nlohmann::ordered_json describe(const Terrain& terrain) {
     nlohmann::ordered_json info;
     info["terrain"] = terrain.name;
     info["extent_m"] = {extent.west, extent.south, extent.east, extent.north};
-    // A raster is described by its samples; a fractal can only tell what it never leaves.
+    // of a raster the range of its samples; of a fractal a guaranteed interval
     info["min_m"] = terrain.dem ? terrain.dem->min_m : guaranteed.low;
     info["max_m"] = terrain.dem ? terrain.dem->max_m : guaranteed.high;
     info["guaranteed_m"] = {guaranteed.low, guaranteed.high};
@@ -47,7 +47,7 @@ nlohmann::ordered_json describe(const Terrain& terrain) {
     info["root_size_m"] = lattice.root_size();
     info["roots"] = {lattice.root_count_x, lattice.root_count_y};
     info["finest_spacing_m"] = lattice.spacing;
-    // Cells are counted from here; those of an even index sum are cut from south-west to north-east.
+    // origin of cell indices; cells with an even index sum are split from south-west to north-east
     info["lattice_origin_m"] = {lattice.origin_x, lattice.origin_y};
     info["quantum_m"] = lattice.quantum;
     info["crs"] = terrain.dem ? terrain.dem->crs : std::string();
@@ -86,7 +86,7 @@ void add_info_command(CLI::App& app, CommandContext& context) {
     const auto options = std::make_shared<InfoOptions>();
     CLI::App* info = app.add_subcommand(
         "info",
-        "Describes a terrain: extent, heights, levels, and the way back to its coordinates");
+        "Describes a terrain: extent, heights, levels, and the conversion to its coordinates");
     add_terrain_options(*info, options->terrain);
     info->add_flag("--json", options->json, "Print one JSON object");
     info->footer("Example: terrane info --dem tools/data/jacksboro.tif --json");

@@ -34,7 +34,7 @@ CommandResult<void> check_memory(const Terrain& terrain, double memory_mb) {
     const std::size_t roots = count_roots(terrain);
     const double least = static_cast<double>(roots * Chunk::max_bytes()) / 0x1p20;
     if (memory_mb >= least) return {};
-    // rounded up, so that what the message says is enough
+    // rounded up, so that the value in the message is enough
     return failure(
         fmt::format("--memory-mb must be at least {:.6g} for this terrain, room for {}, got {:.6g}",
                     std::ceil(least * 1e3) / 1e3, root_squares(roots), memory_mb));

@@ -8,11 +8,11 @@
 
 namespace terrane::tools {
 
-/// Most triangles that a budget can allow.
+/// Largest triangle budget.
 inline constexpr std::size_t kMostTriangles = 1'000'000'000;
 
-/// Refuse a --budget of triangles or a --memory-mb that does not hold the terrain's root squares, which are always
-/// there. Fail with exit_failed: how many there are is the terrain's affair.
+/// Check that --budget (triangles) and --memory-mb hold the root squares of the terrain, which are always resident.
+/// Fail with exit_failed, not exit_usage, because their number depends on the terrain.
 CommandResult<void> check_budget(const Terrain& terrain, std::size_t budget);
 CommandResult<void> check_memory(const Terrain& terrain, double memory_mb);
 

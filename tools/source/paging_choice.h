@@ -8,14 +8,14 @@
 
 namespace terrane::tools {
 
-/// What a --policy chooses chunks by.
+/// Values of --policy.
 enum class PagingChoice {
     deadline,  ///< PagingPolicy::deadline
     distance,  ///< PagingPolicy::distance
-    oracle,    ///< PagingPolicy::deadline that is told the true future of cameras and bodies
+    oracle,    ///< PagingPolicy::deadline with the true trajectories of cameras and bodies
 };
 
-/// As PagingChoice numbers them.
+/// In the order of PagingChoice.
 std::vector<std::string> paging_choice_names();
 const char* name_of(PagingChoice choice);
 PagingPolicy pager_policy(PagingChoice choice);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Sources: A. K. Parekh, R. G. Gallager. A generalized processor sharing approach to flow control in
-//          integrated services networks. 1993 (virtual time: what each transfer has got is counted
-//          once for all).
+//          integrated services networks. 1993 (virtual time: one counter of the
+//          service per transfer serves all transfers).
 #include "source/slow_heights.h"
 
 #include <terrane/terrain/chunk.h>
@@ -67,7 +67,7 @@ void SlowHeights::wait_for_storage() const {
     if (std::isinf(bandwidth_)) return;
     std::unique_lock lock(mutex_);
     const double transfer = pipe_.begin(now_s(), static_cast<double>(Chunk::max_bytes()));
-    changed_.notify_all();  // the others now end later
+    changed_.notify_all();  // all other transfers end later now
     while (!pipe_.is_done(now_s(), transfer)) {
         changed_.wait_until(lock, time_point(pipe_.next_end()));
     }

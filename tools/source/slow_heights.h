@@ -11,17 +11,17 @@
 
 namespace terrane::tools {
 
-/// A pipe whose bandwidth all transfers under way share evenly. Times are the caller's, seconds that do
-/// not go back. Threads: one at a time.
+/// A pipe whose bandwidth all active transfers share equally. The caller passes the time, seconds; it must not
+/// decrease. Threads: one at a time.
 class FairPipe {
 public:
-    /// @param bandwidth bytes a second, > 0
+    /// @param bandwidth bytes/s, > 0
     explicit FairPipe(double bandwidth) : bandwidth_(bandwidth) {}
 
-    /// Begins a transfer; returns what names it.
+    /// Begins a transfer; returns its id.
     double begin(double now, double bytes);
     bool is_done(double now, double transfer);
-    /// When the next transfer ends, if no other begins before. Requires one under way.
+    /// When the next transfer ends, if no other begins before. Requires an active transfer.
     double next_end() const;
 
 private:
@@ -29,21 +29,19 @@ private:
 
     double bandwidth_;
     double time_ = 0.0;
-    double share_ = 0.0;  // bytes that a transfer from the beginning on would have got so far
-    std::multiset<double> ends_;  // shares at which transfers end
+    double share_ = 0.0;  // bytes that a transfer active since the start would have received
+    std::multiset<double> ends_;  // values of share_ at which the active transfers end
 };
 
-/// A source behind slow storage, in real time: the samples of a chunk arrive after a latency and through
-/// a pipe that all threads share evenly, as if they were the whole chunk. Everything else is answered
-/// at once: it is sample() that make_chunk() calls once. A chunk that the source holds ready made arrives in
-/// the same way.
+/// Simulates slow storage in real time: sample() and stored_chunk() take a latency plus the transfer of a whole chunk
+/// through a pipe that all threads share equally. make_chunk() calls sample() once. Everything else is immediate.
 class SlowHeights final : public HeightSource {
 public:
     /// @param latency   seconds from a request to its first byte, >= 0
-    /// @param bandwidth bytes a second, > 0; infinite for no limit
+    /// @param bandwidth bytes/s, > 0; infinite: no limit
     SlowHeights(std::shared_ptr<const HeightSource> source, double latency, double bandwidth);
 
-    /// From now on storage is slow; before, it is not. Threads: any.
+    /// Starts the simulation; before this call storage is fast. Threads: any.
     void begin() { is_slow_ = true; }
 
     double height(double x, double y) const override;

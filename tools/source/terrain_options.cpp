@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "source/terrain_options.h"
 
-#include "source/baked_terrain.h"
 #include "options/option_values.h"
 #include "output/progress.h"
+#include "source/baked_terrain.h"
 
 #include <terrane/store/chunk_store.h>
 
@@ -26,7 +26,7 @@
 namespace terrane::tools {
 namespace {
 
-/// Finer than a fractal's lattice can be, or so coarse that a root square has no chunk.
+/// Range of the spacing: a finer lattice is not representable, a coarser one leaves no chunk in a root square.
 constexpr int kFinestLog2 = -15, kCoarsestLog2 = 9;
 
 constexpr double kMebibyte = 1024.0 * 1024.0;
@@ -35,7 +35,7 @@ constexpr const char* kGdalCache_mb = "256";
 
 std::string quoted(const std::string& text) { return "'" + text + "'"; }
 
-/// As FractalKind numbers them.
+/// In the order of FractalKind.
 constexpr std::string_view kFractalKinds[] = {"fbm", "ridged", "hybrid", "warped"};
 
 std::optional<FractalKind> parse_fractal_kind(std::string_view text) {
@@ -58,8 +58,8 @@ CommandResult<Terrain> open_fractal(const TerrainOptions& options) {
     settings.seed = *options.seed;
     settings.kind = options.fractal.value_or(settings.kind);
     settings.finest_spacing_log2 = spacing_log2;
-    // The first octaves are the same at any spacing; a lattice finer than a metre has more of them,
-    // so that there is something to see between its samples.
+    // the first octaves are the same at any spacing; a lattice finer than a metre gets more of them, so that it has
+    // detail at its own scale
     settings.octave_count =
         std::clamp(settings.octave_count - spacing_log2, settings.octave_count, 24);
     Result<std::shared_ptr<const HeightSource>> source = FractalHeights::create(settings);
@@ -83,8 +83,7 @@ CommandResult<Terrain> open_dem(const TerrainOptions& options) {
     if (options.dem_memory_mb) {
         settings.memory_bytes = static_cast<std::size_t>(*options.dem_memory_mb * kMebibyte);
     }
-    // GDAL's default cache is a twentieth of the machine's memory, on top of that limit. A value that the
-    // user set stays.
+    // GDAL's default cache is 5 % of the machine's memory, on top of that limit; keeps a value set by the user
     setenv("GDAL_CACHEMAX", kGdalCache_mb, 0);
     Progress progress("opening " + options.dem);
     settings.progress = [&progress](double share) {
@@ -97,7 +96,7 @@ CommandResult<Terrain> open_dem(const TerrainOptions& options) {
         DemHeights::open(options.dem, settings, &info);
     if (!source) {
         if (source.error().code != ErrorCode::invalid_argument) return pass_on(source.error());
-        // The only argument of the library that a command line sets.
+        // the only argument of the library that comes from the command line
         std::string message = source.error().message;
         constexpr std::string_view kArgument = "finest_spacing";
         if (message.starts_with(kArgument)) message.replace(0, kArgument.size(), "--detail-m");
@@ -112,7 +111,7 @@ CommandResult<Terrain> open_dem(const TerrainOptions& options) {
 }
 
 CommandResult<std::string> read_text(const std::string& path) {
-    // A folder opens as a stream and then gives nothing: ask first.
+    // a folder opens as a stream without content: check first
     std::error_code error;
     const std::filesystem::file_status status = std::filesystem::status(path, error);
     if (!std::filesystem::is_regular_file(status)) {

@@ -9,15 +9,14 @@
 
 namespace terrane::tools {
 
-/// A value and how fast it changes.
+/// A value and its derivative.
 struct CurvePoint {
     Eigen::Vector3d value = Eigen::Vector3d::Zero();
-    Eigen::Vector3d rate = Eigen::Vector3d::Zero();  ///< a second
+    Eigen::Vector3d rate = Eigen::Vector3d::Zero();  ///< per second
 };
 
-/// A uniform cubic B-spline: twice continuously differentiable, inside the hull of its control
-/// points, near them rather than through them. Before the first and behind the last control point it
-/// stands still.
+/// A uniform cubic B-spline: twice continuously differentiable, inside the convex hull of its control points, which it
+/// approximates rather than interpolates. Constant before the first and after the last control point.
 class SmoothCurve {
 public:
     SmoothCurve() = default;
@@ -36,9 +35,9 @@ private:
     std::vector<Eigen::Vector3d> control_;
 };
 
-/// Goes through the points of a track: cubic Hermite pieces whose rates at the points are those of
-/// the parabola through a point and its neighbours (Catmull-Rom for uneven times), and zero where the
-/// track stands. Stands still before the first and behind the last point.
+/// Interpolates the points of a track: cubic Hermite pieces whose rates at the points are those of the parabola through
+/// a point and its neighbours (Catmull-Rom for uneven times), and zero where the track stands still. Constant before
+/// the first and after the last point.
 class TrackCurve {
 public:
     TrackCurve() = default;
@@ -54,8 +53,8 @@ private:
     std::vector<Eigen::Vector3d> rates_;
 };
 
-/// Mean over `half_width` neighbours on both sides, three times over: close to a Gaussian, and with
-/// no reach beyond 3 * half_width. Ends are continued by their last value. Cost: O(size).
+/// Moving average over `half_width` neighbours on both sides, applied three times: close to a Gaussian, with support
+/// 3 * half_width. End values are repeated beyond the ends. Cost: O(size).
 std::vector<double> smoothed(std::vector<double> values, std::ptrdiff_t half_width);
 std::vector<Eigen::Vector3d> smoothed(const std::vector<Eigen::Vector3d>& values,
                                       std::ptrdiff_t half_width);
@@ -63,8 +62,8 @@ std::vector<Eigen::Vector3d> smoothed(const std::vector<Eigen::Vector3d>& values
 /// Largest value among `half_width` neighbours on both sides. Cost: O(size).
 std::vector<double> running_max(const std::vector<double>& values, std::ptrdiff_t half_width);
 
-/// Points at equal distances along a line of points. Requires two points or more that are apart, and
-/// spacing > 0; the last point is the line's own, or up to a spacing before it.
+/// Equidistant points along a polyline. Requires at least two points, with different positions, and spacing > 0. The
+/// last point is up to one spacing before the end of the polyline.
 std::vector<Eigen::Vector2d> resampled(const std::vector<Eigen::Vector2d>& line, double spacing);
 
 }  // namespace terrane::tools

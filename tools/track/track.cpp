@@ -59,7 +59,7 @@ Result<std::string> read_text(const std::string& path) {
     return text;
 }
 
-// Points of one and the same time become their mean; going back in time is refused.
+// Merges points of equal times into their mean; refuses decreasing times.
 Result<void> order_in_time(std::vector<RawPoint>& points, const std::string& path) {
     std::vector<RawPoint> ordered;
     for (std::size_t i = 0; i < points.size();) {

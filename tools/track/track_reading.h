@@ -10,9 +10,9 @@
 
 namespace terrane::tools {
 
-/// A track while it is read: positions are in the file's own terms, and lines are kept for messages.
+/// A point as read: position in the units of the file, and its line for messages.
 struct RawPoint {
-    long line = 0;  ///< of the file, from 1
+    long line = 0;  ///< number in the file, from 1
     double time = 0.0;
     double x = 0.0;  ///< metres, or degrees east
     double y = 0.0;  ///< metres, or degrees north
@@ -28,19 +28,18 @@ struct RawTrack {
     bool has_orientations = false;
 };
 
-/// One reader for each format; `text` is the whole file, `path` is for messages.
+/// Readers of each format. `text` is the content of the file, `path` is for messages.
 /// Fail with bad_data, naming file, line and value.
 Result<RawTrack> read_csv(const std::string& text, const std::string& path);
 Result<RawTrack> read_tum(const std::string& text, const std::string& path);
 Result<RawTrack> read_gpx(const std::string& text, const std::string& path);
 Result<RawTrack> read_igc(const std::string& text, const std::string& path);
 
-/// Calls `take` with each line and its number from 1, without line ends and outer blanks, until it
-/// fails.
+/// Calls `take` with each trimmed line and its number from 1, until `take` fails.
 Result<void> for_each_line(const std::string& text,
                            const std::function<Result<void>(std::string_view, long)>& take);
 
-/// bad_data: "path: line 7: what". Values that are quoted in it are cut where they are long.
+/// A bad_data error: "path: line 7: what". Long quoted values are shortened.
 tl::unexpected<Error> refuse_line(const std::string& path, long line, const std::string& what);
 std::string quoted(std::string_view value);
 std::string_view trimmed(std::string_view text);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Tracks that receivers record: GPX and IGC.
+// Tracks recorded by receivers: GPX and IGC.
 #include "options/option_values.h"
 #include "track/track_reading.h"
 
@@ -18,7 +18,7 @@ namespace {
 constexpr double kSecondsPerDay = 86'400.0;
 
 // Days since 1970-01-01 of a Gregorian date. Source: H. Hinnant, "chrono-Compatible Low-Level Date
-// Algorithms", days_from_civil.
+// Algorithms", days_from_civil().
 std::int64_t days_from_civil(std::int64_t year, std::int64_t month, std::int64_t day) {
     year -= month <= 2 ? 1 : 0;
     const std::int64_t era = (year >= 0 ? year : year - 399) / 400;
@@ -29,7 +29,7 @@ std::int64_t days_from_civil(std::int64_t year, std::int64_t month, std::int64_t
     return era * 146'097 + day_of_era - 719'468;
 }
 
-// All of `text` as a number of digits without sign.
+// Parses the whole text as unsigned digits.
 std::optional<int> parse_digits(std::string_view text) {
     int value = 0;
     for (const char c : text) {
@@ -39,7 +39,7 @@ std::optional<int> parse_digits(std::string_view text) {
     return text.empty() ? std::nullopt : std::optional<int>(value);
 }
 
-// "2008-05-04T12:52:47Z", with a fraction of the second and an offset from UTC where they are given.
+// "2008-05-04T12:52:47Z", with optional fraction of a second and offset from UTC.
 std::optional<double> parse_iso_time(std::string_view text) {
     if (text.size() < 19 || text[4] != '-' || text[7] != '-' || text[10] != 'T' ||
         text[13] != ':' || text[16] != ':') {
@@ -73,14 +73,14 @@ std::string_view without_prefix(std::string_view name) {
     return colon == std::string_view::npos ? name : name.substr(colon + 1);
 }
 
-// What expat's callbacks share.
+// State shared by the callbacks of expat.
 struct GpxReading {
     XML_Parser parser = nullptr;
     std::string path;
     RawTrack track;
     std::optional<Error> error;
     bool in_point = false;
-    int depth = 0;  // of elements inside the point
+    int depth = 0;  // nesting depth inside the point
     std::string text;
     std::size_t points_with_height = 0;
     std::size_t points_with_time = 0;
@@ -237,7 +237,7 @@ Result<RawTrack> read_igc(const std::string& text, const std::string& path) {
         if (!pressure || !gnss) return refuse("no altitudes");
         point.time = midnights + *hours * 3600.0 + *minutes * 60.0 + *seconds;
         if (!track.points.empty() && point.time < track.points.back().time - 0.5 * kSecondsPerDay) {
-            midnights += kSecondsPerDay;  // a fix has no date, so a flight past midnight wraps
+            midnights += kSecondsPerDay;  // fixes have no date: times wrap at midnight
             point.time += kSecondsPerDay;
         }
         point.x = *longitude;

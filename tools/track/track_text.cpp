@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Tracks that are lines of numbers: CSV and TUM.
+// Tracks as lines of numbers: CSV and TUM.
 #include "options/option_values.h"
 #include "track/track_reading.h"
 
@@ -28,7 +28,7 @@ std::vector<std::string_view> split(std::string_view line, std::string_view sepa
 
 bool is_comment(std::string_view line) { return line.empty() || line.front() == '#'; }
 
-// Which field of a line is what; absent columns are kNone.
+// Indices of the columns; kNone if absent.
 struct Columns {
     static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
     std::size_t time = kNone, x = kNone, y = kNone, z = kNone;
@@ -177,7 +177,7 @@ Result<RawTrack> read_tum(const std::string& text, const std::string& path) {
                 fmt::format("the rotation must have length 1, got {:.6g} {:.6g} {:.6g} {:.6g}", qx,
                             qy, qz, qw));
         }
-        // columns of the rotation: where the camera's z (forward) and -y (up) point in the world
+        // from the columns of the rotation: z of the camera is forward, -y is up
         const double s = 2.0 / squared;
         const Eigen::Vector3d forward(s * (qx * qz + qw * qy), s * (qy * qz - qw * qx),
                                       1.0 - s * (qx * qx + qy * qy));

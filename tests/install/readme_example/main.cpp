@@ -11,12 +11,12 @@ int main() {
     const auto source = FractalHeights::create({.seed = 7}).value();
     Pager pager = Pager::create(source, {.worker_count = 1}).value();
     auto triangulator = Triangulator::create(*source, {.triangle_budget = 200'000}).value();
-    // A camera looks north; somebody will ask for the ground around (100, 200) at once.
+    // A camera looks north; the ground around (100, 200) is needed at once.
     const View view = look_at({0, 0, 1500}, {0, 9000, 0}, 1.0, 1280, 720).value();
     const CameraNeed camera{.view = view, .threshold_px = 4.0};
     pager.require({.west = 90, .south = 190, .east = 110, .north = 210}, 0.0);
-    pager.update({&camera, 1}, {}, 0.0);  // once a frame; never waits
-    pager.finish();                       // waits for all of it: for pictures, not for flights
+    pager.update({&camera, 1}, {}, 0.0);  // once a frame; does not block
+    pager.finish();                       // blocks until all of it is loaded
 
     const TerrainMesh mesh = triangulator.update(pager.resident(), view);
     std::printf("%zu triangles, off by %.2f px at most\n", mesh.triangle_count, mesh.error_px);

@@ -4,9 +4,9 @@
 #include "draw/frame_uniforms.h"
 #include "gl/framebuffer.h"
 #include "gl/gl_error.h"
+#include "gl/shader.h"
 #include "light/ground_shade.h"
 #include "render/scene.h"
-#include "gl/shader.h"
 
 #include <gtest/gtest.h>
 

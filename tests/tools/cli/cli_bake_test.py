@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Terrains that are baked to a file, and bounds of rasters that are kept from one run to the next."""
+"""Baked terrains, and cached bounds of rasters."""
 
 import glob
 import os
@@ -24,8 +24,7 @@ class Bake(Folder):
 
     def mesh(self, terrain, name):
         out = self.path(name)
-        # From a place that is the same: without --eye it follows from heights between samples, where a store is a
-        # triangulation.
+        # with --eye: the default eye depends on heights between samples, where a store interpolates linearly
         summary = run_json("mesh", *terrain, "--eye=0,-900,900", "--look=0,0,500", "--budget", 30_000,
                            "--max-error-px", 1, "--out", out)
         return self.read(out), summary

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""What `terrane drive` says of a truck that rolls over, and of one that does not."""
+"""The summary of `terrane drive` with and without a rollover."""
 
 import csv
 import os
@@ -12,7 +12,7 @@ SMALL = ("--fps", 5, "--size", "64x48", "--budget", 500, "--threads", 0)
 
 class Drive(Folder):
     def cliff(self):
-        """A plateau of 40 m that ends in the middle of the terrain."""
+        """A plateau 40 m high that ends in the middle of the terrain."""
         heights = np.zeros((40, 80))
         heights[:, :40] = 40.0
         return self.write_grid("cliff.asc", heights, cell=5.0)

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""What the program says to command lines that it cannot use: mistyped names, flags that do nothing, limits; and which exit
-code each gets: 2 where the command line makes no sense whatever the files hold, 1 for everything else."""
+"""Messages and exit codes for unusable command lines: mistyped names, flags without effect, limits. Exit code 2: the
+command line is invalid, whatever the files hold; 1: everything else."""
 
 import os
 import resource
@@ -46,7 +46,7 @@ class Spelling(Folder):
 
 class FlagsThatDoNothing(Folder):
     def test_are_refused_before_anything_is_read(self):
-        # a terrain that is not there shows that nothing was opened
+        # with a terrain that does not exist: the flag is refused before it is opened
         ground = ["--dem", self.path("absent.tif")]
         for arguments, flag in (
                 (["fly", *ground, "--radius", 2], "--radius"),
@@ -100,7 +100,7 @@ class Limits(Folder):
         for command in ("fly", "drive", "mesh", "page", "query", "drop"):
             self.assert_refused(run(command, "--seed", 1, "--memory-mb", 0.01), [1], "--memory-mb",
                                 "at least 1.072", "0.01")
-        # what is said to be enough is enough
+        # the value in the message is enough
         self.assertEqual(run("mesh", "--seed", 1, "--budget", 8, "--memory-mb", 1.072).returncode, 0)
 
     def test_values_that_no_terrain_allows_make_no_sense(self):

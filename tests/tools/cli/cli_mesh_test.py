@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""The formats that `mesh` writes: the ending chooses, the same mesh in each, and no other ending is taken."""
+"""Formats of `mesh`: chosen by the extension, the same mesh in each, other extensions refused."""
 
 import json
 import os
@@ -24,7 +24,7 @@ def read_obj(path):
 
 
 def read_glb(path):
-    """Vertices in the world's axes, and faces, of a file that is checked against the glTF specification as it is read."""
+    """Vertices in world axes and faces; checks the file against the glTF specification."""
     with open(path, "rb") as file:
         content = file.read()
     magic, version, size, json_size, json_kind = struct.unpack_from("<4sIII4s", content)

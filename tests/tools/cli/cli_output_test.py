@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""What the program leaves on a disk: files of the user's are never touched, an interrupted run leaves whole files, a full
-disk leaves none that is half; and what it shows meanwhile on a terminal."""
+"""Output files: files of the user are never touched, an interrupted run leaves complete files, a full disk no
+incomplete ones. Progress on a terminal."""
 
 import json
 import os
@@ -20,7 +20,7 @@ LIST = "terrane-files.txt"
 
 
 def draws():
-    """Whether pictures can be made here."""
+    """Whether an EGL device opens."""
     with tempfile.TemporaryDirectory() as folder:
         return run("fly", "--seed", 1, *QUICK, "--png", "--out", folder).returncode == 0
 
@@ -73,7 +73,7 @@ class OwnFiles(Folder):
         lines = self.content(LIST).decode().splitlines()
         self.assertEqual([line.split()[2] for line in lines[1:]], ["frames.csv", "report.html"])
         self.assertEqual(int(lines[1].split()[0]), len(self.content("frames.csv")))
-        # another command's files are a run's too
+        # files of another subcommand also belong to a run
         done = run("page", "--seed", 1, *QUICK, "--out", self.path("out"))
         self.assertEqual(done.returncode, 0, done.stderr)
 
@@ -141,7 +141,7 @@ class Interrupted(Folder):
     LONG = ["--seed", 1, "--seconds", 600, "--fps", 10, "--size", "64x48", "--budget", 1000]
 
     def interrupt(self, command, file, number=signal.SIGINT, lead=4096):
-        """Runs a command, and stops it when it has written some of a file."""
+        """Runs a command, and signals it when it has written part of a file."""
         process = start(*command)
         self.addCleanup(process.kill)
         wait_for(lambda: size_of(self.path(file)) >= lead or process.poll() is not None)
@@ -203,7 +203,7 @@ class Interrupted(Folder):
         process = start("drop", "--seed", 1, "--count", 1, "--seconds", 1e4, "--trace", self.path("t.csv"))
         self.addCleanup(process.kill)
         wait_for(lambda: os.path.exists(self.path("t.csv.partial")))
-        # stopped, it takes both signals before it can finish
+        # SIGSTOP, so that it receives both signals before it finishes
         process.send_signal(signal.SIGSTOP)
         process.send_signal(signal.SIGINT)
         process.send_signal(signal.SIGTERM)
@@ -214,7 +214,7 @@ class Interrupted(Folder):
 
 
 class FullDisk(Folder):
-    """A limit on the size of files stands in for a full disk: writes fail as they do there."""
+    """A file size limit simulates a full disk: writes fail in the same way."""
 
     def run_limited(self, *arguments, kilobytes):
         limit = kilobytes << 10
@@ -233,7 +233,7 @@ class FullDisk(Folder):
                                           kilobytes=16), "m.ply")
         self.assert_full(self.run_limited("drop", "--seed", 1, "--count", 50, "--trace", self.path("t.csv"),
                                           kilobytes=16), "t.csv")
-        # frames.csv has room, the report has not
+        # frames.csv fits, the report does not
         self.assert_full(self.run_limited("fly", "--seed", 1, *QUICK, "--out", self.path("out"), kilobytes=64),
                          "out/report.html")
         self.assertNotIn("report.html", os.listdir(self.path("out")))
@@ -251,7 +251,7 @@ class FullDisk(Folder):
 
 class ShownProgress(Folder):
     def on_a_terminal(self, *arguments):
-        """What a command shows on standard error, which is a terminal."""
+        """Output of a command on standard error, which is a terminal."""
         ours, theirs = pty.openpty()
         process = subprocess.Popen([PROGRAM, *map(str, arguments)], stdout=subprocess.DEVNULL, stderr=theirs)
         os.close(theirs)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Questions to the program, a line each: heights against the raster, rays and shapes, bad lines."""
+"""`terrane query`: heights against the raster, rays and shapes, bad lines."""
 
 import json
 import os
@@ -60,7 +60,7 @@ class Query(Folder):
         if not shutil.which("gdal_translate"):
             self.skipTest("no gdal_translate to read the raster with")
         raw = self.path("raw.bin")
-        # as the band's own type: a VRT that scales rounds to it, and so does the ground
+        # rounded to the type of the band, as a scaling VRT and the ground are
         subprocess.run(["gdal_translate", "-q", "-of", "ENVI", raster, raw], check=True)
         heights = np.fromfile(raw, dtype="<f4").reshape(2000, 2000).astype(float)
         self.check_heights(["--dem", raster], heights, 10.0, 100_000)
@@ -161,7 +161,7 @@ class Query(Folder):
             self.assertEqual(program.wait(60), 0)
 
     def test_rays_and_shapes_over_a_plane(self):
-        # exactly flat: every answer is known
+        # exactly flat, so that every answer is known
         raster = self.write_grid("flat.asc", np.full((40, 40), 100.0))
         sphere = {"shape": {"sphere": {"radius": 2}}}
         box = {"shape": {"box": {"half_extents": [1, 2, 3]}}}

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""What the program makes: meshes, drops, and runs over slow storage, with their summaries and files."""
+"""Meshes, drops, and runs over slow storage, with their summaries and files."""
 
 import json
 import os
@@ -36,13 +36,13 @@ class Mesh(Folder):
         self.assertLessEqual(len(faces), budget)
         self.assertGreater(summary["error_px"], 0)
         self.assertIn(summary["status"], ("error_met", "budget_reached"))
-        # counter-clockwise from above, and together the whole of the root squares
+        # counter-clockwise from above, with the total area of the root squares
         a, b, c = (vertices[faces[:, k]] for k in range(3))
         area = ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]) / 2
         self.assertGreater(area.min(), 0)
         size = vertices[:, :2].max(axis=0) - vertices[:, :2].min(axis=0)
         self.assertAlmostEqual(area.sum() / (size[0] * size[1]), 1, places=9)
-        # each directed edge once; without its opposite only on the border
+        # each directed edge once; edges without an opposite only on the border
         edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
         keys = edges[:, 0] * len(vertices) + edges[:, 1]
         self.assertEqual(len(np.unique(keys)), len(keys))

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""The program as a script sees it: flags, keys, exit codes, bad input; what it says of a terrain."""
+"""The contract with scripts: flags, keys, exit codes, bad input; `terrane info`."""
 
 import json
 import os
@@ -48,7 +48,7 @@ class CommandLine(Folder):
             self.assert_refused(run("info", "--dem", grid, "--dem-memory-mb", value), [2],
                                 "--dem-memory-mb", value)
         self.assert_refused(run("info", "--seed", 1, "--dem-memory-mb", 5), [2], "--dem-memory-mb")
-        # As for a fractal, a spacing that cannot be is the command line's mistake.
+        # as for a fractal, an impossible spacing is a usage error
         self.assert_refused(run("info", "--dem", grid, "--detail-m", 1e-9), [2], "--detail-m", "1e-09")
 
     def test_wrong_values_of_mesh_are_refused(self):
@@ -82,7 +82,7 @@ class CommandLine(Folder):
             for value in (0, -1, 1.5, 17, "many"):
                 done = run(command, "--seed", 1, "--png", "--out", out, f"--samples={value}")
                 self.assert_refused(done, [2], "--samples", value)
-            # without pictures there is nothing to sample
+            # --samples without pictures
             self.assert_refused(run(command, "--seed", 1, "--samples", 1), [2], "--samples", "--png")
             self.assertEqual(os.listdir(self.folder), [])
 

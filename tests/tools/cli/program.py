@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What the tests of the program share: how it is run, and a folder for the files of a test.
+"""Shared by the tests of the program: running it, and a folder for the files of a test.
 
 A test script is called as SCRIPT PROGRAM [unittest arguments]. It shares no code with the library.
 Rasters are written here, as ESRI ASCII grids, so that no tool is needed; what needs GDAL's programs or
@@ -26,7 +26,7 @@ ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)
 DATA = os.environ.get("TERRANE_DATA", os.path.join(ROOT, "..", "shared", "data"))
 SEED = 20240501
 
-# What the program keeps from one run to the next is of this test alone.
+# Each test has its own cache folder.
 _CACHE = tempfile.mkdtemp(prefix="terrane_cache_")
 atexit.register(shutil.rmtree, _CACHE, ignore_errors=True)
 os.environ["XDG_CACHE_HOME"] = _CACHE
@@ -38,7 +38,7 @@ def run(*arguments, stdin=None, timeout=120):
 
 
 def start(*arguments, **options):
-    """The program, running."""
+    """A running program."""
     return subprocess.Popen([PROGRAM, *map(str, arguments)], stdout=subprocess.PIPE,
                             stderr=subprocess.PIPE, text=True, **options)
 

@@ -45,7 +45,8 @@ TEST(PathMoments, AJumpIsTwoMomentsOfOneTime) {
         for (std::size_t i = 1; i < moments.size(); ++i) {
             EXPECT_GE(moments[i].time, moments[i - 1].time);
             EXPECT_LT(moments[i].time, moments[i - 1].time + 0.051);
-            const double distance = (moments[i].pose.eye_world - moments[i - 1].pose.eye_world).norm();
+            const double distance =
+                (moments[i].pose.eye_world - moments[i - 1].pose.eye_world).norm();
             if (moments[i].time > moments[i - 1].time) {
                 EXPECT_LT(distance, 10.0) << "nothing goes between the two ends of a jump";
                 continue;
@@ -84,7 +85,8 @@ struct PagerNeeds {
     std::vector<BodyNeed> bodies;
 };
 
-PagerNeeds needs_at(Foresight& foresight, const CameraPath& path, const GroundBodies& bodies, double time) {
+PagerNeeds needs_at(Foresight& foresight, const CameraPath& path, const GroundBodies& bodies,
+                    double time) {
     PagerNeeds needs{{.view = {}, .velocity = path.at(time).velocity}, bodies.needs(path.at(time))};
     foresight.set_trajectories(time, needs.camera, needs.bodies);
     return needs;
@@ -99,9 +101,10 @@ TEST(Foresight, AnOracleGetsAllTrajectoriesUpToTheHorizon) {
     EXPECT_GE(needs.camera.trajectory.back().time_s, kClock + 8.02);
     EXPECT_LE(needs.camera.trajectory.back().time_s, kClock + 8.08);
     const auto pose = [&](double time_s) { return path.at(time_s - kClock); };
-    EXPECT_LT(
-        (needs.camera.trajectory.back().eye_world - pose(needs.camera.trajectory.back().time_s).eye_world).norm(),
-        1e-6);
+    EXPECT_LT((needs.camera.trajectory.back().eye_world -
+               pose(needs.camera.trajectory.back().time_s).eye_world)
+                  .norm(),
+              1e-6);
     for (std::size_t i = 0; i < 3; ++i) {
         ASSERT_EQ(needs.bodies[i].trajectory.size(), needs.camera.trajectory.size());
         const BodyMoment& last = needs.bodies[i].trajectory.back();
@@ -125,7 +128,8 @@ TEST(Foresight, AnAnnouncedJumpHasBothItsEndsInTheTrajectory) {
     const GroundBodies bodies(hills(), 2);
     Foresight foresight(path, bodies, {.announce = 2.0, .horizon = 5.0, .clock = kClock});
     EXPECT_TRUE(needs_at(foresight, path, bodies, 2.9).camera.trajectory.empty());
-    EXPECT_TRUE(needs_at(foresight, path, bodies, 5.0).camera.trajectory.empty()) << "it has been made";
+    EXPECT_TRUE(needs_at(foresight, path, bodies, 5.0).camera.trajectory.empty())
+        << "it has been made";
     const PagerNeeds needs = needs_at(foresight, path, bodies, 3.5);
     const std::span<const CameraMoment> trajectory = needs.camera.trajectory;
     ASSERT_EQ(trajectory.size(), 4u);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "page/ground_bodies.h"
 
-#include "support/random.h"
 #include "support/heights/wave_heights.h"
+#include "support/random.h"
 
 #include <gtest/gtest.h>
 

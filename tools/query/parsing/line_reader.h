@@ -8,32 +8,31 @@
 
 namespace terrane::tools {
 
-/// Lines of a file descriptor, for a conversation: before it waits for more input it lets the caller
-/// flush what was answered, so that nobody waits for an answer that sits in a buffer.
+/// Reads lines from a file descriptor for interactive use: calls back before each blocking read, so that the caller can
+/// flush its answers.
 class LineReader {
 public:
-    /// The largest hull or compound fits, with every digit.
+    /// Fits the largest hull or compound with all digits.
     static constexpr std::size_t kMaxLine_bytes = std::size_t{1} << 24;
 
     enum class Status {
-        line,      ///< here is one; the last need not end with a line end
-        too_long,  ///< a line above kMaxLine_bytes was passed over
-        end,       ///< no more
-        failed,    ///< the input cannot be read: see errno
+        line,      ///< a line; the last one may lack a line end
+        too_long,  ///< skipped a line above kMaxLine_bytes
+        end,       ///< end of input
+        failed,    ///< read error: see errno
     };
 
-    /// @param before_wait called before each read that may wait
+    /// @param before_wait called before each read that may block
     LineReader(int file_descriptor, std::function<void()> before_wait);
 
-    /// The next line without its line end (a carriage return before it goes too); valid until the
-    /// next call.
+    /// The next line without its line end (LF or CR LF); valid until the next call.
     Status next(std::string_view& line_out);
 
 private:
     int file_descriptor_;
     std::function<void()> before_wait_;
     std::string buffer_;
-    std::size_t begin_ = 0;  ///< of what was not handed out
+    std::size_t begin_ = 0;  ///< start of the unread part
     bool at_end_ = false;
 };
 

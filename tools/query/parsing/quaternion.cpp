@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // Sources:
-//   S. Shepperd. Quaternion from Rotation Matrix. Journal of Guidance and Control 1, 1978. (divide by
-//   the largest component)
+//   S. Shepperd. Quaternion from Rotation Matrix. Journal of Guidance and Control 1, 1978
+//   (divides by the largest component).
 #include "query/parsing/quaternion.h"
 
 #include <algorithm>

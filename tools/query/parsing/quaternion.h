@@ -7,7 +7,7 @@
 
 namespace terrane::tools {
 
-/// w, x, y, z: how rotations are written outside the program.
+/// w, x, y, z: the form of rotations in input and output.
 using Quaternion = std::array<double, 4>;
 
 /// The rotation of a quaternion of any length above 0.

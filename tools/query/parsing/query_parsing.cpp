@@ -15,7 +15,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 constexpr int kMaxNesting = 64;
 
-/// How deep a line's brackets go: what is deeper would take the stack of whoever walks it.
+/// Nesting depth of the brackets of a line: limited, because the parser recurses.
 int nesting_of(std::string_view line) {
     int depth = 0;
     int deepest = 0;
@@ -44,7 +44,7 @@ Parsed<Question> read_height(const Json& object) {
     return HeightQuestion{.x = *x, .y = *y};
 }
 
-// A shape with its pose, and where it goes; `to` is the start where it is absent.
+// A shape with start and end pose; without `to` the end is the start.
 Parsed<OtherShape> read_moving(const Json& object) {
     const Parsed<Shape> shape = read_shape(object, "shape");
     if (!shape) return wrong(shape.error());
@@ -64,7 +64,7 @@ Parsed<OtherShape> read_moving(const Json& object) {
     return moving;
 }
 
-// What the question is about instead of the ground, if anything.
+// The shape of `other`, if present.
 Parsed<std::optional<OtherShape>> read_other(const Json& object) {
     const auto found = object.find("other");
     if (found == object.end()) return std::optional<OtherShape>();
@@ -101,7 +101,7 @@ Parsed<Question> read_cast(const Json& object) {
     if (!moving) return wrong(moving.error());
     const Parsed<std::optional<OtherShape>> other = read_other(object);
     if (!other) return wrong(other.error());
-    // Something must move: a way that was forgotten is no question.
+    // at least one shape must have a `to`
     if (!object.contains("to") && !(*other && object["other"].contains("to"))) {
         return wrong("to is missing");
     }

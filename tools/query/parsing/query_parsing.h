@@ -17,7 +17,7 @@ struct HeightQuestion {
     double x = 0.0, y = 0.0;
 };
 
-/// A shape to ask about instead of the ground. Where it does not move, it ends where it starts.
+/// The shape of `other`, which replaces the ground. At rest its end pose is its start.
 struct OtherShape {
     Shape shape;
     Pose start;
@@ -55,12 +55,12 @@ using Question = std::variant<HeightQuestion, RayQuestion, ShapeQuestion, CastQu
 struct QueryLine {
     nlohmann::ordered_json id;  ///< echoed in the answer; discarded where the line has none
     bool has_id = false;
-    /// The question, or the sentence that says what is wrong with it.
+    /// The question, or an error message.
     tl::expected<Question, std::string> question;
 };
 
-/// Reads `{"id":..,"op":..,..}`. Keys that mean nothing here are ignored. Coordinates are at most
-/// 1e9 m from the origin; a rotation is [w, x, y, z] of length 1 to 1e-6, and none where it is absent.
+/// Parses `{"id":..,"op":..,..}`. Ignores unknown keys. Coordinates are within 1e9 m of the origin; a rotation is
+/// [w, x, y, z] of length 1 within 1e-6, the identity where it is absent.
 QueryLine parse_query(std::string_view line);
 
 }  // namespace terrane::tools

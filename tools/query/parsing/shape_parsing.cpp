@@ -52,7 +52,7 @@ Parsed<Shape> read_hull(const Json& sizes) {
     return *hull;
 }
 
-// The one key of a shape and what it holds.
+// The single key of a shape and its value.
 struct Named {
     std::string kind;
     const Json& content;

@@ -7,9 +7,9 @@
 
 namespace terrane::tools {
 
-/// What `key` of an object holds: `{"sphere":{"radius":r}}`, `{"capsule":{"radius":r,"half_height":h}}`,
+/// Parses the shape at `key` of an object: `{"sphere":{"radius":r}}`, `{"capsule":{"radius":r,"half_height":h}}`,
 /// `{"box":{"half_extents":[..]}}`, `{"hull":{"points":[[..]..]}}` or
-/// `{"compound":[{"shape":S,"position":..,"rotation":..}..]}`, whose parts are none of them compounds. A
+/// `{"compound":[{"shape":S,"position":..,"rotation":..}..]}`. Parts of a compound cannot be compounds; a
 /// part without a position is at the origin.
 Parsed<Shape> read_shape(const nlohmann::ordered_json& object, const char* key);
 

@@ -11,7 +11,7 @@
 #include <optional>
 #include <string>
 
-// Values in a line of `terrane query`. What is wrong with one is a sentence that names it.
+// Values in a line of `terrane query`. Errors are messages that name the value.
 namespace terrane::tools {
 
 template <class T>
@@ -19,7 +19,7 @@ using Parsed = tl::expected<T, std::string>;
 
 tl::unexpected<std::string> wrong(std::string message);
 
-/// A value in a message, cut where it is long.
+/// A value for a message, shortened if long.
 std::string shown(const nlohmann::ordered_json& value);
 
 Parsed<double> read_number(const nlohmann::ordered_json& object, const char* key);
@@ -28,16 +28,16 @@ Parsed<double> read_number(const nlohmann::ordered_json& object, const char* key
 Parsed<double> read_coordinate(const nlohmann::ordered_json& object, const char* key);
 Parsed<WorldPos> read_point(const nlohmann::ordered_json& object, const char* key);
 
-/// [w, x, y, z] of length 1 to 1e-6; `otherwise` where the key is absent.
+/// [w, x, y, z] of length 1 within 1e-6; `otherwise` where the key is absent.
 Parsed<Eigen::Matrix3d> read_rotation(const nlohmann::ordered_json& object, const char* key,
                                       const Eigen::Matrix3d& otherwise);
 
 enum class PositionAbsent { is_wrong, is_origin };
 
-/// `position` and `rotation`; no turn where the latter is absent.
+/// `position` and `rotation`; the identity rotation where the latter is absent.
 Parsed<Pose> read_pose(const nlohmann::ordered_json& object, PositionAbsent absent);
 
-/// Nothing where it is no array of so many numbers.
+/// An array of `count` numbers; absent for anything else.
 template <std::size_t count>
 std::optional<std::array<double, count>> numbers_of(const nlohmann::ordered_json& value) {
     const bool has_numbers =

@@ -8,18 +8,17 @@
 
 namespace terrane {
 
-/// Whether a context watches over itself: with `on`, whatever OpenGL's debug output calls an error or
-/// of high severity fails the drawing that caused it. For tests; it costs speed on some drivers.
+/// Checking by OpenGL's debug output: with `on`, an error or high-severity message fails the drawing that caused it.
+/// For tests; slower on some drivers.
 enum class GlChecks { off, on };
 
 /// An off-screen OpenGL 4.5 core context without a window system.
 class EglContext {
 public:
-    /// Tries the surfaceless platform, then every device. Current on the calling thread when it
-    /// returns.
+    /// Tries the surfaceless platform, then every device. The context is current on the calling thread on return.
     ///
-    /// Fails with device_unavailable and the EGL errors where none opens. A machine without a GPU
-    /// normally succeeds, with a software rasteriser.
+    /// Fails with device_unavailable and the EGL errors where none opens. A machine without a GPU normally succeeds
+    /// with a software rasteriser.
     static Result<EglContext> create(GlChecks checks = GlChecks::off);
 
     EglContext(EglContext&&) noexcept;
@@ -29,10 +28,10 @@ public:
     /// Binds the context to the calling thread.
     void make_current();
 
-    /// GL_RENDERER; golden images are stored per renderer family.
+    /// GL_RENDERER of the driver.
     const std::string& renderer_name() const;
 
-    /// Whoever holds it keeps the context from being destroyed: renderers, for their last breath.
+    /// Shared ownership of the context: renderers hold it, so that it outlives their OpenGL objects.
     std::shared_ptr<const void> keep_alive() const;
 
 private:

@@ -17,8 +17,7 @@ struct Image {
     std::vector<std::uint8_t> rgb;  ///< [height * width * 3]
 };
 
-/// Writes beside the file and renames, so that no half picture is ever seen.
-/// Fails with io, naming the path.
+/// Writes to PATH.part and renames it, so that no incomplete picture appears. Fails with io, naming the path.
 Result<void> write_png(const Image& image, const std::string& path);
 Result<Image> read_png(const std::string& path);
 

@@ -11,49 +11,50 @@
 
 namespace terrane {
 
-/// A colour as a screen shows it, 0 to 1.
+/// A display colour, 0 to 1.
 struct Colour {
     float red = 0.0f, green = 0.0f, blue = 0.0f;
 };
 
 struct RendererSettings {
     Eigen::Vector3d sun_direction = Eigen::Vector3d(-0.5, 0.4, 0.77);  ///< towards the sun
-    double haze_distance = 60'000.0;  ///< metres at which haze hides two thirds; infinity: none
+    double haze_distance =
+        60'000.0;  ///< metres at which haze absorbs two thirds of the light; infinity: no haze
     bool wireframe = false;
-    /// Samples a pixel, 1 to 16; where the device does not have so many, the next that it has. With 1
-    /// the edges of hills and objects are stepped, and a software rasteriser draws faster. The ground
-    /// inside the edges is shaded once a pixel with any count.
+    /// Samples per pixel, 1 to 16; a count that the device does not have is replaced by the nearest one. With 1 the
+    /// edges of hills and objects are aliased, and a software rasteriser draws faster. The ground inside the edges is
+    /// shaded once a pixel with any count.
     int sample_count = 4;
-    double tint_low = 0.0;                ///< heights at which the tints of low and
-    double tint_high = 3000.0;            ///< high ground are reached, metres
+    double tint_low = 0.0;                ///< heights of the tints of low and
+    double tint_high = 3000.0;            ///< high ground, metres
     Colour horizon{0.74f, 0.81f, 0.88f};  ///< sky at the horizon, and haze
     Colour zenith{0.22f, 0.42f, 0.72f};   ///< sky overhead
 };
 
-/// A solid that is drawn with the terrain: a part of a vehicle or of a body.
+/// A solid drawn with the terrain: a part of a vehicle or body.
 struct DrawnObject {
     enum class Form {
         box,   ///< from -extents to extents
-        ball,  ///< of radius extents
-        tube,  ///< round, about z, open at its ends
+        ball,  ///< ellipsoid with semi-axes extents
+        tube,  ///< cylinder about z, open at its ends
     };
     Form form = Form::box;
     Pose world_from_object;
-    Eigen::Vector3d extents = Eigen::Vector3d::Constant(0.5);  ///< half, along its axes, metres
+    Eigen::Vector3d extents =
+        Eigen::Vector3d::Constant(0.5);  ///< half extents along its axes, metres
     Colour colour{0.8f, 0.2f, 0.1f};
 };
 
 /// Draws meshes of a Triangulator off screen.
 ///
-/// Keeps the heights and slopes of each chunk that was drawn on the device for as long as the chunk
-/// is resident; indices, and offsets where the mesh morphs, are sent every frame. Positions relative
-/// to the eye are subtracted in integers before they become float: nothing jitters far from the
-/// origin, and chunks of different levels meet bit for bit, morphing included.
+/// Keeps heights and slopes of each drawn chunk on the device while the chunk is resident; uploads indices, and offsets
+/// where the mesh morphs, every frame. Positions relative to the eye are subtracted in integers before conversion to
+/// float: nothing jitters far from the origin, and chunks of different levels meet bit for bit, morphing included.
 ///
-/// Light follows the samples at the size of a pixel, as far as they are resident, whichever chunk or
-/// triangle shows them. Where finer samples end it goes over to the coarser ones within half a chunk, and
-/// where a chunk arrives within 16 calls of draw(): so a picture depends on the calls before, as the
-/// pager's fades do. The first one, and one after a jump of the eye, show all there is.
+/// Light uses the slopes of the samples at the size of a pixel, as far as they are resident, whichever chunk or
+/// triangle draws them. Where finer samples end it changes to the coarser ones within half a chunk, and where a chunk
+/// arrives within 16 calls of draw(): a picture depends on earlier calls, as the pager's fades do. The first picture,
+/// and the first after a jump of the eye, use all samples at once.
 ///
 /// Threads: the one whose context is current, from create() to the destructor.
 class TerrainRenderer {
@@ -69,21 +70,19 @@ public:
 
     /// Draws one frame. A mesh without triangles gives a picture of the sky.
     ///
-    /// Fails with invalid_argument for a view that check(view) refuses, whose size is not the
-    /// renderer's, or whose eye is more than 2^49 lattice spacings away, and for a mesh whose chunks
-    /// are not those of its resident set or whose indices end early; device_unavailable for errors
-    /// of OpenGL. Then the last frame stays.
+    /// Fails with invalid_argument for a view that check(view) refuses, whose size is not the renderer's, or whose eye
+    /// is more than 2^49 lattice spacings from the origin, and for a mesh with chunks outside its resident set or too
+    /// few indices; device_unavailable for errors of OpenGL. The last frame is kept then.
     Result<void> draw(const TerrainMesh& mesh, const View& view,
                       std::span<const DrawnObject> objects = {});
 
     /// The last frame.
     Image read() const;
 
-    /// Samples a pixel that the device gave.
+    /// Samples per pixel in use.
     int sample_count() const;
 
-    /// Bytes that heights and slopes of chunks take on the device now. They stand in a pool that
-    /// doubles when it is full and is given back when it is empty: it may take more.
+    /// Bytes of heights and slopes of chunks on the device. Their buffers grow by doubling and may be larger.
     std::size_t buffer_bytes() const;
 
 private:
