@@ -1,12 +1,12 @@
-# Installs the build to a folder, and lets two strangers find it there: README's program, on a machine
-# that has nothing but what heights need, and a simulator that wants every component.
+# Installs the build to a folder, and builds two projects against it: README's program with only the dependencies of
+# heights, and a simulator with every component.
 include(${CMAKE_CURRENT_LIST_DIR}/steps.cmake)
 
 set(prefix ${WORK_DIR}/prefix)
 file(REMOVE_RECURSE ${prefix})
 run(${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${prefix})
 
-# Heights alone neither look for GDAL, zstd, PNG or epoxy, nor load them.
+# The component `terrain` neither searches for GDAL, zstd, PNG and epoxy nor loads them.
 build_project(${CMAKE_CURRENT_LIST_DIR}/readme_example ${WORK_DIR}/readme_example
     -DCMAKE_PREFIX_PATH=${prefix}
     -DCMAKE_DISABLE_FIND_PACKAGE_GDAL=ON
@@ -20,7 +20,7 @@ run(${WORK_DIR}/readme_example/first_ground)
 read_block(README.md text 1 told)
 expect_same("what README's program prints" "${output}" "${told}")
 
-# The examples that were installed with the documentation.
+# The installed examples.
 file(GLOB pages RELATIVE ${SOURCE_DIR}/docs ${SOURCE_DIR}/docs/*.md)
 foreach(page IN LISTS pages)
     if(NOT EXISTS ${prefix}/share/doc/terrane/docs/${page})
@@ -34,7 +34,7 @@ build_project(${CMAKE_CURRENT_LIST_DIR}/stranger ${WORK_DIR}/stranger
     -DCMAKE_PREFIX_PATH=${prefix} -DCOMPONENTS=${COMPONENTS})
 run(${CMAKE_CTEST_COMMAND} --test-dir ${WORK_DIR}/stranger --output-on-failure --no-tests=error)
 if(COMPONENTS MATCHES "dem")
-    # the check above can fail
+    # test of the check above
     find_loaded_libraries(${WORK_DIR}/stranger/raster loaded)
     list(FILTER loaded INCLUDE REGEX "${foreign}")
     if(NOT loaded MATCHES "libgdal")
@@ -42,7 +42,7 @@ if(COMPONENTS MATCHES "dem")
     endif()
 endif()
 
-# A component that nobody installed is an error that names it.
+# A component that is not installed is an error that names it.
 execute_process(
     COMMAND ${CMAKE_COMMAND} --fresh -S ${CMAKE_CURRENT_LIST_DIR}/stranger -B ${WORK_DIR}/missing
         -G ${GENERATOR} -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_PREFIX_PATH=${prefix}

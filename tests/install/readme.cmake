@@ -1,4 +1,4 @@
-# README shows the program and the project that tests/install builds, word for word; pages of docs/ show those of examples/.
+# README shows the program and project of readme_example word for word, docs/ those of examples/; links resolve.
 include(${CMAKE_CURRENT_LIST_DIR}/steps.cmake)
 
 expect_shown(README.md 1 tests/install/readme_example/main.cpp)
@@ -15,7 +15,7 @@ expect_shown(docs/simulator_loop.md 1 examples/simulator_loop.cpp)
 expect_shown(docs/mesh_layout.md 1 examples/mesh_uploader.cpp)
 expect_shown(docs/height_source.md 1 examples/own_source.cpp)
 
-# Public headers take Eigen from math.h alone, which brings what vectors are used with.
+# Public headers include Eigen only through math.h, which provides cross products, quaternions and transforms.
 file(GLOB_RECURSE headers ${SOURCE_DIR}/*/include/terrane/*.h)
 foreach(header IN LISTS headers)
     file(STRINGS ${header} includes REGEX "#include <Eigen/")

@@ -1,7 +1,6 @@
 # Steps of the test scripts in this folder.
 
-# Runs a command; its output goes to the variable `output`. Stops the test, and shows all of it, where
-# it fails.
+# Runs a command; its output goes to the variable `output`. On failure stops the test and shows the output.
 function(run)
     execute_process(COMMAND ${ARGN}
         RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE errors)
@@ -13,8 +12,7 @@ function(run)
     set(output "${output}" PARENT_SCOPE)
 endfunction()
 
-# Configures a project from scratch and builds it. What was compiled before is kept where it is the
-# same.
+# Configures a project from scratch and builds it; reuses up-to-date objects.
 function(build_project source build)
     run(${CMAKE_COMMAND} --fresh -S ${source} -B ${build} -G ${GENERATOR}
         -DCMAKE_BUILD_TYPE=${BUILD_TYPE}
@@ -25,7 +23,7 @@ function(build_project source build)
     run(${CMAKE_COMMAND} --build ${build})
 endfunction()
 
-# Puts the names of all libraries that a program loads, directly or not, into a variable.
+# Sets a variable to the names of all libraries that a program loads, directly or indirectly.
 function(find_loaded_libraries program names_out)
     file(GET_RUNTIME_DEPENDENCIES EXECUTABLES ${program} RESOLVED_DEPENDENCIES_VAR libraries
         UNRESOLVED_DEPENDENCIES_VAR missing)
@@ -36,7 +34,7 @@ function(find_loaded_libraries program names_out)
     set(${names_out} ${libraries} PARENT_SCOPE)
 endfunction()
 
-# Reads the nth block (from 1) of a language out of a page of the repository.
+# Reads the nth code block (from 1) of a language from a page of the repository.
 function(read_block page language number text_out)
     set(path ${SOURCE_DIR}/${page})
     file(READ ${path} text)
@@ -54,8 +52,7 @@ function(read_block page language number text_out)
     set(${text_out} "${block}" PARENT_SCOPE)
 endfunction()
 
-# Stops the test where the nth block of a language on a page is not a program of the repository, word for word but for its
-# licence line.
+# Stops the test where the nth code block of a page differs from a program of the repository without its licence line.
 function(expect_shown page number program)
     file(READ ${SOURCE_DIR}/${program} text)
     string(REGEX REPLACE "^// SPDX[^\n]*\n" "" text "${text}")
@@ -63,12 +60,12 @@ function(expect_shown page number program)
     expect_same("the program of ${program} in ${page}" "${shown}" "${text}")
 endfunction()
 
-# Stops the test where a page links to a file or folder of the repository that does not exist.
+# Stops the test where a page has a link to a missing file or folder of the repository.
 function(expect_links page)
     file(READ ${SOURCE_DIR}/${page} text)
     get_filename_component(folder ${SOURCE_DIR}/${page} DIRECTORY)
     string(REGEX REPLACE "```[^`]*```" "" text "${text}")
-    # brackets join what stands between them in a list
+    # brackets would join list elements
     string(REPLACE "[" "<" text "${text}")
     string(REPLACE "]" ">" text "${text}")
     string(REGEX MATCHALL ">\\([^):]+\\)" links "${text}")

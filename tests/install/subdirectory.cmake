@@ -1,13 +1,12 @@
-# Builds Terrane as a part of a stranger's project.
+# Builds Terrane as a subdirectory of another project.
 include(${CMAKE_CURRENT_LIST_DIR}/steps.cmake)
 
-# The settings that change how Terrane compiles are those of the build that this test belongs to, so
-# that a compiler cache has everything already.
+# Uses the compile settings of the enclosing build, so that a compiler cache hits.
 build_project(${CMAKE_CURRENT_LIST_DIR}/stranger ${WORK_DIR}
     -DTERRANE_SOURCE=${SOURCE_DIR} -DCOMPONENTS=${COMPONENTS}
     -DTERRANE_WARNINGS_AS_ERRORS=ON -DTERRANE_ASSERTS=${ASSERTS})
 
-# Somebody else's build gets the libraries, and neither our tests nor our program.
+# A subdirectory build has the libraries, without tests and program.
 foreach(unwanted IN ITEMS terrane/tests terrane/tools)
     if(EXISTS ${WORK_DIR}/${unwanted})
         message(FATAL_ERROR "${unwanted} was built, and nobody asked for it")

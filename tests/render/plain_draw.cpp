@@ -16,7 +16,7 @@ namespace {
 using namespace internal;
 
 constexpr std::string_view kPlainVertexShader = R"glsl(
-layout(location = 0) in vec3 place;  // from the eye, metres
+layout(location = 0) in vec3 place;  // relative to the eye, metres
 void main() {
     gl_Position = frame.clip_from_eye * vec4(place, 1.0);
 }

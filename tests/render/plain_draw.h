@@ -9,15 +9,14 @@
 
 namespace terrane::test {
 
-/// The triangles of a mesh as one plain draw, to compare the renderer with: 32-bit indices into one
-/// buffer of finished vertices, both on the device already.
+/// Reference for the renderer: the triangles of a mesh as one plain draw call, with 32-bit indices into one buffer of
+/// precomputed vertices on the device.
 ///
-/// Target, state, uniforms and the pass that shades ground and sky are the renderer's; triangles come in
-/// its order. The vertex shader only multiplies by the matrix.
+/// Target, state, uniforms, shading pass and order of triangles are those of the renderer. The vertex shader only
+/// multiplies by the matrix.
 class PlainDraw {
 public:
-    /// Of one mesh from one view. Fails with invalid_argument for an eye too far away,
-    /// device_unavailable for errors of OpenGL.
+    /// Fails with invalid_argument for an eye too far away, device_unavailable for errors of OpenGL.
     static Result<PlainDraw> create(const TerrainMesh& mesh, const View& view,
                                     const RendererSettings& settings);
     void draw() const;

@@ -16,7 +16,7 @@ namespace {
 constexpr double kAmplitude = 12.0;
 constexpr double kWavelength = 90.0;
 
-// Wave heights, moved with the world: the same hills wherever it lies.
+// Wave heights that move with the world: the same hills at any position of it.
 class MovedHeights final : public HeightSource {
 public:
     MovedHeights(const Lattice& lattice, double east)
@@ -48,8 +48,8 @@ private:
     double east_;
 };
 
-// Gentle hills, and at whole metres a roughness that samples 2 m apart miss: it is 0 where both
-// coordinates are even.
+// Gentle hills with a roughness at whole metres that is 0 where both coordinates are even, so that samples 2 m apart
+// miss it.
 class RoughHeights final : public HeightSource {
 public:
     explicit RoughHeights(const Lattice& lattice)
@@ -97,8 +97,8 @@ void add_triangle(Scene& scene, std::size_t a, std::size_t b, std::size_t c) {
     for (const std::size_t i : {a, b, c}) scene.indices.push_back(static_cast<std::uint16_t>(i));
 }
 
-// A square of two cells by two: eight triangles around its middle, or fewer where an edge lies on
-// the chunk's border, so that only every second border sample is a vertex.
+// A square of 2 x 2 cells: eight triangles around its centre, or fewer where an edge is on the border of the chunk, so
+// that only every second border sample is a vertex.
 void add_fan(Scene& scene, int column, int row) {
     const std::size_t middle = sample_index(column + 1, row + 1);
     const auto add_edge = [&](int x0, int y0, int x1, int y1, bool is_border) {
@@ -226,7 +226,7 @@ Scene make_rough_scene(std::span<const ChunkKey> resident, std::span<const Chunk
 
 float offset_at(std::int64_t x, std::int64_t y) {
     if (x > 250) return 0.0f;
-    // thirds, so that sums are rounded
+    // multiples of 1/48, so that sums are rounded
     return static_cast<float>((x * 37 + y * 101) % 64 - 32) / 48.0f;
 }
 

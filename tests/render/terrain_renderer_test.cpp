@@ -49,9 +49,9 @@ View view_from(const WorldPos& eye, const WorldPos& target) {
     return *look_at(eye, target, 1.0, kWidth, kHeight);
 }
 
-// Straight down on the middle of the world, nothing but ground in sight.
+// Straight down on the centre of the world: only ground in view.
 View view_down() { return view_from({250.0, 130.0, 150.0}, {250.0, 130.0, 0.0}); }
-// Over the hills, the horizon in the middle.
+// Horizontally over the hills: the horizon is in the middle.
 View view_along() { return view_from({250.0, 20.0, 40.0}, {250.0, 140.0, 40.0}); }
 
 const std::uint8_t* pixel(const Image& image, int x, int y) {
@@ -123,7 +123,7 @@ TEST_F(TerrainRendererTest, AMeshWithoutTrianglesIsSkyThatGetsDeeperUpwards) {
     const Image image = draw(renderer, TerrainMesh{}, view_along());
     // red fades towards the zenith
     EXPECT_GT(pixel(image, 10, kHeight / 2)[0], pixel(image, 10, 0)[0] + 20);
-    // the sky is no ground: each row is bluer than red
+    // sky: each row is bluer than red
     for (int y = 0; y < kHeight / 2; ++y) {
         ASSERT_GT(pixel(image, 10, y)[2], pixel(image, 10, y)[0]) << y;
     }
@@ -146,7 +146,7 @@ TEST_F(TerrainRendererTest, TheHorizonSeparatesSkyAndGround) {
     }
 }
 
-// Pixels of a picture of the ground that change with the colour of the sky behind it.
+// Counts pixels of the ground that depend on the colour of the sky behind it: cracks.
 class CrackTest : public TerrainRendererTest {
 protected:
     void SetUp() override {
@@ -162,7 +162,7 @@ protected:
 
     int count_sky_pixels(const TerrainMesh& mesh, const View& view) {
         const Image purple = draw(renderers_[0], mesh, view);
-        // one of four samples that is sky makes 255 / 4 of difference; rounding of the haze makes 1
+        // one of four samples of sky gives a difference of 255 / 4; rounding of the haze gives 1
         return count_different(purple, draw(renderers_[1], mesh, view), 8);
     }
 
@@ -172,7 +172,7 @@ protected:
 TEST_F(CrackTest, NoSkyShowsThroughClosedGroundWhereLevelsMeet) {
     const Scene scene = make_scene();
     EXPECT_EQ(count_sky_pixels(scene.mesh(), view_down()), 0);
-    // around two corners of the fine chunk, from many places, never as far as the world's edge
+    // around two corners of the fine chunk, from many positions, without the edge of the world in view
     for (int i = 0; i < 24; ++i) {
         const double turn = 0.26 * i;
         const double x = i % 2 == 0 ? 128.0 : 256.0;
@@ -213,7 +213,7 @@ TEST_F(CrackTest, NoSkyShowsThroughGroundThatMorphsWhereLevelsMeet) {
 TEST_F(CrackTest, AnOffsetThatOneChunkLacksTearsTheGround) {
     Scene scene = make_scene();
     test::add_offsets(scene);
-    // the fine chunk's southern edge: the root beside it goes on with its own
+    // the southern edge of the fine chunk; the root beside it keeps its offsets
     for (int column = 0; column <= kChunkCells; column += 2) {
         scene.offsets[1][sample_index(column, 0)] -= 4.0f;
     }
@@ -266,7 +266,7 @@ TEST_F(TerrainRendererTest, AnEyeThatCreepsFarFromTheOriginMovesThePictureSmooth
     TerrainRenderer renderer = make();
     const double x = 256.0 * far_roots + 100.25;
     const double z = scene.height(x, 100.0) + 2.0;
-    // A float holds whole metres there: a renderer that rounds world positions stands still and jumps.
+    // float has a resolution of metres there: a renderer that rounds world positions would move in jumps
     Image last;
     int changed = 0;
     for (int step = 0; step < 12; ++step) {
@@ -292,7 +292,7 @@ TEST_F(TerrainRendererTest, WireframeDrawsLinesOverTheSameGround) {
     const Image lines = draw(lined, scene.mesh(), view_down());
     const int different = count_different(ground, lines);
     EXPECT_GT(different, kWidth * kHeight / 50);
-    // and the next frame's ground is filled again
+    // the next frame fills the triangles again
     EXPECT_EQ(count_different(lines, draw(lined, scene.mesh(), view_down())), 0);
 }
 
@@ -301,7 +301,7 @@ TEST_F(TerrainRendererTest, ObjectsCoverWhatLiesBehindAndHideBehindHills) {
     TerrainRenderer renderer = make();
     const Image ground = draw(renderer, scene.mesh(), view_down());
     using Form = DrawnObject::Form;
-    // 12 m at 114 to 126 m are about 16 pixels: a square of them, a disc, and a tube that lies
+    // 12 m at 114 to 126 m are about 16 pixels: a square, a disc, and a lying cylinder
     for (const auto& [form, least, most] :
          {std::tuple(Form::box, 200, 400), std::tuple(Form::ball, 150, 300),
           std::tuple(Form::tube, 200, 400)}) {
@@ -371,7 +371,7 @@ TEST_F(TerrainRendererTest, AChunkThatWasLoadedAgainIsNotTakenForItsPredecessor)
 }
 
 TEST_F(TerrainRendererTest, LightHasNoSeamWhereChunksOfALevelMeet) {
-    // the two roots' edge is at x = 256: columns of pixels beside it may differ no more than others
+    // the shared edge of the roots is at x = 256: pixel columns at it may differ no more than others
     const Scene scene = make_scene();
     TerrainRenderer renderer = make();
     const Image image =

@@ -38,7 +38,7 @@ private:
         : HeightSource(lattice, test::whole_extent(lattice)) {}
 };
 
-// A regular net of triangles over a square around the origin.
+// A regular triangle mesh over a square around the origin.
 std::vector<TriangleHeap::Triangle> make_net(double half_side, int cells, double height) {
     std::vector<TriangleHeap::Triangle> net;
     const double cell = 2.0 * half_side / cells;
@@ -59,7 +59,7 @@ View from_above(double height) {
 }
 
 TEST(Verifier, AgreesWithAnAnalyticCase) {
-    // 1 m too high everywhere: the largest screen error is that of the nearest ground in view
+    // 1 m too high everywhere: the nearest ground in view has the largest screen error
     const FlatHeights ground;
     Verifier verifier(ground);
     const View view =
@@ -136,7 +136,7 @@ TEST(Verifier, MeasuresMovementUnderFixedPoints) {
     EXPECT_LE(moved.max_pop_px, 0.25 * view.pixels_per_radian() / nearest + 1e-9);
     EXPECT_GE(moved.max_pop_px, 0.25 * view.pixels_per_radian() / (1.02 * nearest));
     EXPECT_EQ(moved.max_pop_elsewhere_px, 0.0);
-    // a jump of the eye is no pop of the ground
+    // a jump of the eye does not count as a pop
     view.eye_world.y() += 200.0;
     const Measurement jumped = verifier.measure(TriangleHeap(make_net(1000.0, 20, 0.0)), view);
     EXPECT_EQ(jumped.max_pop_px, 0.0);
@@ -149,7 +149,7 @@ TEST(Verifier, HoldsOnlyFramesToTheLimitThatCertifyALittle) {
     const double pop = 0.25 * view.pixels_per_radian() / 300.0;
     for (const double certified_px : {1.5, 1.6}) {
         Verifier verifier(ground, 20'000);
-        // the frame before may certify anything
+        // the bound of the previous frame does not matter
         verifier.measure(TriangleHeap(make_net(1000.0, 20, 0.0)), view, 50.0);
         const Measurement moved =
             verifier.measure(TriangleHeap(make_net(1000.0, 20, 0.25)), view, certified_px);
@@ -177,7 +177,7 @@ TEST(Verifier, FindsTheMovementOfASingleVertexExactly) {
         const Measurement moved = verifier.measure(TriangleHeap(comes ? raised : flat), view);
         EXPECT_NEAR(moved.max_pop_px, whole, 1e-9 * whole);
     }
-    // a vertex that goes and leaves its place in the middle of a triangle
+    // a vertex that disappears: its position is then inside a triangle
     Verifier verifier(ground, 1'000);
     verifier.measure(TriangleHeap(raised), view);
     EXPECT_NEAR(verifier.measure(TriangleHeap(make_net(500.0, 3, 0.0)), view).max_pop_px, whole,
@@ -215,7 +215,7 @@ TEST(TriangleHeap, ListsEveryVertexOnce) {
 }
 
 TEST(TriangleHeap, AgreesWithATestOfEveryTriangle) {
-    // a net whose cells are of one size, thrown over by others: random triangles of random sizes
+    // random triangles of random sizes
     test::Random random(5);
     std::vector<TriangleHeap::Triangle> net;
     for (int i = 0; i < 400; ++i) {

@@ -77,7 +77,7 @@ private:
 
 /// The summary that scripts read: counts, medians and maxima over frames.
 ///
-/// @param memory_bytes memory limit of the pager
+/// @param memory_bytes memory ceiling of the pager
 nlohmann::ordered_json summarize(std::span<const FrameRecord> frames, std::size_t memory_bytes,
                                  double fps);
 

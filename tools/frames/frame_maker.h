@@ -35,8 +35,8 @@ public:
                                      const FrameMakerSettings& settings,
                                      std::unique_ptr<ChunkLoader> loader = nullptr);
 
-    /// Blocks until everything that the first frame can use is resident, or the memory limit is reached. Starts with a
-    /// coarse error threshold and halves it, so that a small triangle budget loads no chunks that it cannot draw.
+    /// Blocks until everything that the first frame can use is resident, or the memory ceiling is reached. Starts with
+    /// a coarse error threshold and halves it, so that a small triangle budget loads no chunks that it cannot draw.
     /// Returns early where is_interrupted().
     ///
     /// @param time of the pager's clock, seconds

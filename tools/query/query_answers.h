@@ -11,7 +11,7 @@ namespace terrane::tools {
 /// Answers one line with the id, `status` and the result.
 ///
 /// The answer depends only on the terrain and the contact spacing, not on earlier questions; it is `not_resident` only
-/// where the question needs more than the memory limit.
+/// where the question needs more than the memory ceiling.
 nlohmann::ordered_json answer_query(const QueryLine& line, QueryGround& ground);
 
 /// `{"status":"invalid","message":..}`, as answer_query() gives for a bad line.

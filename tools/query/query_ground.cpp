@@ -40,7 +40,7 @@ bool QueryGround::load(const WorldRect& region) {
     const Pager::Ticket ticket = pager_.require(wanted, time_s_);
     held_.push_back(ticket);
     const int level = ground_->level();
-    // release the old set first: chunks that only it refers to count against the memory limit
+    // release the old set first: chunks that only it refers to count against the memory ceiling
     ground_.reset();
     time_s_ += 1.0;
     pager_.update({}, {}, time_s_);

@@ -16,7 +16,7 @@ struct QueryGroundSettings {
     std::size_t memory_bytes = std::size_t{1} << 30;
 };
 
-/// Ground loaded on demand; evicted only when the memory limit requires it.
+/// Ground loaded on demand; evicted only when the memory ceiling requires it.
 ///
 /// Query first and load() only where the answer is not_resident: resident ground costs no update.
 class QueryGround {
@@ -41,7 +41,7 @@ private:
     Pager pager_;
     std::optional<Ground> ground_;
     std::vector<Pager::Ticket> held_;
-    std::size_t max_chunks_ = 0;  ///< capacity of the memory limit
+    std::size_t max_chunks_ = 0;  ///< capacity of the memory ceiling
     double time_s_ = 0.0;         ///< number of loads: only the order matters
 };
 

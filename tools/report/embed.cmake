@@ -1,6 +1,6 @@
 # Writes OUTPUT, a source that defines assets::NAME, the text of INPUT, as declared in assets.h.
 file(READ ${INPUT} text)
-# A report refers to nothing on a network: addresses in the comments of libraries lose their scheme.
+# Reports contain no network addresses: removes the scheme of URLs in comments of libraries.
 string(REPLACE "https://" "" text "${text}")
 string(REPLACE "http://" "" text "${text}")
 string(HEX "${text}" hex)

@@ -27,7 +27,7 @@ const places = [
 ];
 const ratioText = value => value === null ? "" : value === "inf" ? "∞" : figure(value);
 
-// Missed targets are marked at the policy `deadline`, the memory limit at every policy.
+// Missed targets are marked at the policy `deadline`, the memory ceiling at every policy.
 const isMissed = (cell, key, policy) => cell.missed.includes(key) &&
   (policy === "deadline" || key === "peak_bytes");
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A fractal that is baked, opened again, and has the same ground.
+// Bakes a fractal, opens the file, and compares the ground.
 #include <terrane/store/chunk_store.h>
 #include <terrane/terrain/fractal_heights.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A ball falls for three seconds and must not be in the ground.
+// Drops a sphere for three seconds; it must not be in the ground.
 #include <terrane/collision/bodies.h>
 #include <terrane/terrain/fractal_heights.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Heights alone: the same seed is the same ground.
+// Heights only: the same seed gives the same ground.
 #include <terrane/terrain/fractal_heights.h>
 
 #include <cstdio>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Draws a picture of some ground: not all of it may be sky.
+// Draws a picture of ground; not all of it may be sky.
 #include <terrane/render/terrain_renderer.h>
 #include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/pager.h>
@@ -9,7 +9,7 @@
 
 namespace {
 
-constexpr int kNoDevice = 77;  // tells the test that it was skipped
+constexpr int kNoDevice = 77;  // exit code for a skipped test
 
 int fail(const terrane::Error& error) {
     std::printf("%s\n", error.message.c_str());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What everybody does with vectors and poses, with Terrane's headers alone.
+// Common operations on vectors and poses with only Terrane's headers.
 #include <terrane/terrain/view.h>
 
 #include <cmath>
@@ -12,7 +12,7 @@ int main() {
     const Eigen::Vector3d right = view->forward.cross(view->up);
     const Eigen::Vector3d diagonal = (view->forward + right).normalized();
 
-    // A quarter turn to the left about z, there as a rotation matrix, here as a quaternion.
+    // a quarter turn to the left about z: a rotation matrix in Terrane, a quaternion here
     const Eigen::AngleAxisd turn(0.5 * std::acos(-1.0), Eigen::Vector3d::UnitZ());
     Pose world_from_body;
     world_from_body.rotation = turn.toRotationMatrix();

@@ -51,7 +51,7 @@ protected:
         return places;
     }
 
-    // What the device holds in the chunk's slot is what the processor would put there.
+    // Compares the slot of a chunk on the device with the heights of the chunk.
     static void expect_content(ChunkPool& pool, const ResidentSet& resident, const Chunk& chunk) {
         const ChunkSlot* slot = pool.find(resident, chunk);
         ASSERT_NE(slot, nullptr);
@@ -119,7 +119,7 @@ TEST_F(ChunkPoolTest, FindsNoChunkOutsideTheSet) {
     const ResidentSet few = first_chunks(3);
     pool.follow(few);
     EXPECT_EQ(pool.find(few, *chunks_[3]), nullptr);
-    // the same key, another chunk
+    // another chunk with the same key
     const Chunk other = *chunks_[0];
     EXPECT_EQ(pool.find(few, other), nullptr);
     EXPECT_NE(pool.find(few, *chunks_[0]), nullptr);

@@ -25,7 +25,7 @@ using test::Scene;
 constexpr int kWidth = 320;
 constexpr int kHeight = 180;
 
-// What terrain.vert gives the rasteriser of one vertex: p_eye and gl_Position.
+// Output of terrain.vert for one vertex: p_eye and gl_Position.
 struct Displayed {
     std::array<float, 3> p_eye{};
     std::array<float, 4> p_clip{};
@@ -48,12 +48,12 @@ protected:
         Result<EglContext> context = EglContext::create(GlChecks::on);
         if (!context) GTEST_SKIP() << context.error().message;
         context_ = std::make_unique<EglContext>(std::move(*context));
-        // without a window nothing may be drawn, not even without pixels, until there is a target
+        // without a window drawing needs a target, even with rasterisation disabled
         picture_.emplace(std::move(*Framebuffer::create(kWidth, kHeight, 4)));
         picture_->bind_depth();
     }
 
-    // The library's vertex shader without a fragment shader; its results are written to a buffer.
+    // The vertex shader of the library without a fragment shader, with transform feedback.
     static GlProgram make_capture() {
         const GlShader shader(glCreateShader(GL_VERTEX_SHADER));
         const std::array<const GLchar*, 2> texts{light_glsl.data(), terrain_vert.data()};
@@ -80,7 +80,7 @@ protected:
         return buffer;
     }
 
-    // Every vertex of every triangle as the device places it, in the order of drawing.
+    // The displayed position of every vertex of every triangle, in drawing order.
     static std::vector<Vertex> capture(GroundDraws& draws, const Scene& scene, const View& view) {
         const Lattice& lattice = scene.resident->lattice();
         const EyeFrame eye = *make_eye_frame(lattice, view.eye_world);
@@ -102,7 +102,7 @@ protected:
                      {}});
             }
         }
-        // the scene keeps its chunks where they are
+        // addresses of chunks in the scene are stable
         for (Vertex& vertex : vertices) {
             vertex.chunk =
                 &scene.chunks[static_cast<std::size_t>(vertex.chunk - mesh.chunks.data())];
@@ -138,8 +138,8 @@ View view_from(const WorldPos& eye, const WorldPos& target) {
 }
 
 struct Agreement {
-    int shared = 0;     // lattice points that chunks of different levels display
-    int morphing = 0;   // of those, with an offset
+    int shared = 0;     // lattice points displayed by chunks of different levels
+    int morphing = 0;   // of these, with an offset
     int different = 0;  // lattice points with more than one position
 };
 
@@ -202,7 +202,7 @@ TEST_F(GroundDrawsTest, AnOffsetIsOneSumAfterAllElse) {
     Scene scene = make_scene(39'063);
     GroundDraws draws;
     const double west = 256.0 * 39'063;
-    // among the hills: sums that change their exponent tell the order of rounding
+    // close to the hills: sums whose exponent changes reveal the order of rounding
     const View view = view_from({west + 131.137, 87.71, 2.0131}, {west + 190.0, 140.0, 0.0});
     const std::vector<Vertex> still = capture(draws, scene, view);
     add_offsets(scene);
@@ -276,7 +276,7 @@ TEST_F(GroundDrawsTest, PagesOfOneSlotDrawTheSamePositionsAndPicture) {
             ASSERT_EQ(vertices[0][i].displayed.bits(), vertices[other][i].displayed.bits());
         }
     }
-    // the picture is one of ground
+    // the picture shows ground
     int bright = 0;
     for (const std::uint8_t value : images[0].rgb) bright += value > 30 ? 1 : 0;
     EXPECT_GT(bright, kWidth * kHeight);

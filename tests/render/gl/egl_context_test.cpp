@@ -45,7 +45,7 @@ TEST(EglContext, WithChecksAGlErrorIsAFailedResultOnce) {
     Result<EglContext> context = EglContext::create(GlChecks::on);
     if (!context) GTEST_SKIP() << context.error().message;
     EXPECT_TRUE(internal::check_gl("start"));
-    glEnable(GL_TRIANGLES);  // no capability
+    glEnable(GL_TRIANGLES);  // an error: not a capability
     const Result<void> bad = internal::check_gl("try");
     ASSERT_FALSE(bad);
     EXPECT_EQ(bad.error().code, ErrorCode::device_unavailable);

@@ -51,7 +51,7 @@ TEST_F(StreamBufferTest, TakesTurnsAndGrowsOnlyWhereAFrameNeedsMore) {
     StreamBuffer stream;
     std::set<const std::byte*> seen;
     for (int frame = 0; frame < 12; ++frame) {
-        // what three buffers of 1000 bytes and a half more can hold
+        // fits into three buffers of 1.5 * 1000 bytes
         std::byte* memory = stream.begin(1000 + 40 * static_cast<std::size_t>(frame));
         ASSERT_NE(memory, nullptr);
         seen.insert(memory);

@@ -35,13 +35,13 @@ std::shared_ptr<const ResidentSet> make_set(const WaveHeights& source, const Chu
     return std::make_shared<const ResidentSet>(source.lattice(), source.extent(), chunks, 1);
 }
 
-// So long a lens that light wants every chunk.
+// A field of view so small that every chunk is lit.
 View view_from(const WorldPos& eye) {
     View view = *look_at(eye, eye + WorldPos(0.0, 1.0, -1.0), 0.02, 320, 180);
     return view;
 }
 
-// The field at a place in a chunk, 0 to 1 along its sides: as shade.frag reads it.
+// The field at a position in a chunk, 0 to 1 along its sides, as in shade.frag.
 double level_at(const LitChunk& lit, double x, double y) {
     const int column = std::min(static_cast<int>(2.0 * x), 1);
     const int row = std::min(static_cast<int>(2.0 * y), 1);
@@ -53,8 +53,7 @@ double level_at(const LitChunk& lit, double x, double y) {
            v * ((1.0 - u) * node(0, 1) + u * node(1, 1));
 }
 
-// That of the finest lit chunk at a world place, seen from the north-east of it or from the
-// south-west.
+// The field of the finest lit chunk at a world position: its limit from the north-east or from the south-west.
 double level_at(const LightLevels& levels, const Lattice& lattice, double x, double y,
                 bool from_north_east) {
     double finest = -1.0;
@@ -71,7 +70,7 @@ double level_at(const LightLevels& levels, const Lattice& lattice, double x, dou
     return finest;
 }
 
-// Largest difference between the two sides of a border, on a grid that holds every border.
+// Largest step across a border, on a grid that contains every border.
 double largest_step(const LightLevels& levels, const Lattice& lattice) {
     const double cell = lattice.spacing * static_cast<double>(lattice.chunk_side(4)) / 4.0;
     const auto count = static_cast<int>(
@@ -102,7 +101,7 @@ TEST(LightLevels, AreContinuousAcrossChunksOfAnyLevelsWhileTheyComeAndGo) {
     bool has_between = false;
     for (int frame = 0; frame < 24; ++frame) {
         if (frame % 3 == 0) {
-            // children of any chunk, wherever there is none
+            // adds absent children of random chunks
             const std::size_t count = chunks.size();
             for (std::size_t i = 0; i < count; ++i) {
                 const ChunkKey key = chunks[i]->key;
@@ -115,7 +114,7 @@ TEST(LightLevels, AreContinuousAcrossChunksOfAnyLevelsWhileTheyComeAndGo) {
                 fades.push_back(1.0f);
             }
         }
-        // one chunk in five leaves
+        // one chunk in five fades out
         for (std::size_t i = 4; i < fades.size(); i += 5) fades[i] *= 0.9f;
         levels.update(std::make_shared<const ResidentSet>(lattice, source.extent(), chunks, fades,
                                                           static_cast<std::uint64_t>(frame)),
@@ -144,7 +143,7 @@ protected:
         }
         return chunks;
     }
-    // In the corner that the children share.
+    // Level at the corner shared by the children.
     static double middle(const LightLevels& levels) {
         return double{levels.lit().back().nodes[0].level};
     }
@@ -199,9 +198,9 @@ TEST_F(LightLevelsTest, ChunksShowAtOnceWhereTheEyeJumpsAndWithTheirParents) {
 TEST_F(LightLevelsTest, KeepsItsLevelAtTheEdgeOfTheWorld) {
     LightLevels levels(64);
     levels.update(make_set(source_, with_children()), view_);
-    // its north-eastern corner is the world's
+    // its north-eastern corner is that of the world
     EXPECT_EQ(levels.lit().back().nodes[8].level, 1.0f);
-    // in the south-west the root beside has no children
+    // the root to the south-west has no children
     EXPECT_EQ(levels.lit()[4].nodes[0].level, 0.0f);
 }
 
@@ -220,7 +219,7 @@ TEST_F(LightLevelsTest, ChunksWithoutALayerAreAbsentAndLeaveNoStep) {
     levels.update(make_set(source_, chunks), view_);
     EXPECT_EQ(levels.lit().size(), 6u);
     for (const LitChunk& lit : levels.lit()) EXPECT_TRUE(lit.layer >= 0 && lit.layer < 6);
-    // the corner that the two lit children share with the two others
+    // the corner shared by the two lit children and the two others
     EXPECT_EQ(levels.lit()[4].nodes[8].level, 0.0f);
     EXPECT_EQ(levels.lit()[4].nodes[4].level, 1.0f);
 }

@@ -18,7 +18,7 @@ std::vector<std::int16_t> map_of(const ResidentSet& resident, const ChunkKey& ke
     return make_slope_map(resident, chunk_at(resident, key), find_side_levels(resident, key));
 }
 
-// Both components of a sample of a layer.
+// x and y of a sample of a layer.
 std::array<int, 2> slope(const std::vector<std::int16_t>& map, int layer, int column, int row) {
     const auto at = 2 * (static_cast<std::size_t>(slope_layer_row(layer) + row) * kSlopeMapWidth +
                          static_cast<std::size_t>(column));
@@ -70,7 +70,7 @@ TEST(SlopeMap, HoldsTheNormalOfTheSurface) {
             const double north = (scene.height(x, y + 2.0) - scene.height(x, y - 2.0)) / 4.0;
             const double length = std::sqrt(east * east + north * north + 1.0);
             const std::array<int, 2> packed = slope(map, 0, column, row);
-            // a quantum of height over four metres, and half a step of the packing
+            // one quantum of height over four metres, and half a step of the quantized normal
             EXPECT_NEAR(packed[0] / 32767.0, -east / length, 1.5e-4);
             EXPECT_NEAR(packed[1] / 32767.0, -north / length, 1.5e-4);
         }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Light where chunks of different levels meet: on rough ground seen from above, what a picture differs by
-// from the one that coarse chunks alone give tells how fine the slopes are that it is lit by.
+// Light where chunks of different levels meet. On rough ground seen from above, the difference from a picture lit by
+// coarse chunks only measures how fine the slopes of the light are.
 #include "render/scene.h"
 
 #include <terrane/render/terrain_renderer.h>
@@ -22,7 +22,7 @@ using test::Scene;
 
 constexpr int kWidth = 480;
 constexpr int kHeight = 160;
-constexpr int kBand = 16;  // columns of pixels
+constexpr int kBand = 16;  // pixel columns
 
 constexpr std::array<ChunkKey, 8> kAllFine{ChunkKey{0, 0, 1}, ChunkKey{1, 0, 1}, ChunkKey{0, 1, 1},
                                            ChunkKey{1, 1, 1}, ChunkKey{2, 0, 1}, ChunkKey{3, 0, 1},
@@ -44,7 +44,7 @@ protected:
         return std::move(*made);
     }
 
-    // Straight down on the middle of the two roots, a pixel for a metre.
+    // Straight down on the centre of the two roots, 1 m per pixel.
     static Image draw(TerrainRenderer& renderer, const Scene& scene) {
         const double height = kHeight / (2.0 * std::tan(0.15));
         const View view =
@@ -62,7 +62,7 @@ protected:
     std::unique_ptr<EglContext> context_;
 };
 
-// Mean difference from the picture that only coarse chunks light, in each band of columns.
+// Mean difference from the picture lit by coarse chunks only, in each band of columns.
 std::vector<double> contrasts(const Image& image, const Image& coarse) {
     std::vector<double> found;
     for (int band = 0; band < kWidth / kBand; ++band) {
@@ -112,13 +112,13 @@ constexpr std::size_t kMiddle = kBands / 2;
 TEST_F(TerrainLightTest, HasNoBorderWhereACoarseChunkDrawsBesideAFineOne) {
     TerrainRenderer renderer = make();
     const Image fine = draw(renderer, make_rough_scene(kAllFine, kAllFine));
-    // the east is drawn with the root's triangles, though its children are there
+    // the root draws the east, though its children are resident
     const Image mixed = draw(renderer, make_rough_scene(kAllFine, kWesternFine));
     const Image coarse = draw_coarse();
     const std::vector<double> of_fine = contrasts(fine, coarse);
     const std::vector<double> of_mixed = contrasts(mixed, coarse);
     ASSERT_GT(mean(of_fine, 0, kBands), 4.0);
-    // no band differs by more than bands of the fine picture differ among themselves
+    // bands differ no more than those of the fine picture
     const double usual = largest_step(of_fine, 0, kBands - 1);
     ASSERT_LT(usual, 0.3 * mean(of_fine, 0, kBands));
     EXPECT_LE(largest_step(of_mixed, 0, kBands - 1), 1.3 * usual);
@@ -136,7 +136,7 @@ TEST_F(TerrainLightTest, FollowsFineGroundLessAndLessTowardsGroundThatIsNotThere
     const double inside = mean(found, 0, kMiddle - 5), beyond = mean(found, kMiddle, kBands);
     ASSERT_GT(inside, 4.0);
     EXPECT_LT(beyond, 0.1 * inside);
-    // 64 m of slope: four bands
+    // the transition is 64 m wide: four bands
     EXPECT_LE(largest_step(found, 0, kBands - 1), 0.45 * (inside - beyond));
 }
 
@@ -145,7 +145,7 @@ TEST_F(TerrainLightTest, FadesInWithoutABorderWhereChunksArrive) {
     const Scene before = make_rough_scene(kWesternFine, {});
     Scene after = make_rough_scene(kAllFine, {});
     const std::shared_ptr<const ResidentSet> made = after.resident;
-    // the chunks of before are the same ones: only the eastern four arrive
+    // the earlier chunks are the same objects: only the eastern four arrive
     std::vector<std::shared_ptr<const Chunk>> chunks;
     for (const std::shared_ptr<const Chunk>& chunk : made->chunks()) {
         const std::int32_t held = before.resident->find(chunk->key);
@@ -170,12 +170,12 @@ TEST_F(TerrainLightTest, FadesInWithoutABorderWhereChunksArrive) {
     ASSERT_GT(gain, 2.0);
     const double usual = largest_step(last, 0, kBands - 1);
     for (std::size_t frame = 1; frame < frames.size(); ++frame) {
-        // in time
+        // continuous in time
         for (std::size_t i = 0; i < kBands; ++i) {
             EXPECT_LE(std::abs(frames[frame][i] - frames[frame - 1][i]), 0.2 * gain)
                 << "frame " << frame << ", band " << i;
         }
-        // and in space
+        // continuous in space
         EXPECT_LE(largest_step(frames[frame], 0, kBands - 1), 0.45 * gain + usual)
             << "frame " << frame;
     }

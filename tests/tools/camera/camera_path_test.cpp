@@ -93,7 +93,7 @@ TEST(CameraPath, VelocityIsTheRateOfTheEye) {
     }
 }
 
-// A corner in the way would be an acceleration of speed * frames a second: thousands of m/s^2.
+// A corner in the path would be an acceleration of speed * frame rate: thousands of m/s^2.
 TEST(CameraPath, HasNoSpikesOfAccelerationNorOfTurning) {
     constexpr double kFrame = 1.0 / 60.0;
     for (const std::string name : kBuiltIns) {
@@ -109,7 +109,7 @@ TEST(CameraPath, HasNoSpikesOfAccelerationNorOfTurning) {
             most_turn_change =
                 std::max({most_turn_change, change.norm() / kFrame, roll.norm() / kFrame});
         }
-        // half a circle in 6 s, whose rate rises to 1.875 times its mean
+        // a half circle in 6 s, with a maximum rate of 1.875 times the mean
         EXPECT_LT(most, name == "turns" ? 1.875 * 52.4 + 5.0 : 60.0) << name << " m/s^2";
         EXPECT_LT(most_turn_change, 0.05) << name << " rad/s from frame to frame";
     }
@@ -166,7 +166,7 @@ TEST(CameraPath, OrbitsLookAtTheMiddle) {
 
 TEST(CameraPath, TurnsGoThereAndBackOverTheMiddle) {
     const CameraPath path = make("turns", 100.0, 200.0, 60.0);
-    // straight for 5 s, half a circle to the left in 6 s
+    // 5 s straight, a half circle to the left in 6 s
     for (int period = 0; period < 5; ++period) {
         const double start = 11.0 * period;
         const Eigen::Vector3d heading = path.at(start + 0.5).velocity;
@@ -174,7 +174,7 @@ TEST(CameraPath, TurnsGoThereAndBackOverTheMiddle) {
         EXPECT_NEAR(turn(heading, path.at(start + 8.0).velocity), 0.5 * M_PI, 0.05);
         EXPECT_NEAR(std::abs(turn(heading, path.at(start + 11.5).velocity)), M_PI, 1e-6);
     }
-    EXPECT_LT(path.at(2.5).eye_world.head<2>().norm(), 1.0) << "the middle of the first way";
+    EXPECT_LT(path.at(2.5).eye_world.head<2>().norm(), 1.0) << "the middle of the first straight";
     EXPECT_LT((path.at(24.5).eye_world - path.at(2.5).eye_world).head<2>().norm(), 10.0)
         << "after two turns it is there again";
     double most = 0.0;

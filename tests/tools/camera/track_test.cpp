@@ -21,7 +21,7 @@ protected:
         return path;
     }
 
-    // The message that a file is refused with; "" where it is read.
+    // The error message for a file; "" where it is read.
     std::string refusal(const std::string& name, const std::string& text,
                         const DemInfo* dem = nullptr) {
         const Result<Track> track = read_track(write(name, text), dem);

@@ -65,8 +65,8 @@ TEST(Crowd, HasTheCornerCountOfItsDetail) {
 }
 
 TEST(Crowd, BallsTouchAboutAsOftenAsProbabilitySays) {
-    // Two balls of radius r in a volume V meet with probability 32 / 3 pi r^3 / V; bodies of many corners are nearly
-    // balls.
+    // two spheres of radius r in a volume V overlap with probability 32 / 3 pi r^3 / V; bodies of many corners are
+    // nearly spheres
     CrowdLayout layout = layout_of(200, BroadphaseKind::grid);
     layout.detail = 20.0;
     layout.detail_deviation = 0.0;
@@ -77,9 +77,9 @@ TEST(Crowd, BallsTouchAboutAsOftenAsProbabilitySays) {
         touching += static_cast<double>(crowd.query().touching);
         crowd.move(5.0);
     }
-    // 8 n^2 / 2 times the share of a ball, share / n
+    // n^2 / 2 pairs times 8 times the share of a sphere, share / n
     const double expected = 4.0 * 200.0 * layout.share;
-    // walls keep centres in less than the room
+    // the walls confine centres to less than the room
     EXPECT_GT(touching / kSteps, expected);
     EXPECT_LT(touching / kSteps, 2.0 * expected);
 }

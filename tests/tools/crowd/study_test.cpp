@@ -55,7 +55,7 @@ TEST(Study, MeasuresAndReportsEveryPublishedPoint) {
     }
     EXPECT_EQ(keys, (std::vector<std::string>{"count", "detail", "radius", "equal"}));
     EXPECT_EQ(published, 11u + 7u + 5u + 1u);
-    // 11 published, and 100 and 300 more
+    // 11 published ones, and 100 and 300
     EXPECT_EQ(tables[0].points.size(), 13u);
 
     const std::string path = testing::TempDir() + "study_report.html";

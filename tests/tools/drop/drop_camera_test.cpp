@@ -57,7 +57,7 @@ TEST(DropCamera, SeesOneBodyFromAFewMetres) {
     EXPECT_LT(distance, 20.0);
 }
 
-// What rolled off the world is not followed, unless nothing else is left.
+// Bodies outside the extent are not followed, unless all are.
 TEST(DropCamera, StaysWithThoseThatAreOnTheTerrain) {
     std::vector<BodyState> bodies{body_at(0.0, 0.0), body_at(10.0, 0.0)};
     DropCamera camera(kHills, bodies);

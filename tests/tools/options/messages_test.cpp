@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Messages that hold numbers, of every library: short whatever the numbers are.
+// Messages with numbers, of every library, are short for any value.
 #include <terrane/collision/bodies.h>
 #include <terrane/collision/compound.h>
 #include <terrane/collision/convex_hull.h>
@@ -38,7 +38,7 @@ TEST(NumberText, HasSixSignificantDigits) {
     for (const double value : kExtremes) EXPECT_LE(number_text(value).size(), 13u);
 }
 
-// A message, "" where the value is allowed.
+// The error message for a value; "" where it is valid.
 using Ask = std::function<std::string(double)>;
 
 template <class T>

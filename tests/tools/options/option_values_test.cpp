@@ -65,12 +65,12 @@ TEST(Given, NaNIsNotGiven) {
     EXPECT_EQ(given(0.0), 0.0);
 }
 
-/// The message of parsing `--value TEXT`, or "" where it is taken.
+/// The error message for `--value TEXT`; "" where it is valid.
 std::string refusal(const std::string& text) {
     CLI::App app;
     std::size_t value = 0;
     add_count(app, "--value", value, 2, "");
-    std::vector<std::string> arguments{text, "--value"};  // CLI11 wants them backwards
+    std::vector<std::string> arguments{text, "--value"};  // CLI11 takes them in reverse
     try {
         app.parse(arguments);
     } catch (const CLI::ParseError& error) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "source/slow_heights.h"
 
-#include "support/random.h"
 #include "support/heights/wave_heights.h"
+#include "support/random.h"
 
 #include <terrane/terrain/chunk.h>
 
@@ -15,7 +15,7 @@
 namespace terrane::tools {
 namespace slow_heights_test {
 
-// Times are given, not taken: no clock runs here.
+// Times are arguments: no clock is used.
 TEST(FairPipe, OneTransferHasAllOfIt) {
     FairPipe pipe(100.0);
     const double transfer = pipe.begin(5.0, 20.0);
@@ -43,8 +43,8 @@ TEST(FairPipe, MovesWhatStepByStepSharingMoves) {
     constexpr std::uint64_t kSeed = 20240608;
     test::Random random(kSeed);
     struct Transfer {
-        double begin = 0.0, left = 0.0;  // by steps
-        double end = 1e9;                // likewise
+        double begin = 0.0, left = 0.0;  // simulated in steps
+        double end = 1e9;                // the same
         double name = 0.0;
     };
     FairPipe pipe(1000.0);

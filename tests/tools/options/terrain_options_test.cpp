@@ -63,7 +63,7 @@ TEST(ParseScene, TakesTheKindOfAFractal) {
     EXPECT_EQ(scene->fractal, FractalKind::warped);
 }
 
-/// Parses one command line and opens what it chose.
+/// Parses a command line and opens its terrain.
 CommandResult<Terrain> open_line(const std::string& line) {
     CLI::App app;
     TerrainOptions options;

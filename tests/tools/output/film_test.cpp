@@ -26,7 +26,7 @@ protected:
 
     std::string at(const std::string& name) const { return (folder_ / name).string(); }
 
-    // Names in the test's folder.
+    // Names of the files in the test's folder.
     std::vector<std::string> files() const {
         std::vector<std::string> names;
         for (const fs::directory_entry& entry : fs::directory_iterator(folder_)) {
@@ -52,7 +52,7 @@ Image make_frame(int width, int height, int index) {
     return image;
 }
 
-// Frames that a player finds.
+// Number of frames that ffprobe finds.
 int count_frames(const std::string& path) {
     const std::string command =
         "ffprobe -v error -count_frames -select_streams v:0 -show_entries stream=nb_read_frames "
@@ -149,7 +149,7 @@ TEST_F(FilmTest, AnUnwritablePathIsAnErrorThatNamesItNotASignal) {
     Result<Film> film = Film::create(path, 640, 480, 24.0);
     std::optional<Error> error;
     if (!film) error = film.error();
-    // more than any buffer between the programs holds
+    // more than the buffers between the processes hold
     for (int i = 0; i < 20 && !error; ++i) {
         if (const Result<void> added = film->add(make_frame(640, 480, i)); !added) {
             error = added.error();
@@ -159,14 +159,14 @@ TEST_F(FilmTest, AnUnwritablePathIsAnErrorThatNamesItNotASignal) {
     EXPECT_EQ(error->code, ErrorCode::io);
     EXPECT_NE(error->message.find(path), std::string::npos) << error->message;
     EXPECT_EQ(error->message.find('\n'), std::string::npos);
-    // what was lost stays lost
+    // the failure is permanent
     if (film) {
         EXPECT_FALSE(film->add(make_frame(640, 480, 0)));
         EXPECT_FALSE(film->finish());
     }
 }
 
-// Puts a script in the place of ffmpeg, as long as it lives.
+// Replaces ffmpeg by a script, for its lifetime.
 class FakeFfmpeg {
 public:
     FakeFfmpeg(const fs::path& folder, const std::string& script) {

@@ -73,7 +73,7 @@ TEST(OutputFile, InARunsFolderIsListedAndNeverTakesAFilesPlace) {
         a->write("run");
         b->write("run");
         ASSERT_TRUE(a->commit());
-        std::ofstream(folder + "/b") << "mine";  // put there while the run goes on
+        std::ofstream(folder + "/b") << "mine";  // created during the run
         EXPECT_FALSE(b->commit());
         EXPECT_FALSE(OutputFolder::open(folder, {}, false)) << "it is in use";
     }

@@ -16,7 +16,7 @@
 namespace terrane::tools {
 namespace ply_test {
 
-/// A frame over a fractal, of chunks of several levels.
+/// A frame of a fractal with chunks of several levels.
 struct Frame {
     std::shared_ptr<const HeightSource> source;
     std::optional<Triangulator> triangulator;

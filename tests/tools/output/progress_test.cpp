@@ -11,7 +11,7 @@ TEST(FormatProgress, ShowsTheElapsedTimeWhereTheShareIsUnknown) {
 }
 
 TEST(FormatProgress, EstimatesTheTimeLeftFromTheSpeedSinceTheShareIsKnown) {
-    // 10 s for 20 %, so 40 s for the rest; what came before the first share does not count
+    // 10 s for 20 %, so 40 s for the rest; time before the first share does not count
     EXPECT_EQ(format_progress("flying", 0.2, 100.0, 0.0, 10.0), "flying: 20 %, 40 s left");
     EXPECT_EQ(format_progress("flying", 0.75, 500.0, 0.5, 200.0), "flying: 75 %, 3 min 20 s left");
     EXPECT_EQ(format_progress("flying", 0.5, 9e3, 0.0, 9000.0), "flying: 50 %, 2 h 30 min left");

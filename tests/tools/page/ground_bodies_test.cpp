@@ -55,7 +55,7 @@ TEST(GroundBodies, MoveWithTheCameraAndTheGround) {
     }
 }
 
-// Every chunk of the level, one by one.
+// Reference: tests every chunk of the level.
 bool has_ground_slowly(const ResidentSet& set, int level, const WorldPos& p, double radius) {
     const Lattice& lattice = set.lattice();
     const WorldRect& extent = set.extent();

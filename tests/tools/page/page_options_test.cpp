@@ -14,7 +14,7 @@ tl::expected<PageOptions, std::string> parse(std::vector<std::string> arguments)
     CLI::App app;
     PageOptions options;
     add_page_options(app, options);
-    std::reverse(arguments.begin(), arguments.end());  // CLI11 wants them backwards
+    std::reverse(arguments.begin(), arguments.end());  // CLI11 takes them in reverse
     try {
         app.parse(arguments);
     } catch (const CLI::ParseError& error) {
@@ -108,7 +108,7 @@ TEST(PageOptions, WhatIsTooMuchIsAUsageError) {
                                                           {"--threads", "257"},
                                                           {"--bodies", "1000000"},
                                                           {"--path", "straight,zigzag"}}) {
-        // Refused while it is read, or by what follows from all options.
+        // refused by the parser, or by the checks of combinations
         const auto options = parse({flag, value});
         std::string message = options ? "" : options.error();
         if (options) {

@@ -132,7 +132,7 @@ TEST(PagingRun, TotalsAreWhatTheFramesSay) {
     EXPECT_GT(contact_late, 0u);
     EXPECT_EQ(run.totals.contact_late, contact_late);
     EXPECT_LE(run.totals.bytes_wasted, run.totals.bytes_loaded);
-    // what passes in the flight's time, and what was under way
+    // what the bandwidth allows during the flight, and transfers in flight
     EXPECT_LE(static_cast<double>(run.totals.bytes_loaded), 4e6 * kSeconds);
     EXPECT_GT(run.totals.bytes_loaded, std::uint64_t{5} << 20);
 }

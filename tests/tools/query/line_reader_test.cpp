@@ -13,7 +13,7 @@ namespace line_reader_test {
 
 using Status = LineReader::Status;
 
-/// What a reader makes of bytes that come through a pipe.
+/// All results of a reader for bytes from a pipe.
 std::vector<std::pair<Status, std::string>> read_all(const std::string& bytes) {
     int ends[2] = {};
     EXPECT_EQ(pipe(ends), 0);

@@ -14,7 +14,7 @@ namespace pair_answers_test {
 
 using Json = nlohmann::ordered_json;
 
-// No question here loads any ground.
+// None of these questions loads ground.
 Json ask(const std::string& line) {
     static QueryGround ground = QueryGround::create(FractalHeights::create({.seed = 4}).value(),
                                                     {.memory_bytes = std::size_t{64} << 20})
@@ -38,7 +38,7 @@ std::string question(const std::string& op, const std::string& shape, double x,
            more + "}";
 }
 
-// Every shape here has its side at x = 0.5 or -0.5.
+// Every shape here extends to x = 0.5 or -0.5.
 TEST(PairAnswers, AreKnownForAllPairsBesideEachOther) {
     const std::vector<std::string> shapes{kSphere, kCapsule, kBox, kHull, kCompound};
     for (const std::string& shape : shapes) {
@@ -46,7 +46,8 @@ TEST(PairAnswers, AreKnownForAllPairsBesideEachOther) {
             SCOPED_TRACE(shape + " beside " + other);
             for (const double gap : {0.25, -0.125}) {
                 const double x = 1.0 + gap;
-                const std::string where = shape == kCompound ? kBox : shape;  // its ball is beyond
+                const std::string where =
+                    shape == kCompound ? kBox : shape;  // its sphere is beyond
                 const Json distance = ask(question("distance", where, x, other));
                 ASSERT_EQ(distance["status"], "ok") << distance;
                 EXPECT_EQ(distance["id"], 3);
@@ -94,12 +95,12 @@ TEST(PairAnswers, CastBothWaysMeetHalfWay) {
     EXPECT_EQ(miss["status"], "miss");
     EXPECT_EQ(miss["hit"], false);
     EXPECT_FALSE(miss.contains("contacts"));
-    // In contact at the start, and going away.
+    // in contact at the start, and separating
     const std::string away = R"(,"to":[9,0,0])";
     EXPECT_EQ(ask(question("cast", kBox, 0.9, kHull, away))["fraction"], 0.0);
     EXPECT_EQ(ask(question("cast", kBox, 0.9, kHull, away + R"(,"skip_separating":true)"))["hit"],
               false);
-    // Turning the shorter way: a corner comes round.
+    // rotates by the smaller angle: a corner reaches the other shape
     const double half = std::sqrt(0.5);
     const std::string turn = R"(,"to":[1.1,0,0],"to_rotation":[)" + Json(half).dump() + ",0,0," +
                              Json(half).dump() + "]";

@@ -21,7 +21,7 @@ TEST(Quaternion, ComesBackFromItsMatrix) {
         Quaternion q{};
         double square = 0.0;
         for (double& component : q) {
-            // many zeros and small ones: each component is the largest now and then
+            // many zeros, so that each component is sometimes the largest
             component = random.below(3) == 0 ? 0.0 : random.between(-1.0, 1.0);
             square += component * component;
         }

@@ -60,7 +60,7 @@ TEST(AnswerQuery, AnswersTheSameInAnyOrder) {
                              {"position", {x, y, random.between(-100.0, 100.0)}}}
                             .dump());
     }
-    // the second has room for some 60 chunks, so that everything is evicted over and over
+    // the second one has a ceiling of about 60 chunks, so that chunks are evicted repeatedly
     QueryGround wide = make_ground();
     QueryGround narrow = make_ground(Chunk::max_bytes() * 64);
     std::vector<Json> forward;
@@ -95,7 +95,7 @@ TEST(AnswerQuery, SaysOutsideForAShapeBesideTheWorld) {
     EXPECT_EQ(cast["hit"], false);
 }
 
-/// A sphere of radius 1 with its centre `above` metres over the ground at (50, 60).
+/// A sphere of radius 1 with its centre `above` metres above the ground at (50, 60).
 std::string sphere_over(QueryGround& ground, const std::string& op, double above,
                         const std::string& more = "") {
     const double z = ask(ground, height_at(50.0, 60.0))["height"].get<double>();
@@ -121,7 +121,7 @@ TEST(AnswerQuery, AgreesWithItselfAboutAShapeAboveAndInTheGround) {
         EXPECT_EQ(find["contacts"].empty(), !is_in) << above;
         EXPECT_EQ(distance["distance"].get<double>() <= 0.0, is_in) << above;
         EXPECT_EQ(pseudo["distance"].get<double>() <= 0.0, is_in) << above;
-        // the shortest way out or down is never longer than the vertical one
+        // the minimum translation is never longer than the vertical one
         EXPECT_LE(distance["distance_lower_bound"].get<double>(),
                   std::abs(distance["distance"].get<double>()));
         EXPECT_LE(std::abs(distance["distance"].get<double>()),
@@ -129,7 +129,7 @@ TEST(AnswerQuery, AgreesWithItselfAboutAShapeAboveAndInTheGround) {
     }
 }
 
-// A box of 2 x 4 x 1 m and three ways to say the same.
+// A box of 2 x 4 x 1 m and three equivalent shapes.
 TEST(AnswerQuery, TakesAHullAndCompoundsForTheBoxThatTheyAre) {
     QueryGround ground = make_ground();
     const std::string box = R"({"box":{"half_extents":[1,2,0.5]}})";

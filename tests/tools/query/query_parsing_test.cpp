@@ -84,7 +84,7 @@ TEST(ParseQuery, ReadsHulls) {
         R"({"op":"test","shape":{"hull":{"points":[[0,0,0],[1,0,0],[0,1,0],[0,0,1],[0.1,0.1,0.1]]}},"position":[1,2,3]})");
     ASSERT_TRUE(parsed.question) << parsed.question.error();
     EXPECT_EQ(std::get<ConvexHull>(shape_of(parsed)).vertices().size(), 4u);
-    // the largest that there is fits into a line
+    // the largest hull fits into a line
     std::string points;
     for (std::size_t i = 0; i < ConvexHull::kMaxPoints; ++i) points += "[0,1.5,2],";
     const auto with = [](const std::string& list) {
@@ -155,7 +155,7 @@ TEST(ParseQuery, ReadsTheOtherShape) {
     ASSERT_TRUE(swept.other);
     EXPECT_EQ(swept.other->to_world, WorldPos(1.0, 2.0, 3.0));
     EXPECT_EQ(swept.other->to_rotation(0, 0), -1.0);
-    // either may be the one that moves
+    // either shape may move
     const std::string still = R"({"op":"cast",)" + sphere + R"(,"other":{)" + sphere;
     EXPECT_EQ(complaint(still + R"(,"to":[1,2,3]}})"), "");
     EXPECT_EQ(complaint(still + "}}"), "to is missing");
@@ -195,7 +195,7 @@ TEST(ParseQuery, DoesNotFollowBracketsWithoutEnd) {
     EXPECT_NE(complaint(std::string(100'000, '[')), "");
     EXPECT_NE(complaint(R"({"id":)" + std::string(500'000, '[') + std::string(500'000, ']') + "}"),
               "");
-    // brackets in text are no brackets
+    // brackets inside strings do not count
     EXPECT_EQ(complaint(R"({"id":")" + std::string(1000, '[') + R"(","op":"height","x":0,"y":0})"),
               "");
 }

@@ -13,14 +13,15 @@ namespace terrane {
 
 /// A display colour, 0 to 1.
 struct Colour {
-    float red = 0.0f, green = 0.0f, blue = 0.0f;
+    float red = 0.0f, green = 0.0f, blue = 0.0f;  ///< with display gamma
 };
 
+/// Light, haze, tints and quality of TerrainRenderer.
 struct RendererSettings {
     Eigen::Vector3d sun_direction = Eigen::Vector3d(-0.5, 0.4, 0.77);  ///< towards the sun
     double haze_distance =
         60'000.0;  ///< metres at which haze absorbs two thirds of the light; infinity: no haze
-    bool wireframe = false;
+    bool wireframe = false;  ///< draws the edges of the triangles over the ground
     /// Samples per pixel, 1 to 16; a count that the device does not have is replaced by the nearest one. With 1 the
     /// edges of hills and objects are aliased, and a software rasteriser draws faster. The ground inside the edges is
     /// shaded once a pixel with any count.
@@ -33,6 +34,7 @@ struct RendererSettings {
 
 /// A solid drawn with the terrain: a part of a vehicle or body.
 struct DrawnObject {
+    /// The solid, before `world_from_object`.
     enum class Form {
         box,   ///< from -extents to extents
         ball,  ///< ellipsoid with semi-axes extents
