@@ -12,8 +12,8 @@ constexpr int kLargestPageSlots = 1024;  // 68 MB
 // Padding after the last slot: an invalid 16-bit index still reads inside the buffer.
 constexpr GLsizeiptr kSpareBytes = GLsizeiptr{sizeof(std::int32_t)} * (65536 - kSlotSamples);
 
-bool is_same(const std::weak_ptr<const Chunk>& held, const std::shared_ptr<const Chunk>& now) {
-    return !held.owner_before(now) && !now.owner_before(held);
+bool is_same(const std::weak_ptr<const Chunk>& chunk, const std::shared_ptr<const Chunk>& now) {
+    return !chunk.owner_before(now) && !now.owner_before(chunk);
 }
 
 ChunkPage make_page(int capacity) {
@@ -47,15 +47,15 @@ int ChunkPool::largest_page() {
 
 void ChunkPool::follow(const ResidentSet& resident) {
     ++follow_count_;
-    for (auto held = slots_.begin(); held != slots_.end();) {
-        const std::int32_t index = resident.find(held->first);
+    for (auto entry = slots_.begin(); entry != slots_.end();) {
+        const std::int32_t index = resident.find(entry->first);
         if (index != ResidentSet::kNone &&
-            is_same(held->second.chunk, resident.chunks()[static_cast<std::size_t>(index)])) {
-            ++held;
+            is_same(entry->second.chunk, resident.chunks()[static_cast<std::size_t>(index)])) {
+            ++entry;
             continue;
         }
-        pages_[static_cast<std::size_t>(held->second.page)].free.push_back(held->second.slot);
-        held = slots_.erase(held);
+        pages_[static_cast<std::size_t>(entry->second.page)].free.push_back(entry->second.slot);
+        entry = slots_.erase(entry);
     }
     while (!pages_.empty() &&
            pages_.back().free.size() == static_cast<std::size_t>(pages_.back().capacity)) {
@@ -64,10 +64,10 @@ void ChunkPool::follow(const ResidentSet& resident) {
 }
 
 const ChunkSlot* ChunkPool::find(const ResidentSet& resident, const Chunk& chunk) {
-    const auto held = slots_.find(chunk.key);
-    if (held != slots_.end() && held->second.checked == follow_count_ &&
-        held->second.chunk.lock().get() == &chunk) {
-        return &held->second;
+    const auto entry = slots_.find(chunk.key);
+    if (entry != slots_.end() && entry->second.checked == follow_count_ &&
+        entry->second.chunk.lock().get() == &chunk) {
+        return &entry->second;
     }
     const std::int32_t index = resident.find(chunk.key);
     if (index == ResidentSet::kNone) return nullptr;

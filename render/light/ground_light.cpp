@@ -89,11 +89,11 @@ void GroundLight::hold_layers(std::size_t count) {
     GlTexture slopes = make_layers(GL_RG16_SNORM, kSlopeMapWidth, kSlopeMapHeight, capacity);
     GlTexture nodes = make_layers(GL_RG32F, kNodesAlong, kNodesAlong, capacity);
     if (!layers_.empty()) {
-        const auto held = static_cast<GLsizei>(layers_.size());
+        const auto layer_count = static_cast<GLsizei>(layers_.size());
         glCopyImageSubData(slopes_.name(), GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, slopes.name(),
-                           GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, kSlopeMapWidth, kSlopeMapHeight, held);
+                           GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, kSlopeMapWidth, kSlopeMapHeight, layer_count);
         glCopyImageSubData(nodes_.name(), GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, nodes.name(),
-                           GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, kNodesAlong, kNodesAlong, held);
+                           GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, kNodesAlong, kNodesAlong, layer_count);
     }
     slopes_ = std::move(slopes);
     nodes_ = std::move(nodes);

@@ -26,7 +26,7 @@ Result<void> retime(Track& track, double speed) {
     }
     if (points.size() < 2) {
         return fail(ErrorCode::invalid_argument,
-                    "a track whose points are all one place has no way");
+                    "a track whose points all coincide has no length");
     }
     track.points = std::move(points);
     track.has_times = true;

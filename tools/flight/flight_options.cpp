@@ -69,7 +69,7 @@ void add_paging_choice(CLI::App& app, PagingChoice& policy, double& radius) {
         app, "--policy", paging_choice_names(), static_cast<std::size_t>(policy),
         [chosen](std::size_t number) { *chosen = static_cast<PagingChoice>(number); },
         "Which chunks are loaded first: deadline follows motion ahead, distance takes the "
-        "nearest, oracle is told the path that will be flown");
+        "nearest, oracle knows the path that will be flown");
     add_in_range(app, "--radius", radius, 1e-6, 1e6,
                  "With --policy distance: how many times as far as it is needed a chunk is loaded");
 }

@@ -169,8 +169,8 @@ void add_mesh_command(CLI::App& app, CommandContext& context) {
                  "Refinement stops below this screen error, pixels");
     add_in_range(
         *mesh, "--morph-ratio", options->morph_ratio, 1.0, 16.0,
-        "Vertices slide in while their priority grows by this factor, as in a flight; 1: they "
-        "stand in place");
+        "Vertices slide in while their priority grows by this factor, as in a flight; 1: no "
+        "morphing");
     add_in_range(*mesh, "--memory-mb", options->memory_mb, 0.001, 0x1p32,
                  "Most memory that chunks take, MB of 2^20 bytes");
     mesh->add_option("--out", options->out,

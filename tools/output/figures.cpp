@@ -31,7 +31,7 @@ constexpr std::array<std::string_view, 13> kPlaces{
     "forward",          "quantum_m", "guaranteed_m"};
 
 // Echoes of the command line: not rounded.
-constexpr std::array<std::string_view, 11> kGiven{
+constexpr std::array<std::string_view, 11> kEchoed{
     "speed", "altitude", "radius",    "latency_ms",   "bandwidth_mb", "memory_mb",
     "fps",   "seconds",  "horizon_s", "max_error_px", "budget"};
 
@@ -50,9 +50,9 @@ const std::map<std::string, std::string>& own_titles() {
         {"pop_frames", "Frames that move too far"},
         {"uncertified_frames", "Frames whose measured error is above the certified one"},
         {"points_min", "Points measured in a frame (least)"},
-        {"late_frames", "Frames above their target for want of a chunk"},
+        {"late_frames", "Frames above the target because of absent chunks"},
         {"excess_error_px_s", "Screen error above the target, over time, px s"},
-        {"not_resident_frames", "Frames without all that they wanted"},
+        {"not_resident_frames", "Frames with absent chunks"},
         {"memory_bytes", "Ceiling of memory, bytes"},
         {"peak_bytes", "Memory (most), bytes"},
         {"over_ceiling", "Times over the ceiling of memory"},
@@ -133,7 +133,7 @@ std::string figure_text(const std::string& key, const nlohmann::ordered_json& va
         return text;
     }
     if (value.is_null()) return "-";
-    if (!value.is_number_float() || is_one_of(key, kGiven)) {
+    if (!value.is_number_float() || is_one_of(key, kEchoed)) {
         return value.is_number_float() ? fmt::format("{}", value.get<double>()) : to_line(value);
     }
     if (is_one_of(key, kPlaces)) {

@@ -224,9 +224,9 @@ void add_page_command(CLI::App& app, CommandContext& context) {
         "Plays paths against simulated storage on a virtual clock, and counts what is late");
     add_page_options(*page, *options);
     page->footer(
-        "Lists, parted by commas, are played in every combination; figures are the same on every "
+        "Lists, separated by commas, are played in every combination; figures are the same on every "
         "machine.\n"
-        "A frame is late where its error is above the target because a wanted chunk is absent.\n"
+        "A frame is late where its error is above the target because a needed chunk is absent.\n"
         "Example: terrane page --seed 7 --path straight@250,turns --policy "
         "deadline,distance,oracle "
         "--radius 0.5,1,2 --bandwidth-mb 10 --out out/page");

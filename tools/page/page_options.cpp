@@ -51,7 +51,7 @@ void add_policy_list(CLI::App& app, std::vector<PagingChoice>& policies) {
                }
            },
            "Which chunks are loaded first: deadline follows motion ahead, distance takes the "
-           "nearest, oracle is told the path that will be flown")
+           "nearest, oracle knows the path that will be flown")
         ->type_name("NAME,...")
         ->default_str(name_of(policies.front()));
 }
@@ -68,9 +68,9 @@ void add_storage_options(CLI::App& app, PageOptions& options) {
     add_in_range(app, "--latency-spread", storage.latency_spread, 0.0, 16.0,
                  "Each request takes the latency times 2^(spread * s), s from -1 to 1");
     add_in_range(app, "--failure-share", storage.failure_share, 0.0, 1.0,
-                 "Of requests that end in an error");
-    add_in_range(app, "--hang-share", storage.hang_share, 0.0, 1.0, "Of requests that never end");
-    add_count(app, "--storage-seed", options.storage_seed, 0, "Of spread, failures and hangs");
+                 "Share of requests that fail");
+    add_in_range(app, "--hang-share", storage.hang_share, 0.0, 1.0, "Share of requests that never end");
+    add_count(app, "--storage-seed", options.storage_seed, 0, "Seed of spread, failures and hangs");
 }
 
 bool is_positive(const std::optional<double>& value) { return value && *value > 0.0; }
@@ -88,14 +88,14 @@ void add_page_options(CLI::App& app, PageOptions& options) {
     add_positive(app, "--seconds", options.seconds, "How long, or less where a track ends");
     add_not_negative(app, "--start-s", options.start, "Seconds of a track to leave out");
     add_not_negative(app, "--announce-s", options.announce,
-                     "Jumps of teleports are told so many seconds ahead");
+                     "Seconds ahead that jumps of teleports are announced to the pager");
     add_size(app, "--size", options.size, "Size of the picture, pixels");
     add_in_range(app, "--fov-deg", options.fov_deg, 1.0, 170.0, "Vertical field of view, degrees");
     add_count(app, "--budget", options.budget, 1, "Most triangles a frame", kMostTriangles);
     add_positive(app, "--max-error-px", options.max_error_px,
                  "Screen error that frames should not exceed, pixels");
     add_count(app, "--bodies", options.body_count, 0,
-              "Balls on the ground below the camera and around it, for contact", 100'000);
+              "Spheres on the ground below the camera and around it, for contact", 100'000);
     add_policy_list(app, options.policies);
     add_in_range_list(app, "--radius", options.radii, 1e-6, 1e6,
                       "With --policy distance: how many times as far as it is needed a chunk is "
@@ -103,12 +103,12 @@ void add_page_options(CLI::App& app, PageOptions& options) {
     add_in_range(app, "--horizon-s", options.horizon, 0.0, 3600.0,
                  "How far ahead motion is followed, seconds");
     add_in_range(app, "--contact-share", options.contact_share, 0.0, 1.0,
-                 "Of the ceiling that is kept free for contact");
+                 "Share of the ceiling that is reserved for contact");
     add_storage_options(app, options);
     add_count(app, "--threads", options.threads, 1, "Flights that are played at once", 256);
     add_in_range(
         app, "--cache-mb", options.cache_mb, 0.0, kMostMemory_mb,
-        "Chunks that are kept made for other flights, MB of 2^20 bytes; changes no result");
+        "Cache of chunks that the flights share, MB of 2^20 bytes; changes no result");
     app.add_option(
            "--out", options.out,
            "Folder for report.html and, of a single flight, frames.csv. What an earlier run "
