@@ -91,7 +91,8 @@ void GroundLight::hold_layers(std::size_t count) {
     if (!layers_.empty()) {
         const auto layer_count = static_cast<GLsizei>(layers_.size());
         glCopyImageSubData(slopes_.name(), GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, slopes.name(),
-                           GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, kSlopeMapWidth, kSlopeMapHeight, layer_count);
+                           GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, kSlopeMapWidth, kSlopeMapHeight,
+                           layer_count);
         glCopyImageSubData(nodes_.name(), GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, nodes.name(),
                            GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, kNodesAlong, kNodesAlong, layer_count);
     }

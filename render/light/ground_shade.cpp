@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "light/ground_shade.h"
 
-#include "light/ground_noise.h"
 #include "gl/shader.h"
+#include "light/ground_noise.h"
 
 #include <string>
 

@@ -25,8 +25,7 @@ Result<void> retime(Track& track, double speed) {
         points.back().time = points[points.size() - 2].time + length / speed;
     }
     if (points.size() < 2) {
-        return fail(ErrorCode::invalid_argument,
-                    "a track whose points all coincide has no length");
+        return fail(ErrorCode::invalid_argument, "a track whose points all coincide has no length");
     }
     track.points = std::move(points);
     track.has_times = true;

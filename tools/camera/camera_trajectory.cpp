@@ -30,9 +30,9 @@ std::vector<CameraMoment> camera_trajectory(std::span<const PathMoment> path, do
     trajectory.reserve(path.size());
     for (const PathMoment& moment : path) {
         trajectory.push_back({.time_s = clock + moment.time,
-                       .eye_world = moment.pose.eye_world,
-                       .forward = moment.pose.forward,
-                       .up = moment.pose.up});
+                              .eye_world = moment.pose.eye_world,
+                              .forward = moment.pose.forward,
+                              .up = moment.pose.up});
     }
     return trajectory;
 }

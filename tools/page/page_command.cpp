@@ -224,7 +224,8 @@ void add_page_command(CLI::App& app, CommandContext& context) {
         "Plays paths against simulated storage on a virtual clock, and counts what is late");
     add_page_options(*page, *options);
     page->footer(
-        "Lists, separated by commas, are played in every combination; figures are the same on every "
+        "Lists, separated by commas, are played in every combination; figures are the same on "
+        "every "
         "machine.\n"
         "A frame is late where its error is above the target because a needed chunk is absent.\n"
         "Example: terrane page --seed 7 --path straight@250,turns --policy "

@@ -69,7 +69,8 @@ void add_storage_options(CLI::App& app, PageOptions& options) {
                  "Each request takes the latency times 2^(spread * s), s from -1 to 1");
     add_in_range(app, "--failure-share", storage.failure_share, 0.0, 1.0,
                  "Share of requests that fail");
-    add_in_range(app, "--hang-share", storage.hang_share, 0.0, 1.0, "Share of requests that never end");
+    add_in_range(app, "--hang-share", storage.hang_share, 0.0, 1.0,
+                 "Share of requests that never end");
     add_count(app, "--storage-seed", options.storage_seed, 0, "Seed of spread, failures and hangs");
 }
 
@@ -106,9 +107,8 @@ void add_page_options(CLI::App& app, PageOptions& options) {
                  "Share of the ceiling that is reserved for contact");
     add_storage_options(app, options);
     add_count(app, "--threads", options.threads, 1, "Flights that are played at once", 256);
-    add_in_range(
-        app, "--cache-mb", options.cache_mb, 0.0, kMostMemory_mb,
-        "Cache of chunks that the flights share, MB of 2^20 bytes; changes no result");
+    add_in_range(app, "--cache-mb", options.cache_mb, 0.0, kMostMemory_mb,
+                 "Cache of chunks that the flights share, MB of 2^20 bytes; changes no result");
     app.add_option(
            "--out", options.out,
            "Folder for report.html and, of a single flight, frames.csv. What an earlier run "

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "options/command.h"
-#include "source/baked_terrain.h"
 #include "options/option_values.h"
-#include "source/terrain_options.h"
 #include "output/interrupt.h"
 #include "output/progress.h"
 #include "output/summary.h"
+#include "source/baked_terrain.h"
+#include "source/terrain_options.h"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
