@@ -60,7 +60,7 @@ TEST(Png, AnUnwritablePathIsAnErrorThatNamesIt) {
     EXPECT_NE(written.error().message.find(path), std::string::npos) << written.error().message;
 }
 
-TEST(Png, AFolderInTheWayIsAnErrorAndLeavesNothingBesideIt) {
+TEST(Png, AFolderOfThatNameIsAnErrorAndLeavesNothingBesideIt) {
     const fs::path path = scratch("folder.png");
     fs::create_directories(path / "inside");
     const Result<void> written = write_png(make_noise(2, 2), path.string());

@@ -113,7 +113,7 @@ TEST(Verifier, FindsAHole) {
     EXPECT_GT(Verifier(ground).measure(TriangleHeap(net), from_above(300.0)).holes, 0u);
 }
 
-TEST(Verifier, LeavesOutWhatIsNoGround) {
+TEST(Verifier, SkipsPointsOutsideTheGround) {
     FlatHeights ground;
     ground.outside_from = 0.0;
     std::vector<TriangleHeap::Triangle> net = make_net(500.0, 20, 0.0);
@@ -143,7 +143,7 @@ TEST(Verifier, MeasuresMovementUnderFixedPoints) {
     EXPECT_GT(jumped.max_pop_elsewhere_px, 0.0);
 }
 
-TEST(Verifier, HoldsOnlyFramesToTheLimitThatCertifyALittle) {
+TEST(Verifier, AppliesTheLimitOnlyToFramesWithASmallCertifiedError) {
     const FlatHeights ground;
     const View view = from_above(300.0);
     const double pop = 0.25 * view.pixels_per_radian() / 300.0;
@@ -184,7 +184,7 @@ TEST(Verifier, FindsTheMovementOfASingleVertexExactly) {
                 1e-9 * whole);
 }
 
-TEST(Verifier, TakesAHeightThatIsNoNumberForAHole) {
+TEST(Verifier, CountsANaNHeightAsAHole) {
     const FlatHeights ground;
     std::vector<TriangleHeap::Triangle> net = make_net(500.0, 20, 0.0);
     for (TriangleHeap::Triangle& t : net) {

@@ -129,7 +129,7 @@ TEST_F(TerrainLightTest, HasNoBorderWhereACoarseChunkDrawsBesideAFineOne) {
     }
 }
 
-TEST_F(TerrainLightTest, FollowsFineGroundLessAndLessTowardsGroundThatIsNotThere) {
+TEST_F(TerrainLightTest, FadesToCoarseLightTowardsAbsentChunks) {
     TerrainRenderer renderer = make();
     const std::vector<double> found =
         contrasts(draw(renderer, make_rough_scene(kWesternFine, kWesternFine)), draw_coarse());

@@ -39,7 +39,7 @@ TEST(FairPipe, SeveralShareItEvenly) {
     EXPECT_TRUE(pipe.is_done(0.4001, b));
 }
 
-TEST(FairPipe, MovesWhatStepByStepSharingMoves) {
+TEST(FairPipe, AgreesWithSharingSimulatedInSteps) {
     constexpr std::uint64_t kSeed = 20240608;
     test::Random random(kSeed);
     struct Transfer {

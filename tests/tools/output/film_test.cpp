@@ -93,7 +93,7 @@ TEST_F(FilmTest, AFilmThatIsNotFinishedLeavesNothing) {
     EXPECT_EQ(files(), std::vector<std::string>{});
 }
 
-TEST_F(FilmTest, NamesAreNamesWhateverAShellOrAnOptionWouldMakeOfThem) {
+TEST_F(FilmTest, FileNamesAreNeverReadAsShellTextOrOptions) {
     if (!has_ffmpeg()) GTEST_SKIP() << "ffmpeg is not installed";
     for (const std::string name : {"-y; touch x.mp4", "a $(touch x) 'b' %d.mp4", "c:d|e.mp4"}) {
         Result<Film> film = Film::create(at(name), 16, 16, 25.0);
@@ -185,7 +185,7 @@ private:
     std::string kept_;
 };
 
-TEST_F(FilmTest, AnFfmpegThatTakesNothingIsGivenUp) {
+TEST_F(FilmTest, AnFfmpegThatReadsNothingTimesOut) {
     const FakeFfmpeg fake(folder_ / "bin", "exec sleep 1000");
     Result<Film> film = Film::create(at("flight.mp4"), 640, 480, 24.0, 1);
     ASSERT_TRUE(film) << film.error().message;
@@ -197,7 +197,7 @@ TEST_F(FilmTest, AnFfmpegThatTakesNothingIsGivenUp) {
     EXPECT_EQ(files(), std::vector<std::string>{"bin"});
 }
 
-TEST_F(FilmTest, AnFfmpegThatNeverEndsIsGivenUp) {
+TEST_F(FilmTest, AnFfmpegThatNeverExitsTimesOut) {
     const FakeFfmpeg fake(folder_ / "bin", "cat >/dev/null; exec sleep 1000");
     Result<Film> film = Film::create(at("flight.mp4"), 64, 48, 24.0, 1);
     ASSERT_TRUE(film) << film.error().message;
