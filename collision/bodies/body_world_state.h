@@ -2,7 +2,7 @@
 #pragma once
 
 #include "bodies/step/body_step.h"
-#include "bodies/islands/meetings.h"
+#include "bodies/islands/island_solver.h"
 
 #include <terrane/collision/bodies.h>
 

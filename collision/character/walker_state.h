@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "bodies/step/gate.h"
+#include "bodies/step/offset_surface.h"
 
 #include <terrane/collision/walker.h>
 

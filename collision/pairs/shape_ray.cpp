@@ -2,7 +2,7 @@
 // Sources: C. Ericson. Real-time collision detection. 2005, section 5.3. M. Cyrus, J. Beck.
 //          Generalized two- and three-dimensional clipping. 1978.
 #include "pairs/kernels/closest.h"
-#include "pairs/pair_questions.h"
+#include "pairs/convex_queries.h"
 
 #include <algorithm>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "shapes/hull_data.h"
 
-#include "shapes/hull/lattice.h"
+#include "shapes/hull/hull_lattice.h"
 #include "shapes/hull/simplex.h"
 #include "shapes/hull/triangle_hull.h"
 #include "math/vector_math.h"

@@ -11,7 +11,7 @@
 
 #include "bodies/body_checks.h"
 #include "bodies/step/body_depth.h"
-#include "bodies/step/gate.h"
+#include "bodies/step/offset_surface.h"
 
 #include <terrane/terrain/assert.h>
 

@@ -7,7 +7,7 @@
 #include "bodies/step/body_step.h"
 
 #include "bodies/step/body_depth.h"
-#include "bodies/step/gate.h"
+#include "bodies/step/offset_surface.h"
 
 #include <algorithm>
 #include <array>

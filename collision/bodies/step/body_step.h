@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "bodies/step/ground_look.h"
+#include "bodies/step/ground_contact_cache.h"
 #include "bodies/solver/rigid_body.h"
 
 #include <cstdint>

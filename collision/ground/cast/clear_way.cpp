@@ -4,7 +4,7 @@
 #include "ground/cast/clear_planes.h"
 #include "ground/lift/ground_lift.h"
 #include "ground/frame/local_body.h"
-#include "math/usable.h"
+#include "math/valid_query.h"
 
 namespace terrane::internal {
 namespace {

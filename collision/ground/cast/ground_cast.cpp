@@ -2,7 +2,7 @@
 #include "ground/cast/caster.h"
 #include "math/vector_math.h"
 #include "ground/contact/contact_patches.h"
-#include "math/usable.h"
+#include "math/valid_query.h"
 
 #include <terrane/collision/ground_cast.h>
 

@@ -4,7 +4,7 @@
 #include "math/half_spaces.h"
 #include "ground/contact/nearest.h"
 #include "ground/column/normal_cone.h"
-#include "math/usable.h"
+#include "math/valid_query.h"
 
 #include <terrane/collision/ground_contact.h>
 

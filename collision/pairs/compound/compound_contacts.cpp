@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "pairs/compound/compound_contacts.h"
 
-#include "pairs/compound/parting.h"
+#include "pairs/compound/separating_translation.h"
 
 #include <algorithm>
 #include <optional>

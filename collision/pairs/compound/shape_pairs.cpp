@@ -3,8 +3,8 @@
 #include "math/vector_math.h"
 #include "pairs/compound/compound_contacts.h"
 #include "pairs/compound/compound_ray.h"
-#include "pairs/compound/parting.h"
-#include "math/usable.h"
+#include "pairs/compound/separating_translation.h"
+#include "math/valid_query.h"
 
 #include <terrane/collision/shape_pairs.h>
 

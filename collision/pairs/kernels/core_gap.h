@@ -2,7 +2,7 @@
 #pragma once
 
 #include "pairs/kernels/manifold.h"
-#include "pairs/kernels/widest_axis.h"
+#include "pairs/kernels/separating_axis.h"
 
 // The questions, answered for any two cores. What a pair knows better it answers in its own file.
 namespace terrane::internal {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "shapes/hull/lattice.h"
+#include "shapes/hull/hull_lattice.h"
 #include "shapes/hull/triangle_hull.h"
 
 #include <Eigen/Core>

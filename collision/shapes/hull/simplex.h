@@ -2,7 +2,7 @@
 #pragma once
 
 #include "shapes/hull/face_merge.h"
-#include "shapes/hull/lattice.h"
+#include "shapes/hull/hull_lattice.h"
 
 #include <array>
 #include <cstdint>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "pairs/pair_questions.h"
+#include "pairs/convex_queries.h"
 
 #include <algorithm>
 #include <cmath>

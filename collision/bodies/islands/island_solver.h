@@ -3,7 +3,7 @@
 
 #include "bodies/step/body_step.h"
 #include "bodies/islands/islands.h"
-#include "bodies/islands/pair_touches.h"
+#include "bodies/islands/pair_manifolds.h"
 #include "base/worker_team.h"
 
 #include <cstddef>

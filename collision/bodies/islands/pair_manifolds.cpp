@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "bodies/islands/pair_touches.h"
+#include "bodies/islands/pair_manifolds.h"
 
 #include <terrane/collision/shape_pairs.h>
 

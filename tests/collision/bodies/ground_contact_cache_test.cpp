@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What a look at the ground promises: how far a body may move without being cast.
-#include "bodies/step/ground_look.h"
+#include "bodies/step/ground_contact_cache.h"
 
 #include "body_cases.h"
 #include "support/random.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "math/usable.h"
+#include "math/valid_query.h"
 
 #include "math/vector_math.h"
 

@@ -3,7 +3,7 @@
 // Sources:    Ericson. Real-Time Collision Detection. 2005, section 9.5 (lowering instead of inflating).
 // Deviations: lowering the surface by L equals raising the shape by L, which is how the cast is asked; and a body that
 //             does not meet the surface lowered by L is freed by moving up by L, so its depth is at most L.
-#include "bodies/step/gate.h"
+#include "bodies/step/offset_surface.h"
 
 #include "ground/cast/clear_way.h"
 #include "ground/lift/ground_lift.h"

@@ -3,7 +3,7 @@
 
 #include "pairs/kernels/core.h"
 #include "pairs/kernels/manifold.h"
-#include "pairs/kernels/widest_axis.h"
+#include "pairs/kernels/separating_axis.h"
 
 #include <terrane/collision/shape_pairs.h>
 

@@ -5,7 +5,7 @@
 //          polyhedra. 1986 (an obstacle for a pair of parts is their Minkowski difference).
 // Deviations: the obstacles are not made: a pair's signed distance and its axis give the plane that is
 //             needed. Starts are the first free places along some directions.
-#include "pairs/compound/parting.h"
+#include "pairs/compound/separating_translation.h"
 
 #include <algorithm>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "bodies/islands/meetings.h"
+#include "bodies/islands/island_solver.h"
 
 #include "bodies/step/body_step.h"
 #include "ground/frame/local_body.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "bodies/step/ground_look.h"
+#include "bodies/step/ground_contact_cache.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "pairs/pair_questions.h"
+#include "pairs/convex_queries.h"
 
 #include "pairs/pairs.h"
 

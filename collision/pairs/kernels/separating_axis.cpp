@@ -3,7 +3,7 @@
 //          their arcs on the Gauss map cross). F. Ramos, S. Gottschalk et al. on separating axes. 1996.
 // Deviations: instead of testing all pairs of arcs, each arc of one polyhedron is walked over the normal
 //             cones of the other, from vertex to neighbour, so that only edges that do meet are seen.
-#include "pairs/kernels/widest_axis.h"
+#include "pairs/kernels/separating_axis.h"
 
 #include <algorithm>
 

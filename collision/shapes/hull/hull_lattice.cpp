@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "shapes/hull/lattice.h"
+#include "shapes/hull/hull_lattice.h"
 
 #include <algorithm>
 #include <cmath>
