@@ -18,7 +18,7 @@ using internal::check_value;
 using internal::check_vector;
 using internal::RigidBody;
 
-constexpr double kReachTime = 0.1;  // seconds: the longest step that needs() looks ahead for
+constexpr double kReachTime = 0.1;  // seconds: the longest step that needs() allows for
 
 Result<void> check_settings(const BodySettings& settings) {
     if (auto ok = check(settings.shape); !ok) return ok;

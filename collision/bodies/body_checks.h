@@ -5,10 +5,10 @@
 
 #include <span>
 
-// What settings and states of bodies must be. All fail with invalid_argument, naming the field and its value.
+// Checks of settings and states. All fail with invalid_argument, naming the field and its value.
 namespace terrane::internal {
 
-/// What a number must be.
+/// A field and its range.
 struct FieldRange {
     const char* name;
     double value, low, high;
@@ -17,7 +17,7 @@ struct FieldRange {
 Result<void> check_fields(std::span<const FieldRange> fields);
 Result<void> check_value(const char* name, double value, double low, double high,
                          const char* unit = "");
-/// @param limit of each component's size
+/// @param limit of the absolute value of each component
 Result<void> check_vector(const char* name, const Eigen::Vector3d& value, double limit,
                           const char* unit = "");
 Result<void> check_state(const BodyState& state);

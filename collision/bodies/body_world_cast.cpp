@@ -12,12 +12,12 @@ namespace {
 using internal::dot;
 using internal::length;
 
-/// Square of the distance of a point from the way between two others.
-double square_distance(const WorldPos& point, const WorldPos& from, const Eigen::Vector3d& way) {
+/// Squared distance of a point from a segment.
+double square_distance(const WorldPos& point, const WorldPos& from, const Eigen::Vector3d& displacement) {
     const Eigen::Vector3d there = point - from;
-    const double square = dot(way, way);
-    const double share = square > 0.0 ? std::clamp(dot(there, way) / square, 0.0, 1.0) : 0.0;
-    const Eigen::Vector3d between = there - share * way;
+    const double square = dot(displacement, displacement);
+    const double share = square > 0.0 ? std::clamp(dot(there, displacement) / square, 0.0, 1.0) : 0.0;
+    const Eigen::Vector3d between = there - share * displacement;
     return dot(between, between);
 }
 
@@ -46,7 +46,7 @@ WorldCastAnswer BodyWorld::cast(const Ground& ground, const Shape& shape, const 
         }
         const PairCastAnswer hit =
             terrane::cast(shape, motion, body.parts[0].shape, Motion{body.pose}, settings);
-        // Of two at once the one with the lower index, and a body before the ground.
+        // Ties: the body with the lower index, and a body before the ground.
         const bool is_sooner = answer.body == WorldCastAnswer::kGround
                                    ? hit.fraction <= answer.fraction
                                    : hit.fraction < answer.fraction;

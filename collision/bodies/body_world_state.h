@@ -11,15 +11,15 @@
 
 namespace terrane {
 
-/// Arrays by body, and what they share.
+/// Arrays indexed by body, and what they share.
 struct BodyWorld::State {
     explicit State(const BodyWorldSettings& settings);
 
-    /// Adds a body that has everything but its parts and its motion.
+    /// @param body complete but for its parts and its motion
     std::size_t add(const internal::RigidBody& body, internal::CentredShape&& shape,
                     const BodySettings& body_settings, const BodyState& state);
     void replace(std::size_t index, const BodyState& state);
-    /// Wakes the body and who sleeps with it.
+    /// Wakes the body and its sleep group.
     void set_velocity(std::size_t index, const internal::Twist& velocity);
     StepReport step(const Ground& ground, double dt);
 
@@ -32,7 +32,7 @@ struct BodyWorld::State {
 private:
     void begin_step();
     void meet(const Ground& ground, double substep);
-    void live_substep(std::size_t index, const Ground& ground, double substep);
+    void advance_substep(std::size_t index, const Ground& ground, double substep);
     void finish_body(std::size_t index, const Ground& ground, StepReport& report);
     void fall_asleep(double dt);
     void put_to_sleep(std::size_t index, std::uint32_t group);
@@ -41,20 +41,20 @@ private:
         return states[index].condition == BodyCondition::asleep;
     }
 
-    std::deque<internal::BodyPart> parts;  // one each, centred; they stay where they are
-    std::vector<Pose> frames;              // body_from_centred of each
-    std::vector<internal::GroundLook> looks;
+    std::deque<internal::BodyPart> parts;  // one each, centred; bodies point to them
+    std::vector<Pose> frames;              // body_from_centred
+    std::vector<internal::GroundContactCache> ground_contacts;
     std::vector<internal::BodyMotion> before;      // the step, for those that park in it
     std::vector<internal::SubstepAnswer> totals;   // of the step
     std::vector<internal::SubstepAnswer> answers;  // of what is over of the substep
     std::vector<internal::Mobility> mobility;
     std::vector<double> quiet_times;          // how long each body has been slow and held, s
     std::vector<std::uint32_t> sleep_groups;  // the lowest body that it fell asleep with
-    std::vector<std::uint8_t> waits;          // parked in this step
+    std::vector<std::uint8_t> is_parked;          // parked in this step
     std::vector<double> lifts;                // after the step
     std::vector<std::uint8_t> in_island;      // touches another body
     internal::WorkerTeam team;
-    internal::Meetings meetings;
+    internal::IslandSolver island_solver;
 };
 
 }  // namespace terrane

@@ -2,8 +2,8 @@
 //
 // Sources:    Macklin et al. Small steps in physics simulation. SCA 2019 (substeps instead of iterations).
 //             Mirtich. Timewarp and impulse-based simulation. 2000 (islands).
-// Deviations: bodies that touch each other are solved together with the ground below them; then each one moves
-//             alone, through its gate, and the ground has the last word.
+// Deviations: islands are solved together with their ground contacts; then each body moves alone against its offset
+//             surface, so that the ground constraint holds whatever the islands' solution.
 #include "bodies/body_world_state.h"
 
 #include "bodies/step/body_depth.h"
@@ -18,14 +18,14 @@ using internal::RigidBody;
 
 constexpr double kSleepSpeed = 0.03;  // metres a second, of the fastest point
 constexpr double kSleepDelay = 0.5;   // seconds
-constexpr std::size_t kBlock = 16;    // bodies that a thread takes at once
+constexpr std::size_t kBlock = 16;    // bodies that a thread takes at a time
 
 }  // namespace
 
 BodyWorld::State::State(const BodyWorldSettings& world_settings)
     : settings(world_settings),
       team(world_settings.worker_count),
-      meetings(world_settings.broadphase) {}
+      island_solver(world_settings.broadphase) {}
 
 std::size_t BodyWorld::State::add(const RigidBody& body, internal::CentredShape&& shape,
                                   const BodySettings& own_settings, const BodyState& state) {
@@ -37,14 +37,14 @@ std::size_t BodyWorld::State::add(const RigidBody& body, internal::CentredShape&
     states.emplace_back();
     body_settings.push_back(own_settings);
     needs.emplace_back();
-    looks.emplace_back();
+    ground_contacts.emplace_back();
     before.emplace_back();
     totals.emplace_back();
     answers.emplace_back();
     mobility.push_back(internal::Mobility::moving);
     quiet_times.push_back(0.0);
     sleep_groups.push_back(static_cast<std::uint32_t>(index));
-    waits.push_back(0);
+    is_parked.push_back(0);
     in_island.push_back(0);
     lifts.push_back(0.0);
     replace(index, state);
@@ -52,13 +52,13 @@ std::size_t BodyWorld::State::add(const RigidBody& body, internal::CentredShape&
 }
 
 void BodyWorld::State::replace(std::size_t index, const BodyState& state) {
-    // Whoever slept on it or beside it may have lost what held it.
+    // Bodies that sleep with it may have lost their support.
     if (is_asleep(index)) wake_group(sleep_groups[index]);
     Pose pose = internal::to_centred(state.pose, frames[index]);
     pose.rotation = orthonormalized(pose.rotation);
     static_cast<internal::BodyMotion&>(bodies[index]) = {
         .pose = pose, .velocity = {state.velocity, state.angular_velocity}};
-    looks[index] = {};
+    ground_contacts[index] = {};
     quiet_times[index] = 0.0;
     states[index] = state;
     states[index].condition = BodyCondition::awake;
@@ -86,37 +86,37 @@ StepReport BodyWorld::State::step(const Ground& ground, double dt) {
     const double substep = dt / substep_count;
     for (double done = 0.0; done < substep_count; done += 1.0) {
         for (std::size_t i = 0; i < bodies.size(); ++i) {
-            if (!is_asleep(i) && waits[i] == 0) {
+            if (!is_asleep(i) && is_parked[i] == 0) {
                 bodies[i].velocity.linear += settings.gravity * substep;
             }
         }
         if (settings.bodies_meet && bodies.size() > 1) meet(ground, substep);
         team.run_blocks(bodies.size(), kBlock,
-                        [&](std::size_t i) { live_substep(i, ground, substep); });
+                        [&](std::size_t i) { advance_substep(i, ground, substep); });
     }
 
     team.run_blocks(bodies.size(), kBlock, [&](std::size_t i) {
-        if (!is_asleep(i) && waits[i] == 0) lifts[i] = internal::greatest_lift(bodies[i], ground);
+        if (!is_asleep(i) && is_parked[i] == 0) lifts[i] = internal::greatest_lift(bodies[i], ground);
     });
     StepReport report;
     for (std::size_t i = 0; i < bodies.size(); ++i) finish_body(i, ground, report);
-    report.touching_pairs = meetings.touching_pair_count();
-    report.islands = meetings.islands().count();
+    report.touching_pairs = island_solver.touching_pair_count();
+    report.islands = island_solver.islands().count();
     if (settings.allow_sleep) fall_asleep(dt);
     return report;
 }
 
 void BodyWorld::State::begin_step() {
     for (std::size_t i = 0; i < bodies.size(); ++i) {
-        // Nothing seen is kept over a step: what a body does must not depend on what is loaded elsewhere.
-        looks[i].begin_step();
+        // Cached contacts are not kept over a step: the result must not depend on what is loaded elsewhere.
+        ground_contacts[i].begin_step();
         before[i] = bodies[i];
         totals[i] = {};
-        waits[i] = 0;
+        is_parked[i] = 0;
     }
 }
 
-/// Lets bodies act on each other, and wakes who is met.
+/// Solves contacts between bodies, and wakes sleepers that are touched.
 void BodyWorld::State::meet(const Ground& ground, double substep) {
     using internal::Mobility;
     for (std::size_t i = 0; i < bodies.size(); ++i) {
@@ -125,39 +125,39 @@ void BodyWorld::State::meet(const Ground& ground, double substep) {
                       : condition == BodyCondition::parked ? Mobility::fixed
                                                            : Mobility::moving;
     }
-    meetings.find(bodies, sleep_groups, mobility, substep, team);
+    island_solver.find(bodies, sleep_groups, mobility, substep, team);
     for (std::size_t i = 0; i < bodies.size(); ++i) {
         if (!is_asleep(i) || mobility[i] != Mobility::moving) continue;
         states[i].condition = BodyCondition::awake;
         quiet_times[i] = 0.0;
     }
     const double gravity = internal::length(settings.gravity);
-    meetings.solve(bodies, looks, answers, ground, gravity, substep, team);
+    island_solver.solve(bodies, ground_contacts, answers, ground, gravity, substep, team);
 }
 
-void BodyWorld::State::live_substep(std::size_t index, const Ground& ground, double substep) {
-    if (is_asleep(index) || waits[index] != 0) return;
+void BodyWorld::State::advance_substep(std::size_t index, const Ground& ground, double substep) {
+    if (is_asleep(index) || is_parked[index] != 0) return;
     RigidBody& body = bodies[index];
     const double gravity = internal::length(settings.gravity);
-    // A part of the substep may be over.
+    // advance_to_impacts() may have advanced the body by a part of the substep.
     internal::SubstepAnswer answer = answers[index];
     if (answer.resident) {
         const double left = substep - answer.simulated_time - answer.lost_time;
-        answer.add(internal::step_body(body, looks[index], ground, gravity, left,
-                                       !meetings.islands().has(index)));
+        answer.add(internal::step_body(body, ground_contacts[index], ground, gravity, left,
+                                       !island_solver.islands().has(index)));
     }
     answers[index] = {};
     totals[index].add(answer);
     if (!answer.resident) {
-        // The whole step waits: what was moved so far is taken back.
+        // The body parks for the whole step: its motion so far is undone.
         static_cast<internal::BodyMotion&>(body) = before[index];
-        looks[index].undo_step();
+        ground_contacts[index].undo_step();
         states[index].condition = BodyCondition::parked;
-        waits[index] = 1;
+        is_parked[index] = 1;
         return;
     }
-    // Whoever fell off the world's side may not come back in below the ground. The side is no
-    // surface that could push, so only the way in is taken from the body, and it falls on.
+    // A body that fell off the world may not come back in below the ground. The ground's side has no surface that
+    // could resolve the contact, so the horizontal velocity is removed, and the body falls on.
     if (states[index].condition == BodyCondition::left_world && answer.lost_time > 0.0) {
         body.velocity.linear.x() = 0.0;
         body.velocity.linear.y() = 0.0;
@@ -166,7 +166,7 @@ void BodyWorld::State::live_substep(std::size_t index, const Ground& ground, dou
 
 void BodyWorld::State::finish_body(std::size_t index, const Ground& ground, StepReport& report) {
     BodyState& state = states[index];
-    if (waits[index] != 0) {
+    if (is_parked[index] != 0) {
         ++report.parked;
         return;
     }
@@ -195,9 +195,9 @@ void BodyWorld::State::finish_body(std::size_t index, const Ground& ground, Step
     state.angular_velocity = body.velocity.angular;
 }
 
-/// Puts to sleep what has been slow and held for a while: islands as a whole, bodies on the ground alone.
+/// Puts to sleep what has been slow and supported for kSleepDelay: islands as a whole, bodies on the ground alone.
 void BodyWorld::State::fall_asleep(double dt) {
-    const internal::Islands& islands = meetings.islands();
+    const internal::Islands& islands = island_solver.islands();
     std::fill(in_island.begin(), in_island.end(), std::uint8_t{0});
     for (std::size_t island = 0; island < islands.count(); ++island) {
         for (const std::uint32_t body : islands.bodies(island)) in_island[body] = 1;

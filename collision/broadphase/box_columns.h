@@ -16,7 +16,7 @@ struct SweepBox {
     float start, end;  ///< along the axis
     float low_u, high_u, low_v, high_v;
 
-    bool meets_across(const SweepBox& other) const {
+    bool overlaps_across(const SweepBox& other) const {
         return low_u <= other.high_u && other.low_u <= high_u && low_v <= other.high_v &&
                other.low_v <= high_v;
     }

@@ -45,12 +45,12 @@ public:
 
     void update(std::span<const Aabb> bounds, std::span<const BoundingSphere> balls) override {
         // A hair larger, for what rounding did to a box.
-        constexpr double kHair = 1e-11;
+        constexpr double kRoundingMargin = 1e-11;
         bounds_ = bounds;
         boxes_.resize(balls.size());
         for (std::size_t i = 0; i < balls.size(); ++i) {
             const BoundingSphere& ball = balls[i];
-            const double half = ball.radius + kHair * (ball.radius + ball.centre.cwiseAbs().sum());
+            const double half = ball.radius + kRoundingMargin * (ball.radius + ball.centre.cwiseAbs().sum());
             const Eigen::Vector3d around = Eigen::Vector3d::Constant(half);
             boxes_[i] = {ball.centre - around, ball.centre + around};
         }

@@ -11,7 +11,7 @@ constexpr std::uint32_t kSide = 8;  // of a block of rows
 constexpr std::uint32_t kBlock = kSide * kSide;
 constexpr std::uint32_t kNoBucket = 0xffffffffu;  // of what is no box
 // A hair larger than the boxes, for what rounding does to quotients.
-constexpr double kHair = 0x1p-18;
+constexpr double kRoundingMargin = 0x1p-18;
 // Along an axis, so that each has a number, and quotients the digits that the hair needs.
 constexpr double kMostCells = 0x1p28;
 
@@ -27,7 +27,7 @@ void prefetch(const Aabb& box) {
 }  // namespace
 
 // How large cells are, and where they are counted from.
-void RowGrid::measure(std::span<const Aabb> boxes) {
+void RowGrid::choose_cell_size(std::span<const Aabb> boxes) {
     double largest = 0.0;
     Eigen::Vector3d low = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
     Eigen::Vector3d high = -low;
@@ -41,7 +41,7 @@ void RowGrid::measure(std::span<const Aabb> boxes) {
     if (!(low[0] <= high[0])) return;
     origin_ = 0.5 * low + 0.5 * high;
     cell_ =
-        std::max((largest + 2.0 * margin_) * (1.0 + kHair), (high - low).maxCoeff() / kMostCells);
+        std::max((largest + 2.0 * margin_) * (1.0 + kRoundingMargin), (high - low).maxCoeff() / kMostCells);
     per_cell_ = cell_ > 0.0 ? 1.0 / cell_ : 0.0;
 }
 
@@ -80,7 +80,7 @@ bool RowGrid::count_rows(std::span<const Aabb> boxes) {
         bucket_of_body_[i] = bucket;
         ++first_of_bucket_[bucket];
     }
-    const double needed = (largest + 2.0 * margin_) * (1.0 + kHair);
+    const double needed = (largest + 2.0 * margin_) * (1.0 + kRoundingMargin);
     return needed <= cell_ && (cell_ <= 2.0 * needed || 4.0 * farthest > kMostCells * cell_);
 }
 
@@ -91,7 +91,7 @@ void RowGrid::update(std::span<const Aabb> boxes) {
     bucket_of_body_.resize(count);
     first_of_bucket_.resize((count + kBlock - 1) / kBlock * kBlock + 1);
     if (!count_rows(boxes)) {
-        measure(boxes);
+        choose_cell_size(boxes);
         count_rows(boxes);
     }
     std::uint32_t sum = 0;

@@ -51,7 +51,7 @@ private:
         std::uint32_t body;
     };
 
-    void measure(std::span<const Aabb> boxes);
+    void choose_cell_size(std::span<const Aabb> boxes);
     bool count_rows(std::span<const Aabb> boxes);
     void sort_rows();
     std::int32_t cell_of(double p, int axis) const {
@@ -81,7 +81,7 @@ private:
             const Entry& other = entries_[first];
             if (other.box.end < entry.box.start) continue;
             ++candidate_count_;
-            if (entry.box.meets_across(other.box)) take(entry.body, other.body);
+            if (entry.box.overlaps_across(other.box)) take(entry.body, other.body);
         }
     }
 

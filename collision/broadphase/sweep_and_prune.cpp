@@ -7,9 +7,9 @@ namespace terrane::internal {
 namespace {
 
 // An order is given up and sorted anew when it takes more moves a box than this.
-constexpr std::uint64_t kMostMoves = 8;
+constexpr std::uint64_t kMaxMovesPerBox = 8;
 // Another axis is taken when boxes are spread over it this much more.
-constexpr double kClearlyMore = 1.5;
+constexpr double kAxisSwitchRatio = 1.5;
 
 }  // namespace
 
@@ -78,7 +78,7 @@ void SweepAndPrune::choose_axis(std::span<const Aabb> boxes) {
     for (int i = 1; i < 3; ++i) {
         if (spread[i] > spread[best]) best = i;
     }
-    if (axis_ < 0 || !(spread[best] <= kClearlyMore * kClearlyMore * spread[axis_])) axis_ = best;
+    if (axis_ < 0 || !(spread[best] <= kAxisSwitchRatio * kAxisSwitchRatio * spread[axis_])) axis_ = best;
 }
 
 void SweepAndPrune::collect(std::span<const Aabb> boxes) {
@@ -93,7 +93,7 @@ void SweepAndPrune::collect(std::span<const Aabb> boxes) {
 
 // False, and any order, where too much has moved.
 bool SweepAndPrune::sort_by_insertion() {
-    const std::uint64_t most = kMostMoves * order_.size();
+    const std::uint64_t most = kMaxMovesPerBox * order_.size();
     std::uint64_t moves = 0;
     for (std::size_t i = 1; i < order_.size() && moves <= most; ++i) {
         const Entry entry = order_[i];

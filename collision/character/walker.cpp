@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// A walker is a body that never turns. What it wants is made a velocity along what it stands on; what it must
-// not climb takes the part of that velocity that leads into it; the solver and the gate of body_step do the rest.
-// Where it is stopped on foot it looks whether the way is free from max_step higher up, and whether it could
-// stand there: then it rises by as much as it walks.
+// A walker is a body of infinite inertia. The controls set its velocity along the supporting surface, less the component
+// into contacts that are too steep to climb; the solver and the offset surface of body_step do the rest. A standing
+// walker that is stopped tests a step from max_step higher up; where it could stand there it moves up and on.
 #include "bodies/body_checks.h"
 #include "bodies/step/body_depth.h"
 #include "bodies/step/body_step.h"
@@ -27,7 +26,7 @@ using internal::SolverContact;
 constexpr double kMaxSubstep = 1.0 / 120.0;
 constexpr double kTerminalSpeed = 1e4;  // metres a second
 constexpr int kMaxSlides = 4;           // of a substep
-/// Stopped is who comes less far than this share of the way.
+/// A walker that moves less than this share of the wanted distance is stopped.
 constexpr double kStoppedShare = 0.9;
 
 Result<void> check_settings(const WalkerSettings& s) {
@@ -49,7 +48,7 @@ bool is_good(const WalkerControls& controls) {
            controls.jump_speed <= kMaxControl;
 }
 
-/// Without the C library, whose last bits differ.
+/// Cosine with the same bits on every C library.
 double cosine_of(double angle) {
     const Motion turn{{}, Eigen::Vector3d::Zero(), Eigen::Vector3d(angle, 0.0, 0.0)};
     return turn.at(1.0).rotation(1, 1);
@@ -96,12 +95,12 @@ BodyNeed Walker::need() const {
             body.radius + state_->settings.max_step + body.tolerance};
 }
 
-/// Sets the velocity that the controls ask for, without what must not be climbed.
-void Walker::State::want(double substep) {
+/// Sets the velocity from the controls, without its component into contacts that are too steep to climb.
+void Walker::State::apply_controls(double substep) {
     Eigen::Vector3d& velocity = body.velocity.linear;
     const SolverContact* const support = find_support();
-    const bool jumps = controls.jump_speed > 0.0 && (support != nullptr || rises);
-    state.stands = (support != nullptr || rises) && !jumps;
+    const bool jumps = controls.jump_speed > 0.0 && (support != nullptr || is_stepping_up);
+    state.stands = (support != nullptr || is_stepping_up) && !jumps;
     double x = controls.velocity.x(), y = controls.velocity.y();
     if (!state.stands) {
         const double dx = x - velocity.x(), dy = y - velocity.y();
@@ -127,30 +126,30 @@ void Walker::State::want(double substep) {
     } else if (support != nullptr) {
         const Eigen::Vector3d& n = support->normal;
         velocity = {x, y, -(n.x() * x + n.y() * y) / n.z()};
-    } else if (rises) {
+    } else if (is_stepping_up) {
         velocity = {x, y, 0.0};
     } else {
         velocity = {x, y, std::max(velocity.z() - internal::kGravity * substep, -kTerminalSpeed)};
     }
 }
 
-void Walker::State::live_substep(const Ground& ground, std::span<const Obstacle> obstacles,
+void Walker::State::advance_substep(const Ground& ground, std::span<const Obstacle> obstacles,
                                  double substep, StepReport& report) {
     gather(ground, obstacles);
-    if (!look.is_resident()) {
+    if (!ground_contacts.is_resident()) {
         report.parked = 1;
         return;
     }
-    if (internal::is_too_deep(body, look)) {
+    if (internal::is_too_deep(body, ground_contacts)) {
         report.parked =
-            internal::step_body(body, look, ground, internal::kGravity, substep).resident ? 0 : 1;
+            internal::step_body(body, ground_contacts, ground, internal::kGravity, substep).resident ? 0 : 1;
         report.simulated_time += substep;
-        rises = false;
+        is_stepping_up = false;
         return;
     }
-    part(ground, obstacles, substep);
-    want(substep);
-    rises = false;
+    depenetrate(ground, obstacles, substep);
+    apply_controls(substep);
+    is_stepping_up = false;
     const Eigen::Vector3d wanted(controls.velocity.x(), controls.velocity.y(), 0.0);
     double left = substep;
     for (int slide = 0; left > 0.0; ++slide) {
@@ -159,9 +158,9 @@ void Walker::State::live_substep(const Ground& ground, std::span<const Obstacle>
             return;
         }
         solve(left);
-        const Eigen::Vector3d way = body.velocity.linear * left;
+        const Eigen::Vector3d displacement = body.velocity.linear * left;
         const WorldPos from = body.pose.translation;
-        const internal::MoveAnswer moved = move(ground, obstacles, way);
+        const internal::MoveAnswer moved = move(ground, obstacles, displacement);
         if (!moved.resident) {
             report.parked = 1;
             return;
@@ -181,7 +180,7 @@ void Walker::State::live_substep(const Ground& ground, std::span<const Obstacle>
                      Eigen::Vector3d(0.0, 0.0, std::min(settings.max_step, length(on))));
                 move(ground, obstacles, on);
                 body.velocity.linear = wanted;
-                rises = true;
+                is_stepping_up = true;
                 report.simulated_time += left;
                 return;
             }
@@ -199,12 +198,12 @@ StepReport Walker::step(const Ground& ground, std::span<const Obstacle> obstacle
     State& s = *state_;
     if (is_good(controls)) s.controls = controls;
     const internal::BodyMotion before = s.body;
-    s.look.forget();
+    s.ground_contacts.invalidate();
     StepReport report;
     const double substep_count = internal::count_substeps(dt, kMaxSubstep);
     const double substep = dt / substep_count;
     for (double done = 0.0; done < substep_count; done += 1.0) {
-        s.live_substep(ground, obstacles, substep, report);
+        s.advance_substep(ground, obstacles, substep, report);
         if (report.parked == 0) continue;
         static_cast<internal::BodyMotion&>(s.body) = before;
         s.state.condition = BodyCondition::parked;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What touches a walker, and how it moves along it.
+// Contacts of a walker, and its motion along them.
 #include "character/walker_state.h"
 
 #include "bodies/step/body_step.h"
@@ -20,15 +20,15 @@ using internal::SolverContact;
 
 constexpr std::size_t kMaxOfObstacle = 24;
 constexpr std::array<std::uint32_t, 1> kAlone{0};
-constexpr internal::SolverEffort kEffort{.iterations = 100, .tolerance = 1e-11};
+constexpr internal::StoppingRule kStoppingRule{.iterations = 100, .tolerance = 1e-11};
 
 }  // namespace
 
-/// Everything that touches the walker, the ground first.
+/// Finds the walker's contacts with the ground, then those with obstacles.
 void Walker::State::gather(const Ground& ground, std::span<const Obstacle> obstacles) {
-    look.update(body, ground);
+    ground_contacts.update(body, ground);
     contacts.clear();
-    for (std::size_t i = 0; i < look.count(); ++i) contacts.push_back(look.contact(i, body, 0));
+    for (std::size_t i = 0; i < ground_contacts.count(); ++i) contacts.push_back(ground_contacts.contact(i, body, 0));
     std::array<PairContact, kMaxOfObstacle> found;
     for (const Obstacle& obstacle : obstacles) {
         const PairContactAnswer answer =
@@ -41,13 +41,13 @@ void Walker::State::gather(const Ground& ground, std::span<const Obstacle> obsta
             contact.rounding = settings.radius;
             contact.gap = -found[i].depth;
             contact.rest_gap = internal::kRestGap * body.tolerance;
-            contact.wanted_gap = internal::kSeparationGap * body.tolerance;
+            contact.target_gap = internal::kSeparationGap * body.tolerance;
             contacts.push_back(contact);
         }
     }
 }
 
-/// The flattest of what it stands on; null in the air.
+/// The flattest contact that it stands on; null in the air.
 const SolverContact* Walker::State::find_support() const {
     const SolverContact* support = nullptr;
     for (const SolverContact& contact : contacts) {
@@ -58,7 +58,7 @@ const SolverContact* Walker::State::find_support() const {
     return support;
 }
 
-/// The solver of everything that touches the walker, without friction.
+/// Solver of the walker's contacts, without friction or restitution.
 class Walker::State::Solver {
 public:
     Solver(State& walker, const internal::Twist& velocity) : solver_(bodies_, walker.rows) {
@@ -67,7 +67,7 @@ public:
         bodies_[0].velocity = velocity;
         for (SolverContact contact : walker.contacts) {
             contact.friction = contact.restitution = 0.0;
-            contact.guess.setZero();
+            contact.initial_impulse.setZero();
             solver_.add(contact);
         }
     }
@@ -83,16 +83,16 @@ void Walker::State::solve(double duration) {
     if (contacts.empty()) return;
     Solver solver(*this, body.velocity);
     (*solver).solve_velocity(kAlone, internal::bounce_speed(internal::kGravity, duration), duration,
-                             kEffort);
+                             kStoppingRule);
     body.velocity = solver.velocity();
 }
 
-/// Parts the walker from what it is closer to than it rests, and from obstacles that were moved into it.
-void Walker::State::part(const Ground& ground, std::span<const Obstacle> obstacles,
+/// Opens contacts below the separation gap, and moves the walker out of obstacles that were moved into it.
+void Walker::State::depenetrate(const Ground& ground, std::span<const Obstacle> obstacles,
                          double substep) {
     const bool is_close =
         std::any_of(contacts.begin(), contacts.end(),
-                    [](const SolverContact& contact) { return contact.gap < contact.wanted_gap; });
+                    [](const SolverContact& contact) { return contact.gap < contact.target_gap; });
     if (!is_close) return;
     Solver solver(*this, {});
     (*solver).solve_separation(internal::kSeparationSpeed * substep, false);
@@ -100,12 +100,12 @@ void Walker::State::part(const Ground& ground, std::span<const Obstacle> obstacl
     gather(ground, obstacles);
 }
 
-/// Moves the walker until obstacles or the ground stop it.
+/// Moves the walker by a displacement, or until obstacles or the ground stop it.
 internal::MoveAnswer Walker::State::move(const Ground& ground, std::span<const Obstacle> obstacles,
-                                         const Eigen::Vector3d& way) {
+                                         const Eigen::Vector3d& displacement) {
     double fraction = 1.0;
-    const Motion motion{body.pose, way, Eigen::Vector3d::Zero()};
-    // Closer than a stop it may still move along: half of what is left is let go.
+    const Motion motion{body.pose, displacement, Eigen::Vector3d::Zero()};
+    // A walker closer than the stop gap may still slide: casts stop at half of its gap.
     double gap = kStopGap * body.tolerance;
     for (const SolverContact& contact : contacts) gap = std::min(gap, 0.5 * contact.gap);
     for (const Obstacle& obstacle : obstacles) {
@@ -115,12 +115,12 @@ internal::MoveAnswer Walker::State::move(const Ground& ground, std::span<const O
         if (hit.hit) fraction = std::min(fraction, hit.fraction);
     }
     internal::MoveAnswer answer =
-        internal::move_body(body, look, ground, {fraction * way, Eigen::Vector3d::Zero()});
+        internal::move_body(body, ground_contacts, ground, {fraction * displacement, Eigen::Vector3d::Zero()});
     answer.fraction *= fraction;
     return answer;
 }
 
-/// Whether the way from higher up leads onto something higher that can be stood on.
+/// Whether a step up leads onto something higher that can be stood on. Leaves the walker where it was.
 bool Walker::State::could_step(const Ground& ground, std::span<const Obstacle> obstacles,
                                const Eigen::Vector3d& forward) {
     const internal::BodyMotion before = body;
@@ -131,7 +131,7 @@ bool Walker::State::could_step(const Ground& ground, std::span<const Obstacle> o
     gather(ground, obstacles);
     move(ground, obstacles, forward);
     gather(ground, obstacles);
-    // Where its round foot met an edge it steps back until its side is beside it, to come down there.
+    // Where its round end met an edge it moves back until its side is beside the edge, to come down there.
     double back = 0.0;
     for (const SolverContact& contact : contacts) {
         const Eigen::Vector3d& n = contact.normal;
@@ -148,7 +148,7 @@ bool Walker::State::could_step(const Ground& ground, std::span<const Obstacle> o
     const bool could =
         fall < 1.0 && is_higher && support != nullptr && support->point_a.z() <= highest;
     static_cast<internal::BodyMotion&>(body) = before;
-    look.forget();
+    ground_contacts.invalidate();
     return could;
 }
 

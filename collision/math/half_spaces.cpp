@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Sources: R. Seidel. Small-dimensional linear programming and convex hulls made easy. Discrete and
-//          Computational Geometry 1991 (incremental, one dimension less where a plane is violated).
-// Deviations: the objective is the distance from 0, whose minimum on a plane is the foot of the
-//             perpendicular; the order is that of arrival instead of random, so that bits repeat.
+// The point nearest to the origin in an intersection of half-spaces.
+//
+// Sources:    R. Seidel. Small-dimensional linear programming and convex hulls made easy. Discrete and Computational
+//             Geometry 1991 (incremental, one dimension less where a plane is violated).
+// Deviations: the objective is the distance from the origin, whose minimum on a plane is the foot of the
+//             perpendicular; planes are processed in the order of arrival instead of a random one, for determinism.
 #include "math/half_spaces.h"
 
 #include <algorithm>
@@ -12,19 +14,19 @@
 namespace terrane::internal {
 namespace {
 
-// Relative to the depths: planes that agree to this are met together.
+// Relative tolerance of the depths: a plane violated by less counts as satisfied.
 constexpr double kSlack = 1e-14;
 
 double slack_of(const HalfSpace& plane) { return kSlack * std::max(1e-3, std::abs(plane.depth)); }
 
-// On the line where planes i and j meet, among the first `count` planes.
+// Solves on the line of planes i and j, subject to the first `count` planes.
 bool find_on_line(const HalfSpaces& spaces, std::size_t i, std::size_t j, std::size_t count,
                   Eigen::Vector3d& d_out) {
     const HalfSpace& a = spaces.planes[i];
     const HalfSpace& b = spaces.planes[j];
     Eigen::Vector3d along = cross(a.normal, b.normal);
     const double square = dot(along, along);
-    if (square < 1e-20) return false;  // parallel: a tighter plane came before, or none fits
+    if (square < 1e-20) return false;  // parallel: an earlier plane is tighter, or infeasible
     const Eigen::Vector3d foot =
         (a.depth * cross(b.normal, along) + b.depth * cross(along, a.normal)) / square;
     along /= std::sqrt(square);
@@ -51,6 +53,7 @@ bool find_on_line(const HalfSpaces& spaces, std::size_t i, std::size_t j, std::s
     return true;
 }
 
+// Solves on plane i, subject to the planes before it.
 bool find_on_plane(const HalfSpaces& spaces, std::size_t i, Eigen::Vector3d& d_out) {
     d_out = spaces.planes[i].depth * spaces.planes[i].normal;
     for (std::size_t j = 0; j < i; ++j) {

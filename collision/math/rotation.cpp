@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
-// Sources: O. Rodrigues. Des lois geometriques... 1840 (the rotation formula). S. W. Shepperd.
-//          Quaternion from rotation matrix. J. Guidance and Control 1978. W. J. Cody, W. Waite.
-//          Software manual for the elementary functions. 1980, chapter 8 (range reduction).
-// Deviations: sine, cosine and arc tangent are plain Taylor sums over a small range instead of
-//             minimax polynomials: a few terms more, and every coefficient can be checked by eye.
+// Rotation matrices from and to rotation vectors, without the C library's trigonometric functions.
+//
+// Sources:    O. Rodrigues. Des lois geometriques... 1840 (the rotation formula). S. W. Shepperd. Quaternion from
+//             rotation matrix. J. Guidance and Control 1978. W. J. Cody, W. Waite. Software manual for the elementary
+//             functions. 1980, chapter 8 (range reduction).
+// Deviations: sine, cosine and arc tangent are Taylor sums over a small range instead of minimax polynomials: a few
+//             terms more, and every coefficient can be checked by eye.
 #include "math/vector_math.h"
 
 #include <terrane/collision/ground_cast.h>
@@ -21,7 +23,7 @@ struct SineCosine {
     double cosine = 1.0;
 };
 
-// Sum over k of (-xx)^k / (2k + Odd)!, with constants for its divisors: of x^2 the cosine, and the sine over x.
+// Sum over k of (-xx)^k / (2k + Odd)!: for xx = x^2 cos(x) if Odd is 0, sin(x) / x if it is 1.
 template <int Terms, int Odd>
 double alternating_sum(double xx) {
     double sum = 1.0;
@@ -32,7 +34,7 @@ double alternating_sum(double xx) {
     return sum;
 }
 
-// Error below 3e-16 for angles below 1e5; larger ones lose their last digits like any product.
+// Error below 3e-16 for angles below 1e5; larger angles lose digits by the rounding of their products.
 SineCosine compute_sine_cosine(double angle) {
     // pi / 2 in three parts: multiples up to 2^20 of the first two are exact.
     constexpr double kHigh = 0x1.921fb544p+0;
@@ -50,7 +52,7 @@ SineCosine compute_sine_cosine(double angle) {
     return {sine, cosine};
 }
 
-// Arc tangent of y / x for x, y >= 0, not both 0.
+// atan(y / x) for x, y >= 0, not both 0.
 double compute_arc_tangent(double y, double x) {
     constexpr double kHalfPi = 1.57079632679489661923;
     if (y > x) return kHalfPi - compute_arc_tangent(x, y);
@@ -73,13 +75,13 @@ Eigen::Matrix3d product(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
 
 Eigen::Vector3d normalized(const Eigen::Vector3d& v) {
     const double excess = dot(v, v) - 1.0;
-    // One step of Newton's method, whose error is 3/8 of the excess squared, is exact for what is nearly normalized.
+    // One Newton step: its error, 3/8 of the excess squared, is below rounding here.
     if (std::abs(excess) < 1e-8) return v * (1.0 - 0.5 * excess);
     return v / internal::length(v);
 }
 
 Eigen::Matrix3d make_rotation(const Eigen::Vector3d& axis, double angle) {
-    // Of half the angle, so that 1 - cos has no cancellation.
+    // By the half angle, so that 1 - cos has no cancellation.
     const SineCosine half = compute_sine_cosine(0.5 * angle);
     const double sine = 2.0 * half.sine * half.cosine;
     const double versine = 2.0 * half.sine * half.sine;
@@ -115,7 +117,7 @@ Pose Motion::at(double t) const {
 
 Eigen::Vector3d rotation_vector_between(const Eigen::Matrix3d& from, const Eigen::Matrix3d& to) {
     const Eigen::Matrix3d r = product(to, from.transpose());
-    // The quaternion's largest component first, so that nothing cancels.
+    // From the quaternion's largest component, to avoid cancellation.
     const double trace = r(0, 0) + r(1, 1) + r(2, 2);
     double w = 0.0;
     Eigen::Vector3d v = Eigen::Vector3d::Zero();

@@ -8,7 +8,7 @@
 
 namespace terrane::internal {
 
-bool is_usable(const Shape& shape, const Pose& pose) {
+bool is_valid_query(const Shape& shape, const Pose& pose) {
     constexpr double kOrthonormal = 1e-6;
     if (!check(shape) || !is_finite(pose.translation)) return false;
     const Eigen::Vector3d x = pose.rotation.col(0);

@@ -5,7 +5,7 @@
 
 namespace terrane::internal {
 
-/// Whether check(shape) passes, the pose is finite, and the rotation orthonormal to 1e-6.
-bool is_usable(const Shape& shape, const Pose& pose);
+/// Whether check(shape) succeeds, the pose is finite, and the rotation is orthonormal to 1e-6 with determinant 1.
+bool is_valid_query(const Shape& shape, const Pose& pose);
 
 }  // namespace terrane::internal

@@ -6,8 +6,7 @@
 #include <cmath>
 #include <limits>
 
-// Products with a fixed order of operations, so that no version of Eigen and no vector width changes
-// a bit of a contact.
+// Products with a fixed order of operations: results have the same bits with every version of Eigen and every vector width.
 namespace terrane::internal {
 
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -42,7 +41,7 @@ inline Eigen::Vector3d apply_tensor(const Eigen::Matrix3d& m, const Eigen::Vecto
     return rotated(m, {d.x() * local.x(), d.y() * local.y(), d.z() * local.z()});
 }
 
-/// A unit vector square to a unit vector, the same for the same bits.
+/// A unit vector orthogonal to a unit vector; a function of its bits.
 inline Eigen::Vector3d any_tangent(const Eigen::Vector3d& normal) {
     const double ax = std::abs(normal.x()), ay = std::abs(normal.y()), az = std::abs(normal.z());
     Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Sources: S. Gottschalk, M. Lin, D. Manocha. OBBTree. 1996 (15 axes).
+// Sources: S. Gottschalk, M. Lin, D. Manocha. OBBTree. 1996 (the separating axis test with 15 axes).
 #include "pairs/pairs.h"
 
 #include <array>
@@ -7,9 +7,9 @@
 namespace terrane::internal {
 namespace {
 
-// The widest axis of two boxes: three faces of each, and all crosses of edges; every one is a facet of
-// the Minkowski difference of two boxes. Works in a's frame.
-Axis find_widest_box_axis(const Core& a, const Core& b, double enough) {
+// The axis of the largest gap: three face normals of each box and all cross products of edges, each of which is a facet
+// normal of the Minkowski difference. Works in a's frame.
+Axis find_box_separating_axis(const Core& a, const Core& b, double enough) {
     const Eigen::Vector3d half_a = a.shape.vertices.back();  // zero for a point
     const Eigen::Vector3d half_b = b.shape.vertices.back();
     const Eigen::Vector3d t = a.to_body(a.centre - b.centre);
@@ -45,7 +45,7 @@ Axis find_widest_box_axis(const Core& a, const Core& b, double enough) {
         const int i2 = (i + 2) % 3;
         for (std::size_t j = 0; j < 3; ++j) {
             if (half_b[static_cast<Eigen::Index>(j)] == 0.0) continue;
-            // a's axis i crossed with b's axis j: exactly square to both.
+            // a's axis i crossed with b's axis j: exactly orthogonal to a's axis.
             const double m1 = -axes[j][i2];
             const double m2 = axes[j][i1];
             const double square = m1 * m1 + m2 * m2;
@@ -77,10 +77,10 @@ Gap find_gap(const PlacedBox& a, const PlacedBox& b) {
     CoreStorage of_b;
     const Core core_a = make_core(a, of_a);
     const Core core_b = make_core(b, of_b);
-    // The axes are so few that looking at them first is the shorter way where boxes overlap.
-    const Axis axis = find_widest_box_axis(core_a, core_b, 0.0);
+    // The 15 axes first: where the boxes overlap clearly they decide without GJK.
+    const Axis axis = find_box_separating_axis(core_a, core_b, 0.0);
     if (axis.gap > -touch_of(core_a, core_b)) {
-        return find_core_gap(core_a, core_b, find_widest_box_axis);
+        return find_core_gap(core_a, core_b, find_box_separating_axis);
     }
     Gap gap;
     gap.distance = axis.gap;
@@ -101,16 +101,16 @@ bool is_touching(const PlacedBox& a, const PlacedBox& b) {
     const Core core_a = make_core(a, of_a);
     const Core core_b = make_core(b, of_b);
     const double touch = touch_of(core_a, core_b);
-    const double gap = find_widest_box_axis(core_a, core_b, touch).gap;
+    const double gap = find_box_separating_axis(core_a, core_b, touch).gap;
     if (gap > touch || gap < -touch) return gap < 0.0;
-    return find_core_gap(core_a, core_b, find_widest_box_axis).distance <= touch;
+    return find_core_gap(core_a, core_b, find_box_separating_axis).distance <= touch;
 }
 
 Axis find_pseudodistance(const PlacedBox& a, const PlacedBox& b) {
     CoreStorage of_a;
     CoreStorage of_b;
     return find_polyhedra_pseudodistance(make_core(a, of_a), make_core(b, of_b),
-                                         find_widest_box_axis);
+                                         find_box_separating_axis);
 }
 
 }  // namespace terrane::internal

@@ -33,7 +33,7 @@ Gap find_gap(const PlacedCapsule& a, const PlacedCapsule& b) {
         gap.normal = d / distance;
         return gap;
     }
-    // Crossing cores part at once along what is square to both.
+    // Crossing cores: any common perpendicular separates them.
     Eigen::Vector3d square = cross(u, v);
     const double sine = length(square);
     if (sine > 1e-10 * length(u) * length(v)) {
@@ -54,7 +54,8 @@ void find_contacts(const PlacedCapsule& a, const PlacedCapsule& b, const Gap& ga
     const Eigen::Vector3d q = b.centre - b.half_axis;
     const double radii = a.radius + b.radius;
     const double slack = kTouchShare * (radii + length(u) + length(v));
-    // An end of one over the core of the other: where they cross it lies beside it, and what is round falls off.
+    // An end of one core above the other core: the height of the other's round surface decreases with the distance beside
+    // its core.
     const auto add_end = [&](double s, double t, bool is_of_a) {
         const Eigen::Vector3d core_a = p + s * u;
         const Eigen::Vector3d d = core_a - (q + t * v);
@@ -73,10 +74,9 @@ void find_contacts(const PlacedCapsule& a, const PlacedCapsule& b, const Gap& ga
     const double uu = dot(u, u);
     const double vv = dot(v, v);
     const SegmentPair pair = find_closest_on_segments(p, u, q, v);
-    // Side by side, the ends of what they share: those over the other's core, seen along the normal.
+    // Nearly parallel: the ends of the interval that the cores share, projected along the normal.
     const Eigen::Vector3d square = cross(u, v);
-    constexpr double kParallel =
-        0.02;  // sine; ends that are far from the other are left out by depth
+    constexpr double kParallel = 0.02;  // sine; ends that are too far apart fail the depth margin
     if (uu > 0.0 && vv > 0.0 && dot(square, square) < kParallel * kParallel * uu * vv) {
         for (const double end : {0.0, 1.0}) {
             if (const double t = dot(v, p + end * u - q) / vv; t >= 0.0 && t <= 1.0) {

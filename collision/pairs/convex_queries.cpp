@@ -19,7 +19,7 @@ constexpr int kOrder<PlacedHull> = 3;
 
 // Calls f(first, second, is_swapped) with the two shapes in the order of the pairs' files.
 template <typename F>
-auto in_order(const Placed& a, const Placed& b, const F& f) {
+auto in_order(const PlacedConvex& a, const PlacedConvex& b, const F& f) {
     return std::visit(
         [&](const auto& x, const auto& y) {
             if constexpr (kOrder<std::decay_t<decltype(x)>> <= kOrder<std::decay_t<decltype(y)>>) {
@@ -45,7 +45,7 @@ double size_of(const PlacedCapsule& capsule) { return capsule.radius + length(ca
 double size_of(const PlacedBox& box) { return length(box.half); }
 double size_of(const PlacedHull& hull) { return hull.reach; }
 
-double radius_of(const Placed& shape) {
+double radius_of(const PlacedConvex& shape) {
     if (const PlacedSphere* sphere = std::get_if<PlacedSphere>(&shape)) return sphere->radius;
     if (const PlacedCapsule* capsule = std::get_if<PlacedCapsule>(&shape)) return capsule->radius;
     return 0.0;
@@ -53,7 +53,7 @@ double radius_of(const Placed& shape) {
 
 }  // namespace
 
-Placed place(const ConvexView& shape, const Eigen::Matrix3d& rotation,
+PlacedConvex place(const ConvexView& shape, const Eigen::Matrix3d& rotation,
              const Eigen::Vector3d& centre) {
     if (const Sphere* sphere = std::get_if<Sphere>(&shape)) {
         return PlacedSphere{centre, sphere->radius};
@@ -77,17 +77,17 @@ double reach_of(const ConvexView& shape) {
     return std::get<HullView>(shape).reach;
 }
 
-Gap find_gap(const Placed& a, const Placed& b) {
+Gap find_gap(const PlacedConvex& a, const PlacedConvex& b) {
     return in_order(a, b, [](const auto& x, const auto& y, bool is_swapped) {
         return is_swapped ? flipped(find_gap(x, y)) : find_gap(x, y);
     });
 }
 
-bool is_touching(const Placed& a, const Placed& b) {
+bool is_touching(const PlacedConvex& a, const PlacedConvex& b) {
     return in_order(a, b, [](const auto& x, const auto& y, bool) { return is_touching(x, y); });
 }
 
-Axis find_pseudodistance(const Placed& a, const Placed& b) {
+Axis find_pseudodistance(const PlacedConvex& a, const PlacedConvex& b) {
     return in_order(a, b, [](const auto& x, const auto& y, bool is_swapped) {
         Axis axis = find_pseudodistance(x, y);
         if (is_swapped) axis.normal = -axis.normal;
@@ -95,7 +95,7 @@ Axis find_pseudodistance(const Placed& a, const Placed& b) {
     });
 }
 
-std::size_t find_contacts(const Placed& a, const Placed& b, const Gap& gap, double margin,
+std::size_t find_contacts(const PlacedConvex& a, const PlacedConvex& b, const Gap& gap, double margin,
                           std::array<PairContact, 4>& contacts_out) {
     if (!(gap.distance <= margin)) return 0;
     return in_order(a, b, [&](const auto& x, const auto& y, bool is_swapped) {
@@ -115,7 +115,7 @@ std::size_t find_contacts(const Placed& a, const Placed& b, const Gap& gap, doub
     });
 }
 
-void find_witnesses(const Placed& a, const Placed& b, const Gap& gap, Eigen::Vector3d& on_a_out,
+void find_witnesses(const PlacedConvex& a, const PlacedConvex& b, const Gap& gap, Eigen::Vector3d& on_a_out,
                     Eigen::Vector3d& on_b_out) {
     if (gap.has_points) {
         on_a_out = gap.core_a - radius_of(a) * gap.normal;

@@ -9,38 +9,38 @@
 
 #include <variant>
 
-// The questions about any two convex shapes: each finds the pair that knows. shape_pairs.h has the
-// contracts; questions about compounds choose pairs of parts on top of this.
+// Queries of two convex shapes, dispatched to the function of their pair. shape_pairs.h has the contracts; queries of
+// compounds call these for pairs of parts.
 namespace terrane::internal {
 
-/// A hull that somebody else keeps.
+/// A non-owning view of a convex hull.
 struct HullView {
     Polyhedron shape;
-    double reach = 0.0;  ///< largest distance of a vertex from the body frame's origin, metres
+    double reach = 0.0;  ///< bounding radius about the body frame's origin, metres
 };
 
 using ConvexView = std::variant<Sphere, Capsule, Box, HullView>;
-using Placed = std::variant<PlacedSphere, PlacedCapsule, PlacedBox, PlacedHull>;
+using PlacedConvex = std::variant<PlacedSphere, PlacedCapsule, PlacedBox, PlacedHull>;
 
 /// @param rotation orthonormal
-Placed place(const ConvexView& shape, const Eigen::Matrix3d& rotation,
+PlacedConvex place(const ConvexView& shape, const Eigen::Matrix3d& rotation,
              const Eigen::Vector3d& centre);
 double reach_of(const ConvexView& shape);  ///< bounding radius, metres
 
-Gap find_gap(const Placed& a, const Placed& b);
-bool is_touching(const Placed& a, const Placed& b);
-Axis find_pseudodistance(const Placed& a, const Placed& b);
-/// Points are in the frame of a and b; `gap` is theirs.
-std::size_t find_contacts(const Placed& a, const Placed& b, const Gap& gap, double margin,
+Gap find_gap(const PlacedConvex& a, const PlacedConvex& b);
+bool is_touching(const PlacedConvex& a, const PlacedConvex& b);
+Axis find_pseudodistance(const PlacedConvex& a, const PlacedConvex& b);
+/// @param gap find_gap(a, b)
+std::size_t find_contacts(const PlacedConvex& a, const PlacedConvex& b, const Gap& gap, double margin,
                           std::array<PairContact, 4>& contacts_out);
-/// Nearest points on the surfaces, or the deepest of crossing shapes.
-void find_witnesses(const Placed& a, const Placed& b, const Gap& gap, Eigen::Vector3d& on_a_out,
+/// Witness points: nearest points on the surfaces, or the deepest where the shapes overlap.
+void find_witnesses(const PlacedConvex& a, const PlacedConvex& b, const Gap& gap, Eigen::Vector3d& on_a_out,
                     Eigen::Vector3d& on_b_out);
 
-/// A convex shape that turns about the origin of its body, or is a body.
+/// A convex part of a moving body.
 struct MovingPart {
     const ConvexView& shape;
-    const Pose* body_from_part = nullptr;  ///< none: the body's frame is the shape's
+    const Pose* body_from_part = nullptr;  ///< null: identity
     const Motion& motion;                  ///< of the body; start.rotation is orthonormal
 };
 
@@ -49,9 +49,9 @@ struct ConvexCast {
     double fraction = 1.0;
     bool started_in_contact = false;
     std::size_t count = 0;
-    std::array<PairContact, 4> contacts;  ///< from the place of body a at `fraction`, world axes
+    std::array<PairContact, 4> contacts;  ///< points relative to body a's origin at `fraction`, world axes
 };
-/// From the time `from` of both motions to `to`; a miss has the fraction `to`.
+/// Casts over the times `from` to `to` of both motions; a miss has the fraction `to`.
 ConvexCast cast_convex(const MovingPart& a, const MovingPart& b, double from, double to,
                        const CastSettings& settings);
 
@@ -60,7 +60,7 @@ struct ConvexRay {
     double fraction = 1.0;
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
 };
-/// From `from` along `way`, in the frame of the shape's placement.
-ConvexRay cast_ray(const Placed& shape, const Eigen::Vector3d& from, const Eigen::Vector3d& way);
+/// First point of the segment `from` to `from + displacement` in a shape; all in one frame.
+ConvexRay cast_ray(const PlacedConvex& shape, const Eigen::Vector3d& from, const Eigen::Vector3d& displacement);
 
 }  // namespace terrane::internal

@@ -41,7 +41,7 @@ struct Mover {
         }
     }
 
-    Placed at(double t) const {
+    PlacedConvex at(double t) const {
         const Eigen::Matrix3d& first = motion.start.rotation;
         const Eigen::Matrix3d rotation = arm > 0.0 ? motion.at(t).rotation : first;
         const Eigen::Vector3d centre = origin_at(t);
@@ -51,7 +51,7 @@ struct Mover {
     }
     /// Of the body.
     Eigen::Vector3d origin_at(double t) const { return start + t * motion.translation; }
-    static Core core_of(const Placed& placed, CoreStorage& storage_out) {
+    static Core core_of(const PlacedConvex& placed, CoreStorage& storage_out) {
         return std::visit([&](const auto& each) { return make_core(each, storage_out); }, placed);
     }
 
@@ -66,7 +66,7 @@ struct Mover {
 // How far two shapes may go while a plane square to `normal` parts them.
 class Step {
 public:
-    Step(const Mover& a, const Mover& b, double t, const Placed& at_a, const Placed& at_b,
+    Step(const Mover& a, const Mover& b, double t, const PlacedConvex& at_a, const PlacedConvex& at_b,
          const Eigen::Vector3d& normal)
         : core_a_(Mover::core_of(at_a, of_a_)),
           core_b_(Mover::core_of(at_b, of_b_)),
@@ -91,14 +91,14 @@ public:
     }
 
     /// A time up to which the gap, now `gap`, stays above `rest`, at most `remaining`.
-    double safe_time(double gap, double rest, double sink, double remaining) const {
+    double safe_time(double gap, double rest, double allowed_depth, double remaining) const {
         const double closing = turning_ - speed_;
         double time = closing > 0.0 ? (gap - rest) / closing : kInfinity;
         if (time >= remaining) return remaining;
         if (turning_ == 0.0) return time;
         // Concave in time: it holds up to wherever it holds.
         const auto holds = [&](double t) {
-            return gap_after(t) + sink - 0.5 * bend_ * t * t >= rest;
+            return gap_after(t) + allowed_depth - 0.5 * bend_ * t * t >= rest;
         };
         double next = std::max(2.0 * time, std::sqrt(0.5 * (gap - rest) / bend_));
         double failed = kInfinity;
@@ -139,7 +139,7 @@ private:
 };
 
 // Whether the shapes come nearer at any of their contacts, by more than rounding.
-bool is_closing(const Mover& a, const Mover& b, const Placed& at_a, const Placed& at_b,
+bool is_closing(const Mover& a, const Mover& b, const PlacedConvex& at_a, const PlacedConvex& at_b,
                 const Gap& gap, double t) {
     std::array<PairContact, 4> contacts;
     const std::size_t count = find_contacts(at_a, at_b, gap, std::max(0.0, gap.distance), contacts);
@@ -169,25 +169,25 @@ ConvexCast cast_convex(const MovingPart& a, const MovingPart& b, double from, do
     const double touch = kTouchShare * (reach_of(a.shape) + reach_of(b.shape));
 
     ConvexCast answer;
-    Placed at_a = mover_a.at(from);
-    Placed at_b = mover_b.at(from);
+    PlacedConvex at_a = mover_a.at(from);
+    PlacedConvex at_b = mover_b.at(from);
     Gap gap = find_gap(at_a, at_b);
     answer.started_in_contact = gap.distance <= touch;
     // How deep the shapes may be where contacts of the start are passed over; it ends with them.
-    double sink = 0.0;
+    double allowed_depth = 0.0;
     if (answer.started_in_contact) {
         answer.hit =
             !settings.skip_separating || is_closing(mover_a, mover_b, at_a, at_b, gap, from);
         answer.fraction = from;
-        sink = 0.5 * tolerance - gap.distance;
+        allowed_depth = 0.5 * tolerance - gap.distance;
     }
     double t = from;
     while (!answer.hit) {
-        sink = std::max(0.0, std::min(sink, 0.5 * tolerance - gap.distance));
-        const double room = gap.distance + sink;
+        allowed_depth = std::max(0.0, std::min(allowed_depth, 0.5 * tolerance - gap.distance));
+        const double room = gap.distance + allowed_depth;
         const double rest = std::min(0.125 * tolerance, 0.5 * room);
         const Step step(mover_a, mover_b, t, at_a, at_b, gap.normal);
-        const double time = step.safe_time(room, rest, sink, to - t);
+        const double time = step.safe_time(room, rest, allowed_depth, to - t);
         if (!(time < to - t)) {
             answer.fraction = to;
             return answer;

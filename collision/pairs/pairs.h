@@ -3,13 +3,12 @@
 
 #include "pairs/kernels/core_gap.h"
 
-// Every pair of shapes answers these four questions, each in the file of its name. a comes before b in the
-// order sphere, capsule, box, hull. A pair that is not here does not compile.
+// Every pair of convex shapes has these four functions. a comes before b in the order sphere, capsule, box, hull.
 //
 //   find_gap             signed distance, normal, nearest points
-//   find_contacts        into a manifold whose normal is the gap's
-//   is_touching          the same as a gap of at most `touch_of`, found sooner
-//   find_pseudodistance  as shape_pairs.h defines it
+//   find_contacts        adds contacts to a manifold with the gap's normal
+//   is_touching          whether the gap is at most `touch_of`, at lower cost
+//   find_pseudodistance  see shape_pairs.h
 namespace terrane::internal {
 
 #define TERRANE_PAIR(A, B)                                                          \
@@ -31,8 +30,8 @@ TERRANE_PAIR(PlacedHull, PlacedHull)
 
 #undef TERRANE_PAIR
 
-/// Of two sphere-swept cores: (d^2 - R^2) / (2 R), for the distance d of the cores and the sum R of the
-/// radii; d where R is 0.
+/// Pseudodistance of two sphere-swept cores: (d^2 - R^2) / (2 R) for the distance d of the cores and the sum R of the
+/// radii, or d where R is 0.
 inline double swept_pseudodistance(double core_distance, double radii) {
     if (radii == 0.0) return core_distance;
     return (core_distance - radii) * ((core_distance + radii) / (2.0 * radii));

@@ -82,7 +82,7 @@ Eigen::Matrix3d part_rotation(const Eigen::Matrix3d& body, const Pose& body_from
     return orthonormalized(product);
 }
 
-Placed PlacedShape::part(std::uint32_t index) const {
+PlacedConvex PlacedShape::part(std::uint32_t index) const {
     const Pose* pose = view->body_from_part(index);
     if (pose == nullptr) return place(view->part(index), rotation, centre);
     return place(view->part(index), part_rotation(rotation, *pose),

@@ -8,8 +8,7 @@
 
 namespace terrane::internal {
 
-/// A shape as pair questions see it: its parts, and a tree of their bounds. A convex shape is its own only
-/// part. A view: the shape outlives it.
+/// Non-owning view of a shape as convex parts with a tree of their bounds. A convex shape is its own only part.
 class ShapeView {
 public:
     ShapeView() = default;
@@ -17,11 +16,11 @@ public:
 
     bool is_single() const { return compound_ == nullptr || compound_->parts().size() == 1; }
     ConvexView part(std::uint32_t index) const;
-    /// Nothing for a convex shape.
+    /// Null for a convex shape.
     const Pose* body_from_part(std::uint32_t index) const;
     double reach() const { return reach_; }  ///< bounding radius, metres
 
-    /// Before tree() is asked for: what only questions to many parts need.
+    /// Must be called before tree(); only queries with a compound need it.
     void find_bounds();
     std::span<const PartNode> tree() const;
 
@@ -32,18 +31,17 @@ private:
     double reach_ = 0.0;
 };
 
-/// A shape in world axes around a common origin.
+/// A shape placed in world axes about an origin near both shapes of a query.
 struct PlacedShape {
     const ShapeView* view = nullptr;
     Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  ///< orthonormal
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();
 
-    Placed part(std::uint32_t index) const;
-    PlacedShape moved(const Eigen::Vector3d& way) const { return {view, rotation, centre + way}; }
+    PlacedConvex part(std::uint32_t index) const;
+    PlacedShape moved(const Eigen::Vector3d& translation) const { return {view, rotation, centre + translation}; }
 };
 
-/// The rotation of a part of a turned body: orthonormal, and with the body's own bits where the part is not
-/// turned in it.
+/// Rotation of a part of a rotated body, orthonormal; bit for bit the body's where the part is not rotated in it.
 Eigen::Matrix3d part_rotation(const Eigen::Matrix3d& body, const Pose& body_from_part);
 
 }  // namespace terrane::internal

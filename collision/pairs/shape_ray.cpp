@@ -30,38 +30,38 @@ struct Clip {
 };
 
 // Against the ray, or any where it has no length.
-Eigen::Vector3d against(const Eigen::Vector3d& way) {
-    const double size = length(way);
-    return size > 0.0 ? Eigen::Vector3d(-way / size) : Eigen::Vector3d(Eigen::Vector3d::UnitZ());
+Eigen::Vector3d against(const Eigen::Vector3d& displacement) {
+    const double size = length(displacement);
+    return size > 0.0 ? Eigen::Vector3d(-displacement / size) : Eigen::Vector3d(Eigen::Vector3d::UnitZ());
 }
 
-ConvexRay enter(const Clip& clip, const Eigen::Vector3d& way) {
+ConvexRay enter(const Clip& clip, const Eigen::Vector3d& displacement) {
     const bool is_within = dot(clip.normal, clip.normal) == 0.0;
-    return {true, clip.first, is_within ? against(way) : clip.normal};
+    return {true, clip.first, is_within ? against(displacement) : clip.normal};
 }
 
 // First point at most `radius` from a centre.
-ConvexRay enter_ball(const Eigen::Vector3d& centre, double radius, const Eigen::Vector3d& from,
-                     const Eigen::Vector3d& way) {
+ConvexRay enter_sphere(const Eigen::Vector3d& centre, double radius, const Eigen::Vector3d& from,
+                     const Eigen::Vector3d& displacement) {
     const Eigen::Vector3d d = from - centre;
-    const double square = dot(way, way);
-    if (dot(d, d) <= radius * radius) return {true, 0.0, against(way)};
+    const double square = dot(displacement, displacement);
+    if (dot(d, d) <= radius * radius) return {true, 0.0, against(displacement)};
     if (square == 0.0) return {};
     // From the foot of the centre on the line, so that far starts lose nothing.
-    const double foot = -dot(d, way) / square;
-    const Eigen::Vector3d nearest = d + foot * way;
+    const double foot = -dot(d, displacement) / square;
+    const Eigen::Vector3d nearest = d + foot * displacement;
     const double room = radius * radius - dot(nearest, nearest);
     if (room < -1e-15 * radius * radius || (room < 0.0 && radius == 0.0)) return {};
     const double t = foot - std::sqrt(std::max(0.0, room) / square);
     if (t < 0.0 || t > 1.0) return {};
-    const Eigen::Vector3d n = d + t * way;
+    const Eigen::Vector3d n = d + t * displacement;
     const double size = length(n);
-    return {true, t, size > 0.0 ? Eigen::Vector3d(n / size) : against(way)};
+    return {true, t, size > 0.0 ? Eigen::Vector3d(n / size) : against(displacement)};
 }
 
 ConvexRay cast_at(const PlacedSphere& sphere, const Eigen::Vector3d& from,
-                  const Eigen::Vector3d& way) {
-    return enter_ball(sphere.centre, sphere.radius, from, way);
+                  const Eigen::Vector3d& displacement) {
+    return enter_sphere(sphere.centre, sphere.radius, from, displacement);
 }
 
 void take(const ConvexRay& ray, ConvexRay& best) {
@@ -69,44 +69,44 @@ void take(const ConvexRay& ray, ConvexRay& best) {
 }
 
 ConvexRay cast_at(const PlacedCapsule& capsule, const Eigen::Vector3d& from,
-                  const Eigen::Vector3d& way) {
+                  const Eigen::Vector3d& displacement) {
     const Eigen::Vector3d low = capsule.centre - capsule.half_axis;
     const Eigen::Vector3d high = capsule.centre + capsule.half_axis;
-    ConvexRay best = enter_ball(low, capsule.radius, from, way);
-    take(enter_ball(high, capsule.radius, from, way), best);
+    ConvexRay best = enter_sphere(low, capsule.radius, from, displacement);
+    take(enter_sphere(high, capsule.radius, from, displacement), best);
     const double half = length(capsule.half_axis);
     if (half == 0.0) return best;
     // The tube: a disc's ray, in the directions square to the axis.
     const Eigen::Vector3d axis = capsule.half_axis / half;
     const Eigen::Vector3d d = from - capsule.centre;
     const double along = dot(d, axis);
-    const double rate = dot(way, axis);
+    const double rate = dot(displacement, axis);
     const auto is_beside = [&](double t) { return std::abs(along + t * rate) <= half; };
     ConvexRay tube =
-        enter_ball(Eigen::Vector3d::Zero(), capsule.radius, d - along * axis, way - rate * axis);
+        enter_sphere(Eigen::Vector3d::Zero(), capsule.radius, d - along * axis, displacement - rate * axis);
     if (tube.hit && is_beside(tube.fraction)) {
-        if (tube.fraction == 0.0) tube.normal = against(way);
+        if (tube.fraction == 0.0) tube.normal = against(displacement);
         take(tube, best);
     }
     return best;
 }
 
-ConvexRay cast_at(const PlacedBox& box, const Eigen::Vector3d& from, const Eigen::Vector3d& way) {
+ConvexRay cast_at(const PlacedBox& box, const Eigen::Vector3d& from, const Eigen::Vector3d& displacement) {
     const Eigen::Vector3d p = rotated_back(box.rotation, from - box.centre);
-    const Eigen::Vector3d v = rotated_back(box.rotation, way);
+    const Eigen::Vector3d v = rotated_back(box.rotation, displacement);
     Clip clip;
     for (int i = 0; i < 3; ++i) {
         const Eigen::Vector3d n = box.rotation.col(i);
         if (!clip.cut(-n, -p[i] - box.half[i], -v[i])) return {};
         if (!clip.cut(n, p[i] - box.half[i], v[i])) return {};
     }
-    return enter(clip, way);
+    return enter(clip, displacement);
 }
 
-ConvexRay cast_at(const PlacedHull& hull, const Eigen::Vector3d& from, const Eigen::Vector3d& way) {
+ConvexRay cast_at(const PlacedHull& hull, const Eigen::Vector3d& from, const Eigen::Vector3d& displacement) {
     const Polyhedron& shape = hull.shape;
     const Eigen::Vector3d p = rotated_back(hull.rotation, from - hull.centre);
-    const Eigen::Vector3d v = rotated_back(hull.rotation, way);
+    const Eigen::Vector3d v = rotated_back(hull.rotation, displacement);
     if (shape.faces.empty()) {
         // A point or a segment: met only where the ray goes through it.
         const Eigen::Vector3d& low = shape.vertices.front();
@@ -114,7 +114,7 @@ ConvexRay cast_at(const PlacedHull& hull, const Eigen::Vector3d& from, const Eig
         const SegmentPair pair = find_closest_on_segments(p, v, low, edge);
         const Eigen::Vector3d d = (p + pair.s * v) - (low + pair.t * edge);
         if (length(d) > kTouchShare * hull.reach) return {};
-        return {true, pair.s, against(way)};
+        return {true, pair.s, against(displacement)};
     }
     Clip clip;
     const auto cut = [&](const Eigen::Vector3d& n, double offset) {
@@ -135,15 +135,15 @@ ConvexRay cast_at(const PlacedHull& hull, const Eigen::Vector3d& from, const Eig
             if (!cut(side, dot(side, low))) return {};
         }
     }
-    ConvexRay answer = enter(clip, way);
+    ConvexRay answer = enter(clip, displacement);
     if (dot(clip.normal, clip.normal) > 0.0) answer.normal = rotated(hull.rotation, clip.normal);
     return answer;
 }
 
 }  // namespace
 
-ConvexRay cast_ray(const Placed& shape, const Eigen::Vector3d& from, const Eigen::Vector3d& way) {
-    return std::visit([&](const auto& placed) { return cast_at(placed, from, way); }, shape);
+ConvexRay cast_ray(const PlacedConvex& shape, const Eigen::Vector3d& from, const Eigen::Vector3d& displacement) {
+    return std::visit([&](const auto& placed) { return cast_at(placed, from, displacement); }, shape);
 }
 
 }  // namespace terrane::internal

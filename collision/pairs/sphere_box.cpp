@@ -33,7 +33,7 @@ Gap find_gap(const PlacedSphere& a, const PlacedBox& b) {
 }
 
 void find_contacts(const PlacedSphere& a, const PlacedBox& b, const Gap& gap, Manifold& manifold) {
-    // What of the box is nearest: coordinates at their ends name a face, an edge or a corner.
+    // The nearest feature of the box: the coordinates at their limits identify a face, an edge or a vertex.
     const Eigen::Vector3d on_b = rotated_back(b.rotation, gap.core_b - b.centre);
     const double slack = kTouchShare * (length(b.half) + a.radius);
     std::uint32_t low = 0;

@@ -6,7 +6,7 @@
 namespace terrane::internal {
 namespace {
 
-// Of the capsule's core, from its middle to the point nearest to the sphere: -1 to 1.
+// Position of the core's point nearest to the sphere, in half axes from the centre: -1 to 1.
 double find_share(const PlacedSphere& a, const PlacedCapsule& b) {
     const double square = dot(b.half_axis, b.half_axis);
     if (square == 0.0) return 0.0;

@@ -55,7 +55,7 @@ Surface make_flat(const LatticePoints& points, const Indices& chosen, const Simp
     Surface surface;
     surface.thickness = simplex.thickness;
     surface.faces = make_flat_faces(points.lattice, chosen, simplex);
-    drop_straight_points(points.lattice, points.tolerance, surface.faces);
+    drop_collinear_points(points.lattice, points.tolerance, surface.faces);
     surface.vertices = vertices_of(surface.faces);
     const Indices& loop = surface.faces[0].loop;
     for (std::size_t i = 0; i < loop.size(); ++i) {
@@ -79,7 +79,7 @@ Surface make_surface(const LatticePoints& points) {
         const bool is_last = round == kRounds;  // with its triangles as faces
         Surface surface;
         surface.faces = merge_coplanar(points.lattice, hull, is_last ? -1.0 : points.tolerance);
-        if (!is_last) drop_straight_points(points.lattice, points.tolerance, surface.faces);
+        if (!is_last) drop_collinear_points(points.lattice, points.tolerance, surface.faces);
         surface.vertices = vertices_of(surface.faces);
         if (surface.faces.size() < 4) return make_flat(points, chosen, simplex);
 

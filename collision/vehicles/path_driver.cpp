@@ -22,16 +22,16 @@ namespace {
 constexpr double kLookAheadTime = 0.7;   // seconds
 constexpr double kLeastLookAhead = 5.0;  // metres
 constexpr double kMostLookAhead = 25.0;  // metres
-/// Curvature of the path is that of its chords of this length, metres; a corner is taken over as much before and behind.
+/// Length of the chords that the path's curvature is computed from, metres; a corner extends as far to both sides.
 constexpr double kCornerReach = 5.0;
-constexpr double kThrottleGain = 0.5;     // of full throttle for each m/s that is missing
-constexpr double kBrakeGain = 0.25;       // of full brake for each m/s too much
-constexpr double kBrakeSlack = 0.5;       // m/s too much that rolling takes off by itself
+constexpr double kThrottleGain = 0.5;     // throttle per m/s below the target speed
+constexpr double kBrakeGain = 0.25;       // brake per m/s above it
+constexpr double kBrakeSlack = 0.5;       // excess that is left to rolling resistance, m/s
 constexpr double kFinishDistance = 3.0;   // metres from the last point
-constexpr double kLeastSpeed = 1.0;       // m/s that corners are taken with, however sharp
+constexpr double kLeastSpeed = 1.0;       // m/s in the sharpest corners
 constexpr double kLeastDistance = 0.001;  // metres between points
 constexpr double kMostCoordinate = 1e9;   // metres
-/// Share that the driver uses of what friction, stability and brakes allow.
+/// Share of the accelerations allowed by friction, stability and brakes that the driver uses.
 constexpr double kLimitShare = 0.5;
 
 /// atan(x) to 0.005 rad for |x| <= 1; steeper slopes are taken as 1.
@@ -65,14 +65,14 @@ bool has_wheel_on_ground(const Truck& truck) {
                        [](const WheelState& wheel) { return wheel.on_ground; });
 }
 
-/// What a truck can do where it stands.
+/// Accelerations that a truck can reach on the slope it stands on.
 struct Reserve {
     double lateral = 0.0;  ///< acceleration to either side before it slides or rolls, m/s^2, >= 0
     double braking = 0.0;  ///< deceleration along its heading, m/s^2, >= 0
-    double braking_share = 0.0;  ///< of what it is on level ground, 0 to 1
+    double braking_share = 0.0;  ///< `braking` over that on level ground, 0 to 1
 };
 
-/// Gravity along the truck's axes takes its share of what friction, stability and brakes give.
+/// Gravity along the truck's axes is subtracted from what friction, stability and brakes give.
 Reserve reserve_of(const Truck& truck) {
     const TruckSettings& s = truck.settings();
     const Eigen::Matrix3d& rotation = truck.chassis().pose.rotation;
@@ -154,7 +154,7 @@ PathDriver::PathDriver(std::vector<Vertex> path, const PathDriverSettings& setti
     }
 }
 
-/// Follows the path up to where the truck is, never backwards: a segment is left where the next one is nearer.
+/// Advances along the path to the truck's position, never backwards: a segment ends where the next one is nearer.
 /// @return metres along the path
 double PathDriver::advance(const Eigen::Vector2d& here) {
     const auto nearest = [&](std::size_t end) {
@@ -175,8 +175,8 @@ double PathDriver::advance(const Eigen::Vector2d& here) {
     return start + now.share * (path_[next_].along - start);
 }
 
-/// The point at a distance along the path, or the end that it lies beyond.
-/// @param end of a segment that does not begin behind it
+/// The point at a distance along the path, clamped to its ends.
+/// @param end index where the search starts: of a segment that begins at or before the point
 Eigen::Vector2d PathDriver::point_at(double along, std::size_t end) const {
     while (end + 1 < path_.size() && path_[end].along < along) ++end;
     const Vertex& from = path_[end - 1];
@@ -222,8 +222,8 @@ TruckControls PathDriver::drive(const Truck& truck) {
     if (is_finished_) return kStop;
 
     // Pure pursuit, seen from the truck in the world's plane.
-    const double look_ahead = std::clamp(kLookAheadTime * speed, kLeastLookAhead, kMostLookAhead);
-    const Eigen::Vector2d target = point_at(along + look_ahead, next_);
+    const double predict_impact = std::clamp(kLookAheadTime * speed, kLeastLookAhead, kMostLookAhead);
+    const Eigen::Vector2d target = point_at(along + predict_impact, next_);
     const double flat = std::sqrt(ahead.x() * ahead.x() + ahead.y() * ahead.y());
     const double fx = flat > 1e-6 ? ahead.x() / flat : 1.0,
                  fy = flat > 1e-6 ? ahead.y() / flat : 0.0;
@@ -231,7 +231,7 @@ TruckControls PathDriver::drive(const Truck& truck) {
     const double forward = tx * fx + ty * fy, left_side = ty * fx - tx * fy;
     const double square = std::max(tx * tx + ty * ty, 1.0);
     double curvature = 2.0 * left_side / square;
-    if (forward < 0.0) {  // behind: turn as tightly as it goes
+    if (forward < 0.0) {  // behind: steer as tightly as possible
         curvature = (left_side >= 0.0 ? 1.0 : -1.0) / settings.wheelbase;
     }
     const double angle = steer_of_slope(settings.wheelbase * curvature);

@@ -5,7 +5,7 @@
 //             Wong. Theory of ground vehicles. 2008, chapter 3 (tractive effort limited by power, aerodynamic drag,
 //             rolling resistance).
 //             ISO 2533:1975 (density of the standard atmosphere at sea level).
-// Deviations: tyres have no slip curve: up to the circle (an ellipse where they grip less across) they hold, at it
+// Deviations: tyres have no slip curve: inside the friction circle (an ellipse where side_grip < 1) they stick, on it
 //             they slide.
 #include "vehicles/wheeled_chassis.h"
 
@@ -29,8 +29,8 @@ constexpr double kAirDensity = 1.225;  // kg/m^3
 /// touches the ground.
 constexpr double kOverturned = 0.3420201433256687;
 constexpr double kOverturnedWithoutWheels = 0.7071067811865476;
-/// Springs push along the ground's normal; where that leans further from the wheel's axis than this
-/// cosine, they push no harder.
+/// Springs act along the ground's normal; their force does not grow where the cosine of its angle with the suspension
+/// axis is below this.
 constexpr double kLeastAlignment = 0.4;
 constexpr int kTyreIterations = 40;
 constexpr double kTwoPi = 6.283185307179586;
@@ -92,8 +92,8 @@ WheeledChassis::WheeledChassis(const ChassisSettings& settings,
             start.pose.translation + rotated(start.pose.rotation, place);
     }
     wheels_before_ = wheels_;
-    touches_.resize(wheels_.size());
-    touches_before_ = touches_;
+    contacts_.resize(wheels_.size());
+    contacts_before_ = contacts_;
     tyres_.resize(wheels_.size());
     body_.parts = parts_;
     body_.mass = make_mass_properties(box, settings.mass);
@@ -109,7 +109,7 @@ BodyNeed WheeledChassis::need() const {
 }
 
 /// Casts the wheels from the top of their travel to its end. False where ground is not resident.
-bool WheeledChassis::feel_ground(const Ground& ground) {
+bool WheeledChassis::cast_wheels(const Ground& ground) {
     const double travel = settings_.suspension_travel;
     const Eigen::Vector3d axis = body_.pose.rotation.col(2);
     for (std::size_t i = 0; i < wheels_.size(); ++i) {
@@ -120,51 +120,51 @@ bool WheeledChassis::feel_ground(const Ground& ground) {
         motion.translation = -travel * axis;
         const CastAnswer answer = cast_part(part.shape, motion, ground, body_.tolerance);
         if (answer.status == QueryStatus::not_resident) return false;
-        Touch& touch = touches_[i];
+        WheelContact& contact = contacts_[i];
         const double fraction = answer.hit ? answer.fraction : 1.0;
-        touch.on_ground = answer.hit;
-        touch.compression = travel * (1.0 - fraction);
-        touch.centre_world = motion.start.translation + motion.translation * fraction;
-        touch.normal = answer.contact.normal;
-        touch.point_world = touch.centre_world - settings_.wheel_radius * touch.normal;
-        touch.load_impulse = 0.0;
+        contact.on_ground = answer.hit;
+        contact.compression = travel * (1.0 - fraction);
+        contact.centre_world = motion.start.translation + motion.translation * fraction;
+        contact.normal = answer.contact.normal;
+        contact.point_world = contact.centre_world - settings_.wheel_radius * contact.normal;
+        contact.load_impulse = 0.0;
     }
     return true;
 }
 
-/// Drag at the centre of mass, implicit in the speed: it never turns the motion around.
+/// Drag at the centre of mass, implicit in the speed: it never reverses the motion.
 void WheeledChassis::apply_drag(double substep) {
     const double share = 0.5 * kAirDensity * settings_.drag_area * body_.mass.inverse_mass *
                          length(body_.velocity.linear) * substep;
     body_.velocity.linear /= 1.0 + share;
 }
 
-/// Springs and dampers, implicit: stable at any stiffness. All four see the same velocity, so that
-/// left and right are treated alike.
-void WheeledChassis::push_springs(double substep) {
+/// Springs and dampers, implicit: stable at any stiffness. All wheels use the same velocity, so that the result is
+/// symmetric.
+void WheeledChassis::apply_suspension(double substep) {
     const double share = settings_.mass / static_cast<double>(wheels_.size());
     const double omega = kTwoPi * settings_.suspension_hertz;
     const double stiffness = share * omega * omega;
     const double damping = 2.0 * settings_.damping_ratio * share * omega;
     const Eigen::Vector3d axis = body_.pose.rotation.col(2);
     const Twist velocity = body_.velocity;
-    for (Touch& touch : touches_) {
-        if (!touch.on_ground) continue;
-        const double alignment = dot(touch.normal, axis);
+    for (WheelContact& contact : contacts_) {
+        if (!contact.on_ground) continue;
+        const double alignment = dot(contact.normal, axis);
         if (!(alignment > 0.0)) continue;
         const double lean = std::max(alignment, kLeastAlignment);
-        const Lever lever = make_lever(body_, touch.point_world, touch.normal);
-        const double give = substep * (stiffness * substep + damping) / (lean * lean);
+        const Lever lever = make_lever(body_, contact.point_world, contact.normal);
+        const double softness = substep * (stiffness * substep + damping) / (lean * lean);
         const double wanted =
-            substep * stiffness * touch.compression / lean - give * speed(lever, velocity);
-        touch.load_impulse = std::max(0.0, wanted / (1.0 + give / lever.effective_mass));
-        apply(body_, lever, touch.load_impulse);
+            substep * stiffness * contact.compression / lean - softness * speed(lever, velocity);
+        contact.load_impulse = std::max(0.0, wanted / (1.0 + softness / lever.effective_mass));
+        apply(body_, lever, contact.load_impulse);
     }
 }
 
 /// Scales the drive impulses of a substep to the power limit: the difference between the tracks (turning) gets its power first, the
 /// common part (driving) the remainder.
-void WheeledChassis::share_power(std::span<const WheelCommand> commands, double substep) {
+void WheeledChassis::limit_power(std::span<const WheelCommand> commands, double substep) {
     double drive = 0.0, turn = 0.0;  // watts that the commands ask for
     for (std::size_t i = 0; i < tyres_.size(); ++i) {
         if (!tyres_[i].grips) continue;
@@ -183,28 +183,28 @@ void WheeledChassis::share_power(std::span<const WheelCommand> commands, double 
 }
 
 /// Drive, brakes and side forces, together within each tyre's friction circle.
-void WheeledChassis::turn_tyres(std::span<const WheelCommand> commands, double substep) {
+void WheeledChassis::solve_tyres(std::span<const WheelCommand> commands, double substep) {
     for (std::size_t i = 0; i < wheels_.size(); ++i) {
-        Touch& touch = touches_[i];
+        WheelContact& contact = contacts_[i];
         Tyre& tyre = tyres_[i];
         tyre = {};
-        if (!touch.on_ground || touch.load_impulse <= 0.0) continue;
+        if (!contact.on_ground || contact.load_impulse <= 0.0) continue;
         const Motion steering{
             {}, Eigen::Vector3d::Zero(), Eigen::Vector3d(0.0, 0.0, commands[i].steer)};
         const Eigen::Vector3d ahead =
             rotated(body_.pose.rotation, steering.at(1.0).rotation.col(0));
-        const Eigen::Vector3d in_plane = ahead - touch.normal * dot(touch.normal, ahead);
+        const Eigen::Vector3d in_plane = ahead - contact.normal * dot(contact.normal, ahead);
         const double size = length(in_plane);
-        if (size < 0.1) continue;  // the ground is a wall square ahead: nothing to roll on
+        if (size < 0.1) continue;  // the ground is a wall ahead: no rolling direction
         const Eigen::Vector3d roll = in_plane / size;
-        tyre.roll = make_lever(body_, touch.point_world, roll);
-        tyre.side = make_lever(body_, touch.point_world, cross(touch.normal, roll));
-        tyre.limit = settings_.tyre_friction * touch.load_impulse;
+        tyre.roll = make_lever(body_, contact.point_world, roll);
+        tyre.side = make_lever(body_, contact.point_world, cross(contact.normal, roll));
+        tyre.limit = settings_.tyre_friction * contact.load_impulse;
         tyre.brake_limit =
-            commands[i].brake_force * substep + settings_.rolling_resistance * touch.load_impulse;
+            commands[i].brake_force * substep + settings_.rolling_resistance * contact.load_impulse;
         tyre.grips = true;
     }
-    share_power(commands, substep);
+    limit_power(commands, substep);
     for (int iteration = 0; iteration < kTyreIterations; ++iteration) {
         for (Tyre& tyre : tyres_) {
             if (!tyre.grips) continue;
@@ -231,9 +231,9 @@ void WheeledChassis::turn_tyres(std::span<const WheelCommand> commands, double s
         }
     }
     for (std::size_t i = 0; i < wheels_.size(); ++i) {
-        // In the air a wheel keeps its turning.
-        if (tyres_[i].grips) touches_[i].roll_speed = speed(tyres_[i].roll, body_.velocity);
-        wheels_[i].spin += touches_[i].roll_speed / settings_.wheel_radius * substep;
+        // In the air a wheel keeps its spin.
+        if (tyres_[i].grips) contacts_[i].roll_speed = speed(tyres_[i].roll, body_.velocity);
+        wheels_[i].spin += contacts_[i].roll_speed / settings_.wheel_radius * substep;
         wheels_[i].steer = commands[i].steer;
     }
 }
@@ -241,7 +241,7 @@ void WheeledChassis::turn_tyres(std::span<const WheelCommand> commands, double s
 StepReport WheeledChassis::park() {
     static_cast<BodyMotion&>(body_) = before_;
     wheels_ = wheels_before_;
-    touches_ = touches_before_;
+    contacts_ = contacts_before_;
     state_.condition = BodyCondition::parked;
     StepReport report;
     report.parked = 1;
@@ -253,19 +253,19 @@ StepReport WheeledChassis::step(const Ground& ground, std::span<const WheelComma
     TERRANE_ASSERT(dt > 0.0 && dt <= 1.0, "dt must be > 0 and at most 1 s");
     before_ = body_;
     wheels_before_ = wheels_;
-    touches_before_ = touches_;
-    look_.forget();
+    contacts_before_ = contacts_;
+    ground_contacts_.invalidate();
     SubstepAnswer total;
     const double substep_count = count_substeps(dt, kMaxSubstep);
     const double substep = dt / substep_count;
-    if (!feel_ground(ground)) return park();
+    if (!cast_wheels(ground)) return park();
     for (double done = 0.0; done < substep_count; done += 1.0) {
         body_.velocity.linear.z() -= kGravity * substep;
         apply_drag(substep);
-        push_springs(substep);
-        turn_tyres(commands, substep);
-        const SubstepAnswer answer = step_body(body_, look_, ground, kGravity, substep);
-        if (!answer.resident || !feel_ground(ground)) return park();
+        apply_suspension(substep);
+        solve_tyres(commands, substep);
+        const SubstepAnswer answer = step_body(body_, ground_contacts_, ground, kGravity, substep);
+        if (!answer.resident || !cast_wheels(ground)) return park();
         total.add(answer);
     }
     StepReport report;
@@ -275,14 +275,14 @@ StepReport WheeledChassis::step(const Ground& ground, std::span<const WheelComma
     bool touches = total.touches;
     report.max_depth_m = deepest(body_, ground, greatest_lift(body_, ground), 0.0);
     for (std::size_t i = 0; i < wheels_.size(); ++i) {
-        const Touch& touch = touches_[i];
+        const WheelContact& contact = contacts_[i];
         WheelState& wheel = wheels_[i];
-        wheel.centre_world = touch.centre_world;
-        wheel.compression = touch.compression;
-        wheel.on_ground = touch.on_ground && dot(touch.normal, body_.pose.rotation.col(2)) > 0.0;
-        touches = touches || touch.on_ground;
+        wheel.centre_world = contact.centre_world;
+        wheel.compression = contact.compression;
+        wheel.on_ground = contact.on_ground && dot(contact.normal, body_.pose.rotation.col(2)) > 0.0;
+        touches = touches || contact.on_ground;
         Pose pose;
-        pose.translation = touch.centre_world;
+        pose.translation = contact.centre_world;
         const DistanceAnswer distance =
             signed_distance(Sphere{settings_.wheel_radius}, pose, ground, 0.0);
         if (distance.has_ground) {
@@ -300,7 +300,7 @@ StepReport WheeledChassis::step(const Ground& ground, std::span<const WheelComma
     return report;
 }
 
-/// In free flight nothing is decided: the time on its side or roof stands still.
+/// In free flight the time on its side or roof is unchanged.
 void WheeledChassis::update_rolled_over(bool touches_ground, double dt) {
     const bool has_wheel = std::any_of(wheels_.begin(), wheels_.end(),
                                        [](const WheelState& wheel) { return wheel.on_ground; });

@@ -10,8 +10,8 @@
 
 namespace terrane::internal {
 
-/// A box on wheels, each with a spring, a damper and a tyre: what vehicles consist of. The wheels at the top of
-/// their travel are part of the hull that passes the gate.
+/// A box on wheels, each with a spring, a damper and a tyre. The wheels at the top of their travel are parts of the body
+/// that moves against the offset surface.
 struct ChassisSettings {
     Eigen::Vector3d half_extents = Eigen::Vector3d::Zero();
     double mass = 0.0;
@@ -22,15 +22,15 @@ struct ChassisSettings {
     double tyre_friction = 0.0;
     /// Friction across the rolling direction, as a share of the friction along it.
     double side_grip = 1.0;
-    /// Beyond the friction ellipse a belt keeps its longitudinal force and gives up lateral force; a tyre gives up
-    /// both in proportion.
+    /// Beyond the friction ellipse a belt keeps its longitudinal force and reduces the lateral one; a tyre reduces both
+    /// in proportion.
     bool rolls_first = false;
     double max_drive_power = 0.0;     ///< of all wheels, watts
     double rolling_resistance = 0.0;  ///< force against the roll, as a share of the wheel's load
     double drag_area = 0.0;           ///< drag coefficient times frontal area, m^2
 };
 
-/// What a wheel does in a step.
+/// Commands of a wheel for a step.
 struct WheelCommand {
     double drive_force = 0.0;  ///< newtons, positive forward
     /// Newtons, positive forward, that a steering differential adds to one side and takes from the other: they cost
@@ -40,7 +40,7 @@ struct WheelCommand {
     double steer = 0.0;        ///< radians, positive to the left
 };
 
-/// Where an impulse acts on the chassis.
+/// An impulse direction at a point of the chassis.
 struct ChassisLever {
     Eigen::Vector3d direction = Eigen::Vector3d::Zero();
     Eigen::Vector3d moment = Eigen::Vector3d::Zero();
@@ -68,8 +68,8 @@ public:
 private:
     static constexpr double kRolledOverTime = 1.0;  // seconds
 
-    /// A wheel's touch with the ground, and the impulses of one substep.
-    struct Touch {
+    /// A wheel's contact with the ground, and the suspension impulse of one substep.
+    struct WheelContact {
         bool on_ground = false;
         double compression = 0.0;
         Eigen::Vector3d point_world = Eigen::Vector3d::Zero();
@@ -87,21 +87,21 @@ private:
         bool grips = false;
     };
 
-    bool feel_ground(const Ground& ground);
+    bool cast_wheels(const Ground& ground);
     void apply_drag(double substep);
-    void push_springs(double substep);
-    void share_power(std::span<const WheelCommand> commands, double substep);
-    void turn_tyres(std::span<const WheelCommand> commands, double substep);
+    void apply_suspension(double substep);
+    void limit_power(std::span<const WheelCommand> commands, double substep);
+    void solve_tyres(std::span<const WheelCommand> commands, double substep);
     StepReport park();
     void update_rolled_over(bool touches_ground, double dt);
 
     ChassisSettings settings_;
     std::vector<BodyPart> parts_;  // the box, then the wheels
     RigidBody body_;
-    GroundLook look_;
+    GroundContactCache ground_contacts_;
     BodyState state_;
     std::vector<WheelState> wheels_, wheels_before_;
-    std::vector<Touch> touches_, touches_before_;
+    std::vector<WheelContact> contacts_, contacts_before_;
     std::vector<Tyre> tyres_;
     BodyMotion before_;
     double rolled_over_time_ =

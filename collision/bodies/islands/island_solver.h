@@ -15,60 +15,61 @@
 namespace terrane::internal {
 
 enum class Mobility : std::uint8_t {
-    fixed,   ///< stays where it is, whatever meets it
-    asleep,  ///< at rest until something that moves meets it
+    fixed,   ///< never moves, whatever touches it
+    asleep,  ///< at rest until a moving body touches it
     moving,
 };
 
-/// Finds which bodies touch each other and solves them, island by island, together with the ground below them.
-/// The order of everything is that of the bodies, so the number of threads changes no bit.
-class Meetings {
+/// Finds the bodies that touch each other and solves each island together with its ground contacts. All orders are those
+/// of the bodies, so that the number of threads changes no bit.
+class IslandSolver {
 public:
-    explicit Meetings(BroadphaseKind kind) : broadphase_(make_broadphase(kind, 0.0)) {}
+    explicit IslandSolver(BroadphaseKind kind) : broadphase_(make_broadphase(kind, 0.0)) {}
 
-    /// Finds what touches, or will within `duration`, and the islands of what moves. All of a group whose sleep is
-    /// disturbed by something that moves become `moving`.
+    /// Finds the pairs that touch, or will within `duration` seconds, and the islands of the moving bodies. Where a moving
+    /// body touches a sleeping one, its whole sleep group becomes `moving`.
     ///
-    /// @param groups [bodies] which sleepers wake together: equal numbers
+    /// @param groups [bodies] sleep group: sleepers with equal numbers wake together
     void find(std::span<const RigidBody> bodies, std::span<const std::uint32_t> groups,
               std::span<Mobility> mobility, double duration, WorkerTeam& team);
 
-    /// Solves the islands of the last find(), and parts what overlaps through the gate of each body. Bodies
-    /// that fly at each other live until they meet, before they are solved.
-    /// @param looks   [bodies] on this ground
-    /// @param answers [bodies] written where a body has lived a part of the substep
-    void solve(std::span<RigidBody> bodies, std::span<GroundLook> looks,
+    /// Solves the islands of the last find(), and separates overlapping bodies, each against its offset surface. Bodies
+    /// that will bounce off each other are first advanced to their time of impact.
+    /// @param ground_contacts [bodies] with this ground
+    /// @param answers         [bodies] written for the bodies that were advanced
+    void solve(std::span<RigidBody> bodies, std::span<GroundContactCache> ground_contacts,
                std::span<SubstepAnswer> answers, const Ground& ground, double gravity,
                double duration, WorkerTeam& team);
 
     /// Of the last find(); sleepers belong to none.
     const Islands& islands() const { return islands_; }
-    /// Pairs of bodies that touch and are not both at rest.
+    /// Pairs of touching bodies of which at least one moves.
     std::size_t touching_pair_count() const { return pair_count_; }
 
 private:
-    void place_bounds(std::span<const RigidBody> bodies, double duration);
-    void take_pairs(std::span<const RigidBody> bodies, std::span<const Mobility> mobility,
-                    double duration);
-    void erase_apart();
+    void update_bounds(std::span<const RigidBody> bodies, double duration);
+    void collect_pairs(std::span<const RigidBody> bodies, std::span<const Mobility> mobility,
+                       double duration);
+    void remove_separated();
     void wake(std::span<const std::uint32_t> groups, std::span<Mobility> mobility);
     struct Scene;
-    void fly_to_impacts(std::size_t island, const Scene& scene);
+    void advance_to_impacts(std::size_t island, const Scene& scene);
     void solve_island(std::size_t island, int worker, const Scene& scene);
 
     std::unique_ptr<Broadphase> broadphase_;
     std::vector<Aabb> bounds_;
-    std::vector<BoundingSphere> balls_;
-    std::vector<PairTouch> touches_, touches_before_;  // ascending by pair
-    std::vector<std::uint32_t> before_;  // of the first touch of each pair: where it was, if it was
-    std::size_t pair_count_ = 0;         // of what moves and touches
-    std::vector<BodyPair> links_;        // touches that are not asleep
-    std::vector<std::uint32_t> link_touches_;  // where each link's touch is
-    std::vector<std::uint8_t> wakes_;          // [groups]
+    std::vector<BoundingSphere> spheres_;
+    std::vector<PairManifold> manifolds_, previous_manifolds_;  // ascending by pair
+    // Of each pair's first manifold: its index in previous_manifolds_, or kNone.
+    std::vector<std::uint32_t> previous_index_;
+    std::size_t pair_count_ = 0;                 // see touching_pair_count()
+    std::vector<BodyPair> links_;                // manifolds of which a body moves
+    std::vector<std::uint32_t> link_manifolds_;  // index of each link's manifold
+    std::vector<std::uint8_t> wakes_;            // [groups]
     std::vector<std::uint8_t> moves_;
     Islands islands_;
-    std::vector<double>
-        flights_;  // share of the substep that each body lives before it is solved; 1: none
+    // [bodies] share of the substep up to the impact that the body is advanced to; 1: none
+    std::vector<double> impact_shares_;
     std::vector<SolverBody> solver_bodies_;
     std::vector<std::vector<ContactRows>> rows_;  // [workers]
 };

@@ -7,8 +7,7 @@
 namespace terrane::internal {
 namespace {
 
-
-/// Turns counts into where each group starts, by one entry more than there are groups.
+/// Exclusive prefix sum: turns counts into the start of each group.
 void accumulate(std::vector<std::uint32_t>& counts) {
     std::uint32_t start = 0;
     for (std::uint32_t& count : counts) {
@@ -18,7 +17,7 @@ void accumulate(std::vector<std::uint32_t>& counts) {
     }
 }
 
-/// Moves the starts that filling has pushed to their ends back.
+/// Restores the starts after filling has advanced each to the end of its group.
 void rewind(std::vector<std::uint32_t>& starts) {
     for (std::size_t i = starts.size() - 1; i > 0; --i) starts[i] = starts[i - 1];
     starts[0] = 0;
@@ -39,7 +38,7 @@ void Islands::build(std::span<const BodyPair> links, std::span<const std::uint8_
     std::iota(parents_.begin(), parents_.end(), 0u);
     islands_.assign(moves.size(), kNone);
     for (const BodyPair& link : links) {
-        // Marks who touches anything; the number comes below.
+        // Marks bodies that touch anything; the island's number comes below.
         if (moves[link.a] != 0) islands_[link.a] = 0;
         if (moves[link.b] != 0) islands_[link.b] = 0;
         if (moves[link.a] == 0 || moves[link.b] == 0) continue;

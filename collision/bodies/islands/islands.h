@@ -10,23 +10,23 @@
 
 namespace terrane::internal {
 
-/// No body, island or touch.
+/// No body, island or manifold.
 inline constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
-/// Bodies that touch each other, directly or through others: what has to be solved at once, and what sleeps
-/// together. Islands are in order of their lowest body; bodies and links within them ascend.
+/// Connected components of the bodies that touch: solved together, asleep together. Islands are in order of their lowest
+/// body; bodies and links within them ascend.
 class Islands {
 public:
-    /// @param links that touch
-    /// @param moves [bodies] 0: a body that joins nothing and belongs to no island
+    /// @param links pairs that touch
+    /// @param moves [bodies] 0: a body that connects nothing and belongs to no island
     void build(std::span<const BodyPair> links, std::span<const std::uint8_t> moves);
 
     std::size_t count() const { return body_starts_.size() - 1; }
-    /// Whether a body belongs to any.
+    /// Whether a body belongs to an island.
     bool has(std::size_t body) const;
-    /// Bodies of an island; at least one.
+    /// Indices of an island's bodies; at least one.
     std::span<const std::uint32_t> bodies(std::size_t island) const;
-    /// Indices of the links of an island.
+    /// Indices of an island's links.
     std::span<const std::uint32_t> links(std::size_t island) const;
 
 private:

@@ -8,9 +8,9 @@ namespace terrane::internal {
 namespace {
 
 constexpr int kSeparationIterations = 12;
-constexpr double kClosingSlack = 1e-11;  // m/s: closing faster than allowed by less is rounding
+constexpr double kClosingSlack = 1e-11;  // m/s: closing too fast by less than this is rounding
 
-/// How far the end of an arm leaves its straight path against the normal, for small turns: m/s^2.
+/// Acceleration of the end of an arm against the normal by rotation, m/s^2.
 double bend(const Eigen::Vector3d& normal, const Eigen::Vector3d& spin,
             const Eigen::Vector3d& arm) {
     return dot(spin, spin) * dot(normal, arm) - dot(normal, spin) * dot(spin, arm);
@@ -30,15 +30,15 @@ ContactSolver::Row ContactSolver::make_row(const SolverContact& contact, const S
     row.direction = direction;
     row.moment = cross(contact.point_a - a.pose.translation, direction);
     row.spin = apply_tensor(a.pose.rotation, a.mass.inverse_inertia, row.moment);
-    double give = a.mass.inverse_mass + dot(row.moment, row.spin);
+    double inverse_effective_mass = a.mass.inverse_mass + dot(row.moment, row.spin);
     if (b != nullptr) {
         row.other_moment = cross(contact.point_b - b->pose.translation, direction);
         row.other_spin = apply_tensor(b->pose.rotation, b->mass.inverse_inertia, row.other_moment);
-        give += b->mass.inverse_mass + dot(row.other_moment, row.other_spin);
+        inverse_effective_mass += b->mass.inverse_mass + dot(row.other_moment, row.other_spin);
     }
-    row.give = give;
-    row.effective_mass = 1.0 / give;
-    row.impulse = dot(contact.guess, direction);
+    row.inverse_effective_mass = inverse_effective_mass;
+    row.effective_mass = 1.0 / inverse_effective_mass;
+    row.impulse = dot(contact.initial_impulse, direction);
     return row;
 }
 
@@ -53,7 +53,7 @@ inline double ContactSolver::speed(const ContactRows& contact, const Row& row) {
 }
 
 inline void ContactSolver::apply(const ContactRows& contact, const Row& row, double impulse) {
-    // What nothing moves may belong to the contacts of others, and is not written.
+    // Bodies of infinite mass may be shared with other islands and are not written.
     if (contact.a_->mass.inverse_mass > 0.0) {
         Twist& a = contact.a_->velocity;
         a.linear += row.direction * (impulse * contact.a_->mass.inverse_mass);
@@ -76,28 +76,28 @@ void ContactSolver::add(const SolverContact& contact) {
     rows.tangent_ = make_row(contact, *rows.a_, rows.b_, tangent);
     rows.bitangent_ = make_row(contact, *rows.a_, rows.b_, cross(contact.normal, tangent));
     rows.normal_.impulse = std::max(0.0, rows.normal_.impulse);
-    // A guess for another normal has a share along this one's surface, which nothing would take back.
+    // The warm start of a changed normal has a tangential part, which a row without friction would never remove.
     if (!(contact.friction > 0.0)) rows.tangent_.impulse = rows.bitangent_.impulse = 0.0;
     rows.core_arm_ =
         contact.point_a - rows.a_->pose.translation + contact.rounding * contact.normal;
     rows.gap_ = contact.gap;
     rows.rest_gap_ = contact.rest_gap;
-    rows.wanted_gap_ = contact.wanted_gap;
+    rows.target_gap_ = contact.target_gap;
     rows.friction_ = contact.friction;
     rows.restitution_ = contact.restitution;
 }
 
-inline double ContactSolver::push(ContactRows& contact) {
+inline double ContactSolver::solve_normal(ContactRows& contact) {
     Row& row = contact.normal_;
     const double wanted =
         row.impulse - row.effective_mass * (speed(contact, row) + contact.allowed_closing_);
     const double change = std::max(wanted, contact.least_impulse_) - row.impulse;
     row.impulse += change;
     apply(contact, row, change);
-    return std::abs(change) * row.give;
+    return std::abs(change) * row.inverse_effective_mass;
 }
 
-inline double ContactSolver::rub(ContactRows& contact) {
+inline double ContactSolver::solve_friction(ContactRows& contact) {
     Row& u = contact.tangent_;
     Row& v = contact.bitangent_;
     const double limit = contact.friction_ * contact.normal_.impulse;
@@ -107,7 +107,7 @@ inline double ContactSolver::rub(ContactRows& contact) {
     double wanted_v = v.impulse - v.effective_mass * speed_v;
     const double limit_square = limit * limit;
     if (wanted_u * wanted_u + wanted_v * wanted_v > limit_square) {
-        // It slides, and friction is against the slip, whichever way the bodies give more.
+        // Sliding: one effective mass for both rows, so that friction opposes the slip.
         const double mass = std::min(u.effective_mass, v.effective_mass);
         wanted_u = u.impulse - mass * speed_u;
         wanted_v = v.impulse - mass * speed_v;
@@ -124,34 +124,33 @@ inline double ContactSolver::rub(ContactRows& contact) {
     v.impulse = wanted_v;
     apply(contact, u, change_u);
     apply(contact, v, change_v);
-    return std::max(std::abs(change_u) * u.give, std::abs(change_v) * v.give);
+    return std::max(std::abs(change_u) * u.inverse_effective_mass, std::abs(change_v) * v.inverse_effective_mass);
 }
 
-void ContactSolver::iterate(const SolverEffort& effort, double tolerance) {
+void ContactSolver::iterate(const StoppingRule& rule, double tolerance) {
     const std::span<ContactRows> rows = contacts();
     double change_before = std::numeric_limits<double>::infinity();
-    for (int iteration = 0; iteration < effort.iterations; ++iteration) {
-        // Up and down in turns: a sweep carries a load from one end of a stack to the other only one way.
+    for (int iteration = 0; iteration < rule.iterations; ++iteration) {
+        // Alternating order: a sweep propagates a load through a stack in one direction only.
         const auto at = [&](std::size_t i) -> ContactRows& {
             return rows[iteration % 2 == 0 ? i : rows.size() - 1 - i];
         };
         double change = 0.0;
         for (std::size_t i = 0; i < rows.size(); ++i) {
-            if (at(i).friction_ > 0.0) change = std::max(change, rub(at(i)));
+            if (at(i).friction_ > 0.0) change = std::max(change, solve_friction(at(i)));
         }
-        for (std::size_t i = 0; i < rows.size(); ++i) change = std::max(change, push(at(i)));
+        for (std::size_t i = 0; i < rows.size(); ++i) change = std::max(change, solve_normal(at(i)));
         if (change <= tolerance) return;
-        if ((iteration + 1) % effort.patience != 0) continue;
+        if ((iteration + 1) % rule.patience != 0) continue;
         if (change > 0.9 * change_before) return;
         change_before = change;
     }
 }
 
-/// Sets how fast each contact may close. A turning body carries its corners round: where that bends a path
-/// into the ground, the contact has to open by half of the bend, so that it has opened and closed as much by
-/// the end. Bodies that touch each other may be overlapped by as little. Returns whether a contact closes faster
-/// than it may.
-bool ContactSolver::aim(double duration) {
+/// Sets the allowed closing speed of each contact. Where rotation curves the path of a corner into the ground, the contact
+/// must open at half of that acceleration times the duration, so that its gap at the end is that at the start. Contacts
+/// between bodies may overlap by as much. Returns whether a contact closes faster than allowed.
+bool ContactSolver::set_targets(double duration) {
     bool closes = false;
     for (ContactRows& contact : contacts()) {
         contact.allowed_closing_ = std::max(0.0, contact.gap_ - contact.rest_gap_) / duration;
@@ -176,9 +175,9 @@ double ContactSolver::energy(std::span<const std::uint32_t> members) const {
     return energy;
 }
 
-/// Scales what the bodies' velocities have over that of their common centre of mass; all of it where they
-/// touch what gives and takes momentum.
-void ContactSolver::slow_down(std::span<const std::uint32_t> members, double scale) {
+/// Scales the velocities relative to that of the common centre of mass; the whole velocities where a contact is with the
+/// ground or a body of infinite mass, where momentum is not conserved.
+void ContactSolver::scale_velocities(std::span<const std::uint32_t> members, double scale) {
     bool is_free = true;
     for (const ContactRows& contact : contacts()) {
         is_free = is_free && contact.b_ != nullptr && contact.a_->mass.inverse_mass > 0.0 &&
@@ -202,8 +201,8 @@ void ContactSolver::slow_down(std::span<const std::uint32_t> members, double sca
 }
 
 void ContactSolver::solve_velocity(std::span<const std::uint32_t> members, double bounce_speed,
-                                   double duration, const SolverEffort& effort) {
-    const bool closes = aim(duration);
+                                   double duration, const StoppingRule& rule) {
+    const bool closes = set_targets(duration);
     double largest_speed = 0.0;
     for (ContactRows& contact : contacts()) {
         contact.approach_speed_ = -speed(contact, contact.normal_);
@@ -217,15 +216,15 @@ void ContactSolver::solve_velocity(std::span<const std::uint32_t> members, doubl
 
     for (const std::uint32_t member : members) bodies_[member].before = bodies_[member].velocity;
     const double energy_before = energy(members);
-    const double tolerance = effort.tolerance * std::max(1.0, largest_speed);
+    const double tolerance = rule.tolerance * std::max(1.0, largest_speed);
     for (const ContactRows& contact : contacts()) {
         for (const Row* row : {&contact.normal_, &contact.tangent_, &contact.bitangent_}) {
             if (row->impulse != 0.0) apply(contact, *row, row->impulse);
         }
     }
-    // The blow changes the spin, and with it the bends.
-    iterate(effort, tolerance);
-    if (aim(duration)) iterate(effort, tolerance);
+    // The impulses change the spin, and with it the targets.
+    iterate(rule, tolerance);
+    if (set_targets(duration)) iterate(rule, tolerance);
 
     double bounce = 0.0;
     for (const std::uint32_t member : members) bodies_[member].plastic = bodies_[member].velocity;
@@ -235,13 +234,13 @@ void ContactSolver::solve_velocity(std::span<const std::uint32_t> members, doubl
             continue;
         }
         contact.least_impulse_ = (1.0 + contact.restitution_) * contact.normal_.impulse;
-        // The least that bounces decides where impulses would give energy.
+        // The least restitution is used for all where Poisson's impulses would add energy.
         if (contact.restitution_ > 0.0) {
             bounce = bounce > 0.0 ? std::min(bounce, contact.restitution_) : contact.restitution_;
         }
     }
     if (bounce > 0.0) {
-        iterate(effort, tolerance);
+        iterate(rule, tolerance);
         if (energy(members) > energy_before) {
             for (const std::uint32_t member : members) {
                 SolverBody& body = bodies_[member];
@@ -252,10 +251,10 @@ void ContactSolver::solve_velocity(std::span<const std::uint32_t> members, doubl
             }
         }
     }
-    // Opening for a bend costs nothing in truth, and may here: it is paid for by all of the velocity.
+    // Opening for a curved path may add energy here: it is taken from all velocities.
     const double energy_after = energy(members);
     if (energy_after > energy_before) {
-        slow_down(members, std::sqrt(energy_before / energy_after));
+        scale_velocities(members, std::sqrt(energy_before / energy_after));
     }
 }
 
@@ -270,26 +269,26 @@ Eigen::Vector3d ContactSolver::impulse(std::size_t contact) const {
 void ContactSolver::solve_separation(double max_distance, bool may_turn) {
     for (ContactRows& contact : contacts()) {
         const double wanted =
-            std::clamp(0.5 * (contact.wanted_gap_ - contact.gap_), 0.0, max_distance);
-        // A contact with gap to spare may close by half of what it has.
+            std::clamp(0.5 * (contact.target_gap_ - contact.gap_), 0.0, max_distance);
+        // A contact with a larger gap may close by half of the excess.
         contact.allowed_closing_ =
-            wanted > 0.0 ? -wanted : 0.5 * (contact.gap_ - contact.wanted_gap_);
+            wanted > 0.0 ? -wanted : 0.5 * (contact.gap_ - contact.target_gap_);
         contact.least_impulse_ = 0.0;
         Row& row = contact.normal_;
         row.impulse = 0.0;
         if (may_turn) continue;
         row.moment.setZero();
         row.spin.setZero();
-        double give = contact.a_->mass.inverse_mass;
+        double inverse_effective_mass = contact.a_->mass.inverse_mass;
         if (contact.b_ != nullptr) {
             row.other_moment.setZero();
             row.other_spin.setZero();
-            give += contact.b_->mass.inverse_mass;
+            inverse_effective_mass += contact.b_->mass.inverse_mass;
         }
-        row.effective_mass = 1.0 / give;
+        row.effective_mass = 1.0 / inverse_effective_mass;
     }
     for (int iteration = 0; iteration < kSeparationIterations; ++iteration) {
-        for (ContactRows& contact : contacts()) push(contact);
+        for (ContactRows& contact : contacts()) solve_normal(contact);
     }
 }
 

@@ -22,7 +22,7 @@
 namespace terrane::internal {
 namespace {
 
-/// What is this small a part of a shape's size is rounding: it moves no origin and turns no axis.
+/// Share of a shape's size below which an offset or an off-diagonal moment is rounding and is ignored.
 constexpr double kRounding = 1e-12;
 
 Eigen::Matrix3d product(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
@@ -41,15 +41,14 @@ void add_square(Eigen::Matrix3d& sum, double weight, const Eigen::Vector3d& v) {
     for (int column = 0; column < 3; ++column) sum.col(column) += (weight * v[column]) * v;
 }
 
-/// How much of something there is, where its centre is, and how it is spread around it.
+/// Moments of order 0, 1 and 2 of a set of uniform density.
 struct Moments {
-    int dimension =
-        -1;  ///< of what `content` measures: 3 a volume, 2 an area, 1 a length, 0 points
-    double content = 0.0;  ///< m^dimension
+    int dimension = -1;    ///< 3 solid, 2 area, 1 length, 0 points
+    double content = 0.0;  ///< volume, area, length or count: m^dimension
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();
     Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();  ///< integral of d d^T, d from the centre
 
-    /// What has fewer dimensions weighs nothing.
+    /// Sets of fewer dimensions have no content.
     void add(const Moments& other) {
         if (other.dimension < dimension || !(other.content > 0.0)) return;
         if (other.dimension > dimension) {
@@ -58,10 +57,10 @@ struct Moments {
         }
         const double both = content + other.content;
         const double share = other.content / both;
-        const Eigen::Vector3d way = other.centre - centre;
-        add_square(spread, content * share, way);
+        const Eigen::Vector3d displacement = other.centre - centre;
+        add_square(spread, content * share, displacement);
         spread += other.spread;
-        centre += share * way;
+        centre += share * displacement;
         content = both;
     }
 };
@@ -91,7 +90,7 @@ Moments moments_of(const ConvexHull& hull) {
         const Eigen::Vector3d& end = shape.vertices[1];
         sum.add(simplex_moments(std::array{apex, end}, length(end - apex)));
     }
-    // A flat hull has two faces, back to back: their areas count twice, which does not matter.
+    // A flat hull has two faces, back to back: counting the area twice changes no ratio.
     for (const Polyhedron::Face& face : shape.faces) {
         const auto at = [&](std::uint32_t i) -> const Eigen::Vector3d& {
             return shape.vertices[shape.loops[face.first + i]];
@@ -180,9 +179,9 @@ Moments moments_of(const Compound& compound) {
     return sum;
 }
 
-/// Turns a symmetric matrix until it is diagonal; returns the rotation, whose columns are the axes.
+/// Eigenvectors of a symmetric matrix, as the columns of a rotation, by Jacobi's method.
 Eigen::Matrix3d find_axes(Eigen::Matrix3d m) {
-    constexpr int kMaxSweeps = 30;  // they converge quadratically: four or five are the rule
+    constexpr int kMaxSweeps = 30;  // convergence is quadratic: four or five sweeps are usual
     Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
     const double negligible = kRounding * trace(m);
     for (int sweep = 0; sweep < kMaxSweeps; ++sweep) {
@@ -244,7 +243,7 @@ Result<CentredShape> centred(const Made& shape) {
     return answer;
 }
 
-/// Of what is centred.
+/// Principal moments of inertia of a centred shape, kg m^2.
 template <class Made>
 Eigen::Vector3d inertia_of(const Made& shape, double mass) {
     const Moments moments = moments_of(shape);
@@ -254,7 +253,7 @@ Eigen::Vector3d inertia_of(const Made& shape, double mass) {
     for (int axis = 0; axis < 3; ++axis) {
         inertia[axis] = density * (trace(moments.spread) - moments.spread(axis, axis)) +
                         mass * (dot(c, c) - c[axis] * c[axis]);
-        // A rod has none along itself, and its inverse would be the inverse of a rounding.
+        // A rod has none about its own axis: what is left there is rounding.
         if (inertia[axis] <= kRounding * density * trace(moments.spread)) inertia[axis] = 0.0;
     }
     return inertia;

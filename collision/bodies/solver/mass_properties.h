@@ -5,34 +5,33 @@
 
 namespace terrane::internal {
 
-/// Mass of a body in its own axes. An inverse inertia of 0 is a shape without size around that axis:
-/// its spin never changes. An inverse mass of 0 is a body that nothing moves.
+/// Mass of a body; inertia about its principal axes, kg m^2. An inverse inertia of 0: a shape without extent around that
+/// axis, whose spin never changes. An inverse mass of 0: infinite mass.
 struct MassProperties {
     double inverse_mass = 1.0;
     Eigen::Vector3d inertia = Eigen::Vector3d::Zero();
     Eigen::Vector3d inverse_inertia = Eigen::Vector3d::Zero();
 };
 
-/// Mass properties of a solid of uniform density that is centred: see make_centred(). A shape without volume has its
-/// mass on its surface, one without a surface on its line. A compound is the sum of its parts, overlaps
-/// counted twice; beside solid parts flat ones weigh nothing.
+/// Mass properties of a centred shape (see make_centred()) of uniform density. Shapes without volume have their mass on
+/// their area, those without area on their length. A compound is the sum of its parts: overlaps count twice, and beside
+/// solid parts flat ones have no mass.
 ///
 /// Cost: linear in the faces of a hull and in the parts of a compound
 MassProperties make_mass_properties(const Shape& shape, double mass);
 
-/// A shape whose centre of mass is its origin, and whose axes are those of its inertia: what bodies turn about.
+/// A shape whose origin is its centre of mass and whose axes are its principal axes.
 struct CentredShape {
     Shape shape;
-    Pose
-        body_from_centred;  ///< identity where the shape was centred already: then it shares what was made
+    Pose body_from_centred;  ///< identity where the shape was centred already: then it shares its data
 };
 
-/// Fails with invalid_argument where a hull or compound reaches too far from its centre of mass to be one.
+/// Fails with invalid_argument where a hull or compound reaches farther from its centre of mass than create() allows.
 ///
-/// Allocates: a hull or compound that is not centred is made anew
+/// Allocates: a copy of a hull or compound that is not centred
 Result<CentredShape> make_centred(const Shape& shape);
 
-/// A body's pose as that of its centred shape, and back; the same bits where the one is the other.
+/// The pose of a body's centred shape, and back; bit for bit the same pose where body_from_centred is the identity.
 Pose to_centred(const Pose& world_from_body, const Pose& body_from_centred);
 Pose from_centred(const Pose& world_from_centred, const Pose& body_from_centred);
 

@@ -7,38 +7,38 @@
 
 namespace terrane::internal {
 
-/// A shape that belongs to a body. Only spheres may stand off the body's origin.
+/// A shape that belongs to a body. Only spheres may be off the body's origin.
 struct BodyPart {
     Shape shape = Sphere{};
     Eigen::Vector3d offset_body = Eigen::Vector3d::Zero();
 };
 
-/// What steps change of a body.
+/// The state of a body that steps change.
 struct BodyMotion {
     Pose pose;
     Twist velocity;
-    bool started_deep = false;  ///< was put in deeper than its tolerance and is not out yet
-    bool is_fresh = true;       ///< was put somewhere, and has not been looked at yet
-    /// A translation that takes a deep body out: what is left of the way that it is on.
-    Eigen::Vector3d way_out = Eigen::Vector3d::Zero();
+    bool started_deep = false;  ///< was placed deeper than its tolerance and is still recovering
+    bool is_fresh = true;       ///< was placed, and has not been stepped since
+    /// What is left of the translation that takes a body out that is too deep, metres.
+    Eigen::Vector3d escape_translation = Eigen::Vector3d::Zero();
 };
 
 /// Everything that one substep of a rigid body reads and writes.
 struct RigidBody : BodyMotion {
     std::span<const BodyPart> parts;  ///< at least one; they outlive the body
-    double radius = 0.0;              ///< bounding, around the origin
-    double thickness = 0.0;           ///< smallest half extent
+    double radius = 0.0;              ///< bounding radius about the origin, metres
+    double thickness = 0.0;           ///< smallest half extent, metres
     MassProperties mass;
     double friction = 0.0;
     double restitution = 0.0;
-    double tolerance = 0.01;  ///< depth that the body never exceeds, metres, > 0
+    double tolerance = 0.01;  ///< largest penetration depth, metres, > 0
 };
 
 inline Pose part_pose(const BodyPart& part, const Pose& pose) {
     return {pose.rotation, pose.translation + rotated(pose.rotation, part.offset_body)};
 }
 
-/// Radius of the sphere that rolls where a shape touches, with a part of it if it is a compound; 0 for corners.
+/// Radius of a sphere or capsule, 0 for shapes with corners; of a compound that of the part.
 inline double rounding_of(const auto& shape) {
     if (const auto* sphere = std::get_if<Sphere>(&shape)) return sphere->radius;
     if (const auto* capsule = std::get_if<Capsule>(&shape)) return capsule->radius;
@@ -51,12 +51,12 @@ inline double rounding_of(const Shape& shape, std::uint32_t part) {
     return rounding_of(shape);
 }
 
-/// Speed of a body's fastest point at most, m/s.
+/// Upper bound of the speed of a body's points, m/s.
 inline double greatest_speed(const RigidBody& body) {
     return length(body.velocity.linear) + body.radius * length(body.velocity.angular);
 }
 
-/// How far the points of a body have moved at most between two poses, metres.
+/// Upper bound of the distance that a point of a body moves between two poses, metres.
 double greatest_move(const RigidBody& body, const Pose& from, const Pose& to);
 
 }  // namespace terrane::internal

@@ -7,23 +7,23 @@
 
 namespace terrane::internal {
 
-/// Depth of the whole body and the way out of its deepest part.
+/// Penetration of a body's deepest part.
 struct Depth {
     bool resident = true;
-    double depth = 0.0;
-    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
+    double depth = 0.0;                                 ///< metres, >= 0
+    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< escape direction
 };
 
 Depth compute_depth(const RigidBody& body, const Ground& ground);
 
-/// Largest lift of a body's parts, metres: at least how deep it is in the contact surface. At least 0.
+/// Largest lift of a body's parts, metres, >= 0: an upper bound of its penetration depth.
 double greatest_lift(const RigidBody& body, const Ground& ground);
 
-/// How deep a body is in the contact surface, metres: the largest of `at_least` and its signed depth.
-/// @param lift its greatest_lift(): nothing is looked at where that is no more than `at_least`
+/// Larger of `at_least` and the penetration depth of a body in the contact surface, metres.
+/// @param lift its greatest_lift(): where that is at most `at_least`, no depth is computed
 double deepest(const RigidBody& body, const Ground& ground, double lift, double at_least);
 
-/// Whether there is no ground under a point at any height.
+/// Whether there is no ground below or above a point.
 bool is_outside(const Ground& ground, const WorldPos& point);
 
 }  // namespace terrane::internal

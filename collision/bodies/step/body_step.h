@@ -8,16 +8,15 @@
 
 namespace terrane::internal {
 
-inline constexpr double kGravity = 9.81;  ///< where nobody says another, m/s^2
-/// Bodies are parted from what they touch at this speed at most, and no velocity of it stays, m/s.
+inline constexpr double kGravity = 9.81;  ///< default, m/s^2
+/// Largest speed at which overlaps are separated, m/s. Separation leaves no velocity behind.
 inline constexpr double kSeparationSpeed = 0.5;
 
-/// How many equal substeps a step is cut in.
+/// Number of equal substeps of a step.
 double count_substeps(double dt, double max_substep);
 
 struct SubstepAnswer {
-    bool resident =
-        true;  ///< false: unloaded ground is in the way; the body may be part of the way
+    bool resident = true;  ///< false: ground that decides is not loaded; the pose may have changed
     bool touches = false;  ///< was near enough to the ground for contacts
     std::uint64_t impacts = 0;
     double simulated_time = 0.0;
@@ -32,23 +31,22 @@ struct SubstepAnswer {
     }
 };
 
-/// Moves a body by `duration` seconds. Its velocity has the forces of the substep in it already.
+/// Advances a body by `duration` seconds. Its velocity already includes the forces of the substep.
 ///
-/// Every change of the pose is proved clear of the contact surface lowered by a part of the tolerance, or cast
-/// against it, so that depth is bounded by construction, whatever the solver and the integrator do.
+/// Every displacement is proved clear of an offset surface, or cast against it, so that the penetration depth is bounded
+/// by construction, whatever the solver and the integrator do.
 ///
-/// @param look     what the body has seen of the same ground before
-/// @param is_alone nothing else has solved for what the ground gives in this substep: it is solved from the impulses
-///                 of the substep before
-SubstepAnswer step_body(RigidBody& body, GroundLook& look, const Ground& ground, double gravity,
-                        double duration, bool is_alone = false);
+/// @param cache    contacts of the body with this ground
+/// @param is_alone true if no island solve ran in this substep; warm-starts from the previous substep
+SubstepAnswer step_body(RigidBody& body, GroundContactCache& cache, const Ground& ground,
+                        double gravity, double duration, bool is_alone = false);
 
-/// Moves a body by a displacement that parts it from others, through the same gate, as far as that goes and at
-/// bounded speed. False: unloaded ground is in the way.
-bool push_body(RigidBody& body, GroundLook& look, const Ground& ground, const Twist& way,
-               double gravity, double duration);
+/// Moves a body by a displacement that separates it from others: against the first clear offset surface, as far as
+/// that goes, and at bounded speed. False: ground that decides is not loaded.
+bool apply_separation(RigidBody& body, GroundContactCache& cache, const Ground& ground,
+                      const Twist& displacement, double gravity, double duration);
 
-/// Contacts that approach more slowly are at rest and do not bounce, m/s: what gravity gives in four substeps.
+/// Contacts that approach more slowly do not bounce, m/s: the speed that gravity gives in four substeps.
 double bounce_speed(double gravity, double duration);
 
 }  // namespace terrane::internal

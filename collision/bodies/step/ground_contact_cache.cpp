@@ -8,33 +8,33 @@
 namespace terrane::internal {
 namespace {
 
-constexpr double kGateRatio = 0.85;
-constexpr std::array<double, kGateCount> make_gate_heights() {
-    std::array<double, kGateCount> heights{};
-    double left = 1.0 - kFirstGate;
-    for (double& height : heights) {
-        height = 1.0 - left;
-        left *= kGateRatio;
+constexpr double kOffsetRatio = 0.85;
+constexpr std::array<double, kOffsetCount> make_offset_depths() {
+    std::array<double, kOffsetCount> depths{};
+    double left = 1.0 - kFirstOffset;
+    for (double& depth : depths) {
+        depth = 1.0 - left;
+        left *= kOffsetRatio;
     }
-    return heights;
+    return depths;
 }
-constexpr std::array<double, kGateCount> kGateHeights = make_gate_heights();
-/// How far a body may move before it is looked at again, in tolerances.
-constexpr double kLookReach = 1.0 / 32.0;
-/// Only looks of bodies that were at least this far from the gate are kept, in tolerances: what they missed was
-/// as far away, and cannot have come nearer than by the reach.
-constexpr double kKeptGap = 1.0 / 8.0;
-/// Cosine between the normals of what counts as one contact in two looks.
+constexpr std::array<double, kOffsetCount> kOffsetDepths = make_offset_depths();
+/// Distance that a body may move before its contacts are found anew, in tolerances.
+constexpr double kReuseDistance = 1.0 / 32.0;
+/// Contacts are reused only if the smallest gap at the refresh was at least this, in tolerances: ground beyond the
+/// margin was then as far away, and has come nearer by at most the reuse distance.
+constexpr double kReusableGap = 1.0 / 8.0;
+/// Least cosine between the normals of a contact in two refreshes.
 constexpr double kSameNormal = 0.95;
-/// How far components of normals that count as the same are from each other.
+/// Largest difference of the components of normals that count as unchanged.
 constexpr double kSameDirection = 1e-9;
-/// The share of a gap that a body may cross without being cast.
-constexpr double kSureShare = 0.5;
-/// Bodies over more cells than this each way are always cast.
+/// Share of a gap that a body may cross without a cast.
+constexpr double kClearShare = 0.5;
+/// Bodies that extend over more cells than this along an axis are always cast.
 constexpr double kMaxCells = 8.0;
 
-/// Whether all cells below and above a body and its margin are ground: then nothing but what a look finds can
-/// be in its way, and not the ground's side.
+/// Whether all cells below and above a body and its margin are ground: then it can only meet the surface that the
+/// refresh has examined, not the side of the ground.
 bool has_ground_around(const RigidBody& body, const Ground& ground) {
     const double reach = body.radius + body.tolerance;
     const WorldPos& centre = body.pose.translation;
@@ -52,8 +52,8 @@ bool has_ground_around(const RigidBody& body, const Ground& ground) {
 
 }  // namespace
 
-double lowering(const RigidBody& body, int gate) {
-    return body.tolerance * kGateHeights[static_cast<std::size_t>(gate)];
+double offset_depth(const RigidBody& body, int offset_index) {
+    return body.tolerance * kOffsetDepths[static_cast<std::size_t>(offset_index)];
 }
 
 Pose raised(Pose pose, double height) {
@@ -62,8 +62,8 @@ Pose raised(Pose pose, double height) {
 }
 
 double greatest_move(const RigidBody& body, const Pose& from, const Pose& to) {
-    // A turn moves points by no more than their distance times the largest stretch of the difference of the
-    // rotations, which is at most its Frobenius norm.
+    // A rotation moves a point by at most its distance times the spectral norm of the rotations' difference, which is at
+    // most the Frobenius norm.
     double turn = 0.0;
     for (int column = 0; column < 3; ++column) {
         const Eigen::Vector3d difference = to.rotation.col(column) - from.rotation.col(column);
@@ -72,34 +72,34 @@ double greatest_move(const RigidBody& body, const Pose& from, const Pose& to) {
     return length(to.translation - from.translation) + body.radius * std::sqrt(turn);
 }
 
-void GroundLook::update(const RigidBody& body, const Ground& ground) {
-    if (is_kept_) {
-        moved_ = greatest_move(body, pose_seen_, body.pose);
-        if (moved_ < kLookReach * body.tolerance) {
-            follow(body);
+void GroundContactCache::update(const RigidBody& body, const Ground& ground) {
+    if (is_reusable_) {
+        moved_ = greatest_move(body, refresh_pose_, body.pose);
+        if (moved_ < kReuseDistance * body.tolerance) {
+            update_gaps(body);
             return;
         }
     }
-    look(body, ground, 0);
+    refresh(body, ground, 0);
 }
 
-void GroundLook::look(const RigidBody& body, const Ground& ground, int gate) {
+void GroundContactCache::refresh(const RigidBody& body, const Ground& ground, int offset_index) {
     std::array<Contact, kMaxCount> found;
-    std::swap(contacts_, contacts_before_);
+    std::swap(contacts_, previous_contacts_);
     contacts_.clear();
     resident_ = true;
-    is_far_ = false;
-    is_whole_ = false;
-    is_kept_ = false;
+    is_out_of_reach_ = false;
+    is_exhaustive_ = false;
+    is_reusable_ = false;
     is_same_ = true;
     bool is_complete = true;
     lift_ = -1.0;
     moved_ = 0.0;
-    pose_seen_ = body.pose;
+    refresh_pose_ = body.pose;
     for (std::size_t p = 0; p < body.parts.size(); ++p) {
         const BodyPart& part = body.parts[p];
         const ContactAnswer answer =
-            find_contacts(part.shape, raised(part_pose(part, body.pose), lowering(body, gate)),
+            find_contacts(part.shape, raised(part_pose(part, body.pose), offset_depth(body, offset_index)),
                           ground, kContactMargin * body.tolerance,
                           std::span<Contact>(found).first(kMaxCount - contacts_.size()));
         if (answer.status == QueryStatus::not_resident) {
@@ -109,84 +109,84 @@ void GroundLook::look(const RigidBody& body, const Ground& ground, int gate) {
         is_complete = is_complete && answer.status == QueryStatus::complete;
         lift_ = std::max(lift_, answer.lift);
         for (std::size_t i = 0; i < answer.count; ++i) {
-            Place place;
-            place.feature = found[i].feature;
-            place.part = static_cast<std::uint32_t>(p);
-            place.piece = found[i].part;
-            place.normal = found[i].normal;
-            const Place* const before = find_before(place);
-            place.impulse = before != nullptr ? before->impulse : Eigen::Vector3d::Zero();
+            CachedContact contact;
+            contact.feature = found[i].feature;
+            contact.part = static_cast<std::uint32_t>(p);
+            contact.piece = found[i].part;
+            contact.normal = found[i].normal;
+            const CachedContact* const before = find_previous(contact);
+            contact.impulse = before != nullptr ? before->impulse : Eigen::Vector3d::Zero();
             is_same_ = is_same_ && before != nullptr &&
-                       (before->normal - place.normal).isZero(kSameDirection);
-            place.gap = place.gap_seen = -found[i].depth;
-            place.rounding = rounding_of(part.shape, place.piece);
-            place.core_seen = found[i].point_world + place.rounding * place.normal;
-            place.core_seen.z() -= lowering(body, gate);
-            place.core_body =
-                rotated_back(body.pose.rotation, place.core_seen - body.pose.translation);
-            contacts_.push_back(place);
+                       (before->normal - contact.normal).isZero(kSameDirection);
+            contact.gap = contact.refresh_gap = -found[i].depth;
+            contact.rounding = rounding_of(part.shape, contact.piece);
+            contact.refresh_core = found[i].point_world + contact.rounding * contact.normal;
+            contact.refresh_core.z() -= offset_depth(body, offset_index);
+            contact.core_body =
+                rotated_back(body.pose.rotation, contact.refresh_core - body.pose.translation);
+            contacts_.push_back(contact);
         }
     }
-    is_same_ = is_same_ && contacts_.size() == contacts_before_.size();
-    // What was cut off may be nearer than what was kept of another part: such a look promises nothing.
-    is_whole_ = is_complete && !contacts_.empty() && has_ground_around(body, ground);
-    is_kept_ = is_complete && gate == 0 &&
-               least_gap(0.0, kKeptGap * body.tolerance) >= kKeptGap * body.tolerance;
+    is_same_ = is_same_ && contacts_.size() == previous_contacts_.size();
+    // Contacts that were cut off may be nearer than those kept of another part: then nothing is known.
+    is_exhaustive_ = is_complete && !contacts_.empty() && has_ground_around(body, ground);
+    is_reusable_ = is_complete && offset_index == 0 &&
+               least_gap(0.0, kReusableGap * body.tolerance) >= kReusableGap * body.tolerance;
 }
 
-void GroundLook::see_nothing() {
+void GroundContactCache::set_out_of_reach() {
     contacts_.clear();
-    resident_ = is_far_ = true;
-    is_whole_ = is_kept_ = is_same_ = false;
+    resident_ = is_out_of_reach_ = true;
+    is_exhaustive_ = is_reusable_ = is_same_ = false;
     lift_ = -1.0;
     moved_ = 0.0;
 }
 
-/// The contact of the same feature in the last look, or null.
-const GroundLook::Place* GroundLook::find_before(const Place& place) const {
-    for (const Place& old : contacts_before_) {
-        if (old.feature == place.feature && old.part == place.part && old.piece == place.piece &&
-            dot(old.normal, place.normal) > kSameNormal) {
+/// The contact of the same feature in the previous refresh, or null.
+const GroundContactCache::CachedContact* GroundContactCache::find_previous(const CachedContact& contact) const {
+    for (const CachedContact& old : previous_contacts_) {
+        if (old.feature == contact.feature && old.part == contact.part && old.piece == contact.piece &&
+            dot(old.normal, contact.normal) > kSameNormal) {
             return &old;
         }
     }
     return nullptr;
 }
 
-void GroundLook::follow(const RigidBody& body) {
-    for (Place& place : contacts_) {
+void GroundContactCache::update_gaps(const RigidBody& body) {
+    for (CachedContact& contact : contacts_) {
         const Eigen::Vector3d core =
-            rotated(body.pose.rotation, place.core_body) + body.pose.translation;
-        place.gap = place.gap_seen + dot(place.normal, core - place.core_seen);
+            rotated(body.pose.rotation, contact.core_body) + body.pose.translation;
+        contact.gap = contact.refresh_gap + dot(contact.normal, core - contact.refresh_core);
     }
 }
 
-double GroundLook::least_gap(double further, double most) const {
-    double least = most;
-    for (const Place& place : contacts_) {
-        least = std::min(least, place.normal.z() * further + place.gap);
+double GroundContactCache::least_gap(double extra_offset, double limit) const {
+    double least = limit;
+    for (const CachedContact& contact : contacts_) {
+        least = std::min(least, contact.normal.z() * extra_offset + contact.gap);
     }
     return least;
 }
 
-double GroundLook::free_way(const RigidBody& body, double further) const {
-    if (is_far_) return std::numeric_limits<double>::infinity();
-    if (!is_whole_) return 0.0;
-    return kSureShare * least_gap(further, kContactMargin * body.tolerance) - moved_;
+double GroundContactCache::clear_distance(const RigidBody& body, double extra_offset) const {
+    if (is_out_of_reach_) return std::numeric_limits<double>::infinity();
+    if (!is_exhaustive_) return 0.0;
+    return kClearShare * least_gap(extra_offset, kContactMargin * body.tolerance) - moved_;
 }
 
-SolverContact GroundLook::contact(std::size_t i, const RigidBody& body, std::uint32_t index) const {
-    const Place& place = contacts_[i];
+SolverContact GroundContactCache::contact(std::size_t i, const RigidBody& body, std::uint32_t index) const {
+    const CachedContact& cached = contacts_[i];
     SolverContact contact;
     contact.a = index;
-    contact.normal = place.normal;
-    contact.point_a = rotated(body.pose.rotation, place.core_body) + body.pose.translation -
-                      place.rounding * place.normal;
-    contact.rounding = place.rounding;
-    contact.gap = place.gap;
+    contact.normal = cached.normal;
+    contact.point_a = rotated(body.pose.rotation, cached.core_body) + body.pose.translation -
+                      cached.rounding * cached.normal;
+    contact.rounding = cached.rounding;
+    contact.gap = cached.gap;
     contact.rest_gap = kRestGap * body.tolerance;
-    contact.wanted_gap = kSeparationGap * body.tolerance;
-    contact.guess = place.impulse;
+    contact.target_gap = kSeparationGap * body.tolerance;
+    contact.initial_impulse = cached.impulse;
     contact.friction = body.friction;
     contact.restitution = body.restitution;
     return contact;

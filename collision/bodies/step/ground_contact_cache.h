@@ -12,69 +12,70 @@
 
 namespace terrane::internal {
 
-/// How far gates are lowered, in tolerances: from a quarter of it, in ever smaller steps, almost to all of it. There
-/// is a next gate for every body that was stopped at one, so that nothing that moves away is ever held.
-inline constexpr double kFirstGate = 0.25;
-inline constexpr int kGateCount = 48;
-/// Where the cast stops above its gate at most, in tolerances. Far below a gate's step, so that a stopped
-/// body is clear of the next gate on slopes up to 86 degrees.
+/// Offset surfaces: the contact surface lowered by a share of the body's tolerance, from a quarter of it in ever smaller
+/// steps to almost all of it. A body that was stopped at one surface starts clear of the next, so that it can always
+/// move away.
+inline constexpr double kFirstOffset = 0.25;
+inline constexpr int kOffsetCount = 48;
+/// Largest gap at which a cast stops above its offset surface, in tolerances. Far below the step between two surfaces, so
+/// that a stopped body is clear of the next one on slopes up to 86 degrees.
 inline constexpr double kStopGap = 1.0 / 256.0;
-/// Where bodies rest above the first gate, in tolerances: on the surface itself, so that what was put there stays,
-/// and above every stop, so that sliding is free.
-inline constexpr double kRestGap = kFirstGate;
-/// The gap that bodies are separated to, in tolerances: less than what has been put on a slope of 60 degrees has.
+/// Gap at which bodies rest above the first offset surface, in tolerances: on the contact surface itself, so that a body
+/// placed on it stays, and above every stop, so that it can slide.
+inline constexpr double kRestGap = kFirstOffset;
+/// Gap that separation restores, in tolerances: less than that of a body placed on a slope of 60 degrees.
 inline constexpr double kSeparationGap = 0.5 * kRestGap;
-/// Contacts are looked for this far above the gate, in tolerances.
+/// Contacts are searched up to this gap above the offset surface, in tolerances.
 inline constexpr double kContactMargin = 1.0 / 2.0;
 
-/// How far the surface is lowered for a gate, metres.
-double lowering(const RigidBody& body, int gate);
-/// Lowering the surface is asked for as raising what meets it.
+/// Depth of an offset surface below the contact surface, metres.
+double offset_depth(const RigidBody& body, int index);
+/// A pose moved up. Queries against a lowered surface are queries of the raised shape.
 Pose raised(Pose pose, double height);
 
-/// What a body has met on the surface that a gate lowers, as far as contacts are looked for. A body that has
-/// hardly moved since takes its contacts along instead of looking again: each stays with its plane.
-class GroundLook {
+/// The contacts of one body with an offset surface. Reuses them while the body has moved less than the reuse distance:
+/// each contact then keeps its plane, and only its gap is updated.
+class GroundContactCache {
 public:
-    static constexpr std::size_t kMaxCount = 64;  ///< of contacts, of all parts
+    static constexpr std::size_t kMaxCount = 64;  ///< contacts of all parts together
 
-    /// Looks through the first gate; or takes the last look along where it was through the first gate, and the
-    /// body has moved so little since that nothing else can have come near.
+    /// Updates the gaps where the cached contacts are still valid, else calls refresh() for the first offset surface.
     void update(const RigidBody& body, const Ground& ground);
 
-    /// Looks from where the body is.
-    void look(const RigidBody& body, const Ground& ground, int gate);
+    /// Finds the contacts at the body's pose.
+    void refresh(const RigidBody& body, const Ground& ground, int offset_index);
 
-    /// For a body that is known to be far from all ground wherever it moves until the next look.
-    void see_nothing();
+    /// Empties the cache of a body that cannot come near the ground until the next update.
+    void set_out_of_reach();
 
-    /// Looks again the next time; to be called where the ground may be another one.
-    void forget() { is_kept_ = false; }
-    /// The same at the start of a step that undo_step() may take back: then the impulses are those of now again.
+    /// Makes the next update() find contacts anew; needed where the ground may have changed.
+    void invalidate() { is_reusable_ = false; }
+    /// invalidate() at the start of a step, and remembers the impulses for undo_step().
     void begin_step() {
-        forget();
-        contacts_at_start_ = contacts_;
+        invalidate();
+        step_start_contacts_ = contacts_;
     }
     void undo_step() {
-        forget();
-        contacts_ = contacts_at_start_;
+        invalidate();
+        contacts_ = step_start_contacts_;
     }
 
     bool is_resident() const { return resident_; }
     bool has_contacts() const { return !contacts_.empty(); }
     std::size_t count() const { return contacts_.size(); }
-    /// Whether the contacts, and their normals, are those of the look before.
+    /// Whether the last refresh found the same contacts and normals as the one before.
     bool has_same_contacts() const { return is_same_; }
-    /// At least the largest lift of the parts at the gate that was asked for, metres.
+    /// Upper bound of the largest lift of the parts over the refreshed offset surface, metres.
     double lift() const { return lift_ + moved_; }
-    /// How far every point of the body may move without coming near the surface of a gate, which is lower by
-    /// `further`, metres: at most half of the least gap. 0 or less where nobody knows.
-    double free_way(const RigidBody& body, double further) const;
+    /// Distance that every point of the body may move without coming near an offset surface that is lower by
+    /// `extra_offset`, metres: at most half of the smallest gap. <= 0 where that is unknown.
+    double clear_distance(const RigidBody& body, double extra_offset) const;
 
-    /// Smallest gap of the contacts if the surface were lower by `further`; `most` where all are wider.
-    double least_gap(double further, double most) const;
+    /// Smallest gap of the contacts, at most `limit`, if the surface were lower by `extra_offset`, metres.
+    double least_gap(double extra_offset, double limit) const;
 
-    /// A contact, for a solver that knows the body by this index.
+    /// Contact i for the solver.
+    /// @param index the body's index in the solver
     SolverContact contact(std::size_t i, const RigidBody& body, std::uint32_t index) const;
 
     void set_impulse(std::size_t i, const Eigen::Vector3d& impulse) {
@@ -82,30 +83,31 @@ public:
     }
 
 private:
-    struct Place {
+    /// The core point of a contact is its point on the shape moved inside by the radius of a sphere or capsule.
+    struct CachedContact {
         ShapeFeature feature;
         std::uint32_t part;
-        std::uint32_t piece;        // of the part, where that is a compound
+        std::uint32_t piece;        // part of a compound within `part`
         Eigen::Vector3d impulse;    // of the last substep, N s
-        Eigen::Vector3d core_body;  // the point that turning carries round
+        Eigen::Vector3d core_body;  // core point, body frame
         Eigen::Vector3d normal;
-        double gap;       // now
-        double gap_seen;  // when it was looked at
-        Eigen::Vector3d core_seen;
+        double gap;                    // now
+        double refresh_gap;            // at the last refresh
+        Eigen::Vector3d refresh_core;  // core point at the last refresh, world
         double rounding;
     };
-    void follow(const RigidBody& body);
-    const Place* find_before(const Place& place) const;
+    void update_gaps(const RigidBody& body);
+    const CachedContact* find_previous(const CachedContact& contact) const;
 
-    std::vector<Place> contacts_, contacts_before_, contacts_at_start_;
-    Pose pose_seen_;
+    std::vector<CachedContact> contacts_, previous_contacts_, step_start_contacts_;
+    Pose refresh_pose_;
     double lift_ = -1.0;
-    double moved_ = 0.0;
+    double moved_ = 0.0;  // since the refresh: upper bound for every point
     bool resident_ = true;
-    bool is_kept_ = false;
+    bool is_reusable_ = false;
     bool is_same_ = false;
-    bool is_far_ = false;
-    bool is_whole_ = false;  // it has all contacts, and ground everywhere below and above the body
+    bool is_out_of_reach_ = false;
+    bool is_exhaustive_ = false;  // holds all contacts, and there is ground everywhere below and above the body
 };
 
 }  // namespace terrane::internal

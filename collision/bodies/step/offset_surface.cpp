@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // Sources:    Ericson. Real-Time Collision Detection. 2005, section 9.5 (lowering instead of inflating).
-// Deviations: lowering the surface by L equals raising the shape by L, which is how the cast is asked; and a body that
-//             does not meet the surface lowered by L is freed by moving up by L, so its depth is at most L.
+// Deviations: the surface is not lowered by L, the cast shape is raised by L. A body that does not penetrate the surface
+//             lowered by L separates by moving up by L, so its penetration depth is at most L.
 #include "bodies/step/offset_surface.h"
 
 #include "ground/cast/clear_way.h"
@@ -14,13 +14,12 @@
 namespace terrane::internal {
 namespace {
 
-/// Proofs that the way is clear get shorter by halves down to this share of it, then it is cast.
+/// Swept tests are tried on pieces halved down to this share of the motion; the remainder is cast.
 constexpr double kLeastProved = 1.0 / 16.0;
-/// Where the cast stops at least, metres, little more than rounding: a body that is closer than kStopGap may
-/// move away.
+/// Least stop gap, metres, little more than rounding: a body closer than kStopGap may move away.
 constexpr double kLeastStopGap = 1e-11;
 
-/// Casts what of a motion is not proved to be clear. Where something is met, most of the way to it is proved.
+/// Casts the rest of a motion after the pieces that the swept test proves clear: usually most of the motion up to a hit.
 CastAnswer find_hit(const Shape& shape, const Motion& motion, const Ground& ground,
                     double tolerance) {
     const auto piece = [&](double from, double share) -> Motion {
@@ -41,59 +40,59 @@ CastAnswer find_hit(const Shape& shape, const Motion& motion, const Ground& grou
 
 }  // namespace
 
-Gate make_gate(const RigidBody& body, const GroundLook& look, int from, int index) {
-    const double further = lowering(body, index) - lowering(body, from);
-    const double gap = look.least_gap(further, 2.0 * kStopGap * body.tolerance);
-    return {index, std::max(kLeastStopGap, 0.5 * gap), look.free_way(body, further)};
+OffsetSurface make_offset_surface(const RigidBody& body, const GroundContactCache& cache, int from, int index) {
+    const double extra_offset = offset_depth(body, index) - offset_depth(body, from);
+    const double gap = cache.least_gap(extra_offset, 2.0 * kStopGap * body.tolerance);
+    return {index, std::max(kLeastStopGap, 0.5 * gap), cache.clear_distance(body, extra_offset)};
 }
 
-// The lift falls by exactly what the surface is lowered by, so one look is enough.
-int find_gate(const RigidBody& body, const GroundLook& look) {
+// The lift decreases by exactly the depth of the offset surface, so one contact query serves all surfaces.
+int first_clear_offset(const RigidBody& body, const GroundContactCache& cache) {
     const double clear = kStopGap * body.tolerance;
-    int gate = 0;
-    for (; gate < kGateCount; ++gate) {
-        const double further = lowering(body, gate) - lowering(body, 0);
-        if (look.lift() > further) continue;
-        if (gate + 1 == kGateCount || look.least_gap(further, clear) >= clear) break;
-        // Further gates are nearer to each other than this: the next one has to do.
-        if (lowering(body, gate + 1) - lowering(body, gate) < 2.0 * clear) break;
+    int index = 0;
+    for (; index < kOffsetCount; ++index) {
+        const double extra_offset = offset_depth(body, index) - offset_depth(body, 0);
+        if (cache.lift() > extra_offset) continue;
+        if (index + 1 == kOffsetCount || cache.least_gap(extra_offset, clear) >= clear) break;
+        // The steps to all later surfaces are smaller than the gap needed: take this one.
+        if (offset_depth(body, index + 1) - offset_depth(body, index) < 2.0 * clear) break;
     }
-    return gate;
+    return index;
 }
 
-bool is_too_deep(const RigidBody& body, const GroundLook& look) {
-    return find_gate(body, look) == kGateCount;
+bool is_too_deep(const RigidBody& body, const GroundContactCache& cache) {
+    return first_clear_offset(body, cache) == kOffsetCount;
 }
 
-bool flies_high(const RigidBody& body, const Ground& ground, double duration) {
+bool is_swept_sphere_clear(const RigidBody& body, const Ground& ground, double duration) {
     const LocalGround local(ground, body.pose.translation);
-    const Eigen::Vector3d half_way = 0.5 * duration * body.velocity.linear;
-    const Eigen::Vector3d centre = local.to_local(body.pose.translation) + half_way;
+    const Eigen::Vector3d half_move = 0.5 * duration * body.velocity.linear;
+    const Eigen::Vector3d centre = local.to_local(body.pose.translation) + half_move;
     const Eigen::Vector3d half =
-        half_way.cwiseAbs() + Eigen::Vector3d::Constant(body.radius + body.tolerance);
+        half_move.cwiseAbs() + Eigen::Vector3d::Constant(body.radius + body.tolerance);
     return is_finite(half) && is_finite(body.velocity.angular) &&
            centre.z() - half.z() > bound_ground(local, centre, half);
 }
 
-MoveAnswer advance(RigidBody& body, const Ground& ground, const Twist& way, Gate& gate) {
-    const Motion motion{body.pose, way.linear, way.angular};
+MoveAnswer advance(RigidBody& body, const Ground& ground, const Twist& displacement, OffsetSurface& surface) {
+    const Motion motion{body.pose, displacement.linear, displacement.angular};
     const Pose end = motion.at(1.0);
     MoveAnswer answer;
-    const double reach = length(way.linear) + body.radius * length(way.angular);
-    if (reach <= gate.free_way) {
-        gate.free_way -= reach;
+    const double reach = length(displacement.linear) + body.radius * length(displacement.angular);
+    if (reach <= surface.clear_distance) {
+        surface.clear_distance -= reach;
         body.pose = end;
         return answer;
     }
-    gate.free_way = 0.0;
+    surface.clear_distance = 0.0;
     for (const BodyPart& part : body.parts) {
         Motion path;
-        path.start = raised(part_pose(part, body.pose), lowering(body, gate.index));
+        path.start = raised(part_pose(part, body.pose), offset_depth(body, surface.index));
         const bool is_sphere = std::holds_alternative<Sphere>(part.shape);
         path.translation =
             part_pose(part, end).translation - part_pose(part, body.pose).translation;
-        if (!is_sphere) path.rotation_vector = way.angular;
-        const CastAnswer hit = find_hit(part.shape, path, ground, gate.stop_gap);
+        if (!is_sphere) path.rotation_vector = displacement.angular;
+        const CastAnswer hit = find_hit(part.shape, path, ground, surface.stop_gap);
         if (hit.status == QueryStatus::not_resident || hit.status == QueryStatus::invalid) {
             return {.resident = false, .hit = false, .fraction = 0.0};
         }
@@ -107,16 +106,16 @@ MoveAnswer advance(RigidBody& body, const Ground& ground, const Twist& way, Gate
     return answer;
 }
 
-MoveAnswer move_body(RigidBody& body, GroundLook& look, const Ground& ground, const Twist& way) {
-    look.update(body, ground);
-    if (!look.is_resident()) return {.resident = false, .hit = false, .fraction = 0.0};
-    const int index = find_gate(body, look);
-    if (index == kGateCount) return {.resident = true, .hit = true, .fraction = 0.0};
-    Gate gate = make_gate(body, look, 0, index);
-    return advance(body, ground, way, gate);
+MoveAnswer move_body(RigidBody& body, GroundContactCache& cache, const Ground& ground, const Twist& displacement) {
+    cache.update(body, ground);
+    if (!cache.is_resident()) return {.resident = false, .hit = false, .fraction = 0.0};
+    const int index = first_clear_offset(body, cache);
+    if (index == kOffsetCount) return {.resident = true, .hit = true, .fraction = 0.0};
+    OffsetSurface surface = make_offset_surface(body, cache, 0, index);
+    return advance(body, ground, displacement, surface);
 }
 
-double contact_raise(double tolerance) { return kFirstGate * tolerance; }
+double contact_raise(double tolerance) { return kFirstOffset * tolerance; }
 
 CastAnswer cast_part(const Shape& shape, const Motion& motion, const Ground& ground,
                      double tolerance) {

@@ -8,43 +8,47 @@
 
 namespace terrane::internal {
 
-/// How low the surface is for a piece of motion, and how near to it the motion ends.
-struct Gate {
-    int index = 0;
-    double stop_gap = 0.0;
-    double free_way = 0.0;  ///< how far every point may move without coming near it, metres
+/// The offset surface that a body moves against.
+struct OffsetSurface {
+    int index = 0;                ///< 0 is the highest
+    double stop_gap = 0.0;        ///< casts stop at this gap, metres
+    double clear_distance = 0.0;  ///< every point may move this far without coming near the surface, metres
 };
 
-/// A gate for a body that was looked at from the gate `from`.
-Gate make_gate(const RigidBody& body, const GroundLook& look, int from, int index);
+/// @param from index of the surface that the cache was refreshed for
+OffsetSurface make_offset_surface(const RigidBody& body, const GroundContactCache& cache, int from,
+                                  int index);
 
-/// The first gate that a body which was looked at from gate 0 is clear of; kGateCount where there is none.
-int find_gate(const RigidBody& body, const GroundLook& look);
+/// Index of the highest offset surface that the body does not penetrate; kOffsetCount where it penetrates all.
+/// @param cache refreshed for surface 0
+int first_clear_offset(const RigidBody& body, const GroundContactCache& cache);
 
-/// Whether a body that was looked at is deeper than any gate.
-bool is_too_deep(const RigidBody& body, const GroundLook& look);
+/// Whether the body penetrates all offset surfaces.
+bool is_too_deep(const RigidBody& body, const GroundContactCache& cache);
 
-/// Whether a body cannot come near the ground in a time, seconds, however it turns: the box that its bounding sphere
-/// sweeps is above all ground below it.
-bool flies_high(const RigidBody& body, const Ground& ground, double duration);
+/// Conservative swept test: true only if the box around the bounding sphere's sweep over `duration` seconds is above all
+/// ground below it, so that no rotation brings the body near the ground.
+bool is_swept_sphere_clear(const RigidBody& body, const Ground& ground, double duration);
 
 struct MoveAnswer {
     bool resident = true;
     bool hit = false;
-    double fraction = 1.0;  ///< of the way that was gone
+    double fraction = 1.0;  ///< of the displacement that the body has moved
 };
 
-/// Moves a body along a way until it would come too close to the lowered surface; most ways are proved to be clear of
-/// it, the others are cast. Nothing else changes the pose of a body that is stepped, but what takes one out that was put
-/// in too deep.
-MoveAnswer advance(RigidBody& body, const Ground& ground, const Twist& way, Gate& gate);
+/// Moves a body by a displacement until it reaches the stop gap of the offset surface. Most displacements are proved
+/// clear, the others are cast. The only function that changes the pose of a stepped body, except the recovery of one
+/// that was placed too deep.
+MoveAnswer advance(RigidBody& body, const Ground& ground, const Twist& displacement,
+                   OffsetSurface& surface);
 
-/// Looks, and moves a body through the first gate that it is clear of. One that is too deep does not move: step_body()
-/// takes it out.
-MoveAnswer move_body(RigidBody& body, GroundLook& look, const Ground& ground, const Twist& way);
+/// Updates the cache and moves a body against the first offset surface that it is clear of. One that is too deep does not
+/// move: step_body() recovers it.
+MoveAnswer move_body(RigidBody& body, GroundContactCache& cache, const Ground& ground,
+                     const Twist& displacement);
 
-/// Casts a part of a body as the gate does: against the surface that is lowered for bodies of this
-/// tolerance. The contact that comes back is raised by as much: see `contact_raise`.
+/// Casts a shape against the first offset surface of bodies with this tolerance. The contact is in the frame of the
+/// raised shape: contact_raise() too high.
 CastAnswer cast_part(const Shape& shape, const Motion& motion, const Ground& ground,
                      double tolerance);
 double contact_raise(double tolerance);

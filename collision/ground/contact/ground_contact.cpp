@@ -169,7 +169,7 @@ using namespace internal;
 ContactAnswer find_contacts(const Shape& shape, const Pose& world_from_shape, const Ground& ground,
                             double margin, std::span<Contact> contacts_out) {
     ContactAnswer answer;
-    if (!is_usable(shape, world_from_shape) || !(margin >= 0.0) || !std::isfinite(margin))
+    if (!is_valid_query(shape, world_from_shape) || !(margin >= 0.0) || !std::isfinite(margin))
         return answer;
     const LocalGround local(ground, world_from_shape.translation);
     const LocalBody body(shape, world_from_shape.rotation,
@@ -203,7 +203,7 @@ ContactAnswer find_contacts(const Shape& shape, const Pose& world_from_shape, co
 DistanceAnswer signed_distance(const Shape& shape, const Pose& world_from_shape,
                                const Ground& ground, double max_distance) {
     DistanceAnswer answer;
-    if (!is_usable(shape, world_from_shape) || !(max_distance >= 0.0)) return answer;
+    if (!is_valid_query(shape, world_from_shape) || !(max_distance >= 0.0)) return answer;
     const LocalGround local(ground, world_from_shape.translation);
     const LocalBody body(shape, world_from_shape.rotation,
                          local.to_local(world_from_shape.translation));
@@ -245,7 +245,7 @@ DistanceAnswer signed_distance(const Shape& shape, const Pose& world_from_shape,
 
 LiftAnswer compute_lift(const Shape& shape, const Pose& world_from_shape, const Ground& ground) {
     LiftAnswer answer;
-    if (!is_usable(shape, world_from_shape)) return answer;
+    if (!is_valid_query(shape, world_from_shape)) return answer;
     const LocalGround local(ground, world_from_shape.translation);
     const LocalBody body(shape, world_from_shape.rotation,
                          local.to_local(world_from_shape.translation));
@@ -259,7 +259,7 @@ LiftAnswer compute_lift(const Shape& shape, const Pose& world_from_shape, const 
 
 TestAnswer test_contact(const Shape& shape, const Pose& world_from_shape, const Ground& ground) {
     TestAnswer answer;
-    if (!is_usable(shape, world_from_shape)) return answer;
+    if (!is_valid_query(shape, world_from_shape)) return answer;
     const LocalGround local(ground, world_from_shape.translation);
     const LocalBody body(shape, world_from_shape.rotation,
                          local.to_local(world_from_shape.translation));

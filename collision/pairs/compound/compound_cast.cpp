@@ -24,19 +24,19 @@ double reach_of(const Aabb& box) {
 }
 
 // First time in a piece of the motion, as a share of it, at which two bounds can meet; infinity: never.
-class Meeting {
+class BoundsImpact {
 public:
     // `way`: of b relative to a in the piece, where it began with the two placements.
-    Meeting(const PlacedShape& a, const PlacedShape& b, const Eigen::Vector3d& way, double turn_a,
+    BoundsImpact(const PlacedShape& a, const PlacedShape& b, const Eigen::Vector3d& translation, double turn_a,
             double turn_b, double slack)
         : turn_a_(std::min(turn_a, 2.0)), turn_b_(std::min(turn_b, 2.0)) {
         for (int j = 0; j < 3; ++j) a_from_b_.col(j) = rotated_back(a.rotation, b.rotation.col(j));
         spread_ = a_from_b_.cwiseAbs();
         const Eigen::Vector3d offset = b.centre - a.centre;
         offset_ = rotated_back(a.rotation, offset);
-        way_ = rotated_back(a.rotation, way);
-        way_in_b_ = rotated_back(b.rotation, way);
-        slack_ = slack + 1e-14 * (a.view->reach() + b.view->reach() + length(offset) + length(way));
+        translation_ = rotated_back(a.rotation, translation);
+        translation_in_b_ = rotated_back(b.rotation, translation);
+        slack_ = slack + 1e-14 * (a.view->reach() + b.view->reach() + length(offset) + length(translation));
     }
 
     double operator()(const Aabb& of_a, const Aabb& of_b) const {
@@ -49,23 +49,23 @@ public:
         if (turn_b_ > 0.0) wider += turn_b_ * reach_of(of_b);
         double first = 0.0;
         double last = 1.0;
-        clip(between, way_, half_a + rotated(spread_, half_b), wider, first, last);
-        clip(rotated_back(a_from_b_, between), way_in_b_, rotated_back(spread_, half_a) + half_b,
+        clip(between, translation_, half_a + rotated(spread_, half_b), wider, first, last);
+        clip(rotated_back(a_from_b_, between), translation_in_b_, rotated_back(spread_, half_a) + half_b,
              wider, first, last);
         return first <= last ? first : kInfinity;
     }
 
 private:
-    static void clip(const Eigen::Vector3d& from, const Eigen::Vector3d& way,
+    static void clip(const Eigen::Vector3d& from, const Eigen::Vector3d& translation,
                      const Eigen::Vector3d& half, double wider, double& first, double& last) {
         for (int i = 0; i < 3; ++i) {
             const double room = half[i] + wider;
-            if (way[i] == 0.0) {
+            if (translation[i] == 0.0) {
                 if (std::abs(from[i]) > room) last = -1.0;
                 continue;
             }
-            const double t0 = (-room - from[i]) / way[i];
-            const double t1 = (room - from[i]) / way[i];
+            const double t0 = (-room - from[i]) / translation[i];
+            const double t1 = (room - from[i]) / translation[i];
             first = std::max(first, std::min(t0, t1));
             last = std::min(last, std::max(t0, t1));
         }
@@ -74,8 +74,8 @@ private:
     Eigen::Matrix3d a_from_b_;
     Eigen::Matrix3d spread_;
     Eigen::Vector3d offset_;
-    Eigen::Vector3d way_;       ///< in a's frame
-    Eigen::Vector3d way_in_b_;  ///< in b's
+    Eigen::Vector3d translation_;       ///< in a's frame
+    Eigen::Vector3d translation_in_b_;  ///< in b's
     double turn_a_;
     double turn_b_;
     double slack_;
@@ -89,7 +89,7 @@ CompoundCast cast_compounds(const ShapeView& a, const Motion& motion_a, const Sh
     const double turn_b = length(motion_b.rotation_vector);
     const double pieces =
         std::clamp(std::ceil(std::max(turn_a, turn_b) / kPieceTurn), 1.0, kMostPieces);
-    const Eigen::Vector3d way = motion_b.translation - motion_a.translation;
+    const Eigen::Vector3d translation = motion_b.translation - motion_a.translation;
     const Eigen::Vector3d offset = motion_b.start.translation - motion_a.start.translation;
     const double share = 1.0 / pieces;
     CompoundCast best;
@@ -97,8 +97,8 @@ CompoundCast cast_compounds(const ShapeView& a, const Motion& motion_a, const Sh
         const double from = piece * share;
         const double to = piece + 1.0 == pieces ? 1.0 : (piece + 1.0) * share;
         const PlacedShape at_a{&a, motion_a.at(from).rotation, Eigen::Vector3d::Zero()};
-        const PlacedShape at_b{&b, motion_b.at(from).rotation, offset + from * way};
-        const Meeting meeting(at_a, at_b, (to - from) * way, (to - from) * turn_a,
+        const PlacedShape at_b{&b, motion_b.at(from).rotation, offset + from * translation};
+        const BoundsImpact meeting(at_a, at_b, (to - from) * translation, (to - from) * turn_a,
                               (to - from) * turn_b, settings.tolerance);
         double limit = 1.0;  // of the piece
         visit_part_pairs(

@@ -99,7 +99,7 @@ struct SupportPoint {
     ShapeFeature feature;
 };
 
-SupportPoint support_point(const Placed& shape, const Eigen::Vector3d& direction) {
+SupportPoint support_point(const PlacedConvex& shape, const Eigen::Vector3d& direction) {
     CoreStorage storage;
     const Core core = std::visit([&](const auto& each) { return make_core(each, storage); }, shape);
     const std::uint32_t vertex = find_extreme(core.shape, core.to_body(direction));
@@ -121,24 +121,24 @@ CompoundContacts find_compound_contacts(const PlacedShape& a, const PlacedShape&
     const double reported = std::max(margin, touch);
     const PartGap least = find_least_gap(a, b, reported);
     if (!(least.gap.distance <= reported)) return {};
-    Parting parting;
+    SeparatingTranslation separation;
     if (least.gap.distance < -touch) {
-        parting = find_parting_from_inside(a, b, least, touch);
-        if (!parting.is_found) parting = find_parting(a, b, least, touch);
+        separation = grow_separating_translation(a, b, least, touch);
+        if (!separation.is_found) separation = find_separating_translation(a, b, least, touch);
     }
-    const Eigen::Vector3d& way = parting.way;
-    const PlacedShape parted = a.moved(way);
-    const double room = length(way);
+    const Eigen::Vector3d& translation = separation.translation;
+    const PlacedShape separated = a.moved(translation);
+    const double room = length(translation);
     Patches patches;
-    // Contacts of a pair where it is parted; depths are those before.
+    // Contacts of a pair where it is separated; depths are those before.
     const auto add = [&](std::uint32_t i, std::uint32_t j, const Gap& gap) {
-        const double moved = dot(gap.normal, way);
+        const double moved = dot(gap.normal, translation);
         if (!(gap.distance <= reported + moved)) return;
         std::array<PairContact, 4> found;
         const std::size_t count =
-            find_contacts(parted.part(i), b.part(j), gap, reported + moved, found);
+            find_contacts(separated.part(i), b.part(j), gap, reported + moved, found);
         for (PairContact& contact : std::span(found.data(), count)) {
-            contact.point_world -= way;
+            contact.point_world -= translation;
             contact.depth += moved;
             contact.part_a = i;
             contact.part_b = j;
@@ -149,18 +149,18 @@ CompoundContacts find_compound_contacts(const PlacedShape& a, const PlacedShape&
                      [&](std::uint32_t i, std::uint32_t j, double) {
                          const Gap gap = find_gap(a.part(i), b.part(j));
                          if (gap.distance <= reported) {
-                             add(i, j, room == 0.0 ? gap : find_gap(parted.part(i), b.part(j)));
+                             add(i, j, room == 0.0 ? gap : find_gap(separated.part(i), b.part(j)));
                          }
                          return reported;
                      });
     if (room == 0.0) return patches.finish(contacts_out);
     // Planes that decided, but that nothing touches at the end: of round parts, and at corners.
-    bool is_all = parting.spaces.count > 0;
-    for (std::size_t k = 0; k < parting.spaces.count; ++k) {
-        const HalfSpace& plane = parting.spaces.planes[k];
-        const bool is_active = dot(plane.normal, way) <= plane.depth + 1e-9 * room + touch;
+    bool is_all = separation.spaces.count > 0;
+    for (std::size_t k = 0; k < separation.spaces.count; ++k) {
+        const HalfSpace& plane = separation.spaces.planes[k];
+        const bool is_active = dot(plane.normal, translation) <= plane.depth + 1e-9 * room + touch;
         if (!is_active || patches.has(plane, touch)) continue;
-        const auto [i, j] = parting.parts[k];
+        const auto [i, j] = separation.parts[k];
         if (plane.depth >= -reported) {
             patches.add(deepest_contact(a, i, b, j, plane));
         } else {
@@ -168,7 +168,7 @@ CompoundContacts find_compound_contacts(const PlacedShape& a, const PlacedShape&
         }
     }
     // Where one is too far to be a contact, the way itself stands for all.
-    const HalfSpace whole{way / room, room};
+    const HalfSpace whole{translation / room, room};
     if (!is_all && !patches.has(whole, touch)) {
         patches.add(deepest_contact(a, least.part_a, b, least.part_b, whole));
     }

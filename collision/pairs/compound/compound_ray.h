@@ -11,6 +11,6 @@ struct PartRay : ConvexRay {
 
 /// The first part on the way from `from` along `way`, in the frame of the placement; of several at once
 /// the one of the least index.
-PartRay cast_ray(const PlacedShape& shape, const Eigen::Vector3d& from, const Eigen::Vector3d& way);
+PartRay cast_ray(const PlacedShape& shape, const Eigen::Vector3d& from, const Eigen::Vector3d& displacement);
 
 }  // namespace terrane::internal

@@ -8,12 +8,12 @@ namespace {
 
 // The gap between two boxes along one frame's axes: of their half extents there and the way between
 // their middles.
-double gap_of(const Eigen::Vector3d& way, const Eigen::Vector3d& half_a,
+double gap_of(const Eigen::Vector3d& offset, const Eigen::Vector3d& half_a,
               const Eigen::Vector3d& half_b) {
     double square = 0.0;
     double widest = -std::numeric_limits<double>::infinity();
     for (int i = 0; i < 3; ++i) {
-        const double gap = std::abs(way[i]) - (half_a[i] + half_b[i]);
+        const double gap = std::abs(offset[i]) - (half_a[i] + half_b[i]);
         widest = std::max(widest, gap);
         if (gap > 0.0) square += gap * gap;
     }
@@ -23,20 +23,20 @@ double gap_of(const Eigen::Vector3d& way, const Eigen::Vector3d& half_a,
 }  // namespace
 
 BoundGaps::BoundGaps(const PlacedShape& a, const PlacedShape& b) {
-    const Eigen::Vector3d way = b.centre - a.centre;
+    const Eigen::Vector3d offset = b.centre - a.centre;
     for (int j = 0; j < 3; ++j) a_from_b_.col(j) = rotated_back(a.rotation, b.rotation.col(j));
     spread_ = a_from_b_.cwiseAbs();
-    offset_ = rotated_back(a.rotation, way);
-    rounding_ = 1e-14 * (a.view->reach() + b.view->reach() + length(way));
+    offset_ = rotated_back(a.rotation, offset);
+    rounding_ = 1e-14 * (a.view->reach() + b.view->reach() + length(offset));
 }
 
 double BoundGaps::operator()(const Aabb& of_a, const Aabb& of_b) const {
     const Eigen::Vector3d half_a = 0.5 * (of_a.high - of_a.low);
     const Eigen::Vector3d half_b = 0.5 * (of_b.high - of_b.low);
-    const Eigen::Vector3d way =
+    const Eigen::Vector3d offset =
         rotated(a_from_b_, 0.5 * (of_b.low + of_b.high)) + offset_ - 0.5 * (of_a.low + of_a.high);
-    const double in_a = gap_of(way, half_a, rotated(spread_, half_b));
-    const double in_b = gap_of(rotated_back(a_from_b_, way), rotated_back(spread_, half_a), half_b);
+    const double in_a = gap_of(offset, half_a, rotated(spread_, half_b));
+    const double in_b = gap_of(rotated_back(a_from_b_, offset), rotated_back(spread_, half_a), half_b);
     return std::max(in_a, in_b) - rounding_;
 }
 

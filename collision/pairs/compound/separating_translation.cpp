@@ -13,8 +13,8 @@ namespace terrane::internal {
 namespace {
 
 // A half-space of translations in which two parts do not overlap, by their gap after `way`.
-HalfSpace half_space(const Eigen::Vector3d& normal, double gap, const Eigen::Vector3d& way) {
-    return {normal, dot(normal, way) - gap};
+HalfSpace half_space(const Eigen::Vector3d& normal, double gap, const Eigen::Vector3d& translation) {
+    return {normal, dot(normal, translation) - gap};
 }
 
 class Search {
@@ -22,18 +22,18 @@ public:
     Search(const PlacedShape& a, const PlacedShape& b, const PartGap& deepest, double touch)
         : a_(a), b_(b), touch_(touch), deepest_(deepest) {}
 
-    PartGap least_gap(const Eigen::Vector3d& way) const {
-        return find_least_gap(a_.moved(way), b_, -touch_);
+    PartGap least_gap(const Eigen::Vector3d& translation) const {
+        return find_least_gap(a_.moved(translation), b_, -touch_);
     }
     bool is_free(const PartGap& gap) const { return gap.gap.distance >= -touch_; }
 
-    Parting from_inside() const {
+    SeparatingTranslation from_inside() const {
         constexpr int kRounds = 24;
-        Parting found;
+        SeparatingTranslation found;
         found.least = -deepest_.gap.distance;
         PartGap gap = deepest_;
         for (int round = 0; round < kRounds && leave(gap, found); ++round) {
-            gap = least_gap(found.way);
+            gap = least_gap(found.translation);
             found.is_found = is_free(gap);
             if (found.is_found) break;
         }
@@ -41,7 +41,7 @@ public:
     }
 
     // From a free place towards the start: shorter with every round, and free all the way.
-    Eigen::Vector3d shorten(Eigen::Vector3d way) const {
+    Eigen::Vector3d shorten(Eigen::Vector3d translation) const {
         constexpr int kRounds = 24;
         constexpr int kPlanes = 40;
         for (int round = 0; round < kRounds; ++round) {
@@ -52,15 +52,15 @@ public:
                 const PartGap gap = i == 0 ? deepest_ : least_gap(next);
                 is_there = is_free(gap);
                 if (is_there) break;
-                spaces.add(plane_between(gap.part_a, gap.part_b, way));
+                spaces.add(plane_between(gap.part_a, gap.part_b, translation));
                 if (!find_shortest(spaces, next)) break;
             }
-            const double before = length(way);
-            if (!is_there || !(length(next) < before)) return way;
-            way = next;
-            if (before - length(next) < 1e-13 * before) return way;
+            const double before = length(translation);
+            if (!is_there || !(length(next) < before)) return translation;
+            translation = next;
+            if (before - length(next) < 1e-13 * before) return translation;
         }
-        return way;
+        return translation;
     }
 
     // The first free place along a direction; `far` along it is one. What is beyond `enough` may be
@@ -81,7 +81,7 @@ public:
     }
 
     /// How far along a direction the bounds of the shapes are apart.
-    double far_along(const Eigen::Vector3d& direction) const {
+    double bound_distance(const Eigen::Vector3d& direction) const {
         return support(a_, -direction) + support(b_, direction) +
                dot(b_.centre - a_.centre, direction);
     }
@@ -95,36 +95,36 @@ private:
         return reach;
     }
 
-    // Goes on to where a pair of parts that stands in the way no longer does, by the plane that makes the
-    // shortest way in all. False where none fits to those before.
-    bool leave(const PartGap& gap, Parting& found) const {
+    // Goes on to where a pair of parts that stands in the translation no longer does, by the plane that makes the
+    // shortest translation in all. False where none fits to those before.
+    bool leave(const PartGap& gap, SeparatingTranslation& found) const {
         HalfSpaces best;
         Eigen::Vector3d shortest = Eigen::Vector3d::Zero();
         bool is_solved = false;
         const auto take = [&](const HalfSpace& plane) {
-            if (!(dot(plane.normal, found.way) < plane.depth)) return;
+            if (!(dot(plane.normal, found.translation) < plane.depth)) return;
             HalfSpaces spaces = found.spaces;
             spaces.add(plane);
-            Eigen::Vector3d way;
-            if (!find_shortest(spaces, way)) return;
+            Eigen::Vector3d translation;
+            if (!find_shortest(spaces, translation)) return;
             // Planes that almost oppose each other lead far away; where the bounds are apart nothing is in the way.
-            const double size = length(way);
-            if (!(size <= far_along(way / size) + 4.0 * touch_)) return;
-            if (is_solved && !(dot(way, way) < dot(shortest, shortest))) return;
+            const double size = length(translation);
+            if (!(size <= bound_distance(translation / size) + 4.0 * touch_)) return;
+            if (is_solved && !(dot(translation, translation) < dot(shortest, shortest))) return;
             is_solved = true;
-            shortest = way;
+            shortest = translation;
             best = spaces;
         };
-        // Out of it from here, as from the start, or else on along the way that was begun.
-        take(half_space(gap.gap.normal, gap.gap.distance, found.way));
+        // Out of it from here, as from the start, or else on along the translation that was begun.
+        take(half_space(gap.gap.normal, gap.gap.distance, found.translation));
         if (found.spaces.count > 0) {
             const Gap at_start = find_gap(a_.part(gap.part_a), b_.part(gap.part_b));
             if (at_start.distance < 0.0) {
                 take(half_space(at_start.normal, at_start.distance, Eigen::Vector3d::Zero()));
             }
             if (!is_solved) {
-                const Eigen::Vector3d ahead = found.way / length(found.way);
-                const double far = far_along(ahead) + 4.0 * touch_;
+                const Eigen::Vector3d ahead = found.translation / length(found.translation);
+                const double far = bound_distance(ahead) + 4.0 * touch_;
                 const double exit = exit_of(gap.part_a, gap.part_b, ahead, far);
                 take(plane_between(gap.part_a, gap.part_b, exit * ahead));
             }
@@ -136,33 +136,33 @@ private:
         }
         found.spaces = best;
         found.parts[best.count - 1] = {gap.part_a, gap.part_b};
-        found.way = shortest;
+        found.translation = shortest;
         return true;
     }
 
     // Where two parts are apart, a plane that shows it and leaves most of the start free.
-    HalfSpace plane_between(std::uint32_t i, std::uint32_t j, const Eigen::Vector3d& way) const {
-        const Placed at_a = a_.moved(way).part(i);
-        const Placed at_b = b_.part(j);
+    HalfSpace plane_between(std::uint32_t i, std::uint32_t j, const Eigen::Vector3d& translation) const {
+        const PlacedConvex at_a = a_.moved(translation).part(i);
+        const PlacedConvex at_b = b_.part(j);
         const Gap gap = find_gap(at_a, at_b);
-        HalfSpace best = half_space(gap.normal, std::max(gap.distance, 0.0), way);
+        HalfSpace best = half_space(gap.normal, std::max(gap.distance, 0.0), translation);
         if (has_radius(at_a) || has_radius(at_b)) return best;
         const Axis facet = find_pseudodistance(at_a, at_b);
-        const HalfSpace other = half_space(facet.normal, facet.gap, way);
+        const HalfSpace other = half_space(facet.normal, facet.gap, translation);
         return facet.gap >= 0.0 && other.depth < best.depth ? other : best;
     }
 
-    static bool has_radius(const Placed& shape) {
+    static bool has_radius(const PlacedConvex& shape) {
         return std::holds_alternative<PlacedSphere>(shape) ||
                std::holds_alternative<PlacedCapsule>(shape);
     }
 
-    // Where two parts that overlap on the way part for good: their signed distance is convex, and its
+    // Where two parts that overlap on the translation part for good: their signed distance is convex, and its
     // tangents from outside lead there.
     double exit_of(std::uint32_t i, std::uint32_t j, const Eigen::Vector3d& direction,
                    double far) const {
         constexpr int kSteps = 40;
-        const Placed at_b = b_.part(j);
+        const PlacedConvex at_b = b_.part(j);
         double at = far;
         for (int step = 0; step < kSteps; ++step) {
             const Gap gap = find_gap(a_.moved(at * direction).part(i), at_b);
@@ -198,52 +198,52 @@ constexpr std::array<std::array<double, 3>, 98> kFan = make_fan();
 // The shortest few, in order.
 struct Shortlist {
     static constexpr std::size_t kMost = 6;
-    std::array<Eigen::Vector3d, kMost> ways;
+    std::array<Eigen::Vector3d, kMost> translations;
     std::size_t count = 0;
 
     /// Longer ones are not kept.
     double longest() const {
-        return count < kMost ? std::numeric_limits<double>::infinity() : length(ways[kMost - 1]);
+        return count < kMost ? std::numeric_limits<double>::infinity() : length(translations[kMost - 1]);
     }
 
-    void add(const Eigen::Vector3d& way) {
+    void add(const Eigen::Vector3d& translation) {
         std::size_t at = count;
-        while (at > 0 && dot(way, way) < dot(ways[at - 1], ways[at - 1])) --at;
+        while (at > 0 && dot(translation, translation) < dot(translations[at - 1], translations[at - 1])) --at;
         if (at == kMost) return;
         count = std::min(count + 1, kMost);
-        for (std::size_t i = count - 1; i > at; --i) ways[i] = ways[i - 1];
-        ways[at] = way;
+        for (std::size_t i = count - 1; i > at; --i) translations[i] = translations[i - 1];
+        translations[at] = translation;
     }
 };
 
 }  // namespace
 
-Parting find_parting_from_inside(const PlacedShape& a, const PlacedShape& b, const PartGap& deepest,
+SeparatingTranslation grow_separating_translation(const PlacedShape& a, const PlacedShape& b, const PartGap& deepest,
                                  double touch) {
     return Search(a, b, deepest, touch).from_inside();
 }
 
-Parting find_parting(const PlacedShape& a, const PlacedShape& b, const PartGap& deepest,
+SeparatingTranslation find_separating_translation(const PlacedShape& a, const PlacedShape& b, const PartGap& deepest,
                      double touch) {
     const Search search(a, b, deepest, touch);
-    Parting best = search.from_inside();
+    SeparatingTranslation best = search.from_inside();
     const double enough = best.least * (1.0 + 1e-12) + touch;
-    if (best.is_found && length(best.way) <= enough) return best;
+    if (best.is_found && length(best.translation) <= enough) return best;
     Shortlist starts;
-    if (best.is_found) starts.add(best.way);
+    if (best.is_found) starts.add(best.translation);
     for (const PlacedShape* shape : {&a, &b}) {
         for (const std::array<double, 3>& ray : kFan) {
             Eigen::Vector3d n = rotated(shape->rotation, {ray[0], ray[1], ray[2]});
             n /= length(n);
             // Past the touch, so that rounding does not make it none.
-            const double far = search.far_along(n) + 4.0 * touch;
+            const double far = search.bound_distance(n) + 4.0 * touch;
             starts.add(search.first_free(n, far, starts.longest()) * n);
         }
     }
     for (std::size_t i = 0; i < starts.count; ++i) {
-        const Eigen::Vector3d way = search.shorten(starts.ways[i]);
-        if (!best.is_found || dot(way, way) < dot(best.way, best.way)) {
-            best.way = way;
+        const Eigen::Vector3d translation = search.shorten(starts.translations[i]);
+        if (!best.is_found || dot(translation, translation) < dot(best.translation, best.translation)) {
+            best.translation = translation;
             best.is_found = true;
             best.spaces.count = 0;
         }

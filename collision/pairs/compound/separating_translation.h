@@ -7,25 +7,25 @@
 namespace terrane::internal {
 
 /// A translation of a after which no two parts overlap by more than `touch`.
-struct Parting {
+struct SeparatingTranslation {
     bool is_found = false;
-    Eigen::Vector3d way = Eigen::Vector3d::Zero();
-    double least = 0.0;  ///< no shorter way parts the shapes, metres
+    Eigen::Vector3d translation = Eigen::Vector3d::Zero();
+    double least = 0.0;  ///< no shorter translation parts the shapes, metres
 
-    /// What decided, plane i between parts[i]; nothing where the way was found from elsewhere.
+    /// What decided, plane i between parts[i]; nothing where the translation was found from elsewhere.
     HalfSpaces spaces;
     std::array<std::array<std::uint32_t, 2>, HalfSpaces::kMost> parts{};
 };
 
-/// From inside: each pair of parts that stands in the way is left by its own shortest way. Quick, and where
-/// the overlap is shallow exact; may find nothing, or a longer way than need be.
+/// From inside: each pair of parts that stands in the translation is left by its own shortest way. Quick, and where
+/// the overlap is shallow exact; may find nothing, or a longer translation than need be.
 ///
 /// @param deepest find_least_gap() of the shapes
-Parting find_parting_from_inside(const PlacedShape& a, const PlacedShape& b, const PartGap& deepest,
+SeparatingTranslation grow_separating_translation(const PlacedShape& a, const PlacedShape& b, const PartGap& deepest,
                                  double touch);
 
-/// The shortest way that a search from many directions finds; always one that parts.
-Parting find_parting(const PlacedShape& a, const PlacedShape& b, const PartGap& deepest,
+/// The shortest translation that a search from many directions finds; always one that parts.
+SeparatingTranslation find_separating_translation(const PlacedShape& a, const PlacedShape& b, const PartGap& deepest,
                      double touch);
 
 }  // namespace terrane::internal

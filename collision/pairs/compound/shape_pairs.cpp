@@ -20,7 +20,7 @@ namespace {
 struct PlacedPair {
     PlacedPair(const Shape& shape_a, const Pose& world_from_a, const Shape& shape_b,
                const Pose& world_from_b)
-        : is_valid(is_usable(shape_a, world_from_a) && is_usable(shape_b, world_from_b)),
+        : is_valid(is_valid_query(shape_a, world_from_a) && is_valid_query(shape_b, world_from_b)),
           view_a(shape_a),
           view_b(shape_b) {
         if (!is_valid) return;
@@ -55,17 +55,17 @@ struct PlacedPair {
 };
 
 // Where compounds overlap, and the way that parts them is known: what touches at its end.
-void take_parting(const PlacedPair& pair, const Parting& parting, PairDistanceAnswer& answer) {
-    const double depth = length(parting.way);
-    const PlacedShape parted = pair.a.moved(parting.way);
-    const PartGap last = find_least_gap(parted, pair.b);
+void fill_overlap(const PlacedPair& pair, const SeparatingTranslation& separation, PairDistanceAnswer& answer) {
+    const double depth = length(separation.translation);
+    const PlacedShape separated = pair.a.moved(separation.translation);
+    const PartGap last = find_least_gap(separated, pair.b);
     answer.distance = -depth;
-    answer.normal = parting.way / depth;
+    answer.normal = separation.translation / depth;
     answer.part_a = last.part_a;
     answer.part_b = last.part_b;
-    find_witnesses(parted.part(last.part_a), pair.b.part(last.part_b), last.gap,
+    find_witnesses(separated.part(last.part_a), pair.b.part(last.part_b), last.gap,
                    answer.point_a_world, answer.point_b_world);
-    answer.point_a_world = answer.point_b_world - parting.way;
+    answer.point_a_world = answer.point_b_world - separation.translation;
 }
 
 }  // namespace
@@ -98,8 +98,8 @@ PairContactAnswer find_contacts(const Shape& a, const Pose& world_from_a, const 
     answer.status = QueryStatus::complete;
     if (pair.is_beyond(margin)) return answer;
     if (pair.is_single) {
-        const Placed part_a = pair.a.part(0);
-        const Placed part_b = pair.b.part(0);
+        const PlacedConvex part_a = pair.a.part(0);
+        const PlacedConvex part_b = pair.b.part(0);
         std::array<PairContact, 4> found;
         const std::size_t count = find_contacts(part_a, part_b, find_gap(part_a, part_b),
                                                 std::max(margin, pair.touch()), found);
@@ -134,7 +134,7 @@ PairDistanceAnswer signed_distance(const Shape& a, const Pose& world_from_a, con
         find_witnesses(pair.a.part(least.part_a), pair.b.part(least.part_b), least.gap,
                        answer.point_a_world, answer.point_b_world);
     } else {
-        take_parting(pair, find_parting(pair.a, pair.b, least, pair.touch()), answer);
+        fill_overlap(pair, find_separating_translation(pair.a, pair.b, least, pair.touch()), answer);
     }
     answer.point_a_world += world_from_a.translation;
     answer.point_b_world += world_from_a.translation;
@@ -164,7 +164,7 @@ PseudodistanceAnswer pseudodistance(const Shape& a, const Pose& world_from_a, co
 PairCastAnswer cast(const Shape& a, const Motion& motion_a, const Shape& b, const Motion& motion_b,
                     const CastSettings& settings) {
     PairCastAnswer answer;
-    if (!is_usable(a, motion_a.start) || !is_usable(b, motion_b.start) ||
+    if (!is_valid_query(a, motion_a.start) || !is_valid_query(b, motion_b.start) ||
         !is_finite(motion_a.translation) || !is_finite(motion_a.rotation_vector) ||
         !is_finite(motion_b.translation) || !is_finite(motion_b.rotation_vector) ||
         !(settings.tolerance > 0.0) || !std::isfinite(settings.tolerance)) {
@@ -217,18 +217,18 @@ PairCastAnswer cast(const Shape& a, const Motion& motion_a, const Shape& b, cons
 ShapeRayAnswer cast_ray(const Shape& shape, const Pose& world_from_shape, const WorldPos& from,
                         const WorldPos& to) {
     ShapeRayAnswer answer;
-    if (!is_usable(shape, world_from_shape) || !is_finite(from) || !is_finite(to)) return answer;
+    if (!is_valid_query(shape, world_from_shape) || !is_finite(from) || !is_finite(to)) return answer;
     answer.status = QueryStatus::complete;
     const ShapeView view(shape);
     const PlacedShape placed{&view, orthonormalized(world_from_shape.rotation),
                              Eigen::Vector3d::Zero()};
-    const Eigen::Vector3d way = to - from;
-    const PartRay ray = cast_ray(placed, from - world_from_shape.translation, way);
+    const Eigen::Vector3d displacement = to - from;
+    const PartRay ray = cast_ray(placed, from - world_from_shape.translation, displacement);
     answer.hit = ray.hit;
     answer.fraction = ray.hit ? ray.fraction : 1.0;
     answer.normal = ray.normal;
     answer.part = ray.part;
-    answer.point_world = from + answer.fraction * way;
+    answer.point_world = from + answer.fraction * displacement;
     return answer;
 }
 

@@ -81,9 +81,9 @@ Mix nearest_of_face(const Simplex& y, std::size_t i, std::size_t j, std::size_t 
     if (!(square > 0.0)) return best;
     // From the nearest point of the rim to the foot of the origin on the plane.
     const Eigen::Vector3d foot = (dot(n, best.v) / square) * n;
-    const Eigen::Vector3d way = foot - best.v;
-    const double along_u = dot(cross(way, v), n) / square;
-    const double along_v = dot(cross(u, way), n) / square;
+    const Eigen::Vector3d step = foot - best.v;
+    const double along_u = dot(cross(step, v), n) / square;
+    const double along_v = dot(cross(u, step), n) / square;
     Mix inside{which, {-along_u - along_v, along_u, along_v}, 3, foot, dot(foot, foot)};
     for (std::size_t a = 0; a < 3; ++a) {
         for (std::size_t b = 0; b < best.count; ++b) {
@@ -204,7 +204,7 @@ SegmentPair find_closest_on_segments(const Eigen::Vector3d& p, const Eigen::Vect
     };
     SegmentPair best;
     double shortest = std::numeric_limits<double>::infinity();
-    const auto look = [&](double s, double t) {
+    const auto consider = [&](double s, double t) {
         const Eigen::Vector3d d = (r + t * v) - s * u;
         const double square = dot(d, d);
         if (square < shortest) {
@@ -218,12 +218,12 @@ SegmentPair find_closest_on_segments(const Eigen::Vector3d& p, const Eigen::Vect
     if (nn > 0.0) {
         const double s = std::clamp(dot(cross(r, v), n) / nn, 0.0, 1.0);
         const double t = on_v(s);
-        look(on_u(t), t);
+        consider(on_u(t), t);
     }
-    look(0.0, on_v(0.0));
-    look(1.0, on_v(1.0));
-    look(on_u(0.0), 0.0);
-    look(on_u(1.0), 1.0);
+    consider(0.0, on_v(0.0));
+    consider(1.0, on_v(1.0));
+    consider(on_u(0.0), 0.0);
+    consider(on_u(1.0), 1.0);
     return best;
 }
 

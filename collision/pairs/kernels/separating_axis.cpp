@@ -11,14 +11,14 @@ namespace terrane::internal {
 namespace {
 
 // Polyhedron x in its own frame, and y seen from it.
-struct Couple {
+struct PolyhedronPair {
     const Polyhedron& x;
     const Polyhedron& y;
     Eigen::Matrix3d x_from_y;
     Eigen::Vector3d offset;  ///< of y's frame, in x
     bool is_x_first;         ///< whether x is the pair's a
 
-    Couple(const Core& core_x, const Core& core_y, bool is_first)
+    PolyhedronPair(const Core& core_x, const Core& core_y, bool is_first)
         : x(core_x.shape),
           y(core_y.shape),
           offset(core_x.to_body(core_y.centre - core_x.centre)),
@@ -34,13 +34,13 @@ struct Candidate {
     bool is_x_first = true;
 };
 
-void look_at_faces(const Couple& couple, double enough, Candidate& best) {
-    for (const Polyhedron::Face& face : couple.x.faces) {
-        const Eigen::Vector3d direction = rotated_back(couple.x_from_y, -face.normal);
-        const double gap = (dot(face.normal, couple.offset) - face.offset) -
-                           dot(direction, couple.y.vertices[find_extreme(couple.y, direction)]);
+void test_faces(const PolyhedronPair& pair, double enough, Candidate& best) {
+    for (const Polyhedron::Face& face : pair.x.faces) {
+        const Eigen::Vector3d direction = rotated_back(pair.x_from_y, -face.normal);
+        const double gap = (dot(face.normal, pair.offset) - face.offset) -
+                           dot(direction, pair.y.vertices[find_extreme(pair.y, direction)]);
         if (gap > best.gap) {
-            best = {face.normal, gap, couple.is_x_first};
+            best = {face.normal, gap, pair.is_x_first};
             if (gap > enough) return;
         }
     }
@@ -50,20 +50,20 @@ void look_at_faces(const Couple& couple, double enough, Candidate& best) {
 class ArcWalk {
 public:
     // An axis that is no better than a face's by more than `preference` is not taken.
-    ArcWalk(const Couple& couple, double preference)
-        : couple_(couple), preference_(preference), slack_(0.01 * preference) {}
+    ArcWalk(const PolyhedronPair& pair, double preference)
+        : pair_(pair), preference_(preference), slack_(0.01 * preference) {}
 
-    void look(const Polyhedron::Edge& edge, const Eigen::Vector3d& first,
+    void walk(const Polyhedron::Edge& edge, const Eigen::Vector3d& first,
               const Eigen::Vector3d& last, Candidate& best) {
-        const Eigen::Vector3d p = couple_.x.vertices[edge.from];
-        const Eigen::Vector3d e = couple_.x.vertices[edge.to] - p;
-        const Eigen::Vector3d d1 = rotated_back(couple_.x_from_y, -first);
-        const Eigen::Vector3d d2 = rotated_back(couple_.x_from_y, -last);
-        const Polyhedron& y = couple_.y;
+        const Eigen::Vector3d p = pair_.x.vertices[edge.from];
+        const Eigen::Vector3d e = pair_.x.vertices[edge.to] - p;
+        const Eigen::Vector3d d1 = rotated_back(pair_.x_from_y, -first);
+        const Eigen::Vector3d d2 = rotated_back(pair_.x_from_y, -last);
+        const Polyhedron& y = pair_.y;
         std::uint32_t at = find_extreme(y, d1);
         // Seen from any one vertex of y the depth along the arc is a sine, which is least at an end: no
         // less than what is known already, and there is nothing to find.
-        const Eigen::Vector3d to_y = rotated(couple_.x_from_y, y.vertices[at]) + couple_.offset - p;
+        const Eigen::Vector3d to_y = rotated(pair_.x_from_y, y.vertices[at]) + pair_.offset - p;
         if (best.gap <= 0.0 && std::max(dot(first, to_y), dot(last, to_y)) < best.gap) return;
         // Edges that meet just where an arc begins are seen neither by it nor by the one before.
         for (std::uint32_t k = y.first_neighbour[at]; k < y.first_neighbour[at + 1]; ++k) {
@@ -97,7 +97,7 @@ private:
     void cross_edges(const Eigen::Vector3d& e, const Eigen::Vector3d& p, const Eigen::Vector3d& f_y,
                      const Eigen::Vector3d& q_y, const Eigen::Vector3d& towards, Candidate& best) {
         constexpr double kParallel = 1e-10;  // sine; nearer, the ends of the arc are as good
-        const Eigen::Vector3d f = rotated(couple_.x_from_y, f_y);
+        const Eigen::Vector3d f = rotated(pair_.x_from_y, f_y);
         Eigen::Vector3d m = cross(e, f);
         const double ee = dot(e, e);
         const double mm = dot(m, m);
@@ -112,20 +112,20 @@ private:
 
     void take(const Eigen::Vector3d& m, const Eigen::Vector3d& p, const Eigen::Vector3d& q_y,
               Candidate& best) const {
-        const Eigen::Vector3d q = rotated(couple_.x_from_y, q_y) + couple_.offset;
+        const Eigen::Vector3d q = rotated(pair_.x_from_y, q_y) + pair_.offset;
         const double gap = dot(m, q - p);
-        if (gap > best.gap + preference_) best = {m, gap, couple_.is_x_first};
+        if (gap > best.gap + preference_) best = {m, gap, pair_.is_x_first};
     }
 
-    const Couple& couple_;
+    const PolyhedronPair& pair_;
     double preference_;
     double slack_;  ///< what rounding makes of nothing, metres
 };
 
-void look_at_edges(const Couple& couple, double preference, double enough, Candidate& best) {
-    ArcWalk walk(couple, preference);
-    for (const Polyhedron::Edge& edge : couple.x.edges) {
-        const Eigen::Vector3d e = couple.x.vertices[edge.to] - couple.x.vertices[edge.from];
+void test_edges(const PolyhedronPair& pair, double preference, double enough, Candidate& best) {
+    ArcWalk walker(pair, preference);
+    for (const Polyhedron::Edge& edge : pair.x.edges) {
+        const Eigen::Vector3d e = pair.x.vertices[edge.to] - pair.x.vertices[edge.from];
         const double square = dot(e, e);
         if (square == 0.0) continue;
         const Eigen::Vector3d along = e / std::sqrt(square);
@@ -133,19 +133,19 @@ void look_at_edges(const Couple& couple, double preference, double enough, Candi
             // All directions square to a segment.
             const Eigen::Vector3d u = any_tangent(along);
             const Eigen::Vector3d v = cross(along, u);
-            walk.look(edge, u, v, best);
-            walk.look(edge, v, -u, best);
-            walk.look(edge, -u, -v, best);
-            walk.look(edge, -v, u, best);
+            walker.walk(edge, u, v, best);
+            walker.walk(edge, v, -u, best);
+            walker.walk(edge, -u, -v, best);
+            walker.walk(edge, -v, u, best);
         } else {
-            const Eigen::Vector3d& left = couple.x.faces[edge.left].normal;
-            const Eigen::Vector3d& right = couple.x.faces[edge.right].normal;
+            const Eigen::Vector3d& left = pair.x.faces[edge.left].normal;
+            const Eigen::Vector3d& right = pair.x.faces[edge.right].normal;
             if (dot(left, right) < -0.5) {
                 const Eigen::Vector3d between = cross(along, left);
-                walk.look(edge, left, between, best);
-                walk.look(edge, between, right, best);
+                walker.walk(edge, left, between, best);
+                walker.walk(edge, between, right, best);
             } else {
-                walk.look(edge, left, right, best);
+                walker.walk(edge, left, right, best);
             }
         }
         if (best.gap > enough) return;
@@ -162,17 +162,17 @@ double gap_along(const Core& a, const Core& b, const Eigen::Vector3d& normal) {
     return (lowest - highest) + dot(normal, a.centre - b.centre);
 }
 
-Axis find_widest_axis(const Core& a, const Core& b, double enough) {
+Axis find_separating_axis(const Core& a, const Core& b, double enough) {
     const double preference = kTouchShare * (a.reach + b.reach);
-    const Couple from_a(a, b, true);
-    const Couple from_b(b, a, false);
+    const PolyhedronPair from_a(a, b, true);
+    const PolyhedronPair from_b(b, a, false);
     Candidate best;
-    look_at_faces(from_a, enough, best);
-    if (!(best.gap > enough)) look_at_faces(from_b, enough, best);
+    test_faces(from_a, enough, best);
+    if (!(best.gap > enough)) test_faces(from_b, enough, best);
     if (!(best.gap > enough)) {
         // The arcs of one are enough: those of the simpler one.
         const bool is_a = a.shape.edges.size() <= b.shape.edges.size();
-        look_at_edges(is_a ? from_a : from_b, preference, enough, best);
+        test_edges(is_a ? from_a : from_b, preference, enough, best);
     }
     Axis axis;
     axis.gap = best.gap;

@@ -22,7 +22,7 @@ struct Axis {
 /// @param enough stops at the first gap above it
 ///
 /// Cost: O(faces * support + edges that meet), whatever the sizes
-Axis find_widest_axis(const Core& a, const Core& b,
+Axis find_separating_axis(const Core& a, const Core& b,
                       double enough = std::numeric_limits<double>::infinity());
 
 /// The gap along any unit direction from b towards a.

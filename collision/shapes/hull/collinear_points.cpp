@@ -16,9 +16,9 @@ struct Node {
     std::uint32_t after;
 };
 
-class Straightener {
+class CollinearPointFilter {
 public:
-    Straightener(const std::vector<LatticePoint>& points, double tolerance,
+    CollinearPointFilter(const std::vector<LatticePoint>& points, double tolerance,
                  const std::vector<HullFace>& faces)
         : points_(points), tolerance_(tolerance), first_(points.size() + 1, 0) {
         for (const HullFace& face : faces) {
@@ -87,13 +87,13 @@ private:
 
 }  // namespace
 
-void drop_straight_points(const std::vector<LatticePoint>& points, double tolerance,
+void drop_collinear_points(const std::vector<LatticePoint>& points, double tolerance,
                           std::vector<HullFace>& faces) {
-    Straightener straightener(points, tolerance, faces);
-    while (straightener.run_round()) {
+    CollinearPointFilter filter(points, tolerance, faces);
+    while (filter.run_round()) {
     }
     for (HullFace& face : faces) {
-        std::erase_if(face.loop, [&](std::uint32_t p) { return straightener.is_dropped(p); });
+        std::erase_if(face.loop, [&](std::uint32_t p) { return filter.is_dropped(p); });
     }
 }
 

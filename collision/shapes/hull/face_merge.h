@@ -31,7 +31,7 @@ std::vector<HullFace> merge_coplanar(const std::vector<LatticePoint>& points,
 /// Takes points out of loops that only part two faces and lie straight between their neighbours: in
 /// rounds in which no two neighbours go, each within half the tolerance of the line that stays. No
 /// loop falls below three points.
-void drop_straight_points(const std::vector<LatticePoint>& points, double tolerance,
+void drop_collinear_points(const std::vector<LatticePoint>& points, double tolerance,
                           std::vector<HullFace>& faces);
 
 }  // namespace terrane::internal

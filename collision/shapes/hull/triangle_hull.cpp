@@ -56,7 +56,7 @@ public:
         faces_[1].across = {3, 2, 0};
         faces_[2].across = {1, 3, 0};
         faces_[3].across = {2, 1, 0};
-        for (const std::uint32_t point : chosen) hand_out(point, 0);
+        for (const std::uint32_t point : chosen) assign_point(point, 0);
     }
 
     void run() {
@@ -104,7 +104,7 @@ private:
     }
 
     // To the first face from `first_face` on that it is above; dropped where there is none.
-    void hand_out(std::uint32_t point, std::uint32_t first_face) {
+    void assign_point(std::uint32_t point, std::uint32_t first_face) {
         for (std::uint32_t i = first_face; i < faces_.size(); ++i) {
             Face& face = faces_[i];
             double distance = 0.0;
@@ -174,7 +174,7 @@ private:
         for (const std::uint32_t face : visible_) {
             for (std::uint32_t p = faces_[face].first_above; p != kNone;) {
                 const std::uint32_t following = next_[p];
-                if (p != apex) hand_out(p, first_new);
+                if (p != apex) assign_point(p, first_new);
                 p = following;
             }
         }

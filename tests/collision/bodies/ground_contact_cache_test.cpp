@@ -30,10 +30,10 @@ RigidBody make_body(std::span<const BodyPart> parts, double radius, const Pose& 
 }
 
 // The last of many spheres is the lowest, and there is no room for its contact.
-TEST(GroundLook, PromisesNothingWhereContactsWereCutOff) {
+TEST(GroundContactCache, PromisesNothingWhereContactsWereCutOff) {
     const Ground ground = make_test_ground([](double, double) { return 0.0; }, 2.0, 1);
     std::vector<BodyPart> parts;
-    for (std::size_t i = 0; i <= GroundLook::kMaxCount; ++i) {
+    for (std::size_t i = 0; i <= GroundContactCache::kMaxCount; ++i) {
         const double x = 0.7 * static_cast<double>(i % 9) - 2.8;
         const double y = 0.7 * static_cast<double>(i / 9) - 2.5;
         parts.push_back({Sphere{0.3}, {x, y, 0.0}});
@@ -43,23 +43,23 @@ TEST(GroundLook, PromisesNothingWhereContactsWereCutOff) {
     // A quarter of the tolerance above the ground is half of it above the gate, where contacts end.
     pose.translation = {100.0, 100.0, 0.3 + 0.0023};
     const RigidBody body = make_body(parts, 4.3, pose);
-    GroundLook look;
-    look.update(body, ground);
-    ASSERT_EQ(look.count(), GroundLook::kMaxCount);
-    EXPECT_LE(look.free_way(body, 0.0), 0.0);
+    GroundContactCache cache;
+    cache.update(body, ground);
+    ASSERT_EQ(cache.count(), GroundContactCache::kMaxCount);
+    EXPECT_LE(cache.clear_distance(body, 0.0), 0.0);
 
     // With room for all of them it says how far.
     const RigidBody smaller = make_body(std::span(parts).last(9), 4.3, pose);
-    look.forget();
-    look.update(smaller, ground);
-    ASSERT_EQ(look.count(), 9u);
-    EXPECT_GT(look.free_way(smaller, 0.0), 0.0);
-    EXPECT_LT(look.free_way(smaller, 0.0), 0.001);
+    cache.invalidate();
+    cache.update(smaller, ground);
+    ASSERT_EQ(cache.count(), 9u);
+    EXPECT_GT(cache.clear_distance(smaller, 0.0), 0.0);
+    EXPECT_LT(cache.clear_distance(smaller, 0.0), 0.001);
 }
 
 // No motion within the promise, in any direction and turned any way, meets the gate; nor after the body has
-// moved a little with its look.
-TEST(GroundLook, IsKeptByEveryMotionThatItPromises) {
+// moved a little with its cache.
+TEST(GroundContactCache, IsKeptByEveryMotionThatItPromises) {
     constexpr std::uint64_t kSeed = 17;
     test::Random random(kSeed);
     const Ground ground = make_test_ground(
@@ -77,18 +77,18 @@ TEST(GroundLook, IsKeptByEveryMotionThatItPromises) {
         pose.translation.z() += compute_lift(part.shape, pose, ground).lift;
         pose.translation.z() += random.between(-0.002, 0.006);
         RigidBody body = make_body({&part, 1}, bounding_radius(part.shape), pose);
-        GroundLook look;
-        look.update(body, ground);
+        GroundContactCache cache;
+        cache.update(body, ground);
         body.pose.translation += random.between(0.0, 0.0003) * random.direction();
-        look.update(body, ground);
-        const double free_way = look.free_way(body, 0.0);
-        if (!(free_way > 0.0)) continue;
+        cache.update(body, ground);
+        const double clear_distance = cache.clear_distance(body, 0.0);
+        if (!(clear_distance > 0.0)) continue;
         ++promised;
         const double share = random.between(0.0, 1.0);
         Motion motion;
-        motion.start = raised(body.pose, lowering(body, 0));
-        motion.translation = share * free_way * random.direction();
-        motion.rotation_vector = (1.0 - share) * free_way / body.radius * random.direction();
+        motion.start = raised(body.pose, offset_depth(body, 0));
+        motion.translation = share * clear_distance * random.direction();
+        motion.rotation_vector = (1.0 - share) * clear_distance / body.radius * random.direction();
         const CastAnswer hit = cast(part.shape, motion, ground, {.tolerance = 1e-9});
         EXPECT_FALSE(hit.hit) << "seed " << kSeed << ", run " << run;
     }

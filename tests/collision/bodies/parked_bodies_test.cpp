@@ -70,7 +70,7 @@ TEST(ParkedBody, KeepsItsStateForAnyNumberOfSteps) {
             ASSERT_EQ(world.states()[0].condition, BodyCondition::parked);
             ASSERT_TRUE(is_same(world.states()[0], before));
         }
-        // it asks for its ground as long as it waits
+        // it asks for its ground as long as it is parked
         const BodyNeed need = world.needs()[0];
         EXPECT_LE((need.centre_world - before.pose.translation).norm(), bounding_radius(shape));
         EXPECT_EQ(need.velocity, before.velocity);
@@ -206,7 +206,7 @@ TEST(SleepingBody, SleepsOnWhileItsGroundIsGone) {
         }
     }
     EXPECT_EQ(world.needs()[0].centre_world, before.pose.translation);  // it still asks for it
-    // woken up over nothing it waits, and falls when there is something to fall on
+    // woken up over nothing it is parked, and falls when there is something to fall on
     BodyState moved = before;
     moved.pose.translation.z() += 3.0;
     ASSERT_TRUE(world.set_state(0, moved));

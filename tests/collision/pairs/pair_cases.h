@@ -119,7 +119,7 @@ struct PlacedCase {
           b(internal::place(c.b, orthonormalized(c.pose_b.rotation),
                             c.pose_b.translation - c.pose_a.translation)),
           gap(internal::find_gap(a, b)) {}
-    internal::Placed a, b;
+    internal::PlacedConvex a, b;
     internal::Gap gap;
 };
 

@@ -26,15 +26,15 @@ struct BodyPair {
 
 enum class BroadphaseKind {
     sap,        ///< sweep-and-prune: boxes sorted along one axis, order kept from update to update
-    grid,       ///< sparse grid of cells as large as the largest box: for bodies of like size
-    two_scene,  ///< sweep-and-prune of cubes that ignore rotation decides whose boxes are compared
+    grid,       ///< sparse grid of cells as large as the largest box: for bodies of similar size
+    two_scene,  ///< sweep-and-prune of the spheres' cubes, then the boxes of the pairs found
     brute,      ///< every pair: the oracle
 };
 
-/// Finds which of many bodies could touch: all pairs whose boxes, each widened by a margin, overlap or touch.
+/// Finds the pairs of bodies that may touch: those whose boxes, each widened by a margin, overlap or touch.
 ///
-/// All kinds answer the same pairs, in ascending order of (a, b). No kind needs memory for the volume that
-/// bodies are spread over; what an update needs is kept for the next one.
+/// All kinds find the same pairs, in ascending order of (a, b). Memory is linear in the bodies, whatever volume they
+/// extend over, and is reused by the next update.
 ///
 /// Threads: one at a time.
 class Broadphase {
@@ -44,27 +44,29 @@ public:
     Broadphase& operator=(const Broadphase&) = delete;
     virtual ~Broadphase() = default;
 
-    /// Takes where all bodies are, in world axes, metres; a box is empty where an end of it is not a number,
-    /// further than 1e150 from 0 or below its start: bounds[i] and spheres[i] contain body i, and each sphere's cube its box but for
-    /// rounding (1e-12 of its coordinates). The arrays stay where they are until the next update.
+    /// Sets the bounds of all bodies.
     ///
-    /// Cost: O(bodies) for `grid`; for `sap` and `two_scene` too where the order along the axis has changed by
-    /// few places, else O(bodies log bodies)
+    /// @param bounds  [bodies] around body i, world axes, metres; empty, and in no pair, where a coordinate is NaN or beyond
+    ///                1e150, or high < low. Must stay valid until the next update
+    /// @param spheres [bodies] around body i; the cube around a sphere contains the body's box but for rounding (1e-12 of
+    ///                its coordinates)
+    ///
+    /// Cost: O(bodies) for `grid`, and for `sap` and `two_scene` if few places of the order along the axis have changed;
+    ///       else O(bodies log bodies)
     virtual void update(std::span<const Aabb> bounds,
                         std::span<const BoundingSphere> spheres) = 0;
 
-    /// The pairs, until the next call of anything.
+    /// The pairs. Valid until the next call of any function.
     virtual std::span<const BodyPair> find_pairs() = 0;
 
-    /// Pairs whose boxes the last find_pairs() compared.
+    /// Number of pairs whose boxes the last find_pairs() compared.
     virtual std::uint64_t candidate_count() const = 0;
 
-    /// Elementary steps of the last update(): a body read, moved, compared or counted, a
-    /// counter added up.
+    /// Elementary operations of the last update(): bodies read, moved, compared or counted, and counters summed.
     virtual std::uint64_t update_operations() const = 0;
 };
 
-/// @param margin that each box is widened by on each side, metres, >= 0
+/// @param margin added to each side of each box, metres, finite, >= 0
 std::unique_ptr<Broadphase> make_broadphase(BroadphaseKind kind, double margin);
 
 /// `sap`, `grid`, `two-scene` or `brute`.

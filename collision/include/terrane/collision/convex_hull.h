@@ -16,17 +16,15 @@ struct HullData;
 const HullData& hull_data(const ConvexHull& hull);
 }  // namespace internal
 
-/// The smallest convex set that contains some points; body frame, metres. Unlike the other shapes it
-/// need not be around the origin. Immutable and cheap to copy: copies share what was made.
+/// The convex hull of points; body frame, metres. Unlike the other shapes it need not contain the origin. Immutable;
+/// copies share their data.
 ///
-/// Points may be anything finite: one, the same many times, all on a line or a plane. Within
-/// `tolerance`, 32 roundings (2^-48) of the largest coordinate but no more than 3e-11 of the extent, they
-/// count as coplanar and collinear, so that the faces of a box stay six however it was turned. Vertices
-/// are points that were given, bit for bit (-0 becomes 0), sorted by x, y, z.
+/// Degenerate input is allowed: one point, equal points, collinear or coplanar points. Points count as coplanar and
+/// collinear within a tolerance of 32 roundings (2^-48) of the largest coordinate, at most 3e-11 of the extent, so that a
+/// rotated box keeps six faces. Vertices are input points, bit for bit (-0 becomes 0), sorted by x, y, z.
 ///
-/// No given point is farther than 1e-9 of the extent (largest over x, y and z) from the hull, or in
-/// front of one of its faces, plus the rounding of the products that find out. Same points, same
-/// bits, in whatever order they are given.
+/// No input point is farther than 1e-9 of the extent (largest over x, y and z) outside the hull or one of its face planes,
+/// plus the rounding of the products that measure it. The bits do not depend on the order of the points.
 ///
 /// Threads: any number at once
 class ConvexHull {
@@ -34,20 +32,19 @@ public:
     static constexpr std::size_t kMaxPoints = 100'000;
     static constexpr double kLargestCoordinate = 1e5;  ///< metres
 
-    /// Fails with invalid_argument, naming the point or the number, where there is no point, more than
-    /// kMaxPoints, or one that is not finite or has a coordinate beyond kLargestCoordinate.
-    ///
-    /// Cost: n log n as a rule; 10,000 points on a sphere take about 60 ms, in a ball 5 ms
+    /// Fails: invalid_argument, naming the point or the count, for no point or more than kMaxPoints; a point that is not
+    ///        finite or has a coordinate beyond kLargestCoordinate
+    /// Cost:  usually O(n log n); 10,000 points on a sphere take about 60 ms, in a ball 5 ms
     static Result<ConvexHull> create(std::span<const Eigen::Vector3d> points);
 
-    // Moving copies, so that no hull is ever without its data.
+    // A move copies, so that a moved-from hull keeps its data.
     ConvexHull(const ConvexHull&) = default;
     ConvexHull& operator=(const ConvexHull&) = default;
 
     std::span<const Eigen::Vector3d> vertices() const;
 
-    /// Faces have any number of corners. A flat hull has two, back to back; one with fewer than three
-    /// vertices has none.
+    /// Faces are polygons of three or more vertices. A flat hull has two, back to back; one with fewer than three vertices
+    /// has none.
     std::size_t face_count() const;
 
 private:
@@ -57,17 +54,17 @@ private:
     std::shared_ptr<const internal::HullData> data_;
 };
 
-/// Never fails: what create() made is good.
+/// Never fails: create() has checked the points.
 Result<void> check(const ConvexHull& hull);
 
 /// Largest distance of a point of the hull from the body's origin, metres.
 double bounding_radius(const ConvexHull& hull);
 
-/// Half of the hull's extent along its thinnest direction, metres; 0 for a flat one.
+/// Half of the hull's width, the extent along its thinnest direction, metres; 0 for a flat hull.
 double smallest_half_extent(const ConvexHull& hull);
 
-/// Distance that the hull reaches from the body's origin in a unit direction of the body frame, metres;
-/// negative where all of it lies behind the origin.
+/// Support function: largest coordinate of the hull along a unit direction of the body frame, metres; negative where all
+/// of it is behind the origin.
 double support_distance(const ConvexHull& hull, const Eigen::Vector3d& direction_body);
 
 }  // namespace terrane

@@ -10,31 +10,29 @@
 namespace terrane {
 
 struct PathDriverSettings {
-    double cruise_speed = 12.0;  ///< where the path is straight enough, m/s, 0.1 to 1000
-    /// In corners, m/s^2, 0.1 to 100. A truck with little friction, or a high centre of mass, gets less.
+    double cruise_speed = 12.0;  ///< largest speed, m/s, 0.1 to 1000
+    /// Largest in corners, m/s^2, 0.1 to 100. Trucks with little friction or a high centre of mass use less.
     double lateral_acceleration = 2.5;
     double deceleration = 2.0;  ///< ahead of corners and of the end, m/s^2, 0.1 to 100
 };
 
 enum class DriverStatus : std::uint8_t {
     driving,
-    rolled_over,  ///< the truck lies on its side or roof: throttle released, brakes on
-    finished,     ///< the end of the path was reached: brakes on, for good
+    rolled_over,  ///< the truck lies on its side or roof: throttle 0, brakes on
+    finished,     ///< the end of the path was reached: brakes on; final
 };
 
-/// Controls that take a truck along a line of points: steers at a point ahead on the path, slows down in time for
-/// corners and for the end, and the more the steeper it goes down or leans to the side. It does not see the ground
-/// ahead: over a cliff it drives at up to the cruise speed.
+/// Drives a truck along a polyline by pure pursuit. Brakes in time for corners and for the end, and slows down on descents
+/// and side slopes. It does not query the ground ahead: it drives over a cliff at up to the cruise speed.
 ///
 /// Threads: one at a time.
 class PathDriver {
 public:
-    /// Points that are closer to the one before than 1 mm are left out.
+    /// @param points_world x and y of the path, metres, in the order of travel; points less than 1 mm after the previous one
+    ///                     are dropped
     ///
-    /// Fails with invalid_argument, naming the point or the field, for fewer than two distinct points, coordinates
-    /// beyond 1e9 m or not finite, and settings out of range.
-    ///
-    /// @param points_world x and y of the path, metres, in the order of travel
+    /// Fails: invalid_argument, naming the point or the field, for fewer than two distinct points, coordinates that are not
+    ///        finite or beyond 1e9 m, and settings out of range
     static Result<PathDriver> create(std::vector<Eigen::Vector2d> points_world,
                                      const PathDriverSettings& settings);
 
@@ -46,7 +44,7 @@ public:
 
     /// As of the last call of drive().
     DriverStatus status() const { return status_; }
-    /// Whether the truck came within 3 m of the last point, or passed it. It stays so, and the driver brakes to a stop.
+    /// Whether the truck came within 3 m of the last point or passed it; final. The driver then brakes to a stop.
     bool is_finished() const { return is_finished_; }
 
 private:

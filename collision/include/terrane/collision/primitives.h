@@ -5,7 +5,7 @@
 
 namespace terrane {
 
-/// Shapes are closed sets; these are centred on the body frame's origin. Metres.
+/// Sphere around the origin of the body frame. Shapes are closed sets; lengths are metres.
 struct Sphere {
     double radius = 0.5;
 };
@@ -16,6 +16,7 @@ struct Capsule {
     double half_height = 0.8;
 };
 
+/// Box around the origin, along the axes of the body frame.
 struct Box {
     Eigen::Vector3d half_extents = Eigen::Vector3d::Constant(0.5);
 };

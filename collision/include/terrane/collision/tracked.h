@@ -8,8 +8,8 @@
 
 namespace terrane {
 
-/// A vehicle on two tracks that turns by driving them differently. The defaults are like an armoured personnel carrier
-/// of 12 t; its centre of mass is 0.84 m above flat ground at rest.
+/// A skid-steered vehicle on two tracks. The defaults are like an armoured personnel carrier of 12 t; its centre of mass is
+/// 0.84 m above flat ground at rest.
 ///
 /// Body frame: x forward, y left, z up, origin at the centre of the chassis box, which is also the centre of mass. The
 /// inertia is that of the box with uniform density. The wheels' centres at the top of their travel are
@@ -36,36 +36,36 @@ struct TrackedSettings {
 
 /// Each is clamped to its range.
 struct TrackedControls {
-    /// -1 (backward) to 1 (forward): a share of max_drive_force, as far as max_drive_power gives that at the speed of
-    /// now. Against the motion it brakes.
+    /// -1 (backward) to 1 (forward): share of max_drive_force, limited by max_drive_power at the present speed. Against
+    /// the motion it brakes.
     double throttle = 0.0;
-    double brake = 0.0;  ///< 0 to 1: a share of max_brake_force
-    double turn =
-        0.0;  ///< -1 (right) to 1 (left): taken from the inner track's throttle, added to the outer's
+    double brake = 0.0;  ///< 0 to 1: share of max_brake_force
+    /// -1 (right) to 1 (left): subtracted from the inner track's throttle, added to the outer's.
+    double turn = 0.0;
 };
 
-/// A box chassis on two rows of wheels. The wheels of a track push with the same force, and slide across as
-/// the vehicle turns: skid-steering. Air drag is that of Truck. With the defaults full throttle on flat ground reaches
-/// 18 m/s.
+/// A box chassis on two rows of wheels. The wheels of a track have the same drive force and slide sideways as the vehicle
+/// turns. Air drag is that of Truck. With the defaults full throttle on flat ground reaches 18 m/s.
 ///
 /// Threads: one at a time.
 class Tracked {
 public:
-    /// Fails with invalid_argument, naming the field, for anything not finite or out of range.
     /// @param start_world pose of the chassis
+    ///
+    /// Fails: invalid_argument, naming the field, for anything not finite or out of range
     static Result<Tracked> create(const TrackedSettings& settings, const Pose& start_world);
     Tracked(Tracked&&) noexcept;
     Tracked& operator=(Tracked&&) noexcept;
     ~Tracked();
 
-    /// Moves by dt seconds, 0 < dt <= 1. Controls that are not finite are refused: the last good ones are kept.
+    /// Advances by dt seconds, 0 < dt <= 1. Controls that are not finite are ignored: the last valid ones are used.
     StepReport step(const Ground& ground, const TrackedControls& controls, double dt);
 
     const BodyState& chassis() const;
     const TrackedSettings& settings() const;
     /// From front to rear, left before right.
     std::span<const WheelState> wheels() const;
-    /// Whether it has rolled over: see Truck.
+    /// See Truck::is_rolled_over().
     bool is_rolled_over() const;
     BodyNeed need() const;
 

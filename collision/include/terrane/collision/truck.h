@@ -17,7 +17,7 @@ struct TruckSettings {
     Eigen::Vector3d chassis_half_extents =
         Eigen::Vector3d(2.3, 0.9, 0.4);  ///< of the box that collides, metres, each 0.01 to 1000
     double mass = 3500.0;                ///< kilograms, wheels included, 1e-3 to 1e9
-    /// Above flat ground at rest, metres, chassis_half_extents.z to 1000. It places the wheels.
+    /// Above flat ground at rest, metres, chassis_half_extents.z to 1000. Determines the height of the wheels.
     double centre_of_mass_height = 0.75;
     double wheel_radius = 0.42;         ///< metres, 0.01 to 100
     double wheelbase = 3.2;             ///< between the axles, metres, 0.01 to 1000
@@ -36,11 +36,11 @@ struct TruckSettings {
 
 /// Each is clamped to its range.
 struct TruckControls {
-    /// -1 (backward) to 1 (forward): a share of max_drive_force, as far as max_drive_power gives that at the speed of
-    /// now. Against the motion it brakes.
+    /// -1 (backward) to 1 (forward): share of max_drive_force, limited by max_drive_power at the present speed. Against
+    /// the motion it brakes.
     double throttle = 0.0;
-    double brake = 0.0;  ///< 0 to 1: a share of max_brake_force
-    double steer = 0.0;  ///< -1 (right) to 1 (left): a share of max_steer
+    double brake = 0.0;  ///< 0 to 1: share of max_brake_force
+    double steer = 0.0;  ///< -1 (right) to 1 (left): share of max_steer
 };
 
 struct WheelState {
@@ -50,34 +50,35 @@ struct WheelState {
     /// the body's y axis. For drawing.
     double spin = 0.0;
     double steer = 0.0;      ///< about the body's z axis, radians, positive to the left
-    bool on_ground = false;  ///< the ground supports the wheel from below, seen from the chassis
+    bool on_ground = false;  ///< in contact, on the lower side as seen from the chassis
 };
 
-/// A box chassis on four wheels: spheres that are cast down, each with a spring, a damper and a tyre. The chassis is a
-/// body as any other: never deeper in the ground than its tolerance.
+/// A box chassis on four wheels: spheres that are cast down, each with a spring, a damper and a tyre. As for all bodies,
+/// the chassis' penetration depth never exceeds its tolerance.
 ///
-/// The wheels roll on what they meet; air drag of 0.5 rho drag_area v^2 with rho = 1.225 kg/m^3 acts at the centre of
-/// mass. With the defaults full throttle on flat ground reaches 48 m/s.
+/// Air drag of 0.5 rho drag_area v^2 with rho = 1.225 kg/m^3 acts at the centre of mass. With the defaults full throttle on
+/// flat ground reaches 48 m/s.
 ///
 /// Threads: one at a time.
 class Truck {
 public:
-    /// Fails with invalid_argument, naming the field, for anything not finite or out of range.
     /// @param start_world pose of the chassis
+    ///
+    /// Fails: invalid_argument, naming the field, for anything not finite or out of range
     static Result<Truck> create(const TruckSettings& settings, const Pose& start_world);
     Truck(Truck&&) noexcept;
     Truck& operator=(Truck&&) noexcept;
     ~Truck();
 
-    /// Moves by dt seconds, 0 < dt <= 1. Controls that are not finite are refused: the last good ones are kept.
+    /// Advances by dt seconds, 0 < dt <= 1. Controls that are not finite are ignored: the last valid ones are used.
     StepReport step(const Ground& ground, const TruckControls& controls, double dt);
 
     const BodyState& chassis() const;
     const TruckSettings& settings() const;
     /// Front left, front right, rear left, rear right.
     std::span<const WheelState> wheels() const;
-    /// Whether it has rolled over: since it was last upright it has touched the ground for at least a second. Upright is
-    /// up to 70 degrees from the vertical, or up to 45 degrees where no wheel is on the ground.
+    /// True once it has touched the ground for a second since it was last upright: tilted by at most 70 degrees, or 45
+    /// degrees with no wheel on the ground.
     bool is_rolled_over() const;
     BodyNeed need() const;
 
