@@ -11,7 +11,7 @@
 
 namespace terrane::internal {
 
-/// A widened box as a sweep along one axis sees it: floats, rounded outwards, so that what they part is apart.
+/// A widened box for a sweep along one axis, in floats rounded outwards: where these do not overlap, the boxes do not.
 struct SweepBox {
     float start, end;  ///< along the axis
     float low_u, high_u, low_v, high_v;
@@ -22,11 +22,11 @@ struct SweepBox {
     }
 };
 
-/// @param margin that it is widened by
-/// @param origin that it is counted from, near it
+/// @param margin added to each side, metres
+/// @param origin of the floats, near the boxes
 inline SweepBox make_sweep_box(const Aabb& box, int axis, double margin,
                                const Eigen::Vector3d& origin) {
-    // More than half a step of a float, and what rounding did before.
+    // More than the rounding to float and of the differences.
     constexpr double kOut = 0x1p-23;
     constexpr double kLeast = 0x1p-126;
     constexpr double kFarthest = 0x1p126;
@@ -45,7 +45,7 @@ inline SweepBox make_sweep_box(const Aabb& box, int axis, double margin,
     return {low(axis), high(axis), low(u), high(u), low(v), high(v)};
 }
 
-/// Boxes in the order of a sweep, a column for each end.
+/// Boxes in the order of a sweep, as a structure of arrays.
 class BoxColumns {
 public:
     void resize(std::size_t count) {
@@ -68,14 +68,13 @@ public:
     float start(std::size_t place) const { return start_[place]; }
     float end(std::size_t place) const { return end_[place]; }
 
-    /// Calls take(place) for the boxes at places [first, last) that overlap that at `place` along the two other
-    /// axes.
+    /// Calls take(i) for the boxes i in [first, last) that overlap box `place` along the two other axes.
     template <class Take>
     void visit_across(std::size_t place, std::size_t first, std::size_t last, Take&& take) const {
         const float low_u = low_u_[place], high_u = high_u_[place];
         const float low_v = low_v_[place], high_v = high_v_[place];
         const auto meets = [&](std::size_t i) {
-            // No branch: compilers make vectors of it.
+            // Branch-free, so that compilers vectorize it.
             return static_cast<unsigned>(low_u_[i] <= high_u) &
                    static_cast<unsigned>(low_u <= high_u_[i]) &
                    static_cast<unsigned>(low_v_[i] <= high_v) &

@@ -11,7 +11,7 @@ namespace {
 
 using namespace internal;
 
-// Of what a method says the pairs that pass the one filter.
+// A method's candidates, filtered by the exact test that all methods share.
 template <class Method>
 class Filtered final : public Broadphase {
 public:
@@ -44,7 +44,7 @@ public:
     explicit TwoScenes(double margin) : margin_(margin), cubes_(margin) {}
 
     void update(std::span<const Aabb> bounds, std::span<const BoundingSphere> balls) override {
-        // A hair larger, for what rounding did to a box.
+        // Widened by more than the rounding of a box.
         constexpr double kRoundingMargin = 1e-11;
         bounds_ = bounds;
         boxes_.resize(balls.size());
@@ -76,13 +76,13 @@ public:
 private:
     double margin_;
     std::span<const Aabb> bounds_;
-    std::vector<Aabb> boxes_;  ///< of the first scene
+    std::vector<Aabb> boxes_;  ///< cubes of the spheres
     SweepAndPrune cubes_;
     PairList pairs_;
     std::uint64_t candidate_count_ = 0;
 };
 
-// Every box with every other.
+// Every pair of boxes: the oracle.
 class AllPairs {
 public:
     explicit AllPairs(double) {}

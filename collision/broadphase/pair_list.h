@@ -8,7 +8,7 @@
 
 namespace terrane::internal {
 
-/// Whether a box contains anything: see Bounds.
+/// Whether a box is not empty: see Broadphase::update().
 inline bool is_box(const Aabb& box) {
     constexpr double kLargest = 1e150;  // squares of differences are finite
     int is = 1;
@@ -20,7 +20,7 @@ inline bool is_box(const Aabb& box) {
     return is != 0;
 }
 
-/// Whether two boxes, each widened by a margin, overlap or touch: the one filter that all pairs pass.
+/// Whether two boxes, each widened by a margin, overlap or touch: the exact test of all methods.
 inline bool overlap(const Aabb& a, const Aabb& b, double margin) {
     const double both = 2.0 * margin;
     for (int i = 0; i < 3; ++i) {
@@ -29,7 +29,7 @@ inline bool overlap(const Aabb& a, const Aabb& b, double margin) {
     return true;
 }
 
-/// Pairs of bodies as they are found, then in ascending order.
+/// Collects pairs in any order and sorts them.
 class PairList {
 public:
     void clear() { found_.clear(); }

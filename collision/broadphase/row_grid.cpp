@@ -7,12 +7,12 @@
 namespace terrane::internal {
 namespace {
 
-constexpr std::uint32_t kSide = 8;  // of a block of rows
+constexpr std::uint32_t kSide = 8;  // rows along a side of a block
 constexpr std::uint32_t kBlock = kSide * kSide;
-constexpr std::uint32_t kNoBucket = 0xffffffffu;  // of what is no box
-// A hair larger than the boxes, for what rounding does to quotients.
+constexpr std::uint32_t kNoBucket = 0xffffffffu;  // of empty boxes
+// Cells are larger than the boxes by this share, more than the rounding of quotients.
 constexpr double kRoundingMargin = 0x1p-18;
-// Along an axis, so that each has a number, and quotients the digits that the hair needs.
+// Along an axis: cells have 32-bit coordinates, and quotients keep the digits of the rounding margin.
 constexpr double kMostCells = 0x1p28;
 
 void prefetch(const Aabb& box) {
@@ -26,7 +26,7 @@ void prefetch(const Aabb& box) {
 
 }  // namespace
 
-// How large cells are, and where they are counted from.
+// Chooses the cell size and the origin.
 void RowGrid::choose_cell_size(std::span<const Aabb> boxes) {
     double largest = 0.0;
     Eigen::Vector3d low = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
@@ -52,14 +52,15 @@ std::uint32_t RowGrid::bucket_of(std::int32_t y, std::int32_t z) const {
     hash *= 0x9e3779b97f4a7c15u;
     hash ^= hash >> 29;
     hash *= 0xbf58476d1ce4e5b9u;
-    // The upper half of a product spreads over any number of blocks; inside, blocks that share buckets differ.
+    // The upper half of a product maps the hash to any number of blocks; the lower bits permute the rows inside a block.
     const std::uint64_t blocks = (first_of_bucket_.size() - 1) / kBlock;
     const std::uint64_t block = (hash >> 32) * blocks >> 32;
     const std::uint32_t inside = row % kSide + kSide * (layer % kSide);
     return static_cast<std::uint32_t>(block * kBlock + (inside ^ (hash & (kBlock - 1))));
 }
 
-// False where the cells of before no longer do: too small for a box, much too large for all of them, or too many.
+// Counts the boxes of each bucket. False where the cell size no longer fits: too small for a box, more than twice as large
+// as needed, or too many cells.
 bool RowGrid::count_rows(std::span<const Aabb> boxes) {
     std::fill(first_of_bucket_.begin(), first_of_bucket_.end(), 0u);
     update_operations_ += first_of_bucket_.size();
@@ -111,7 +112,7 @@ void RowGrid::update(std::span<const Aabb> boxes) {
 }
 
 void RowGrid::sort_rows() {
-    // Boxes in one go, asked for ahead of time: most lie far apart in memory.
+    // Boxes in one pass with prefetching: most are far apart in memory.
     constexpr std::size_t kAhead = 24;
     entries_.resize(bodies_.size());
     longest_ = 0.0f;

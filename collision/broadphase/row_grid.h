@@ -5,8 +5,8 @@
 
 namespace terrane::internal {
 
-/// A sparse grid of cells as large as the largest box: boxes that overlap start in the same cell or in two of
-/// the 27 around it.
+/// Sparse grid of cells as large as the largest box: the low corners of overlapping boxes are in the same cell or in
+/// neighbours.
 ///
 /// Sources:    M. Teschner et al. Optimized spatial hashing for collision detection of deformable objects. 2003
 ///             (cells by a hash). NVIDIA. GPU Gems 3. 2007, chapter 32 (half of the neighbours).

@@ -6,9 +6,9 @@
 namespace terrane::internal {
 namespace {
 
-// An order is given up and sorted anew when it takes more moves a box than this.
+// Moves a box after which the insertion sort is abandoned for a full sort.
 constexpr std::uint64_t kMaxMovesPerBox = 8;
-// Another axis is taken when boxes are spread over it this much more.
+// The sweep axis changes where another axis has a relative spread larger by this factor.
 constexpr double kAxisSwitchRatio = 1.5;
 
 }  // namespace
@@ -20,7 +20,7 @@ void SweepAndPrune::update(std::span<const Aabb> boxes) {
     const bool is_known = axis == axis_ && body_count_ == boxes.size();
     body_count_ = boxes.size();
     if (is_known) {
-        // Boxes that came or went empty change the list; the rest keeps its order.
+        // Drops boxes that have become empty; the others keep their order.
         std::size_t kept = 0;
         for (const Entry& entry : order_) {
             if (!is_box(boxes[entry.body])) continue;
@@ -47,7 +47,7 @@ void SweepAndPrune::update(std::span<const Aabb> boxes) {
     update_operations_ += order_.size();
 }
 
-// The axis along which the boxes overlap least, seen from their spread and their size.
+// Chooses the axis with the largest variance of the boxes relative to their size.
 void SweepAndPrune::choose_axis(std::span<const Aabb> boxes) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     Eigen::Vector3d squares = Eigen::Vector3d::Zero();
@@ -91,7 +91,7 @@ void SweepAndPrune::collect(std::span<const Aabb> boxes) {
     update_operations_ += boxes.size();
 }
 
-// False, and any order, where too much has moved.
+// False, with an arbitrary order, after too many moves.
 bool SweepAndPrune::sort_by_insertion() {
     const std::uint64_t most = kMaxMovesPerBox * order_.size();
     std::uint64_t moves = 0;

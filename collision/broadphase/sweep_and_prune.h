@@ -7,14 +7,14 @@ namespace terrane::internal {
 
 /// Sources:    D. Baraff. Dynamic simulation of nonpenetrating rigid bodies. 1992, section 5.1 (sweep-and-prune,
 ///             insertion sort on nearly sorted lists). J. Cohen et al. I-COLLIDE. 1995.
-/// Deviations: boxes are sorted along the axis that they are spread over most and swept along that one; the two
-///             others are compared many at a time, instead of keeping a list and overlaps of each axis.
+/// Deviations: boxes are sorted and swept along the axis of the largest spread only; the other two are compared for many
+///             boxes at a time, instead of keeping sorted lists and overlaps of every axis.
 class SweepAndPrune {
 public:
     explicit SweepAndPrune(double margin) : margin_(margin) {}
 
     void update(std::span<const Aabb> boxes);
-    /// Calls take(i, j) once for each two boxes that overlap but for a rounding outwards.
+    /// Calls take(i, j) once for each pair of boxes that overlap after rounding outwards.
     template <class Take>
     void visit_pairs(Take&& take) {
         candidate_count_ = 0;

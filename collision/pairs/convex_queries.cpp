@@ -17,7 +17,7 @@ constexpr int kOrder<PlacedBox> = 2;
 template <>
 constexpr int kOrder<PlacedHull> = 3;
 
-// Calls f(first, second, is_swapped) with the two shapes in the order of the pairs' files.
+// Calls f(first, second, is_swapped) with the shapes in the order of pairs.h.
 template <typename F>
 auto in_order(const PlacedConvex& a, const PlacedConvex& b, const F& f) {
     return std::visit(
@@ -100,7 +100,7 @@ std::size_t find_contacts(const PlacedConvex& a, const PlacedConvex& b, const Ga
     if (!(gap.distance <= margin)) return 0;
     return in_order(a, b, [&](const auto& x, const auto& y, bool is_swapped) {
         const Gap own = is_swapped ? flipped(gap) : gap;
-        // What decides is the gap; points may miss it by rounding.
+        // The gap decides; the points' depths may differ from it by rounding.
         Manifold manifold(own.normal, margin + kTouchShare * (size_of(x) + size_of(y)));
         find_contacts(x, y, own, manifold);
         const std::size_t count = manifold.finish(contacts_out);

@@ -2,8 +2,8 @@
 // Sources: B. Mirtich. Impulse-based dynamic simulation of rigid body systems. 1996, section 2.3
 //          (conservative advancement). X. Zhang, M. Lee, Y. Kim. Interactive continuous collision
 //          detection for non-convex polyhedra. The Visual Computer 2006 (bounds along the normal).
-// Deviations: the speed of each point along the normal is known at the start of a step, so that only its
-//             change has to be bounded; the step is the largest found whose end that proves.
+// Deviations: the points' speeds along the normal are exact at the start of a step, so that only their change is
+//             bounded; the step is the largest found whose end has a gap by that bound.
 #include "pairs/placed_shape.h"
 
 #include "math/vector_math.h"
@@ -13,11 +13,10 @@
 namespace terrane::internal {
 namespace {
 
-
-// Of the motion; a step that is shorter close by is the end.
+// Share of the motion; a shorter step near the other shape ends the advancement.
 constexpr double kShortest = 1e-4;
 
-// One of the two shapes on its way; times are fractions of the motion.
+// One of the moving shapes; times are fractions of the motion.
 struct Mover {
     Mover(const MovingPart& moving, const Eigen::Vector3d& origin)
         : shape(moving.shape),
@@ -49,7 +48,7 @@ struct Mover {
         return place(shape, part_rotation(rotation, *body_from_part),
                      centre + rotated(rotation, body_from_part->translation));
     }
-    /// Of the body.
+    /// Position of the body's origin.
     Eigen::Vector3d origin_at(double t) const { return start + t * motion.translation; }
     static Core core_of(const PlacedConvex& placed, CoreStorage& storage_out) {
         return std::visit([&](const auto& each) { return make_core(each, storage_out); }, placed);
@@ -58,12 +57,12 @@ struct Mover {
     const ConvexView& shape;
     const Pose* body_from_part;
     const Motion& motion;
-    Eigen::Vector3d start;  ///< of the body's origin, from a common one
-    double spin = 0.0;      ///< radians in all
-    double arm = 0.0;       ///< largest distance from the axis of what turning moves, metres
+    Eigen::Vector3d start;  ///< body's origin at time 0, relative to a common one
+    double spin = 0.0;      ///< angle of the motion, radians
+    double arm = 0.0;       ///< largest distance of a core vertex from the rotation axis, metres
 };
 
-// How far two shapes may go while a plane square to `normal` parts them.
+// Bounds the time for which a plane orthogonal to `normal` keeps separating two moving shapes.
 class Step {
 public:
     Step(const Mover& a, const Mover& b, double t, const PlacedConvex& at_a, const PlacedConvex& at_b,
@@ -83,20 +82,20 @@ public:
     Step(const Step&) = delete;
     Step& operator=(const Step&) = delete;
 
-    /// Gap after a time if every point kept its velocity.
+    /// Gap after a time if every point keeps its velocity.
     double gap_after(double time) const {
         return offset_ + time * (speed_ + lever_speed_) -
                support(core_a_, -(normal_ + time * turn_a_)) -
                support(core_b_, normal_ + time * turn_b_);
     }
 
-    /// A time up to which the gap, now `gap`, stays above `rest`, at most `remaining`.
+    /// A time, at most `remaining`, up to which the gap, now `gap`, stays at least `rest`.
     double safe_time(double gap, double rest, double allowed_depth, double remaining) const {
         const double closing = turning_ - speed_;
         double time = closing > 0.0 ? (gap - rest) / closing : kInfinity;
         if (time >= remaining) return remaining;
         if (turning_ == 0.0) return time;
-        // Concave in time: it holds up to wherever it holds.
+        // The bound is concave in time: if it holds at t, it holds before t.
         const auto holds = [&](double t) {
             return gap_after(t) + allowed_depth - 0.5 * bend_ * t * t >= rest;
         };
@@ -132,13 +131,13 @@ private:
     Eigen::Vector3d turn_a_;
     Eigen::Vector3d turn_b_;
     double speed_;              ///< of the bodies' origins, along the normal
-    double lever_speed_ = 0.0;  ///< what turning adds for the shapes' own origins
-    double turning_;            ///< at most what it adds for any point
-    double bend_;
+    double lever_speed_ = 0.0;  ///< what rotation adds at the shapes' own origins
+    double turning_;            ///< upper bound of what rotation adds at any point
+    double bend_;               ///< upper bound of the acceleration by rotation
     double offset_ = 0.0;
 };
 
-// Whether the shapes come nearer at any of their contacts, by more than rounding.
+// Whether the shapes approach each other at any contact, by more than rounding.
 bool is_closing(const Mover& a, const Mover& b, const PlacedConvex& at_a, const PlacedConvex& at_b,
                 const Gap& gap, double t) {
     std::array<PairContact, 4> contacts;
@@ -173,7 +172,7 @@ ConvexCast cast_convex(const MovingPart& a, const MovingPart& b, double from, do
     PlacedConvex at_b = mover_b.at(from);
     Gap gap = find_gap(at_a, at_b);
     answer.started_in_contact = gap.distance <= touch;
-    // How deep the shapes may be where contacts of the start are passed over; it ends with them.
+    // Depth allowed while contacts at the start are ignored (skip_separating); decreases as the shapes separate.
     double allowed_depth = 0.0;
     if (answer.started_in_contact) {
         answer.hit =
@@ -192,8 +191,8 @@ ConvexCast cast_convex(const MovingPart& a, const MovingPart& b, double from, do
             answer.fraction = to;
             return answer;
         }
-        // Near, only what comes nearer is a hit; and what stays near for many short steps, or where
-        // no number is left in between: the last safe place is the answer.
+        // Near the other shape: a hit where the shapes approach, or where the steps become too short, or too short to be
+        // represented. The last safe time is the answer.
         const bool is_near = room <= 0.25 * tolerance;
         if ((is_near && (time < kShortest || is_closing(mover_a, mover_b, at_a, at_b, gap, t))) ||
             !(t + time > t)) {

@@ -9,13 +9,15 @@
 namespace terrane::internal {
 namespace {
 
-// Where a ray is inside of half-spaces: it goes on being cut.
+// The interval of a segment inside half-spaces (Cyrus-Beck clipping).
 struct Clip {
     double first = 0.0;
     double last = 1.0;
-    Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< of the plane it came in through
+    Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< of the entry plane; 0: starts inside
 
-    /// What is on or below the plane stays. `height` of the start above it, `rate` along the way.
+    /// Clips by the half-space below a plane. False where nothing is left.
+    /// @param height of the start above the plane
+    /// @param rate   change of the height over the segment
     bool cut(const Eigen::Vector3d& n, double height, double rate) {
         if (rate == 0.0) return height <= 0.0;
         const double t = -height / rate;
@@ -29,7 +31,7 @@ struct Clip {
     }
 };
 
-// Against the ray, or any where it has no length.
+// Unit vector against the ray; z for a ray without length.
 Eigen::Vector3d against(const Eigen::Vector3d& displacement) {
     const double size = length(displacement);
     return size > 0.0 ? Eigen::Vector3d(-displacement / size) : Eigen::Vector3d(Eigen::Vector3d::UnitZ());
@@ -40,14 +42,14 @@ ConvexRay enter(const Clip& clip, const Eigen::Vector3d& displacement) {
     return {true, clip.first, is_within ? against(displacement) : clip.normal};
 }
 
-// First point at most `radius` from a centre.
+// First point of a segment in a ball.
 ConvexRay enter_sphere(const Eigen::Vector3d& centre, double radius, const Eigen::Vector3d& from,
                      const Eigen::Vector3d& displacement) {
     const Eigen::Vector3d d = from - centre;
     const double square = dot(displacement, displacement);
     if (dot(d, d) <= radius * radius) return {true, 0.0, against(displacement)};
     if (square == 0.0) return {};
-    // From the foot of the centre on the line, so that far starts lose nothing.
+    // From the foot of the perpendicular, so that distant starts cause no cancellation.
     const double foot = -dot(d, displacement) / square;
     const Eigen::Vector3d nearest = d + foot * displacement;
     const double room = radius * radius - dot(nearest, nearest);
@@ -76,7 +78,7 @@ ConvexRay cast_at(const PlacedCapsule& capsule, const Eigen::Vector3d& from,
     take(enter_sphere(high, capsule.radius, from, displacement), best);
     const double half = length(capsule.half_axis);
     if (half == 0.0) return best;
-    // The tube: a disc's ray, in the directions square to the axis.
+    // The cylinder: a ray against a disc in the plane orthogonal to the axis.
     const Eigen::Vector3d axis = capsule.half_axis / half;
     const Eigen::Vector3d d = from - capsule.centre;
     const double along = dot(d, axis);
@@ -108,7 +110,7 @@ ConvexRay cast_at(const PlacedHull& hull, const Eigen::Vector3d& from, const Eig
     const Eigen::Vector3d p = rotated_back(hull.rotation, from - hull.centre);
     const Eigen::Vector3d v = rotated_back(hull.rotation, displacement);
     if (shape.faces.empty()) {
-        // A point or a segment: met only where the ray goes through it.
+        // A point or a segment: hit only where the ray passes through it.
         const Eigen::Vector3d& low = shape.vertices.front();
         const Eigen::Vector3d edge = shape.vertices.back() - low;
         const SegmentPair pair = find_closest_on_segments(p, v, low, edge);
@@ -124,7 +126,7 @@ ConvexRay cast_at(const PlacedHull& hull, const Eigen::Vector3d& from, const Eig
         if (!cut(face.normal, face.offset)) return {};
     }
     if (shape.faces.size() == 2) {
-        // Without thickness the sides are no faces.
+        // A flat hull has no side faces: clip by the planes of its edges.
         const Polyhedron::Face& face = shape.faces[0];
         for (std::uint32_t k = 0; k < face.count; ++k) {
             const Eigen::Vector3d& low = shape.vertices[shape.loops[face.first + k]];

@@ -27,7 +27,7 @@ using internal::dot;
 using internal::length;
 using internal::rotated;
 
-// What holds for every convex shape: a core of points and how far the shape reaches around it.
+// Visits the points whose convex hull, swept by the returned radius, is the shape.
 template <class Visit>
 double visit_core(const ConvexShape& shape, Visit visit) {
     if (const Sphere* sphere = std::get_if<Sphere>(&shape)) {
@@ -72,7 +72,7 @@ double support_of(const ConvexShape& shape, const Eigen::Vector3d& direction) {
     return support_distance(std::get<ConvexHull>(shape), direction);
 }
 
-// How far a matrix is from a rotation: infinite for a mirror and for NaN, which has no determinant.
+// Largest error of the products of a matrix's columns; infinity for a determinant that is not positive, or NaN.
 double rotation_error(const Eigen::Matrix3d& rotation) {
     double worst = 0.0;
     for (int a = 0; a < 3; ++a) {

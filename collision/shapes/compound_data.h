@@ -8,7 +8,7 @@
 
 namespace terrane::internal {
 
-/// What the copies of a Compound share.
+/// Shared data of the copies of a Compound.
 struct CompoundData {
     std::vector<CompoundPart> parts;
     std::vector<Aabb> bounds;

@@ -2,10 +2,9 @@
 // Sources: E. G. Gilbert, D. W. Johnson, S. S. Keerthi. A fast procedure for computing the distance
 //          between complex objects. IEEE J. Robotics and Automation 1988; S. Cameron. Enhancing GJK.
 //          ICRA 1997 (hill climbing).
-// Deviations: a table of directions gives the start, instead of the last answer, so that the same
-//             question costs the same whatever came before. Vertices that rounding makes a little
-//             higher than all their neighbours do not end the climb: it goes on over everything as
-//             high within the rounding, which on a convex surface is in one piece.
+// Deviations: the start comes from a table of directions instead of the previous query, so that the cost does not depend
+//             on earlier queries. A local maximum by rounding does not end the climb: it continues over all vertices
+//             that are as high within the rounding, which are connected on a convex surface.
 #include "shapes/extremes.h"
 
 #include "math/vector_math.h"
@@ -36,7 +35,7 @@ public:
         : vertices_(vertices), table_(table), direction_(direction) {
         const double size =
             std::abs(direction[0]) + std::abs(direction[1]) + std::abs(direction[2]);
-        // Products that underflow are as good as equal.
+        // Products that underflow count as equal.
         slack_ = table.slack * size + std::numeric_limits<double>::min();
     }
 
@@ -55,8 +54,7 @@ public:
         }
     }
 
-    // The best of all that are as high as `best` within the slack, in one piece with it. False where
-    // there are too many.
+    // Best of the vertices that are as high as `best` within the slack and connected to it. False where there are too many.
     bool search_plateau(Candidate& best) const {
         constexpr std::size_t kMost = 32;
         std::array<std::uint32_t, kMost> found;
@@ -95,7 +93,7 @@ private:
     double slack_;
 };
 
-// The cell of a cube around the origin that a direction goes through. Of no direction and NaN: 0.
+// Cell of a cube map that a direction falls into; 0 for a direction of 0 or NaN.
 std::size_t cell_of(const Eigen::Vector3d& direction, int resolution) {
     int axis = 0;
     for (int i = 1; i < 3; ++i) {
@@ -127,7 +125,7 @@ std::uint32_t find_extreme_by_scan(std::span<const Eigen::Vector3d> vertices,
 
 std::uint32_t find_extreme_by_climb(std::span<const Eigen::Vector3d> vertices,
                                     const ClimbTable& table, const Eigen::Vector3d& direction) {
-    // Sums that overflow have no order to climb.
+    // Products that overflow cannot be ordered.
     if (!(dot(direction, direction) <= 1e200)) return find_extreme_by_scan(vertices, direction);
     const Climb climb(vertices, table, direction);
     Candidate best = climb.at(table.starts[cell_of(direction, table.resolution)]);
@@ -142,7 +140,7 @@ std::uint32_t find_extreme(const Polyhedron& hull, const Eigen::Vector3d& direct
 }
 
 void fill_climb_starts(std::span<const Eigen::Vector3d> vertices, ClimbTable& table_out) {
-    // About a cell for every vertex: then a climb is a step or two.
+    // About one cell a vertex, so that a climb takes a step or two.
     const double count = static_cast<double>(vertices.size());
     table_out.resolution = std::max(1, static_cast<int>(std::sqrt(count / 6.0)));
     const int resolution = table_out.resolution;
@@ -153,7 +151,7 @@ void fill_climb_starts(std::span<const Eigen::Vector3d> vertices, ClimbTable& ta
         const int axis = place / (2 * resolution * resolution);
         const int row = place / resolution % resolution;
         int column = place % resolution;
-        if (row % 2 != 0) column = resolution - 1 - column;  // there and back: short ways
+        if (row % 2 != 0) column = resolution - 1 - column;  // boustrophedon: short climbs
         Eigen::Vector3d direction;
         direction[axis] = place / (resolution * resolution) % 2 != 0 ? -1.0 : 1.0;
         direction[(axis + 1) % 3] = (2.0 * column + 1.0) / resolution - 1.0;

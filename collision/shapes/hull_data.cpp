@@ -21,8 +21,8 @@ using Pair = std::pair<std::uint32_t, std::uint32_t>;
 struct Surface {
     Indices vertices;             // in increasing order
     std::vector<HullFace> faces;  // of vertices
-    std::vector<Pair> joined;     // sides of faces, and of their triangles: what a climb walks over
-    double thickness = 0.0;       // that is not in the faces, in lattice spacings
+    std::vector<Pair> joined;     // sides of faces and of their triangles: the graph of the climb
+    double thickness = 0.0;       // of a flat hull, in lattice spacings
 };
 
 void make_unique(auto& list) {
@@ -39,7 +39,7 @@ Indices vertices_of(const std::vector<HullFace>& faces) {
     return vertices;
 }
 
-// Of one or two vertices.
+// Hull of one or two vertices.
 Surface make_line(const Simplex& simplex) {
     Surface surface;
     surface.vertices = {simplex.corners[0]};
@@ -64,8 +64,8 @@ Surface make_flat(const LatticePoints& points, const Indices& chosen, const Simp
     return surface;
 }
 
-// Faces are merged and points dropped until the hull of what is left loses none: then its vertices are
-// those of an exact hull, over whose sides a climb reaches every extreme.
+// Merges faces and drops points until the exact hull of the remaining points has all of them as vertices, so that a climb
+// over its sides reaches every extreme.
 Surface make_surface(const LatticePoints& points) {
     constexpr int kRounds = 4;
     Indices chosen(points.lattice.size());
@@ -76,7 +76,7 @@ Surface make_surface(const LatticePoints& points) {
         if (simplex.dimension == 2) return make_flat(points, chosen, simplex);
 
         const TriangleHull hull = make_triangle_hull(points.lattice, chosen, simplex.corners);
-        const bool is_last = round == kRounds;  // with its triangles as faces
+        const bool is_last = round == kRounds;  // then the triangles are the faces
         Surface surface;
         surface.faces = merge_coplanar(points.lattice, hull, is_last ? -1.0 : points.tolerance);
         if (!is_last) drop_collinear_points(points.lattice, points.tolerance, surface.faces);
@@ -94,7 +94,7 @@ Surface make_surface(const LatticePoints& points) {
     }
 }
 
-// Neighbours of each of `count` vertices, from pairs in either order.
+// Adjacency lists of `count` vertices, from pairs in either order.
 void fill_neighbours(std::vector<Pair> pairs, std::size_t count, Indices& first_out,
                      Indices& neighbours_out) {
     const std::size_t given = pairs.size();
@@ -108,7 +108,7 @@ void fill_neighbours(std::vector<Pair> pairs, std::size_t count, Indices& first_
     for (std::size_t i = 1; i <= count; ++i) first_out[i] += first_out[i - 1];
 }
 
-// In the canonical order: each loop from its lowest vertex on, the lowest loop first.
+// Canonical order: each loop starts at its lowest vertex, and loops are sorted.
 void fill_faces(std::vector<HullFace> faces, HullData& data_out) {
     for (HullFace& face : faces) {
         std::rotate(face.loop.begin(), std::min_element(face.loop.begin(), face.loop.end()),
@@ -165,8 +165,8 @@ std::shared_ptr<const HullData> make_hull_data(std::span<const Eigen::Vector3d> 
     Indices index(points.lattice.size(), 0);
     for (const std::uint32_t vertex : surface.vertices) {
         index[vertex] = static_cast<std::uint32_t>(data->vertices.size());
-        data->vertices.push_back(points.places[vertex]);
-        data->bounding_radius = std::max(data->bounding_radius, length(points.places[vertex]));
+        data->vertices.push_back(points.positions[vertex]);
+        data->bounding_radius = std::max(data->bounding_radius, length(points.positions[vertex]));
     }
     for (HullFace& face : surface.faces) {
         for (std::uint32_t& vertex : face.loop) vertex = index[vertex];
@@ -184,8 +184,8 @@ std::shared_ptr<const HullData> make_hull_data(std::span<const Eigen::Vector3d> 
     if (count >= kClimbFrom) {
         ClimbTable& climb = data->climb;
         fill_neighbours(std::move(surface.joined), count, climb.first_neighbour, climb.neighbours);
-        // Twice the rounding of a product, three roundings of the largest coordinate, and twice how
-        // far the vertices are from the lattice hull's, one of the extent, besides its thickness.
+        // Twice the rounding of a product (three roundings of the largest coordinate), twice the distance between the
+        // vertices and the lattice hull's (one rounding of the extent), and twice the thickness.
         climb.slack = 0x1p-49 * points.largest + 2.0 * surface.thickness * points.spacing;
         fill_climb_starts(data->vertices, climb);
         data->polyhedron.climb = &climb;

@@ -13,7 +13,7 @@
 
 namespace terrane::internal {
 
-/// What the copies of a ConvexHull share. Not copied itself: `polyhedron` points into it.
+/// Shared data of the copies of a ConvexHull. Not copyable: `polyhedron` points into it.
 struct HullData {
     HullData() = default;
     HullData(const HullData&) = delete;
@@ -27,19 +27,19 @@ struct HullData {
     std::vector<std::uint32_t> neighbours;
     ClimbTable climb;
     Polyhedron polyhedron;
-    double bounding_radius = 0.0;       ///< around the body's origin, metres
+    double bounding_radius = 0.0;       ///< about the body's origin, metres
     double smallest_half_extent = 0.0;  ///< metres
 };
 
 /// @param points finite, 1 to ConvexHull::kMaxPoints
 std::shared_ptr<const HullData> make_hull_data(std::span<const Eigen::Vector3d> points);
 
-/// Twice the smallest half extent: the least of the extents over all directions, to 1e-12 of it.
+/// Width: the least extent over all directions, to a relative error of 1e-12; 0 for a flat hull.
 ///
-/// Cost: a find_extreme() for each face, and one or two for each edge where that might be less
+/// Cost: a find_extreme() for each face, and one or two for each edge that may give a smaller extent
 double compute_width(const Polyhedron& hull);
 
-/// The hull as queries see it; lives as long as `hull` or a copy of it.
+/// View of a hull for queries; valid as long as `hull` or a copy of it.
 const Polyhedron& polyhedron(const ConvexHull& hull);
 
 }  // namespace terrane::internal

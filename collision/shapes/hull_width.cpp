@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Sources: M. E. Houle, G. T. Toussaint. Computing the width of a set. IEEE Trans. Pattern Analysis and
 //          Machine Intelligence 1988.
-// Deviations: pairs of edges are found by halving: while a direction turns over an edge from one of its
-//             faces to the other, some vertices lie farthest the other way, one after the other, and
-//             an edge faces away wherever two of them change over.
+// Deviations: antipodal pairs of edges are found by bisection: while a direction rotates over an edge from one of its
+//             faces to the other, the opposite support vertex changes at each antipodal edge.
 #include "shapes/hull_data.h"
 #include "math/vector_math.h"
 
@@ -14,7 +13,6 @@
 namespace terrane::internal {
 namespace {
 
-
 double extent_along(const Polyhedron& hull, const Eigen::Vector3d& direction) {
     const double size = length(direction);
     if (!(size > 0.0)) return kInfinity;
@@ -24,7 +22,7 @@ double extent_along(const Polyhedron& hull, const Eigen::Vector3d& direction) {
     return high - low;
 }
 
-// The directions begin + t turn over an edge, t from 0 to 1.
+// The directions begin + t turn over an edge, t in [0, 1].
 struct Arc {
     const Polyhedron& hull;
     std::uint32_t highest;  // a vertex of the edge
@@ -32,12 +30,12 @@ struct Arc {
     Eigen::Vector3d turn;
 
     Eigen::Vector3d at(double t) const { return begin + t * turn; }
-    // No more than the extent, because directions of an arc are no longer than 1.
+    // At most the extent, because the directions are at most unit vectors.
     double depth(std::uint32_t vertex, double t) const {
         return dot(at(t), hull.vertices[highest] - hull.vertices[vertex]);
     }
 
-    // The least extent where the lowest vertex changes between two times, if it is less than `width`.
+    // The smaller of `width` and the least extent where the lowest vertex changes between two parameters.
     double least(double from, std::uint32_t low_from, double to, std::uint32_t low_to,
                  double width) const {
         if (low_from == low_to) return width;
@@ -45,7 +43,7 @@ struct Arc {
                                       std::min(depth(low_to, from), depth(low_to, to)));
         if (bound >= width * (1.0 - 1e-12)) return width;
         const Eigen::Vector3d between = hull.vertices[low_to] - hull.vertices[low_from];
-        const double t = -dot(begin, between) / dot(turn, between);  // both are as low
+        const double t = -dot(begin, between) / dot(turn, between);  // both are equally low
         if (!(t > from && t < to)) return width;
         const std::uint32_t low = find_extreme(hull, -at(t));
         if (low == low_from || low == low_to || depth(low, t) <= depth(low_from, t)) {
@@ -60,7 +58,7 @@ struct Arc {
 double compute_width(const Polyhedron& hull) {
     if (hull.faces.size() <= 2) return 0.0;
     double width = kInfinity;
-    std::vector<std::uint32_t> below;  // of each face, the vertex farthest behind
+    std::vector<std::uint32_t> below;  // [faces] vertex farthest below
     for (const Polyhedron::Face& face : hull.faces) {
         below.push_back(find_extreme(hull, -face.normal));
         width = std::min(width, face.offset - dot(face.normal, hull.vertices[below.back()]));

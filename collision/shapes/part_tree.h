@@ -9,35 +9,32 @@
 #include <span>
 #include <vector>
 
-// Where a compound's parts are: a tree of boxes, so that a question about a place looks at what is
-// there, not at all parts.
+// Bounding volume tree of a compound's parts.
 namespace terrane::internal {
 
-/// Nodes stand in depth-first order: the root is the first, and the two children of an inner node i are
-/// nodes i + 1 and nodes[i + 1].end. A leaf has one part.
+/// Nodes are in depth-first order: the root is the first, and the children of an inner node i are nodes i + 1 and
+/// nodes[i + 1].end. A leaf has one part.
 struct PartNode {
     static constexpr std::uint32_t kInner = ~std::uint32_t{0};
-    /// Of any tree: paths from the root have at most this many nodes.
+    /// Largest number of nodes on a path from the root.
     static constexpr std::size_t kMaxDepth = 18;
 
-    Aabb bounds;            ///< around all parts below, body frame
-    std::uint32_t end = 0;        ///< the first node that is not below this one
+    Aabb bounds;                  ///< around all parts of the subtree, body frame
+    std::uint32_t end = 0;        ///< the first node after the subtree
     std::uint32_t part = kInner;  ///< of a leaf: index of its part
 };
 
-/// Halves of equal count along the longest side of the parts' centres. The same bounds give the same
-/// tree, ties included.
+/// Splits into halves of equal count along the longest extent of the boxes' centres. Deterministic, ties included.
 ///
-/// @param bounds of 1 to Compound::kMaxParts parts
+/// @param bounds [parts] 1 to Compound::kMaxParts
 ///
 /// Cost: O(n log n); 0.2 microseconds a part
 std::vector<PartNode> make_part_tree(std::span<const Aabb> bounds);
 
-/// Lives as long as `compound` or a copy of it.
+/// Valid as long as `compound` or a copy of it.
 std::span<const PartNode> part_tree(const Compound& compound);
 
-/// Visits the parts whose boxes, and those around them, are wanted. In the order of the tree, without a
-/// stack.
+/// Visits the parts whose box and all boxes around it are wanted, in the order of the tree, without a stack.
 ///
 /// @param wants bool(const Aabb&), body frame
 /// @param take  void(std::uint32_t part)
@@ -51,7 +48,7 @@ void visit_parts(std::span<const PartNode> tree, const Wants& wants, const Take&
     }
 }
 
-/// Calls visit(part) for every part whose bounds meet a box of the body frame; touching counts.
+/// Calls visit(part) for every part whose bounds overlap or touch a box of the body frame.
 template <class Visit>
 void visit_parts_in_box(std::span<const PartNode> tree, const Eigen::Vector3d& low,
                         const Eigen::Vector3d& high, const Visit& visit) {

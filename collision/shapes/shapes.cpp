@@ -58,7 +58,7 @@ double support_distance(const Box& box, const Eigen::Vector3d& direction_body) {
 
 }  // namespace
 
-// Each of these asks the one for what the variant holds: above, or of convex_hull.h and compound.h.
+// Dispatch to the functions of the alternatives: above, and those of convex_hull.h and compound.h.
 Result<void> check(const Shape& shape) {
     return std::visit([](const auto& each) { return check(each); }, shape);
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Sources: S. Redon, A. Kheddar, S. Coquillart. Fast continuous collision detection between rigid
 //          bodies. 2002 (trees of bounds over pieces of the motion).
-// Deviations: within a piece bounds slide along a line and are widened by what turning moves in it.
+// Deviations: within a piece of the motion bounds move along a line and are widened by the displacement by rotation.
 #include "pairs/compound/compound_cast.h"
 
 #include "math/vector_math.h"
@@ -12,8 +12,7 @@
 namespace terrane::internal {
 namespace {
 
-
-// Largest turn in a piece of the motion, radians; and the most pieces, for spins of many turns.
+// Largest rotation in a piece of the motion, radians; and the largest number of pieces.
 constexpr double kPieceTurn = 0.25;
 constexpr double kMostPieces = 1024.0;
 
@@ -23,10 +22,10 @@ double reach_of(const Aabb& box) {
     return length(far);
 }
 
-// First time in a piece of the motion, as a share of it, at which two bounds can meet; infinity: never.
+// Lower bound of the time of impact of two boxes in a piece of the motion, as a share of the piece; infinity: none.
 class BoundsImpact {
 public:
-    // `way`: of b relative to a in the piece, where it began with the two placements.
+    /// @param translation of b relative to a during the piece, which starts at the placements
     BoundsImpact(const PlacedShape& a, const PlacedShape& b, const Eigen::Vector3d& translation, double turn_a,
             double turn_b, double slack)
         : turn_a_(std::min(turn_a, 2.0)), turn_b_(std::min(turn_b, 2.0)) {

@@ -11,9 +11,9 @@ struct CompoundCast {
     bool started_in_contact = false;
 };
 
-/// The earliest hit of all pairs of parts; each turns about its body's origin.
+/// The earliest hit of all pairs of parts, which rotate about their bodies' origins.
 ///
-/// @param motion_a start's rotation orthonormal; motion_b too
+/// @param motion_a start.rotation is orthonormal; the same for motion_b
 CompoundCast cast_compounds(const ShapeView& a, const Motion& motion_a, const ShapeView& b,
                             const Motion& motion_b, const CastSettings& settings);
 

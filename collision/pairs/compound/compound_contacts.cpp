@@ -10,7 +10,7 @@ namespace terrane::internal {
 namespace {
 
 constexpr std::size_t kMostNormals = 24;
-// One less the cosine of what counts as one normal: a microradian.
+// 1 - cosine of normals that count as equal: a microradian.
 constexpr double kSameNormal = 5e-13;
 
 bool is_before(const PairContact& a, const PairContact& b) {
@@ -26,7 +26,7 @@ bool is_before(const PairContact& a, const PairContact& b) {
     return false;
 }
 
-// Contacts by their normals.
+// Contacts grouped by normal.
 class Patches {
 public:
     void add(const PairContact& contact) {
@@ -42,7 +42,7 @@ public:
                             contact.feature_b, contact.part_a, contact.part_b);
     }
 
-    /// Whether a contact says as much as a plane does.
+    /// Whether there is a contact of the plane's normal that is at least as deep.
     bool has(const HalfSpace& plane, double touch) const {
         for (std::size_t i = 0; i < count_; ++i) {
             if (dot(patches_[i]->normal, plane.normal) < 1.0 - kSameNormal) continue;
@@ -77,7 +77,7 @@ private:
         Manifold manifold;
     };
 
-    // A new patch; where there are too many, instead of the shallowest.
+    // A new patch; replaces the shallowest one where there are too many.
     Patch* room_for(const PairContact& contact) {
         if (count_ < kMostNormals) return &patches_[count_++].emplace(contact);
         is_truncated_ = true;
@@ -106,7 +106,7 @@ SupportPoint support_point(const PlacedConvex& shape, const Eigen::Vector3d& dir
     return {core.vertex(vertex) + core.radius * direction, {vertex, vertex}};
 }
 
-// Where a part of a is deepest in a part of b along the normal of a plane that parts them.
+// The deepest contact of two parts along the normal of a plane of the separation.
 PairContact deepest_contact(const PlacedShape& a, std::uint32_t i, const PlacedShape& b,
                             std::uint32_t j, const HalfSpace& plane) {
     const SupportPoint on_a = support_point(a.part(i), -plane.normal);
@@ -130,7 +130,7 @@ CompoundContacts find_compound_contacts(const PlacedShape& a, const PlacedShape&
     const PlacedShape separated = a.moved(translation);
     const double room = length(translation);
     Patches patches;
-    // Contacts of a pair where it is separated; depths are those before.
+    // Contacts of a pair after the separating translation, with the depths before it.
     const auto add = [&](std::uint32_t i, std::uint32_t j, const Gap& gap) {
         const double moved = dot(gap.normal, translation);
         if (!(gap.distance <= reported + moved)) return;
@@ -154,7 +154,7 @@ CompoundContacts find_compound_contacts(const PlacedShape& a, const PlacedShape&
                          return reported;
                      });
     if (room == 0.0) return patches.finish(contacts_out);
-    // Planes that decided, but that nothing touches at the end: of round parts, and at corners.
+    // Active planes without a contact after the translation: of round parts, and at corners.
     bool is_all = separation.spaces.count > 0;
     for (std::size_t k = 0; k < separation.spaces.count; ++k) {
         const HalfSpace& plane = separation.spaces.planes[k];
@@ -164,10 +164,10 @@ CompoundContacts find_compound_contacts(const PlacedShape& a, const PlacedShape&
         if (plane.depth >= -reported) {
             patches.add(deepest_contact(a, i, b, j, plane));
         } else {
-            is_all = false;  // it is only in the way
+            is_all = false;  // the parts are too far apart for a contact
         }
     }
-    // Where one is too far to be a contact, the way itself stands for all.
+    // If an active plane has no contact, one contact along the translation itself stands for all.
     const HalfSpace whole{translation / room, room};
     if (!is_all && !patches.has(whole, touch)) {
         patches.add(deepest_contact(a, least.part_a, b, least.part_b, whole));

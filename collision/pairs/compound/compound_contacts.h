@@ -7,16 +7,15 @@ namespace terrane::internal {
 
 struct CompoundContacts {
     std::size_t count = 0;      ///< written, deepest first
-    bool is_truncated = false;  ///< there was no room for all
+    bool is_truncated = false;  ///< some contacts were dropped
 };
 
-/// Contacts of all pairs of parts, points from the common origin. At most four of one normal, and of
-/// kMostNormals normals.
+/// Contacts of all pairs of parts, points relative to the common origin: at most four a normal, and 24 normals.
 ///
-/// Overlapping shapes are looked at where they just touch: what they would touch with there are the
-/// contacts, with the depths that are missing. So the parts of a floor do not push along their seams.
+/// Overlapping shapes are evaluated after a separating translation, where they just touch; each depth is the component of
+/// that translation along the normal. So the seams between a floor's parts cause no contacts.
 ///
-/// @param margin gaps up to it too
+/// @param margin gaps up to this are contacts too, metres
 CompoundContacts find_compound_contacts(const PlacedShape& a, const PlacedShape& b, double margin,
                                         double touch, std::span<PairContact> contacts_out);
 

@@ -8,8 +8,7 @@
 namespace terrane::internal {
 namespace {
 
-
-// Where a ray of the body frame comes into a box; infinity: nowhere.
+// Fraction at which a segment of the body frame enters a box; infinity: never.
 double entry_of(const Eigen::Vector3d& from, const Eigen::Vector3d& displacement, const Aabb& box,
                 double slack) {
     double first = 0.0;
@@ -40,7 +39,7 @@ PartRay cast_ray(const PlacedShape& shape, const Eigen::Vector3d& from,
     }
     const Eigen::Vector3d start = rotated_back(shape.rotation, from - shape.centre);
     const Eigen::Vector3d displacement_body = rotated_back(shape.rotation, displacement);
-    // Rounding, and what counts as touching.
+    // Rounding, and the distance that counts as touching.
     const double slack =
         2.0 * kTouchShare * shape.view->reach() + 1e-15 * (length(start) + length(displacement_body));
     const std::span<const PartNode> tree = shape.view->tree();

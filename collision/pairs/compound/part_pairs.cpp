@@ -6,8 +6,8 @@
 namespace terrane::internal {
 namespace {
 
-// The gap between two boxes along one frame's axes: of their half extents there and the way between
-// their middles.
+// Distance of two boxes along the axes of one frame, or minus their least overlap.
+// @param offset between the centres
 double gap_of(const Eigen::Vector3d& offset, const Eigen::Vector3d& half_a,
               const Eigen::Vector3d& half_b) {
     double square = 0.0;

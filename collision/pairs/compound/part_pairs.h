@@ -6,16 +6,16 @@
 #include <array>
 #include <limits>
 
-// Pairs of parts of two placed shapes, the near ones first, without looking at all of them.
+// Traversal of the pairs of parts of two placed shapes by their trees, nearest bounds first.
 namespace terrane::internal {
 
-/// How near parts can be, by their bounds.
+/// Lower bounds of the signed distances of parts.
 class BoundGaps {
 public:
     BoundGaps(const PlacedShape& a, const PlacedShape& b);
 
-    /// At most the signed distance of any two shapes inside of the two boxes: the gap between the boxes,
-    /// or minus the shortest way along their faces that parts them.
+    /// Lower bound of the signed distance of any two shapes inside the boxes: the distance of the boxes, or minus their
+    /// least overlap along a face normal.
     double operator()(const Aabb& of_a, const Aabb& of_b) const;
 
 private:
@@ -25,10 +25,10 @@ private:
     double rounding_ = 0.0;
 };
 
-/// Calls visit(part_a, part_b, bound) for pairs whose bounds are at most `limit` apart; it returns the limit
-/// from then on, -infinity to stop.
+/// Calls visit(part_a, part_b, bound) for the pairs whose bound is at most `limit`; it returns the new limit, -infinity to
+/// stop.
 ///
-/// @param bound node bounds -> a number that is no larger for what lies inside of them
+/// @param bound (box of a, box of b) -> number; not smaller for boxes inside of them
 template <class Bound, class Visit>
 void visit_part_pairs(std::span<const PartNode> tree_a, std::span<const PartNode> tree_b,
                       double limit, const Bound& bound, const Visit& visit) {
@@ -36,7 +36,7 @@ void visit_part_pairs(std::span<const PartNode> tree_a, std::span<const PartNode
         std::uint32_t a, b;
         double bound;
     };
-    // Every step down takes one pair and leaves two.
+    // Every descent replaces one pair by two.
     std::array<Entry, 2 * PartNode::kMaxDepth + 1> stack;
     std::size_t count = 0;
     const auto push = [&](std::uint32_t a, std::uint32_t b, double value) {
@@ -80,15 +80,14 @@ void visit_part_pairs(std::span<const PartNode> tree_a, std::span<const PartNode
     }
 }
 
-/// A pair of parts and how they lie.
+/// A pair of parts and their gap.
 struct PartGap {
     std::uint32_t part_a = 0;
     std::uint32_t part_b = 0;
     Gap gap;
 };
 
-/// The pair of the least signed distance: the nearest, or the deepest of those that overlap. Where it is
-/// above `limit`, any number above `limit`.
+/// The pair of the least signed distance. Where that is above `limit`, the distance returned is any number above `limit`.
 PartGap find_least_gap(const PlacedShape& a, const PlacedShape& b,
                        double limit = std::numeric_limits<double>::infinity());
 

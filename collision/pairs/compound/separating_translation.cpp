@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Sources: A. Yuille, A. Rangarajan. The concave-convex procedure. Neural Computation 2003 (what is
-//          free of a convex obstacle is cut down to a half-space, and again from where that led).
-//          S. Cameron, R. Culley. Determining the minimum translational distance between two convex
-//          polyhedra. 1986 (an obstacle for a pair of parts is their Minkowski difference).
-// Deviations: the obstacles are not made: a pair's signed distance and its axis give the plane that is
-//             needed. Starts are the first free places along some directions.
+// Sources: A. Yuille, A. Rangarajan. The concave-convex procedure. Neural Computation 2003 (the exterior of a convex
+//          obstacle is replaced by a half-space, iteratively).
+//          S. Cameron, R. Culley. Determining the minimum translational distance between two convex polyhedra. 1986 (the
+//          obstacle of a pair of parts is their Minkowski difference).
+// Deviations: obstacles are not constructed: a pair's signed distance and its normal give the half-space. Starts are the
+//             first free translations along a fan of directions.
 #include "pairs/compound/separating_translation.h"
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 namespace terrane::internal {
 namespace {
 
-// A half-space of translations in which two parts do not overlap, by their gap after `way`.
+// The half-space of translations after which a plane separates two parts, from their gap after `translation`.
 HalfSpace half_space(const Eigen::Vector3d& normal, double gap, const Eigen::Vector3d& translation) {
     return {normal, dot(normal, translation) - gap};
 }
@@ -40,7 +40,7 @@ public:
         return found;
     }
 
-    // From a free place towards the start: shorter with every round, and free all the way.
+    // Shortens a free translation iteratively; all iterates are free.
     Eigen::Vector3d shorten(Eigen::Vector3d translation) const {
         constexpr int kRounds = 24;
         constexpr int kPlanes = 40;
@@ -63,8 +63,7 @@ public:
         return translation;
     }
 
-    // The first free place along a direction; `far` along it is one. What is beyond `enough` may be
-    // another.
+    // Length of the first free translation along a direction; `far` is free. Where it is beyond `enough`, any free one.
     double first_free(const Eigen::Vector3d& direction, double far, double enough) const {
         constexpr int kRounds = 64;
         double at = 0.0;
@@ -80,7 +79,7 @@ public:
         return far;
     }
 
-    /// How far along a direction the bounds of the shapes are apart.
+    /// Translation along a direction after which the shapes' bounds are separated.
     double bound_distance(const Eigen::Vector3d& direction) const {
         return support(a_, -direction) + support(b_, direction) +
                dot(b_.centre - a_.centre, direction);
@@ -95,8 +94,8 @@ private:
         return reach;
     }
 
-    // Goes on to where a pair of parts that stands in the translation no longer does, by the plane that makes the
-    // shortest translation in all. False where none fits to those before.
+    // Adds a half-space in which an overlapping pair of parts is separated: of several the one with the shortest solution.
+    // False where none is feasible.
     bool leave(const PartGap& gap, SeparatingTranslation& found) const {
         HalfSpaces best;
         Eigen::Vector3d shortest = Eigen::Vector3d::Zero();
@@ -107,7 +106,7 @@ private:
             spaces.add(plane);
             Eigen::Vector3d translation;
             if (!find_shortest(spaces, translation)) return;
-            // Planes that almost oppose each other lead far away; where the bounds are apart nothing is in the way.
+            // Nearly opposite planes have distant solutions: beyond the bounds' separation none is useful.
             const double size = length(translation);
             if (!(size <= bound_distance(translation / size) + 4.0 * touch_)) return;
             if (is_solved && !(dot(translation, translation) < dot(shortest, shortest))) return;
@@ -115,7 +114,7 @@ private:
             shortest = translation;
             best = spaces;
         };
-        // Out of it from here, as from the start, or else on along the translation that was begun.
+        // Candidates: the pair's plane here, its plane at the start, or else a plane at its exit along the translation.
         take(half_space(gap.gap.normal, gap.gap.distance, found.translation));
         if (found.spaces.count > 0) {
             const Gap at_start = find_gap(a_.part(gap.part_a), b_.part(gap.part_b));
@@ -130,7 +129,7 @@ private:
             }
         }
         if (!is_solved) return false;
-        // Where the oldest plane fell out, so does its pair.
+        // Where the oldest plane was dropped, so is its pair.
         if (found.spaces.count == HalfSpaces::kMost) {
             std::move(found.parts.begin() + 1, found.parts.end(), found.parts.begin());
         }
@@ -140,7 +139,7 @@ private:
         return true;
     }
 
-    // Where two parts are apart, a plane that shows it and leaves most of the start free.
+    // A plane that separates two parts after a translation, with the half-space nearest to the start.
     HalfSpace plane_between(std::uint32_t i, std::uint32_t j, const Eigen::Vector3d& translation) const {
         const PlacedConvex at_a = a_.moved(translation).part(i);
         const PlacedConvex at_b = b_.part(j);
@@ -157,8 +156,8 @@ private:
                std::holds_alternative<PlacedCapsule>(shape);
     }
 
-    // Where two parts that overlap on the translation part for good: their signed distance is convex, and its
-    // tangents from outside lead there.
+    // Length along a direction after which two parts no longer overlap: their signed distance is convex along it, and its
+    // tangents from outside converge to the exit (Newton).
     double exit_of(std::uint32_t i, std::uint32_t j, const Eigen::Vector3d& direction,
                    double far) const {
         constexpr int kSteps = 40;
@@ -179,7 +178,7 @@ private:
     PartGap deepest_;
 };
 
-// Points spread over the sides of a cube.
+// Directions: a grid of points on the surface of a cube.
 constexpr std::array<std::array<double, 3>, 98> make_fan() {
     std::array<std::array<double, 3>, 98> fan{};
     std::size_t count = 0;
@@ -235,7 +234,7 @@ SeparatingTranslation find_separating_translation(const PlacedShape& a, const Pl
         for (const std::array<double, 3>& ray : kFan) {
             Eigen::Vector3d n = rotated(shape->rotation, {ray[0], ray[1], ray[2]});
             n /= length(n);
-            // Past the touch, so that rounding does not make it none.
+            // Beyond the touching distance, so that it is free in spite of rounding.
             const double far = search.bound_distance(n) + 4.0 * touch;
             starts.add(search.first_free(n, far, starts.longest()) * n);
         }

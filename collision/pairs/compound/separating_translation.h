@@ -10,21 +10,21 @@ namespace terrane::internal {
 struct SeparatingTranslation {
     bool is_found = false;
     Eigen::Vector3d translation = Eigen::Vector3d::Zero();
-    double least = 0.0;  ///< no shorter translation parts the shapes, metres
+    double least = 0.0;  ///< lower bound: no shorter translation separates the shapes, metres
 
-    /// What decided, plane i between parts[i]; nothing where the translation was found from elsewhere.
+    /// The constraints, plane i between parts[i]; empty where the translation comes from another start.
     HalfSpaces spaces;
     std::array<std::array<std::uint32_t, 2>, HalfSpaces::kMost> parts{};
 };
 
-/// From inside: each pair of parts that stands in the translation is left by its own shortest way. Quick, and where
-/// the overlap is shallow exact; may find nothing, or a longer translation than need be.
+/// Adds the half-space of one overlapping pair of parts after the other. Fast, and exact for shallow overlaps; may fail, or
+/// give a longer translation than the shortest.
 ///
 /// @param deepest find_least_gap() of the shapes
 SeparatingTranslation grow_separating_translation(const PlacedShape& a, const PlacedShape& b, const PartGap& deepest,
                                  double touch);
 
-/// The shortest translation that a search from many directions finds; always one that parts.
+/// The shortest translation found from many directions; always one that separates.
 SeparatingTranslation find_separating_translation(const PlacedShape& a, const PlacedShape& b, const PartGap& deepest,
                      double touch);
 

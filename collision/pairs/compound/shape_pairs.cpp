@@ -16,7 +16,7 @@ using namespace internal;
 
 namespace {
 
-// Two shapes in world axes around a's place.
+// Two shapes in world axes, relative to a's origin.
 struct PlacedPair {
     PlacedPair(const Shape& shape_a, const Pose& world_from_a, const Shape& shape_b,
                const Pose& world_from_b)
@@ -42,7 +42,7 @@ struct PlacedPair {
         const double far = (reach + distance) * (1.0 + 4.0 * kTouchShare);
         return dot(b.centre, b.centre) > far * far;
     }
-    /// Within this they touch, metres.
+    /// Distance up to which the shapes touch, metres.
     double touch() const { return kTouchShare * reach; }
 
     bool is_valid;
@@ -54,7 +54,7 @@ struct PlacedPair {
     PlacedShape b;
 };
 
-// Where compounds overlap, and the way that parts them is known: what touches at its end.
+// Fills in the answer for overlapping compounds; the witness points are those after the separating translation.
 void fill_overlap(const PlacedPair& pair, const SeparatingTranslation& separation, PairDistanceAnswer& answer) {
     const double depth = length(separation.translation);
     const PlacedShape separated = pair.a.moved(separation.translation);

@@ -2,9 +2,9 @@
 // Sources: E. Gilbert, D. Johnson, S. Keerthi. A fast procedure for computing the distance between
 //          complex objects in three-dimensional space. 1988. C. Ericson. Real-time collision detection.
 //          2005, sections 5.1.5 and 9.5.
-// Deviations: the nearest point of a simplex is the best over all of its corners, edges and faces
-//             that pass, so that a flat simplex gives a worse point at worst and never a wrong one; and
-//             the end is decided by the plane that proves it.
+// Deviations: the nearest point of a simplex is the best over all of its corners, edges and faces, so that a degenerate
+//             simplex gives at worst a farther point, never a wrong one; and the iteration ends by a certified lower bound
+//             from a separating plane.
 #include "pairs/kernels/closest.h"
 
 #include <algorithm>
@@ -21,7 +21,7 @@ struct Corner {
     std::uint32_t b = 0;
 };
 
-// A point of the hull of some corners: its corners and their shares.
+// A point of the simplex in barycentric coordinates.
 struct Mix {
     std::array<std::size_t, 3> which{};
     std::array<double, 3> share{};
@@ -32,8 +32,7 @@ struct Mix {
 
 using Simplex = std::array<Corner, 4>;
 
-// From corner i to corner j. Where they share a vertex of a large shape, its coordinates do not round
-// what is left.
+// From corner i to corner j, shape by shape, so that a shared vertex of a large shape cancels exactly.
 Eigen::Vector3d edge_between(const Simplex& y, std::size_t i, std::size_t j) {
     return (y[j].on_a - y[i].on_a) - (y[j].on_b - y[i].on_b);
 }
@@ -54,7 +53,7 @@ Mix nearest_of_edge(const Simplex& y, std::size_t i, std::size_t j) {
     if (along >= square) return nearest_of_corner(y, j);
     const double s = along / square;
     Eigen::Vector3d v = y[i].w + s * e;
-    v -= (dot(v, e) / square) * e;  // square to the edge, however long it is
+    v -= (dot(v, e) / square) * e;  // orthogonal to the edge in spite of rounding
     return {{i, j}, {1.0 - s, s}, 2, v, dot(v, v)};
 }
 
@@ -62,7 +61,7 @@ Mix nearest_of_face(const Simplex& y, std::size_t i, std::size_t j, std::size_t 
     Mix best = nearest_of_edge(y, i, j);
     take(nearest_of_edge(y, j, k), best);
     take(nearest_of_edge(y, k, i), best);
-    // From the two shorter edges: slivers have two long ones that are nearly parallel.
+    // From the two shorter edges: the longer ones of a sliver are nearly parallel.
     std::array<std::size_t, 3> which = {i, j, k};
     const auto square_of = [&](std::size_t a, std::size_t b) {
         const Eigen::Vector3d e = edge_between(y, which[a], which[b]);
@@ -79,7 +78,7 @@ Mix nearest_of_face(const Simplex& y, std::size_t i, std::size_t j, std::size_t 
     const Eigen::Vector3d n = cross(u, v);
     const double square = dot(n, n);
     if (!(square > 0.0)) return best;
-    // From the nearest point of the rim to the foot of the origin on the plane.
+    // From the nearest point of the boundary to the projection of the origin on the plane.
     const Eigen::Vector3d foot = (dot(n, best.v) / square) * n;
     const Eigen::Vector3d step = foot - best.v;
     const double along_u = dot(cross(step, v), n) / square;
@@ -95,8 +94,7 @@ Mix nearest_of_face(const Simplex& y, std::size_t i, std::size_t j, std::size_t 
     return best;
 }
 
-// Whether the origin is beside face i, j, k, away from the fourth corner; also where the four are flat
-// but for rounding.
+// Whether the face i, j, k separates the origin from the fourth corner; also true for a flat tetrahedron.
 bool is_outside(const Simplex& y, std::size_t i, std::size_t j, std::size_t k, std::size_t fourth,
                 double rounding) {
     const Eigen::Vector3d n = cross(edge_between(y, i, j), edge_between(y, i, k));
@@ -106,7 +104,7 @@ bool is_outside(const Simplex& y, std::size_t i, std::size_t j, std::size_t k, s
     return !(of_origin * of_fourth > 0.0);
 }
 
-// False where the origin is inside.
+// Nearest point of a simplex to the origin. False where the origin is inside a tetrahedron.
 bool find_nearest(const Simplex& y, std::size_t count, double rounding, Mix& best) {
     if (count == 1) {
         best = nearest_of_corner(y, 0);
@@ -165,7 +163,7 @@ Closest find_closest(const Core& a, const Core& b, double enough) {
         y[count++] = next;
         Mix mix;
         if (!find_nearest(y, count, 10.0 * exact, mix)) {
-            // Inside. A point that is in both is not needed by anybody.
+            // The cores overlap; a common point is not computed.
             return {a.vertex(y[0].a), b.vertex(y[0].b), Eigen::Vector3d::UnitZ(), 0.0, 0.0};
         }
         if (!(mix.square < best.square)) break;
@@ -212,7 +210,7 @@ SegmentPair find_closest_on_segments(const Eigen::Vector3d& p, const Eigen::Vect
             best = {s, t};
         }
     };
-    // Inside both: by the cross product, which stays exact where they are nearly parallel.
+    // Interior points: by the cross product, which is accurate for nearly parallel segments too.
     const Eigen::Vector3d n = cross(u, v);
     const double nn = dot(n, n);
     if (nn > 0.0) {

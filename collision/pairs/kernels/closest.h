@@ -11,16 +11,17 @@ namespace terrane::internal {
 struct Closest {
     Eigen::Vector3d on_a;
     Eigen::Vector3d on_b;
-    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< from b to a; any where they cross
-    double distance = 0.0;  ///< between the two points; 0 where the cores cross
-    double lower = 0.0;     ///< the cores are no nearer than this: certified by a plane
+    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< from b to a; arbitrary where they overlap
+    double distance = 0.0;  ///< between the two points; 0 where the cores overlap
+    double lower = 0.0;     ///< lower bound of the distance, certified by a separating plane
 };
 
-/// @param enough stops as soon as the cores are known to be farther apart than this
+/// GJK.
+/// @param enough stops once the distance is known to be larger than this
 Closest find_closest(const Core& a, const Core& b,
                      double enough = std::numeric_limits<double>::infinity());
 
-/// Nearest points of the segments p to p + u and q to q + v, as shares of u and v.
+/// Nearest points p + s u and q + t v of the segments p to p + u and q to q + v; s and t are 0 to 1.
 struct SegmentPair {
     double s = 0.0;
     double t = 0.0;

@@ -39,7 +39,7 @@ Core make_core(const PlacedCapsule& capsule, CoreStorage& storage_out) {
 }
 
 Core make_core(const PlacedBox& box, CoreStorage& storage_out) {
-    // A box that is a point has no faces that could say anything.
+    // The faces of a box without extent have no meaning: it is a point.
     if (box.half == Eigen::Vector3d::Zero()) {
         Core point = make_core(PlacedSphere{box.centre, 0.0}, storage_out);
         point.rotation = box.rotation;

@@ -6,7 +6,7 @@
 
 #include <cstdint>
 
-// Shapes of a pair, placed in world axes around a common origin near both.
+// The shapes of a pair in world axes, relative to an origin near both.
 namespace terrane::internal {
 
 struct PlacedSphere {
@@ -33,8 +33,7 @@ struct PlacedHull {
     double reach = 0.0;        ///< largest distance of a vertex from the centre
 };
 
-/// What every shape is for the kernels: a convex polyhedron, down to a segment or a point, and
-/// everything within `radius` of it.
+/// A convex shape as the kernels see it: the Minkowski sum of a polyhedron, segment or point with a ball.
 struct Core {
     Polyhedron shape;  ///< body frame
     Eigen::Matrix3d rotation;
@@ -49,7 +48,7 @@ struct Core {
     Eigen::Vector3d vertex(std::uint32_t i) const { return to_axes(shape.vertices[i]) + centre; }
 };
 
-/// Where the views of cores point to. It outlives them and stays where it is.
+/// Storage that cores point into: it must outlive them and must not move.
 struct CoreStorage {
     std::array<Eigen::Vector3d, 2> ends;
     BoxStorage box;
@@ -60,9 +59,10 @@ Core make_core(const PlacedCapsule& capsule, CoreStorage& storage_out);
 Core make_core(const PlacedBox& box, CoreStorage& storage_out);
 Core make_core(const PlacedHull& hull, CoreStorage& storage_out);
 
-/// Rounding of a length counts for nothing below this share of the sizes.
+/// Lengths below this share of the shapes' sizes count as rounding.
 inline constexpr double kTouchShare = 1e-12;
 
+/// Distance up to which two cores touch, metres.
 inline double touch_of(const Core& a, const Core& b) {
     return kTouchShare * (a.reach + b.reach + a.radius + b.radius);
 }

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Sources: G. van den Bergen. Collision detection in interactive 3D environments. 2003, section 4.4.
-// Deviations: both support faces are cut with each other in the plane square to the normal and keep
-//             their own heights there, so that each point's depth is the overlap along the normal, and
-//             its two ends lie on the two shapes.
+// Deviations: the support faces are intersected in the plane orthogonal to the normal and keep their own heights, so that
+//             each contact's depth is the overlap along the normal, and its two points lie on the two shapes.
 #include "pairs/kernels/manifold.h"
 #include "pairs/kernels/support_polygon.h"
 
@@ -11,7 +10,7 @@
 namespace terrane::internal {
 namespace {
 
-// Where two edges cross in the plane.
+// Adds the intersection of two edges in the plane.
 void cross_edges(const SupportPolygon& a, std::size_t i, const SupportPolygon& b, std::size_t j,
                  double slack, const auto& add) {
     const std::size_t i1 = i + 1 == a.count ? 0 : i + 1;
@@ -37,7 +36,7 @@ void cross_edges(const SupportPolygon& a, std::size_t i, const SupportPolygon& b
         add_at(std::clamp(s, 0.0, 1.0), std::clamp(t, 0.0, 1.0));
         return;
     }
-    // Two edges side by side: the ends of what they share.
+    // Collinear edges: the ends of their common interval.
     if (uu == 0.0 || vv == 0.0) return;
     if (std::abs(rx * uy - ry * ux) > slack * std::sqrt(uu)) return;
     const auto on_a = [&](double t) { return ((rx + t * vx) * ux + (ry + t * vy) * uy) / uu; };
@@ -72,14 +71,14 @@ void find_core_contacts(const Core& a, const Core& b, const Gap& gap, Manifold& 
         add(of_b.x[j], of_b.y[j], of_a.height(of_b.x[j], of_b.y[j]), of_b.h[j], of_a.face_feature(),
             of_b.vertex_feature(j));
     }
-    // An edge on its own has one side, a vertex none.
+    // An edge has one side, a vertex none.
     const auto sides = [](const SupportPolygon& p) { return p.count < 3 ? p.count - 1 : p.count; };
     for (std::size_t i = 0; i < sides(of_a); ++i) {
         for (std::size_t j = 0; j < sides(of_b); ++j) {
             cross_edges(of_a, i, of_b, j, slack, add);
         }
     }
-    // The deepest point may be none of these: a vertex over a vertex, a face left out as too steep.
+    // The deepest contact may be missing: vertex on vertex, or on a face that is too steep for a support face.
     if (manifold.has_depth(-gap.distance - 1e-9 * (size + radii))) return;
     Eigen::Vector3d on_a = gap.core_a;
     if (!gap.has_points) {

@@ -9,14 +9,13 @@
 namespace terrane::internal {
 namespace {
 
-
-// Shares of the sizes and the offset: below the first, nearest points do not say a direction well; below
-// the second, at all; below the third, cores that are apart cannot be told from cores that cross.
+// Distances as shares of the sizes and the offset: below the first, nearest points give an inaccurate normal; below the
+// second, none; below the third, GJK does not tell separated cores from overlapping ones.
 constexpr double kNear = 1e-7;
 constexpr double kTiny = 1e-9;
 constexpr double kNothing = 1e-14;
 
-// A direction square to cores that are points or segments on one line.
+// A direction orthogonal to cores that are points or collinear segments.
 Eigen::Vector3d any_square_direction(const Core& a, const Core& b) {
     for (const Core* core : {&a, &b}) {
         if (core->shape.edges.empty()) continue;
@@ -54,7 +53,7 @@ Gap find_core_gap(const Core& a, const Core& b, AxisFinder find_axis) {
     gap.has_points = closest.distance > 0.0 && axis.gap > 0.0;
     gap.distance = gap.has_points ? std::max(closest.distance, axis.gap)
                                   : std::min(axis.gap, gap_along(a, b, axis.normal));
-    // An axis may be preferred to one that is better by a touch; what is proved to be apart is.
+    // The axis may be worse by up to the touching distance than the certified lower bound.
     if (is_apart) gap.distance = std::max(gap.distance, closest.lower);
     gap.distance -= radii;
     return gap;
@@ -73,7 +72,7 @@ Axis find_polyhedra_pseudodistance(const Core& a, const Core& b, AxisFinder find
     const Axis axis = find_axis(a, b, kInfinity);
     const double touch = touch_of(a, b);
     if (axis.gap > touch || (axis.gap < -touch && axis.gap > -kInfinity)) return axis;
-    // Without thickness the difference is flat, and its rim is no facet.
+    // The Minkowski difference of flat shapes may be flat; its boundary has no facet.
     const Closest closest = find_closest(a, b);
     if (closest.lower > touch) return {closest.normal, closest.distance};
     return axis.gap > -kInfinity ? axis : Axis{any_square_direction(a, b), 0.0};

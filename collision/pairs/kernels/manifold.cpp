@@ -5,6 +5,7 @@
 #include <utility>
 
 namespace terrane::internal {
+
 bool Manifold::Candidate::is_before(const Candidate& other) const {
     if (depth != other.depth) return depth > other.depth;
     if (features != other.features) return features < other.features;
@@ -23,13 +24,13 @@ void Manifold::add(const Eigen::Vector3d& point_on_a, double depth, ShapeFeature
         point_on_a, depth, {part_a, a.first, a.second, part_b, b.first, b.second}};
 }
 
-// Moves four that stand for all to the front: the deepest, the farthest from it, the one that makes the
-// largest triangle with both, and the one that adds most to the triangle.
+// Keeps up to four contacts: the deepest, the farthest from it, the one of the largest triangle with both, and the one
+// that adds the largest area to the triangle.
 void Manifold::reduce() {
     if (count_ == 0) return;
     sort();
     std::size_t kept = 1;
-    double same_place = 0.0;  // square metres: nearer ones are one
+    double same_place = 0.0;  // square metres: points with a smaller gain coincide
     while (kept < 4) {
         double best = 0.0;
         std::size_t which = 0;

@@ -11,18 +11,18 @@
 
 namespace terrane::internal {
 
-/// How two shapes lie, radii included.
+/// Signed distance of two shapes, radii included.
 struct Gap {
-    double distance = 0.0;  ///< signed: the gap, or minus the shortest translation that parts them
+    double distance = 0.0;  ///< metres: the gap, or minus the length of the min translation
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, from b towards a
-    /// Nearest points of the cores; where `has_points` is false the cores cross, and the points are
-    /// those of the deepest contact.
+    /// Nearest points of the cores; unset where `has_points` is false: the cores overlap, and the witness points are those
+    /// of the deepest contact.
     Eigen::Vector3d core_a = Eigen::Vector3d::Zero();
     Eigen::Vector3d core_b = Eigen::Vector3d::Zero();
     bool has_points = true;
 };
 
-/// Contacts of one normal: at most four that stand for all of them.
+/// Contacts of one normal, reduced to at most four.
 class Manifold {
 public:
     /// @param margin contacts with a gap up to it are kept, metres
@@ -32,11 +32,11 @@ public:
              std::uint32_t part_a = 0, std::uint32_t part_b = 0);
     bool has_depth(double depth) const { return count_ > 0 && deepest_ >= depth; }
 
-    /// How many there are: at most four, the deepest first.
+    /// Writes the contacts, deepest first, and returns their number, at most four.
     std::size_t finish(std::array<PairContact, 4>& contacts_out);
 
 private:
-    // Without initial values: most places stay empty.
+    // No initializers: most elements stay unused.
     struct Candidate {
         Eigen::Vector3d point;  ///< on a
         double depth;
@@ -56,8 +56,7 @@ private:
     double deepest_ = 0.0;
 };
 
-/// Contacts of two cores along gap.normal: their support features, projected along it and cut with each
-/// other.
+/// Contacts of two cores along gap.normal: the intersection of their support features, projected along it.
 void find_core_contacts(const Core& a, const Core& b, const Gap& gap, Manifold& manifold);
 
 }  // namespace terrane::internal

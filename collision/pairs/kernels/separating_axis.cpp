@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Sources: D. Gregorius. The separating axis test between convex polyhedra. GDC 2013 (edges meet where
 //          their arcs on the Gauss map cross). F. Ramos, S. Gottschalk et al. on separating axes. 1996.
-// Deviations: instead of testing all pairs of arcs, each arc of one polyhedron is walked over the normal
-//             cones of the other, from vertex to neighbour, so that only edges that do meet are seen.
+// Deviations: instead of testing all pairs of arcs, each arc of one polyhedron is traced through the normal cones of the
+//             other, from vertex to neighbour, so that only crossing arcs are visited.
 #include "pairs/kernels/separating_axis.h"
 
 #include <algorithm>
@@ -10,13 +10,13 @@
 namespace terrane::internal {
 namespace {
 
-// Polyhedron x in its own frame, and y seen from it.
+// Polyhedron x in its own frame, and the pose of y in it.
 struct PolyhedronPair {
     const Polyhedron& x;
     const Polyhedron& y;
     Eigen::Matrix3d x_from_y;
-    Eigen::Vector3d offset;  ///< of y's frame, in x
-    bool is_x_first;         ///< whether x is the pair's a
+    Eigen::Vector3d offset;  ///< origin of y in x's frame
+    bool is_x_first;         ///< whether x is a of the query
 
     PolyhedronPair(const Core& core_x, const Core& core_y, bool is_first)
         : x(core_x.shape),
@@ -27,7 +27,7 @@ struct PolyhedronPair {
     }
 };
 
-// A candidate: a unit normal out of x, in its frame, and the gap along it.
+// A unit normal out of x, in its frame, and the gap along it.
 struct Candidate {
     Eigen::Vector3d out_of_x;
     double gap = -std::numeric_limits<double>::infinity();
@@ -46,10 +46,10 @@ void test_faces(const PolyhedronPair& pair, double enough, Candidate& best) {
     }
 }
 
-// Walks the normals out of x from `first` to `last` (less than half a turn apart) that an edge of x has.
+// Traces the Gauss map arc of an edge of x, from `first` to `last` (less than pi apart), through the normal cones of y.
 class ArcWalk {
 public:
-    // An axis that is no better than a face's by more than `preference` is not taken.
+    // An edge axis replaces the best one only if its gap is larger by more than `preference`.
     ArcWalk(const PolyhedronPair& pair, double preference)
         : pair_(pair), preference_(preference), slack_(0.01 * preference) {}
 
@@ -61,11 +61,11 @@ public:
         const Eigen::Vector3d d2 = rotated_back(pair_.x_from_y, -last);
         const Polyhedron& y = pair_.y;
         std::uint32_t at = find_extreme(y, d1);
-        // Seen from any one vertex of y the depth along the arc is a sine, which is least at an end: no
-        // less than what is known already, and there is nothing to find.
+        // For a fixed vertex of y an overlap along the arc is a sinusoid, which is least at an end of the arc: nothing
+        // better can be found where both ends are worse than the best gap.
         const Eigen::Vector3d to_y = rotated(pair_.x_from_y, y.vertices[at]) + pair_.offset - p;
         if (best.gap <= 0.0 && std::max(dot(first, to_y), dot(last, to_y)) < best.gap) return;
-        // Edges that meet just where an arc begins are seen neither by it nor by the one before.
+        // Arcs that cross just where this one begins would be missed by it and by the previous one.
         for (std::uint32_t k = y.first_neighbour[at]; k < y.first_neighbour[at + 1]; ++k) {
             const Eigen::Vector3d f = y.vertices[y.neighbours[k]] - y.vertices[at];
             if (std::abs(dot(d1, f)) <= slack_) cross_edges(e, p, f, y.vertices[at], first, best);
@@ -79,7 +79,7 @@ public:
                 const double at_last = dot(d2, f);
                 if (!(at_last > 0.0)) continue;
                 const double at_first = dot(d1, f);
-                if (at_first > slack_) continue;  // left behind: only rounding brings it back
+                if (at_first > slack_) continue;  // already passed; it returns by rounding only
                 const double when = at_first >= 0.0 ? 0.0 : at_first / (at_first - at_last);
                 if (when < share) {
                     share = when;
@@ -96,14 +96,14 @@ public:
 private:
     void cross_edges(const Eigen::Vector3d& e, const Eigen::Vector3d& p, const Eigen::Vector3d& f_y,
                      const Eigen::Vector3d& q_y, const Eigen::Vector3d& towards, Candidate& best) {
-        constexpr double kParallel = 1e-10;  // sine; nearer, the ends of the arc are as good
+        constexpr double kParallel = 1e-10;  // sine; below it the ends of the arc are as good
         const Eigen::Vector3d f = rotated(pair_.x_from_y, f_y);
         Eigen::Vector3d m = cross(e, f);
         const double ee = dot(e, e);
         const double mm = dot(m, m);
         if (!(mm > kParallel * kParallel * ee * dot(f, f))) return;
         m /= std::sqrt(mm);
-        // Nearly parallel edges leave rounding along themselves, where it costs the most.
+        // For nearly parallel edges rounding leaves a component along the edge, where it matters most.
         m -= (dot(m, e) / ee) * e;
         m /= length(m);
         if (dot(m, towards) < 0.0) m = -m;
@@ -119,7 +119,7 @@ private:
 
     const PolyhedronPair& pair_;
     double preference_;
-    double slack_;  ///< what rounding makes of nothing, metres
+    double slack_;  ///< rounding of a product that is 0, metres
 };
 
 void test_edges(const PolyhedronPair& pair, double preference, double enough, Candidate& best) {
@@ -130,7 +130,7 @@ void test_edges(const PolyhedronPair& pair, double preference, double enough, Ca
         if (square == 0.0) continue;
         const Eigen::Vector3d along = e / std::sqrt(square);
         if (edge.left == Polyhedron::kNoFace) {
-            // All directions square to a segment.
+            // All directions orthogonal to a segment.
             const Eigen::Vector3d u = any_tangent(along);
             const Eigen::Vector3d v = cross(along, u);
             walker.walk(edge, u, v, best);
@@ -170,7 +170,7 @@ Axis find_separating_axis(const Core& a, const Core& b, double enough) {
     test_faces(from_a, enough, best);
     if (!(best.gap > enough)) test_faces(from_b, enough, best);
     if (!(best.gap > enough)) {
-        // The arcs of one are enough: those of the simpler one.
+        // The arcs of one polyhedron suffice: those of the one with fewer edges.
         const bool is_a = a.shape.edges.size() <= b.shape.edges.size();
         test_edges(is_a ? from_a : from_b, preference, enough, best);
     }

@@ -7,7 +7,7 @@
 namespace terrane::internal {
 
 SupportPolygon::SupportPolygon(const Core& core, const ContactPlane& plane, double side) {
-    // Steeper faces are seen from their rim: an edge stands for them.
+    // Least cosine of a support face with the normal; a steeper face is replaced by its edge.
     constexpr double kSteep = 0.05;
     constexpr double kLevel = 1e-8;
     constexpr double kNone = std::numeric_limits<double>::infinity();
@@ -15,8 +15,7 @@ SupportPolygon::SupportPolygon(const Core& core, const ContactPlane& plane, doub
     const Eigen::Vector3d direction = core.to_body(side * plane.normal);
     const std::uint32_t vertex = find_extreme(shape, direction);
 
-    // How much an edge that ends there leans: square of the sine. Corners of a box without thickness are
-    // one.
+    // Squared sine of an edge's slope, for edges that end at the support vertex. Vertices of a flat box may coincide.
     const auto slope_of = [&](const Polyhedron::Edge& e) {
         const Eigen::Vector3d& from = shape.vertices[e.from];
         const Eigen::Vector3d& to = shape.vertices[e.to];
@@ -34,7 +33,7 @@ SupportPolygon::SupportPolygon(const Core& core, const ContactPlane& plane, doub
             edge = &e;
         }
     }
-    // Where an edge is level the face has to be beside one.
+    // Where an edge is level the support face must be adjacent to a level edge.
     const double steepest = lowest < kLevel * kLevel ? kLevel * kLevel : kNone;
     double flattest = kSteep;
     for (const Polyhedron::Edge& e : shape.edges) {
@@ -67,7 +66,7 @@ SupportPolygon::SupportPolygon(const Core& core, const ContactPlane& plane, doub
     }
     const Polyhedron::Face& f = shape.faces[face];
     const std::size_t stride = (f.count + kMost - 1) / kMost;
-    // The support vertex is always among those that stay.
+    // Thinning keeps the support vertex.
     std::size_t start = 0;
     while (shape.loops[f.first + start] != vertex && start + 1 < f.count) ++start;
     for (std::size_t k = 0; k < f.count; k += stride) {
@@ -88,7 +87,7 @@ SupportPolygon::SupportPolygon(const Core& core, const ContactPlane& plane, doub
 }
 
 bool SupportPolygon::contains(double px, double py, double slack) const {
-    // The box keeps faces without area from reaching beyond their ends.
+    // The bounding box also limits faces without area.
     if (!is_face || px < low_x_ - slack || px > high_x_ + slack || py < low_y_ - slack ||
         py > high_y_ + slack) {
         return false;

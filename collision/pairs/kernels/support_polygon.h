@@ -9,7 +9,7 @@
 
 namespace terrane::internal {
 
-/// The plane square to a contact's normal.
+/// The plane orthogonal to a contact's normal.
 struct ContactPlane {
     explicit ContactPlane(const Eigen::Vector3d& normal_in)
         : normal(normal_in), x(any_tangent(normal_in)), y(cross(normal_in, x)) {}
@@ -23,8 +23,8 @@ struct ContactPlane {
     Eigen::Vector3d y;
 };
 
-/// What of a core faces a direction: a face, seen along a contact's normal; or an edge, or a vertex.
-/// Of faces with many vertices some are left out.
+/// The support feature of a core along a contact's normal: a face, an edge or a vertex, projected on the contact plane.
+/// Faces with more than kMost vertices are thinned.
 struct SupportPolygon {
     static constexpr std::size_t kMost = 32;
 
@@ -33,7 +33,7 @@ struct SupportPolygon {
 
     /// Height of the face at a point of the plane.
     double height(double px, double py) const { return base + slope_x * px + slope_y * py; }
-    /// Whether a point of the plane is on the face, but for `slack` metres. Never for edges.
+    /// Whether a point of the plane is on the face, up to `slack` metres. False for edges and vertices.
     bool contains(double px, double py, double slack) const;
     ShapeFeature vertex_feature(std::size_t i) const { return {index[i], index[i]}; }
     ShapeFeature edge_feature(std::size_t i) const;

@@ -8,7 +8,7 @@
 namespace terrane::internal {
 namespace {
 
-// One point of one loop.
+// A point in a loop.
 struct Node {
     std::uint32_t point;
     std::uint32_t face;
@@ -79,9 +79,9 @@ private:
     const std::vector<LatticePoint>& points_;
     double tolerance_;
     std::vector<Node> nodes_;
-    std::vector<std::uint32_t> first_;     // of a point, in nodes_of_
-    std::vector<std::uint32_t> nodes_of_;  // of all points
-    std::vector<std::size_t> sizes_;       // of loops
+    std::vector<std::uint32_t> first_;     // [points + 1] start of a point's nodes in nodes_of_
+    std::vector<std::uint32_t> nodes_of_;  // nodes, point by point
+    std::vector<std::size_t> sizes_;       // [faces] points of the loop
     std::vector<char> dropped_;
 };
 

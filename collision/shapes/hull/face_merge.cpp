@@ -11,7 +11,6 @@
 namespace terrane::internal {
 namespace {
 
-
 class Merger {
 public:
     Merger(const std::vector<LatticePoint>& points, const TriangleHull& hull, double tolerance)
@@ -77,7 +76,7 @@ private:
             if (std::abs(dot(normal, difference(origin, p))) > tolerance_) return false;
             longest = std::max(longest, length(difference(p, points_[v[(i + 1) % 3]])));
         }
-        // Across a sharp edge lies the other side, unless it is a sliver without a direction.
+        // An opposite normal is the back of the hull, unless the triangle is a sliver without a normal.
         return dot(normal, normals_[triangle]) > 0.0 || sizes_[triangle] <= tolerance_ * longest;
     }
 
@@ -109,7 +108,7 @@ private:
         do {
             loop.push_back(hull_.vertices[t][side]);
             side = (side + 1) % 3;
-            // Around the vertex where this side begins, to the next side of the border.
+            // Around the vertex where this side begins, to the next side of the boundary.
             while (face_[hull_.across[t][side]] == seed) {
                 const std::uint32_t vertex = hull_.vertices[t][side];
                 t = hull_.across[t][side];
@@ -135,11 +134,11 @@ private:
     const std::vector<LatticePoint>& points_;
     const TriangleHull& hull_;
     double tolerance_;
-    std::vector<Eigen::Vector3d> normals_;  // of triangles, as long as twice their area
-    std::vector<double> sizes_;             // those lengths
-    std::vector<std::uint32_t> face_;       // of a triangle: the seed of its face
-    std::vector<std::uint32_t> inside_;     // of a point: the last face that it is in
-    std::vector<std::uint32_t> members_;    // triangles of the face that grows
+    std::vector<Eigen::Vector3d> normals_;  // [triangles] length: twice the area
+    std::vector<double> sizes_;             // [triangles] lengths of the normals
+    std::vector<std::uint32_t> face_;       // [triangles] seed of the face
+    std::vector<std::uint32_t> inside_;     // [points] the last face that the point is in
+    std::vector<std::uint32_t> members_;    // triangles of the growing face
 };
 
 }  // namespace

@@ -11,26 +11,24 @@
 
 namespace terrane::internal {
 
-/// A face of a hull that is being made.
+/// A face of a hull under construction.
 struct HullFace {
     Eigen::Vector3d normal;           ///< unit, outward; every point of the hull is on or below
     std::vector<std::uint32_t> loop;  ///< points, counter-clockwise seen from outside
 };
 
-/// The triangles of a hull, those that are coplanar within the tolerance as one face.
+/// The faces of a hull: triangles that are coplanar within the tolerance are merged.
 ///
-/// A face grows from its largest triangle, whose plane it keeps, over what is within the tolerance of
-/// that plane. It stays a disc, and a face that would not be convex within four tolerances falls apart
-/// into its triangles. So the faces cover the hull, each side is that of two of them, and points that
-/// lie inside a face are in no loop.
+/// A face grows from its largest triangle, whose plane it keeps, over neighbours within the tolerance of that plane. It
+/// stays a topological disc, and a face that is not convex within four tolerances is split into its triangles again. So
+/// the faces cover the hull, each side is shared by two faces, and points inside a face are in no loop.
 ///
 /// @param tolerance lattice spacings
 std::vector<HullFace> merge_coplanar(const std::vector<LatticePoint>& points,
                                      const TriangleHull& hull, double tolerance);
 
-/// Takes points out of loops that only part two faces and lie straight between their neighbours: in
-/// rounds in which no two neighbours go, each within half the tolerance of the line that stays. No
-/// loop falls below three points.
+/// Removes points with two faces that are collinear with their neighbours: in rounds in which no two neighbours are
+/// removed, each within half the tolerance of the remaining side. Every loop keeps at least three points.
 void drop_collinear_points(const std::vector<LatticePoint>& points, double tolerance,
                           std::vector<HullFace>& faces);
 

@@ -45,10 +45,10 @@ LatticePoints make_lattice_points(std::span<const Eigen::Vector3d> points) {
         std::min(std::ldexp(result.largest, shift - 48), std::ldexp(result.extent, shift - 35));
 
     std::vector<LatticePoint> lattice(points.size());
-    std::vector<Eigen::Vector3d> places(points.begin(), points.end());
+    std::vector<Eigen::Vector3d> positions(points.begin(), points.end());
     for (std::size_t i = 0; i < points.size(); ++i) {
         for (int axis = 0; axis < 3; ++axis) {
-            places[i][axis] += 0.0;
+            positions[i][axis] += 0.0;
             const double along = std::ldexp(points[i][axis] - low[axis], shift);
             lattice[i][static_cast<std::size_t>(axis)] =
                 static_cast<std::int64_t>(std::floor(along + 0.5));
@@ -58,8 +58,8 @@ LatticePoints make_lattice_points(std::span<const Eigen::Vector3d> points) {
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
         if (lattice[a] != lattice[b]) return lattice[a] < lattice[b];
-        const Eigen::Vector3d& p = places[a];
-        const Eigen::Vector3d& q = places[b];
+        const Eigen::Vector3d& p = positions[a];
+        const Eigen::Vector3d& q = positions[b];
         if (p[0] != q[0]) return p[0] < q[0];
         if (p[1] != q[1]) return p[1] < q[1];
         return p[2] < q[2];
@@ -67,7 +67,7 @@ LatticePoints make_lattice_points(std::span<const Eigen::Vector3d> points) {
     for (const std::size_t i : order) {
         if (!result.lattice.empty() && result.lattice.back() == lattice[i]) continue;
         result.lattice.push_back(lattice[i]);
-        result.places.push_back(places[i]);
+        result.positions.push_back(positions[i]);
     }
     return result;
 }

@@ -10,19 +10,19 @@
 
 namespace terrane::internal {
 
-/// Points on a cubic lattice whose spacing is at most 2^-59 of the largest extent. Coordinates are
-/// 0 to 2^60: then the side of a plane on which a point lies has an exact answer in 192 bits.
+/// Point of a cubic lattice with a spacing of at most 2^-59 of the largest extent. Coordinates are 0 to 2^60, so that the
+/// orientation predicate is exact in 192 bits.
 using LatticePoint = std::array<std::int64_t, 3>;
 
-/// The points of a hull in canonical order: sorted by lattice place, each place once.
+/// The points of a hull in canonical order: sorted by lattice point, each lattice point once.
 struct LatticePoints {
-    std::vector<Eigen::Vector3d> places;  ///< as they were given, metres; -0 became 0
-    std::vector<LatticePoint> lattice;    ///< within 2^-53 of the extent of the same
-    double extent = 0.0;                  ///< largest over the three axes, metres
-    double largest = 0.0;                 ///< coordinate, by its absolute value, metres
-    double spacing = 0.0;                 ///< of the lattice, metres; may be 0 where it underflows
-    /// Within this of a plane or a line, points count as on it, in lattice spacings: 32 roundings
-    /// of the largest coordinate, which a rotation leaves, but no more than 2^-35 of the extent.
+    std::vector<Eigen::Vector3d> positions;  ///< input points, metres; -0 became 0
+    std::vector<LatticePoint> lattice;       ///< the same points, within 2^-53 of the extent
+    double extent = 0.0;                     ///< largest over the three axes, metres
+    double largest = 0.0;                    ///< largest absolute coordinate, metres
+    double spacing = 0.0;                    ///< of the lattice, metres; may underflow to 0
+    /// Points closer to a plane or line count as on it, in lattice spacings: 32 roundings of the largest coordinate, as
+    /// a rotation leaves them, at most 2^-35 of the extent.
     double tolerance = 0.0;
 };
 
@@ -36,12 +36,12 @@ Eigen::Vector3d difference(const LatticePoint& a, const LatticePoint& b);
 Eigen::Vector3d triangle_normal(const LatticePoint& a, const LatticePoint& b,
                                 const LatticePoint& c);
 
-/// The exact sign of ((b - a) x (c - a)) . (d - a): 1 where d lies on the side from which a, b, c are
-/// counter-clockwise, -1 on the other, 0 on the plane, and where a, b, c are on one line.
+/// Orientation predicate: the exact sign of ((b - a) x (c - a)) . (d - a). 1 where a, b, c are counter-clockwise seen from
+/// d, 0 where the four are coplanar.
 int side_of_plane(const LatticePoint& a, const LatticePoint& b, const LatticePoint& c,
                   const LatticePoint& d);
 
-/// The exact sign of (b - a) x (c - a) along one axis: 1 for a left turn seen from its tip.
+/// 2D orientation predicate: the exact sign of the axis component of (b - a) x (c - a); 1 is a left turn.
 int turn(const LatticePoint& a, const LatticePoint& b, const LatticePoint& c, int axis);
 
 }  // namespace terrane::internal

@@ -17,7 +17,7 @@ struct Farthest {
     double distance = -1.0;
 };
 
-// The first of the points for which `measure` is largest.
+// The first point with the largest `measure`.
 template <class Measure>
 Farthest find_farthest(std::span<const std::uint32_t> chosen, Measure measure) {
     Farthest best;

@@ -11,19 +11,19 @@
 
 namespace terrane::internal {
 
-/// Points that are far apart: each is the farthest from the point, the line, the plane of those before.
+/// Initial simplex: each corner is the farthest from the point, line or plane of the previous ones.
 struct Simplex {
-    int dimension = 0;  ///< 0 one place, 1 a line, 2 a plane, 3: beyond the tolerance
-    std::array<std::uint32_t, 4> corners{};  ///< dimension + 1 of them count
-    double thickness = 0.0;                  ///< of the next dimension, in lattice spacings
+    int dimension = 0;  ///< of the points within the tolerance: 0 point, 1 line, 2 plane, 3 solid
+    std::array<std::uint32_t, 4> corners{};  ///< the first dimension + 1 are valid
+    double thickness = 0.0;  ///< extent in the next dimension, in lattice spacings
 };
 
 /// @param chosen at least one; @param tolerance in lattice spacings
 Simplex find_simplex(const std::vector<LatticePoint>& points, std::span<const std::uint32_t> chosen,
                      double tolerance);
 
-/// The two faces of a flat hull: the convex polygon of the points seen along the simplex's normal,
-/// and the same from behind. Empty where that polygon has fewer than three corners.
+/// The two faces of a flat hull: the convex polygon of the points projected along the simplex's normal, and its reverse.
+/// Empty where that polygon has fewer than three corners.
 std::vector<HullFace> make_flat_faces(const std::vector<LatticePoint>& points,
                                       std::span<const std::uint32_t> chosen,
                                       const Simplex& simplex);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Sources: C. B. Barber, D. P. Dobkin, H. Huhdanpaa. The quickhull algorithm for convex hulls. ACM
 //          Trans. Mathematical Software 1996.
-// Deviations: no facet is thick: points lie on a lattice and sides are decided exactly, doubles only
-//             as a filter, so that the surface is closed and convex whatever the points. What is
-//             coplanar but for rounding is merged afterwards (face_merge).
+// Deviations: no thick facets: points lie on a lattice and the orientation predicate is exact, with doubles as a filter,
+//             so that the surface is closed and convex for every input. Nearly coplanar faces are merged afterwards
+//             (face_merge).
 #include "shapes/hull/triangle_hull.h"
 
 #include "math/vector_math.h"
@@ -14,24 +14,23 @@
 namespace terrane::internal {
 namespace {
 
-
 struct Face {
     TriangleHull::Triangle vertices{};
     TriangleHull::Triangle across{};
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // not of unit length
-    double span = 0.0;                  // product of two sides' lengths: errors scale with it
-    std::uint32_t first_above = kNone;  // list of points above, each in one face's list
-    std::uint32_t farthest = kNone;     // of them
+    double span = 0.0;                  // product of two sides' 1-norms: errors scale with it
+    std::uint32_t first_above = kNone;  // head of the outside set; each point is in one face's set
+    std::uint32_t farthest = kNone;     // of the outside set
     double farthest_distance = 0.0;
     bool removed = false;
-    std::uint32_t seen_from = kNone;  // the last apex that asked
-    bool is_visible = false;          // from it
+    std::uint32_t seen_from = kNone;  // the apex that is_visible was computed for
+    bool is_visible = false;
 };
 
 struct Horizon {
     std::uint32_t from = kNone;
     std::uint32_t to = kNone;
-    std::uint32_t outside = kNone;   // the face that stays
+    std::uint32_t outside = kNone;   // the face that is kept
     std::uint32_t outside_side = 0;  // its side from `to` to `from`
 };
 
@@ -92,18 +91,18 @@ private:
         faces_.push_back(face);
     }
 
-    // Whether a point is strictly above; by how much, in doubles, for choosing only.
+    // Whether a point is strictly above a face (exact). The distance is approximate, for choosing the farthest point.
     bool is_above(const Face& face, std::uint32_t point, double& distance_out) const {
         const Eigen::Vector3d w = difference(points_[face.vertices[0]], points_[point]);
         distance_out = dot(face.normal, w);
-        // Ten roundings of terms that sum to at most span |w|; sixteen are allowed for.
+        // Ten roundings of terms with a sum of at most span |w|; the bound allows sixteen.
         const double error = 0x1p-49 * face.span * sum_of_sizes(w);
         if (std::abs(distance_out) > error) return distance_out > 0.0;
         return side_of_plane(points_[face.vertices[0]], points_[face.vertices[1]],
                              points_[face.vertices[2]], points_[point]) > 0;
     }
 
-    // To the first face from `first_face` on that it is above; dropped where there is none.
+    // Adds a point to the outside set of the first face from `first_face` on that it is above; drops it if there is none.
     void assign_point(std::uint32_t point, std::uint32_t first_face) {
         for (std::uint32_t i = first_face; i < faces_.size(); ++i) {
             Face& face = faces_[i];
@@ -182,8 +181,8 @@ private:
 
     const std::vector<LatticePoint>& points_;
     std::vector<Face> faces_;
-    std::vector<std::uint32_t> next_;        // in a face's list
-    std::vector<std::uint32_t> horizon_at_;  // by the vertex that its edge comes from
+    std::vector<std::uint32_t> next_;        // [points] next in the outside set
+    std::vector<std::uint32_t> horizon_at_;  // [points] horizon edge that starts at the point
     std::vector<std::uint32_t> visible_;
     std::vector<Horizon> horizon_;
 };

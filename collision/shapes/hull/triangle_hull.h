@@ -21,14 +21,13 @@ struct TriangleHull {
     std::vector<Triangle> across;    ///< the triangle across each side
 };
 
-/// The convex hull of lattice points, exactly: every point lies on or below every triangle. Coplanar
-/// parts are triangulated in some way; points on the surface that are no corners may be in it.
+/// The exact convex hull of lattice points: no chosen point is above any triangle. Coplanar parts have an arbitrary
+/// triangulation, which may contain surface points that are no corners.
 ///
-/// @param points  all of them
-/// @param chosen  indices of those whose hull it is, in increasing order
-/// @param simplex four chosen points that are not on one plane
+/// @param chosen  indices of the points to enclose, in increasing order
+/// @param simplex four chosen points that are not coplanar
 ///
-/// Cost: n log n as a rule, for n chosen points; 10,000 on a sphere take about 15 ms
+/// Cost: usually O(n log n) for n chosen points; 10,000 on a sphere take about 15 ms
 TriangleHull make_triangle_hull(const std::vector<LatticePoint>& points,
                                 std::span<const std::uint32_t> chosen,
                                 const std::array<std::uint32_t, 4>& simplex);

@@ -107,7 +107,7 @@ TEST(LatticePoints, AreSortedOnceEachAndWithinARoundingOfTheExtent) {
             for (std::size_t axis = 0; axis < 3; ++axis) {
                 const double along = static_cast<double>(result.lattice[k][axis]) * result.spacing;
                 const int a = static_cast<int>(axis);
-                EXPECT_NEAR(along, result.places[k][a] - low[a], 0x1p-53 * result.extent);
+                EXPECT_NEAR(along, result.positions[k][a] - low[a], 0x1p-53 * result.extent);
                 EXPECT_GE(result.lattice[k][axis], 0);
                 EXPECT_LE(result.lattice[k][axis], std::int64_t{1} << 60);
             }
@@ -118,8 +118,8 @@ TEST(LatticePoints, AreSortedOnceEachAndWithinARoundingOfTheExtent) {
     }
     const internal::LatticePoints one =
         internal::make_lattice_points(test::Points(3, {-0.0, 1, 2}));
-    ASSERT_EQ(one.places.size(), 1u);
-    EXPECT_FALSE(std::signbit(one.places[0].x()));
+    ASSERT_EQ(one.positions.size(), 1u);
+    EXPECT_FALSE(std::signbit(one.positions[0].x()));
 }
 
 }  // namespace lattice_test
