@@ -104,7 +104,7 @@ Result<void> BodyWorld::set_state(std::size_t body, const BodyState& state) {
 }
 
 Result<void> BodyWorld::apply_impulse(std::size_t body, const WorldPos& point_world,
-                             const Eigen::Vector3d& impulse) {
+                                      const Eigen::Vector3d& impulse) {
     if (auto ok = check_index(body, state_->bodies.size()); !ok) return ok;
     if (auto ok = check_vector("point_world", point_world, 2e9, "m"); !ok) return ok;
     if (auto ok = check_vector("impulse", impulse, 1e18, "N s"); !ok) return ok;

@@ -22,18 +22,12 @@ Result<void> check_rotation(const Eigen::Matrix3d& rotation) {
         const Eigen::Vector3d column = rotation.col(a);
         if (auto ok = check_vector("pose.rotation", column, 1.0 + kRotationSlack); !ok) return ok;
     }
-    double worst = 0.0;
-    for (int a = 0; a < 3; ++a) {
-        for (int b = 0; b < 3; ++b) {
-            const double product = dot(rotation.col(a), rotation.col(b));
-            worst = std::max(worst, std::abs(product - (a == b ? 1.0 : 0.0)));
-        }
-    }
-    const double determinant = dot(rotation.col(0), cross(rotation.col(1), rotation.col(2)));
-    if (worst <= kRotationSlack && determinant > 0.0) return {};
+    const double worst = column_error(rotation);
+    const double det = determinant(rotation);
+    if (worst <= kRotationSlack && det > 0.0) return {};
     return fail(ErrorCode::invalid_argument,
                 "pose.rotation must be orthonormal with determinant 1, got determinant " +
-                    number_text(determinant) + " and columns off by " + number_text(worst));
+                    number_text(det) + " and columns off by " + number_text(worst));
 }
 
 }  // namespace

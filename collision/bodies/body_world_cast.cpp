@@ -13,10 +13,12 @@ using internal::dot;
 using internal::length;
 
 /// Squared distance of a point from a segment.
-double square_distance(const WorldPos& point, const WorldPos& from, const Eigen::Vector3d& displacement) {
+double square_distance(const WorldPos& point, const WorldPos& from,
+                       const Eigen::Vector3d& displacement) {
     const Eigen::Vector3d there = point - from;
     const double square = dot(displacement, displacement);
-    const double share = square > 0.0 ? std::clamp(dot(there, displacement) / square, 0.0, 1.0) : 0.0;
+    const double share =
+        square > 0.0 ? std::clamp(dot(there, displacement) / square, 0.0, 1.0) : 0.0;
     const Eigen::Vector3d between = there - share * displacement;
     return dot(between, between);
 }

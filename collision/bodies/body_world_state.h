@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "bodies/step/body_step.h"
 #include "bodies/islands/island_solver.h"
+#include "bodies/step/body_step.h"
 
 #include <terrane/collision/bodies.h>
 
@@ -50,7 +50,7 @@ private:
     std::vector<internal::Mobility> mobility;
     std::vector<double> quiet_times;          // how long each body has been slow and held, s
     std::vector<std::uint32_t> sleep_groups;  // the lowest body that it fell asleep with
-    std::vector<std::uint8_t> is_parked;          // parked in this step
+    std::vector<std::uint8_t> is_parked;      // parked in this step
     std::vector<double> lifts;                // after the step
     std::vector<std::uint8_t> in_island;      // touches another body
     internal::WorkerTeam team;

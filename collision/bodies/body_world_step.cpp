@@ -5,7 +5,6 @@
 // Deviations: islands are solved together with their ground contacts; then each body moves alone against its offset
 //             surface, so that the ground constraint holds whatever the islands' solution.
 #include "bodies/body_world_state.h"
-
 #include "bodies/step/body_depth.h"
 
 #include <algorithm>
@@ -96,7 +95,9 @@ StepReport BodyWorld::State::step(const Ground& ground, double dt) {
     }
 
     team.run_blocks(bodies.size(), kBlock, [&](std::size_t i) {
-        if (!is_asleep(i) && is_parked[i] == 0) lifts[i] = internal::greatest_lift(bodies[i], ground);
+        if (!is_asleep(i) && is_parked[i] == 0) {
+            lifts[i] = internal::greatest_lift(bodies[i], ground);
+        }
     });
     StepReport report;
     for (std::size_t i = 0; i < bodies.size(); ++i) finish_body(i, ground, report);

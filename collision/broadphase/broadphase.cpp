@@ -50,7 +50,8 @@ public:
         boxes_.resize(balls.size());
         for (std::size_t i = 0; i < balls.size(); ++i) {
             const BoundingSphere& ball = balls[i];
-            const double half = ball.radius + kRoundingMargin * (ball.radius + ball.centre.cwiseAbs().sum());
+            const double half =
+                ball.radius + kRoundingMargin * (ball.radius + ball.centre.cwiseAbs().sum());
             const Eigen::Vector3d around = Eigen::Vector3d::Constant(half);
             boxes_[i] = {ball.centre - around, ball.centre + around};
         }

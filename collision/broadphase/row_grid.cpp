@@ -40,8 +40,8 @@ void RowGrid::choose_cell_size(std::span<const Aabb> boxes) {
     }
     if (!(low[0] <= high[0])) return;
     origin_ = 0.5 * low + 0.5 * high;
-    cell_ =
-        std::max((largest + 2.0 * margin_) * (1.0 + kRoundingMargin), (high - low).maxCoeff() / kMostCells);
+    cell_ = std::max((largest + 2.0 * margin_) * (1.0 + kRoundingMargin),
+                     (high - low).maxCoeff() / kMostCells);
     per_cell_ = cell_ > 0.0 ? 1.0 / cell_ : 0.0;
 }
 
@@ -52,15 +52,16 @@ std::uint32_t RowGrid::bucket_of(std::int32_t y, std::int32_t z) const {
     hash *= 0x9e3779b97f4a7c15u;
     hash ^= hash >> 29;
     hash *= 0xbf58476d1ce4e5b9u;
-    // The upper half of a product maps the hash to any number of blocks; the lower bits permute the rows inside a block.
+    // The upper half of a product maps the hash to any number of blocks; the lower bits permute the rows inside a
+    // block.
     const std::uint64_t blocks = (first_of_bucket_.size() - 1) / kBlock;
     const std::uint64_t block = (hash >> 32) * blocks >> 32;
     const std::uint32_t inside = row % kSide + kSide * (layer % kSide);
     return static_cast<std::uint32_t>(block * kBlock + (inside ^ (hash & (kBlock - 1))));
 }
 
-// Counts the boxes of each bucket. False where the cell size no longer fits: too small for a box, more than twice as large
-// as needed, or too many cells.
+// Counts the boxes of each bucket. False where the cell size no longer fits: too small for a box, more than twice as
+// large as needed, or too many cells.
 bool RowGrid::count_rows(std::span<const Aabb> boxes) {
     std::fill(first_of_bucket_.begin(), first_of_bucket_.end(), 0u);
     update_operations_ += first_of_bucket_.size();

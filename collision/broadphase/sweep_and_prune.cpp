@@ -78,7 +78,9 @@ void SweepAndPrune::choose_axis(std::span<const Aabb> boxes) {
     for (int i = 1; i < 3; ++i) {
         if (spread[i] > spread[best]) best = i;
     }
-    if (axis_ < 0 || !(spread[best] <= kAxisSwitchRatio * kAxisSwitchRatio * spread[axis_])) axis_ = best;
+    if (axis_ < 0 || !(spread[best] <= kAxisSwitchRatio * kAxisSwitchRatio * spread[axis_])) {
+        axis_ = best;
+    }
 }
 
 void SweepAndPrune::collect(std::span<const Aabb> boxes) {

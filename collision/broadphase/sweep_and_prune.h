@@ -7,8 +7,8 @@ namespace terrane::internal {
 
 /// Sources:    D. Baraff. Dynamic simulation of nonpenetrating rigid bodies. 1992, section 5.1 (sweep-and-prune,
 ///             insertion sort on nearly sorted lists). J. Cohen et al. I-COLLIDE. 1995.
-/// Deviations: boxes are sorted and swept along the axis of the largest spread only; the other two are compared for many
-///             boxes at a time, instead of keeping sorted lists and overlaps of every axis.
+/// Deviations: boxes are sorted and swept along the axis of the largest spread only; the other two are compared for
+///             many boxes at a time, instead of keeping sorted lists and overlaps of every axis.
 class SweepAndPrune {
 public:
     explicit SweepAndPrune(double margin) : margin_(margin) {}

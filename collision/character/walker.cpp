@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// A walker is a body of infinite inertia. The controls set its velocity along the supporting surface, less the component
-// into contacts that are too steep to climb; the solver and the offset surface of body_step do the rest. A standing
-// walker that is stopped tests a step from max_step higher up; where it could stand there it moves up and on.
+// A walker is a body of infinite inertia. The controls set its velocity along the supporting surface, less the
+// component into contacts that are too steep to climb; the solver and the offset surface of body_step do the rest. A
+// standing walker that is stopped tests a step from max_step higher up; where it could stand there it moves up and on.
 #include "bodies/body_checks.h"
 #include "bodies/step/body_depth.h"
 #include "bodies/step/body_step.h"
@@ -134,7 +134,7 @@ void Walker::State::apply_controls(double substep) {
 }
 
 void Walker::State::advance_substep(const Ground& ground, std::span<const Obstacle> obstacles,
-                                 double substep, StepReport& report) {
+                                    double substep, StepReport& report) {
     gather(ground, obstacles);
     if (!ground_contacts.is_resident()) {
         report.parked = 1;
@@ -142,7 +142,9 @@ void Walker::State::advance_substep(const Ground& ground, std::span<const Obstac
     }
     if (internal::is_too_deep(body, ground_contacts)) {
         report.parked =
-            internal::step_body(body, ground_contacts, ground, internal::kGravity, substep).resident ? 0 : 1;
+            internal::step_body(body, ground_contacts, ground, internal::kGravity, substep).resident
+                ? 0
+                : 1;
         report.simulated_time += substep;
         is_stepping_up = false;
         return;

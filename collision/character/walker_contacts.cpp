@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Contacts of a walker, and its motion along them.
-#include "character/walker_state.h"
-
 #include "bodies/step/body_step.h"
+#include "character/walker_state.h"
 
 #include <terrane/collision/shape_pairs.h>
 
@@ -28,7 +27,9 @@ constexpr internal::StoppingRule kStoppingRule{.iterations = 100, .tolerance = 1
 void Walker::State::gather(const Ground& ground, std::span<const Obstacle> obstacles) {
     ground_contacts.update(body, ground);
     contacts.clear();
-    for (std::size_t i = 0; i < ground_contacts.count(); ++i) contacts.push_back(ground_contacts.contact(i, body, 0));
+    for (std::size_t i = 0; i < ground_contacts.count(); ++i) {
+        contacts.push_back(ground_contacts.contact(i, body, 0));
+    }
     std::array<PairContact, kMaxOfObstacle> found;
     for (const Obstacle& obstacle : obstacles) {
         const PairContactAnswer answer =
@@ -89,7 +90,7 @@ void Walker::State::solve(double duration) {
 
 /// Opens contacts below the separation gap, and moves the walker out of obstacles that were moved into it.
 void Walker::State::depenetrate(const Ground& ground, std::span<const Obstacle> obstacles,
-                         double substep) {
+                                double substep) {
     const bool is_close =
         std::any_of(contacts.begin(), contacts.end(),
                     [](const SolverContact& contact) { return contact.gap < contact.target_gap; });
@@ -114,8 +115,8 @@ internal::MoveAnswer Walker::State::move(const Ground& ground, std::span<const O
                  {.tolerance = std::max(1e-11, gap), .skip_separating = true});
         if (hit.hit) fraction = std::min(fraction, hit.fraction);
     }
-    internal::MoveAnswer answer =
-        internal::move_body(body, ground_contacts, ground, {fraction * displacement, Eigen::Vector3d::Zero()});
+    internal::MoveAnswer answer = internal::move_body(
+        body, ground_contacts, ground, {fraction * displacement, Eigen::Vector3d::Zero()});
     answer.fraction *= fraction;
     return answer;
 }

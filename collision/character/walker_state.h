@@ -27,7 +27,7 @@ struct Walker::State {
     std::vector<internal::ContactRows> rows;
 
     void advance_substep(const Ground& ground, std::span<const Obstacle> obstacles, double substep,
-                      StepReport& report);
+                         StepReport& report);
     void gather(const Ground& ground, std::span<const Obstacle> obstacles);
     bool is_walkable(const internal::SolverContact& contact) const {
         return contact.normal.z() >= least_cosine;

@@ -17,6 +17,7 @@ namespace {
 
 using internal::cross;
 using internal::dot;
+using internal::product;
 
 struct SineCosine {
     double sine = 0.0;
@@ -63,14 +64,6 @@ double compute_arc_tangent(double y, double x) {
     double sum = 0.0;
     for (int k = 10; k >= 0; --k) sum = 1.0 / (2.0 * k + 1.0) - tt * sum;
     return 8.0 * t * sum;
-}
-
-Eigen::Matrix3d product(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
-    Eigen::Matrix3d c;
-    for (int column = 0; column < 3; ++column) {
-        c.col(column) = internal::rotated(a, b.col(column));
-    }
-    return c;
 }
 
 Eigen::Vector3d normalized(const Eigen::Vector3d& v) {

@@ -6,7 +6,8 @@
 #include <cmath>
 #include <limits>
 
-// Products with a fixed order of operations: results have the same bits with every version of Eigen and every vector width.
+// Products with a fixed order of operations: results have the same bits with every version of Eigen and every vector
+// width.
 namespace terrane::internal {
 
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -34,6 +35,13 @@ inline Eigen::Vector3d rotated_back(const Eigen::Matrix3d& m, const Eigen::Vecto
             m(0, 2) * v.x() + m(1, 2) * v.y() + m(2, 2) * v.z()};
 }
 
+/// a b, column by column.
+inline Eigen::Matrix3d product(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
+    Eigen::Matrix3d c;
+    for (int column = 0; column < 3; ++column) c.col(column) = rotated(a, b.col(column));
+    return c;
+}
+
 /// `m diag(d) m^T v`: a tensor that is diagonal in a body's axes, applied to a world vector.
 inline Eigen::Vector3d apply_tensor(const Eigen::Matrix3d& m, const Eigen::Vector3d& d,
                                     const Eigen::Vector3d& v) {
@@ -52,6 +60,22 @@ inline Eigen::Vector3d any_tangent(const Eigen::Vector3d& normal) {
     }
     const Eigen::Vector3d tangent = cross(normal, axis);
     return tangent / length(tangent);
+}
+
+/// Largest error of the products of a matrix's columns from those of an orthonormal one; unspecified for NaN.
+inline double column_error(const Eigen::Matrix3d& m) {
+    double worst = 0.0;
+    for (int a = 0; a < 3; ++a) {
+        for (int b = 0; b < 3; ++b) {
+            const double error = dot(m.col(a), m.col(b)) - (a == b ? 1.0 : 0.0);
+            worst = worst < std::abs(error) ? std::abs(error) : worst;
+        }
+    }
+    return worst;
+}
+
+inline double determinant(const Eigen::Matrix3d& m) {
+    return dot(m.col(0), cross(m.col(1), m.col(2)));
 }
 
 inline bool is_finite(const Eigen::Vector3d& a) {

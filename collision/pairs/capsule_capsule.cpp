@@ -54,8 +54,8 @@ void find_contacts(const PlacedCapsule& a, const PlacedCapsule& b, const Gap& ga
     const Eigen::Vector3d q = b.centre - b.half_axis;
     const double radii = a.radius + b.radius;
     const double slack = kTouchShare * (radii + length(u) + length(v));
-    // An end of one core above the other core: the height of the other's round surface decreases with the distance beside
-    // its core.
+    // An end of one core above the other core: the height of the other's round surface decreases with the distance
+    // beside its core.
     const auto add_end = [&](double s, double t, bool is_of_a) {
         const Eigen::Vector3d core_a = p + s * u;
         const Eigen::Vector3d d = core_a - (q + t * v);

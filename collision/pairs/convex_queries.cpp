@@ -54,7 +54,7 @@ double radius_of(const PlacedConvex& shape) {
 }  // namespace
 
 PlacedConvex place(const ConvexView& shape, const Eigen::Matrix3d& rotation,
-             const Eigen::Vector3d& centre) {
+                   const Eigen::Vector3d& centre) {
     if (const Sphere* sphere = std::get_if<Sphere>(&shape)) {
         return PlacedSphere{centre, sphere->radius};
     }
@@ -95,8 +95,8 @@ Axis find_pseudodistance(const PlacedConvex& a, const PlacedConvex& b) {
     });
 }
 
-std::size_t find_contacts(const PlacedConvex& a, const PlacedConvex& b, const Gap& gap, double margin,
-                          std::array<PairContact, 4>& contacts_out) {
+std::size_t find_contacts(const PlacedConvex& a, const PlacedConvex& b, const Gap& gap,
+                          double margin, std::array<PairContact, 4>& contacts_out) {
     if (!(gap.distance <= margin)) return 0;
     return in_order(a, b, [&](const auto& x, const auto& y, bool is_swapped) {
         const Gap own = is_swapped ? flipped(gap) : gap;
@@ -115,8 +115,8 @@ std::size_t find_contacts(const PlacedConvex& a, const PlacedConvex& b, const Ga
     });
 }
 
-void find_witnesses(const PlacedConvex& a, const PlacedConvex& b, const Gap& gap, Eigen::Vector3d& on_a_out,
-                    Eigen::Vector3d& on_b_out) {
+void find_witnesses(const PlacedConvex& a, const PlacedConvex& b, const Gap& gap,
+                    Eigen::Vector3d& on_a_out, Eigen::Vector3d& on_b_out) {
     if (gap.has_points) {
         on_a_out = gap.core_a - radius_of(a) * gap.normal;
         on_b_out = gap.core_b + radius_of(b) * gap.normal;

@@ -24,18 +24,18 @@ using PlacedConvex = std::variant<PlacedSphere, PlacedCapsule, PlacedBox, Placed
 
 /// @param rotation orthonormal
 PlacedConvex place(const ConvexView& shape, const Eigen::Matrix3d& rotation,
-             const Eigen::Vector3d& centre);
+                   const Eigen::Vector3d& centre);
 double reach_of(const ConvexView& shape);  ///< bounding radius, metres
 
 Gap find_gap(const PlacedConvex& a, const PlacedConvex& b);
 bool is_touching(const PlacedConvex& a, const PlacedConvex& b);
 Axis find_pseudodistance(const PlacedConvex& a, const PlacedConvex& b);
 /// @param gap find_gap(a, b)
-std::size_t find_contacts(const PlacedConvex& a, const PlacedConvex& b, const Gap& gap, double margin,
-                          std::array<PairContact, 4>& contacts_out);
+std::size_t find_contacts(const PlacedConvex& a, const PlacedConvex& b, const Gap& gap,
+                          double margin, std::array<PairContact, 4>& contacts_out);
 /// Witness points: nearest points on the surfaces, or the deepest where the shapes overlap.
-void find_witnesses(const PlacedConvex& a, const PlacedConvex& b, const Gap& gap, Eigen::Vector3d& on_a_out,
-                    Eigen::Vector3d& on_b_out);
+void find_witnesses(const PlacedConvex& a, const PlacedConvex& b, const Gap& gap,
+                    Eigen::Vector3d& on_a_out, Eigen::Vector3d& on_b_out);
 
 /// A convex part of a moving body.
 struct MovingPart {
@@ -49,7 +49,8 @@ struct ConvexCast {
     double fraction = 1.0;
     bool started_in_contact = false;
     std::size_t count = 0;
-    std::array<PairContact, 4> contacts;  ///< points relative to body a's origin at `fraction`, world axes
+    std::array<PairContact, 4>
+        contacts;  ///< points relative to body a's origin at `fraction`, world axes
 };
 /// Casts over the times `from` to `to` of both motions; a miss has the fraction `to`.
 ConvexCast cast_convex(const MovingPart& a, const MovingPart& b, double from, double to,
@@ -61,6 +62,7 @@ struct ConvexRay {
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
 };
 /// First point of the segment `from` to `from + displacement` in a shape; all in one frame.
-ConvexRay cast_ray(const PlacedConvex& shape, const Eigen::Vector3d& from, const Eigen::Vector3d& displacement);
+ConvexRay cast_ray(const PlacedConvex& shape, const Eigen::Vector3d& from,
+                   const Eigen::Vector3d& displacement);
 
 }  // namespace terrane::internal

@@ -4,9 +4,8 @@
 //          detection for non-convex polyhedra. The Visual Computer 2006 (bounds along the normal).
 // Deviations: the points' speeds along the normal are exact at the start of a step, so that only their change is
 //             bounded; the step is the largest found whose end has a gap by that bound.
-#include "pairs/placed_shape.h"
-
 #include "math/vector_math.h"
+#include "pairs/placed_shape.h"
 
 #include <algorithm>
 
@@ -65,8 +64,8 @@ struct Mover {
 // Bounds the time for which a plane orthogonal to `normal` keeps separating two moving shapes.
 class Step {
 public:
-    Step(const Mover& a, const Mover& b, double t, const PlacedConvex& at_a, const PlacedConvex& at_b,
-         const Eigen::Vector3d& normal)
+    Step(const Mover& a, const Mover& b, double t, const PlacedConvex& at_a,
+         const PlacedConvex& at_b, const Eigen::Vector3d& normal)
         : core_a_(Mover::core_of(at_a, of_a_)),
           core_b_(Mover::core_of(at_b, of_b_)),
           normal_(normal),
@@ -191,8 +190,8 @@ ConvexCast cast_convex(const MovingPart& a, const MovingPart& b, double from, do
             answer.fraction = to;
             return answer;
         }
-        // Near the other shape: a hit where the shapes approach, or where the steps become too short, or too short to be
-        // represented. The last safe time is the answer.
+        // Near the other shape: a hit where the shapes approach, or where the steps become too short, or too short to
+        // be represented. The last safe time is the answer.
         const bool is_near = room <= 0.25 * tolerance;
         if ((is_near && (time < kShortest || is_closing(mover_a, mover_b, at_a, at_b, gap, t))) ||
             !(t + time > t)) {

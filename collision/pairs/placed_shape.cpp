@@ -77,9 +77,7 @@ std::span<const PartNode> ShapeView::tree() const {
 Eigen::Matrix3d part_rotation(const Eigen::Matrix3d& body, const Pose& body_from_part) {
     const Eigen::Matrix3d& part = body_from_part.rotation;
     if (part == Eigen::Matrix3d::Identity()) return body;
-    Eigen::Matrix3d product;
-    for (int i = 0; i < 3; ++i) product.col(i) = rotated(body, part.col(i));
-    return orthonormalized(product);
+    return orthonormalized(product(body, part));
 }
 
 PlacedConvex PlacedShape::part(std::uint32_t index) const {

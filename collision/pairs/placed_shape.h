@@ -38,7 +38,9 @@ struct PlacedShape {
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();
 
     PlacedConvex part(std::uint32_t index) const;
-    PlacedShape moved(const Eigen::Vector3d& translation) const { return {view, rotation, centre + translation}; }
+    PlacedShape moved(const Eigen::Vector3d& translation) const {
+        return {view, rotation, centre + translation};
+    }
 };
 
 /// Rotation of a part of a rotated body, orthonormal; bit for bit the body's where the part is not rotated in it.

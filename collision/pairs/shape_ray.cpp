@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Sources: C. Ericson. Real-time collision detection. 2005, section 5.3. M. Cyrus, J. Beck.
 //          Generalized two- and three-dimensional clipping. 1978.
-#include "pairs/kernels/closest.h"
 #include "pairs/convex_queries.h"
+#include "pairs/kernels/closest.h"
 
 #include <algorithm>
 
@@ -34,7 +34,8 @@ struct Clip {
 // Unit vector against the ray; z for a ray without length.
 Eigen::Vector3d against(const Eigen::Vector3d& displacement) {
     const double size = length(displacement);
-    return size > 0.0 ? Eigen::Vector3d(-displacement / size) : Eigen::Vector3d(Eigen::Vector3d::UnitZ());
+    return size > 0.0 ? Eigen::Vector3d(-displacement / size)
+                      : Eigen::Vector3d(Eigen::Vector3d::UnitZ());
 }
 
 ConvexRay enter(const Clip& clip, const Eigen::Vector3d& displacement) {
@@ -44,7 +45,7 @@ ConvexRay enter(const Clip& clip, const Eigen::Vector3d& displacement) {
 
 // First point of a segment in a ball.
 ConvexRay enter_sphere(const Eigen::Vector3d& centre, double radius, const Eigen::Vector3d& from,
-                     const Eigen::Vector3d& displacement) {
+                       const Eigen::Vector3d& displacement) {
     const Eigen::Vector3d d = from - centre;
     const double square = dot(displacement, displacement);
     if (dot(d, d) <= radius * radius) return {true, 0.0, against(displacement)};
@@ -84,8 +85,8 @@ ConvexRay cast_at(const PlacedCapsule& capsule, const Eigen::Vector3d& from,
     const double along = dot(d, axis);
     const double rate = dot(displacement, axis);
     const auto is_beside = [&](double t) { return std::abs(along + t * rate) <= half; };
-    ConvexRay tube =
-        enter_sphere(Eigen::Vector3d::Zero(), capsule.radius, d - along * axis, displacement - rate * axis);
+    ConvexRay tube = enter_sphere(Eigen::Vector3d::Zero(), capsule.radius, d - along * axis,
+                                  displacement - rate * axis);
     if (tube.hit && is_beside(tube.fraction)) {
         if (tube.fraction == 0.0) tube.normal = against(displacement);
         take(tube, best);
@@ -93,7 +94,8 @@ ConvexRay cast_at(const PlacedCapsule& capsule, const Eigen::Vector3d& from,
     return best;
 }
 
-ConvexRay cast_at(const PlacedBox& box, const Eigen::Vector3d& from, const Eigen::Vector3d& displacement) {
+ConvexRay cast_at(const PlacedBox& box, const Eigen::Vector3d& from,
+                  const Eigen::Vector3d& displacement) {
     const Eigen::Vector3d p = rotated_back(box.rotation, from - box.centre);
     const Eigen::Vector3d v = rotated_back(box.rotation, displacement);
     Clip clip;
@@ -105,7 +107,8 @@ ConvexRay cast_at(const PlacedBox& box, const Eigen::Vector3d& from, const Eigen
     return enter(clip, displacement);
 }
 
-ConvexRay cast_at(const PlacedHull& hull, const Eigen::Vector3d& from, const Eigen::Vector3d& displacement) {
+ConvexRay cast_at(const PlacedHull& hull, const Eigen::Vector3d& from,
+                  const Eigen::Vector3d& displacement) {
     const Polyhedron& shape = hull.shape;
     const Eigen::Vector3d p = rotated_back(hull.rotation, from - hull.centre);
     const Eigen::Vector3d v = rotated_back(hull.rotation, displacement);
@@ -144,8 +147,10 @@ ConvexRay cast_at(const PlacedHull& hull, const Eigen::Vector3d& from, const Eig
 
 }  // namespace
 
-ConvexRay cast_ray(const PlacedConvex& shape, const Eigen::Vector3d& from, const Eigen::Vector3d& displacement) {
-    return std::visit([&](const auto& placed) { return cast_at(placed, from, displacement); }, shape);
+ConvexRay cast_ray(const PlacedConvex& shape, const Eigen::Vector3d& from,
+                   const Eigen::Vector3d& displacement) {
+    return std::visit([&](const auto& placed) { return cast_at(placed, from, displacement); },
+                      shape);
 }
 
 }  // namespace terrane::internal

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
+#include "math/vector_math.h"
 #include "shapes/compound_data.h"
 #include "shapes/hull_data.h"
 #include "shapes/part_tree.h"
-#include "math/vector_math.h"
 
 #include <terrane/collision/compound.h>
 #include <terrane/collision/shapes.h>
@@ -72,20 +72,6 @@ double support_of(const ConvexShape& shape, const Eigen::Vector3d& direction) {
     return support_distance(std::get<ConvexHull>(shape), direction);
 }
 
-// Largest error of the products of a matrix's columns; infinity for a determinant that is not positive, or NaN.
-double rotation_error(const Eigen::Matrix3d& rotation) {
-    double worst = 0.0;
-    for (int a = 0; a < 3; ++a) {
-        for (int b = 0; b < 3; ++b) {
-            const double product = dot(rotation.col(a), rotation.col(b));
-            worst = std::max(worst, std::abs(product - (a == b ? 1.0 : 0.0)));
-        }
-    }
-    const double determinant =
-        dot(rotation.col(0), internal::cross(rotation.col(1), rotation.col(2)));
-    return determinant > 0.0 ? worst : std::numeric_limits<double>::infinity();
-}
-
 Result<void> check_part(const CompoundPart& part, std::size_t index) {
     constexpr double kOrthonormal = 1e-6;
     char text[240];
@@ -101,7 +87,10 @@ Result<void> check_part(const CompoundPart& part, std::size_t index) {
                       "xyz"[axis], offset);
         return fail(ErrorCode::invalid_argument, text);
     }
-    const double off = rotation_error(part.body_from_part.rotation);
+    const Eigen::Matrix3d& rotation = part.body_from_part.rotation;
+    // The determinant of a mirror is negative; NaN fails its test.
+    const double off = internal::determinant(rotation) > 0.0 ? internal::column_error(rotation)
+                                                             : internal::kInfinity;
     if (off <= kOrthonormal) return {};
     std::snprintf(
         text, sizeof text,

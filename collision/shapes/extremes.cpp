@@ -2,9 +2,9 @@
 // Sources: E. G. Gilbert, D. W. Johnson, S. S. Keerthi. A fast procedure for computing the distance
 //          between complex objects. IEEE J. Robotics and Automation 1988; S. Cameron. Enhancing GJK.
 //          ICRA 1997 (hill climbing).
-// Deviations: the start comes from a table of directions instead of the previous query, so that the cost does not depend
-//             on earlier queries. A local maximum by rounding does not end the climb: it continues over all vertices
-//             that are as high within the rounding, which are connected on a convex surface.
+// Deviations: the start comes from a table of directions instead of the previous query, so that the cost does not
+//             depend on earlier queries. A local maximum by rounding does not end the climb: it continues over all
+//             vertices that are as high within the rounding, which are connected on a convex surface.
 #include "shapes/extremes.h"
 
 #include "math/vector_math.h"
@@ -54,7 +54,8 @@ public:
         }
     }
 
-    // Best of the vertices that are as high as `best` within the slack and connected to it. False where there are too many.
+    // Best of the vertices that are as high as `best` within the slack and connected to it. False where there are too
+    // many.
     bool search_plateau(Candidate& best) const {
         constexpr std::size_t kMost = 32;
         std::array<std::uint32_t, kMost> found;

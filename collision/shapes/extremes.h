@@ -9,7 +9,8 @@
 
 namespace terrane::internal {
 
-/// Data of the hill climb of find_extreme(): the vertices' neighbours in a triangulation of the surface, and start vertices.
+/// Data of the hill climb of find_extreme(): the vertices' neighbours in a triangulation of the surface, and start
+/// vertices.
 struct ClimbTable {
     std::vector<std::uint32_t> first_neighbour;  ///< vertices + 1
     std::vector<std::uint32_t> neighbours;
@@ -20,8 +21,8 @@ struct ClimbTable {
     double slack = 0.0;
 };
 
-/// Number of vertices from which a climb is faster than a scan: in extremes_benchmark they cross at 46 vertices, both at
-/// 39 ns.
+/// Number of vertices from which a climb is faster than a scan: in extremes_benchmark they cross at 46 vertices, both
+/// at 39 ns.
 inline constexpr std::size_t kClimbFrom = 48;
 
 /// Support vertex: the vertex with the largest dot(direction, vertex) as vector_math.h computes it, of ties the lowest

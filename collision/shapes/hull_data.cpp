@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "shapes/hull_data.h"
 
+#include "math/vector_math.h"
 #include "shapes/hull/hull_lattice.h"
 #include "shapes/hull/simplex.h"
 #include "shapes/hull/triangle_hull.h"
-#include "math/vector_math.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -64,8 +64,8 @@ Surface make_flat(const LatticePoints& points, const Indices& chosen, const Simp
     return surface;
 }
 
-// Merges faces and drops points until the exact hull of the remaining points has all of them as vertices, so that a climb
-// over its sides reaches every extreme.
+// Merges faces and drops points until the exact hull of the remaining points has all of them as vertices, so that a
+// climb over its sides reaches every extreme.
 Surface make_surface(const LatticePoints& points) {
     constexpr int kRounds = 4;
     Indices chosen(points.lattice.size());

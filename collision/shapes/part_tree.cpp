@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Sources: I. Wald. On fast construction of SAH-based bounding volume hierarchies. 2007 (centres of
 //          boxes). B. Smits. Efficiency issues for ray tracing. 1998 (depth-first order, skip links).
-// Deviations: halves of equal count instead of a cost model: the depth is bounded, so that traversals need no allocation.
+// Deviations: halves of equal count instead of a cost model: the depth is bounded, so that traversals need no
+//             allocation.
 #include "shapes/part_tree.h"
 
 #include <algorithm>

@@ -13,8 +13,8 @@ struct ClimbTable;
 
 /// Non-owning view of a closed convex polyhedron with adjacency: a box or a hull. Body frame, metres.
 ///
-/// Degenerate polyhedra: coplanar points have two faces with opposite normals and opposite loops; two points have one edge
-/// and no face; one point has no edge. Only a box, which always has 8 vertices, may have coincident vertices.
+/// Degenerate polyhedra: coplanar points have two faces with opposite normals and opposite loops; two points have one
+/// edge and no face; one point has no edge. Only a box, which always has 8 vertices, may have coincident vertices.
 ///
 /// Threads: any number at once. Copies are cheap: six spans and a pointer.
 struct Polyhedron {
@@ -54,8 +54,8 @@ struct BoxStorage {
     std::array<Polyhedron::Face, 6> faces;
 };
 
-/// The polyhedron of a box around the origin: 8 vertices, 6 faces, 12 edges. With extents of 0 vertices coincide and faces
-/// have no area but keep their normals.
+/// The polyhedron of a box around the origin: 8 vertices, 6 faces, 12 edges. With extents of 0 vertices coincide and
+/// faces have no area but keep their normals.
 ///
 /// Vertex i lies at +x where bit 0 of i is set, else at -x; bit 1 is y, bit 2 is z. Faces are
 /// -x, +x, -y, +y, -z, +z.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // Sources:    Coulter. Implementation of the pure pursuit path tracking algorithm. CMU-RI-TR-92-01.
-//             Velenis, Tsiotras. Minimum-time travel for a vehicle with acceleration limits. JOTA 138, 2008 (speed along a
-//             given path: the limit of its curvature, then backward integration of the braking).
+//             Velenis, Tsiotras. Minimum-time travel for a vehicle with acceleration limits. JOTA 138, 2008 (speed
+//             along a given path: the limit of its curvature, then backward integration of the braking).
 // Deviations: the steering angle of a curvature is a quotient of polynomials, not an arc tangent, so
 //             that its bits do not depend on the C library.
 #include "bodies/body_checks.h"
@@ -222,7 +222,8 @@ TruckControls PathDriver::drive(const Truck& truck) {
     if (is_finished_) return kStop;
 
     // Pure pursuit, seen from the truck in the world's plane.
-    const double predict_impact = std::clamp(kLookAheadTime * speed, kLeastLookAhead, kMostLookAhead);
+    const double predict_impact =
+        std::clamp(kLookAheadTime * speed, kLeastLookAhead, kMostLookAhead);
     const Eigen::Vector2d target = point_at(along + predict_impact, next_);
     const double flat = std::sqrt(ahead.x() * ahead.x() + ahead.y() * ahead.y());
     const double fx = flat > 1e-6 ? ahead.x() / flat : 1.0,

@@ -2,8 +2,8 @@
 //
 // Sources:   Wong. Theory of ground vehicles. 2008, section 6.1 (skid-steering on a rigid ground: Coulomb friction
 //            across the tracks is what turning has to overcome).
-//            The same, chapters 3 and 4: rolling resistance of tracks on firm ground, and drag. The default power is what
-//            an M113 of 12 t and 158 kW, which reaches 18 m/s, has at its tracks where they get 70 % of it.
+//            The same, chapters 3 and 4: rolling resistance of tracks on firm ground, and drag. The default power is
+//            that at the tracks of an M113 of 12 t and 158 kW, which reaches 18 m/s, at an efficiency of 70 %.
 // Deviation: a track is a row of wheels of equal force; its belt has no mass and no tension.
 #include "bodies/body_checks.h"
 #include "vehicles/wheeled_chassis.h"

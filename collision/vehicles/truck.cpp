@@ -3,15 +3,15 @@
 // Sources of the default settings:
 //   Wong. Theory of ground vehicles. 2008, chapters 1 and 3: tyres on dry asphalt, peak friction 0.8 to 0.9 and 0.75
 //     sliding; rolling resistance 0.012 to 0.015 on hard roads.
-//   NHTSA. Rating system for rollover resistance. Federal Register 66 FR 3388, 2001: static stability factor
-//     track / (2 height of the centre of mass); light trucks are at 1.0 to 1.3. A vehicle slides before it rolls where
-//     its tyres' friction is below that, less what the suspension's roll takes (here 0.1).
-//   Gillespie. Fundamentals of vehicle dynamics. 1992, chapters 4 and 5: bounce frequencies of 1 to 2 Hz, damping ratios
-//     of 0.2 to 0.4; drag coefficients of pickups and utility vehicles about 0.45, over 3 m^2.
-// The drive force climbs what the tyres hold, as trucks do in their low gear; power and drag area give a top speed of 48
-// m/s.
-// Deviations: power is given at the wheels, and constant over the speed, as with a gearbox of many ratios. The roll axis
-//     lies on the ground: there is no suspension geometry.
+//   NHTSA. Rating system for rollover resistance. Federal Register 66 FR 3388, 2001: static stability factor track / (2
+//     height of the centre of mass); light trucks are at 1.0 to 1.3. A vehicle slides before it rolls where its tyres'
+//     friction is below that, less what the suspension's roll takes (here 0.1).
+//   Gillespie. Fundamentals of vehicle dynamics. 1992, chapters 4 and 5: bounce frequencies of 1 to 2 Hz, damping
+//     ratios of 0.2 to 0.4; drag coefficients of pickups and utility vehicles about 0.45, over 3 m^2.
+// The drive force is limited by the tyres' grip on a slope, as for trucks in low gear; power and drag area give a top
+// speed of 48 m/s.
+// Deviations: power is given at the wheels, and constant over the speed, as with a gearbox of many ratios. The roll
+//     axis lies on the ground: there is no suspension geometry.
 #include "bodies/body_checks.h"
 #include "bodies/step/body_step.h"
 #include "vehicles/wheeled_chassis.h"

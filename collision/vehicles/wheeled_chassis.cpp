@@ -162,8 +162,8 @@ void WheeledChassis::apply_suspension(double substep) {
     }
 }
 
-/// Scales the drive impulses of a substep to the power limit: the difference between the tracks (turning) gets its power first, the
-/// common part (driving) the remainder.
+/// Scales the drive impulses of a substep to the power limit: the difference between the tracks (turning) gets its
+/// power first, the common part (driving) the remainder.
 void WheeledChassis::limit_power(std::span<const WheelCommand> commands, double substep) {
     double drive = 0.0, turn = 0.0;  // watts that the commands ask for
     for (std::size_t i = 0; i < tyres_.size(); ++i) {
@@ -279,7 +279,8 @@ StepReport WheeledChassis::step(const Ground& ground, std::span<const WheelComma
         WheelState& wheel = wheels_[i];
         wheel.centre_world = contact.centre_world;
         wheel.compression = contact.compression;
-        wheel.on_ground = contact.on_ground && dot(contact.normal, body_.pose.rotation.col(2)) > 0.0;
+        wheel.on_ground =
+            contact.on_ground && dot(contact.normal, body_.pose.rotation.col(2)) > 0.0;
         touches = touches || contact.on_ground;
         Pose pose;
         pose.translation = contact.centre_world;

@@ -10,8 +10,8 @@
 
 namespace terrane::internal {
 
-/// A box on wheels, each with a spring, a damper and a tyre. The wheels at the top of their travel are parts of the body
-/// that moves against the offset surface.
+/// A box on wheels, each with a spring, a damper and a tyre. The wheels at the top of their travel are parts of the
+/// body that moves against the offset surface.
 struct ChassisSettings {
     Eigen::Vector3d half_extents = Eigen::Vector3d::Zero();
     double mass = 0.0;

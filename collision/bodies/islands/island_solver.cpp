@@ -16,10 +16,11 @@ constexpr std::uint32_t kNotFirst = kNone - 1;
 constexpr double kTolerance = 1e-5;
 constexpr std::size_t kMaxRowSolves = 40'000;
 constexpr std::size_t kLeastIterations = 20;
-/// Piles converge by less than a hundredth a sweep. Stalled, treated as infeasible: less than a tenth in so many sweeps.
+/// Piles converge by less than a hundredth a sweep. Stalled, treated as infeasible: less than a tenth in so many
+/// sweeps.
 constexpr int kPatience = 100;
-/// Rolling and rocking have no friction and would never end: an island below this speed, m/s, gets angular damping at this
-/// rate, 1/s, so that it can sleep.
+/// Rolling and rocking have no friction and would never end: an island below this speed, m/s, gets angular damping at
+/// this rate, 1/s, so that it can sleep.
 constexpr double kSlow = 0.3;
 constexpr double kRollingLoss = 4.0;
 /// Threads take islands one by one, and pairs in blocks of this size.
@@ -67,16 +68,18 @@ void IslandSolver::update_bounds(std::span<const RigidBody> bodies, double durat
         const double margin = body.tolerance;
         const WorldPos& centre = body.pose.translation;
         for (int axis = 0; axis < 3; ++axis) {
-            bounds_[i].low[axis] = centre[axis] - half[axis] - margin + std::min(0.0, translation[axis]);
-            bounds_[i].high[axis] = centre[axis] + half[axis] + margin + std::max(0.0, translation[axis]);
+            bounds_[i].low[axis] =
+                centre[axis] - half[axis] - margin + std::min(0.0, translation[axis]);
+            bounds_[i].high[axis] =
+                centre[axis] + half[axis] + margin + std::max(0.0, translation[axis]);
         }
         spheres_[i] = {centre, body.radius + margin + length(translation)};
     }
 }
 
 /// Makes the manifolds of all pairs that may touch, and finds those of the previous substep.
-void IslandSolver::collect_pairs(std::span<const RigidBody> bodies, std::span<const Mobility> mobility,
-                          double duration) {
+void IslandSolver::collect_pairs(std::span<const RigidBody> bodies,
+                                 std::span<const Mobility> mobility, double duration) {
     std::swap(manifolds_, previous_manifolds_);
     manifolds_.clear();
     previous_index_.clear();
@@ -92,7 +95,9 @@ void IslandSolver::collect_pairs(std::span<const RigidBody> bodies, std::span<co
                              duration * length(a.velocity.linear - b.velocity.linear);
         const Eigen::Vector3d between = a.pose.translation - b.pose.translation;
         if (dot(between, between) > reach * reach) continue;
-        while (old < previous_manifolds_.size() && is_earlier(previous_manifolds_[old].pair, pair)) ++old;
+        while (old < previous_manifolds_.size() && is_earlier(previous_manifolds_[old].pair, pair)) {
+            ++old;
+        }
         const bool was = old < previous_manifolds_.size() && previous_manifolds_[old].pair == pair;
         if (rests && !was) continue;
         previous_index_.push_back(was ? static_cast<std::uint32_t>(old) : kNone);
@@ -140,7 +145,7 @@ void IslandSolver::wake(std::span<const std::uint32_t> groups, std::span<Mobilit
 }
 
 void IslandSolver::find(std::span<const RigidBody> bodies, std::span<const std::uint32_t> groups,
-                    std::span<Mobility> mobility, double duration, WorkerTeam& team) {
+                        std::span<Mobility> mobility, double duration, WorkerTeam& team) {
     update_bounds(bodies, duration);
     broadphase_->update(bounds_, spheres_);
     collect_pairs(bodies, mobility, duration);
@@ -150,7 +155,9 @@ void IslandSolver::find(std::span<const RigidBody> bodies, std::span<const std::
         const std::size_t most = PairManifold::max_count(bodies[a], bodies[b]);
         const std::span<PairManifold> manifolds = std::span(manifolds_).subspan(i, most);
         std::span<PairManifold> previous;
-        if (previous_index_[i] != kNone) previous = std::span(previous_manifolds_).subspan(previous_index_[i], most);
+        if (previous_index_[i] != kNone) {
+            previous = std::span(previous_manifolds_).subspan(previous_index_[i], most);
+        }
         if (mobility[a] != Mobility::moving && mobility[b] != Mobility::moving) {
             std::copy(previous.begin(), previous.end(), manifolds.begin());
         } else {
@@ -186,8 +193,8 @@ struct IslandSolver::Scene {
 };
 
 void IslandSolver::solve(std::span<RigidBody> bodies, std::span<GroundContactCache> ground_contacts,
-                     std::span<SubstepAnswer> answers, const Ground& ground, double gravity,
-                     double duration, WorkerTeam& team) {
+                         std::span<SubstepAnswer> answers, const Ground& ground, double gravity,
+                         double duration, WorkerTeam& team) {
     if (islands_.count() == 0) return;
     solver_bodies_.resize(bodies.size());
     impact_shares_.resize(bodies.size());
@@ -208,8 +215,8 @@ void IslandSolver::solve(std::span<RigidBody> bodies, std::span<GroundContactCac
     });
 }
 
-/// Advances bodies that will bounce off each other to their time of impact, so that they bounce with the velocities that
-/// they have then. Other contacts of the same substep only slow them down.
+/// Advances bodies that will bounce off each other to their time of impact, so that they bounce with the velocities
+/// that they have then. Other contacts of the same substep only slow them down.
 void IslandSolver::advance_to_impacts(std::size_t island, const Scene& scene) {
     const double least_speed = bounce_speed(scene.gravity, scene.duration);
     const auto is_first = [&](std::uint32_t body, double share) {
@@ -232,18 +239,24 @@ void IslandSolver::advance_to_impacts(std::size_t island, const Scene& scene) {
 
     for (const std::uint32_t member : islands_.bodies(island)) {
         if (impact_shares_[member] >= 1.0) continue;
-        scene.answers[member] = step_body(scene.bodies[member], scene.ground_contacts[member], scene.ground,
-                                          scene.gravity, impact_shares_[member] * scene.duration);
+        scene.answers[member] =
+            step_body(scene.bodies[member], scene.ground_contacts[member], scene.ground,
+                      scene.gravity, impact_shares_[member] * scene.duration);
     }
     for (const std::uint32_t link : islands_.links(island)) {
-        if (link > 0 && links_[link - 1] == links_[link]) continue;  // updated with the pair's first
+        if (link > 0 && links_[link - 1] == links_[link]) {
+            continue;  // updated with the pair's first
+        }
         const auto [a, b] = links_[link];
-        const bool has_advanced =
-            (moves_[a] != 0 && impact_shares_[a] < 1.0) || (moves_[b] != 0 && impact_shares_[b] < 1.0);
+        const bool has_advanced = (moves_[a] != 0 && impact_shares_[a] < 1.0) ||
+                                  (moves_[b] != 0 && impact_shares_[b] < 1.0);
         if (!has_advanced) continue;
-        const std::span<PairManifold> manifolds = std::span(manifolds_).subspan(
-            link_manifolds_[link], PairManifold::max_count(scene.bodies[a], scene.bodies[b]));
-        PairManifold::update_after_advance(manifolds, scene.bodies[a], scene.bodies[b], scene.duration);
+        const std::span<PairManifold> manifolds =
+            std::span(manifolds_)
+                .subspan(link_manifolds_[link],
+                         PairManifold::max_count(scene.bodies[a], scene.bodies[b]));
+        PairManifold::update_after_advance(manifolds, scene.bodies[a], scene.bodies[b],
+                                           scene.duration);
     }
 }
 
@@ -295,7 +308,9 @@ void IslandSolver::solve_island(std::size_t island, int worker, const Scene& sce
     std::size_t row = 0;
     for (const std::uint32_t link : links) {
         PairManifold& manifold = manifolds_[link_manifolds_[link]];
-        for (std::size_t i = 0; i < manifold.count(); ++i) manifold.set_impulse(i, solver.impulse(row++));
+        for (std::size_t i = 0; i < manifold.count(); ++i) {
+            manifold.set_impulse(i, solver.impulse(row++));
+        }
     }
     for (const std::uint32_t member : members) {
         for (std::size_t i = 0; i < ground_contacts[member].count(); ++i) {
@@ -317,7 +332,8 @@ void IslandSolver::solve_island(std::size_t island, int worker, const Scene& sce
     for (const std::uint32_t member : members) {
         const Twist& displacement = solver_bodies_[member].velocity;
         // Where ground is not loaded the body does not move here, and parks in its own step.
-        apply_separation(bodies[member], ground_contacts[member], scene.ground, displacement, scene.gravity, duration);
+        apply_separation(bodies[member], ground_contacts[member], scene.ground, displacement,
+                         scene.gravity, duration);
     }
 }
 

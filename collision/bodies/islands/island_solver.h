@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "bodies/step/body_step.h"
+#include "base/worker_team.h"
 #include "bodies/islands/islands.h"
 #include "bodies/islands/pair_manifolds.h"
-#include "base/worker_team.h"
+#include "bodies/step/body_step.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -20,14 +20,14 @@ enum class Mobility : std::uint8_t {
     moving,
 };
 
-/// Finds the bodies that touch each other and solves each island together with its ground contacts. All orders are those
-/// of the bodies, so that the number of threads changes no bit.
+/// Finds the bodies that touch each other and solves each island together with its ground contacts. All orders are
+/// those of the bodies, so that the number of threads changes no bit.
 class IslandSolver {
 public:
     explicit IslandSolver(BroadphaseKind kind) : broadphase_(make_broadphase(kind, 0.0)) {}
 
-    /// Finds the pairs that touch, or will within `duration` seconds, and the islands of the moving bodies. Where a moving
-    /// body touches a sleeping one, its whole sleep group becomes `moving`.
+    /// Finds the pairs that touch, or will within `duration` seconds, and the islands of the moving bodies. Where a
+    /// moving body touches a sleeping one, its whole sleep group becomes `moving`.
     ///
     /// @param groups [bodies] sleep group: sleepers with equal numbers wake together
     void find(std::span<const RigidBody> bodies, std::span<const std::uint32_t> groups,

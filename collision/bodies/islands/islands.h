@@ -13,8 +13,8 @@ namespace terrane::internal {
 /// No body, island or manifold.
 inline constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
-/// Connected components of the bodies that touch: solved together, asleep together. Islands are in order of their lowest
-/// body; bodies and links within them ascend.
+/// Connected components of the bodies that touch: solved together, asleep together. Islands are in order of their
+/// lowest body; bodies and links within them ascend.
 class Islands {
 public:
     /// @param links pairs that touch

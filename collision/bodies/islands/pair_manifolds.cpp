@@ -45,7 +45,7 @@ std::size_t PairManifold::max_count(const RigidBody& a, const RigidBody& b) {
 }
 
 void PairManifold::update(std::span<PairManifold> manifolds, const RigidBody& a, const RigidBody& b,
-                       std::span<const PairManifold> before, double duration) {
+                          std::span<const PairManifold> before, double duration) {
     for (PairManifold& manifold : manifolds) manifold.count_ = 0;
     const double closing = closing_distance(a, b, duration);
     const double margin = kMargin * tolerance_of(a, b);
@@ -55,7 +55,9 @@ void PairManifold::update(std::span<PairManifold> manifolds, const RigidBody& a,
         std::copy(before.begin(), before.end(), manifolds.begin());
         for (PairManifold& manifold : manifolds) {
             manifold.pair = same;
-            for (std::size_t i = 0; i < manifold.count_; ++i) manifold.update_gap(a, b, manifold.points_[i]);
+            for (std::size_t i = 0; i < manifold.count_; ++i) {
+                manifold.update_gap(a, b, manifold.points_[i]);
+            }
         }
         return;
     }
@@ -77,8 +79,8 @@ void PairManifold::update(std::span<PairManifold> manifolds, const RigidBody& a,
     for (PairManifold& manifold : manifolds) manifold.warm_start(before);
 }
 
-void PairManifold::update_after_advance(std::span<PairManifold> manifolds, const RigidBody& a, const RigidBody& b,
-                             double duration) {
+void PairManifold::update_after_advance(std::span<PairManifold> manifolds, const RigidBody& a,
+                                        const RigidBody& b, double duration) {
     if (manifolds.size() == 1) {
         const PairManifold before = manifolds[0];
         update(manifolds, a, b, {&before, 1}, duration);
@@ -104,7 +106,8 @@ void PairManifold::warm_start(std::span<const PairManifold> before) {
     }
 }
 
-/// Whether two bodies have moved relative to each other by more than the reuse distance since their contacts were found.
+/// Whether two bodies have moved relative to each other by more than the reuse distance since their contacts were
+/// found.
 bool PairManifold::has_moved(const RigidBody& a, const RigidBody& b, const PairManifold& before) {
     // The motion of b relative to a: a common translation changes no contact.
     Pose b_with_a = before.pose_b_;
@@ -124,17 +127,19 @@ void PairManifold::update_gap(const RigidBody& a, const RigidBody& b, Point& poi
 }
 
 /// Finds the contacts and sorts them into manifolds by normal and rounding.
-void PairManifold::collide(std::span<PairManifold> manifolds, const RigidBody& a, const RigidBody& b,
-                     double margin, std::span<PairContact> room) {
+void PairManifold::collide(std::span<PairManifold> manifolds, const RigidBody& a,
+                           const RigidBody& b, double margin, std::span<PairContact> room) {
     const Shape &shape_a = a.parts[0].shape, &shape_b = b.parts[0].shape;
     const PairContactAnswer answer = find_contacts(shape_a, a.pose, shape_b, b.pose, margin, room);
     for (const PairContact& contact : room.first(answer.count)) {
         const double rounding_a = rounding_of(shape_a, contact.part_a);
         const double rounding_b = rounding_of(shape_b, contact.part_b);
-        const auto manifold = std::find_if(manifolds.begin(), manifolds.end(), [&](const PairManifold& t) {
-            return t.count_ == 0 || (t.count_ < kMaxCount && t.normal_ == contact.normal &&
-                                     t.rounding_a_ == rounding_a && t.rounding_b_ == rounding_b);
-        });
+        const auto manifold =
+            std::find_if(manifolds.begin(), manifolds.end(), [&](const PairManifold& t) {
+                return t.count_ == 0 ||
+                       (t.count_ < kMaxCount && t.normal_ == contact.normal &&
+                        t.rounding_a_ == rounding_a && t.rounding_b_ == rounding_b);
+            });
         if (manifold == manifolds.end()) continue;
         if (manifold->count_ == 0) manifold->reset(a, b, contact, false);
         const Arms arms = manifold->arms_of(contact, a.pose.translation, b.pose.translation);
@@ -159,12 +164,13 @@ void PairManifold::predict_impact(const RigidBody& a, const RigidBody& b, double
         // Arms at the time of impact, in the bodies' present frames.
         const Arms arms = arms_of(hit.contacts[i], then_a, then_b);
         const double closing = -dot(normal_, velocity_at(a, arms.a) - velocity_at(b, arms.b));
-        add_point(hit.contacts[i], a, b, arms).gap = std::max(0.0, closing) * hit.fraction * duration;
+        add_point(hit.contacts[i], a, b, arms).gap =
+            std::max(0.0, closing) * hit.fraction * duration;
     }
 }
 
 void PairManifold::reset(const RigidBody& a, const RigidBody& b, const PairContact& first,
-                      bool is_predicted) {
+                         bool is_predicted) {
     is_predicted_ = is_predicted;
     rounding_a_ = rounding_of(a.parts[0].shape, first.part_a);
     rounding_b_ = rounding_of(b.parts[0].shape, first.part_b);
@@ -174,14 +180,14 @@ void PairManifold::reset(const RigidBody& a, const RigidBody& b, const PairConta
 }
 
 PairManifold::Arms PairManifold::arms_of(const PairContact& contact, const WorldPos& centre_a,
-                                   const WorldPos& centre_b) const {
+                                         const WorldPos& centre_b) const {
     const Eigen::Vector3d on_b = contact.point_world + contact.depth * normal_;
     return {contact.point_world + rounding_a_ * normal_ - centre_a,
             on_b - rounding_b_ * normal_ - centre_b};
 }
 
 PairManifold::Point& PairManifold::add_point(const PairContact& contact, const RigidBody& a,
-                                  const RigidBody& b, const Arms& arms) {
+                                             const RigidBody& b, const Arms& arms) {
     Point& point = points_[count_++];
     point.impulse.setZero();
     point.core_a_body = rotated_back(a.pose.rotation, arms.a);
@@ -194,7 +200,7 @@ PairManifold::Point& PairManifold::add_point(const PairContact& contact, const R
 }
 
 double PairManifold::first_impact(const RigidBody& a, const RigidBody& b, double bounce_speed,
-                               double duration) const {
+                                  double duration) const {
     double first = 1.0;
     for (std::size_t i = 0; i < count_; ++i) {
         const Point& point = points_[i];

@@ -14,9 +14,9 @@
 
 namespace terrane::internal {
 
-/// Contact manifold of two bodies: up to four contacts of one normal, touching now or within a substep. Two convex bodies
-/// have one manifold, compounds several in consecutive elements. Contacts are reused while the relative motion is below
-/// the reuse distance; impulses are kept from substep to substep for the warm start.
+/// Contact manifold of two bodies: up to four contacts of one normal, touching now or within a substep. Two convex
+/// bodies have one manifold, compounds several in consecutive elements. Contacts are reused while the relative motion
+/// is below the reuse distance; impulses are kept from substep to substep for the warm start.
 class PairManifold {
 public:
     static constexpr std::size_t kMaxCount = 4;

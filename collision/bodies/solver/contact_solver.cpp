@@ -124,7 +124,8 @@ inline double ContactSolver::solve_friction(ContactRows& contact) {
     v.impulse = wanted_v;
     apply(contact, u, change_u);
     apply(contact, v, change_v);
-    return std::max(std::abs(change_u) * u.inverse_effective_mass, std::abs(change_v) * v.inverse_effective_mass);
+    return std::max(std::abs(change_u) * u.inverse_effective_mass,
+                    std::abs(change_v) * v.inverse_effective_mass);
 }
 
 void ContactSolver::iterate(const StoppingRule& rule, double tolerance) {
@@ -139,7 +140,9 @@ void ContactSolver::iterate(const StoppingRule& rule, double tolerance) {
         for (std::size_t i = 0; i < rows.size(); ++i) {
             if (at(i).friction_ > 0.0) change = std::max(change, solve_friction(at(i)));
         }
-        for (std::size_t i = 0; i < rows.size(); ++i) change = std::max(change, solve_normal(at(i)));
+        for (std::size_t i = 0; i < rows.size(); ++i) {
+            change = std::max(change, solve_normal(at(i)));
+        }
         if (change <= tolerance) return;
         if ((iteration + 1) % rule.patience != 0) continue;
         if (change > 0.9 * change_before) return;
@@ -147,9 +150,9 @@ void ContactSolver::iterate(const StoppingRule& rule, double tolerance) {
     }
 }
 
-/// Sets the allowed closing speed of each contact. Where rotation curves the path of a corner into the ground, the contact
-/// must open at half of that acceleration times the duration, so that its gap at the end is that at the start. Contacts
-/// between bodies may overlap by as much. Returns whether a contact closes faster than allowed.
+/// Sets the allowed closing speed of each contact. Where rotation curves the path of a corner into the ground, the
+/// contact must open at half of that acceleration times the duration, so that its gap at the end is that at the start.
+/// Contacts between bodies may overlap by as much. Returns whether a contact closes faster than allowed.
 bool ContactSolver::set_targets(double duration) {
     bool closes = false;
     for (ContactRows& contact : contacts()) {
@@ -175,8 +178,8 @@ double ContactSolver::energy(std::span<const std::uint32_t> members) const {
     return energy;
 }
 
-/// Scales the velocities relative to that of the common centre of mass; the whole velocities where a contact is with the
-/// ground or a body of infinite mass, where momentum is not conserved.
+/// Scales the velocities relative to that of the common centre of mass; the whole velocities where a contact is with
+/// the ground or a body of infinite mass, where momentum is not conserved.
 void ContactSolver::scale_velocities(std::span<const std::uint32_t> members, double scale) {
     bool is_free = true;
     for (const ContactRows& contact : contacts()) {

@@ -51,8 +51,8 @@ struct SolverContact {
     Eigen::Vector3d initial_impulse = Eigen::Vector3d::Zero();  ///< warm start: on a, N s
 };
 
-/// When the solver stops: converged, i.e. no velocity changes by more than `tolerance` of the fastest approach in a sweep;
-/// or `iterations` sweeps; or that change has fallen by less than a tenth in `patience` sweeps.
+/// When the solver stops: converged, i.e. no velocity changes by more than `tolerance` of the fastest approach in a
+/// sweep; or `iterations` sweeps; or that change has fallen by less than a tenth in `patience` sweeps.
 struct StoppingRule {
     int iterations = 0;
     double tolerance = 0.0;
@@ -63,8 +63,8 @@ struct StoppingRule {
 class ContactRows {
     friend class ContactSolver;
     struct Row {
-        Eigen::Vector3d direction;                 // of the impulse on a, world
-        Eigen::Vector3d moment, spin;              // of a: arm x direction; inverse inertia * moment
+        Eigen::Vector3d direction;     // of the impulse on a, world
+        Eigen::Vector3d moment, spin;  // of a: arm x direction; inverse inertia * moment
         Eigen::Vector3d other_moment, other_spin;  // of b; not set for the ground
         double inverse_effective_mass;             // relative speed of a unit impulse, m/s
         double effective_mass;
@@ -93,8 +93,8 @@ public:
     void add(const SolverContact& contact);
     bool empty() const { return count_ == 0; }
 
-    /// Changes the velocities so that no contact closes to less than its rest gap within `duration` seconds; contacts with
-    /// a smaller gap do not close at all. The kinetic energy never grows.
+    /// Changes the velocities so that no contact closes to less than its rest gap within `duration` seconds; contacts
+    /// with a smaller gap do not close at all. The kinetic energy never grows.
     ///
     /// @param members      the moving bodies of the contacts
     /// @param bounce_speed contacts that approach more slowly do not bounce, m/s
@@ -104,8 +104,8 @@ public:
     /// Impulse of a contact on its body a in the last solve_velocity(), N s.
     Eigen::Vector3d impulse(std::size_t contact) const;
 
-    /// Writes displacements into the velocities, which must be zero: they open every contact below its target gap by half
-    /// of what is missing, and by at most `max_distance` metres.
+    /// Writes displacements into the velocities, which must be zero: they open every contact below its target gap by
+    /// half of what is missing, and by at most `max_distance` metres.
     /// @param may_turn false: translations only
     void solve_separation(double max_distance, bool may_turn);
 

@@ -8,9 +8,9 @@
 // Deviations: one formula for simplices of every dimension, so that plates, rods and points have mass too.
 #include "bodies/solver/mass_properties.h"
 
+#include "math/vector_math.h"
 #include "shapes/compound_data.h"
 #include "shapes/hull_data.h"
-#include "math/vector_math.h"
 
 #include <terrane/collision/ground_cast.h>
 
@@ -24,12 +24,6 @@ namespace {
 
 /// Share of a shape's size below which an offset or an off-diagonal moment is rounding and is ignored.
 constexpr double kRounding = 1e-12;
-
-Eigen::Matrix3d product(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
-    Eigen::Matrix3d c;
-    for (int column = 0; column < 3; ++column) c.col(column) = rotated(a, b.col(column));
-    return c;
-}
 
 bool is_identity(const Pose& pose) {
     return pose.translation.isZero(0.0) && pose.rotation.isIdentity(0.0);

@@ -5,8 +5,8 @@
 
 namespace terrane::internal {
 
-/// Mass of a body; inertia about its principal axes, kg m^2. An inverse inertia of 0: a shape without extent around that
-/// axis, whose spin never changes. An inverse mass of 0: infinite mass.
+/// Mass of a body; inertia about its principal axes, kg m^2. An inverse inertia of 0: a shape without extent around
+/// that axis, whose spin never changes. An inverse mass of 0: infinite mass.
 struct MassProperties {
     double inverse_mass = 1.0;
     Eigen::Vector3d inertia = Eigen::Vector3d::Zero();
@@ -23,7 +23,8 @@ MassProperties make_mass_properties(const Shape& shape, double mass);
 /// A shape whose origin is its centre of mass and whose axes are its principal axes.
 struct CentredShape {
     Shape shape;
-    Pose body_from_centred;  ///< identity where the shape was centred already: then it shares its data
+    Pose
+        body_from_centred;  ///< identity where the shape was centred already: then it shares its data
 };
 
 /// Fails with invalid_argument where a hull or compound reaches farther from its centre of mass than create() allows.

@@ -2,8 +2,8 @@
 //
 // Sources:    Mirtich. Timewarp and impulse-based simulation of rigid bodies. PhD thesis 1996, chapters
 //             2 and 3 (conservative advancement, impacts one after the other).
-// Deviations: after each impact of a substep the next lower offset surface is used, so that a body that was stopped just
-//             above one surface starts the next piece clear of it.
+// Deviations: after each impact of a substep the next lower offset surface is used, so that a body that was stopped
+//             just above one surface starts the next piece clear of it.
 #include "bodies/step/body_step.h"
 
 #include "bodies/step/body_depth.h"
@@ -60,10 +60,10 @@ double spin_energy(const RigidBody& body, const Eigen::Matrix3d& rotation,
     return 0.5 * dot(spin, apply_tensor(rotation, body.mass.inertia, spin));
 }
 
-/// Advances a body against an offset surface with constant spin: in flight the spin at the middle of the piece, in contact
-/// that at its start, which was solved for. Conserves the angular momentum, and never adds energy.
-MoveAnswer move_piece(RigidBody& body, const Ground& ground, double duration, OffsetSurface& surface,
-                      bool is_flying) {
+/// Advances a body against an offset surface with constant spin: in flight the spin at the middle of the piece, in
+/// contact that at its start, which was solved for. Conserves the angular momentum, and never adds energy.
+MoveAnswer move_piece(RigidBody& body, const Ground& ground, double duration,
+                      OffsetSurface& surface, bool is_flying) {
     const Eigen::Vector3d spin = body.velocity.angular;
     const bool constant = spins_freely(body) || dot(spin, spin) == 0.0;
     if (constant) {
@@ -112,7 +112,8 @@ private:
 
 /// @param is_first first solve of a substep without an island solve: warm-started, and stores its impulses for the next
 ///                 substep. Otherwise the velocity already includes the impulses of an earlier solve.
-void solve(RigidBody& body, GroundContactCache& cache, double gravity, double duration, bool is_first) {
+void solve(RigidBody& body, GroundContactCache& cache, double gravity, double duration,
+           bool is_first) {
     if (!cache.has_contacts()) return;
     // Impulses of other contacts would be redistributed only in many iterations: no warm start.
     GroundSolver solver(body, cache, is_first && cache.has_same_contacts());
@@ -147,15 +148,16 @@ void compensate_height_gain(RigidBody& body, double gravity, double height_befor
 enum class SeparationMode { rigid, translation, vertical };
 
 /// Opens contacts below the separation gap, at bounded speed. False: ground that decides is not loaded.
-bool separate(RigidBody& body, const Ground& ground, const GroundContactCache& cache, OffsetSurface& surface,
-              double gravity, double duration) {
+bool separate(RigidBody& body, const Ground& ground, const GroundContactCache& cache,
+              OffsetSurface& surface, double gravity, double duration) {
     const double target_gap = kSeparationGap * body.tolerance;
     if (cache.least_gap(0.0, target_gap) >= target_gap) return true;
     const double distance = kSeparationSpeed * duration;
     const double height = body.pose.translation.z();
-    // A rotation may bring another corner into the ground, and an unconverged translation may meet the opposite wall of a
-    // crack. The vertical translation is always clear.
-    for (const SeparationMode mode : {SeparationMode::rigid, SeparationMode::translation, SeparationMode::vertical}) {
+    // A rotation may bring another corner into the ground, and an unconverged translation may meet the opposite wall of
+    // a crack. The vertical translation is always clear.
+    for (const SeparationMode mode :
+         {SeparationMode::rigid, SeparationMode::translation, SeparationMode::vertical}) {
         Twist displacement;
         if (mode == SeparationMode::vertical) {
             displacement.linear.z() = std::min(distance, std::max(0.0, cache.lift()) + target_gap);
@@ -201,10 +203,10 @@ struct Interval {
     double lost_time = 0.0;
 };
 
-/// Finds the ground contacts, solves them, and advances the body: by `duration`, or less where it has rotated so far that
-/// its contacts must be found anew.
-Interval advance_interval(RigidBody& body, GroundContactCache& cache, const Ground& ground, double gravity,
-                     double duration, bool is_first) {
+/// Finds the ground contacts, solves them, and advances the body: by `duration`, or less where it has rotated so far
+/// that its contacts must be found anew.
+Interval advance_interval(RigidBody& body, GroundContactCache& cache, const Ground& ground,
+                          double gravity, double duration, bool is_first) {
     if (is_swept_sphere_clear(body, ground, duration)) {
         cache.set_out_of_reach();
     } else {
@@ -264,7 +266,8 @@ Interval advance_interval(RigidBody& body, GroundContactCache& cache, const Grou
         cache.refresh(body, ground, surface.index);
         if (!cache.is_resident()) return {.resident = false};
         solve(body, cache, gravity, std::max(remaining, kLeastSolveShare * duration), false);
-        surface = make_offset_surface(body, cache, surface.index, std::min(surface.index + 1, kOffsetCount - 1));
+        surface = make_offset_surface(body, cache, surface.index,
+                                      std::min(surface.index + 1, kOffsetCount - 1));
         if (advanced > 0.0 && rate() * remaining > kContactTurn) {
             interval.is_last = false;
             return interval;
@@ -284,8 +287,8 @@ double bounce_speed(double gravity, double duration) {
     return std::max(0.1, 4.0 * gravity * duration);
 }
 
-SubstepAnswer step_body(RigidBody& body, GroundContactCache& cache, const Ground& ground, double gravity,
-                        double duration, bool is_alone) {
+SubstepAnswer step_body(RigidBody& body, GroundContactCache& cache, const Ground& ground,
+                        double gravity, double duration, bool is_alone) {
     SubstepAnswer total;
     double remaining = duration;
     for (int count = 0; remaining > 0.0; ++count) {
@@ -294,22 +297,25 @@ SubstepAnswer step_body(RigidBody& body, GroundContactCache& cache, const Ground
             break;
         }
         const bool is_first = is_alone && count == 0;
-        const Interval interval = advance_interval(body, cache, ground, gravity, remaining, is_first);
+        const Interval interval =
+            advance_interval(body, cache, ground, gravity, remaining, is_first);
         total.resident = interval.resident;
         if (!interval.resident) break;
         total.touches = interval.touches;
         total.impacts += static_cast<std::uint64_t>(interval.impacts);
         total.simulated_time += interval.simulated_time;
         total.lost_time += interval.lost_time;
-        remaining = interval.is_last ? 0.0 : remaining - interval.simulated_time - interval.lost_time;
+        remaining =
+            interval.is_last ? 0.0 : remaining - interval.simulated_time - interval.lost_time;
     }
     return total;
 }
 
-bool apply_separation(RigidBody& body, GroundContactCache& cache, const Ground& ground, const Twist& displacement,
-               double gravity, double duration) {
+bool apply_separation(RigidBody& body, GroundContactCache& cache, const Ground& ground,
+                      const Twist& displacement, double gravity, double duration) {
     const double height = body.pose.translation.z();
-    const Twist bounded = clamp_displacement(displacement, body.radius, kSeparationSpeed * duration);
+    const Twist bounded =
+        clamp_displacement(displacement, body.radius, kSeparationSpeed * duration);
     if (!move_body(body, cache, ground, bounded).resident) return false;
     compensate_height_gain(body, gravity, height);
     return true;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "bodies/step/ground_contact_cache.h"
 #include "bodies/solver/rigid_body.h"
+#include "bodies/step/ground_contact_cache.h"
 
 #include <cstdint>
 
@@ -33,8 +33,8 @@ struct SubstepAnswer {
 
 /// Advances a body by `duration` seconds. Its velocity already includes the forces of the substep.
 ///
-/// Every displacement is proved clear of an offset surface, or cast against it, so that the penetration depth is bounded
-/// by construction, whatever the solver and the integrator do.
+/// Every displacement is proved clear of an offset surface, or cast against it, so that the penetration depth is
+/// bounded by construction, whatever the solver and the integrator do.
 ///
 /// @param cache    contacts of the body with this ground
 /// @param is_alone true if no island solve ran in this substep; warm-starts from the previous substep

@@ -62,8 +62,8 @@ Pose raised(Pose pose, double height) {
 }
 
 double greatest_move(const RigidBody& body, const Pose& from, const Pose& to) {
-    // A rotation moves a point by at most its distance times the spectral norm of the rotations' difference, which is at
-    // most the Frobenius norm.
+    // A rotation moves a point by at most its distance times the spectral norm of the rotations' difference, which is
+    // at most the Frobenius norm.
     double turn = 0.0;
     for (int column = 0; column < 3; ++column) {
         const Eigen::Vector3d difference = to.rotation.col(column) - from.rotation.col(column);
@@ -98,10 +98,10 @@ void GroundContactCache::refresh(const RigidBody& body, const Ground& ground, in
     refresh_pose_ = body.pose;
     for (std::size_t p = 0; p < body.parts.size(); ++p) {
         const BodyPart& part = body.parts[p];
-        const ContactAnswer answer =
-            find_contacts(part.shape, raised(part_pose(part, body.pose), offset_depth(body, offset_index)),
-                          ground, kContactMargin * body.tolerance,
-                          std::span<Contact>(found).first(kMaxCount - contacts_.size()));
+        const ContactAnswer answer = find_contacts(
+            part.shape, raised(part_pose(part, body.pose), offset_depth(body, offset_index)),
+            ground, kContactMargin * body.tolerance,
+            std::span<Contact>(found).first(kMaxCount - contacts_.size()));
         if (answer.status == QueryStatus::not_resident) {
             resident_ = false;
             return;
@@ -131,7 +131,7 @@ void GroundContactCache::refresh(const RigidBody& body, const Ground& ground, in
     // Contacts that were cut off may be nearer than those kept of another part: then nothing is known.
     is_exhaustive_ = is_complete && !contacts_.empty() && has_ground_around(body, ground);
     is_reusable_ = is_complete && offset_index == 0 &&
-               least_gap(0.0, kReusableGap * body.tolerance) >= kReusableGap * body.tolerance;
+                   least_gap(0.0, kReusableGap * body.tolerance) >= kReusableGap * body.tolerance;
 }
 
 void GroundContactCache::set_out_of_reach() {
@@ -143,10 +143,11 @@ void GroundContactCache::set_out_of_reach() {
 }
 
 /// The contact of the same feature in the previous refresh, or null.
-const GroundContactCache::CachedContact* GroundContactCache::find_previous(const CachedContact& contact) const {
+const GroundContactCache::CachedContact* GroundContactCache::find_previous(
+    const CachedContact& contact) const {
     for (const CachedContact& old : previous_contacts_) {
-        if (old.feature == contact.feature && old.part == contact.part && old.piece == contact.piece &&
-            dot(old.normal, contact.normal) > kSameNormal) {
+        if (old.feature == contact.feature && old.part == contact.part &&
+            old.piece == contact.piece && dot(old.normal, contact.normal) > kSameNormal) {
             return &old;
         }
     }
@@ -175,7 +176,8 @@ double GroundContactCache::clear_distance(const RigidBody& body, double extra_of
     return kClearShare * least_gap(extra_offset, kContactMargin * body.tolerance) - moved_;
 }
 
-SolverContact GroundContactCache::contact(std::size_t i, const RigidBody& body, std::uint32_t index) const {
+SolverContact GroundContactCache::contact(std::size_t i, const RigidBody& body,
+                                          std::uint32_t index) const {
     const CachedContact& cached = contacts_[i];
     SolverContact contact;
     contact.a = index;

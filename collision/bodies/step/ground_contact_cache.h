@@ -12,16 +12,16 @@
 
 namespace terrane::internal {
 
-/// Offset surfaces: the contact surface lowered by a share of the body's tolerance, from a quarter of it in ever smaller
-/// steps to almost all of it. A body that was stopped at one surface starts clear of the next, so that it can always
-/// move away.
+/// Offset surfaces: the contact surface lowered by a share of the body's tolerance, from a quarter of it in ever
+/// smaller steps to almost all of it. A body that was stopped at one surface starts clear of the next, so that it can
+/// always move away.
 inline constexpr double kFirstOffset = 0.25;
 inline constexpr int kOffsetCount = 48;
-/// Largest gap at which a cast stops above its offset surface, in tolerances. Far below the step between two surfaces, so
-/// that a stopped body is clear of the next one on slopes up to 86 degrees.
+/// Largest gap at which a cast stops above its offset surface, in tolerances. Far below the step between two surfaces,
+/// so that a stopped body is clear of the next one on slopes up to 86 degrees.
 inline constexpr double kStopGap = 1.0 / 256.0;
-/// Gap at which bodies rest above the first offset surface, in tolerances: on the contact surface itself, so that a body
-/// placed on it stays, and above every stop, so that it can slide.
+/// Gap at which bodies rest above the first offset surface, in tolerances: on the contact surface itself, so that a
+/// body placed on it stays, and above every stop, so that it can slide.
 inline constexpr double kRestGap = kFirstOffset;
 /// Gap that separation restores, in tolerances: less than that of a body placed on a slope of 60 degrees.
 inline constexpr double kSeparationGap = 0.5 * kRestGap;
@@ -107,7 +107,8 @@ private:
     bool is_reusable_ = false;
     bool is_same_ = false;
     bool is_out_of_reach_ = false;
-    bool is_exhaustive_ = false;  // holds all contacts, and there is ground everywhere below and above the body
+    bool is_exhaustive_ =
+        false;  // holds all contacts, and there is ground everywhere below and above the body
 };
 
 }  // namespace terrane::internal

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // Sources:    Ericson. Real-Time Collision Detection. 2005, section 9.5 (lowering instead of inflating).
-// Deviations: the surface is not lowered by L, the cast shape is raised by L. A body that does not penetrate the surface
-//             lowered by L separates by moving up by L, so its penetration depth is at most L.
+// Deviations: the surface is not lowered by L, the cast shape is raised by L. A body that does not penetrate the
+//             surface lowered by L separates by moving up by L, so its penetration depth is at most L.
 #include "bodies/step/offset_surface.h"
 
 #include "ground/cast/clear_way.h"
@@ -19,7 +19,8 @@ constexpr double kLeastProved = 1.0 / 16.0;
 /// Least stop gap, metres, little more than rounding: a body closer than kStopGap may move away.
 constexpr double kLeastStopGap = 1e-11;
 
-/// Casts the rest of a motion after the pieces that the swept test proves clear: usually most of the motion up to a hit.
+/// Casts the rest of a motion after the pieces that the swept test proves clear: usually most of the motion up to a
+/// hit.
 CastAnswer find_hit(const Shape& shape, const Motion& motion, const Ground& ground,
                     double tolerance) {
     const auto piece = [&](double from, double share) -> Motion {
@@ -40,7 +41,8 @@ CastAnswer find_hit(const Shape& shape, const Motion& motion, const Ground& grou
 
 }  // namespace
 
-OffsetSurface make_offset_surface(const RigidBody& body, const GroundContactCache& cache, int from, int index) {
+OffsetSurface make_offset_surface(const RigidBody& body, const GroundContactCache& cache, int from,
+                                  int index) {
     const double extra_offset = offset_depth(body, index) - offset_depth(body, from);
     const double gap = cache.least_gap(extra_offset, 2.0 * kStopGap * body.tolerance);
     return {index, std::max(kLeastStopGap, 0.5 * gap), cache.clear_distance(body, extra_offset)};
@@ -74,7 +76,8 @@ bool is_swept_sphere_clear(const RigidBody& body, const Ground& ground, double d
            centre.z() - half.z() > bound_ground(local, centre, half);
 }
 
-MoveAnswer advance(RigidBody& body, const Ground& ground, const Twist& displacement, OffsetSurface& surface) {
+MoveAnswer advance(RigidBody& body, const Ground& ground, const Twist& displacement,
+                   OffsetSurface& surface) {
     const Motion motion{body.pose, displacement.linear, displacement.angular};
     const Pose end = motion.at(1.0);
     MoveAnswer answer;
@@ -106,7 +109,8 @@ MoveAnswer advance(RigidBody& body, const Ground& ground, const Twist& displacem
     return answer;
 }
 
-MoveAnswer move_body(RigidBody& body, GroundContactCache& cache, const Ground& ground, const Twist& displacement) {
+MoveAnswer move_body(RigidBody& body, GroundContactCache& cache, const Ground& ground,
+                     const Twist& displacement) {
     cache.update(body, ground);
     if (!cache.is_resident()) return {.resident = false, .hit = false, .fraction = 0.0};
     const int index = first_clear_offset(body, cache);

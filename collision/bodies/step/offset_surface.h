@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "bodies/step/ground_contact_cache.h"
 #include "bodies/solver/rigid_body.h"
+#include "bodies/step/ground_contact_cache.h"
 
 #include <terrane/collision/ground_cast.h>
 
@@ -10,9 +10,10 @@ namespace terrane::internal {
 
 /// The offset surface that a body moves against.
 struct OffsetSurface {
-    int index = 0;                ///< 0 is the highest
-    double stop_gap = 0.0;        ///< casts stop at this gap, metres
-    double clear_distance = 0.0;  ///< every point may move this far without coming near the surface, metres
+    int index = 0;          ///< 0 is the highest
+    double stop_gap = 0.0;  ///< casts stop at this gap, metres
+    double clear_distance =
+        0.0;  ///< every point may move this far without coming near the surface, metres
 };
 
 /// @param from index of the surface that the cache was refreshed for
@@ -26,8 +27,8 @@ int first_clear_offset(const RigidBody& body, const GroundContactCache& cache);
 /// Whether the body penetrates all offset surfaces.
 bool is_too_deep(const RigidBody& body, const GroundContactCache& cache);
 
-/// Conservative swept test: true only if the box around the bounding sphere's sweep over `duration` seconds is above all
-/// ground below it, so that no rotation brings the body near the ground.
+/// Conservative swept test: true only if the box around the bounding sphere's sweep over `duration` seconds is above
+/// all ground below it, so that no rotation brings the body near the ground.
 bool is_swept_sphere_clear(const RigidBody& body, const Ground& ground, double duration);
 
 struct MoveAnswer {
@@ -42,8 +43,8 @@ struct MoveAnswer {
 MoveAnswer advance(RigidBody& body, const Ground& ground, const Twist& displacement,
                    OffsetSurface& surface);
 
-/// Updates the cache and moves a body against the first offset surface that it is clear of. One that is too deep does not
-/// move: step_body() recovers it.
+/// Updates the cache and moves a body against the first offset surface that it is clear of. One that is too deep does
+/// not move: step_body() recovers it.
 MoveAnswer move_body(RigidBody& body, GroundContactCache& cache, const Ground& ground,
                      const Twist& displacement);
 

@@ -26,8 +26,8 @@ double reach_of(const Aabb& box) {
 class BoundsImpact {
 public:
     /// @param translation of b relative to a during the piece, which starts at the placements
-    BoundsImpact(const PlacedShape& a, const PlacedShape& b, const Eigen::Vector3d& translation, double turn_a,
-            double turn_b, double slack)
+    BoundsImpact(const PlacedShape& a, const PlacedShape& b, const Eigen::Vector3d& translation,
+                 double turn_a, double turn_b, double slack)
         : turn_a_(std::min(turn_a, 2.0)), turn_b_(std::min(turn_b, 2.0)) {
         for (int j = 0; j < 3; ++j) a_from_b_.col(j) = rotated_back(a.rotation, b.rotation.col(j));
         spread_ = a_from_b_.cwiseAbs();
@@ -35,7 +35,8 @@ public:
         offset_ = rotated_back(a.rotation, offset);
         translation_ = rotated_back(a.rotation, translation);
         translation_in_b_ = rotated_back(b.rotation, translation);
-        slack_ = slack + 1e-14 * (a.view->reach() + b.view->reach() + length(offset) + length(translation));
+        slack_ = slack +
+                 1e-14 * (a.view->reach() + b.view->reach() + length(offset) + length(translation));
     }
 
     double operator()(const Aabb& of_a, const Aabb& of_b) const {
@@ -49,8 +50,8 @@ public:
         double first = 0.0;
         double last = 1.0;
         clip(between, translation_, half_a + rotated(spread_, half_b), wider, first, last);
-        clip(rotated_back(a_from_b_, between), translation_in_b_, rotated_back(spread_, half_a) + half_b,
-             wider, first, last);
+        clip(rotated_back(a_from_b_, between), translation_in_b_,
+             rotated_back(spread_, half_a) + half_b, wider, first, last);
         return first <= last ? first : kInfinity;
     }
 
@@ -98,7 +99,7 @@ CompoundCast cast_compounds(const ShapeView& a, const Motion& motion_a, const Sh
         const PlacedShape at_a{&a, motion_a.at(from).rotation, Eigen::Vector3d::Zero()};
         const PlacedShape at_b{&b, motion_b.at(from).rotation, offset + from * translation};
         const BoundsImpact meeting(at_a, at_b, (to - from) * translation, (to - from) * turn_a,
-                              (to - from) * turn_b, settings.tolerance);
+                                   (to - from) * turn_b, settings.tolerance);
         double limit = 1.0;  // of the piece
         visit_part_pairs(
             a.tree(), b.tree(), limit, meeting, [&](std::uint32_t i, std::uint32_t j, double) {

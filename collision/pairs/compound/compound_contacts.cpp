@@ -32,8 +32,9 @@ public:
     void add(const PairContact& contact) {
         Patch* patch = nullptr;
         for (std::size_t i = 0; i < count_ && patch == nullptr; ++i) {
-            if (dot(patches_[i]->normal, contact.normal) >= 1.0 - kSameNormal)
+            if (dot(patches_[i]->normal, contact.normal) >= 1.0 - kSameNormal) {
                 patch = &*patches_[i];
+            }
         }
         if (patch == nullptr) patch = room_for(contact);
         if (patch == nullptr) return;

@@ -12,8 +12,8 @@ struct CompoundContacts {
 
 /// Contacts of all pairs of parts, points relative to the common origin: at most four a normal, and 24 normals.
 ///
-/// Overlapping shapes are evaluated after a separating translation, where they just touch; each depth is the component of
-/// that translation along the normal. So the seams between a floor's parts cause no contacts.
+/// Overlapping shapes are evaluated after a separating translation, where they just touch; each depth is the component
+/// of that translation along the normal. So the seams between a floor's parts cause no contacts.
 ///
 /// @param margin gaps up to this are contacts too, metres
 CompoundContacts find_compound_contacts(const PlacedShape& a, const PlacedShape& b, double margin,

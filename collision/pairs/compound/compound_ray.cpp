@@ -40,8 +40,8 @@ PartRay cast_ray(const PlacedShape& shape, const Eigen::Vector3d& from,
     const Eigen::Vector3d start = rotated_back(shape.rotation, from - shape.centre);
     const Eigen::Vector3d displacement_body = rotated_back(shape.rotation, displacement);
     // Rounding, and the distance that counts as touching.
-    const double slack =
-        2.0 * kTouchShare * shape.view->reach() + 1e-15 * (length(start) + length(displacement_body));
+    const double slack = 2.0 * kTouchShare * shape.view->reach() +
+                         1e-15 * (length(start) + length(displacement_body));
     const std::span<const PartNode> tree = shape.view->tree();
     struct Entry {
         std::uint32_t node;

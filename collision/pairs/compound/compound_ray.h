@@ -9,8 +9,9 @@ struct PartRay : ConvexRay {
     std::uint32_t part = 0;
 };
 
-/// The first part that the segment `from` to `from + displacement` meets, in the frame of the placement; of ties the one
-/// with the lowest index.
-PartRay cast_ray(const PlacedShape& shape, const Eigen::Vector3d& from, const Eigen::Vector3d& displacement);
+/// The first part that the segment `from` to `from + displacement` meets, in the frame of the placement; of ties the
+/// one with the lowest index.
+PartRay cast_ray(const PlacedShape& shape, const Eigen::Vector3d& from,
+                 const Eigen::Vector3d& displacement);
 
 }  // namespace terrane::internal

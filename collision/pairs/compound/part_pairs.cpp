@@ -36,7 +36,8 @@ double BoundGaps::operator()(const Aabb& of_a, const Aabb& of_b) const {
     const Eigen::Vector3d offset =
         rotated(a_from_b_, 0.5 * (of_b.low + of_b.high)) + offset_ - 0.5 * (of_a.low + of_a.high);
     const double in_a = gap_of(offset, half_a, rotated(spread_, half_b));
-    const double in_b = gap_of(rotated_back(a_from_b_, offset), rotated_back(spread_, half_a), half_b);
+    const double in_b =
+        gap_of(rotated_back(a_from_b_, offset), rotated_back(spread_, half_a), half_b);
     return std::max(in_a, in_b) - rounding_;
 }
 

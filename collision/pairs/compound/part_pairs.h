@@ -25,8 +25,8 @@ private:
     double rounding_ = 0.0;
 };
 
-/// Calls visit(part_a, part_b, bound) for the pairs whose bound is at most `limit`; it returns the new limit, -infinity to
-/// stop.
+/// Calls visit(part_a, part_b, bound) for the pairs whose bound is at most `limit`; it returns the new limit, -infinity
+/// to stop.
 ///
 /// @param bound (box of a, box of b) -> number; not smaller for boxes inside of them
 template <class Bound, class Visit>
@@ -87,7 +87,8 @@ struct PartGap {
     Gap gap;
 };
 
-/// The pair of the least signed distance. Where that is above `limit`, the distance returned is any number above `limit`.
+/// The pair of the least signed distance. Where that is above `limit`, the distance returned is any number above
+/// `limit`.
 PartGap find_least_gap(const PlacedShape& a, const PlacedShape& b,
                        double limit = std::numeric_limits<double>::infinity());
 

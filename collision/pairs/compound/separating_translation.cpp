@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Sources: A. Yuille, A. Rangarajan. The concave-convex procedure. Neural Computation 2003 (the exterior of a convex
 //          obstacle is replaced by a half-space, iteratively).
-//          S. Cameron, R. Culley. Determining the minimum translational distance between two convex polyhedra. 1986 (the
-//          obstacle of a pair of parts is their Minkowski difference).
-// Deviations: obstacles are not constructed: a pair's signed distance and its normal give the half-space. Starts are the
-//             first free translations along a fan of directions.
+//          S. Cameron, R. Culley. Determining the minimum translational distance between two convex polyhedra. 1986
+//          (the obstacle of a pair of parts is their Minkowski difference).
+// Deviations: obstacles are not constructed: a pair's signed distance and its normal give the half-space. Starts are
+//             the first free translations along a fan of directions.
 #include "pairs/compound/separating_translation.h"
 
 #include <algorithm>
@@ -13,7 +13,8 @@ namespace terrane::internal {
 namespace {
 
 // The half-space of translations after which a plane separates two parts, from their gap after `translation`.
-HalfSpace half_space(const Eigen::Vector3d& normal, double gap, const Eigen::Vector3d& translation) {
+HalfSpace half_space(const Eigen::Vector3d& normal, double gap,
+                     const Eigen::Vector3d& translation) {
     return {normal, dot(normal, translation) - gap};
 }
 
@@ -94,8 +95,8 @@ private:
         return reach;
     }
 
-    // Adds a half-space in which an overlapping pair of parts is separated: of several the one with the shortest solution.
-    // False where none is feasible.
+    // Adds a half-space in which an overlapping pair of parts is separated: of several the one with the shortest
+    // solution. False where none is feasible.
     bool leave(const PartGap& gap, SeparatingTranslation& found) const {
         HalfSpaces best;
         Eigen::Vector3d shortest = Eigen::Vector3d::Zero();
@@ -140,7 +141,8 @@ private:
     }
 
     // A plane that separates two parts after a translation, with the half-space nearest to the start.
-    HalfSpace plane_between(std::uint32_t i, std::uint32_t j, const Eigen::Vector3d& translation) const {
+    HalfSpace plane_between(std::uint32_t i, std::uint32_t j,
+                            const Eigen::Vector3d& translation) const {
         const PlacedConvex at_a = a_.moved(translation).part(i);
         const PlacedConvex at_b = b_.part(j);
         const Gap gap = find_gap(at_a, at_b);
@@ -156,8 +158,8 @@ private:
                std::holds_alternative<PlacedCapsule>(shape);
     }
 
-    // Length along a direction after which two parts no longer overlap: their signed distance is convex along it, and its
-    // tangents from outside converge to the exit (Newton).
+    // Length along a direction after which two parts no longer overlap: their signed distance is convex along it, and
+    // its tangents from outside converge to the exit (Newton).
     double exit_of(std::uint32_t i, std::uint32_t j, const Eigen::Vector3d& direction,
                    double far) const {
         constexpr int kSteps = 40;
@@ -202,12 +204,15 @@ struct Shortlist {
 
     /// Longer ones are not kept.
     double longest() const {
-        return count < kMost ? std::numeric_limits<double>::infinity() : length(translations[kMost - 1]);
+        return count < kMost ? std::numeric_limits<double>::infinity()
+                             : length(translations[kMost - 1]);
     }
 
     void add(const Eigen::Vector3d& translation) {
         std::size_t at = count;
-        while (at > 0 && dot(translation, translation) < dot(translations[at - 1], translations[at - 1])) --at;
+        while (at > 0 &&
+               dot(translation, translation) < dot(translations[at - 1], translations[at - 1]))
+            --at;
         if (at == kMost) return;
         count = std::min(count + 1, kMost);
         for (std::size_t i = count - 1; i > at; --i) translations[i] = translations[i - 1];
@@ -217,13 +222,13 @@ struct Shortlist {
 
 }  // namespace
 
-SeparatingTranslation grow_separating_translation(const PlacedShape& a, const PlacedShape& b, const PartGap& deepest,
-                                 double touch) {
+SeparatingTranslation grow_separating_translation(const PlacedShape& a, const PlacedShape& b,
+                                                  const PartGap& deepest, double touch) {
     return Search(a, b, deepest, touch).from_inside();
 }
 
-SeparatingTranslation find_separating_translation(const PlacedShape& a, const PlacedShape& b, const PartGap& deepest,
-                     double touch) {
+SeparatingTranslation find_separating_translation(const PlacedShape& a, const PlacedShape& b,
+                                                  const PartGap& deepest, double touch) {
     const Search search(a, b, deepest, touch);
     SeparatingTranslation best = search.from_inside();
     const double enough = best.least * (1.0 + 1e-12) + touch;
@@ -241,7 +246,8 @@ SeparatingTranslation find_separating_translation(const PlacedShape& a, const Pl
     }
     for (std::size_t i = 0; i < starts.count; ++i) {
         const Eigen::Vector3d translation = search.shorten(starts.translations[i]);
-        if (!best.is_found || dot(translation, translation) < dot(best.translation, best.translation)) {
+        if (!best.is_found ||
+            dot(translation, translation) < dot(best.translation, best.translation)) {
             best.translation = translation;
             best.is_found = true;
             best.spaces.count = 0;

@@ -17,15 +17,15 @@ struct SeparatingTranslation {
     std::array<std::array<std::uint32_t, 2>, HalfSpaces::kMost> parts{};
 };
 
-/// Adds the half-space of one overlapping pair of parts after the other. Fast, and exact for shallow overlaps; may fail, or
-/// give a longer translation than the shortest.
+/// Adds the half-space of one overlapping pair of parts after the other. Fast, and exact for shallow overlaps; may
+/// fail, or give a longer translation than the shortest.
 ///
 /// @param deepest find_least_gap() of the shapes
-SeparatingTranslation grow_separating_translation(const PlacedShape& a, const PlacedShape& b, const PartGap& deepest,
-                                 double touch);
+SeparatingTranslation grow_separating_translation(const PlacedShape& a, const PlacedShape& b,
+                                                  const PartGap& deepest, double touch);
 
 /// The shortest translation found from many directions; always one that separates.
-SeparatingTranslation find_separating_translation(const PlacedShape& a, const PlacedShape& b, const PartGap& deepest,
-                     double touch);
+SeparatingTranslation find_separating_translation(const PlacedShape& a, const PlacedShape& b,
+                                                  const PartGap& deepest, double touch);
 
 }  // namespace terrane::internal

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "pairs/compound/compound_cast.h"
+#include "math/valid_query.h"
 #include "math/vector_math.h"
+#include "pairs/compound/compound_cast.h"
 #include "pairs/compound/compound_contacts.h"
 #include "pairs/compound/compound_ray.h"
 #include "pairs/compound/separating_translation.h"
-#include "math/valid_query.h"
 
 #include <terrane/collision/shape_pairs.h>
 
@@ -55,7 +55,8 @@ struct PlacedPair {
 };
 
 // Fills in the answer for overlapping compounds; the witness points are those after the separating translation.
-void fill_overlap(const PlacedPair& pair, const SeparatingTranslation& separation, PairDistanceAnswer& answer) {
+void fill_overlap(const PlacedPair& pair, const SeparatingTranslation& separation,
+                  PairDistanceAnswer& answer) {
     const double depth = length(separation.translation);
     const PlacedShape separated = pair.a.moved(separation.translation);
     const PartGap last = find_least_gap(separated, pair.b);
@@ -134,7 +135,8 @@ PairDistanceAnswer signed_distance(const Shape& a, const Pose& world_from_a, con
         find_witnesses(pair.a.part(least.part_a), pair.b.part(least.part_b), least.gap,
                        answer.point_a_world, answer.point_b_world);
     } else {
-        fill_overlap(pair, find_separating_translation(pair.a, pair.b, least, pair.touch()), answer);
+        fill_overlap(pair, find_separating_translation(pair.a, pair.b, least, pair.touch()),
+                     answer);
     }
     answer.point_a_world += world_from_a.translation;
     answer.point_b_world += world_from_a.translation;
@@ -217,7 +219,9 @@ PairCastAnswer cast(const Shape& a, const Motion& motion_a, const Shape& b, cons
 ShapeRayAnswer cast_ray(const Shape& shape, const Pose& world_from_shape, const WorldPos& from,
                         const WorldPos& to) {
     ShapeRayAnswer answer;
-    if (!is_valid_query(shape, world_from_shape) || !is_finite(from) || !is_finite(to)) return answer;
+    if (!is_valid_query(shape, world_from_shape) || !is_finite(from) || !is_finite(to)) {
+        return answer;
+    }
     answer.status = QueryStatus::complete;
     const ShapeView view(shape);
     const PlacedShape placed{&view, orthonormalized(world_from_shape.rotation),

@@ -3,8 +3,8 @@
 //          complex objects in three-dimensional space. 1988. C. Ericson. Real-time collision detection.
 //          2005, sections 5.1.5 and 9.5.
 // Deviations: the nearest point of a simplex is the best over all of its corners, edges and faces, so that a degenerate
-//             simplex gives at worst a farther point, never a wrong one; and the iteration ends by a certified lower bound
-//             from a separating plane.
+//             simplex gives at worst a farther point, never a wrong one; and the iteration ends by a certified lower
+//             bound from a separating plane.
 #include "pairs/kernels/closest.h"
 
 #include <algorithm>

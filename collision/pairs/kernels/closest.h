@@ -11,9 +11,10 @@ namespace terrane::internal {
 struct Closest {
     Eigen::Vector3d on_a;
     Eigen::Vector3d on_b;
-    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< from b to a; arbitrary where they overlap
-    double distance = 0.0;  ///< between the two points; 0 where the cores overlap
-    double lower = 0.0;     ///< lower bound of the distance, certified by a separating plane
+    Eigen::Vector3d normal =
+        Eigen::Vector3d::UnitZ();  ///< from b to a; arbitrary where they overlap
+    double distance = 0.0;         ///< between the two points; 0 where the cores overlap
+    double lower = 0.0;            ///< lower bound of the distance, certified by a separating plane
 };
 
 /// GJK.

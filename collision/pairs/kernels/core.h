@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "shapes/extremes.h"
 #include "math/vector_math.h"
+#include "shapes/extremes.h"
 
 #include <cstdint>
 

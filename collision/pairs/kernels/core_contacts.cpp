@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Sources: G. van den Bergen. Collision detection in interactive 3D environments. 2003, section 4.4.
-// Deviations: the support faces are intersected in the plane orthogonal to the normal and keep their own heights, so that
-//             each contact's depth is the overlap along the normal, and its two points lie on the two shapes.
+// Deviations: the support faces are intersected in the plane orthogonal to the normal and keep their own heights, so
+//             that each contact's depth is the overlap along the normal, and its two points lie on the two shapes.
 #include "pairs/kernels/manifold.h"
 #include "pairs/kernels/support_polygon.h"
 

@@ -15,8 +15,8 @@ namespace terrane::internal {
 struct Gap {
     double distance = 0.0;  ///< metres: the gap, or minus the length of the min translation
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, from b towards a
-    /// Nearest points of the cores; unset where `has_points` is false: the cores overlap, and the witness points are those
-    /// of the deepest contact.
+    /// Nearest points of the cores; unset where `has_points` is false: the cores overlap, and the witness points are
+    /// those of the deepest contact.
     Eigen::Vector3d core_a = Eigen::Vector3d::Zero();
     Eigen::Vector3d core_b = Eigen::Vector3d::Zero();
     bool has_points = true;

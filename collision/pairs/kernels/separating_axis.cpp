@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Sources: D. Gregorius. The separating axis test between convex polyhedra. GDC 2013 (edges meet where
 //          their arcs on the Gauss map cross). F. Ramos, S. Gottschalk et al. on separating axes. 1996.
-// Deviations: instead of testing all pairs of arcs, each arc of one polyhedron is traced through the normal cones of the
-//             other, from vertex to neighbour, so that only crossing arcs are visited.
+// Deviations: instead of testing all pairs of arcs, each arc of one polyhedron is traced through the normal cones of
+//             the other, from vertex to neighbour, so that only crossing arcs are visited.
 #include "pairs/kernels/separating_axis.h"
 
 #include <algorithm>

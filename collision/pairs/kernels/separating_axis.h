@@ -23,7 +23,7 @@ struct Axis {
 ///
 /// Cost: O(faces * support + pairs of edges that form a facet)
 Axis find_separating_axis(const Core& a, const Core& b,
-                      double enough = std::numeric_limits<double>::infinity());
+                          double enough = std::numeric_limits<double>::infinity());
 
 /// The gap along any unit direction from b towards a.
 double gap_along(const Core& a, const Core& b, const Eigen::Vector3d& normal);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "shapes/hull/face_merge.h"
 #include "math/vector_math.h"
+#include "shapes/hull/face_merge.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -19,7 +19,7 @@ struct Node {
 class CollinearPointFilter {
 public:
     CollinearPointFilter(const std::vector<LatticePoint>& points, double tolerance,
-                 const std::vector<HullFace>& faces)
+                         const std::vector<HullFace>& faces)
         : points_(points), tolerance_(tolerance), first_(points.size() + 1, 0) {
         for (const HullFace& face : faces) {
             sizes_.push_back(face.loop.size());
@@ -88,7 +88,7 @@ private:
 }  // namespace
 
 void drop_collinear_points(const std::vector<LatticePoint>& points, double tolerance,
-                          std::vector<HullFace>& faces) {
+                           std::vector<HullFace>& faces) {
     CollinearPointFilter filter(points, tolerance, faces);
     while (filter.run_round()) {
     }

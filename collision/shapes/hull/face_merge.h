@@ -30,6 +30,6 @@ std::vector<HullFace> merge_coplanar(const std::vector<LatticePoint>& points,
 /// Removes points with two faces that are collinear with their neighbours: in rounds in which no two neighbours are
 /// removed, each within half the tolerance of the remaining side. Every loop keeps at least three points.
 void drop_collinear_points(const std::vector<LatticePoint>& points, double tolerance,
-                          std::vector<HullFace>& faces);
+                           std::vector<HullFace>& faces);
 
 }  // namespace terrane::internal

@@ -10,8 +10,8 @@
 
 namespace terrane::internal {
 
-/// Point of a cubic lattice with a spacing of at most 2^-59 of the largest extent. Coordinates are 0 to 2^60, so that the
-/// orientation predicate is exact in 192 bits.
+/// Point of a cubic lattice with a spacing of at most 2^-59 of the largest extent. Coordinates are 0 to 2^60, so that
+/// the orientation predicate is exact in 192 bits.
 using LatticePoint = std::array<std::int64_t, 3>;
 
 /// The points of a hull in canonical order: sorted by lattice point, each lattice point once.
@@ -36,8 +36,8 @@ Eigen::Vector3d difference(const LatticePoint& a, const LatticePoint& b);
 Eigen::Vector3d triangle_normal(const LatticePoint& a, const LatticePoint& b,
                                 const LatticePoint& c);
 
-/// Orientation predicate: the exact sign of ((b - a) x (c - a)) . (d - a). 1 where a, b, c are counter-clockwise seen from
-/// d, 0 where the four are coplanar.
+/// Orientation predicate: the exact sign of ((b - a) x (c - a)) . (d - a). 1 where a, b, c are counter-clockwise seen
+/// from d, 0 where the four are coplanar.
 int side_of_plane(const LatticePoint& a, const LatticePoint& b, const LatticePoint& c,
                   const LatticePoint& d);
 

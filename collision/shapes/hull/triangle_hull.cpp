@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Sources: C. B. Barber, D. P. Dobkin, H. Huhdanpaa. The quickhull algorithm for convex hulls. ACM
 //          Trans. Mathematical Software 1996.
-// Deviations: no thick facets: points lie on a lattice and the orientation predicate is exact, with doubles as a filter,
-//             so that the surface is closed and convex for every input. Nearly coplanar faces are merged afterwards
-//             (face_merge).
+// Deviations: no thick facets: points lie on a lattice and the orientation predicate is exact, with doubles as a
+//             filter, so that the surface is closed and convex for every input. Nearly coplanar faces are merged
+//             afterwards (face_merge).
 #include "shapes/hull/triangle_hull.h"
 
 #include "math/vector_math.h"
@@ -102,7 +102,8 @@ private:
                              points_[face.vertices[2]], points_[point]) > 0;
     }
 
-    // Adds a point to the outside set of the first face from `first_face` on that it is above; drops it if there is none.
+    // Adds a point to the outside set of the first face from `first_face` on that it is above; drops it if there is
+    // none.
     void assign_point(std::uint32_t point, std::uint32_t first_face) {
         for (std::uint32_t i = first_face; i < faces_.size(); ++i) {
             Face& face = faces_[i];

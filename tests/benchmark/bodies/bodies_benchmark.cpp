@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-// What a step of many bodies costs, beside Bullet's world on the same heights where it is found: a thousand mixed bodies
-// dropped on the contact terrain, and the same poured into a pit of 30 m. Sleeping off, 1/60 s a step, one thread unless
-// said; mean and median over ten seconds.
+// Time of a step of many bodies, beside Bullet's world on the same heights where it is found: a thousand mixed bodies
+// dropped on the contact terrain, and the same poured into a pit of 30 m. Sleeping off, 1/60 s a step, one thread by
+// default; mean and median over ten seconds.
 //
 //   bodies_benchmark [--quick] [--alone] [--count N] [--workers N] [--only SCENE] [--seconds T]
 //
 // --quick: few bodies for a second, as ctest runs it. --alone: without Bullet. --only: `dropped` or `heap`.
 //
-// Ends with 1 where a body of ours was ever deeper in the ground than its tolerance.
+// Exits with 1 if a body of ours ever penetrated the ground by more than its tolerance.
 #include "benchmark/contact/contact_workload.h"
 #include "benchmark/machine.h"
 #include "support/random.h"
@@ -43,7 +43,7 @@ struct Drop {
     std::vector<BodyState> states;
 };
 
-/// Layers over a square, turned any way; spheres, capsules and boxes in turns, as `terrane drop` has them.
+/// Layers over a square with random rotations; spheres, capsules and boxes in turns, as in `terrane drop`.
 Drop lay_out(const ContactMap& map, std::size_t count, double half_width, double distance) {
     test::Random random(5);
     const std::array<Shape, 3> shapes{Sphere{0.5}, Capsule{0.4, 0.8}, Box{{1.0, 2.0, 0.5}}};
@@ -74,7 +74,7 @@ struct Times {
     }
 };
 
-/// Whether nobody fell.
+/// Whether no body fell through.
 bool measure(const char* scene, const ContactMap& map, const Drop& drop, const Options& options) {
     const auto step_count = static_cast<int>(options.seconds / kStep);
     Result<BodyWorld> world =
@@ -84,7 +84,7 @@ bool measure(const char* scene, const ContactMap& map, const Drop& drop, const O
     }
     Times ours;
     std::uint64_t fell = 0, pairs = 0;
-    // The clock of the thread does not see what workers do.
+    // A thread's clock does not include its workers.
     const Clock clock = options.workers > 1 ? Clock::wall : Clock::thread;
     for (int step = 0; step < step_count; ++step) {
         const Stopwatch stopwatch(clock);

@@ -19,7 +19,7 @@ public:
 
     static std::string name();
     void add(const BodySettings& settings, const BodyState& state);
-    /// One step of this length, seconds, not cut.
+    /// One step of this length, seconds, without substeps.
     void step(double dt);
     WorldPos place(std::size_t body) const;
 

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: MIT
-// What it costs to find which of many moving spheres touch: 2 % of the volume, 1 m across, moving 1/60 m a step.
-// Medians of steps, one thread; Bullet's world without bodies' dynamics beside it where it is found.
+// Time to find the touching pairs of many moving spheres: 2 % of the volume, 1 m across, moving 1/60 m a step.
+// Medians over steps, one thread; beside Bullet's collision world where it is found.
 //
 //   broadphase_benchmark [--quick] [--alone] [--most COUNT] [--only KIND]
 //
-// --quick: few bodies and steps, as ctest runs it. --alone: without Bullet. --most: no more bodies than these.
+// --quick: few bodies and steps, as ctest runs it. --alone: without Bullet. --most: largest number of bodies.
 // --only: one kind, without Bullet.
 //
-// Ends with 1 where two of them find different numbers of touching pairs, or where updates of the grid take more steps
-// a body for some counts than for others by over 2 %.
-#include "broadphase_peer.h"
+// Exits with 1 if two of them find different numbers of touching pairs, or if the grid's operations a body differ by
+// over 2 % between counts.
 #include "benchmark/machine.h"
+#include "broadphase_peer.h"
 #include "support/random.h"
 
 #include <terrane/collision/broadphase.h>
@@ -145,7 +145,7 @@ int run(const Settings& settings) {
         for (const BroadphaseKind kind : {BroadphaseKind::grid, BroadphaseKind::sap,
                                           BroadphaseKind::two_scene, BroadphaseKind::brute}) {
             if (!settings.only.empty() && settings.only != to_string(kind)) continue;
-            // What takes minutes tells nothing more.
+            // Runs of minutes add no information.
             if (kind == BroadphaseKind::brute && count > 10'000) continue;
             if (kind != BroadphaseKind::grid && count > 100'000) continue;
             const Costs costs = measure(kind, count, steps);

@@ -10,17 +10,17 @@
 namespace terrane::bench {
 
 enum class PeerBroadphase {
-    tree,        ///< dynamic trees of boxes
+    tree,        ///< dynamic bounding volume trees
     axis_sweep,  ///< sweep-and-prune along three axes
 };
 
-/// Bullet's collision world with spheres that are moved by hand.
+/// Bullet's collision world with spheres that are moved explicitly.
 class BroadphasePeer {
 public:
     BroadphasePeer(PeerBroadphase kind, double radius, std::span<const Eigen::Vector3d> centres);
     ~BroadphasePeer();
 
-    /// Moves the spheres; how many pairs of them touch.
+    /// Moves the spheres; returns the number of touching pairs.
     std::size_t step(std::span<const Eigen::Vector3d> centres);
 
 private:

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include "broadphase_peer.h"
-
 #include "bullet_shapes.h"
 
 #include <BulletCollision/BroadphaseCollision/btAxisSweep3.h>
@@ -44,7 +43,7 @@ struct BroadphasePeer::World {
     std::unique_ptr<btBroadphaseInterface> broadphase;
     btSphereShape shape;
     std::vector<btCollisionObject> bodies;
-    btCollisionWorld world;  // leaves the others first
+    btCollisionWorld world;  // destroyed first
 };
 
 BroadphasePeer::BroadphasePeer(PeerBroadphase kind, double radius,
@@ -62,7 +61,7 @@ std::size_t BroadphasePeer::step(std::span<const Eigen::Vector3d> centres) {
     for (int i = 0; i < world_->dispatcher.getNumManifolds(); ++i) {
         const btPersistentManifold* const manifold =
             world_->dispatcher.getManifoldByIndexInternal(i);
-        // It keeps contacts of pairs that are a little apart.
+        // It keeps contacts of pairs that are slightly apart.
         for (int k = 0; k < manifold->getNumContacts(); ++k) {
             if (manifold->getContactPoint(k).getDistance() <= btScalar(0.0)) {
                 ++touching;

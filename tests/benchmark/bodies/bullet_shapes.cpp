@@ -37,7 +37,7 @@ BulletGround::BulletGround(const test::HeightTable& table)
     field.setFlipTriangleWinding(true);  // else normals point down where z is up
     const auto spacing = btScalar(table.spacing);
     field.setLocalScaling({spacing, spacing, btScalar(1.0)});
-    field.setMargin(btScalar(0.0));  // the surface is where the heights are
+    field.setMargin(btScalar(0.0));  // so that the surface is at the heights
     field.buildAccelerator();
     // its frame has its origin in the middle of the box around it
     const auto [low, high] = std::minmax_element(table.heights.begin(), table.heights.end());

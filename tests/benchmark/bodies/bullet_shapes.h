@@ -21,8 +21,8 @@ btTransform to_bullet(const Pose& pose);
 /// A sphere, a capsule or a box; null for others.
 std::unique_ptr<btConvexShape> make_bullet_shape(const Shape& shape);
 
-/// Bullet's own height field with the diamonds of the contact surface, which sees the heights of a table that
-/// outlives it, and where its middle lies in the world.
+/// Bullet's own height field with the diamonds of the contact surface, a view of a table that must outlive it, and the
+/// world position of its centre.
 struct BulletGround {
     explicit BulletGround(const test::HeightTable& table);
     btHeightfieldTerrainShape field;

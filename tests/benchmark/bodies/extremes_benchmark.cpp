@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The vertex of a convex hull that is farthest along a direction: time of a scan and of a climb against
-// the number of vertices, and where they cross. kClimbFrom of collision/shapes/extremes.h is from here.
+// The support vertex of a convex hull: time of a scan and of a climb against the number of vertices, and where they
+// cross. kClimbFrom of collision/shapes/extremes.h comes from here.
 #include "collision/shapes/point_clouds.h"
 #include "shapes/hull_data.h"
 
@@ -16,7 +16,7 @@ namespace {
 
 using Directions = std::vector<Eigen::Vector3d>;
 
-// Median of several runs over all directions, nanoseconds a question.
+// Median of several runs over all directions, nanoseconds a query.
 template <class Find>
 double measure_ns(const Directions& directions, double least_s, Find find) {
     constexpr std::size_t kRuns = 9;
@@ -34,7 +34,7 @@ double measure_ns(const Directions& directions, double least_s, Find find) {
         }
         time = 1e9 * elapsed / static_cast<double>(asked);
     }
-    if (sum == 12345) std::printf(" ");  // so that the answers are needed
+    if (sum == 12345) std::printf(" ");  // keeps the results alive
     std::nth_element(times.begin(), times.begin() + kRuns / 2, times.end());
     return times[kRuns / 2];
 }
@@ -45,7 +45,7 @@ struct Times {
 };
 
 Times measure(const internal::Polyhedron& hull, const Directions& directions, double least_s) {
-    // Small hulls have no table of their own.
+    // Small hulls have no climb table.
     internal::ClimbTable table;
     table.first_neighbour.assign(hull.first_neighbour.begin(), hull.first_neighbour.end());
     table.neighbours.assign(hull.neighbours.begin(), hull.neighbours.end());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Nanoseconds a query for every pair of shapes and question; about half of the poses overlap.
+// Nanoseconds a query for every pair of shapes and query; about half of the poses overlap.
 //
 //   shape_pairs_benchmark [rounds]
 #include "support/random.h"
@@ -52,7 +52,7 @@ double time_ns(const std::vector<Place>& places, int rounds, const Question& que
             std::chrono::steady_clock::now() - start;
         best = std::min(best, time.count() / static_cast<double>(places.size()));
     }
-    if (sum == 0.12345) std::puts("");  // the answers are used
+    if (sum == 0.12345) std::puts("");  // keeps the results alive
     return best;
 }
 

@@ -1,24 +1,23 @@
 // SPDX-License-Identifier: MIT
-// What a question about contact costs, beside Bullet and ODE where they are found: one thread, the same
-// heights, the same poses in the same order. Every engine answers a question once before it is timed.
+// Time of contact queries, beside Bullet and ODE where they are found: one thread, the same heights, the same poses in
+// the same order. Every engine runs each query once before it is timed.
 //
 //   contact_benchmark [--quick] [--alone] [--only TEXT]
 //
 // --quick: one short round over small maps, as ctest runs it. --alone: without the peers. --only: the
-// questions whose name has this text in it.
+// queries whose name contains this text.
 //
-// Ends with 1 where an engine's surface is not the one that its answers are judged by, or where Terrane
-// misses a contact.
+// Exits with 1 if an engine's surface differs from the oracle's, or if Terrane misses a contact.
+#include "benchmark/machine.h"
 #include "contact_comparison.h"
 #include "contact_oracle.h"
-#include "benchmark/machine.h"
 
 #include <cstdio>
 
 namespace terrane::bench {
 namespace {
 
-// What a height costs that is read from one array without asking anything: the machine's share.
+// Time of a height read from an array: the machine's share.
 double time_plain_lookup_ns(const ContactMap& map, const std::vector<Ray>& places) {
     const ContactOracle oracle(map.table, cut_as_terrane);
     std::vector<double> heights(places.size());
@@ -39,7 +38,7 @@ int run(const ComparisonSettings& settings) {
     const Sphere sphere{0.5};
     const Capsule capsule{0.4, 0.8};
     const Box box{{1.0, 2.0, 0.5}};
-    // how many times as fast as Bullet, as ODE
+    // speed relative to Bullet, to ODE
     const std::vector<double> any{0.0, 0.0}, of_ray{10.0, 0.0}, of_contact{5.0, 1.0};
     const std::vector<double> of_cast{20.0, 0.0};
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "contact_comparison.h"
 
-#include "contact_oracle.h"
 #include "benchmark/machine.h"
+#include "contact_oracle.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,8 +11,8 @@
 namespace terrane::bench {
 namespace {
 
-// Metres: surfaces are the oracle's to this, and what is deeper must be reported. Rounding leaves less
-// than 1e-9 m on these maps, and no simulation sees a micrometre.
+// Metres: surfaces match the oracle's to this, and deeper contacts must be reported. Rounding is below 1e-9 m on these
+// maps, and a micrometre is irrelevant to simulations.
 constexpr double kTolerance = 1e-6;
 
 bool is_hit(double fraction) { return fraction <= 1.0; }

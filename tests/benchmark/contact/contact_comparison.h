@@ -14,38 +14,34 @@
 
 namespace terrane::bench {
 
-/// How thorough a comparison is.
+/// Extent of a comparison.
 struct ComparisonSettings {
     bool is_quick = false;  ///< one round, cold
     bool is_alone = false;  ///< without the peers
-    std::string_view only;  ///< questions whose name has this in it
+    std::string_view only;  ///< queries whose name contains this
     bool wants(std::string_view question) const {
         return question.find(only) != std::string_view::npos;
     }
 };
 
-/// The median over up to nine rounds after one that warms up, nanoseconds a query of the calling
-/// thread's time. What needs seconds for a round, or is to be quick, is timed in the first one. None
-/// where the round says that there is no answer.
+/// Median over up to nine rounds after a warm-up, nanoseconds a query of the calling thread's time. Rounds of seconds,
+/// and quick runs, are timed in the first round. None where the round has no result.
 std::optional<double> measure_ns(std::size_t queries, bool is_quick,
                                  const std::function<bool()>& round);
 
-/// Puts questions about one map to all engines, and judges the answers by an oracle. The map outlives
-/// it.
+/// Runs queries about one map on all engines, and checks the results by an oracle. The map must outlive it.
 class ContactComparison {
 public:
     ContactComparison(const ContactMap& map, const ComparisonSettings& settings);
 
-    /// Whether vertical rays find the surface of every engine where the oracle has it; prints how far
-    /// they are from it.
+    /// Whether vertical rays hit the surface of every engine where the oracle has it; prints the errors.
     bool check_surfaces() const;
 
-    /// Each asks every engine, and keeps a row with the scores. Not where the settings leave the
-    /// question out.
+    /// Each runs a query on every engine and adds a row of scores. Skipped where the settings exclude it.
     void heights(Row row, const std::vector<Ray>& places);
     void rays(Row row, const std::vector<Ray>& rays);
     void contacts(Row row, const Shape& shape, const std::vector<Pose>& poses);
-    /// Missed is what is in the ground at one of eight places on its way, and was not hit.
+    /// Missed: in the ground at one of eight times of the sweep, but no hit.
     void casts(Row row, const Shape& shape, const std::vector<Sweep>& sweeps);
 
     const std::vector<Row>& rows() const { return rows_; }

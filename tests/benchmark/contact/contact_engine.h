@@ -16,7 +16,7 @@ struct Ray {
     WorldPos from, to;
 };
 
-/// A straight way of a shape that does not turn.
+/// A translation of a shape.
 struct Sweep {
     Pose start;
     Eigen::Vector3d translation;
@@ -25,25 +25,25 @@ struct Sweep {
 /// Whether a surface cuts a cell from its south-west to its north-east corner.
 using Cut = bool (*)(int column, int row);
 
-/// Says that a ray or a sweep met nothing.
+/// The fraction of a ray or a sweep without a hit.
 inline constexpr double kNoHit = 2.0;
 
-/// One of those that are compared: it holds the ground, and answers many questions of a kind in one
-/// call, in order, each from nothing: what an engine keeps from pose to pose of a body is cleared.
-/// A call returns false, at once, where the engine has no such question.
+/// An engine under comparison. It holds the ground and runs many queries of a kind in one call, in order and without
+/// caching: what it keeps between poses of a body is cleared. A call returns false at once where the engine has no such
+/// query.
 class ContactEngine {
 public:
     virtual ~ContactEngine() = default;
 
     /// With version and precision.
     virtual std::string name() const = 0;
-    /// How the surfaces are cut that its rays and its contacts see.
+    /// The diagonals of the surfaces that its rays and its contacts use.
     virtual Cut cut_of_rays() const = 0;
     virtual Cut cut_of_contacts() const = 0;
 
     virtual bool heights(std::span<const Ray> places, std::span<double> heights_out) = 0;
     virtual bool rays(std::span<const Ray> rays, std::span<double> fractions_out) = 0;
-    /// Points of the manifold; 0: the engine says that they are apart.
+    /// Points of the manifold; 0: apart.
     virtual bool contacts(const Shape& shape, std::span<const Pose> poses,
                           std::span<int> counts_out) = 0;
     virtual bool casts(const Shape& shape, std::span<const Sweep> sweeps,
@@ -54,8 +54,8 @@ inline bool cut_as_terrane(int column, int row) { return cut_to_north_east(colum
 
 std::unique_ptr<ContactEngine> make_terrane_engine(const Ground& ground);
 
-/// These read the table for as long as they live: samples of the contact surface, row 0 south, world
-/// (0, 0) in the south-west. Built only where the library is found.
+/// The table must outlive the engine: samples of the contact surface, row 0 south, world (0, 0) in the south-west.
+/// Built only where the library is found.
 std::unique_ptr<ContactEngine> make_bullet_engine(const test::HeightTable& table);
 std::unique_ptr<ContactEngine> make_ode_engine(const test::HeightTable& table);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Bullet's own height field, with the diamonds that contacts see cut as ours; rays with its accelerator. A pose is answered by the
-// algorithm that its world would run for the pair, kept from pose to pose, with an empty manifold.
+// Bullet's own height field, with the diagonals of contacts as ours; rays with its accelerator. A pose is queried with
+// the algorithm that its world would run for the pair, kept between poses, with an empty manifold.
 #include "benchmark/bodies/bullet_shapes.h"
 #include "contact_engine.h"
 
@@ -20,7 +20,7 @@ public:
                std::to_string(btGetVersion() % 100) +
                (sizeof(btScalar) == sizeof(double) ? " (double)" : " (single)");
     }
-    // Its rays see another surface than its contacts do: the diamonds are shifted by a cell.
+    // Its rays use another surface than its contacts: the diamonds are shifted by a cell.
     Cut cut_of_rays() const override {
         return [](int column, int row) { return !cut_to_north_east(column, row); };
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// ODE's own height field. It is y up, and cuts all cells the same way: with its z to the south, from
-// south-west to north-east. Poses are turned into its frame before they are handed over.
+// ODE's own height field. It is y up, and has the same diagonal in all cells: with its z to the south, from south-west
+// to north-east. Poses are converted to its frame before the timing.
 #include "contact_engine.h"
 
 #include <ode/ode.h>
@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kMostContacts = 16;
 
-// A geometry that stands alone, in no space.
+// A geometry outside of any space.
 class Geometry {
 public:
     explicit Geometry(dGeomID id) : id_(id) {}
@@ -82,7 +82,7 @@ public:
     bool heights(std::span<const Ray>, std::span<double>) override { return false; }
 
     bool rays(std::span<const Ray> rays, std::span<double> fractions_out) override {
-        // A slanted ray makes it look at all cells of the box around it: seconds for one of 500 m.
+        // A slanted ray tests all cells of its bounding box: seconds for one of 500 m.
         const auto is_vertical = [](const Ray& ray) {
             return ray.from.x() == ray.to.x() && ray.from.y() == ray.to.y();
         };
@@ -105,7 +105,7 @@ public:
 
     bool contacts(const Shape& shape, std::span<const Pose> poses,
                   std::span<int> counts_out) override {
-        // It looks at each triangle below with each other one: half a minute a query on 10^5 cells.
+        // It tests each triangle below with every other one: half a minute a query on 10^5 cells.
         constexpr double kMostCells = 100.0;  // along a side
         if (2.0 * bounding_radius(shape) > kMostCells * spacing_) return false;
         const Geometry geometry(make_shape(shape));

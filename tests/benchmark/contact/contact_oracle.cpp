@@ -64,7 +64,7 @@ double overlap_of_box(const Box& box, const Pose& pose, const Corners& triangle)
     double least = std::numeric_limits<double>::infinity();
     const auto look_along = [&](Vector axis) {
         const double size = axis.norm();
-        if (size < 1e-9) return;  // parallel edges: other axes say the same
+        if (size < 1e-9) return;  // parallel edges: covered by other axes
         axis /= size;
         const double reach = axis.cwiseAbs().dot(box.half_extents);
         const std::array<double, 3> at{axis.dot(body[0]), axis.dot(body[1]), axis.dot(body[2])};

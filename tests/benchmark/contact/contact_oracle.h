@@ -5,7 +5,7 @@
 
 namespace terrane::bench {
 
-/// The surface of a table, triangle by triangle; slow and without shortcuts.
+/// The surface of a table, triangle by triangle, by brute force.
 class ContactOracle {
 public:
     ContactOracle(const test::HeightTable& table, Cut is_cut_to_north_east)
@@ -14,10 +14,9 @@ public:
     /// Over a point inside the table, metres.
     double height(double x, double y) const;
 
-    /// How far a sphere, a capsule or a box reaches into some triangle, metres: its radius less the
-    /// core's distance, or the least overlap over the directions of the separating axis theorem.
-    /// Not positive: they are apart. A centre above the surface makes it overlap with the solid
-    /// exactly where it does with a triangle.
+    /// Penetration of a sphere, a capsule or a box into any triangle, metres: its radius less the core's distance, or
+    /// the least overlap over the axes of the separating axis theorem. Not positive: apart. With its centre above the
+    /// surface a shape overlaps the solid exactly where it overlaps a triangle.
     double deepest(const Shape& shape, const Pose& pose) const;
 
 private:

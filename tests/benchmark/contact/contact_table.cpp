@@ -18,7 +18,7 @@ std::string as_time(double ns) {
     return format("%.4g ms", 1e-6 * ns);
 }
 
-// "44 us, 5.2x (>= 5: met)": what a peer needs, and how many times as fast Terrane is.
+// "44 us, 5.2x (>= 5: met)": a peer's time, and the speed of Terrane relative to it.
 std::string as_peer(const Score& ours, const Score& peer, double wanted) {
     if (!peer.ns) return "-";
     const double ratio = *peer.ns / *ours.ns;

@@ -8,18 +8,18 @@
 
 namespace terrane::bench {
 
-/// What an engine made of a question.
+/// An engine's result of a query.
 struct Score {
-    std::optional<double> ns;  ///< median over the rounds, a query; none: it has no such question
-    std::size_t hits = 0;      ///< queries that it answered with a contact or a hit
-    std::size_t missed = 0;    ///< contacts that an oracle finds, and that it does not report
+    std::optional<double> ns;  ///< median over the rounds, a query; none: no such query
+    std::size_t hits = 0;      ///< queries with a contact or a hit
+    std::size_t missed = 0;    ///< contacts of the oracle that it does not report
 };
 
-/// A question, what is wanted of Terrane, and a score of each engine in the order of the columns.
+/// A query, Terrane's targets, and a score of each engine in the order of the columns.
 struct Row {
     std::string question;
     double target_ns = 0.0;             ///< 0: none
-    std::vector<double> wanted_ratios;  ///< times as fast as each peer; 0: not asked for
+    std::vector<double> wanted_ratios;  ///< target speed relative to each peer; 0: none
     std::size_t queries = 0;
     bool has_oracle = false;
     std::size_t touching = 0;        ///< of the queries, by the oracle of Terrane's surface

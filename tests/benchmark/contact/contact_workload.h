@@ -8,8 +8,8 @@
 
 namespace terrane::bench {
 
-/// The contact map, resident at its finest level, and the samples of its surface as others read them:
-/// rounded to quanta, which floats hold exactly.
+/// The contact map, resident at its finest level, and the samples of its surface for the other engines: rounded to
+/// quanta, which floats hold exactly.
 struct ContactMap {
     Ground ground;
     test::HeightTable table;
@@ -23,21 +23,21 @@ ContactMap make_contact_map(int side, double spacing);
 /// The same of any table of as many columns as rows.
 ContactMap make_map(const test::HeightTable& heights);
 
-/// From above the map straight through it.
+/// Vertical rays through the map.
 std::vector<Ray> make_vertical_rays(const ContactMap& map, std::size_t count, std::uint64_t seed);
 /// From 1.5 to 40 m above the ground, anywhere, `length` metres on, level or up to 9 degrees down.
 std::vector<Ray> make_grazing_rays(const ContactMap& map, std::size_t count, double length,
                                    std::uint64_t seed);
 
-/// Turned any way, the centre 0 to `highest` above the ground and `border` or more from the edge.
+/// Random rotations, the centre 0 to `highest` above the ground and `border` or more from the edge.
 std::vector<Pose> make_poses(const ContactMap& map, std::size_t count, double highest,
                              double border, std::uint64_t seed);
-/// Boxes that stand along the ground, 1 mm deep in it.
+/// Boxes aligned with the ground, 1 mm deep in it.
 std::vector<Pose> make_standing_poses(const ContactMap& map, std::size_t count, const Box& box,
                                       std::uint64_t seed);
 
-/// Sweeps of `length` that start clear: the ground within the bounding radius lies below it by 5 cm to
-/// `highest`. Downward by 3 degrees or more; with `grazing`, every second one at most 22 degrees.
+/// Sweeps of `length` that start clear: the ground within the bounding radius is below it by 5 cm to `highest`.
+/// Downward by 3 degrees or more; with `grazing`, every second one at most 22 degrees.
 std::vector<Sweep> make_sweeps(const ContactMap& map, std::size_t count, const Shape& shape,
                                double length, double highest, bool grazing, std::uint64_t seed);
 

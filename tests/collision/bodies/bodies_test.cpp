@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "body_cases.h"
 #include "rough_grounds.h"
-#include "support/random.h"
 #include "support/heights/table_ground.h"
+#include "support/random.h"
 
 #include <terrane/collision/bodies.h>
 
@@ -102,7 +102,8 @@ TEST(BodyWorld, NoneOfAThousandAtFiveKilometresASecondPassesARidgeOneCellThick) 
             lost += report.lost_time;
             ASSERT_EQ(report.parked, 0u);
             for (std::size_t body = 0; body < has_left.size(); ++body) {
-                // Around the ridge's ends, beyond the world, there is a way, and over it for who is thrown up.
+                // Past the ridge's ends, outside the world, and over the ridge where the impact throws it up, it may
+                // pass.
                 const BodyState& state = world.states()[body];
                 if (state.condition == BodyCondition::left_world ||
                     state.pose.translation.z() > kTop) {
@@ -134,7 +135,7 @@ TEST(BodyWorld, BringsADeepStartOutWithoutEverGoingDeeperOrGivingItVelocity) {
                 if (is_out) continue;
                 const double now =
                     -signed_distance(shape, world.states()[0].pose, ground, 0.0).distance;
-                // From far below the shortest way is searched for: its length is a bound that may waver.
+                // From far below the min translation is a search result, whose length may vary between steps.
                 const double waver = below > 2.0 ? 0.02 * depth : 1e-6;
                 EXPECT_LE(now, depth + waver)
                     << name_of(shape) << " from " << below << " m, step " << step;
@@ -215,7 +216,7 @@ TEST(BodyWorld, RefusesWhatIsNotFiniteByNameAndKeepsTheLastGoodState) {
     ASSERT_FALSE(world.add({.shape = Sphere{0.0}}, at({0.0, 0.0, 0.0})).has_value());
     const ConvexHull point = ConvexHull::create(std::array{Eigen::Vector3d(0, 0, 0)}).value();
     expect_named(world.add({.shape = point}, at({0.0, 0.0, 0.0})).error(), "contact_tolerance");
-    // Around its centre of mass it reaches farther than a hull may.
+    // Its extent about the centre of mass is larger than a hull's limit.
     const ConvexHull wide =
         ConvexHull::create(std::vector<Eigen::Vector3d>{
                                {1e5, 0, 0}, {1e5, 9e4, 0}, {1e5, 0, 9e4}, {-1e5, 1e4, 1e4}})

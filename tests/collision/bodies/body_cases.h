@@ -29,7 +29,7 @@ inline BodyWorld make_world(const BodyWorldSettings& settings = {}) {
     return std::move(*world);
 }
 
-/// Random places and velocities are better set one by one: the order of arguments is the compiler's.
+/// Random poses and velocities are set one by one: the order of evaluation of arguments is unspecified.
 inline BodyState at(const Eigen::Vector3d& place, const Eigen::Vector3d& velocity = {0.0, 0.0, 0.0},
                     const Eigen::Vector3d& angular_velocity = {0.0, 0.0, 0.0}) {
     BodyState state;
@@ -39,7 +39,7 @@ inline BodyState at(const Eigen::Vector3d& place, const Eigen::Vector3d& velocit
     return state;
 }
 
-/// A wedge whose centre of mass is off its origin, and whose axes are not its inertia's.
+/// A wedge whose centre of mass is off its origin, and whose axes are not its principal axes.
 inline ConvexHull make_wedge(double scale = 1.0) {
     std::vector<Eigen::Vector3d> points{{-0.9, -0.6, -0.3}, {1.2, -0.7, -0.4}, {0.8, 0.9, -0.3},
                                         {-0.7, 0.8, -0.4},  {-0.5, 0.1, 0.9},  {0.3, 0.4, 0.7}};
@@ -58,7 +58,7 @@ inline Compound make_hammer(double scale = 1.0) {
     return Compound::create(std::vector<CompoundPart>{head, handle, knob}).value();
 }
 
-/// Those that rest as they are put.
+/// Shapes that rest in their initial pose.
 inline std::vector<Shape> simple_shapes(double scale = 1.0) {
     return {Sphere{scale * 0.5}, Capsule{scale * 0.4, scale * 0.8},
             Box{scale * Eigen::Vector3d(1.0, 2.0, 0.5)}};

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "body_cases.h"
-#include "support/random.h"
 #include "support/heights/table_ground.h"
+#include "support/random.h"
 
 #include <terrane/collision/bodies.h>
 
@@ -26,7 +26,7 @@ using test::turned;
 
 constexpr double kGravity = 9.81;
 
-/// z = slope * x: the triangles are all in one plane.
+/// z = slope * x: all triangles are coplanar.
 Ground make_tilted(double slope) {
     return make_test_ground([slope](double x, double) { return slope * x; }, 1.0, 2);
 }
@@ -134,8 +134,8 @@ TEST(BodyWorld, SlidesDownATiltedPlaneAsCoulombSays) {
     }
 }
 
-// Friction is against the slip, not against what of it the box gives most to: nothing turns it, and it goes where a
-// point goes.
+// Friction opposes the slip whatever the effective masses of the two tangents: the box does not rotate, and moves as a
+// point mass does.
 TEST(BodyWorld, SlidesAcrossATiltedPlaneWithoutTurning) {
     const double slope = 0.5, friction = 0.3;
     const double cosine = 1.0 / std::sqrt(1.0 + slope * slope), sine = slope * cosine;
@@ -160,7 +160,7 @@ TEST(BodyWorld, SlidesAcrossATiltedPlaneWithoutTurning) {
     EXPECT_LT(std::abs(yaw), 1e-6);
 }
 
-/// A box of half extents 1, 0.6, 0.4, made in three ways: as itself, as a hull of its corners and of two parts.
+/// A box of half extents 1, 0.6, 0.4, three times: as a box, a hull and a compound of two parts.
 std::vector<Shape> make_boxes(const Pose& shape_from_box) {
     const Eigen::Vector3d half(1.0, 0.6, 0.4);
     std::vector<Eigen::Vector3d> corners;
@@ -178,7 +178,7 @@ std::vector<Shape> make_boxes(const Pose& shape_from_box) {
     return {Box{half}, ConvexHull::create(corners).value(), Compound::create(parts).value()};
 }
 
-// Wherever the origin of a shape is and however its axes are turned.
+// The motion does not depend on the origin and axes of the shape's frame.
 TEST(BodyWorld, MovesABoxAlikeWhateverItIsMadeOf) {
     const Ground ground = make_tilted(0.5);
     const double cosine = 1.0 / std::sqrt(1.25);
@@ -189,7 +189,7 @@ TEST(BodyWorld, MovesABoxAlikeWhateverItIsMadeOf) {
         const bool is_itself = std::holds_alternative<Box>(shape);
         const Pose from_box = is_itself ? Pose{} : shape_from_box;
         BodyWorld world = make_world({.allow_sleep = false});
-        // One slides down the plane; one flies, turning about none of its axes.
+        // One slides down the plane; one is in free flight and spins about none of its axes.
         for (const bool flies : {false, true}) {
             BodyState state = at({0.0, 0.0, 0.0}, {0.0, 2.0, 0.0});
             if (flies) state.angular_velocity = {2.0, -1.0, 3.0};
@@ -307,7 +307,7 @@ TEST(BodyWorld, GainsNoEnergyInRoughFrictionalImpacts) {
         for (int step = 0; step < 120; ++step) {
             world.step(ground, 1.0 / 60.0);
             const double now = energy(world.states()[0]);
-            // Coming out by a tolerance may lift it a little; a blow may not speed it up.
+            // Separation by a tolerance may raise it a little; an impact may not add speed.
             EXPECT_LE(now, before + kGravity * 0.012) << "run " << run << " step " << step;
             before = now;
         }

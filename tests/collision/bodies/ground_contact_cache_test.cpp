@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// What a look at the ground promises: how far a body may move without being cast.
+// The cache's clear distance: how far a body may move without a cast.
 #include "bodies/step/ground_contact_cache.h"
 
 #include "body_cases.h"
-#include "support/random.h"
 #include "support/heights/table_ground.h"
+#include "support/random.h"
 
 #include <terrane/collision/ground_cast.h>
 
@@ -29,7 +29,7 @@ RigidBody make_body(std::span<const BodyPart> parts, double radius, const Pose& 
     return body;
 }
 
-// The last of many spheres is the lowest, and there is no room for its contact.
+// The last of many spheres is the lowest, and the contact buffer is full before it.
 TEST(GroundContactCache, PromisesNothingWhereContactsWereCutOff) {
     const Ground ground = make_test_ground([](double, double) { return 0.0; }, 2.0, 1);
     std::vector<BodyPart> parts;
@@ -40,7 +40,7 @@ TEST(GroundContactCache, PromisesNothingWhereContactsWereCutOff) {
     }
     parts.back().offset_body.z() = -0.0038;
     Pose pose;
-    // A quarter of the tolerance above the ground is half of it above the gate, where contacts end.
+    // A gap of a quarter of the tolerance to the ground is half of it to the offset surface: the contact margin.
     pose.translation = {100.0, 100.0, 0.3 + 0.0023};
     const RigidBody body = make_body(parts, 4.3, pose);
     GroundContactCache cache;
@@ -48,7 +48,7 @@ TEST(GroundContactCache, PromisesNothingWhereContactsWereCutOff) {
     ASSERT_EQ(cache.count(), GroundContactCache::kMaxCount);
     EXPECT_LE(cache.clear_distance(body, 0.0), 0.0);
 
-    // With room for all of them it says how far.
+    // With room for all contacts the distance is known.
     const RigidBody smaller = make_body(std::span(parts).last(9), 4.3, pose);
     cache.invalidate();
     cache.update(smaller, ground);
@@ -57,8 +57,8 @@ TEST(GroundContactCache, PromisesNothingWhereContactsWereCutOff) {
     EXPECT_LT(cache.clear_distance(smaller, 0.0), 0.001);
 }
 
-// No motion within the promise, in any direction and turned any way, meets the gate; nor after the body has
-// moved a little with its cache.
+// No motion within the clear distance, in any direction and with any rotation, hits the offset surface; nor after the
+// cached contacts have been reused.
 TEST(GroundContactCache, IsKeptByEveryMotionThatItPromises) {
     constexpr std::uint64_t kSeed = 17;
     test::Random random(kSeed);

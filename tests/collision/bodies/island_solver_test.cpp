@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Bodies that meet each other.
+// Contacts between bodies.
 #include "body_cases.h"
 #include "support/allocation_counter.h"
-#include "support/random.h"
 #include "support/heights/table_ground.h"
+#include "support/random.h"
 
 #include <terrane/collision/bodies.h>
 #include <terrane/collision/shape_pairs.h>
@@ -42,7 +42,7 @@ struct Totals {
     double energy = 0.0;
 };
 
-/// Of spheres, whose inertia is one number.
+/// Total energy of spheres, whose inertia is one number.
 Totals count_up(const BodyWorld& world) {
     Totals totals;
     for (std::size_t i = 0; i < world.states().size(); ++i) {
@@ -85,7 +85,7 @@ TEST(MeetingBodies, TwoBallsBounceAsRestitutionSays) {
             for (int step = 0; step * kStep < 40.0 / speed + 4.0 * kStep; ++step) {
                 world.step(ground, kStep);
             }
-            // Momentum -0.5 m v in all; they part with the restitution of 1.5 v.
+            // Total momentum -0.5 m v; the separation speed is restitution * 1.5 v.
             const double common = -0.5 * speed / 4.0, parting = restitution * 1.5 * speed;
             EXPECT_NEAR(world.states()[0].velocity.x(), common - 0.75 * parting, 1e-9 * speed);
             EXPECT_NEAR(world.states()[1].velocity.x(), common + 0.25 * parting, 1e-9 * speed);
@@ -146,11 +146,11 @@ TEST(MeetingBodies, FastOnesDoNotPassThroughEachOther) {
                 for (double time = 0.0; time < 60.0 / speed + 3.0 * kStep; time += kStep) {
                     world.step(ground, kStep);
                 }
-                // It flies at the other's centre: whatever turns, it gives most of its push away.
+                // It moves towards the other's centre: most of its momentum is transferred, whatever the rotations.
                 SCOPED_TRACE("seed " + std::to_string(kSeed) + ", run " + std::to_string(run) +
                              ", " + std::to_string(speed) + " m/s, " + name_of(shape) + " at " +
                              name_of(other));
-                // A hammer may hit, or be hit, far from its centre of mass.
+                // A hammer may be hit far from its centre of mass.
                 const bool is_eccentric = std::holds_alternative<Compound>(shape) ||
                                           std::holds_alternative<Compound>(other);
                 const double least = is_eccentric ? 0.02 : 0.1;
@@ -177,7 +177,7 @@ TEST(MeetingBodies, StackStandsAndSleepsTogetherAndWakesTogether) {
         EXPECT_NEAR(place.y(), kMiddle, 1e-3) << i;
         EXPECT_NEAR(place.z(), 5.5 + 1.0 * static_cast<double>(i), 0.02) << i;
     }
-    // A body that falls on them wakes all.
+    // A falling body that hits one wakes all.
     ASSERT_TRUE(world.add({.shape = Sphere{0.3}}, at({kMiddle, kMiddle, 17.0})));
     std::uint64_t least_asleep = kCount;
     for (step = 0; step < 120; ++step) {
@@ -254,7 +254,7 @@ TEST_F(StackOnASlope, IsAsleepWithinFiveSeconds) {
     }
 }
 
-/// A heap in a pit, which has everything: fast ones, stacks, sleepers, ground that is steep.
+/// A heap in a pit: fast bodies, stacks, sleepers and steep ground.
 BodyWorld make_heap(const BodyWorldSettings& settings, std::size_t count) {
     constexpr std::uint64_t kSeed = 3;
     Random random(kSeed);
@@ -291,10 +291,10 @@ TEST(MeetingBodies, HeapSettlesWithoutOverlapsAndNobodyFalls) {
     const auto asleep = std::count_if(
         world.states().begin(), world.states().end(),
         [](const BodyState& state) { return state.condition == BodyCondition::asleep; });
-    EXPECT_GT(asleep, 50) << "of 60";  // one may roll on for long
+    EXPECT_GT(asleep, 50) << "of 60";  // of 60; one may roll for long
 }
 
-/// A plate with two walls on it, which fall to a line half a metre above its bottom from both sides.
+/// A plate with two walls, which fall to a line half a metre above its bottom from both sides.
 Compound make_groove() {
     std::vector<CompoundPart> parts{{Box{{1.0, 1.0, 0.1}}, {}}};
     parts[0].body_from_part.translation.z() = 0.1;
@@ -310,7 +310,7 @@ Compound make_groove() {
     return Compound::create(parts).value();
 }
 
-// It is held from two sides at once.
+// Contacts on two sides at once.
 TEST(MeetingBodies, ABallRestsInAGroove) {
     const Ground ground = make_flat();
     BodyWorld world = make_world({.allow_sleep = false});
@@ -381,9 +381,12 @@ TEST(Projectile, HitsTheFirstBodyOrTheGroundAndPushesIt) {
     EXPECT_NEAR(world.states()[1].angular_velocity.norm(), 0.0, 1e-6);
     world.step(ground, kStep);
     EXPECT_GT(world.states()[1].pose.translation.x(), 30.01);
-    EXPECT_NE(world.apply_impulse(9, first.point_world, {3.0, 0.0, 0.0}).error().message.find("body"),
-              std::string::npos);
-    EXPECT_NE(world.apply_impulse(1, first.point_world, {1e17, 0.0, 0.0}).error().message.find("velocity"),
+    EXPECT_NE(
+        world.apply_impulse(9, first.point_world, {3.0, 0.0, 0.0}).error().message.find("body"),
+        std::string::npos);
+    EXPECT_NE(world.apply_impulse(1, first.point_world, {1e17, 0.0, 0.0})
+                  .error()
+                  .message.find("velocity"),
               std::string::npos);
 }
 

@@ -12,7 +12,7 @@
 namespace terrane::internal {
 namespace islands_test {
 
-// Spread from each body until nothing is added: the lowest body that each one is joined with.
+// Flood fill: the lowest body that each one is connected with.
 std::vector<std::uint32_t> flood(std::span<const BodyPair> links,
                                  std::span<const std::uint8_t> moves) {
     std::vector<std::uint32_t> lowest(moves.size());
@@ -32,7 +32,7 @@ std::vector<std::uint32_t> flood(std::span<const BodyPair> links,
 TEST(Islands, AreWhatTouchesThroughBodiesThatMove) {
     constexpr std::uint64_t kSeed = 4;
     test::Random random(kSeed);
-    Islands islands;  // one for all: nothing of a build may be left for the next
+    Islands islands;  // reused: no state of a build may affect the next
     for (int run = 0; run < 2000; ++run) {
         SCOPED_TRACE("seed " + std::to_string(kSeed) + ", run " + std::to_string(run));
         const int count = 1 + random.below(30);

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-// Bodies of every shape and size on every kind of ground for as many steps as there is time for: nobody falls.
+// Bodies of every shape and size on every kind of ground, for as many steps as TERRANE_BODY_STEPS says: none falls
+// through.
 #include "body_cases.h"
-#include "rough_grounds.h"
-#include "support/random.h"
 #include "references/reference_maps.h"
+#include "rough_grounds.h"
 #include "support/heights/table_ground.h"
+#include "support/random.h"
 
 #include <terrane/collision/bodies.h>
 #include <terrane/collision/ground_contact.h>
@@ -46,7 +47,7 @@ std::vector<NamedGround> make_grounds() {
     return grounds;
 }
 
-/// What a run is made of. The same number gives the same run.
+/// The parameters of a run: a function of its number.
 struct Trial {
     explicit Trial(std::uint64_t number, std::size_t ground_count) : random(kSeed + number) {
         const auto one_of = [this](std::initializer_list<double> values) {
@@ -55,7 +56,7 @@ struct Trial {
         ground = number % ground_count;
         speed = one_of({0.0, 30.0, 300.0});
         spin = one_of({0.0, 20.0, 200.0});
-        // A step of a tenth of a second has twelve substeps, and what whirls at 3 km/s costs hundreds of others.
+        // A step of 0.1 s has twelve substeps, and a body that spins at 3 km/s costs as much as hundreds of others.
         dt = one_of({1.0 / 240.0, 1.0 / 240.0, 1.0 / 120.0, 1.0 / 120.0, 1.0 / 60.0, 1.0 / 10.0});
         if (random.below(32) == 0) speed = 3000.0;
         scale = one_of({0.1, 0.3, 1.0, 3.0});
@@ -88,8 +89,8 @@ struct Trial {
     double speed = 0.0, spin = 0.0, dt = 0.0, scale = 0.0;
 };
 
-// As many awake body steps as TERRANE_BODY_STEPS says, a few unless it does; of the runs from number
-// TERRANE_FIRST_RUN on, so that a long way can be gone in parts.
+// At least TERRANE_BODY_STEPS awake body steps, few by default, from run TERRANE_FIRST_RUN on, so that a long test can
+// be split.
 TEST(NobodyFalls, HoweverManyStepsAreTaken) {
     constexpr double kSeconds = 10.0;
     const char* asked = std::getenv("TERRANE_BODY_STEPS");

@@ -46,7 +46,7 @@ void expect_inertia(const Shape& shape, double mass, const Eigen::Vector3d& want
         << inertia.transpose() << " instead of " << sorted(wanted).transpose();
 }
 
-/// The tensor of inertia about the shape's origin, body frame, by counting points of a lattice in the shape.
+/// Inertia tensor about the shape's origin, body frame, by counting lattice points inside the shape.
 struct Counted {
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();
     Eigen::Matrix3d about_centre = Eigen::Matrix3d::Zero();  // of 1 kg
@@ -63,8 +63,9 @@ Counted count_points(const Shape& shape, int steps) {
         }
     }
     Counted counted;
-    for (const Eigen::Vector3d& p : inside)
+    for (const Eigen::Vector3d& p : inside) {
         counted.centre += p / static_cast<double>(inside.size());
+    }
     for (const Eigen::Vector3d& p : inside) {
         const Eigen::Vector3d d = p - counted.centre;
         counted.about_centre +=
@@ -75,7 +76,7 @@ Counted count_points(const Shape& shape, int steps) {
 }
 
 TEST(MassProperties, AreThoseOfAllPointsOfTheShape) {
-    constexpr double kAccuracy = 0.01;  // of a lattice of 60 points each way
+    constexpr double kAccuracy = 0.01;  // of a lattice of 60 points along each axis
     for (const Shape& shape : {Shape(test::make_wedge()), Shape(Capsule{0.4, 0.8})}) {
         const Counted counted = count_points(shape, 60);
         const CentredShape centred = make_centred(shape).value();
@@ -139,7 +140,7 @@ TEST(MassProperties, OfPartsThatMakeABoxAreTheBoxes) {
                 parts.push_back({hull_of_box(0.5 * half, pose), {}});
             }
         }
-        // A plate weighs nothing beside what is solid.
+        // A plate has no mass beside solid parts.
         parts.push_back({Box{{4.0, 4.0, 0.0}}, whole});
         const CentredShape centred = make_centred(Compound::create(parts).value()).value();
         expect_inertia(centred.shape, 3.0, make_mass_properties(Box{half}, 3.0).inertia, 1e-9);

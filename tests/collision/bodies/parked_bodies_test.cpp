@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// Bodies whose ground is not loaded: they stop, and go on as if nothing had been.
+// Bodies whose ground is not loaded: they stop, and continue with the same bits once it is.
 #include "body_cases.h"
-#include "support/random.h"
 #include "support/heights/table_ground.h"
+#include "support/random.h"
 
 #include <terrane/collision/bodies.h>
 
@@ -27,7 +27,7 @@ using test::TableGroundSettings;
 
 constexpr double kStep = 1.0 / 60.0;
 
-/// Two by two chunks of 128 m, all of them resident unless somebody says which.
+/// Two by two chunks of 128 m; all resident by default.
 Ground make_ground(std::function<double(double, double)> height,
                    std::function<bool(int column, int row)> is_resident) {
     TableGroundSettings settings;
@@ -62,7 +62,7 @@ TEST(ParkedBody, KeepsItsStateForAnyNumberOfSteps) {
         BodyWorld world = make_world();
         const BodyState before = at({190.0, 64.0, 8.0}, {1.0, 2.0, -3.0}, {0.3, -4.0, 0.1});
         ASSERT_TRUE(world.add({.shape = shape}, before));
-        ASSERT_TRUE(world.add({.shape = shape}, at({60.0, 64.0, 8.0})));  // its ground is there
+        ASSERT_TRUE(world.add({.shape = shape}, at({60.0, 64.0, 8.0})));  // its ground is resident
         for (int step = 0; step < 1000; ++step) {
             const StepReport report = world.step(absent, step % 3 == 0 ? 0.1 : kStep);
             ASSERT_EQ(report.parked, 1u);
@@ -70,7 +70,7 @@ TEST(ParkedBody, KeepsItsStateForAnyNumberOfSteps) {
             ASSERT_EQ(world.states()[0].condition, BodyCondition::parked);
             ASSERT_TRUE(is_same(world.states()[0], before));
         }
-        // it asks for its ground as long as it is parked
+        // it needs its ground as long as it is parked
         const BodyNeed need = world.needs()[0];
         EXPECT_LE((need.centre_world - before.pose.translation).norm(), bounding_radius(shape));
         EXPECT_EQ(need.velocity, before.velocity);
@@ -96,7 +96,7 @@ TEST(ParkedBody, LivesAndLosesNoTime) {
     EXPECT_EQ(report.impacts, 0u);
 }
 
-// In the air, in contact, and after it has been deep.
+// In the air, in contact, and after penetrating deeply.
 TEST(ParkedBody, GoesOnAsIfItHadNotWaited) {
     constexpr std::uint64_t kSeed = 41;
     Random random(kSeed);
@@ -126,7 +126,7 @@ TEST(ParkedBody, GoesOnAsIfItHadNotWaited) {
 
 TEST(ParkedBody, WaitsForAllOfItsGround) {
     const Ground whole = make_flat();
-    // beside the corner of four chunks, which it reaches into one after the other
+    // near the corner of four chunks, which it reaches one after the other
     const BodyState start = at({127.0, 127.0, 6.2}, {0.5, 0.5, -1.0});
     BodyWorld world = make_world();
     ASSERT_TRUE(world.add({.shape = Box{{2.0, 2.0, 1.0}}}, start));
@@ -148,7 +148,7 @@ TEST(ParkedBody, DoesNotWaitForGroundThatItCannotReach) {
     for (int step = 0; step < 300; ++step) ASSERT_EQ(world.step(partly, kStep).parked, 0u);
 }
 
-// It stops at the end of the last step that its ground was there for, and goes on from there.
+// It stops at the end of the last step with resident ground and continues from there.
 TEST(ParkedBody, StopsOnItsWayWhereTheGroundEnds) {
     const Ground whole = make_rough(), partly = make_rough(is_western);
     for (const Shape& shape : all_shapes()) {
@@ -176,7 +176,7 @@ TEST(ParkedBody, StopsOnItsWayWhereTheGroundEnds) {
     }
 }
 
-// A body that rests on flat ground, a step before it would fall asleep or long after.
+// A body at rest on flat ground, one step before it falls asleep or long after.
 BodyWorld rest(const Ground& ground, bool is_asleep) {
     BodyWorld world = make_world();
     EXPECT_TRUE(world.add({.shape = Box{}}, at({64.3, 64.3, 5.6})));
@@ -205,8 +205,8 @@ TEST(SleepingBody, SleepsOnWhileItsGroundIsGone) {
             ASSERT_EQ(world.state_hash(), hash);
         }
     }
-    EXPECT_EQ(world.needs()[0].centre_world, before.pose.translation);  // it still asks for it
-    // woken up over nothing it is parked, and falls when there is something to fall on
+    EXPECT_EQ(world.needs()[0].centre_world, before.pose.translation);  // it still needs its ground
+    // awake over ground that is not loaded it is parked, and it falls once the ground is there
     BodyState moved = before;
     moved.pose.translation.z() += 3.0;
     ASSERT_TRUE(world.set_state(0, moved));
@@ -226,7 +226,7 @@ TEST(ParkedBody, FallsAsleepOnlyOnItsGround) {
         ASSERT_EQ(report.asleep, 0u);
         ASSERT_TRUE(is_same(world.states()[0], before));
     }
-    // it was quiet for almost long enough before
+    // it was quiet for almost kSleepDelay before
     for (int step = 0; step < 3; ++step) world.step(ground, kStep);
     EXPECT_EQ(world.states()[0].condition, BodyCondition::asleep);
 }
@@ -243,7 +243,7 @@ TEST(ParkedBody, CannotBePutToSleep) {
     EXPECT_LT(world.states()[0].velocity.z(), 0.0);
 }
 
-// It left the world before it had to wait.
+// It left the world before it parked.
 TEST(ParkedBody, NeverComesBackInUnderTheGroundFromBeyondTheWorld) {
     const Ground whole = make_flat(), absent = make_flat(is_none);
     for (const Shape& shape : all_shapes()) {

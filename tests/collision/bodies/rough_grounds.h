@@ -4,10 +4,10 @@
 #include <cmath>
 #include <cstdint>
 
-// Grounds that bodies are thrown onto to see whether they fall.
+// Rough grounds that bodies are dropped on.
 namespace terrane::test {
 
-/// Heights by lattice point, for grounds that no smooth function gives.
+/// Heights by lattice point: grounds that are not smooth functions.
 inline std::uint64_t scramble(double x, double y) {
     std::uint64_t z =
         static_cast<std::uint64_t>(static_cast<std::int64_t>(x)) * 0x9e3779b97f4a7c15u ^

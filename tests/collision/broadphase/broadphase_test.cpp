@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Every broadphase against every pair of boxes, compared by the test itself.
+// Every broadphase against a brute force comparison of all boxes.
 #include "support/allocation_counter.h"
 #include "support/random.h"
 
@@ -71,7 +71,7 @@ void expect_all_pairs(Broadphase& broadphase, const Crowd& crowd, double margin)
 struct NamedCrowd {
     std::string name;
     Crowd crowd;
-    double step;  ///< metres: what is slow motion here
+    double step;  ///< metres: slow motion
 };
 
 std::vector<NamedCrowd> make_crowds(Random& random) {
@@ -143,7 +143,7 @@ TEST_P(Broadphases, FindWhatComparingAllFindsWhateverMoves) {
             SCOPED_TRACE(margin);
             Crowd crowd = named.crowd;
             const auto broadphase = make_broadphase(GetParam(), margin);
-            // still, slow, fast, teleporting, and still again
+            // at rest, slow, fast, teleporting, and at rest again
             for (const double speed : {0.0, 1.0, 30.0, 1e4, 0.0}) {
                 for (int step = 0; step < 3; ++step) {
                     for (std::size_t i = 0; i < crowd.bounds.size(); ++i) {
@@ -187,7 +187,7 @@ TEST_P(Broadphases, PassOverWhatIsNoBox) {
     broken.bounds[7].high.x() = 1e300;
     broken.bounds[8].low.z() = -std::numeric_limits<double>::max();
     const auto is_whole = [](std::uint32_t i) { return i < 3 || i > 8; };
-    // whole, broken, and mended again
+    // valid, empty, and valid again
     for (const Crowd* now : {&crowd, &broken, &crowd}) {
         broadphase->update(now->bounds, now->balls);
         std::vector<BodyPair> expected;
@@ -272,7 +272,7 @@ TEST(GridBroadphase, ComparesFewPairsOfLikeBodies) {
     grid->update(crowd.bounds, crowd.balls);
     const std::size_t pairs = grid->find_pairs().size();
     EXPECT_GT(pairs, 100u);
-    // 27 cells of which one row in three sees the other's neighbours, against 8 box volumes
+    // 27 cells of which one row in three overlaps the other's neighbours, against 8 box volumes
     EXPECT_LT(grid->candidate_count(), 8 * pairs);
 }
 

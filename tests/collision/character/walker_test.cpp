@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "support/allocation_counter.h"
-#include "support/random.h"
 #include "support/heights/table_ground.h"
+#include "support/random.h"
 
 #include <terrane/collision/shape_pairs.h>
 #include <terrane/collision/walker.h>
@@ -30,7 +30,7 @@ Ground make_slope(double slope) {
     return make_test_ground([slope](double x, double) { return slope * x; }, {.quantum = 0x1p-20});
 }
 
-/// Steps for some seconds; nothing may go wrong on the way.
+/// Steps for some seconds and checks every report.
 void walk(Walker& walker, const Ground& ground, std::span<const Obstacle> obstacles,
           const WalkerControls& controls, double seconds, double dt = kStep) {
     for (double time = 0.0; time < seconds - 1e-9; time += dt) {
@@ -77,7 +77,7 @@ TEST(Walker, NeverClimbsWhatIsTooSteepAndSlidesDownIt) {
     Walker walker = make_walker({50.0, 64.3, kTall});
     walk(walker, ground, {}, {.velocity = {4.0, 0.0}}, 10.0);
     EXPECT_LT(walker.state().place_world.z(), kTall + 0.02);
-    // At an angle it goes along.
+    // At an angle it slides along the wall.
     const double y = walker.state().place_world.y();
     walk(walker, ground, {}, {.velocity = {3.0, 2.0}}, 5.0);
     EXPECT_NEAR(walker.state().place_world.y(), y + 10.0, 0.5);

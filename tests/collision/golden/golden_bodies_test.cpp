@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The bits of body states after a second of falling, bouncing and sliding. They may change only
-// together with an entry in CHANGELOG.md; the failure prints what is made now. Built with both
-// compilers at more than one optimisation level: all must agree.
+// Bits of body states after a second of falling, bouncing and sliding. They may change only with an entry in
+// CHANGELOG.md; a failure prints the new hash. Built with both compilers at several optimisation levels, which must
+// agree.
 #include <terrane/collision/bodies.h>
 #include <terrane/collision/path_driver.h>
 #include <terrane/collision/tracked.h>
@@ -39,7 +39,7 @@ TEST(GoldenBodies, AreTheSameWithEveryCompilerAtEveryLevel) {
     EXPECT_EQ(world.state_hash(), 0x7ced9d6f28756c17u) << std::hex << world.state_hash();
 }
 
-// A heap of all shapes that fall onto each other, on several threads.
+// A heap of all shapes, on several threads.
 TEST(GoldenBodies, OfAHeapAreTheSameWithEveryCompilerAtEveryLevel) {
     const auto source = FractalHeights::create({.seed = 12, .root_size_log2 = 12}).value();
     Pager pager = Pager::create(source, {.worker_count = 0, .horizon = 0.1}).value();

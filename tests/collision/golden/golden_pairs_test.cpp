@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The bits of hulls, and of answers about all pairs of shapes. They may change only together with an entry
-// in CHANGELOG.md; the failure prints what is made now. Built with both compilers at more than one
-// optimisation level: all must agree.
+// Bits of hulls and of queries of all pairs of shapes. They may change only with an entry in CHANGELOG.md; a failure
+// prints the new hash. Built with both compilers at several optimisation levels, which must agree.
 #include "support/hash.h"
 #include "support/random.h"
 
@@ -18,7 +17,7 @@ namespace golden_pairs_test {
 using test::Hash;
 using test::Random;
 
-// No product of Eigen's, whose order is its own business.
+// Not Eigen's product, whose order of operations may change.
 Eigen::Vector3d direction(Random& random) {
     for (;;) {
         const double x = random.between(-1, 1), y = random.between(-1, 1),
@@ -30,7 +29,7 @@ Eigen::Vector3d direction(Random& random) {
     }
 }
 
-// One draw at a time: compilers evaluate operands in their own order.
+// One draw per statement: the order of evaluation of operands is unspecified.
 Eigen::Vector3d vector_up_to(Random& random, double longest) {
     const double size = random.between(0.0, longest);
     return size * direction(random);
@@ -65,7 +64,7 @@ std::vector<ConvexHull> make_hulls() {
         hulls.push_back(random_hull(random, count, 1.0));
         hulls.push_back(random_hull(random, count, 0.0));
     }
-    // A grid: everything is collinear or coplanar with something, turned so that nothing is exact.
+    // A rotated grid: many collinear and coplanar points, none exactly.
     std::vector<Eigen::Vector3d> grid;
     const Pose pose = random_pose(random, 1.0);
     for (int i = 0; i < 125; ++i) {
@@ -130,7 +129,7 @@ void add_contacts(Hash& hash, std::span<const PairContact> contacts) {
     }
 }
 
-// Everything that can be asked of two shapes.
+// All queries of two shapes.
 void add_answers(Hash& hash, const Shape& a, const Motion& motion_a, const Shape& b,
                  const Motion& motion_b) {
     const Pose& pose_a = motion_a.start;

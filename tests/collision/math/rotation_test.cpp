@@ -40,7 +40,7 @@ TEST(MotionAt, StaysOrthonormal) {
     }
 }
 
-// As exact from rounding away as from far away: the way that is taken changes at 1e-8.
+// As accurate near orthonormal as far from it: the method changes at 1e-8.
 TEST(Orthonormalized, KeepsTheFirstAxisAndThePlaneOfTheSecond) {
     SCOPED_TRACE("seed 11");
     test::Random random(11);

@@ -5,7 +5,7 @@
 
 namespace terrane::test {
 
-/// How many random cases: more where TERRANE_CASE_FACTOR says so, as the tests under `long` do.
+/// Number of random cases, times TERRANE_CASE_FACTOR, which the tests labelled long set.
 inline int case_count(int usual) {
     const char* factor = std::getenv("TERRANE_CASE_FACTOR");
     return factor == nullptr ? usual : usual * std::atoi(factor);

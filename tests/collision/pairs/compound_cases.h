@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-// Random compounds, and slow answers about them: every part is looked at.
+// Random compounds, and brute force queries over all parts.
 namespace terrane::test {
 
 inline Shape as_shape(const ConvexShape& shape) {
@@ -53,7 +53,7 @@ inline std::vector<Piece> pieces_of(const Shape& shape, const Pose& pose) {
     return {{std::get<ConvexHull>(shape), pose}};
 }
 
-/// The least signed distance of any two pieces, by every pair of their features.
+/// Least signed distance of any two pieces, by all pairs of their features.
 inline double oracle_least(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
     double least = std::numeric_limits<double>::infinity();
     for (const Piece& p : pieces_of(a, pose_a)) {
@@ -65,7 +65,7 @@ inline double oracle_least(const Shape& a, const Pose& pose_a, const Shape& b, c
     return least;
 }
 
-/// The same by the library's answers about two convex shapes.
+/// The same by the library's query of two convex shapes.
 inline double least_distance(const Shape& a, const Pose& pose_a, const Shape& b,
                              const Pose& pose_b) {
     double least = std::numeric_limits<double>::infinity();
@@ -109,7 +109,7 @@ inline ConvexShape random_convex(Random& random, int kind) {
     return ConvexHull::create(points).value();
 }
 
-/// Up to six parts of all kinds, turned and beside each other.
+/// Up to six parts of all kinds, rotated, near each other.
 inline Compound random_compound(Random& random) {
     std::vector<CompoundPart> parts(1 + static_cast<std::size_t>(random.between(0.0, 6.0)));
     for (CompoundPart& part : parts) {
@@ -143,11 +143,11 @@ inline Compound random_mesh(Random& random) {
     return Compound::from_triangles(vertices, triangles).value();
 }
 
-/// What a compound meets: sphere, capsule, box, hull, compound, mesh.
+/// What a compound is tested against: sphere, capsule, box, hull, compound, mesh.
 inline constexpr std::array<const char*, 6> kOtherNames = {"sphere", "capsule",  "box",
                                                            "hull",   "compound", "mesh"};
 
-/// Compounds are made once, and many: making them costs more than asking.
+/// Compounds are made once: making them costs more than querying them.
 inline const std::vector<Shape>& others_of(int kind) {
     static const std::array<std::vector<Shape>, 6> all = [] {
         std::array<std::vector<Shape>, 6> made;
@@ -170,7 +170,7 @@ struct CompoundCase {
     Pose pose_a, pose_b;
 };
 
-/// Either may be the compound; about half overlap.
+/// Either shape may be the compound; about half of the cases overlap.
 inline CompoundCase random_compound_case(Random& random, int kind, int i) {
     const auto pick = [&](int k) {
         return others_of(k)[static_cast<std::size_t>(random.between(0.0, 200.0))];

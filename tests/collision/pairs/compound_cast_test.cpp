@@ -54,7 +54,7 @@ TEST_P(CompoundCasts, AreTheEarliestOfTheirParts) {
         SCOPED_TRACE(testing::Message() << "case " << i);
         const CompoundCase c = test::random_compound_case(random, GetParam(), i);
         settings.skip_separating = i % 3 == 0;
-        // Without turning a part moves as its body does.
+        // Without rotation a part moves as its body does.
         const Motion a = motion_of(c.pose_a, 5.0 * random.direction());
         const Motion b = motion_of(c.pose_b, random.direction());
         const PairCastAnswer answer = cast(c.a, a, c.b, b, settings);
@@ -69,7 +69,7 @@ TEST_P(CompoundCasts, AreTheEarliestOfTheirParts) {
                 if (one.hit && one.fraction < expected.fraction) expected = one;
             }
         }
-        // Grazes may be told either way.
+        // For grazing contacts both results are valid.
         if (answer.hit == expected.hit) {
             EXPECT_NEAR(answer.fraction, expected.fraction, 1e-6);
         } else {
@@ -83,7 +83,8 @@ TEST_P(CompoundCasts, AreTheEarliestOfTheirParts) {
 }
 
 TEST(CompoundCast, TurnsPartsAboutTheBodysOrigin) {
-    // A ball on an arm of 2 m comes round a quarter turn onto a plate; by itself it would not move.
+    // A ball on an arm of 2 m rotates by a quarter turn onto a plate; the ball itself has no rotation axis off its
+    // centre.
     CompoundPart ball;
     ball.shape = Sphere{0.25};
     ball.body_from_part.translation = {2.0, 0.0, 0.0};
@@ -131,7 +132,7 @@ TEST_P(CompoundCasts, StartedInContactAreHitAtOnceUnlessTheyPartAndMayPass) {
         EXPECT_TRUE(at_once.started_in_contact);
         EXPECT_EQ(at_once.fraction, 0.0);
         EXPECT_GT(at_once.count, 0u);
-        // Both the same way: nothing closes.
+        // Equal motions: nothing approaches.
         const Eigen::Vector3d way(3.0, -2.0, 1.0);
         EXPECT_FALSE(
             cast(c.a, motion_of(c.pose_a, way), c.b, motion_of(c.pose_b, way), passing).hit);

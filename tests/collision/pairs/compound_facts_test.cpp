@@ -40,19 +40,19 @@ TEST(CompoundFacts, AnglesInEachOtherAreFreedIntoTheCorner) {
     for (const double x : {0.9, 0.95, 0.7}) {
         for (const double z : {0.9, 0.6, 0.99}) {
             const PairDistanceAnswer answer = signed_distance(both, at({x, 0, z}), both, Pose{});
-            // The least of parting in one pair is 1 - x or 1 - z; the union needs both.
+            // Single pairs have min translations of 1 - x and 1 - z; the union needs both.
             const double expected = std::sqrt((1 - x) * (1 - x) + (1 - z) * (1 - z));
             EXPECT_NEAR(-answer.distance, expected, 1e-12) << x << " " << z;
             EXPECT_NEAR(answer.normal.x(), (1 - x) / expected, 1e-9);
             EXPECT_NEAR(answer.normal.y(), 0.0, 1e-9);
         }
     }
-    // In the corner they touch.
+    // They touch in the corner.
     EXPECT_EQ(signed_distance(both, at({1, 0, 1}), both, Pose{}).distance, 0.0);
     EXPECT_TRUE(test_contact(both, at({1, 0, 1}), both, Pose{}).is_touching);
     EXPECT_FALSE(test_contact(both, at({1.001, 0, 1.001}), both, Pose{}).is_touching);
     EXPECT_NEAR(signed_distance(both, at({1.5, 0, 1.25}), both, Pose{}).distance, 0.25, 1e-15);
-    // The whole way down: out sideways.
+    // At the bottom: the shortest translation is sideways.
     EXPECT_NEAR(signed_distance(both, at({0, 0.25, 0}), both, Pose{}).distance, -0.75, 1e-12);
 }
 
@@ -166,7 +166,7 @@ TEST(CompoundFacts, TilesAreTheBoxTheyFill) {
         if (expected.distance > 0.0) {
             EXPECT_NEAR(answer.distance, expected.distance, 1e-9);
         } else if (smallest_half_extent(other) > 0.0) {
-            // What has no thickness may end in a seam, whose both sides it does not touch.
+            // A shape without thickness may end in a seam, of which it touches neither side.
             ++overlapping;
             EXPECT_LE(answer.distance, expected.distance + 1e-9);
             EXPECT_GE(answer.distance, 1.25 * expected.distance - 1e-9);
@@ -180,7 +180,7 @@ TEST(CompoundFacts, TilesAreTheBoxTheyFill) {
         still.start = place;
         const PairCastAnswer met = cast(box, thrown, other, still, settings);
         const PairCastAnswer met_tiles = cast(tiles, thrown, other, still, settings);
-        // A graze may be told either way.
+        // For a grazing ray both results are valid.
         if (met.hit == met_tiles.hit) {
             EXPECT_NEAR(met.fraction * 6.0, met_tiles.fraction * 6.0, 1e-6);
         } else {
@@ -271,7 +271,7 @@ TEST(CompoundFacts, HaveTheSameBitsTenThousandKilometresOut) {
     }
 }
 
-// A bumpy ball of some triangles.
+// A bumpy sphere of some triangles.
 Compound ball_of_triangles(std::uint32_t rings, std::uint32_t columns) {
     std::vector<Eigen::Vector3d> vertices;
     std::vector<std::array<std::uint32_t, 3>> triangles;

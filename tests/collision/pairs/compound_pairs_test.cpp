@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "math/half_spaces.h"
 #include "compound_cases.h"
+#include "math/half_spaces.h"
 
 #include <gtest/gtest.h>
 
@@ -57,7 +57,7 @@ TEST_P(CompoundPairs, OverlappingArePartedByTheirDistanceAndHardlyByLess) {
     Random random(kSeed + 1);
     const int cases = test::case_count(1'000);
     double worst = 1.0;
-    int overlapping = 0, longer = 0;  // than 1.25 times what is enough
+    int overlapping = 0, longer = 0;  // than 1.25 times the shortest sampled one
     for (int i = 0; i < cases && !HasFailure(); ++i) {
         SCOPED_TRACE(testing::Message() << "case " << i);
         CompoundCase c = test::random_compound_case(random, GetParam(), i);
@@ -74,7 +74,7 @@ TEST_P(CompoundPairs, OverlappingArePartedByTheirDistanceAndHardlyByLess) {
         c.pose_a.translation = from - answer.distance * answer.normal;
         EXPECT_GE(test::least_distance(c.a, c.pose_a, c.b, c.pose_b), -1e-11);
         for (int k = 0; k < 40; ++k) {
-            // No sampled direction frees with much less.
+            // No sampled direction separates with a much shorter translation.
             const double share = random.between(0.3, 1.0);
             c.pose_a.translation = from - share * answer.distance * random.direction();
             if (share < enough && !test_contact(c.a, c.pose_a, c.b, c.pose_b).is_touching) {
@@ -112,7 +112,7 @@ TEST_P(CompoundPairs, ContactsAgreeWithTestAndFree) {
             EXPECT_NEAR(contacts[k].normal.norm(), 1.0, 1e-9);
             EXPECT_LE(contacts[k].depth, contacts[k == 0 ? 0 : k - 1].depth);
             EXPECT_GE(contacts[k].depth, -margin - 1e-9);
-            // On the part of a that it names.
+            // The point lies on the named part of a.
             const test::Piece p = test::pieces_of(c.a, c.pose_a)[contacts[k].part_a];
             Pose at_point;
             at_point.translation = contacts[k].point_world;
@@ -123,7 +123,7 @@ TEST_P(CompoundPairs, ContactsAgreeWithTestAndFree) {
         }
         if (least > -1e-9) continue;
         ++overlapping;
-        // Find and move: the shortest way that is as long as each contact wants it along its normal.
+        // The shortest translation with each contact's depth along its normal separates the shapes.
         bool is_free = false;
         for (int round = 0; round < 8 && !is_free; ++round) {
             const PairContactAnswer now =
@@ -201,7 +201,7 @@ TEST_P(CompoundPairs, GiveTheSameAnswerEitherWayRoundAndInAnyFrame) {
         if (here > 0.0) {
             EXPECT_NEAR(here, swapped, 1e-12);
             EXPECT_NEAR(here, there, 1e-12);
-        } else {  // the search may end elsewhere
+        } else {  // the search may find another local minimum
             EXPECT_LT(swapped, 1e-9);
             EXPECT_LT(there, 1e-9);
             const double longest = std::max({-here, -swapped, -there});

@@ -112,7 +112,7 @@ inline Case random_case(Random& random, const KindPair& kinds, int i) {
     return c;
 }
 
-/// The pair in world axes around a's place, as the library puts it.
+/// The pair in world axes relative to a's origin, as the library places it.
 struct PlacedCase {
     explicit PlacedCase(const Case& c)
         : a(internal::place(c.a, orthonormalized(c.pose_a.rotation), Eigen::Vector3d::Zero())),

@@ -61,7 +61,7 @@ TEST_P(PairCasts, StartedInContactAreHitAtOnceUnlessTheyPartAndMayPass) {
     for (int i = 0; i < kCases / 10 && !HasFailure(); ++i) {
         SCOPED_TRACE(testing::Message() << "case " << i);
         Case c = test::random_case(random, GetParam(), i);
-        if (i % 2 == 0) {  // to where they touch
+        if (i % 2 == 0) {  // moved to touch
             const PlacedCase before(c);
             c.pose_a.translation -= before.gap.distance * before.gap.normal;
         }
@@ -79,7 +79,7 @@ TEST_P(PairCasts, StartedInContactAreHitAtOnceUnlessTheyPartAndMayPass) {
             EXPECT_NEAR(answer.contacts[0].depth, -placed.gap.distance, 1e-9);
         }
         EXPECT_FALSE(cast_convex(c.a, parting, c.b, still, passing).hit);
-        // Nor where both go the same way.
+        // Nor with equal motions.
         const Motion along = motion_of(c.pose_b, {3.0, -2.0, 1.0});
         EXPECT_FALSE(
             cast_convex(c.a, motion_of(c.pose_a, {3.0, -2.0, 1.0}), c.b, along, passing).hit);
@@ -92,7 +92,7 @@ TEST_P(PairCasts, StartedInContactAreHitAtOnceUnlessTheyPartAndMayPass) {
 TEST(PairCast, ReportsAContactThatOpensAndClosesAgain) {
     CastSettings passing;
     passing.skip_separating = true;
-    // A rod tips off one end of a table and comes round onto it with the other.
+    // A rod tips over one edge of a table and hits it with its other end.
     Motion rod = motion_of({}, {0.0, 0.0, 0.5}, {0.0, 3.1, 0.0});
     rod.start.translation = {0.0, 0.0, 0.1};
     const Motion table = motion_of({}, Eigen::Vector3d::Zero());

@@ -86,7 +86,7 @@ TEST_P(Pairs, ContactsPartTheShapesAndLieOnBoth) {
             EXPECT_EQ(contact.normal, contacts[0].normal);
             const Eigen::Vector3d on_a = c.pose_a.translation + contact.point_world;
             const Eigen::Vector3d on_b = on_a + contact.depth * contact.normal;
-            // The end of a capsule that is not the deepest has its point within.
+            // At an end of a capsule that is not the deepest the point is inside the other shape.
             if (k == 0 || GetParam().a != test::Kind::capsule) {
                 EXPECT_LE(off_surface(c.a, c.pose_a, on_a), 1e-8) << k;
                 EXPECT_LE(off_surface(c.b, c.pose_b, on_b), 1e-8) << k;
@@ -103,7 +103,7 @@ TEST_P(Pairs, TestSaysWhatFindAndDistanceSay) {
     for (int i = 0; i < kCases && !HasFailure(); ++i) {
         SCOPED_TRACE(testing::Message() << "case " << i);
         Case c = test::random_case(random, GetParam(), i);
-        // Some are moved to where they touch.
+        // Some pairs are moved to touch.
         if (i % 3 == 0) {
             const PlacedCase before(c);
             const double rest = i % 2 == 0 ? 0.0 : random.between(-1e-11, 1e-11);
@@ -115,7 +115,7 @@ TEST_P(Pairs, TestSaysWhatFindAndDistanceSay) {
         std::array<PairContact, 4> contacts;
         const bool is_found = find_contacts(placed.a, placed.b, placed.gap, touch, contacts) > 0;
         EXPECT_EQ(is_found, placed.gap.distance <= touch) << placed.gap.distance;
-        // But for the last digits of the touch itself.
+        // Except within rounding of the touching distance.
         if (std::abs(placed.gap.distance - touch) > 1e-14) {
             EXPECT_EQ(is_touching(placed.a, placed.b), is_found) << placed.gap.distance;
         }

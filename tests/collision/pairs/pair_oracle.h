@@ -8,14 +8,13 @@
 #include <limits>
 #include <vector>
 
-// Slow answers in extended precision that share no method with the library: every pair of features is
-// looked at.
+// Oracles in extended precision that share no method with the library: brute force over all pairs of features.
 namespace terrane::test {
 
 using Long = long double;
 using LongVector = Eigen::Matrix<Long, 3, 1>;
 
-/// A convex shape as bare features, in world axes.
+/// The features of a convex shape, in world axes.
 struct Solid {
     std::vector<LongVector> vertices;
     std::vector<std::pair<LongVector, LongVector>> edges;
@@ -31,7 +30,7 @@ struct Solid {
 inline Solid make_solid(const internal::ConvexView& shape, const Pose& pose,
                         const Eigen::Vector3d& origin) {
     Eigen::Matrix<Long, 3, 3> r = pose.rotation.cast<Long>();
-    for (int round = 0; round < 3; ++round) {  // orthonormal to the last digit
+    for (int round = 0; round < 3; ++round) {  // orthonormal to extended precision
         r = (r *
              (Eigen::Matrix<Long, 3, 3>::Identity() * Long(1.5) - r.transpose() * r * Long(0.5)))
                 .eval();
@@ -87,7 +86,7 @@ inline Long gap_of(const Solid& a, const Solid& b, const LongVector& n) {
     return low - high;
 }
 
-/// The largest gap between the cores over all face normals and all crosses of edges, both ways.
+/// Largest gap of the cores over all face normals and all cross products of edges, with both signs.
 inline Long widest_gap(const Solid& a, const Solid& b) {
     Long widest = -std::numeric_limits<Long>::infinity();
     const auto look = [&](const LongVector& n) {
@@ -121,18 +120,20 @@ inline Long point_to_segment(const LongVector& p, const LongVector& q, const Lon
     return (p - (q + t * v)).norm();
 }
 
-/// Distance of two cores that do not cross.
+/// Distance of two cores that do not overlap.
 inline Long distance_apart(const Solid& a, const Solid& b) {
     Long best = std::numeric_limits<Long>::infinity();
     for (const auto& p : a.vertices) {
         for (const auto& q : b.vertices) best = std::min(best, (p - q).norm());
-        for (const auto& e : b.edges)
+        for (const auto& e : b.edges) {
             best = std::min(best, point_to_segment(p, e.first, e.second - e.first));
+        }
         for (const auto& f : b.faces) best = std::min(best, point_to_face(p, f));
     }
     for (const auto& p : b.vertices) {
-        for (const auto& e : a.edges)
+        for (const auto& e : a.edges) {
             best = std::min(best, point_to_segment(p, e.first, e.second - e.first));
+        }
         for (const auto& f : a.faces) best = std::min(best, point_to_face(p, f));
     }
     for (const auto& e : a.edges) {
@@ -150,7 +151,7 @@ inline Long distance_apart(const Solid& a, const Solid& b) {
     return best;
 }
 
-/// Signed distance by looking at everything.
+/// Signed distance by brute force.
 inline double oracle_distance(const internal::ConvexView& a, const Pose& pose_a,
                               const internal::ConvexView& b, const Pose& pose_b) {
     const Solid solid_a = make_solid(a, pose_a, pose_a.translation);

@@ -16,7 +16,7 @@ using test::Random;
 
 constexpr std::uint64_t kSeed = 20261203;
 
-// With a hull that is no box.
+// Including a hull that is no box.
 std::vector<Shape> make_shapes() {
     std::vector<Eigen::Vector3d> points;
     for (int i = 0; i < 12; ++i) {
@@ -33,7 +33,7 @@ Pose at(const Eigen::Vector3d& translation) {
 }
 
 TEST(ShapePairs, TouchingIsZeroAndTouches) {
-    // Sums of halves and quarters: every digit counts.
+    // Sums of halves and quarters: exact.
     const Shape ball = Sphere{0.5}, rod = Capsule{0.25, 0.5}, box = Box{{1.0, 0.5, 0.25}};
     const struct {
         Shape a, b;
@@ -72,14 +72,14 @@ TEST(ShapePairs, RestingManifoldsHaveTheCornersThatMatter) {
         find_contacts(Capsule{0.25, 1.0}, lying, Box{{2, 2, 0.5}}, Pose{}, 0.0, contacts);
     ASSERT_EQ(rod.count, 2u);
     EXPECT_NEAR(std::abs(contacts[0].point_world.x() - contacts[1].point_world.x()), 2.0, 1e-15);
-    // Two rods side by side, half over each other.
+    // Two parallel rods that overlap along half of their length.
     Pose beside = at({0.0, 0.4, 1.0});
     const PairContactAnswer rods =
         find_contacts(Capsule{0.25, 1.0}, beside, Capsule{0.25, 1.0}, Pose{}, 0.0, contacts);
     ASSERT_EQ(rods.count, 2u);
     EXPECT_NEAR(contacts[0].depth, 0.1, 1e-15);
     EXPECT_NEAR(contacts[0].point_world.z() + contacts[1].point_world.z(), 1.0, 1e-15);
-    // A smaller buffer keeps the deepest, and says so.
+    // A smaller buffer keeps the deepest contacts and reports the truncation.
     EXPECT_EQ(
         find_contacts(Box{}, at({0, 0, 0.9}), Box{}, Pose{}, 0.0, std::span(contacts.data(), 1))
             .status,
@@ -98,7 +98,7 @@ TEST(ShapePairs, HoldFromAMillimetreToTenKilometres) {
                                 : i % 3 == 1 ? Shape(Capsule{small, small})
                                              : Shape(Box{{small, small, small}});
                 const Box floor{{large, large, large}};
-                // Somewhere at its top, beside an edge too.
+                // A point on its top face or edge.
                 const double gap = random.between(-1.0, 3.0) * std::min(small, large);
                 pose.translation = {random.between(-1.0, 1.0) * large + gap, large + gap,
                                     large + gap};

@@ -70,14 +70,14 @@ TEST_P(ShapeRays, MeetWhatASegmentMeetsAndWhereItFirstDoes) {
 }
 
 TEST(ShapeRay, MeetsPeersFacts) {
-    // A ball of radius 0.2 half way along 30 m is met at (15 - 0.2) / 30.
+    // A ball of radius 0.2 halfway along 30 m: the fraction is (15 - 0.2) / 30.
     Pose pose;
     pose.translation = {15.0, 0.0, 0.0};
     const ShapeRayAnswer ball = cast_ray(Sphere{0.2}, pose, {0, 0, 0}, {30, 0, 0});
     ASSERT_TRUE(ball.hit);
     EXPECT_NEAR(ball.fraction, (15.0 - 0.2) / 30.0, 1e-15);
     EXPECT_NEAR(ball.normal.x(), -1.0, 1e-15);
-    // In the plane of a face counts as touching; beside it does not.
+    // A ray in the plane of a face touches; one beside it does not.
     EXPECT_TRUE(cast_ray(Box{}, Pose{}, {-2, 0.5, 0}, {2, 0.5, 0}).hit);
     EXPECT_FALSE(cast_ray(Box{}, Pose{}, {-2, 0.5000001, 0}, {2, 0.5000001, 0}).hit);
     EXPECT_TRUE(cast_ray(Capsule{0.5, 1.0}, Pose{}, {-2, 0, 1.5}, {2, 0, 1.5}).hit);

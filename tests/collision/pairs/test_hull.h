@@ -7,7 +7,7 @@
 #include <cmath>
 #include <vector>
 
-// Hulls made the slow way: every triple of points is tried as a face.
+// Hulls by brute force: every triple of points is tried as a face.
 namespace terrane::test {
 
 class TestHull {
@@ -56,8 +56,9 @@ private:
             if (face.normal.dot(m) > 1.0 - 1e-12) return;  // another triple of the same face
         }
         Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-        for (const std::uint32_t i : members)
+        for (const std::uint32_t i : members) {
             middle += vertices_[i] / static_cast<double>(members.size());
+        }
         const Eigen::Vector3d x = (vertices_[members[0]] - middle).normalized();
         const Eigen::Vector3d y = m.cross(x);
         const auto angle = [&](std::uint32_t i) {
@@ -75,8 +76,9 @@ private:
     }
     void find_edges() {
         using internal::Polyhedron;
-        if (vertices_.size() == 2)
+        if (vertices_.size() == 2) {
             edges_.push_back({0, 1, Polyhedron::kNoFace, Polyhedron::kNoFace});
+        }
         for (std::uint32_t f = 0; f < faces_.size(); ++f) {
             for (std::uint32_t k = 0; k < faces_[f].count; ++k) {
                 const std::uint32_t from = loops_[faces_[f].first + k];
@@ -96,8 +98,9 @@ private:
             first_.push_back(static_cast<std::uint32_t>(neighbours_.size()));
             for (std::uint32_t j = 0; j < vertices_.size(); ++j) {
                 for (const Polyhedron::Edge& e : edges_) {
-                    if (e.from == std::min(i, j) && e.to == std::max(i, j))
+                    if (e.from == std::min(i, j) && e.to == std::max(i, j)) {
                         neighbours_.push_back(j);
+                    }
                 }
             }
         }

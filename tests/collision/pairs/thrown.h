@@ -10,10 +10,10 @@
 #include <array>
 #include <cstddef>
 
-// Casts of two that are thrown at each other, whatever they are.
+// Casts of two shapes that move towards each other.
 namespace terrane::test {
 
-/// Starts orthonormal to the last bit, as bodies do.
+/// Orthonormal starts, as bodies have them.
 inline Motion motion_of(const Pose& pose, const Eigen::Vector3d& translation,
                         const Eigen::Vector3d& rotation_vector = Eigen::Vector3d::Zero()) {
     Motion motion;
@@ -27,7 +27,7 @@ struct Thrown {
     Motion a, b;
 };
 
-/// Pair i of many, apart as a rule, and thrown about where the other goes; turning or not.
+/// Motions of pair i: usually apart at the start, one aimed near the other, with or without rotation.
 inline Thrown throw_together(Random& random, const Pose& pose_a, Pose pose_b, int i) {
     const double way = std::array<double, 3>{3.0, 10.0, 100.0}[static_cast<std::size_t>(i % 3)];
     const double spin = std::array<double, 4>{0.0, 0.3, 3.0, 25.0}[static_cast<std::size_t>(i % 4)];
@@ -41,10 +41,10 @@ inline Thrown throw_together(Random& random, const Pose& pose_a, Pose pose_b, in
     return {motion_of(pose_a, both + way * from + aside, spin_a), motion_of(pose_b, both, spin_b)};
 }
 
-/// Nowhere closer than touching before the answer, and within the tolerance at a hit.
+/// Before the reported time the distance is never below touching; at a hit it is within the tolerance.
 ///
 /// @param distance_at of a fraction of the motions
-/// @param slack       what distances are known to
+/// accuracy of the distances, metres
 template <class Answer, class DistanceAt>
 void expect_stops_where_they_meet(const Answer& answer, DistanceAt&& distance_at, int steps,
                                   const CastSettings& settings, double slack) {

@@ -32,7 +32,7 @@ ConvexShape random_shape(test::Random& random, int kind) {
     return ConvexHull::create(test::ball(random, 30)).value();
 }
 
-// Points of a shape's border, close together, as a slow way to everything.
+// Dense samples of a shape's surface, for brute force.
 std::vector<Eigen::Vector3d> sample(const ConvexShape& shape, test::Random& random) {
     std::vector<Eigen::Vector3d> points;
     for (int i = 0; i < 20'000; ++i) {
@@ -73,7 +73,7 @@ TEST(Compound, HasTheBoundsAndReachOfItsPoints) {
                 high = high.cwiseMax(all.back());
                 radius = std::max(radius, all.back().norm());
             }
-            // Outside of the samples, and by no more than these are apart.
+            // Encloses the samples, by at most their spacing more.
             const Aabb& bounds = compound.bounds()[k];
             for (int axis = 0; axis < 3; ++axis) {
                 EXPECT_LE(bounds.low[axis], low[axis] + 1e-12);

@@ -30,7 +30,7 @@ double extent_of(const Points& points) {
 
 ConvexHull hull_of(const Points& points) { return ConvexHull::create(points).value(); }
 
-// What convex_hull.h promises, of one set of points.
+// Checks the contract of convex_hull.h for a set of points.
 void expect_good(const Points& points, const std::string& name) {
     const ConvexHull hull = hull_of(points);
     const internal::Polyhedron& polyhedron = internal::polyhedron(hull);
@@ -86,7 +86,7 @@ TEST(ConvexHull, OfOneTwoAndCollinearPoints) {
         expect_good({a}, "point");
         expect_good(line, "line");
     }
-    // Along an axis, and with the ends not first in any order.
+    // Along an axis, with the ends not first in any order.
     expect_good({{0, 0, 0}, {0, 1, 0}, {1e-17, -1, 0}, {-1e-17, 0.5, 0}}, "axis");
 }
 
@@ -96,7 +96,7 @@ TEST(ConvexHull, OfCoplanarPointsHasTwoFacesBackToBack) {
     for (int i = 0; i < 200; ++i) {
         Points flat = i % 2 == 0 ? test::ball(random, 4 + i) : test::integers(random, 4 + i, 3);
         for (Eigen::Vector3d& p : flat) p.z() = 0.0;
-        flat.emplace_back(0.0, 1.0, 0.0);  // never on one line
+        flat.emplace_back(0.0, 1.0, 0.0);  // never collinear
         flat.emplace_back(1.5, 0.0, 0.0);
         flat.emplace_back(0.0, -0.5, 0.0);
         flat = test::transformed(flat, 1.0, random.rotation(), random.direction());
@@ -137,11 +137,11 @@ TEST(ConvexHull, KeepsItsPromisesForHardPoints) {
         expect_good(test::transformed(test::integers(random, 5 + 4 * i, 2 + i % 5), 0.1, turn),
                     "turned integers " + name);
         expect_good(test::transformed(test::prism(8 + 10 * i, 2.0), 1.0, turn), "prism " + name);
-        Points twice = ball;  // and next to themselves
+        Points twice = ball;  // and duplicated next to each other
         for (const Eigen::Vector3d& p : ball) twice.push_back(p + 1e-16 * random.direction());
         for (const Eigen::Vector3d& p : round) twice.push_back(p + 1e-13 * random.direction());
         expect_good(twice, "twice " + name);
-        Points cluster = round;  // smooth within the tolerance, beside one point far away
+        Points cluster = round;  // smooth within the tolerance, with one distant point
         for (Eigen::Vector3d& p : cluster) {
             p = Eigen::Vector3d(1e-6 * p.x(), 1e-6 * p.y(), 0.0);
             p.z() = -0.5 * (p.x() * p.x() + p.y() * p.y());
@@ -151,7 +151,7 @@ TEST(ConvexHull, KeepsItsPromisesForHardPoints) {
     }
 }
 
-// Nearly coplanar and collinear by as much as the tolerance, more and less, where every choice is close.
+// Nearly coplanar and collinear by about the tolerance, where every predicate is close.
 TEST(ConvexHull, KeepsItsPromisesForPointsThatAreOffByTheTolerance) {
     SCOPED_TRACE("seed 51");
     test::Random random(51);
@@ -165,8 +165,9 @@ TEST(ConvexHull, KeepsItsPromisesForPointsThatAreOffByTheTolerance) {
                                      : test::stretched(test::grid(3), {1, 1e-7, 1e-7});
         points = test::transformed(points, 1.0, i % 2 == 0 ? turn : Eigen::Matrix3d::Identity());
         double largest = 0.0;
-        for (const Eigen::Vector3d& p : points)
+        for (const Eigen::Vector3d& p : points) {
             largest = std::max(largest, p.cwiseAbs().maxCoeff());
+        }
         const double noise = std::pow(10.0, random.between(-1.5, 1.0)) * 0x1p-48 * largest;
         for (Eigen::Vector3d& p : points) p += random.between(0.0, noise) * random.direction();
         expect_good(points, "noise " + std::to_string(i));
@@ -198,7 +199,7 @@ TEST(ConvexHull, HasTheFacesThatBruteForceFinds) {
     int solid = 0;
     for (int i = 0; i < 2000; ++i) {
         const Points points = test::integers(random, 4 + i % 9, 2 + i % 3);
-        // All planes through three points with every point on one side, by exact small integers.
+        // All planes through three points with every point on one side, in exact small integers.
         std::vector<std::pair<Eigen::Vector3d, double>> planes;
         for (const Eigen::Vector3d& a : points) {
             for (const Eigen::Vector3d& b : points) {

@@ -15,7 +15,7 @@ namespace extremes_test {
 
 using test::Points;
 
-// Directions that are hard for this hull: square to faces and edges, nearly so, along axes, degenerate.
+// Directions that are hard for a hull: orthogonal to faces and edges, nearly so, along axes, degenerate.
 std::vector<Eigen::Vector3d> make_directions(const internal::Polyhedron& hull, test::Random& random,
                                              int count) {
     const double nan = std::nan("");
@@ -44,7 +44,7 @@ std::vector<Eigen::Vector3d> make_directions(const internal::Polyhedron& hull, t
     return directions;
 }
 
-// Whatever the number of vertices: also where a scan is what find_extreme() would take.
+// For any number of vertices, also where find_extreme() would scan.
 void expect_same_vertex(const Points& points, const std::string& name, int count) {
     SCOPED_TRACE(testing::Message() << name << ", seed " << points.size());
     const Result<ConvexHull> made = ConvexHull::create(points);
@@ -87,7 +87,8 @@ TEST(FindExtreme, ByClimbIsTheVertexThatAScanFinds) {
         for (Eigen::Vector3d& p : lens) p = (6.0 * p).array().round().matrix();
         expect_same_vertex(lens, "lens " + name, count);
         expect_same_vertex(test::transformed(lens, 0.1, turn), "turned lens " + name, count);
-        Points cluster = test::sphere(random, 300);  // smooth within rounding, beside one far point
+        Points cluster =
+            test::sphere(random, 300);  // smooth within rounding, with one distant point
         for (Eigen::Vector3d& p : cluster) p *= 1e-7;
         cluster.emplace_back(0.0, 0.3, -1.0);
         expect_same_vertex(test::transformed(cluster, 1.0, turn, random.direction()),

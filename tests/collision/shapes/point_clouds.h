@@ -9,7 +9,7 @@
 #include <cstddef>
 #include <vector>
 
-// Points of hulls that are hard in their own ways; all of them from a Random, so that a seed names them.
+// Points of hulls that are difficult for different reasons; all from a Random, so that a seed reproduces them.
 namespace terrane::test {
 
 using Points = std::vector<Eigen::Vector3d>;
@@ -26,18 +26,18 @@ inline Points sphere(Random& random, int count) {
     return points;
 }
 
-/// Every point of a grid of n^3, so that nearly all are coplanar or collinear with others.
+/// The points of a grid of n^3: nearly all are coplanar or collinear with others.
 inline Points grid(int n) {
     Points points;
     for (int i = 0; i < n * n * n; ++i) points.emplace_back(i % n, i / n % n, i / n / n);
     return points;
 }
 
-/// Corners drawn from few integers: symmetric, coplanar and coincident in all ways.
+/// Points with small integer coordinates: symmetric, coplanar and coincident in all combinations.
 inline Points integers(Random& random, int count, int highest) {
     Points points;
     const auto draw = [&] { return std::floor(random.between(0.0, highest + 1.0)); };
-    // In braces, so that every compiler draws in the same order.
+    // Braces, so that every compiler draws in the same order.
     for (int i = 0; i < count; ++i) points.push_back(Eigen::Vector3d{draw(), draw(), draw()});
     return points;
 }

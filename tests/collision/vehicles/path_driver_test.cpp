@@ -19,7 +19,7 @@ using test::make_test_ground;
 
 constexpr double kStep = 1.0 / 60.0;
 
-/// Hills with bumps as high as half a wheel on them.
+/// Hills with bumps up to half a wheel high.
 double bumpy(double x, double y) {
     return 3.0 * std::sin(0.05 * x) * std::sin(0.04 * y) +
            0.25 * std::sin(1.3 * x) * std::sin(1.1 * y);
@@ -201,7 +201,7 @@ TEST(PathDriver, LetsGoOfTheThrottleOnItsRoofAndSaysSo) {
     EXPECT_EQ(driver.status(), DriverStatus::rolled_over);
     EXPECT_FALSE(driver.is_finished());
 
-    // Another truck, on its wheels: the same driver goes on.
+    // The same driver continues with another, upright truck.
     Truck righted = make_truck({500.0, 1000.0, 0.8});
     for (int step = 0; step < 120; ++step) righted.step(plain, driver.drive(righted), kStep);
     EXPECT_EQ(driver.status(), DriverStatus::driving);

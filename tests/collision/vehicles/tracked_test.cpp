@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "support/allocation_counter.h"
-#include "support/random.h"
 #include "support/heights/table_ground.h"
+#include "support/random.h"
 
 #include <terrane/collision/tracked.h>
 
@@ -40,7 +40,7 @@ void drive(Tracked& tracked, const Ground& ground, const TrackedControls& contro
     }
 }
 
-/// Radians that the chassis has turned to the left from east.
+/// Heading, radians to the left of east.
 double heading(const Tracked& tracked) {
     const Eigen::Vector3d ahead = tracked.chassis().pose.rotation.col(0);
     return std::atan2(ahead.y(), ahead.x());

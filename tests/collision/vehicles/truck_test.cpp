@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "support/random.h"
 #include "support/heights/table_ground.h"
+#include "support/random.h"
 
 #include <terrane/collision/truck.h>
 
@@ -36,7 +36,7 @@ Ground make_plain() {
                             {.spacing = 32.0, .origin_x = -2048.0, .origin_y = -2048.0});
 }
 
-/// A truck of these settings on a plain, on its springs, at a speed along x.
+/// A truck of these settings at rest on its springs, on a plane, moving along x.
 Truck make_moving(const Ground& plain, TruckSettings settings, double speed) {
     Truck truck = make_truck(pose_at(-1500.0, 0.0, 1.2 * settings.centre_of_mass_height), settings);
     for (int step = 0; step < 120; ++step) truck.step(plain, {.brake = 1.0}, 1.0 / 60.0);
@@ -61,7 +61,7 @@ constexpr Manoeuvre kManoeuvres[] = {
      [](double time) { return TruckControls{.steer = std::fmod(time, 1.2) < 0.6 ? 1.0 : -1.0}; }},
 };
 
-/// The most that a truck leans in a manoeuvre, as the height of its up axis.
+/// Smallest height of the up axis during a manoeuvre: the largest lean.
 double least_upright(Truck& truck, const Ground& plain, const Manoeuvre& manoeuvre) {
     double upright = 1.0;
     for (int step = 0; step < 360; ++step) {
@@ -77,7 +77,7 @@ TEST(Truck, SettlesOnItsSpringsAndStaysPut) {
         Truck truck = make_truck(pose_at(64.3, 64.3, 4.0));
         for (double time = 0.0; time < 4.0; time += dt) truck.step(ground, {}, dt);
         const Eigen::Vector3d settled = truck.chassis().pose.translation;
-        // Weight and springs: g / (2 pi f)^2.
+        // Sag under the weight: g / (2 pi f)^2.
         const double omega = 6.283185307 * truck.settings().suspension_hertz;
         for (const WheelState& wheel : truck.wheels()) {
             EXPECT_TRUE(wheel.on_ground);
@@ -128,7 +128,7 @@ TEST(Truck, AcceleratesAndBrakesAsItsForcesSay) {
 TEST(Truck, KeepsItsWheelsDownOnFlatGroundInFullLockFishhookAndSlalom) {
     const Ground plain = make_plain();
     TruckSettings settings;
-    settings.max_drive_force = 1e5;  // so that it gets to its speed soon
+    settings.max_drive_force = 1e5;  // to reach its speed soon
     settings.max_drive_power = 1e7;
     for (const double speed : {5.0, 10.0, 20.0, 30.0, 40.0}) {
         for (const Manoeuvre& manoeuvre : kManoeuvres) {
@@ -176,7 +176,7 @@ TEST(Truck, CoastsToAStandstillAndIsNeverDrivenBack) {
         const double speed = truck.chassis().velocity.x();
         const double place = truck.chassis().pose.translation.x();
         ASSERT_LE(speed, before + 2e-3) << "step " << step;
-        ASSERT_GE(place, furthest - 0.005) << "step " << step;  // what it sways on its springs
+        ASSERT_GE(place, furthest - 0.005) << "step " << step;  // sway on the springs
         before = speed;
         furthest = std::max(furthest, place);
     }

@@ -13,8 +13,8 @@
 namespace terrane {
 
 struct BodySettings {
-    /// Of uniform density. The mass of a flat shape is on its area. In a compound with solid parts the flat ones have no
-    /// mass, and overlaps count twice.
+    /// Of uniform density. The mass of a flat shape is on its area. In a compound with solid parts the flat ones have
+    /// no mass, and overlaps count twice.
     Shape shape = Sphere{};
     double mass = 1.0;               ///< kilograms, 1e-9 to 1e12
     double friction = 0.6;           ///< Coulomb, 0 to 1e6
@@ -57,7 +57,7 @@ struct StepReport {
     std::uint64_t impacts = 0;         ///< on the ground
     double simulated_time = 0.0;       ///< time that awake bodies moved for
     double lost_time = 0.0;            ///< time cut off after too many impacts in a substep
-    double max_depth_m = 0.0;  ///< largest penetration depth of an awake body after the step
+    double max_depth_m = 0.0;    ///< largest penetration depth of an awake body after the step
     std::uint64_t too_deep = 0;  ///< bodies deeper than their tolerance that were not placed so
 };
 
@@ -83,9 +83,10 @@ struct WorldCastAnswer {
 /// same bits with any number of workers.
 ///
 /// Left out on purpose, so that these promises hold without exception: joints, motors and springs; static and kinematic
-/// bodies; persistent forces (apply_impulse() in each step), drag and rolling resistance; collision filters and sensors;
-/// removal of bodies (an index stays valid); lists of contacts (find_contacts() and shape_pairs.h compute them for any
-/// pose). Trucks, tracked vehicles and walkers meet the ground, not these bodies. docs/bodies.md names alternatives.
+/// bodies; persistent forces (apply_impulse() in each step), drag and rolling resistance; collision filters and
+/// sensors; removal of bodies (an index stays valid); lists of contacts (find_contacts() and shape_pairs.h compute them
+/// for any pose). Trucks, tracked vehicles and walkers meet the ground, not these bodies. docs/bodies.md names
+/// alternatives.
 ///
 /// Threads:   one at a time
 /// Allocates: step() only where more bodies or contacts take part on a thread than ever before
@@ -99,8 +100,8 @@ public:
     /// Adds a body and returns its index: the number of bodies before.
     ///
     /// Fails:     invalid_argument for anything not finite or out of range
-    /// Allocates: the body; and a copy of a hull or compound whose origin is not its centre of mass, or whose axes are not
-    ///            its principal axes
+    /// Allocates: the body; and a copy of a hull or compound whose origin is not its centre of mass, or whose axes are
+    ///            not its principal axes
     Result<std::size_t> add(const BodySettings& settings, const BodyState& state);
 
     /// Replaces a body's state: a teleport, nothing is cast. Its sleep group wakes.

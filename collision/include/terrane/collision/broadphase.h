@@ -46,15 +46,14 @@ public:
 
     /// Sets the bounds of all bodies.
     ///
-    /// @param bounds  [bodies] around body i, world axes, metres; empty, and in no pair, where a coordinate is NaN or beyond
-    ///                1e150, or high < low. Must stay valid until the next update
-    /// @param spheres [bodies] around body i; the cube around a sphere contains the body's box but for rounding (1e-12 of
-    ///                its coordinates)
+    /// @param bounds  [bodies] around body i, world axes, metres; empty, and in no pair, where a coordinate is NaN or
+    ///                beyond 1e150, or high < low. Must stay valid until the next update
+    /// @param spheres [bodies] around body i; the cube around a sphere contains the body's box but for rounding (1e-12
+    ///                of its coordinates)
     ///
-    /// Cost: O(bodies) for `grid`, and for `sap` and `two_scene` if few places of the order along the axis have changed;
-    ///       else O(bodies log bodies)
-    virtual void update(std::span<const Aabb> bounds,
-                        std::span<const BoundingSphere> spheres) = 0;
+    /// Cost: O(bodies) for `grid`, and for `sap` and `two_scene` if few places of the order along the axis have
+    ///       changed; else O(bodies log bodies)
+    virtual void update(std::span<const Aabb> bounds, std::span<const BoundingSphere> spheres) = 0;
 
     /// The pairs. Valid until the next call of any function.
     virtual std::span<const BodyPair> find_pairs() = 0;

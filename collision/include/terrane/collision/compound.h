@@ -48,8 +48,8 @@ public:
     /// does not matter. It has no inside: a shape within a closed mesh touches nothing. For solids pass solid pieces to
     /// create().
     ///
-    /// Fails: invalid_argument, naming the triangle, for no triangle or more than kMaxParts; an index beyond the vertices;
-    ///        a vertex that is not finite or has a coordinate beyond 1e5 m
+    /// Fails: invalid_argument, naming the triangle, for no triangle or more than kMaxParts; an index beyond the
+    ///        vertices; a vertex that is not finite or has a coordinate beyond 1e5 m
     /// Cost:  3 to 7 microseconds and about 1 kB a triangle
     static Result<Compound> from_triangles(std::span<const Eigen::Vector3d> vertices,
                                            std::span<const std::array<std::uint32_t, 3>> triangles);

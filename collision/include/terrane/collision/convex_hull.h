@@ -20,11 +20,11 @@ const HullData& hull_data(const ConvexHull& hull);
 /// copies share their data.
 ///
 /// Degenerate input is allowed: one point, equal points, collinear or coplanar points. Points count as coplanar and
-/// collinear within a tolerance of 32 roundings (2^-48) of the largest coordinate, at most 3e-11 of the extent, so that a
-/// rotated box keeps six faces. Vertices are input points, bit for bit (-0 becomes 0), sorted by x, y, z.
+/// collinear within a tolerance of 32 roundings (2^-48) of the largest coordinate, at most 3e-11 of the extent, so that
+/// a rotated box keeps six faces. Vertices are input points, bit for bit (-0 becomes 0), sorted by x, y, z.
 ///
-/// No input point is farther than 1e-9 of the extent (largest over x, y and z) outside the hull or one of its face planes,
-/// plus the rounding of the products that measure it. The bits do not depend on the order of the points.
+/// No input point is farther than 1e-9 of the extent (largest over x, y and z) outside the hull or one of its face
+/// planes, plus the rounding of the products that measure it. The bits do not depend on the order of the points.
 ///
 /// Threads: any number at once
 class ConvexHull {
@@ -32,8 +32,8 @@ public:
     static constexpr std::size_t kMaxPoints = 100'000;
     static constexpr double kLargestCoordinate = 1e5;  ///< metres
 
-    /// Fails: invalid_argument, naming the point or the count, for no point or more than kMaxPoints; a point that is not
-    ///        finite or has a coordinate beyond kLargestCoordinate
+    /// Fails: invalid_argument, naming the point or the count, for no point or more than kMaxPoints; a point that is
+    ///        not finite or has a coordinate beyond kLargestCoordinate
     /// Cost:  usually O(n log n); 10,000 points on a sphere take about 60 ms, in a ball 5 ms
     static Result<ConvexHull> create(std::span<const Eigen::Vector3d> points);
 
@@ -43,8 +43,8 @@ public:
 
     std::span<const Eigen::Vector3d> vertices() const;
 
-    /// Faces are polygons of three or more vertices. A flat hull has two, back to back; one with fewer than three vertices
-    /// has none.
+    /// Faces are polygons of three or more vertices. A flat hull has two, back to back; one with fewer than three
+    /// vertices has none.
     std::size_t face_count() const;
 
 private:
@@ -63,8 +63,8 @@ double bounding_radius(const ConvexHull& hull);
 /// Half of the hull's width, the extent along its thinnest direction, metres; 0 for a flat hull.
 double smallest_half_extent(const ConvexHull& hull);
 
-/// Support function: largest coordinate of the hull along a unit direction of the body frame, metres; negative where all
-/// of it is behind the origin.
+/// Support function: largest coordinate of the hull along a unit direction of the body frame, metres; negative where
+/// all of it is behind the origin.
 double support_distance(const ConvexHull& hull, const Eigen::Vector3d& direction_body);
 
 }  // namespace terrane

@@ -22,17 +22,17 @@ enum class DriverStatus : std::uint8_t {
     finished,     ///< the end of the path was reached: brakes on; final
 };
 
-/// Drives a truck along a polyline by pure pursuit. Brakes in time for corners and for the end, and slows down on descents
-/// and side slopes. It does not query the ground ahead: it drives over a cliff at up to the cruise speed.
+/// Drives a truck along a polyline by pure pursuit. Brakes in time for corners and for the end, and slows down on
+/// descents and side slopes. It does not query the ground ahead: it drives over a cliff at up to the cruise speed.
 ///
 /// Threads: one at a time.
 class PathDriver {
 public:
-    /// @param points_world x and y of the path, metres, in the order of travel; points less than 1 mm after the previous one
-    ///                     are dropped
+    /// @param points_world x and y of the path, metres, in the order of travel; points less than 1 mm after the
+    ///                     previous one are dropped
     ///
-    /// Fails: invalid_argument, naming the point or the field, for fewer than two distinct points, coordinates that are not
-    ///        finite or beyond 1e9 m, and settings out of range
+    /// Fails: invalid_argument, naming the point or the field, for fewer than two distinct points, coordinates that are
+    ///        not finite or beyond 1e9 m, and settings out of range
     static Result<PathDriver> create(std::vector<Eigen::Vector2d> points_world,
                                      const PathDriverSettings& settings);
 

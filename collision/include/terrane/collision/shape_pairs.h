@@ -13,14 +13,14 @@
 #include <span>
 
 // Queries of two shapes, a and b. Poses are world_from_shape; rotations must be orthonormal to 1e-6 and are
-// orthonormalized. Only the relative pose matters: distances and depths have the same bits wherever the difference of the
-// translations has.
+// orthonormalized. Only the relative pose matters: distances and depths have the same bits wherever the difference of
+// the translations has.
 //
-// Accuracy, unless a function says otherwise: 1e-12 of the sizes of both shapes plus the distance between their origins.
-// Shapes closer than 1e-12 of their sizes touch.
+// Accuracy, unless a function says otherwise: 1e-12 of the sizes of both shapes plus the distance between their
+// origins. Shapes closer than 1e-12 of their sizes touch.
 //
-// A compound is the union of its parts, which are found through a bounding volume tree: the cost is that of the parts near
-// the other shape.
+// A compound is the union of its parts, which are found through a bounding volume tree: the cost is that of the parts
+// near the other shape.
 //
 // Threads:   any number at once
 // Allocates: nothing
@@ -28,7 +28,8 @@ namespace terrane {
 
 /// One point where two shapes touch or are closer than the margin.
 struct PairContact {
-    WorldPos point_world = WorldPos::Zero();  ///< on a; the point on b is point_world + depth * normal
+    WorldPos point_world =
+        WorldPos::Zero();  ///< on a; the point on b is point_world + depth * normal
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, out of b, towards a
     double depth = 0.0;  ///< overlap along `normal`, metres; negative: a gap
     ShapeFeature feature_a;
@@ -48,11 +49,11 @@ struct PairContactAnswer {
 
 /// Finds the contact manifolds of two shapes: at most four contacts a normal.
 ///
-/// Two convex shapes have one normal, that of the min translation: moving a along it by the largest depth separates them,
-/// and no shorter translation does. Compounds have up to 24 normals. Overlapping compounds are evaluated after a short
-/// separating translation of a, where they just touch; each depth is that translation's component along the normal. So
-/// parts side by side have no contacts along their seams, and, if all contacts were written, the shortest translation
-/// with a component of at least `depth` along every normal separates the shapes.
+/// Two convex shapes have one normal, that of the min translation: moving a along it by the largest depth separates
+/// them, and no shorter translation does. Compounds have up to 24 normals. Overlapping compounds are evaluated after a
+/// short separating translation of a, where they just touch; each depth is that translation's component along the
+/// normal. So parts side by side have no contacts along their seams, and, if all contacts were written, the shortest
+/// translation with a component of at least `depth` along every normal separates the shapes.
 ///
 /// @param margin gaps up to this are contacts too, metres, >= 0
 PairContactAnswer find_contacts(const Shape& a, const Pose& world_from_a, const Shape& b,
@@ -84,8 +85,8 @@ PairDistanceAnswer signed_distance(const Shape& a, const Pose& world_from_a, con
 ///
 /// Two spheres or capsules: (d^2 - R^2) / (2 R), or d where R is 0, for the distance d of their cores and the sum R of
 /// their radii. Two boxes or hulls: the largest gap over the facets of their Minkowski difference (face normals, cross
-/// products of edges that form a facet); at most the distance, and equal to it overlapping. A sphere or capsule and a box
-/// or hull: the signed distance.
+/// products of edges that form a facet); at most the distance, and equal to it overlapping. A sphere or capsule and a
+/// box or hull: the signed distance.
 ///
 /// Compounds: the least over the pairs of parts; a pair counts at least the gap between its parts' bounding boxes.
 PseudodistanceAnswer pseudodistance(const Shape& a, const Pose& world_from_a, const Shape& b,

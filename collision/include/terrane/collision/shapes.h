@@ -14,8 +14,8 @@ namespace terrane {
 /// A convex shape or a union of them.
 using Shape = std::variant<Sphere, Capsule, Box, ConvexHull, Compound>;
 
-/// Fails: invalid_argument, naming the field and its value, for a size that is negative, not finite or above 1e5 m. Sizes
-///        of 0 are valid
+/// Fails: invalid_argument, naming the field and its value, for a size that is negative, not finite or above 1e5 m.
+///        Sizes of 0 are valid
 Result<void> check(const Shape& shape);
 
 /// Largest distance of a point of the shape from its origin, metres.

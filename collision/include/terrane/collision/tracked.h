@@ -8,8 +8,8 @@
 
 namespace terrane {
 
-/// A skid-steered vehicle on two tracks. The defaults are like an armoured personnel carrier of 12 t; its centre of mass is
-/// 0.84 m above flat ground at rest.
+/// A skid-steered vehicle on two tracks. The defaults are like an armoured personnel carrier of 12 t; its centre of
+/// mass is 0.84 m above flat ground at rest.
 ///
 /// Body frame: x forward, y left, z up, origin at the centre of the chassis box, which is also the centre of mass. The
 /// inertia is that of the box with uniform density. The wheels' centres at the top of their travel are
@@ -44,8 +44,8 @@ struct TrackedControls {
     double turn = 0.0;
 };
 
-/// A box chassis on two rows of wheels. The wheels of a track have the same drive force and slide sideways as the vehicle
-/// turns. Air drag is that of Truck. With the defaults full throttle on flat ground reaches 18 m/s.
+/// A box chassis on two rows of wheels. The wheels of a track have the same drive force and slide sideways as the
+/// vehicle turns. Air drag is that of Truck. With the defaults full throttle on flat ground reaches 18 m/s.
 ///
 /// Threads: one at a time.
 class Tracked {

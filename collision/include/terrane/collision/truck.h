@@ -53,11 +53,11 @@ struct WheelState {
     bool on_ground = false;  ///< in contact, on the lower side as seen from the chassis
 };
 
-/// A box chassis on four wheels: spheres that are cast down, each with a spring, a damper and a tyre. As for all bodies,
-/// the chassis' penetration depth never exceeds its tolerance.
+/// A box chassis on four wheels: spheres that are cast down, each with a spring, a damper and a tyre. As for all
+/// bodies, the chassis' penetration depth never exceeds its tolerance.
 ///
-/// Air drag of 0.5 rho drag_area v^2 with rho = 1.225 kg/m^3 acts at the centre of mass. With the defaults full throttle on
-/// flat ground reaches 48 m/s.
+/// Air drag of 0.5 rho drag_area v^2 with rho = 1.225 kg/m^3 acts at the centre of mass. With the defaults full
+/// throttle on flat ground reaches 48 m/s.
 ///
 /// Threads: one at a time.
 class Truck {

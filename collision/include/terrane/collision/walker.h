@@ -9,8 +9,8 @@
 namespace terrane {
 
 struct WalkerSettings {
-    double radius = 0.35;       ///< of the capsule, metres
-    double half_height = 0.55;  ///< of its core, metres: it is 2 (radius + half_height) tall
+    double radius = 0.35;            ///< of the capsule, metres
+    double half_height = 0.55;       ///< of its core, metres: it is 2 (radius + half_height) tall
     double max_slope = 0.87;         ///< radians, below pi / 2; it slides down steeper slopes
     double max_step = 0.4;           ///< metres; higher steps are obstacles
     double air_acceleration = 4.0;   ///< largest acceleration by controls in the air, m/s^2
@@ -22,7 +22,8 @@ struct WalkerControls {
     double jump_speed = 0.0;  ///< upward, m/s, used while it stands; 0: no jump
 };
 
-/// A shape that blocks a walker. Its owner moves it, the walker never does. Ignored where check() or a query refuses it.
+/// A shape that blocks a walker. Its owner moves it, the walker never does. Ignored where check() or a query refuses
+/// it.
 struct Obstacle {
     Shape shape = Box{};
     Pose pose;
@@ -48,8 +49,8 @@ public:
     Walker& operator=(Walker&&) noexcept;
     ~Walker();
 
-    /// Advances the walker by dt seconds, 0 < dt <= 1. Controls that are not finite are ignored: the last valid ones are
-    /// used.
+    /// Advances the walker by dt seconds, 0 < dt <= 1. Controls that are not finite are ignored: the last valid ones
+    /// are used.
     ///
     /// Cost: a few casts against the ground and every obstacle in each substep of 1/120 s
     StepReport step(const Ground& ground, std::span<const Obstacle> obstacles,

@@ -18,7 +18,7 @@ std::int64_t draw(test::Random& random, double size) {
     return static_cast<std::int64_t>(random.between(-size, size));
 }
 
-// Coplanar points and their neighbours, of all sizes: what doubles cannot tell apart.
+// Nearly coplanar points of all sizes, which doubles cannot distinguish.
 TEST(SideOfPlane, IsExact) {
     SCOPED_TRACE("seed 31");
     test::Random random(31);
@@ -61,7 +61,7 @@ TEST(SideOfPlane, IsExact) {
     EXPECT_GT(beyond_doubles, 1000);
 }
 
-// The corners of the whole lattice: the largest sums that there are.
+// The corners of the whole lattice: the largest possible sums.
 TEST(SideOfPlane, HoldsTheLargestCoordinates) {
     const std::int64_t m = std::int64_t{1} << 60;
     for (int mask = 0; mask < 4096; ++mask) {
