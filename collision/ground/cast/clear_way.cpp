@@ -31,7 +31,8 @@ bool is_part_clear(const LocalGround& local, const LocalShape& start, const Loca
 
 bool is_way_clear(const Shape& shape, const Motion& motion, const Ground& ground, double margin) {
     const double spin = length(motion.rotation_vector);
-    if (!(spin < kMostTurn) || !is_valid_query(shape, motion.start) || !is_finite(motion.translation)) {
+    if (!(spin < kMostTurn) || !is_valid_query(shape, motion.start) ||
+        !is_finite(motion.translation)) {
         return false;
     }
     const LocalGround local(ground, motion.start.translation);

@@ -24,8 +24,8 @@ bool add_met(std::span<const Contact> contacts, const Eigen::Vector3d& d, HalfSp
     return spaces.count > before;
 }
 
-// Of the planes in the ground's normal cone that part a column from a shape that has moved by `freeing`, the one that
-// asks least; false where there is none: it is left by a side that is inside the ground.
+// Of the planes in the ground's normal cone that part a column from a shape that has moved by `freeing`, the one that asks
+// least; false where there is none: it is left by a side that is inside the ground.
 bool find_least(const LocalGround& local, const LocalShape& moved, const Triangle& triangle,
                 const Eigen::Vector3d& freeing, HalfSpace& least_out) {
     bool is_found = false;
@@ -108,8 +108,7 @@ bool is_core_above(const LocalGround& local, const LocalBody& body, double lift)
 }
 
 // The shortest translation that frees a round shape whose core is above the ground, straight from its contacts:
-// false where they do not say for sure. Each part of the ground alone is left by no shorter way than its contact's
-// depth.
+// false where they do not say for sure. Each part of the ground alone is left by no shorter way than its contact's depth.
 bool find_freeing_by_contacts(const LocalGround& local, const LocalBody& body,
                               std::span<const Contact> contacts, double deep_share,
                               Eigen::Vector3d& freeing_out) {

@@ -9,10 +9,14 @@
 
 #include <cmath>
 #include <limits>
+#include <ostream>
 #include <string>
 #include <vector>
 
 namespace terrane {
+
+inline void PrintTo(BroadphaseKind kind, std::ostream* out) { *out << to_string(kind); }
+
 namespace broadphase_test {
 
 using test::Random;

@@ -5,6 +5,7 @@
 #include "test_hull.h"
 
 #include <array>
+#include <ostream>
 #include <string>
 
 // Random pairs of shapes: about half of them overlap.
@@ -13,13 +14,14 @@ namespace terrane::test {
 enum class Kind { sphere, capsule, box, hull };
 inline constexpr std::array<const char*, 4> kKindNames = {"sphere", "capsule", "box", "hull"};
 
+inline std::string name_of(Kind kind) { return kKindNames[static_cast<std::size_t>(kind)]; }
+inline void PrintTo(Kind kind, std::ostream* out) { *out << name_of(kind); }
+
 struct KindPair {
     Kind a, b;
-    std::string name() const {
-        return std::string(kKindNames[static_cast<std::size_t>(a)]) + "_" +
-               kKindNames[static_cast<std::size_t>(b)];
-    }
+    std::string name() const { return name_of(a) + "_" + name_of(b); }
 };
+inline void PrintTo(const KindPair& pair, std::ostream* out) { *out << pair.name(); }
 
 inline std::vector<KindPair> all_pairs() {
     std::vector<KindPair> pairs;

@@ -18,10 +18,7 @@ class ShapeRays : public testing::TestWithParam<Kind> {};
 
 INSTANTIATE_TEST_SUITE_P(All, ShapeRays,
                          testing::Values(Kind::sphere, Kind::capsule, Kind::box, Kind::hull),
-                         [](const auto& each) {
-                             return std::string(
-                                 test::kKindNames[static_cast<std::size_t>(each.param)]);
-                         });
+                         [](const auto& each) { return test::name_of(each.param); });
 
 // A ray is a hull of two points.
 TEST_P(ShapeRays, MeetWhatASegmentMeetsAndWhereItFirstDoes) {
