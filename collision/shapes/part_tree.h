@@ -48,17 +48,4 @@ void visit_parts(std::span<const PartNode> tree, const Wants& wants, const Take&
     }
 }
 
-/// Calls visit(part) for every part whose bounds overlap or touch a box of the body frame.
-template <class Visit>
-void visit_parts_in_box(std::span<const PartNode> tree, const Eigen::Vector3d& low,
-                        const Eigen::Vector3d& high, const Visit& visit) {
-    visit_parts(
-        tree,
-        [&](const Aabb& box) {
-            return box.low[0] <= high[0] && box.high[0] >= low[0] && box.low[1] <= high[1] &&
-                   box.high[1] >= low[1] && box.low[2] <= high[2] && box.high[2] >= low[2];
-        },
-        [&](std::uint32_t part) { visit(std::size_t{part}); });
-}
-
 }  // namespace terrane::internal

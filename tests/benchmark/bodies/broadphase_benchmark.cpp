@@ -31,7 +31,7 @@ constexpr double kStep = 1.0 / 60.0;  // metres
 
 struct Spheres {
     std::vector<Eigen::Vector3d> centres;
-    std::vector<Eigen::Vector3d> ways;
+    std::vector<Eigen::Vector3d> velocities;
 
     explicit Spheres(std::size_t count) {
         test::Random random(9);
@@ -41,11 +41,11 @@ struct Spheres {
             const double x = random.between(0.0, width);
             const double y = random.between(0.0, width);
             centres.emplace_back(x, y, random.between(0.0, width));
-            ways.push_back(kStep * random.direction());
+            velocities.push_back(kStep * random.direction());
         }
     }
     void move() {
-        for (std::size_t i = 0; i < centres.size(); ++i) centres[i] += ways[i];
+        for (std::size_t i = 0; i < centres.size(); ++i) centres[i] += velocities[i];
     }
 };
 

@@ -37,20 +37,20 @@ ConvexHull ball_of(int count) {
     return ConvexHull::create(points).value();
 }
 
-struct Place {
+struct MotionPair {
     Motion a, b;
 };
 
 template <typename Question>
-double time_ns(const std::vector<Place>& places, int rounds, const Question& question) {
+double time_ns(const std::vector<MotionPair>& poses, int rounds, const Question& question) {
     double best = 1e300;
     double sum = 0.0;
     for (int round = 0; round < rounds; ++round) {
         const auto start = std::chrono::steady_clock::now();
-        for (const Place& place : places) sum += question(place);
+        for (const MotionPair& pair : poses) sum += question(pair);
         const std::chrono::duration<double, std::nano> time =
             std::chrono::steady_clock::now() - start;
-        best = std::min(best, time.count() / static_cast<double>(places.size()));
+        best = std::min(best, time.count() / static_cast<double>(poses.size()));
     }
     if (sum == 0.12345) std::puts("");  // keeps the results alive
     return best;
@@ -73,47 +73,47 @@ int main(int argc, char** argv) {
             const Shape& b = shapes[j].shape;
             test::Random random(9);
             const bool is_large = j == 4;
-            std::vector<Place> places, ways;
+            std::vector<MotionPair> poses, casts;
             int touching = 0;
             for (int k = 0; k < (is_large ? 200 : 2000); ++k) {
-                Place place;
-                place.a.start.rotation =
+                MotionPair pair;
+                pair.a.start.rotation =
                     Motion{{}, {0, 0, 0}, 3.0 * direction(random)}.at(1.0).rotation;
-                place.b.start.rotation =
+                pair.b.start.rotation =
                     Motion{{}, {0, 0, 0}, 3.0 * direction(random)}.at(1.0).rotation;
-                place.b.start.translation = random.between(0.4, 2.0) * direction(random);
-                touching += test_contact(a, place.a.start, b, place.b.start).is_touching;
-                places.push_back(place);
-                place.a.translation = 5.0 * direction(random);
-                place.b.start.translation =
-                    (0.6 * place.a.translation + 0.7 * direction(random)).eval();
-                place.a.rotation_vector = direction(random);
-                ways.push_back(place);
+                pair.b.start.translation = random.between(0.4, 2.0) * direction(random);
+                touching += test_contact(a, pair.a.start, b, pair.b.start).is_touching;
+                poses.push_back(pair);
+                pair.a.translation = 5.0 * direction(random);
+                pair.b.start.translation =
+                    (0.6 * pair.a.translation + 0.7 * direction(random)).eval();
+                pair.a.rotation_vector = direction(random);
+                casts.push_back(pair);
             }
             std::array<PairContact, 4> contacts;
-            const double test_ns = time_ns(places, rounds, [&](const Place& p) {
+            const double test_ns = time_ns(poses, rounds, [&](const MotionPair& p) {
                 return test_contact(a, p.a.start, b, p.b.start).is_touching ? 1.0 : 0.0;
             });
-            const double find_ns = time_ns(places, rounds, [&](const Place& p) {
+            const double find_ns = time_ns(poses, rounds, [&](const MotionPair& p) {
                 return static_cast<double>(
                     find_contacts(a, p.a.start, b, p.b.start, 0.01, contacts).count);
             });
-            const double distance_ns = time_ns(places, rounds, [&](const Place& p) {
+            const double distance_ns = time_ns(poses, rounds, [&](const MotionPair& p) {
                 return signed_distance(a, p.a.start, b, p.b.start).distance;
             });
-            const double pseudo_ns = time_ns(places, rounds, [&](const Place& p) {
+            const double pseudo_ns = time_ns(poses, rounds, [&](const MotionPair& p) {
                 return pseudodistance(a, p.a.start, b, p.b.start).pseudodistance;
             });
             const double turning_ns = time_ns(
-                ways, rounds, [&](const Place& p) { return cast(a, p.a, b, p.b).fraction; });
-            for (Place& way : ways) way.a.rotation_vector.setZero();
+                casts, rounds, [&](const MotionPair& p) { return cast(a, p.a, b, p.b).fraction; });
+            for (MotionPair& motion : casts) motion.a.rotation_vector.setZero();
             const double cast_ns = time_ns(
-                ways, rounds, [&](const Place& p) { return cast(a, p.a, b, p.b).fraction; });
+                casts, rounds, [&](const MotionPair& p) { return cast(a, p.a, b, p.b).fraction; });
             char name[64];
             std::snprintf(name, sizeof name, "%s, %s", shapes[i].name, shapes[j].name);
             std::printf("%-22s %8.0f %8.0f %8.0f %8.0f %8.0f %8.0f  %.0f %%\n", name, test_ns,
                         find_ns, distance_ns, pseudo_ns, cast_ns, turning_ns,
-                        100.0 * touching / static_cast<double>(places.size()));
+                        100.0 * touching / static_cast<double>(poses.size()));
             std::fflush(stdout);
         }
     }

@@ -91,12 +91,12 @@ public:
         dGeomRaySetClosestHit(geometry.get(), 1);
         dContactGeom contact;
         for (std::size_t i = 0; i < rays.size(); ++i) {
-            const Eigen::Vector3d way = rays[i].to - rays[i].from;
-            const double length = way.norm();
+            const Eigen::Vector3d displacement = rays[i].to - rays[i].from;
+            const double length = displacement.norm();
             dGeomRaySetLength(geometry.get(), dReal(length));
             const std::array<dReal, 3> from = place(rays[i].from);
-            dGeomRaySet(geometry.get(), from[0], from[1], from[2], dReal(way.x()), dReal(way.z()),
-                        dReal(-way.y()));
+            dGeomRaySet(geometry.get(), from[0], from[1], from[2], dReal(displacement.x()),
+                        dReal(displacement.z()), dReal(-displacement.y()));
             const int count = dCollide(geometry.get(), field_, 1, &contact, sizeof contact);
             fractions_out[i] = count > 0 ? static_cast<double>(contact.depth) / length : kNoHit;
         }

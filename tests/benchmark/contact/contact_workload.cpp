@@ -127,8 +127,9 @@ std::vector<Ray> make_grazing_rays(const ContactMap& map, std::size_t count, dou
         ray.from = random_place(random, map, map.table.spacing);
         ray.from.z() += random.between(1.5, 40.0);
         const double angle = random.between(0.0, 2.0 * std::numbers::pi);
-        const Eigen::Vector3d way(std::cos(angle), std::sin(angle), -random.between(0.0, 0.15));
-        ray.to = ray.from + length * way.normalized();
+        const Eigen::Vector3d direction(std::cos(angle), std::sin(angle),
+                                        -random.between(0.0, 0.15));
+        ray.to = ray.from + length * direction.normalized();
     }
     return rays;
 }
@@ -184,16 +185,16 @@ std::vector<Sweep> make_sweeps(const ContactMap& map, std::size_t count, const S
         from.z() = highest_near(map.table, from.x(), from.y(), radius) + radius +
                    random.between(0.05, highest);
         sweep.start.rotation = random_rotation(random);
-        Eigen::Vector3d way;
+        Eigen::Vector3d direction;
         if (grazing && i % 2 == 1) {
             const double angle = random.between(0.0, 2.0 * std::numbers::pi);
-            way = {std::cos(angle), std::sin(angle), -random.between(0.0, 0.4)};
-            way.normalize();
+            direction = {std::cos(angle), std::sin(angle), -random.between(0.0, 0.4)};
+            direction.normalize();
         } else {
-            do way = random_direction(random);
-            while (way.z() > -0.05);
+            do direction = random_direction(random);
+            while (direction.z() > -0.05);
         }
-        sweep.translation = length * way;
+        sweep.translation = length * direction;
     }
     return sweeps;
 }

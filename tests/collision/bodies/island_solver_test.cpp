@@ -403,7 +403,7 @@ TEST(Projectile, SaysWhereGroundIsMissingBeforeWhatItMeetsBehind) {
     flight.translation = {120.0, 0.0, 0.0};
     const WorldCastAnswer unknown = world.cast(half, Sphere{0.05}, flight);
     EXPECT_EQ(unknown.status, QueryStatus::not_resident);
-    EXPECT_FALSE(unknown.hit) << "a body behind ground that nobody knows";
+    EXPECT_FALSE(unknown.hit) << "a body behind ground that is not loaded";
     EXPECT_LT(unknown.fraction, 0.2);
     flight.start.translation.x() = 90.0;
     const WorldCastAnswer first = world.cast(half, Sphere{0.05}, flight);

@@ -133,9 +133,10 @@ TEST_P(CompoundCasts, StartedInContactAreHitAtOnceUnlessTheyPartAndMayPass) {
         EXPECT_EQ(at_once.fraction, 0.0);
         EXPECT_GT(at_once.count, 0u);
         // Equal motions: nothing approaches.
-        const Eigen::Vector3d way(3.0, -2.0, 1.0);
-        EXPECT_FALSE(
-            cast(c.a, motion_of(c.pose_a, way), c.b, motion_of(c.pose_b, way), passing).hit);
+        const Eigen::Vector3d translation(3.0, -2.0, 1.0);
+        EXPECT_FALSE(cast(c.a, motion_of(c.pose_a, translation), c.b,
+                          motion_of(c.pose_b, translation), passing)
+                         .hit);
     }
 }
 

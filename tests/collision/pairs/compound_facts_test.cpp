@@ -325,9 +325,9 @@ TEST(CompoundFacts, AHundredThousandTrianglesAnswerLikeASoup) {
             EXPECT_NEAR(answer.distance, least, 1e-12);
         } else {
             EXPECT_LE(answer.distance, least + 1e-12);
-            Pose freed = pose;
-            freed.translation -= answer.distance * answer.normal;
-            EXPECT_GE(test::least_distance(other, freed, shape, Pose{}), -1e-11);
+            Pose separated = pose;
+            separated.translation -= answer.distance * answer.normal;
+            EXPECT_GE(test::least_distance(other, separated, shape, Pose{}), -1e-11);
         }
         EXPECT_EQ(is_touching, least < 0.0);
         EXPECT_EQ(found.count > 0, least < 0.0);

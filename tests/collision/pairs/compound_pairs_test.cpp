@@ -95,7 +95,7 @@ TEST_P(CompoundPairs, ContactsAgreeWithTestAndFree) {
     Random random(kSeed + 2);
     const int cases = test::case_count(10'000);
     std::array<PairContact, 96> contacts;
-    int freed = 0, overlapping = 0, rounds = 0, truncated = 0;
+    int separated = 0, overlapping = 0, rounds = 0, truncated = 0;
     for (int i = 0; i < cases && !HasFailure(); ++i) {
         SCOPED_TRACE(testing::Message() << "case " << i);
         CompoundCase c = test::random_compound_case(random, GetParam(), i);
@@ -138,19 +138,19 @@ TEST_P(CompoundPairs, ContactsAgreeWithTestAndFree) {
                 }
                 if (!is_known) wanted.add({contact.normal, contact.depth});
             }
-            Eigen::Vector3d way;
-            const bool is_solved = internal::find_shortest(wanted, way);
-            if (!is_solved) way = contacts[0].depth * contacts[0].normal;
-            c.pose_a.translation += way;
+            Eigen::Vector3d translation;
+            const bool is_solved = internal::find_shortest(wanted, translation);
+            if (!is_solved) translation = contacts[0].depth * contacts[0].normal;
+            c.pose_a.translation += translation;
             is_free = test::least_distance(c.a, c.pose_a, c.b, c.pose_b) > -1e-9;
             rounds = std::max(rounds, round + 1);
         }
-        freed += is_free;
+        separated += is_free;
     }
     RecordProperty("rounds", rounds);
     RecordProperty("truncated", truncated);
     EXPECT_LT(truncated, cases / 20);
-    EXPECT_EQ(freed, overlapping);
+    EXPECT_EQ(separated, overlapping);
     EXPECT_GT(overlapping, cases / 10);
 }
 

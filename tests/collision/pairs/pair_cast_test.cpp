@@ -117,18 +117,18 @@ TEST(PairCast, ReportsAContactThatOpensAndClosesAgain) {
 }
 
 TEST(PairCast, HoldsFromNoLengthToAThousandKilometres) {
-    for (const double way : {1e-3, 1.0, 1e3, 1e6}) {
+    for (const double distance : {1e-3, 1.0, 1e3, 1e6}) {
         Pose far;
-        far.translation = {0.5 * way + 1.0, 0.0, 0.0};
+        far.translation = {0.5 * distance + 1.0, 0.0, 0.0};
         for (const double spin : {0.0, 10.0}) {
-            const Motion thrown = motion_of({}, {way, 0.0, 0.0}, {spin, 0.0, 0.0});
+            const Motion thrown = motion_of({}, {distance, 0.0, 0.0}, {spin, 0.0, 0.0});
             const Motion still = motion_of(far, Eigen::Vector3d::Zero());
             const ConvexCast ball = cast_convex(Sphere{0.5}, thrown, Sphere{0.5}, still, {});
             ASSERT_TRUE(ball.hit);
-            EXPECT_NEAR(ball.fraction * way, 0.5 * way, 1e-4);
+            EXPECT_NEAR(ball.fraction * distance, 0.5 * distance, 1e-4);
             const ConvexCast box = cast_convex(Box{}, thrown, Box{}, still, {});
             ASSERT_TRUE(box.hit);
-            EXPECT_NEAR(box.fraction * way, 0.5 * way, 1e-4);
+            EXPECT_NEAR(box.fraction * distance, 0.5 * distance, 1e-4);
         }
     }
     Pose beside;

@@ -212,13 +212,13 @@ TEST_P(Pairs, DistanceGrowsAsMuchAsTheShapesMoveApart) {
     for (int i = 0; i < kCases && !HasFailure(); ++i) {
         Case c = test::random_case(random, GetParam(), i);
         const PlacedCase before(c);
-        const double way = random.between(0.0, 2.0);
-        c.pose_a.translation += way * before.gap.normal;
+        const double moved = random.between(0.0, 2.0);
+        c.pose_a.translation += moved * before.gap.normal;
         const PlacedCase after(c);
         EXPECT_GE(after.gap.distance, before.gap.distance - 1e-12) << "case " << i;
-        EXPECT_LE(after.gap.distance, before.gap.distance + way + 1e-12) << "case " << i;
-        if (before.gap.distance > -way) {
-            EXPECT_NEAR(after.gap.distance, before.gap.distance + way, 1e-6) << "case " << i;
+        EXPECT_LE(after.gap.distance, before.gap.distance + moved + 1e-12) << "case " << i;
+        if (before.gap.distance > -moved) {
+            EXPECT_NEAR(after.gap.distance, before.gap.distance + moved, 1e-6) << "case " << i;
         }
     }
 }

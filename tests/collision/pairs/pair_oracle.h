@@ -89,16 +89,16 @@ inline Long gap_of(const Solid& a, const Solid& b, const LongVector& n) {
 /// Largest gap of the cores over all face normals and all cross products of edges, with both signs.
 inline Long widest_gap(const Solid& a, const Solid& b) {
     Long widest = -std::numeric_limits<Long>::infinity();
-    const auto look = [&](const LongVector& n) {
+    const auto consider = [&](const LongVector& n) {
         widest = std::max({widest, gap_of(a, b, n), gap_of(a, b, -n)});
     };
-    for (const auto& f : a.faces) look(f.normal);
-    for (const auto& f : b.faces) look(f.normal);
+    for (const auto& f : a.faces) consider(f.normal);
+    for (const auto& f : b.faces) consider(f.normal);
     for (const auto& e : a.edges) {
         for (const auto& f : b.edges) {
             const LongVector u = e.second - e.first, v = f.second - f.first;
             const LongVector m = u.cross(v);
-            if (m.norm() > 1e-14L * u.norm() * v.norm()) look(m.normalized());
+            if (m.norm() > 1e-14L * u.norm() * v.norm()) consider(m.normalized());
         }
     }
     return widest;

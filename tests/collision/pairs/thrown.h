@@ -29,16 +29,18 @@ struct Thrown {
 
 /// Motions of pair i: usually apart at the start, one aimed near the other, with or without rotation.
 inline Thrown throw_together(Random& random, const Pose& pose_a, Pose pose_b, int i) {
-    const double way = std::array<double, 3>{3.0, 10.0, 100.0}[static_cast<std::size_t>(i % 3)];
+    const double distance =
+        std::array<double, 3>{3.0, 10.0, 100.0}[static_cast<std::size_t>(i % 3)];
     const double spin = std::array<double, 4>{0.0, 0.3, 3.0, 25.0}[static_cast<std::size_t>(i % 4)];
     const Eigen::Vector3d from = random.direction();
-    pose_b.translation = pose_a.translation + random.between(0.3, 0.9) * way * from;
+    pose_b.translation = pose_a.translation + random.between(0.3, 0.9) * distance * from;
     const Eigen::Vector3d both = 20.0 * random.direction();
     // Named, so that every compiler draws in the same order.
     const Eigen::Vector3d aside = 0.5 * random.direction();
     const Eigen::Vector3d spin_a = spin * random.direction();
     const Eigen::Vector3d spin_b = spin * random.direction();
-    return {motion_of(pose_a, both + way * from + aside, spin_a), motion_of(pose_b, both, spin_b)};
+    return {motion_of(pose_a, both + distance * from + aside, spin_a),
+            motion_of(pose_b, both, spin_b)};
 }
 
 /// Before the reported time the distance is never below touching; at a hit it is within the tolerance.

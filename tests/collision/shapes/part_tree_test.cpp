@@ -33,7 +33,7 @@ bool meets(const Aabb& a, const Eigen::Vector3d& low, const Eigen::Vector3d& hig
     return (a.low.array() <= high.array()).all() && (a.high.array() >= low.array()).all();
 }
 
-TEST(PartTree, FindsWhatALookAtEveryPartFinds) {
+TEST(PartTree, FindsThePartsThatBruteForceFinds) {
     SCOPED_TRACE("seed 31");
     test::Random random(31);
     for (const std::size_t count : {1u, 2u, 3u, 7u, 64u, 1000u}) {
@@ -45,7 +45,9 @@ TEST(PartTree, FindsWhatALookAtEveryPartFinds) {
             const Eigen::Vector3d low = 10.0 * random.direction();
             const Eigen::Vector3d high = low + random.between(0.0, 5.0) * Eigen::Vector3d::Ones();
             std::multiset<std::size_t> found, expected;
-            internal::visit_parts_in_box(tree, low, high, [&](std::size_t k) { found.insert(k); });
+            internal::visit_parts(
+                tree, [&](const Aabb& box) { return meets(box, low, high); },
+                [&](std::uint32_t part) { found.insert(part); });
             for (std::size_t k = 0; k < count; ++k) {
                 if (meets(bounds[k], low, high)) expected.insert(k);
             }
@@ -56,7 +58,7 @@ TEST(PartTree, FindsWhatALookAtEveryPartFinds) {
 
 TEST(PartTree, IsNoDeeperThanItSays) {
     const std::vector<Aabb> same(Compound::kMaxParts,
-                                       {Eigen::Vector3d::Zero(), Eigen::Vector3d(1.0, 2.0, 3.0)});
+                                 {Eigen::Vector3d::Zero(), Eigen::Vector3d(1.0, 2.0, 3.0)});
     const std::vector<PartNode> tree = internal::make_part_tree(same);
     EXPECT_EQ(depth_of(tree, 0), PartNode::kMaxDepth);
     for (const PartNode& node : tree) EXPECT_EQ(node.bounds.high.z(), 3.0);
