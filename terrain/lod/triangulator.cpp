@@ -13,7 +13,7 @@
 // function of the resident set, the settings and the view.
 #include "lod/mesh/active_set.h"
 #include "lod/mesh/emission.h"
-#include "lod/mesh/error_left.h"
+#include "lod/mesh/residual_error.h"
 #include "lod/mesh/morph.h"
 #include "lod/keys/screen_error.h"
 #include "lod/selection/selection.h"

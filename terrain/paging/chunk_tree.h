@@ -3,7 +3,7 @@
 
 #include "paging/fades.h"
 #include "paging/demand/need.h"
-#include "paging/demand/outlook.h"
+#include "paging/demand/predicted_view.h"
 
 #include <terrane/terrain/chunk.h>
 

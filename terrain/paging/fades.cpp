@@ -7,7 +7,7 @@
 // screen error that is still held back.
 #include "paging/fades.h"
 
-#include "paging/demand/outlook.h"
+#include "paging/demand/predicted_view.h"
 
 #include <terrane/terrain/resident_set.h>
 

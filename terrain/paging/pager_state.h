@@ -7,7 +7,7 @@
 #include "paging/load_times.h"
 #include "paging/need_finder.h"
 #include "paging/retries.h"
-#include "paging/room.h"
+#include "paging/memory_budget.h"
 
 #include <terrane/terrain/pager.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "paging/demand/outlook.h"
+#include "paging/demand/predicted_view.h"
 
 #include <terrane/terrain/pager.h>
 

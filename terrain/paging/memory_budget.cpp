@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "paging/room.h"
+#include "paging/memory_budget.h"
 
 #include <algorithm>
 #include <tuple>

@@ -3,7 +3,7 @@
 // What refinement left undone because something is not there. Where a triangle's next vertex is
 // missing, the triangle's error is at most the vertex's bound, seen from where the triangle is: found
 // here one by one, in double precision, and only for what of a triangle may be in view.
-#include "lod/mesh/error_left.h"
+#include "lod/mesh/residual_error.h"
 
 #include "lod/mesh/active_set.h"
 

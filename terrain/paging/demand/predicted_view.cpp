@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "paging/demand/outlook.h"
+#include "paging/demand/predicted_view.h"
 
 #include <algorithm>
 #include <cmath>
