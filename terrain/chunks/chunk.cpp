@@ -21,7 +21,7 @@ using internal::kWideSamples;
 constexpr std::size_t kSamples = std::size_t{kChunkSamples} * kChunkSamples;
 constexpr std::size_t kCells = std::size_t{kChunkCells} * kChunkCells;
 
-// The sum, rounded outward.
+// The sum, rounded up.
 float add_up(float bound, double half_quantum) {
     const double sum = static_cast<double>(bound) + half_quantum;
     const auto rounded = static_cast<float>(sum);
@@ -30,27 +30,27 @@ float add_up(float bound, double half_quantum) {
                : rounded;
 }
 
-// Rounded down, and a little further: products with it must not come out above 1 / bound^2.
+// 1 / bound^2 rounded down, with a margin for the rounding of products with it.
 float inverse_square(float bound) {
     const double wide = static_cast<double>(bound);
     return static_cast<float>((1.0 - 0x1p-21) / (wide * wide));
 }
 
-// A chunk's samples and cells with those around it, as they are read.
+// Samples and cells of a chunk and of a margin around it.
 struct Surroundings {
     SampleGrid grid;
     std::vector<double> heights;
     std::vector<float> bounds;
 };
 
-// Before each question to the source, which may take long.
-Result<void> go_on(const std::stop_token& stop) {
+// Called before each call of the source, which may take long.
+Result<void> check_not_cancelled(const std::stop_token& stop) {
     if (stop.stop_requested()) return fail(ErrorCode::cancelled, "the chunk was given up");
     return {};
 }
 
-Result<void> too_high(const HeightSource& source, double metres, const SampleGrid& grid, int column,
-                      int row) {
+Result<void> height_error(const HeightSource& source, double metres, const SampleGrid& grid,
+                          int column, int row) {
     const Lattice& lattice = source.lattice();
     std::array<char, 200> text{};
     std::snprintf(
@@ -63,7 +63,7 @@ Result<void> too_high(const HeightSource& source, double metres, const SampleGri
     return fail(ErrorCode::bad_data, text.data());
 }
 
-// Bounds whose squares singles do not hold would make priorities that are no numbers.
+// Refuses bounds whose squares overflow floats: keys would be NaN.
 Result<void> check_bound(float bound) {
     constexpr double kMostBound = 4.0 * kMostHeight;
     if (static_cast<double>(bound) <= kMostBound && bound >= 0.0f) return {};
@@ -76,7 +76,7 @@ Result<void> check_bound(float bound) {
 
 Result<void> fill_heights(const HeightSource& source, const std::stop_token& stop,
                           Surroundings& wide, Chunk& chunk) {
-    if (const Result<void> wanted = go_on(stop); !wanted) return wanted;
+    if (const Result<void> go_on = check_not_cancelled(stop); !go_on) return go_on;
     wide.heights.resize(wide.grid.size());
     if (const Result<void> read = source.sample(wide.grid, wide.heights); !read) return read;
     const double per_quantum = 1.0 / source.lattice().quantum;
@@ -89,7 +89,7 @@ Result<void> fill_heights(const HeightSource& source, const std::stop_token& sto
             const double quanta = std::floor(metres * per_quantum + 0.5);
             // also false for NaN
             if (!(std::abs(metres) <= most))
-                return too_high(source, metres, wide.grid, column, row);
+                return height_error(source, metres, wide.grid, column, row);
             const int x = column - kReachCells, y = row - kReachCells;
             if (x < 0 || y < 0 || x >= kChunkSamples || y >= kChunkSamples) continue;
             chunk.heights[sample_index(x, y)] = static_cast<std::int32_t>(quanta);
@@ -98,13 +98,13 @@ Result<void> fill_heights(const HeightSource& source, const std::stop_token& sto
     return {};
 }
 
-// Where the bound of a vertex of the chunk's own spacing is kept. Of a chunk, const or not.
+// The stored bound of a vertex of the chunk's own spacing; of a const chunk or not.
 template <typename AnyChunk>
 auto& own_bound(AnyChunk& chunk, int column, int row) {
     const auto of_square = [](int sample) { return static_cast<std::size_t>(sample / 2); };
     if (column == kChunkCells) return chunk.east_side.inverse_square_bounds[of_square(row)];
     if (row == kChunkCells) return chunk.north_side.inverse_square_bounds[of_square(column)];
-    const auto [area, kind, square] = AreaVertices::find(column, row);
+    const auto [area, kind, square] = AreaVertices::address_of(column, row);
     return chunk.vertices[area].inverse_square_bounds[kind][square];
 }
 
@@ -114,7 +114,7 @@ std::size_t coarse_index(int column, int row) {
            static_cast<std::size_t>(column / 2);
 }
 
-void keep_bound(Chunk& chunk, int column, int row, float bound) {
+void store_bound(Chunk& chunk, int column, int row, float bound) {
     if (((column | row) & 1) == 0) {
         chunk.coarse_bounds[coarse_index(column, row)] = inverse_square(bound);
     } else {
@@ -122,7 +122,7 @@ void keep_bound(Chunk& chunk, int column, int row, float bound) {
     }
 }
 
-// On a line between areas it belongs to all of them.
+// A vertex on a line between areas belongs to all of them.
 void raise_areas(Chunk& chunk, int column, int row, float bound) {
     const int last = kChunkAreas - 1;
     for (int y = std::max(0, (row - 1) / kAreaCells); y <= std::min(last, row / kAreaCells); ++y) {
@@ -134,9 +134,9 @@ void raise_areas(Chunk& chunk, int column, int row, float bound) {
     }
 }
 
-// Keeps the bounds of the vertices of one spacing, in samples of the chunk. Those around it are left out.
-Result<void> keep_vertex_bounds(const SampleGrid& grid, std::span<const float> bounds,
-                                double half_quantum, Chunk& chunk) {
+// Stores the bounds of the vertices of one spacing, without those of the margin.
+Result<void> store_vertex_bounds(const SampleGrid& grid, std::span<const float> bounds,
+                                 double half_quantum, Chunk& chunk) {
     const auto stride = static_cast<int>(grid.step / chunk.step);
     const auto margin = static_cast<int>((chunk.corner.x - grid.corner.x) / grid.step);
     for (int row = 0; row < grid.rows - 2 * margin; ++row) {
@@ -146,7 +146,7 @@ Result<void> keep_vertex_bounds(const SampleGrid& grid, std::span<const float> b
                 bounds[static_cast<std::size_t>((row + margin) * grid.columns + column + margin)];
             if (const Result<void> good = check_bound(given); !good) return good;
             const float bound = add_up(given, half_quantum);
-            keep_bound(chunk, column * stride, row * stride, bound);
+            store_bound(chunk, column * stride, row * stride, bound);
             raise_areas(chunk, column * stride, row * stride, bound);
             chunk.max_vertex_bound = std::max(chunk.max_vertex_bound, bound);
         }
@@ -154,11 +154,11 @@ Result<void> keep_vertex_bounds(const SampleGrid& grid, std::span<const float> b
     return {};
 }
 
-// Own vertices: those of the chunk's spacing, and in a root all coarser ones. Reads the bounds of cells
-// with them.
+// Reads and stores the bounds of own vertices: those of the chunk's spacing, and in a root all coarser ones. Also
+// reads the bounds of cells.
 Result<void> fill_vertex_bounds(const HeightSource& source, const std::stop_token& stop,
                                 Surroundings& wide, Chunk& chunk) {
-    if (const Result<void> wanted = go_on(stop); !wanted) return wanted;
+    if (const Result<void> go_on = check_not_cancelled(stop); !go_on) return go_on;
     const double half_quantum = 0.5 * source.lattice().quantum;
     chunk.vertices.resize(std::size_t{kChunkAreas} * kChunkAreas);
     std::vector<float> bounds(wide.grid.size());
@@ -173,20 +173,21 @@ Result<void> fill_vertex_bounds(const HeightSource& source, const std::stop_toke
 #if TERRANE_ASSERTS
     internal::assert_source_holds(source, wide.grid, wide.heights, wide.bounds);
 #endif
-    if (const Result<void> kept = keep_vertex_bounds(wide.grid, bounds, half_quantum, chunk);
+    if (const Result<void> kept = store_vertex_bounds(wide.grid, bounds, half_quantum, chunk);
         !kept || chunk.key.level > 0) {
         return kept;
     }
     chunk.coarse_bounds.assign(std::size_t{kChunkSquares + 1} * (kChunkSquares + 1),
                                std::numeric_limits<float>::infinity());
     for (int stride = 2; stride <= kChunkSquares; stride *= 2) {
-        if (const Result<void> wanted = go_on(stop); !wanted) return wanted;
+        if (const Result<void> go_on = check_not_cancelled(stop); !go_on) return go_on;
         SampleGrid sparse{chunk.corner, chunk.step * stride, kChunkCells / stride + 1,
                           kChunkCells / stride + 1};
         const std::span<float> out(bounds.data(), sparse.size());
         if (const Result<void> read = source.vertex_bounds(sparse, out); !read) return read;
         if (const Result<void> good = check(sparse, out); !good) return good;
-        if (const Result<void> kept = keep_vertex_bounds(sparse, out, half_quantum, chunk); !kept) {
+        if (const Result<void> kept = store_vertex_bounds(sparse, out, half_quantum, chunk);
+            !kept) {
             return kept;
         }
     }
@@ -195,7 +196,7 @@ Result<void> fill_vertex_bounds(const HeightSource& source, const std::stop_toke
 
 Result<void> fill_cells(const HeightSource& source, const std::stop_token& stop, Surroundings& wide,
                         Chunk& chunk) {
-    if (const Result<void> wanted = go_on(stop); !wanted) return wanted;
+    if (const Result<void> go_on = check_not_cancelled(stop); !go_on) return go_on;
     const double half_quantum = 0.5 * source.lattice().quantum;
     chunk.cell_bounds.resize(kCells);
     for (int row = 0; row < kWideCells; ++row) {
@@ -320,7 +321,8 @@ Result<std::shared_ptr<const Chunk>> make_chunk(const HeightSource& source, cons
     if (const Result<void> done = fill_cells(source, stop, wide, *chunk); !done) {
         return tl::unexpected(done.error());
     }
-    if (const Result<void> wanted = go_on(stop); !wanted) return tl::unexpected(wanted.error());
+    if (const Result<void> go_on = check_not_cancelled(stop); !go_on)
+        return tl::unexpected(go_on.error());
     internal::fill_reaches(wide.heights, wide.bounds, source, *chunk);
     complete_chunk(lattice.quantum, *chunk);
     return std::shared_ptr<const Chunk>(std::move(chunk));

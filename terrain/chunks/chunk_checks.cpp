@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "chunks/chunk_checks.h"
 
-#include "source/bounds/rounding.h"
 #include "source/bounds/bound_triangles.h"
+#include "source/bounds/rounding.h"
 
 #include <terrane/terrain/assert.h>
 
@@ -30,7 +30,7 @@ Result<void> check_rises(const Lattice& lattice, const SampleGrid& grid,
     for (int row = 0; row < grid.rows; ++row) {
         for (int column = row % 2 == 0 ? 1 : 0; column < grid.columns;
              column += row % 2 == 0 ? 2 : 1) {
-            // from the vertex to one of its ends; to the other it is as far the other way
+            // offset from the vertex to one of its ends; the other end is opposite
             const bool is_centre = (column & row & 1) != 0;
             const bool rises = ((column / 2 + row / 2 + parity) & 1) == 0;
             const int to_x = column % 2 * stride;
@@ -81,7 +81,7 @@ void assert_source_holds(const HeightSource& source, const SampleGrid& grid,
     if (!(*lowest >= held.low - slack)) refuse("interval", west, south, held.low, *lowest);
     if (!(*highest <= held.high + slack)) refuse("interval", west, south, held.high, *highest);
 
-    // places by the integers of the chunk, so that a chunk is always checked at the same ones
+    // points by integer hashing of the chunk's address: always the same ones
     const WorldRect& extent = source.extent();
     std::uint64_t state = static_cast<std::uint64_t>(grid.corner.x) * 0x9e3779b97f4a7c15u ^
                           static_cast<std::uint64_t>(grid.corner.y) ^
@@ -119,12 +119,12 @@ void assert_source_holds(const HeightSource& source, const SampleGrid& grid,
         const auto bound = static_cast<double>(
             cell_bounds[static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.columns - 1) +
                         static_cast<std::size_t>(column)]);
-        // the place is rounded, on ground of this slope
+        // allowance for the rounding of the position, times the ground's slope
         const double slope =
             (high - low + off) / (lattice.spacing * static_cast<double>(grid.step));
         const double rounding =
             kHeightAccuracy + 0x1p-50 * (std::abs(plane) + slope * (std::abs(x) + std::abs(y)));
-        // NaN: the source could not be read, which is no broken promise
+        // NaN: the source could not be read, which violates nothing
         if (off > bound + rounding) refuse("cell bound", x, y, bound, off);
     }
 }

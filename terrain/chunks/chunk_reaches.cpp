@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 //
-// How low and how high the true surface may come near a vertex. A vertex is judged by the distance
-// from the eye to its reach, and a parent must not seem further away than what is below it: the reach
-// of a centre takes in three cells around it, that of a midpoint two, so that flat reaches nest (see
-// screen_error.cpp). For heights to nest the intervals of cells are wider than what is certified, by
-// as much again: bounds shrink by about half from level to level. Where that is not enough, the
-// triangulator sees it. Nor are they wider than the source can rise.
+// Height intervals of the reaches of vertices. The key of a vertex uses the distance from the eye to its reach,
+// which must not be less for a child than for its parent: the reach of a centre covers three cells around it, that
+// of a midpoint two, so that reaches nest in the plane (see screen_error.cpp). For the intervals to nest in height,
+// too, the certified bounds of cells are doubled, since bounds shrink by about half from level to level. Where that
+// does not suffice, the triangulator raises keys to the parents' (kNestMargin). The rise bound of the source
+// limits the intervals.
 #include "chunks/chunk_reaches.h"
 
 #include <algorithm>
@@ -17,15 +17,15 @@
 namespace terrane::internal {
 namespace {
 
-constexpr double kMargin = 2.0;  // bounds
+constexpr double kMargin = 2.0;  // factor on the bounds of cells
 constexpr int kLargest = 32000;  // units
 
 std::size_t wide_index(int column, int row) {
     return static_cast<std::size_t>(row) * kWideCells + static_cast<std::size_t>(column);
 }
 
-// Squares of cells hold their lowest value where their south-western cell is: makes them wider by
-// `more` cells, as much as they are at most. What reaches beyond the chunk's surroundings is not used.
+// Minima over squares of cells, stored at their south-western cell: enlarges the squares by `more` cells, at most
+// doubling them. Entries whose squares leave the chunk's surroundings are not used.
 std::vector<float> widen(const std::vector<float>& squares, int more) {
     std::vector<float> across(squares);
     for (int row = 0; row < kWideCells; ++row) {
@@ -56,17 +56,18 @@ struct Lowest {
     }
 };
 
-// In single precision, a little lower.
+// To float, at most the value.
 float round_down(double value) {
     const auto rounded = static_cast<float>(value);
     return rounded - std::abs(rounded) * 0x1p-22f;
 }
 
-// Heights of reaches below and above the chunk's middle, of cells and then of vertices.
+// Intervals of cells, relative to a height near the chunk's middle.
 struct Depths {
-    double middle = 0.0;          // metres
-    std::vector<float> down, up;  // [kWideCells^2] of cells: negative where beyond the middle
-    float most = 0.0f;            // metres, absolute
+    double middle = 0.0;  // metres
+    std::vector<float> down,
+        up;             // [kWideCells^2] low - middle and middle - high of each cell, metres
+    float most = 0.0f;  // metres, absolute
 
     Depths(std::span<const double> heights, std::span<const float> bounds)
         : middle(std::floor(0.5 * (heights.front() + heights.back()))),
@@ -90,7 +91,7 @@ struct Depths {
     }
 };
 
-// What areas and the chunk take in.
+// Unions over areas and the chunk.
 void enclose_reaches(Chunk& chunk) {
     chunk.reach_low = std::numeric_limits<std::int16_t>::max();
     chunk.reach_high = std::numeric_limits<std::int16_t>::min();
@@ -115,7 +116,7 @@ void enclose_reaches(Chunk& chunk) {
     }
 }
 
-// Twice how much the middle of an edge lies below the vertex that splits it, quanta.
+// Twice the height of a vertex above the middle of the edge that it splits, quanta.
 std::int64_t double_rise(const Chunk& chunk, int column, int row) {
     const auto height = [&](int x, int y) {
         return std::int64_t{chunk.heights[sample_index(x, y)]};
@@ -155,14 +156,14 @@ void fill_rises(double quantum, Chunk& chunk, int area) {
 
 ReachHeights reach_heights(const HeightSource& source, double spacing) {
     constexpr double kDiagonal = 0.70710678118654757;
-    // below the finest spacing the steps shrink by half with each level, or faster, to the quantum
+    // a geometric series: descendants below the finest spacing are included
     const double smallest = std::ldexp(source.lattice().spacing, -24);
     ReachHeights reach;
     double of_children = 0.0;
     for (double s = smallest; s <= spacing; s *= 2.0) {
         const auto rise = [&](double distance) {
             const double most = source.rise_bound(distance);
-            // what is no number says nothing, and heights differ by no more
+            // an invalid bound is replaced by the largest possible difference
             return (most >= 0.0 && most < 2.0 * kMostHeight ? most : 2.0 * kMostHeight) +
                    source.lattice().quantum;
         };
@@ -184,7 +185,7 @@ void fill_reaches(std::span<const double> heights, std::span<const float> bounds
     while (depths.most > kLargest * chunk.reach_unit) chunk.reach_unit *= 2;
     const Lowest down(depths.down), up(depths.up);
     const float per_unit = 1.0f / chunk.reach_unit;
-    // truncated, and one unit more, which takes up the rounding of sums with the eye's height
+    // truncated, minus two units: rounded down, with a margin for the rounding of sums with the eye's height
     const auto to_units = [&](float depth) {
         return static_cast<std::int16_t>(static_cast<int>(depth * per_unit) - 2);
     };
@@ -198,7 +199,7 @@ void fill_reaches(std::span<const double> heights, std::span<const float> bounds
     for (int row = 0; row < kChunkCells; ++row) {
         for (int column = row % 2 == 0 ? 1 : 0; column < kChunkCells;
              column += row % 2 == 0 ? 2 : 1) {
-            const auto [area, kind, square] = AreaVertices::find(column, row);
+            const auto [area, kind, square] = AreaVertices::address_of(column, row);
             AreaVertices& vertices = chunk.vertices[area];
             fill(column, row, vertices.low[kind][square], vertices.high[kind][square]);
         }

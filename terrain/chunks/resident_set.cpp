@@ -42,10 +42,10 @@ ResidentSet::ResidentSet(const Lattice& lattice, const WorldRect& extent,
     for (std::size_t i = 0; i < fades.size(); ++i) fades_[at(find(chunks[i]->key))] = fades[i];
 }
 
-ResidentSet::ResidentSet(const ResidentSet& before, std::span<const ChunkKey> gone,
-                         std::vector<std::shared_ptr<const Chunk>> come, std::vector<float> fades,
-                         std::uint64_t epoch)
-    : structure_(Change(*before.structure_).make(gone, std::move(come))),
+ResidentSet::ResidentSet(const ResidentSet& before, std::span<const ChunkKey> evicted,
+                         std::vector<std::shared_ptr<const Chunk>> arrived,
+                         std::vector<float> fades, std::uint64_t epoch)
+    : structure_(Change(*before.structure_).make(evicted, std::move(arrived))),
       fades_(std::move(fades)),
       epoch_(epoch) {
     TERRANE_ASSERT(fades_.size() == structure_->chunks.size() && are_fades(fades_),
@@ -58,13 +58,15 @@ ResidentSet::ResidentSet(const ResidentSet& same, std::vector<float> fades, std:
                    "each chunk needs a fade of 0 to 1");
 }
 
-std::int32_t ResidentSet::Structure::find(const ChunkKey& key) const { return table[place(key)]; }
+std::int32_t ResidentSet::Structure::find(const ChunkKey& key) const {
+    return table[bucket_of(key)];
+}
 
 std::int32_t ResidentSet::find(const ChunkKey& key) const { return structure_->find(key); }
 
 const Chunk* ResidentSet::find_chunk(ChunkKey key) const {
     const Structure& structure = *structure_;
-    const std::int32_t found = structure.table[structure.place(key)];
+    const std::int32_t found = structure.table[structure.bucket_of(key)];
     return found == kNone ? nullptr : structure.chunks[at(found)].get();
 }
 

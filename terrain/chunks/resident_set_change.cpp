@@ -19,7 +19,7 @@ ResidentSet::Change::Change(const Structure& before)
     : before_(before),
       made_(std::make_shared<Structure>()),
       own_blocks_(before.owners.size(), nullptr),
-      moved_(before.keys.size() + 1, kNone) {
+      new_indices_(before.keys.size() + 1, kNone) {
     made_->lattice = before.lattice;
     made_->extent = before.extent;
     made_->owners = before.owners;
@@ -27,9 +27,9 @@ ResidentSet::Change::Change(const Structure& before)
 }
 
 std::shared_ptr<const ResidentSet::Structure> ResidentSet::Change::make(
-    std::span<const ChunkKey> gone, std::vector<std::shared_ptr<const Chunk>> come) {
-    for (const ChunkKey& key : gone) remove(key);
-    merge(std::move(come));
+    std::span<const ChunkKey> evicted, std::vector<std::shared_ptr<const Chunk>> arrived) {
+    for (const ChunkKey& key : evicted) remove(key);
+    merge(std::move(arrived));
     fill_table();
     link_neighbours();
     link_parents();
@@ -41,45 +41,46 @@ std::shared_ptr<const ResidentSet::Structure> ResidentSet::Change::make(
 
 void ResidentSet::Change::remove(const ChunkKey& key) {
     const std::int32_t index = before_.find(key);
-    TERRANE_ASSERT(index != kNone && moved_[at(index + 1)] != kGone,
-                   "what goes must be resident, and go once");
-    moved_[at(index + 1)] = kGone;
+    TERRANE_ASSERT(index != kNone && new_indices_[at(index + 1)] != kEvicted,
+                   "an evicted chunk must be resident, and evicted once");
+    new_indices_[at(index + 1)] = kEvicted;
     made_->free_slots.push_back(before_.slots[at(index)]);
     owner(made_->free_slots.back()).reset();
 }
 
-void ResidentSet::Change::merge(std::vector<std::shared_ptr<const Chunk>> come) {
-    std::sort(come.begin(), come.end(),
+void ResidentSet::Change::merge(std::vector<std::shared_ptr<const Chunk>> arrived) {
+    std::sort(arrived.begin(), arrived.end(),
               [](const auto& a, const auto& b) { return Order()(a->key, b->key); });
-    const std::size_t most = before_.keys.size() + come.size();
+    const std::size_t most = before_.keys.size() + arrived.size();
     made_->keys.reserve(most);
     made_->links.reserve(most);
     made_->slots.reserve(most);
-    auto next = come.begin();
+    auto next = arrived.begin();
     const auto comes_before = [&](std::size_t i) {
-        return next != come.end() && Order()((*next)->key, before_.keys[i]);
+        return next != arrived.end() && Order()((*next)->key, before_.keys[i]);
     };
     for (std::size_t i = 0; i < before_.keys.size();) {
-        if (moved_[i + 1] == kGone) {
-            moved_[++i] = kNone;
+        if (new_indices_[i + 1] == kEvicted) {
+            new_indices_[++i] = kNone;
             continue;
         }
         for (; comes_before(i); ++next) add(std::move(*next));
         const std::size_t first = i++;
-        while (i < before_.keys.size() && moved_[i + 1] != kGone && !comes_before(i)) ++i;
+        while (i < before_.keys.size() && new_indices_[i + 1] != kEvicted && !comes_before(i)) ++i;
         keep(first, i);
     }
-    for (; next != come.end(); ++next) add(std::move(*next));
+    for (; next != arrived.end(); ++next) add(std::move(*next));
 
     made_->chunks.reserve(made_->slots.size());
     for (const std::int32_t slot : made_->slots) {
         const Owners& block = *made_->owners[Owners::block(slot)];
-        made_->chunks.emplace_back(block.slots[Owners::place(slot)]);
+        made_->chunks.emplace_back(block.slots[Owners::index_in_block(slot)]);
     }
 }
 
 void ResidentSet::Change::keep(std::size_t first, std::size_t end) {
-    std::iota(moved_.begin() + offset(first + 1), moved_.begin() + offset(end + 1), next_index());
+    std::iota(new_indices_.begin() + offset(first + 1), new_indices_.begin() + offset(end + 1),
+              next_index());
     const auto append = [=](auto& to, const auto& from) {
         to.insert(to.end(), from.begin() + offset(first), from.begin() + offset(end));
     };
@@ -101,14 +102,14 @@ void ResidentSet::Change::fill_table() {
     made_->table.assign(std::size_t{1} << table_log2, kNone);
     made_->table_shift = 64 - table_log2;
     for (std::size_t i = 0; i < made_->keys.size(); ++i) {
-        std::int32_t& index = made_->table[made_->place(made_->keys[i])];
+        std::int32_t& index = made_->table[made_->bucket_of(made_->keys[i])];
         TERRANE_ASSERT(index == kNone, "no chunk may be resident twice");
         index = static_cast<std::int32_t>(i);
     }
 }
 
 void ResidentSet::Change::link_neighbours() {
-    const auto follow = [this](std::int32_t& index) { index = moved_[at(index + 1)]; };
+    const auto follow = [this](std::int32_t& index) { index = new_indices_[at(index + 1)]; };
     for (Links& links : made_->links) {
         follow(links.parent);
         for (std::int32_t& child : links.child) follow(child);
@@ -129,7 +130,7 @@ void ResidentSet::Change::link_neighbours() {
     }
 }
 
-// Of all that have none yet: what came, and what hung below a chunk that went and came again.
+// Links chunks without a parent index: arrived ones, and children of a chunk that was evicted and arrived again.
 void ResidentSet::Change::link_parents() {
     std::int32_t root_count = 0;
     for (std::int32_t i = 0; i < next_index(); ++i) {
@@ -155,7 +156,7 @@ std::shared_ptr<const Chunk>& ResidentSet::Change::owner(std::int32_t slot) {
         own_blocks_[block] = copy.get();
         made_->owners[block] = std::move(copy);
     }
-    return own_blocks_[block]->slots[Owners::place(slot)];
+    return own_blocks_[block]->slots[Owners::index_in_block(slot)];
 }
 
 std::int32_t ResidentSet::Change::take_slot() {

@@ -18,7 +18,7 @@ void SamplePyramid::fill(std::span<const std::int32_t> heights) {
                    "a pyramid stands on all samples of a chunk");
     constexpr std::size_t kSide = std::size_t{1} << kFinest;
     for (std::size_t south = 0; south < kChunkCells; south += kSide) {
-        // all columns first, for they lie side by side
+        // across rows first: columns are contiguous, so it vectorises
         std::array<std::int32_t, kChunkSamples> low;
         std::copy_n(&heights[south * kChunkSamples], kChunkSamples, low.begin());
         std::array<std::int32_t, kChunkSamples> high = low;

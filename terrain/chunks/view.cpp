@@ -65,13 +65,13 @@ Result<View> look_at(const WorldPos& eye_world, const WorldPos& target_world, do
     view.vertical_fov = vertical_fov;
     view.width_px = width_px;
     view.height_px = height_px;
-    const Eigen::Vector3d way = target_world - eye_world;
-    const double distance = way.norm();
+    const Eigen::Vector3d displacement = target_world - eye_world;
+    const double distance = displacement.norm();
     if (!(distance > 0.0) || !std::isfinite(distance)) {
         return fail(ErrorCode::invalid_argument,
                     "the eye and the point looked at must be finite and apart");
     }
-    view.forward = way / distance;
+    view.forward = displacement / distance;
     const bool is_vertical = std::abs(view.forward.x()) + std::abs(view.forward.y()) < 1e-9;
     const Eigen::Vector3d hint =
         is_vertical ? Eigen::Vector3d(0.0, 1.0, 0.0) : Eigen::Vector3d(0.0, 0.0, 1.0);

@@ -5,10 +5,10 @@
 
 namespace terrane {
 
-/// log2 of the cells along the side of a chunk: shifts round down, also below zero.
+/// log2 of kChunkCells: a right shift by it gives a cell's chunk index, rounded down also below zero.
 inline constexpr int kChunkShift = SamplePyramid::kCoarsest;
 
-/// The product with the reciprocal may be off by a hair: the comparison with the lines decides.
+/// The product with the reciprocal is inexact: corrected by comparison with the lines.
 inline std::int64_t Ground::Lines::last_up_to(double p) const {
     const double guess = (p - origin) * inverse_spacing;
     auto index = static_cast<std::int64_t>(guess);

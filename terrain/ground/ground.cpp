@@ -16,8 +16,8 @@ constexpr SampleRange kEverything{std::numeric_limits<std::int32_t>::min(),
 constexpr SampleRange kNothing{std::numeric_limits<std::int32_t>::max(),
                                std::numeric_limits<std::int32_t>::min()};
 
-constexpr int kBlock =
-    3;  // log2 of the cells along the side of the squares that ranges are made of
+// log2 of the cells along the side of the smallest squares that ranges are made of.
+constexpr int kBlock = 3;
 
 void add(SampleRange& range, const SampleRange& more) {
     range.low = std::min(range.low, more.low);
@@ -29,7 +29,7 @@ struct ChunkCells {
     int west, south, east, north;
 };
 
-// Adds the blocks that the cells meet, of those in one square of the pyramid.
+// Adds the ranges of the blocks of one square of the pyramid that overlap the cells.
 void add_blocks(const SamplePyramid& pyramid, int log2_side, int column, int row,
                 const ChunkCells& cells, SampleRange& range) {
     const int last = (1 << log2_side) - 1;
@@ -51,7 +51,7 @@ void add_blocks(const SamplePyramid& pyramid, int log2_side, int column, int row
 }
 
 SampleRange range_of_blocks(const Chunk& chunk, const ChunkCells& cells) {
-    // the smallest square that holds them all
+    // the smallest aligned square that contains them all
     const auto differing =
         static_cast<unsigned>((cells.west ^ cells.east) | (cells.south ^ cells.north));
     const int log2_side = std::max(static_cast<int>(std::bit_width(differing)), kBlock);
@@ -85,7 +85,7 @@ float largest_bound(const Chunk& chunk, int west, int south, int side) {
 
 Ground::Ground(std::shared_ptr<const ResidentSet> resident, int contact_level)
     : resident_(std::move(resident)), level_(contact_level) {
-    TERRANE_ASSERT(resident_ != nullptr, "a ground stands on a resident set");
+    TERRANE_ASSERT(resident_ != nullptr, "a ground needs a resident set");
     const Lattice& lattice = this->lattice();
     TERRANE_ASSERT(level_ >= 0 && level_ <= lattice.finest_level,
                    "contact_level must be a level of the lattice");
@@ -98,7 +98,7 @@ Ground::Ground(std::shared_ptr<const ResidentSet> resident, int contact_level)
     extent_ = resident_->extent();
     in_extent_ = {column_at(extent_.west), row_at(extent_.south), column_at(extent_.east),
                   row_at(extent_.north)};
-    // what only touches the edge is beyond it, and so is what no root square holds
+    // without cells that only touch the extent's edge, and clipped to the root squares
     if (columns_.at(in_extent_.east) >= extent_.east) --in_extent_.east;
     if (rows_.at(in_extent_.north) >= extent_.north) --in_extent_.north;
     in_extent_.west = std::max(in_extent_.west, lattice.west() / step_);
@@ -115,15 +115,15 @@ GroundCell Ground::cell(std::int64_t column, std::int64_t row) const {
     return GroundReader(*this).cell(column, row);
 }
 
-// Bounds of the contact surface over a chunk that is not resident: its finest resident ancestor's
-// samples there, and how far the true surface may be from them. Everything, where there is none.
+// Bounds of the contact surface over an absent chunk: the samples of its finest resident ancestor there, widened by
+// their bound to the true surface. Unbounded if no ancestor is resident.
 SampleRange Ground::range_of_absent(const ChunkKey& key) const {
     for (ChunkKey ancestor = key; ancestor.level > 0;) {
         ancestor = ancestor.parent();
         const std::int32_t found = resident_->find(ancestor);
         if (found == ResidentSet::kNone) continue;
         const Chunk& chunk = *resident_->chunks()[static_cast<std::size_t>(found)];
-        // the ancestor's cells over the chunk: one at least
+        // the ancestor's cells over the chunk, at least one
         const int below = key.level - ancestor.level;
         const int side = std::max(kChunkCells >> below, 1);
         const auto cell_of = [&](std::int32_t index, std::int32_t first) {
@@ -135,7 +135,7 @@ SampleRange Ground::range_of_absent(const ChunkKey& key) const {
         const int log2_side = std::countr_zero(static_cast<unsigned>(side));
         const SampleRange samples = chunk.samples_in(log2_side, west, south);
         const float bound = largest_bound(chunk, west, south, side);
-        // one quantum more, for the rounding of the samples that are not here
+        // one quantum more, for the rounding of the absent samples
         const double margin = std::ceil(static_cast<double>(bound) / quantum_) + 1.0;
         const auto clamp = [](double quanta) {
             return static_cast<std::int32_t>(std::clamp(quanta, -2147483648.0, 2147483647.0));
@@ -148,7 +148,7 @@ SampleRange Ground::range_of_absent(const ChunkKey& key) const {
 RangeAnswer Ground::range(const CellRange& cells) const {
     RangeAnswer answer;
     SampleRange range = kNothing;
-    // only what lies in the extent can be ground
+    // only cells inside the extent can be ground
     const std::int64_t west = std::max(cells.west, in_extent_.west);
     const std::int64_t east = std::min(cells.east, in_extent_.east);
     const std::int64_t south = std::max(cells.south, in_extent_.south);

@@ -7,7 +7,7 @@
 
 namespace terrane {
 
-// Null where it is not resident.
+// Null if not resident.
 const Chunk* GroundReader::chunk_of(std::int64_t column, std::int64_t row) {
     if (chunk_ != nullptr && column >> kChunkShift == chunk_column_ &&
         row >> kChunkShift == chunk_row_) {
@@ -50,8 +50,8 @@ GroundCell GroundReader::cell(std::int64_t column, std::int64_t row) {
     return Ground::read_cell(*found, column, row);
 }
 
-// Calls take(chunk, part) for each resident chunk that a range of cells in the extent meets, with the part of
-// the range that lies in it.
+// Calls take(chunk, part) for each resident chunk that overlaps the range clipped to the extent, with the part of
+// the range inside it.
 template <class Take>
 void GroundReader::visit_chunks(const CellRange& range, Take take) {
     const CellRange& in_extent = ground_->in_extent_;

@@ -6,34 +6,33 @@
 
 namespace terrane {
 
-// A point over a cell, its closed edges included: metres from its south-west corner.
-struct Ground::Place {
+// A point of a closed cell: metres from its south-west corner.
+struct Ground::CellPoint {
     std::int64_t column, row;
     double x, y;
 };
 
-// Whether the cell is ground, or not known. The triangle that the point lies over is chosen by addresses,
-// not by jumps: which one it is cannot be foreseen, and a jump that was foreseen wrongly costs more than
-// all the sums here.
-inline bool Ground::height_over(const Place& place, HeightAnswer& answer) const {
-    if (!is_in_extent(place.column, place.row)) return false;
-    const Chunk* const chunk = find_chunk(place.column, place.row);
+// Returns false if the cell is no ground; true with an answer, or with not_resident. Selects the triangle without
+// branches: which one it is cannot be predicted, and a misprediction costs more than the arithmetic here.
+inline bool Ground::height_over(const CellPoint& point, HeightAnswer& answer) const {
+    if (!is_in_extent(point.column, point.row)) return false;
+    const Chunk* const chunk = find_chunk(point.column, point.row);
     if (chunk == nullptr) {
         answer.status = GroundStatus::not_resident;
         return true;
     }
-    const auto i = static_cast<std::size_t>(place.column & (kChunkCells - 1));
-    const auto j = static_cast<std::size_t>(place.row & (kChunkCells - 1));
+    const auto i = static_cast<std::size_t>(point.column & (kChunkCells - 1));
+    const auto j = static_cast<std::size_t>(point.row & (kChunkCells - 1));
     const std::size_t cell = j * kChunkCells + i;
     if (!chunk->cell_flags.empty()) {
         const std::uint8_t flags = chunk->cell_flags[cell];
         if ((flags & cell_outside) != 0) return false;
         answer.filled = (flags & cell_filled) != 0;
     }
-    const double u = std::min(1.0, place.x / spacing_);
-    const double v = std::min(1.0, place.y / spacing_);
-    const bool cut = cut_to_north_east(place.column, place.row);
-    // whether it is the triangle at the southern side, and at the eastern one
+    const double u = std::min(1.0, point.x / spacing_);
+    const double v = std::min(1.0, point.y / spacing_);
+    const bool cut = cut_to_north_east(point.column, point.row);
+    // whether the triangle contains the southern edge, and the eastern one
     const bool is_south = (cut & (u >= v)) | (!cut & (u + v <= 1.0));
     const bool is_east = is_south == cut;
     const std::size_t north = std::size_t{!is_south} * kChunkSamples;
@@ -44,7 +43,7 @@ inline bool Ground::height_over(const Place& place, HeightAnswer& answer) const 
     };
     const double slope_x = rise_of(north + 1, north);
     const double slope_y = rise_of(east + kChunkSamples, east);
-    // from the south-west corner, or where the triangle has none of it, from the north-east one
+    // from the south-west corner, or from the north-east one where the triangle lacks the former
     const auto far = static_cast<double>(!is_south & !cut);
     const double to_north_east = rise_of(1, 0) + rise_of(kChunkSamples + 1, 1);
     const double rise = far * to_north_east + slope_x * (u - far) + slope_y * (v - far);
@@ -65,14 +64,14 @@ HeightAnswer Ground::height(double x, double y) const {
     answer.status = GroundStatus::outside;
     const std::int64_t column = columns_.last_up_to(x);
     const std::int64_t row = rows_.last_up_to(y);
-    const auto over = [&](std::int64_t before_x, std::int64_t before_y) -> Place {
+    const auto over = [&](std::int64_t before_x, std::int64_t before_y) -> CellPoint {
         return {column - before_x, row - before_y, x - columns_.at(column - before_x),
                 y - rows_.at(row - before_y)};
     };
-    const Place place = over(0, 0);
-    if (height_over(place, answer)) return answer;
-    // cells are closed: on a line the cell before it answers where the one behind it is no ground
-    const bool is_on_column = place.x == 0.0, is_on_row = place.y == 0.0;
+    const CellPoint point = over(0, 0);
+    if (height_over(point, answer)) return answer;
+    // cells are closed: on a line the western or southern cell answers if the other one is no ground
+    const bool is_on_column = point.x == 0.0, is_on_row = point.y == 0.0;
     if (is_on_column && height_over(over(1, 0), answer)) return answer;
     if (is_on_row && height_over(over(0, 1), answer)) return answer;
     if (is_on_column && is_on_row) height_over(over(1, 1), answer);

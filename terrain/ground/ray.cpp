@@ -8,11 +8,11 @@ namespace terrane {
 
 RayAnswer Ground::ray(const WorldPos& from_world, const WorldPos& to_world) const {
     RayAnswer answer;
-    const Eigen::Vector3d way = to_world - from_world;
-    if (!from_world.allFinite() || !way.allFinite()) return answer;
+    const Eigen::Vector3d displacement = to_world - from_world;
+    if (!from_world.allFinite() || !displacement.allFinite()) return answer;
     answer.status = GroundStatus::miss;
 
-    // only the part over the extent can hit
+    // clipped to the extent: only there is ground
     double enter = 0.0;
     double leave = 1.0;
     WorldPos start = from_world;
@@ -22,27 +22,27 @@ RayAnswer Ground::ray(const WorldPos& from_world, const WorldPos& to_world) cons
         const std::array<double, 2> high{extent_.east, extent_.north};
         for (int axis = 0; axis < 2; ++axis) {
             const auto a = static_cast<std::size_t>(axis);
-            if (way[axis] == 0.0) {
+            if (displacement[axis] == 0.0) {
                 if (from_world[axis] < low[a] || from_world[axis] > high[a]) leave = -1.0;
                 continue;
             }
-            const double t0 = (low[a] - from_world[axis]) / way[axis];
-            const double t1 = (high[a] - from_world[axis]) / way[axis];
+            const double t0 = (low[a] - from_world[axis]) / displacement[axis];
+            const double t1 = (high[a] - from_world[axis]) / displacement[axis];
             enter = std::max(enter, std::min(t0, t1));
             leave = std::min(leave, std::max(t0, t1));
         }
         if (enter > leave) return answer;
-        start = from_world + enter * way;
+        start = from_world + enter * displacement;
         start.x() = std::clamp(start.x(), extent_.west, extent_.east);
         start.y() = std::clamp(start.y(), extent_.south, extent_.north);
     }
 
-    RayWalk ray(*this, start, way);
+    RayWalk ray(*this, start, displacement);
     ray.walk(leave - enter);
     ray.answer(answer);
     if (answer.status != GroundStatus::ok) return answer;
     answer.fraction = std::clamp(enter + ray.t(), 0.0, 1.0);
-    answer.point_world = from_world + answer.fraction * way;
+    answer.point_world = from_world + answer.fraction * displacement;
     return answer;
 }
 

@@ -5,10 +5,10 @@
 //   F. K. Musgrave. Grid Tracing: Fast Ray Tracing for Height Fields. 1988. (skipping by intervals)
 //   A. Tevs, I. Ihrke, H.-P. Seidel. Maximum Mipmaps for Fast, Accurate, and Scalable Dynamic Height Field
 //   Rendering. I3D 2008. (a pyramid of intervals)
-// Deviations: within a cell the ray's height above the surface is followed as a function of the way:
-// linear over each triangle, and continuous from cell to cell. The first change of its sign is the
-// hit, so a ray cannot slip through an edge or a corner. Squares are skipped by both ends of their interval
-// of heights, from above and from below, but never where that would change the side that the ray is on.
+// Deviations: within a cell the ray's height above the surface is evaluated as a function of the ray parameter,
+// linear over each triangle and continuous from cell to cell. The first change of its sign is the hit, so a ray
+// cannot slip through an edge or a corner. Squares are skipped by both ends of their interval of heights, from
+// above and from below, but never where that would change the side of the surface that the ray is on.
 #include "ground/ray_walk.h"
 
 #include <algorithm>
@@ -17,7 +17,7 @@
 namespace terrane {
 
 void Ground::RayWalk::walk(double leave) {
-    // from the smallest square that holds both ends
+    // starts with the smallest square that contains both ends
     const CellRange& extent = ground_.in_extent_;
     const auto ends = [leave](const RayAxis& axis, std::int64_t low, std::int64_t high) {
         return std::array{std::clamp(axis.cell(0.0), low, high),
@@ -27,7 +27,7 @@ void Ground::RayWalk::walk(double leave) {
     const auto rows = ends(y_, extent.south, extent.north);
     const std::int64_t differing = (columns[0] ^ columns[1]) | (rows[0] ^ rows[1]);
     if (differing >> kChunkShift != 0) {
-        follow<kChunkShift>(extent, 0.0, leave, [this](const Stretch& over) {
+        visit_squares<kChunkShift>(extent, 0.0, leave, [this](const SquareSpan& over) {
             is_whole_ = false;
             const CellRange cells = cells_of(over, kChunkCells);
             if (cells.west > cells.east || cells.south > cells.north) {
@@ -35,14 +35,14 @@ void Ground::RayWalk::walk(double leave) {
                 return false;
             }
             return open_chunk(over.column, over.row) ||
-                   (!passes({chunk_->low, chunk_->high}, over) && follow_in<kChunkShift>(over));
+                   (!clears({chunk_->low, chunk_->high}, over) && visit_parts<kChunkShift>(over));
         });
         return;
     }
     if (open_chunk(columns[0], rows[0])) return;
-    Stretch over{columns[0], rows[0], 0.0, leave};
+    SquareSpan over{columns[0], rows[0], 0.0, leave};
     if (differing == 0) {
-        is_whole_ ? meet_cell(over) : visit_ragged_cell(over);
+        is_whole_ ? intersect_cell(over) : visit_partial_cell(over);
         return;
     }
     const int log2_side = differing >> kSmall == 0   ? kSmall
@@ -51,19 +51,19 @@ void Ground::RayWalk::walk(double leave) {
     const std::int64_t side = std::int64_t{1} << log2_side;
     over.column &= -side;
     over.row &= -side;
-    // rounding must not take it out of the square
+    // clamped to the square against rounding
     over.end = std::min({leave, x_.crossing(x_.offset(over.column + (x_.sign > 0 ? side : 0))),
                          y_.crossing(y_.offset(over.row + (y_.sign > 0 ? side : 0)))});
     if (log2_side == kSmall) {
-        follow_in<kSmall>(over);
+        visit_parts<kSmall>(over);
     } else if (log2_side == kLarge) {
-        follow_in<kLarge>(over);
+        visit_parts<kLarge>(over);
     } else {
-        follow_in<kChunkShift>(over);
+        visit_parts<kChunkShift>(over);
     }
 }
 
-// Whether the way ends here, for it is not resident.
+// Returns true if the chunk is not resident, which ends the ray.
 bool Ground::RayWalk::open_chunk(std::int64_t column, std::int64_t row) {
     chunk_ = ground_.find_chunk(column, row);
     if (chunk_ == nullptr) {
@@ -77,12 +77,12 @@ bool Ground::RayWalk::open_chunk(std::int64_t column, std::int64_t row) {
     return false;
 }
 
-// A cell that may lie beyond the extent, or be no ground.
-bool Ground::RayWalk::visit_ragged_cell(const Stretch& over) {
+// A cell that may lie beyond the extent or be no ground.
+bool Ground::RayWalk::visit_partial_cell(const SquareSpan& over) {
     GroundReader reader(ground_);
     std::int64_t column = over.column, row = over.row;
     GroundCell cell = reader.cell(column, row);
-    // cells are closed: a ray along a line may find ground on the other side of it only
+    // cells are closed: a ray along a line may touch ground of the cell on its other side only
     if (cell.status == GroundStatus::outside && x_.d == 0.0 && x_.p == x_.offset(column)) {
         cell = reader.cell(column - 1, row);
         if (cell.status == GroundStatus::ok) --column;
@@ -99,16 +99,16 @@ bool Ground::RayWalk::visit_ragged_cell(const Stretch& over) {
         status_ = GroundStatus::not_resident;
         return true;
     }
-    return meet(cell, column, row, over);
+    return intersect(cell, column, row, over);
 }
 
-bool Ground::RayWalk::meet(const GroundCell& cell, std::int64_t column, std::int64_t row,
-                           const Stretch& over) {
+bool Ground::RayWalk::intersect(const GroundCell& cell, std::int64_t column, std::int64_t row,
+                                const SquareSpan& over) {
     const double south_west = above_base(cell.south_west);
     const double south_east = above_base(cell.south_east);
     const double north_west = above_base(cell.north_west);
     const double north_east = above_base(cell.north_east);
-    // the triangles on the south-eastern or south-western, and on the other, side of the cut
+    // the triangles south and north of the diagonal
     const Plane first = cell.cut_to_north_east
                             ? Plane{south_west, south_east - south_west, north_east - south_east}
                             : Plane{south_west, south_east - south_west, north_west - south_west};
@@ -140,17 +140,17 @@ bool Ground::RayWalk::meet(const GroundCell& cell, std::int64_t column, std::int
         const double clear0 = clearance(plane, begin);
         const double clear1 = clearance(plane, end);
         const int side0 = (clear0 > 0.0) - (clear0 < 0.0);
-        if (side0 == 0 || side_ * side0 < 0) return hit_at(begin, plane, cell);
+        if (side0 == 0 || side_ * side0 < 0) return record_hit(begin, plane, cell);
         const int side1 = (clear1 > 0.0) - (clear1 < 0.0);
         if (side1 != side0) {
-            return hit_at(begin + (end - begin) * (clear0 / (clear0 - clear1)), plane, cell);
+            return record_hit(begin + (end - begin) * (clear0 / (clear0 - clear1)), plane, cell);
         }
         side_ = side1;
     }
     return false;
 }
 
-bool Ground::RayWalk::hit_at(double t, const Plane& plane, const GroundCell& cell) {
+bool Ground::RayWalk::record_hit(double t, const Plane& plane, const GroundCell& cell) {
     status_ = GroundStatus::ok;
     t_ = t;
     slope_x_ = plane.slope_x;

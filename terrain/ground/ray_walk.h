@@ -11,17 +11,17 @@
 namespace terrane {
 namespace internal {
 
-// One coordinate of a ray along its way, in cells from the line where it starts. Where it crosses a line
-// has the same bits whichever square asks, so a way through a square is exactly that through its parts.
+// One coordinate of a ray as a function of the parameter t, in cells from the line where it starts. The t at a
+// line has the same bits for squares of every size, so the span over a square is exactly the union of its parts'.
 struct RayAxis {
-    double p, d;                 // at t = 0, and per t
+    double p, d;                 // position at t = 0, and its derivative
     std::int64_t origin;         // index of the line that p counts from
-    std::int64_t sign;           // of the way to the next line
+    std::int64_t sign;           // of the direction: to the next line
     double crossing_p, inverse;  // of crossing()
 
     RayAxis(double p_cells, double d_cells, std::int64_t origin_line)
         : p(p_cells), d(d_cells), origin(origin_line), sign(d_cells < 0.0 ? -1 : 1) {
-        // finite, so that no product is NaN; along the lines the next one is never reached
+        // finite, so that no product is NaN; a ray parallel to the lines never reaches the next one
         constexpr double kHuge = 1e300;
         crossing_p = d == 0.0 ? -kHuge : p;
         inverse = d == 0.0 ? kHuge : std::clamp(1.0 / d, -kHuge, kHuge);
@@ -37,42 +37,42 @@ struct RayAxis {
     }
 };
 
-// A triangle continued to a plane over a cell: z0 + slope_x u + slope_y v, quanta.
+// The plane of a triangle, over its cell: z0 + slope_x u + slope_y v, quanta.
 struct Plane {
     double z0, slope_x, slope_y;
 };
 
-// A square of cells and the part of the way over it. Its end may lie before its begin by a hair, where
-// rounding took the ray into the square a little early: then there is no way over it.
-struct Stretch {
+// A square of cells and the interval of t over it. The end may be less than the begin by rounding: then the
+// interval is empty.
+struct SquareSpan {
     std::int64_t column, row;
     double begin, end;
 };
 
 }  // namespace internal
 
-// Follows a ray from chunk to chunk, in those that its heights meet from square to square of the pyramid,
-// and in the smallest of these from cell to cell.
+// Traverses a ray chunk by chunk; in chunks whose height interval it meets, square by square of the pyramid, and
+// in the smallest squares cell by cell.
 class Ground::RayWalk {
     using RayAxis = internal::RayAxis;
     using Plane = internal::Plane;
-    using Stretch = internal::Stretch;
+    using SquareSpan = internal::SquareSpan;
 
 public:
-    RayWalk(const Ground& ground, const WorldPos& start, const Eigen::Vector3d& way)
+    RayWalk(const Ground& ground, const WorldPos& start, const Eigen::Vector3d& displacement)
         : ground_(ground),
-          x_(axis(ground.columns_, start.x(), way.x())),
-          y_(axis(ground.rows_, start.y(), way.y())),
+          x_(axis(ground.columns_, start.x(), displacement.x())),
+          y_(axis(ground.rows_, start.y(), displacement.y())),
           base_(std::floor(start.z() * ground.inverse_quantum_)),
           z_(start.z() * ground.inverse_quantum_ - base_),
-          dz_(way.z() * ground.inverse_quantum_) {}
+          dz_(displacement.z() * ground.inverse_quantum_) {}
 
     void walk(double leave);
     void answer(RayAnswer& answer_out) const;
     double t() const { return t_; }
 
 private:
-    static constexpr int kLarge = 5, kSmall = 3;  // log2 of the sides of the squares in between
+    static constexpr int kLarge = 5, kSmall = 3;  // log2 of the sides of the intermediate squares
 
     static RayAxis axis(const Lines& lines, double p, double d) {
         const std::int64_t origin = lines.last_up_to(p);
@@ -81,16 +81,16 @@ private:
     double height(double t) const { return z_ + dz_ * t; }
     double above_base(std::int32_t quanta) const { return static_cast<double>(quanta) - base_; }
 
-    // Calls visit() for each square of 1 << kLog2 cells that the ray passes among some cells, in order,
-    // until it returns true.
+    // Calls visit() for each square of 1 << kLog2 cells, among the given cells, that the ray passes over, in
+    // order, until it returns true. Returns whether it did.
     template <int kLog2, class Visit>
-    bool follow(const CellRange& cells, double begin, double leave, Visit visit) {
+    bool visit_squares(const CellRange& cells, double begin, double leave, Visit visit) {
         constexpr std::int64_t kSide = std::int64_t{1} << kLog2;
         const auto first = [](std::int64_t cell, std::int64_t low, std::int64_t high) {
             return std::max(low, std::min(cell, high)) & -kSide;
         };
-        Stretch over{first(x_.cell(begin), cells.west, cells.east),
-                     first(y_.cell(begin), cells.south, cells.north), begin, leave};
+        SquareSpan over{first(x_.cell(begin), cells.west, cells.east),
+                        first(y_.cell(begin), cells.south, cells.north), begin, leave};
         double line_x = x_.offset(over.column + (x_.sign > 0 ? kSide : 0));
         double line_y = y_.offset(over.row + (y_.sign > 0 ? kSide : 0));
         const std::array<double, 2> to_next_x{0.0, static_cast<double>(x_.sign * kSide)};
@@ -102,7 +102,7 @@ private:
             if (visit(over)) return true;
             if (!(next < leave)) return false;
             over.begin = std::max(over.begin, next);
-            // without jumps, for nothing foresees them
+            // branchless: the axis of the next step is unpredictable
             const bool is_over_x = to_x <= to_y, is_over_y = to_y <= to_x;
             over.column += -std::int64_t{is_over_x} & (x_.sign * kSide);
             over.row += -std::int64_t{is_over_y} & (y_.sign * kSide);
@@ -111,8 +111,8 @@ private:
         }
     }
 
-    // Whether the ray stays on its side of all heights of a range.
-    bool passes(const SampleRange& range, const Stretch& over) {
+    // Whether the ray stays on one side of all heights of a range; determines the side if it is unknown.
+    bool clears(const SampleRange& range, const SquareSpan& over) {
         const double z0 = height(over.begin), z1 = height(over.end);
         if (side_ >= 0 && std::min(z0, z1) > above_base(range.high)) {
             side_ = 1;
@@ -125,23 +125,23 @@ private:
         return false;
     }
 
-    // Whether the ray stays on its side of a cell of the chunk.
-    bool passes_cell(const Stretch& over) {
+    // The same for a cell of the chunk.
+    bool clears_cell(const SquareSpan& over) {
         const std::size_t corner = sample_index(static_cast<int>(over.column & (kChunkCells - 1)),
                                                 static_cast<int>(over.row & (kChunkCells - 1)));
         const std::int32_t* const south = chunk_->heights.data() + corner;
         const std::int32_t* const north = south + kChunkSamples;
-        // most of them need only their highest corner
+        // the highest corner alone decides for most cells
         SampleRange range;
         range.high = std::max(std::max(south[0], south[1]), std::max(north[0], north[1]));
         if (side_ <= 0) {
             range.low = std::min(std::min(south[0], south[1]), std::min(north[0], north[1]));
         }
-        return passes(range, over);
+        return clears(range, over);
     }
 
-    // The cells of a square; in the extent, for a ray along its closed edge belongs to the cells before it.
-    CellRange cells_of(const Stretch& over, std::int64_t side) const {
+    // The cells of a square, clipped to the extent: a ray along the extent's edge belongs to the cells inside.
+    CellRange cells_of(const SquareSpan& over, std::int64_t side) const {
         const CellRange cells{over.column, over.row, over.column + side - 1, over.row + side - 1};
         return is_whole_ ? cells : in_extent(cells);
     }
@@ -152,40 +152,44 @@ private:
     }
 
     template <int kLog2>
-    bool follow_in(const Stretch& over) {
+    bool visit_parts(const SquareSpan& over) {
         const CellRange cells = cells_of(over, std::int64_t{1} << kLog2);
         if (cells.west > cells.east || cells.south > cells.north) {
             side_ = 0;
             return false;
         }
         if constexpr (kLog2 == kSmall) {
-            return follow<0>(cells, over.begin, over.end, [this](const Stretch& part) {
-                return is_whole_ ? !passes_cell(part) && meet_cell(part) : visit_ragged_cell(part);
+            return visit_squares<0>(cells, over.begin, over.end, [this](const SquareSpan& part) {
+                return is_whole_ ? !clears_cell(part) && intersect_cell(part)
+                                 : visit_partial_cell(part);
             });
         } else {
             constexpr int kPart = kLog2 == kChunkShift ? kLarge : kSmall;
-            return follow<kPart>(cells, over.begin, over.end, [this](const Stretch& part) {
-                const auto i = static_cast<int>(part.column & (kChunkCells - 1));
-                const auto j = static_cast<int>(part.row & (kChunkCells - 1));
-                return !passes(chunk_->pyramid.at(kPart, i, j), part) && follow_in<kPart>(part);
-            });
+            return visit_squares<kPart>(
+                cells, over.begin, over.end, [this](const SquareSpan& part) {
+                    const auto i = static_cast<int>(part.column & (kChunkCells - 1));
+                    const auto j = static_cast<int>(part.row & (kChunkCells - 1));
+                    return !clears(chunk_->pyramid.at(kPart, i, j), part) &&
+                           visit_parts<kPart>(part);
+                });
         }
     }
     bool open_chunk(std::int64_t column, std::int64_t row);
-    bool meet_cell(const Stretch& over) {
-        return meet(read_cell(*chunk_, over.column, over.row), over.column, over.row, over);
+    bool intersect_cell(const SquareSpan& over) {
+        return intersect(read_cell(*chunk_, over.column, over.row), over.column, over.row, over);
     }
-    bool visit_ragged_cell(const Stretch& over);
-    bool meet(const GroundCell& cell, std::int64_t column, std::int64_t row, const Stretch& over);
-    bool hit_at(double t, const Plane& plane, const GroundCell& cell);
+    bool visit_partial_cell(const SquareSpan& over);
+    bool intersect(const GroundCell& cell, std::int64_t column, std::int64_t row,
+                   const SquareSpan& over);
+    bool record_hit(double t, const Plane& plane, const GroundCell& cell);
 
     const Ground& ground_;
     RayAxis x_, y_;
     double base_, z_, dz_;  // quanta
-    int side_ = 0;          // of the surface that the ray is on: 1 above, -1 below, 0 not known
+    int side_ = 0;          // of the surface: 1 above, -1 below, 0 unknown
 
     const Chunk* chunk_ = nullptr;
-    bool is_whole_ = false;  // whether all of the chunk's cells are in the extent and ground
+    bool is_whole_ = false;  // all cells of the chunk are ground inside the extent
 
     GroundStatus status_ = GroundStatus::miss;
     double t_ = 0.0;

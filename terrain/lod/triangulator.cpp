@@ -4,21 +4,21 @@
 //   L. Velho, D. Gomes. Variable Resolution 4-k Meshes. Computer Graphics Forum 19(4), 2000. (the mesh)
 //   P. Lindstrom, V. Pascucci. Visualization of Large Terrains Made Easy. IEEE Visualization 2001.
 //   M. Duchaineau et al. ROAMing Terrain. IEEE Visualization 1997. (a budget by priorities)
-// Deviations: no queues and no incremental splits: the budget is met by an exact order statistic of
-// all keys. Closure only trims: a vertex has at least the key of its parents, and none where a parent
-// is not resident, so that every threshold gives a conforming mesh, whatever is loaded.
+// Deviations: no queues and no incremental splits: the threshold is an exact order statistic of all keys. Keys are
+// raised to the parents', and infinite where a parent is not resident, so that every threshold gives a conforming
+// mesh, whatever is loaded.
 //
-// A chunk owns the vertices of its own spacing (roots own all coarser ones too), and draws the
-// triangles that its vertices make. Nothing but guesses is kept from frame to frame: a frame is a
-// function of the resident set, the settings and the view.
+// A chunk owns the vertices of its own spacing (a root all coarser ones, too), and draws the triangles of its
+// vertices. Only a start value of the search is kept from frame to frame: a frame is a function of the resident set,
+// the settings and the view.
+#include "base/worker_team.h"
+#include "lod/keys/screen_error.h"
 #include "lod/mesh/active_set.h"
 #include "lod/mesh/emission.h"
-#include "lod/mesh/residual_error.h"
 #include "lod/mesh/morph.h"
-#include "lod/keys/screen_error.h"
+#include "lod/mesh/residual_error.h"
 #include "lod/selection/selection.h"
 #include "lod/selection/vertex_keys.h"
-#include "base/worker_team.h"
 
 #include <terrane/terrain/assert.h>
 #include <terrane/terrain/number_text.h>
@@ -32,9 +32,9 @@
 namespace terrane {
 namespace {
 
-using internal::ErrorLeft;
 using internal::Morph;
 using internal::OpenChunk;
+using internal::ResidualError;
 using internal::ScreenError;
 using internal::Selection;
 using internal::VertexKeys;
@@ -43,9 +43,9 @@ using internal::WorkerTeam;
 constexpr int kMostWorkers = 64;
 constexpr double kMostMorphRatio = 16.0;
 
-// Where nothing is known of the view yet, the search begins with detail of this size, pixels.
+// The first search begins with detail of this size, pixels.
 constexpr double kFirstFloor_px = 4096.0;
-// The floor lies this much below the last threshold, in keys: what can change from frame to frame.
+// Factor of the floor on the last threshold, for changes between frames; and on the floor, if that was too low.
 constexpr float kFloorMargin = 1.1f;
 constexpr float kFloorStep = 3.0f;
 
@@ -64,8 +64,8 @@ struct Triangulator::State {
           team(std::max(1, chosen.worker_count)),
           keys(ground, internal::best_simd_level(), chosen.open_chunks),
           selection(team.size()),
-          errors_left(static_cast<std::size_t>(team.size())),
-          // not touched before it is needed
+          residual_errors(static_cast<std::size_t>(team.size())),
+          // pages are not touched before use
           indices(std::make_unique_for_overwrite<std::uint16_t[]>(3 * chosen.triangle_budget)) {
         mesh_chunks.reserve(chosen.open_chunks);
     }
@@ -76,30 +76,30 @@ struct Triangulator::State {
     WorkerTeam team;
     VertexKeys keys;
     Selection selection;
-    float last_threshold = 0.0f;  // only guides the search: results do not depend on it
+    float last_threshold = 0.0f;  // start value of the search: does not affect results
 
     // of the frame
     float threshold = 0.0f;
-    std::vector<ErrorLeft> errors_left;  // by worker
+    std::vector<ResidualError> residual_errors;  // by worker
     std::vector<MeshChunk> mesh_chunks;
     std::unique_ptr<std::uint16_t[]> indices;  // [3 * triangle_budget]
     std::size_t triangle_count = 0;
     TerrainMesh mesh;
 
-    // A little less than asked for, so that what is reported after rounding outward meets it.
+    // Slightly below the target, so that the reported error meets it after rounding up.
     float target_key(const ScreenError& screen) const {
-        const double spread = Morph(settings.morph_ratio, 1.0f).spread();
+        const double factor = Morph(settings.morph_ratio, 1.0f).error_factor();
         return screen.key_of(settings.max_error_px /
-                             (spread * ScreenError::kRounding * ScreenError::kRounding));
+                             (factor * ScreenError::kRounding * ScreenError::kRounding));
     }
     void select(const ResidentSet& resident, const ScreenError& screen);
-    void place(const Morph& morph);
+    void activate_and_morph(const Morph& morph);
     void emit(const ScreenError& screen, const Morph& morph);
     double fading_error(const ScreenError& screen, const Morph& morph, double threshold_px) const;
     void report(const ScreenError& screen, const Morph& morph);
 };
 
-// Finds the threshold: the target, or as far as the budget allows.
+// Finds the threshold: the target's, or the smallest that the budget allows.
 void Triangulator::State::select(const ResidentSet& resident, const ScreenError& screen) {
     const float target = target_key(screen);
     const std::size_t budget = settings.triangle_budget - root_triangles(lattice);
@@ -115,8 +115,8 @@ void Triangulator::State::select(const ResidentSet& resident, const ScreenError&
     last_threshold = threshold;
 }
 
-// Marks what is active and slides it, level by level: offsets build on those of coarser vertices.
-void Triangulator::State::place(const Morph& morph) {
+// Marks active vertices and computes offsets, level by level, because they depend on those of coarser vertices.
+void Triangulator::State::activate_and_morph(const Morph& morph) {
     const std::span<OpenChunk* const> open = keys.open();
     team.run(open.size(), [&](std::size_t i, int) {
         internal::mark_active(*open[i], keys.kernels(), threshold);
@@ -130,8 +130,9 @@ void Triangulator::State::place(const Morph& morph) {
             return chunk->chunk->key.level != level;
         });
         const auto count = static_cast<std::size_t>(end - rest.begin());
-        team.run(count,
-                 [&](std::size_t i, int) { morph.slide(*rest[i], keys.kernels(), quantum); });
+        team.run(count, [&](std::size_t i, int) {
+            morph.compute_offsets(*rest[i], keys.kernels(), quantum);
+        });
         rest = rest.subspan(count);
     }
 }
@@ -152,19 +153,19 @@ void Triangulator::State::emit(const ScreenError& screen, const Morph& morph) {
                                morph.is_on() ? chunk->offsets.data() : nullptr});
     }
     TERRANE_ASSERT(triangle_count <= settings.triangle_budget, "the budget must hold");
-    std::fill(errors_left.begin(), errors_left.end(), ErrorLeft{});
+    std::fill(residual_errors.begin(), residual_errors.end(), ResidualError{});
     team.run(open.size(), [&](std::size_t i, int worker) {
         const OpenChunk& chunk = *open[i];
         if (chunk.triangle_count > 0) {
             internal::emit_triangles(chunk, threshold, indices.get() + 3 * chunk.first_triangle);
         }
-        // also where nothing is drawn: its vertices may be missing in a neighbour's triangles
-        internal::find_error_left(chunk, keys, screen, threshold, morph,
-                                  errors_left[static_cast<std::size_t>(worker)]);
+        // also for chunks without triangles: their vertices may be missing in a neighbour's triangles
+        internal::find_residual_error(chunk, keys, screen, threshold, morph,
+                                      residual_errors[static_cast<std::size_t>(worker)]);
     });
 }
 
-// Chunks that fade in are held back: their vertices are shown less than they could be.
+// Error bound of the vertices that fades hold back.
 double Triangulator::State::fading_error(const ScreenError& screen, const Morph& morph,
                                          double threshold_px) const {
     double error_px = 0.0;
@@ -173,38 +174,39 @@ double Triangulator::State::fading_error(const ScreenError& screen, const Morph&
         double most_px = 0.0;
         float factor = 1.0f;
         for (const OpenChunk* above = chunk; above != nullptr; above = above->parent) {
-            // what has nothing below the threshold is open by the floor alone
+            // skips chunks that only the floor, not the threshold, has opened
             if (above->fade_factor == 1.0f || !(keys.least_key(screen, *above) < threshold))
                 continue;
             factor = std::max(factor, above->fade_factor);
             const auto bound = static_cast<double>(above->chunk->max_vertex_bound);
-            // diamonds of the vertices on its sides reach beyond it
-            ScreenError::Box box = keys.reach_of(screen, *above->chunk);
+            // the diamonds of vertices on its sides extend beyond it
+            ScreenError::WorldBox box = keys.reach_of(screen, *above->chunk);
             box.low.z() -= bound;
             box.high.z() += bound;
             most_px = std::max(most_px, screen.error_in_view(box, bound));
         }
         if (most_px == 0.0) continue;
         const double fade = 1.0 / std::sqrt(static_cast<double>(factor));
-        error_px = std::max(error_px, threshold_px * morph.with_fade(most_px / threshold_px, fade));
+        error_px =
+            std::max(error_px, threshold_px * morph.error_with_fade(most_px / threshold_px, fade));
     }
     return error_px;
 }
 
 void Triangulator::State::report(const ScreenError& screen, const Morph& morph) {
-    ErrorLeft left;
-    for (const ErrorLeft& of_worker : errors_left) left.take(of_worker);
+    ResidualError residual;
+    for (const ResidualError& of_worker : residual_errors) residual.merge(of_worker);
     const double threshold_px = screen.error_px_of(threshold);
     const auto displayed = [&](double missing_px) {
-        return missing_px > 0.0 ? threshold_px * morph.with_missing(missing_px / threshold_px)
+        return missing_px > 0.0 ? threshold_px * morph.error_with_missing(missing_px / threshold_px)
                                 : 0.0;
     };
-    const double chosen = threshold_px * morph.spread();
+    const double chosen = threshold_px * morph.error_factor();
     const double absent =
-        std::max(displayed(left.absent), fading_error(screen, morph, threshold_px));
-    const double finest = displayed(left.finest);
+        std::max(displayed(residual.absent), fading_error(screen, morph, threshold_px));
+    const double finest = displayed(residual.finest);
     const double target = settings.max_error_px;
-    const double sliding = threshold_px * left.sliding;
+    const double sliding = threshold_px * residual.morphing;
     mesh.error_px = std::max({chosen, absent, finest, sliding}) * ScreenError::kRounding;
     mesh.threshold_px = threshold_px;
     if (mesh.error_px <= target) {
@@ -289,7 +291,7 @@ TerrainMesh Triangulator::update(std::shared_ptr<const ResidentSet> resident, co
                              internal::clearance_of(*state.source, view.eye_world));
     state.select(*mesh.resident, screen);
     const Morph morph(state.settings.morph_ratio, state.threshold);
-    state.place(morph);
+    state.activate_and_morph(morph);
     state.emit(screen, morph);
     mesh.chunks = state.mesh_chunks;
     mesh.indices = {state.indices.get(), 3 * state.triangle_count};

@@ -54,7 +54,7 @@ ChunkTree::Index ChunkTree::insert(std::shared_ptr<const Chunk> chunk) {
             const auto at = static_cast<std::size_t>(quadrant);
             const ChunkKey child = key.child(quadrant);
             const double bound = static_cast<double>(chunk->quadrant_bound[at]);
-            // the surface over the child, and a cell around for what only touches it
+            // the surface over the child, with a margin of one of its cells
             const double margin = lattice_.level_spacing(child.level);
             constexpr int kHalf = kChunkAreas / 2;
             std::int32_t low = chunk->high;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "paging/fades.h"
 #include "paging/demand/need.h"
 #include "paging/demand/predicted_view.h"
+#include "paging/fades.h"
 
 #include <terrane/terrain/chunk.h>
 
@@ -16,7 +16,7 @@
 
 namespace terrane::internal {
 
-/// The resident chunks as the pager walks them: each knows its children, and its parent is there too.
+/// The quadtree of resident chunks with the pager's state of each. Every chunk's parent is resident.
 class ChunkTree {
 public:
     using Index = std::int32_t;
@@ -27,33 +27,33 @@ public:
         Index parent = kNone;
         std::array<Index, 4> child{kNone, kNone, kNone, kNone};
         int child_count = 0;
-        /// What quadrants cover and what the child there can improve on, metres.
-        std::array<Box, 4> boxes;
+        /// By quadrant: the box of the surface there, and the bound that a child can improve on, metres.
+        std::array<WorldBox, 4> boxes;
         std::array<double, 4> bounds{};
 
-        Need need;                   ///< of the last plan
-        std::size_t bytes_read = 0;  ///< from storage, for it
-        double contact_until_s = -std::numeric_limits<double>::infinity();  ///< as foreseen last
-        bool was_needed = false;   ///< somebody did need it while it was there
-        bool is_leaving = false;   ///< fades out, to make room
-        bool was_leaving = false;  ///< in the last update
-        bool is_new = true;        ///< not in a set yet
+        Need need;                   ///< found by the last plan
+        std::size_t bytes_read = 0;  ///< from storage
+        double contact_until_s = -std::numeric_limits<double>::infinity();  ///< last prediction
+        bool was_needed = false;      ///< it was needed while resident
+        bool is_fading_out = false;   ///< before its eviction
+        bool was_fading_out = false;  ///< in the update before
+        bool is_new = true;           ///< not in a ResidentSet yet
         double inverse_fade = 1.0;
-        std::optional<Watch> watch;  ///< of this update, once somebody asked
+        std::optional<FadeVisibility> visibility;  ///< of this update, computed on demand
     };
 
     explicit ChunkTree(const Lattice& lattice);
 
-    /// Requires its parent, and that it is not there yet.
+    /// Requires a resident parent, except of roots, and a chunk that is not resident.
     Index insert(std::shared_ptr<const Chunk> chunk);
-    /// Requires that it has no children.
+    /// Requires a chunk without children.
     void erase(Index index);
 
     Index find(const ChunkKey& key) const;
     Node& operator[](Index index) { return nodes_[static_cast<std::size_t>(index)]; }
     const Node& operator[](Index index) const { return nodes_[static_cast<std::size_t>(index)]; }
     std::size_t size() const { return index_.size(); }
-    /// Nodes are 0 to capacity(); those without a chunk are free.
+    /// Nodes have indices below capacity(); those without a chunk are free.
     Index capacity() const { return static_cast<Index>(nodes_.size()); }
 
     const Lattice& lattice() const { return lattice_; }
@@ -65,13 +65,13 @@ private:
     std::vector<ChunkKey> roots_;
     std::vector<Node> nodes_;
     std::vector<Index> free_;
-    std::unordered_map<ChunkKey, Index, ChunkKeyHash> index_;  // looked up, never walked
+    std::unordered_map<ChunkKey, Index, ChunkKeyHash> index_;  // never iterated
 };
 
-/// Where a chunk lies in the plane, metres.
+/// The square of a chunk, world, metres.
 WorldRect rect_of(const Lattice& lattice, const ChunkKey& key);
 
-/// Whether a rectangle and a chunk share a point.
+/// Whether a rectangle and a chunk's closed square share a point.
 bool overlaps(const Lattice& lattice, const ChunkKey& key, const WorldRect& rect);
 
 }  // namespace terrane::internal

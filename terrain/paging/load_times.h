@@ -8,16 +8,16 @@
 
 namespace terrane::internal {
 
-/// How long loads have taken lately, by level: what the pager reckons with.
+/// Running mean and deviation of load times by level.
 class LoadTimes {
 public:
-    void take(int level, double seconds) {
-        take_into(levels_[index(level)], seconds);
-        take_into(all_, seconds);
+    void add(int level, double seconds) {
+        add_to(levels_[index(level)], seconds);
+        add_to(all_, seconds);
     }
 
-    /// Seconds that a load of a level may take: the mean and twice the mean deviation of the last
-    /// dozen or so. What was never loaded takes as long as all others do.
+    /// Expected time of a load of a level, seconds: mean plus twice the mean deviation, weighted over about
+    /// the last ten. Levels with fewer than four loads use those of all levels.
     double expected_s(int level) const {
         const Times& own = levels_[index(level)];
         const Times& times = own.count >= kEnough ? own : all_;
@@ -30,12 +30,12 @@ private:
         double deviation_s = 0.0;
         int count = 0;
     };
-    static constexpr double kShare = 0.1;  // of each new time
+    static constexpr double kShare = 0.1;  // weight of a new time
     static constexpr int kEnough = 4;
     static constexpr double kUnknown_s = 0.05;
 
     static std::size_t index(int level) { return static_cast<std::size_t>(level); }
-    static void take_into(Times& times, double seconds) {
+    static void add_to(Times& times, double seconds) {
         const double off = std::abs(seconds - times.mean_s);
         if (times.count == 0) {
             times.mean_s = seconds;

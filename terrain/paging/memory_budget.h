@@ -15,48 +15,50 @@
 
 namespace terrane::internal {
 
-/// Keeps what is resident and what is on its way below the ceiling, and chooses what goes.
+/// Enforces the byte ceiling of resident chunks and loads in flight, and chooses what is evicted.
 ///
-/// Evicted first is what nobody needs, the least useful first; then what is speculation; then what will
-/// be drawn, the latest first; then what is drawn, by the error that it saves; then contact that is not
-/// touched yet. Contact in use and roots stay. Speculation evicts nothing. What a camera would see go
-/// fades out first, unless ground is waiting for its bytes.
-class Room {
+/// Order of eviction: unneeded chunks, by their error in any view direction; speculation; chunks drawn later,
+/// the latest first; chunks drawn now, the smallest error first; contact that is not touched yet. Touched
+/// contact and roots are never evicted, and speculation evicts nothing. A chunk that a camera would see vanish
+/// fades out first, unless contact or a root needs its bytes.
+class MemoryBudget {
 public:
-    Room(ChunkTree& tree, std::shared_ptr<ByteCount> bytes, const PagerSettings& settings)
+    MemoryBudget(ChunkTree& tree, std::shared_ptr<ByteCount> bytes, const PagerSettings& settings)
         : tree_(&tree), bytes_(std::move(bytes)), settings_(settings) {}
 
-    /// Begins an update.
+    /// Call at the begin of each update, before everything else.
     ///
-    /// @param may_jump     nobody looks: nothing has to fade
-    void look(std::span<const Watcher> watchers, bool may_jump);
-    /// Begins to make room, after needs were found.
+    /// @param skips_fades no camera draws meanwhile: chunks are evicted without fading out
+    void begin_update(std::span<const FadeObserver> observers, bool skips_fades);
+    /// Call when needs were found, before admit().
     ///
-    /// @param has_contact  somebody asks for contact, so that its share is kept free
-    void begin(std::span<const Outlook> outlooks, bool has_contact, PagerStats& stats);
+    /// @param has_contact there are bodies or tickets, so that contact's share is reserved
+    void begin_plan(std::span<const PredictedView> predicted_views, bool has_contact,
+                    PagerStats& stats);
 
-    enum class Answer {
-        free,
-        later,  ///< enough is about to come free
-        none,
+    /// Whether another load may begin.
+    enum class Admission {
+        granted,
+        pending,  ///< evicted or fading chunks are about to release enough bytes
+        refused,
     };
-    /// Evicts until one more chunk fits that is needed so, and claims its bytes.
+    /// Evicts until one more chunk of this need fits, and claims its bytes.
     ///
-    /// @param slack_s  see Wish
-    Answer make(const Need& need, double slack_s, ByteClaim& claim);
-    /// Whether a claim that was made before may stand for a chunk that is needed so.
+    /// @param slack_s see LoadCandidate
+    Admission admit(const Need& need, double slack_s, ByteClaim& claim);
+    /// Whether an earlier claim may be used for a chunk of this need.
     bool may_keep_claim(const Need& need) const { return bytes_->load() <= limit(need.why); }
 
-    bool has_gone() const { return !gone_.empty(); }
-    /// What was evicted since the last call, in order of eviction.
-    std::vector<ChunkKey> take_gone() { return std::exchange(gone_, {}); }
+    bool has_evicted() const { return !evicted_keys_.empty(); }
+    /// Keys evicted since the last call, in order of eviction.
+    std::vector<ChunkKey> take_evicted() { return std::exchange(evicted_keys_, {}); }
 
-    /// How a chunk's coming or going would show now.
-    const Watch& watch_of(ChunkTree::Node& node);
+    /// Visibility of a fade of the chunk in this update.
+    const FadeVisibility& visibility_of(ChunkTree::Node& node);
     std::size_t bytes() const { return bytes_->load(); }
 
 private:
-    /// In this order they go.
+    /// Order of eviction.
     enum class Tier : std::uint8_t {
         unneeded,
         speculative,
@@ -65,16 +67,17 @@ private:
         contact_later,
         pinned,  ///< never
     };
-    struct Candidate {
+    struct EvictionCandidate {
         Tier tier = Tier::unneeded;
-        double keep = 0.0;   ///< the least goes first
-        double worth = 0.0;  ///< what is wanted must be worth more
+        double priority = 0.0;  ///< within the tier, the least is evicted first
+        double value = 0.0;     ///< the load must exceed it: see is_outweighed()
         ChunkKey key;
         ChunkTree::Index index = ChunkTree::kNone;
-        bool operator<(const Candidate& other) const;  // the one to go first is the largest
+        bool operator<(const EvictionCandidate& other)
+            const;  // std::priority_queue: the first to evict is the largest
     };
-    // A chunk that was let go of: its bytes come free when nobody holds an old set any more.
-    struct Evicted {
+    // An evicted chunk whose bytes are released when the last older set that holds it is gone.
+    struct EvictedChunk {
         std::weak_ptr<const Chunk> chunk;
         std::size_t bytes = 0;
         std::uint64_t update = 0;
@@ -82,9 +85,9 @@ private:
 
     std::size_t limit(NeedClass why) const;
     std::size_t soon_free_bytes();
-    Candidate candidate(ChunkTree::Index index) const;
-    bool is_outweighed(const Candidate& held, const Need& wanted) const;
-    std::priority_queue<Candidate>* find_victim(const Need& need);
+    EvictionCandidate candidate(ChunkTree::Index index) const;
+    bool is_outweighed(const EvictionCandidate& held, const Need& wanted) const;
+    std::priority_queue<EvictionCandidate>* find_victim(const Need& need);
     void add_candidate(ChunkTree::Index index);
     void list_candidates();
     void evict(ChunkTree::Index index);
@@ -92,20 +95,20 @@ private:
     ChunkTree* tree_;
     std::shared_ptr<ByteCount> bytes_;
     PagerSettings settings_;
-    std::vector<Evicted> evicted_;
-    std::vector<ChunkKey> gone_;
+    std::vector<EvictedChunk> awaiting_release_;
+    std::vector<ChunkKey> evicted_keys_;
     std::uint64_t update_ = 0;
 
     // of the update
-    std::span<const Outlook> outlooks_;
-    std::span<const Watcher> watchers_;
-    bool may_jump_ = false;
+    std::span<const PredictedView> predicted_views_;
+    std::span<const FadeObserver> observers_;
+    bool skips_fades_ = false;
     std::size_t contact_reserve_ = 0;
-    std::size_t waiting_count_ = 0;  // that were answered `later`
-    std::size_t leaving_count_ = 0;
-    std::size_t leaving_bytes_ = 0;
+    std::size_t pending_count_ = 0;  // loads answered `pending`
+    std::size_t fading_out_count_ = 0;
+    std::size_t fading_out_bytes_ = 0;
     bool is_listed_ = false;
-    std::array<std::priority_queue<Candidate>, 5> candidates_;  // by tier
+    std::array<std::priority_queue<EvictionCandidate>, 5> candidates_;  // by tier
     PagerStats* stats_ = nullptr;
 };
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
+#include "base/settings_check.h"
 #include "paging/loaders/inline_loader.h"
 #include "paging/pager_state.h"
-#include "base/settings_check.h"
 
 #include <terrane/terrain/pager.h>
 #include <terrane/terrain/thread_loader.h>
@@ -13,15 +13,15 @@
 
 namespace terrane {
 
-// Loads everything that is needed, as far as that goes without waiting for storage.
-void Pager::State::settle() {
+// With an inline loader: alternates loading and planning until nothing changes.
+void Pager::State::load_until_stable() {
     constexpr int kMostRounds = 1000;
     for (int round = 0; round < kMostRounds; ++round) {
         queue_loads();
         const bool has_loaded = take_finished();
-        const bool has_evicted = room.has_gone();
+        const bool has_evicted = budget.has_evicted();
         if (!has_loaded && !has_evicted) return;
-        // what was evicted comes free with the set that held it
+        // evicted chunks are released with the set that held them
         if (has_evicted) publish();
         plan();
     }
@@ -86,11 +86,11 @@ void Pager::update(std::span<const CameraNeed> cameras, std::span<const BodyNeed
     const bool is_due = state.take_clients(cameras, bodies, time_s);
     state.loader->advance(state.time_s);
     state.take_finished();
-    state.room.look(state.watchers, state.may_jump);
+    state.budget.begin_update(state.observers, state.skips_fades);
     if (is_due) {
         state.plan();
         if (state.is_inline) {
-            state.settle();
+            state.load_until_stable();
         } else {
             state.queue_loads();
         }
@@ -101,23 +101,23 @@ void Pager::update(std::span<const CameraNeed> cameras, std::span<const BodyNeed
 
 void Pager::finish() {
     State& state = *state_;
-    state.may_jump = true;
-    state.room.look(state.watchers, state.may_jump);
+    state.skips_fades = true;
+    state.budget.begin_update(state.observers, state.skips_fades);
     bool is_busy = false;
     for (;;) {
         state.loader->wait();
-        // nothing that is queued can begin
+        // a hanging storage: nothing queued can begin
         if (!state.take_finished() && is_busy) break;
         state.plan();
         is_busy = state.queue_loads();
-        const bool has_evicted = state.room.has_gone();
+        const bool has_evicted = state.budget.has_evicted();
         if (has_evicted) state.publish();
         if (!is_busy && !has_evicted) break;
     }
     state.fade();
     state.publish();
-    state.may_jump = false;
-    state.gone_in_finish.clear();
+    state.skips_fades = false;
+    state.evicted_in_finish.clear();
 }
 
 Pager::Ticket Pager::require(const WorldRect& region, double deadline_s) {
@@ -136,7 +136,7 @@ Pager::Ticket Pager::require(const WorldRect& region, double deadline_s) {
 TicketState Pager::state_of(Ticket ticket) const {
     const auto found = state_->tickets.find(ticket);
     if (found == state_->tickets.end()) return TicketState::unknown;
-    // down from the roots: each chunk of a level over the region must be there
+    // from the roots down: every chunk over the region must be resident
     const internal::ChunkTree& tree = state_->tree;
     const Lattice& lattice = tree.lattice();
     std::vector<ChunkKey> open = tree.roots();
@@ -174,7 +174,7 @@ std::string Pager::last_failure() const { return state_->last_failure; }
 PagerStats Pager::stats() const {
     PagerStats stats = state_->stats;
     const std::size_t bytes = state_->bytes->load();
-    stats.in_flight_bytes = std::min(bytes, state_->begun.size() * Chunk::max_bytes());
+    stats.in_flight_bytes = std::min(bytes, state_->in_flight.size() * Chunk::max_bytes());
     stats.resident_bytes = bytes - stats.in_flight_bytes;
     stats.resident_chunks = state_->tree.size();
     return stats;

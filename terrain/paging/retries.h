@@ -8,8 +8,7 @@
 
 namespace terrane::internal {
 
-/// When a chunk whose load failed is tried again: after a tenth of a second, then twice as long each
-/// time, ten seconds at most.
+/// Exponential back-off of failed loads: retried after 0.1 s, then after twice as long each time, at most 10 s.
 class Retries {
 public:
     void failed(const ChunkKey& key, double time_s) {
@@ -27,7 +26,7 @@ public:
         const auto found = failures_.find(key);
         return found != failures_.end() && time_s < found->second.retry_s;
     }
-    /// Failures in a row.
+    /// Consecutive failures.
     int count(const ChunkKey& key) const {
         const auto found = failures_.find(key);
         return found == failures_.end() ? 0 : found->second.count;

@@ -64,9 +64,9 @@ BenchmarkGround make_fractal_ground() {
 }
 
 View flight_view(const BenchmarkGround& ground, const FlightPlan& plan, int frame) {
-    const double way = kSpeed / kFramesPerSecond * frame;
-    const double x = ground.start_x + way * std::cos(kHeading);
-    const double y = ground.start_y + way * std::sin(kHeading);
+    const double distance = kSpeed / kFramesPerSecond * frame;
+    const double x = ground.start_x + distance * std::cos(kHeading);
+    const double y = ground.start_y + distance * std::sin(kHeading);
     const double turned =
         kTurnRate / kFramesPerSecond * std::max(0, frame - plan.straight_frames + 1);
     const WorldPos eye(x, y, smooth_ground(*ground.source, x, y) + kAltitude);

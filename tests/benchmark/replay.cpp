@@ -39,9 +39,9 @@ std::vector<Eigen::Vector3d> points_in_view(const BenchmarkGround& ground, const
         const double y = view.eye_world.y() + distance * std::sin(angle);
         if (!ground.source->extent().contains(x, y)) continue;
         const Eigen::Vector3d point(x, y, ground.source->height(x, y));
-        const Eigen::Vector3d way = point - view.eye_world;
+        const Eigen::Vector3d from_eye = point - view.eye_world;
         if (std::ranges::all_of(frustum.normals, [&](const Eigen::Vector3d& normal) {
-                return normal.dot(way) >= 0.0;
+                return normal.dot(from_eye) >= 0.0;
             })) {
             points.push_back(point);
         }
@@ -111,9 +111,9 @@ public:
             std::max(frame.mesh.view().error_px, before.mesh.view().error_px) <= kBoundedErrorPx;
         report.bounded_frames += is_bounded ? 1 : 0;
         for (const Eigen::Vector3d& point : points_) {
-            const Eigen::Vector3d way = point - asked_before.view.eye_world;
+            const Eigen::Vector3d from_eye = point - asked_before.view.eye_world;
             if (std::ranges::any_of(frustum.normals, [&](const Eigen::Vector3d& normal) {
-                    return normal.dot(way) < 0.0;
+                    return normal.dot(from_eye) < 0.0;
                 })) {
                 continue;
             }

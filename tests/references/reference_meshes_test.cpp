@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "reference_meshes.h"
 
-#include "support/random.h"
 #include "reference_soar.h"
+#include "support/random.h"
 
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@ namespace reference_meshes_test {
 
 using Edge = std::pair<std::array<int, 2>, std::array<int, 2>>;
 
-// Each inner edge in two triangles, once each way; each border edge in one.
+// Each inner edge in two triangles, once in each direction; each border edge in one.
 bool is_conforming(const TableMesh& mesh, const HeightTable& table) {
     std::map<Edge, int> uses;
     for (const auto& triangle : mesh.triangles) {
@@ -163,12 +163,13 @@ protected:
                         p[0] + i / 16.0 * (p[1] - p[0]) + j / 16.0 * (p[2] - p[0]);
                     const Eigen::Vector3d truth(shown.x(), shown.y(),
                                                 source.height(shown.x(), shown.y()));
-                    const Eigen::Vector3d way = truth - view.eye_world;
+                    const Eigen::Vector3d from_eye = truth - view.eye_world;
                     bool inside = true;
-                    for (const auto& normal : frustum.normals) inside &= normal.dot(way) >= 0.0;
+                    for (const auto& normal : frustum.normals)
+                        inside &= normal.dot(from_eye) >= 0.0;
                     if (!inside) continue;
                     worst = std::max(worst, std::abs(shown.z() - truth.z()) *
-                                                view.pixels_per_radian() / way.norm());
+                                                view.pixels_per_radian() / from_eye.norm());
                 }
             }
         }

@@ -25,12 +25,12 @@ public:
     void add(const WorldPos& shown_world) {
         if (!source_.extent().contains(shown_world.x(), shown_world.y())) return;
         const double truth = source_.height(shown_world.x(), shown_world.y());
-        const Eigen::Vector3d way = WorldPos(shown_world.x(), shown_world.y(), truth) - eye_;
+        const Eigen::Vector3d from_eye = WorldPos(shown_world.x(), shown_world.y(), truth) - eye_;
         for (const Eigen::Vector3d& normal : frustum_.normals) {
-            if (normal.dot(way) < 0.0) return;
+            if (normal.dot(from_eye) < 0.0) return;
         }
         const double error =
-            std::abs(shown_world.z() - truth) * pixels_ / std::max(near_, way.norm());
+            std::abs(shown_world.z() - truth) * pixels_ / std::max(near_, from_eye.norm());
         if (!(error <= worst_) && !std::isnan(worst_)) worst_ = error;  // NaN stays
     }
 
@@ -43,8 +43,8 @@ public:
             const WorldPos corner(normal.x() > 0.0 ? high.x() : low.x(),
                                   normal.y() > 0.0 ? high.y() : low.y(),
                                   normal.z() > 0.0 ? z.high : z.low);
-            const Eigen::Vector3d way = corner - eye_;
-            return normal.dot(way) >= -1e-9 * way.norm();
+            const Eigen::Vector3d from_eye = corner - eye_;
+            return normal.dot(from_eye) >= -1e-9 * from_eye.norm();
         };
         return std::all_of(frustum_.normals.begin(), frustum_.normals.end(), is_before);
     }

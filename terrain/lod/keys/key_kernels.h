@@ -3,7 +3,7 @@
 
 #include "base/simd_level.h"
 #include "lod/keys/vertex_key.h"
-#include "lod/keys/vertex_slide.h"
+#include "lod/keys/vertex_morph.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -17,11 +17,11 @@ struct VertexGroup {
     const std::int16_t* high = nullptr;                    ///< [64]
     const float* x = nullptr;                              ///< [8] metres from the eye, by column
     const float* y = nullptr;                              ///< [8] by row
-    float across = 0.0f;                                   ///< half the width of the reaches
+    float half_width = 0.0f;                               ///< of the reaches
 };
 
-/// Keys of the midpoints around a quarter of an area, which are the parents of the centres of the
-/// finer area over it.
+/// Keys of the midpoints in and around a quarter of an area: the parents of the centres of the finer area that covers
+/// the quarter.
 struct ParentSides {
     const float* along_x = nullptr;  ///< [64] of the area
     const float* along_y = nullptr;  ///< [64]
@@ -31,52 +31,51 @@ struct ParentSides {
     int row = 0;
 };
 
-/// Keys between two thresholds, collected.
+/// Collects the keys in [low, high).
 struct KeyWindow {
     float low = 0.0f, high = 0.0f;
-    float* keys = nullptr;  ///< room for all that may come
+    float* keys = nullptr;  ///< large enough for every key counted
     std::uint32_t count = 0;
 };
 
-/// What an area's morphing vertices are made of.
-struct AreaSlide {
+/// Inputs and output of the offsets of an area's vertices.
+struct AreaMorph {
     const float* centre = nullptr;       ///< [64] keys
     const float* along_x = nullptr;      ///< [64]
     const float* along_y = nullptr;      ///< [64]
     const std::int16_t* rise = nullptr;  ///< [3][64] in rise_unit: see AreaVertices
     float rise_unit = 1.0f;
     const float* coarse = nullptr;  ///< [9 rows of 9] offsets of the area's even samples
-    std::size_t coarse_stride = 0;  ///< from row to row of them
+    std::size_t coarse_stride = 0;  ///< from row to row of `coarse`
     float* offsets = nullptr;       ///< of its south-western sample, in rows of kChunkSamples
-    SlideShare share;
+    MorphShare share;
 };
 
-/// The loops over the vertices of an area, once for each width of vectors; the same bits from all of
-/// them.
+/// The loops over the vertices of an area, compiled once for each vector width; all give the same bits.
 struct KeyKernels {
-    /// Keys from bounds and distances alone.
+    /// Keys from bounds and distances, before they are raised to the parents'.
     void (*own)(const VertexGroup& group, const EyeHeights& eye, float* keys_out);
-    /// Raises keys beside the view.
+    /// Raises the keys of vertices outside the view.
     void (*weigh)(const VertexGroup& group, const EyeHeights& eye, const KeyPlanes& planes,
                   float* keys);
-    /// Raises the keys of centres to their parents': of a square's sides in the next coarser area,
-    /// those two that are also sides of the coarser centre's quarter.
+    /// Raises the keys of centres to their parents': the midpoints of those two sides of the coarser square that
+    /// bound the centre's quarter of it.
     /// @return whether any key below `floor` was raised by more than kNestMargin
     bool (*trim_centres)(const ParentSides& parents, float floor, float* keys);
-    /// Raises the keys of midpoints to those of the centres on both sides.
+    /// Raises the keys of midpoints to those of the two adjacent centres.
     /// @param south [8] the last row of centres in the area to the south
     bool (*trim_along_x)(const float* centres, const float* south, float floor, float* keys);
     /// @param west [64] the centres of the area to the west
     bool (*trim_along_y)(const float* centres, const float* west, float floor, float* keys);
-    /// Counts keys below a window, and appends those inside it.
+    /// Returns the number of keys below a window, and appends those inside it.
     std::uint32_t (*count)(const float* keys, int count, KeyWindow& window);
-    /// Which of 64 keys are below a threshold.
+    /// Bits of those of 64 keys that are below a threshold.
     std::uint64_t (*mask)(const float* keys, float threshold);
-    /// Offsets of an area's samples, those of its even samples on its east and north included.
-    void (*slide)(const AreaSlide& area);
+    /// Offsets of an area's samples, including the even samples on its eastern and northern side.
+    void (*morph)(const AreaMorph& area);
 };
 
-/// The kernels for a machine. Levels that were not built give the next lower one.
+/// The kernels of a level; of the next lower one where that level is not built.
 const KeyKernels& key_kernels(SimdLevel level);
 
 }  // namespace terrane::internal

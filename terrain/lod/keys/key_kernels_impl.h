@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
-// The body of key_kernels_*.cpp: included once by each, which names TERRANE_KERNELS. Plain loops that
-// compilers vectorise; only the masks and the parents of centres are written out. Everything is of
-// internal linkage: see simd_level.h.
+// The body of key_kernels_*.cpp: each defines TERRANE_KERNELS and includes it once. Plain loops that compilers
+// vectorise; only the masks and the parents of centres use intrinsics or shuffles. Everything has internal
+// linkage: see simd_level.h.
 #include "lod/keys/key_kernels.h"
-#include "lod/keys/vertex_slide.h"
+#include "lod/keys/vertex_morph.h"
 
 #if defined(__x86_64__)
 #include <immintrin.h>
@@ -40,9 +40,9 @@ Row load_upper_halves(const std::uint16_t* from) {
 }
 
 void own(const VertexGroup& group, const EyeHeights& eye, float* keys_out) {
-    const Row x_squared = gap_squared(load<Row>(group.x), group.across);
+    const Row x_squared = gap_squared(load<Row>(group.x), group.half_width);
     for (int row = 0; row < kSide; ++row) {
-        const float y_squared = gap_squared(group.y[row], group.across);
+        const float y_squared = gap_squared(group.y[row], group.half_width);
         const Row low = over_eye<Row>(load<ShortRow>(group.low + kSide * row), eye);
         const Row high = over_eye<Row>(load<ShortRow>(group.high + kSide * row), eye);
         const Row inverse = load_upper_halves(group.inverse_square_bounds + kSide * row);
@@ -58,13 +58,13 @@ void weigh(const VertexGroup& group, const EyeHeights& eye, const KeyPlanes& pla
         const Row high = over_eye<Row>(load<ShortRow>(group.high + kSide * row), eye);
         store(keys + kSide * row,
               load<Row>(keys + kSide * row) /
-                  squared_weight(x, group.y[row], low, high, group.across, planes));
+                  squared_weight(x, group.y[row], low, high, group.half_width, planes));
     }
 }
 
 template <bool kEast>
 bool trim_quarter(const ParentSides& parents, float floor, float* keys) {
-    const Row limit = spread<Row>(floor / kNestMargin);
+    const Row limit = broadcast<Row>(floor / kNestMargin);
     IntRow held{};
     for (int b = 0; b < kSide / 2; ++b) {
         const Row sides = load<Row>(parents.along_y + kSide * (parents.row + b));
@@ -73,15 +73,15 @@ bool trim_quarter(const ParentSides& parents, float floor, float* keys) {
                                  : __builtin_shufflevector(sides, sides, 0, 1, 1, 2, 2, 3, 3, 4);
         for (int half = 0; half < 2; ++half) {
             const int line = parents.row + b + half;
-            const Row across =
+            const Row along_x =
                 load<Row>(line < kSide ? parents.along_x + kSide * line : parents.north);
             const Row from_y =
-                kEast ? __builtin_shufflevector(across, across, 4, 4, 5, 5, 6, 6, 7, 7)
-                      : __builtin_shufflevector(across, across, 0, 0, 1, 1, 2, 2, 3, 3);
+                kEast ? __builtin_shufflevector(along_x, along_x, 4, 4, 5, 5, 6, 6, 7, 7)
+                      : __builtin_shufflevector(along_x, along_x, 0, 0, 1, 1, 2, 2, 3, 3);
             float* const row = keys + kSide * (2 * b + half);
-            const Row most = larger(from_x, from_y), key = load<Row>(row);
+            const Row most = max_of(from_x, from_y), key = load<Row>(row);
             held |= (key < limit) & (key * kNestMargin < most);
-            store(row, larger(key, most));
+            store(row, max_of(key, most));
         }
     }
     std::int32_t any = 0;
@@ -94,16 +94,16 @@ bool trim_centres(const ParentSides& parents, float floor, float* keys) {
                                : trim_quarter<true>(parents, floor, keys);
 }
 
-// Raises keys[i] to the larger of two parents'.
+// Raises keys[i] to the larger of its two parents' keys. Returns whether any was raised by more than kNestMargin.
 inline int trim(float* __restrict keys, int count, const float* __restrict a,
                 const float* __restrict b, float floor) {
     const float limit = floor / kNestMargin;
     int held = 0;
     for (int i = 0; i < count; ++i) {
-        const float parents = larger(a[i], b[i]);
+        const float parents = max_of(a[i], b[i]);
         held |=
             static_cast<int>(keys[i] < limit) & static_cast<int>(keys[i] * kNestMargin < parents);
-        keys[i] = larger(keys[i], parents);
+        keys[i] = max_of(keys[i], parents);
     }
     return held;
 }
@@ -115,7 +115,7 @@ bool trim_along_x(const float* centres, const float* south, float floor, float* 
 }
 
 bool trim_along_y(const float* centres, const float* west, float floor, float* keys) {
-    // the first column apart: its western parents are in the other area
+    // the first column is separate: its western parents are in the adjacent area
     float first[kSide];
     for (int row = 0; row < kSide; ++row) {
         first[row] = keys[kSide * row];
@@ -217,14 +217,14 @@ void store_row(float* to, Row even, Row odd) {
     store(to + kSide, __builtin_shufflevector(even, odd, 4, 12, 5, 13, 6, 14, 7, 15));
 }
 
-Row rise_of(const std::int16_t* from, const AreaSlide& area) {
+Row rise_of(const std::int16_t* from, const AreaMorph& area) {
     return to_number<Row>(load<ShortRow>(from)) * area.rise_unit;
 }
-Row less_one(const float* keys, const AreaSlide& area) {
+Row less_one(const float* keys, const AreaMorph& area) {
     return share_less_one(load<Row>(keys), area.share);
 }
 
-void slide_area(const AreaSlide& area) {
+void morph_area(const AreaMorph& area) {
     const auto in_row = [](int row) { return kRow * static_cast<std::size_t>(row); };
     for (int row = 0; row < kSide; ++row) {
         const float* coarse = area.coarse + static_cast<std::size_t>(row) * area.coarse_stride;
@@ -236,15 +236,15 @@ void slide_area(const AreaSlide& area) {
         const Row along_y = rise_of(rise + 2 * kAll, area);
         float* const even = area.offsets + in_row(2 * row);
         store_row(even, low,
-                  slide(less_one(area.along_x + kSide * row, area), along_x, low, low_next));
+                  morph_offset(less_one(area.along_x + kSide * row, area), along_x, low, low_next));
         even[2 * kSide] = coarse[kSide];
-        // an even square's diagonal rises from its south-western corner
+        // an even square is split from its south-western to its north-eastern corner
         const IntRow first_rises{-1, 0, -1, 0, -1, 0, -1, 0};
         const IntRow rises = row % 2 == 0 ? first_rises : ~first_rises;
         store_row(even + kRow,
-                  slide(less_one(area.along_y + kSide * row, area), along_y, low, high),
-                  slide(less_one(area.centre + kSide * row, area), centre, rises ? low : low_next,
-                        rises ? high_next : high));
+                  morph_offset(less_one(area.along_y + kSide * row, area), along_y, low, high),
+                  morph_offset(less_one(area.centre + kSide * row, area), centre,
+                               rises ? low : low_next, rises ? high_next : high));
     }
     const float* last = area.coarse + kSide * area.coarse_stride;
     float* const to = area.offsets + in_row(2 * kSide);
@@ -255,6 +255,6 @@ void slide_area(const AreaSlide& area) {
 
 extern const KeyKernels TERRANE_KERNELS;
 const KeyKernels TERRANE_KERNELS = {&own,          &weigh, &trim_centres, &trim_along_x,
-                                    &trim_along_y, &count, &mask,         &slide_area};
+                                    &trim_along_y, &count, &mask,         &morph_area};
 
 }  // namespace terrane::internal

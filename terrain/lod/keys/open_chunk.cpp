@@ -15,7 +15,7 @@ bool is_inside(int column, int row) {
 
 }  // namespace
 
-AreaPlace beside(const OpenChunk& chunk, int area, Side side) {
+AreaRef adjacent_area(const OpenChunk& chunk, int area, Side side) {
     const int column = area % kChunkAreas + kSteps[side].column;
     const int row = area / kChunkAreas + kSteps[side].row;
     const auto wrap = [](int i) { return (i + kChunkAreas) % kChunkAreas; };
@@ -23,10 +23,10 @@ AreaPlace beside(const OpenChunk& chunk, int area, Side side) {
             wrap(row) * kChunkAreas + wrap(column)};
 }
 
-bool is_world_end(const OpenChunk& chunk, int area, Side side) {
+bool is_world_border(const OpenChunk& chunk, int area, Side side) {
     const int column = area % kChunkAreas + kSteps[side].column;
     const int row = area / kChunkAreas + kSteps[side].row;
-    return !is_inside(column, row) && chunk.ends[side];
+    return !is_inside(column, row) && chunk.at_world_border[side];
 }
 
 float OpenChunk::key_at(int column, int row) const {
@@ -35,21 +35,22 @@ float OpenChunk::key_at(int column, int row) const {
         if (!is_root()) return kNever;
         return coarse_keys[of_square(row) * kCoarseSide + of_square(column)];
     }
-    if (column == kChunkCells && ends[east]) return east_keys[of_square(row)];
-    if (row == kChunkCells && ends[north]) return north_keys[of_square(column)];
+    if (column == kChunkCells && at_world_border[east]) return east_keys[of_square(row)];
+    if (row == kChunkCells && at_world_border[north]) return north_keys[of_square(column)];
     const OpenChunk* owner = this;
     if (column == kChunkCells || row == kChunkCells) {
         owner = neighbour[column == kChunkCells ? east : north];
         if (owner == nullptr) return kNever;
     }
-    const auto [area, kind, square] = AreaVertices::find(column % kChunkCells, row % kChunkCells);
+    const auto [area, kind, square] =
+        AreaVertices::address_of(column % kChunkCells, row % kChunkCells);
     return owner->is_open(static_cast<int>(area)) ? owner->keys[area].of[kind][square] : kNever;
 }
 
 float OpenChunk::side_rise(Side side, int at, float quantum) const {
-    if (!ends[side]) {
+    if (!at_world_border[side]) {
         const auto [area, kind, square] =
-            side == east ? AreaVertices::find(0, at) : AreaVertices::find(at, 0);
+            side == east ? AreaVertices::address_of(0, at) : AreaVertices::address_of(at, 0);
         const AreaVertices& vertices = neighbour[side]->chunk->vertices[area];
         return vertices.rise_unit * static_cast<float>(vertices.rise[kind][square]);
     }

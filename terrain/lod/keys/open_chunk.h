@@ -26,8 +26,8 @@ struct ChunkAxes {
     Axis x, y;
 };
 
-/// One chunk that the view may refine, and what a frame knows of it: keys and bits of its own
-/// vertices, by area as in AreaVertices.
+/// A chunk that the view may refine (it may have a vertex below the floor, see VertexKeys) with its state of one
+/// frame: keys and bits of its own vertices, by area as in AreaVertices.
 struct OpenChunk {
     static constexpr std::size_t kSamples = std::size_t{kChunkSamples} * kChunkSamples;
     static constexpr std::size_t kAreas = std::size_t{kChunkAreas} * kChunkAreas;
@@ -50,32 +50,33 @@ struct OpenChunk {
     OpenChunk* parent = nullptr;              ///< null for roots
     std::array<OpenChunk*, 4> child{};        ///< by quadrant; null where not open
     std::array<OpenChunk*, 4> neighbour{};    ///< by Side; null where not open
-    std::array<bool, 4> is_absent{};          ///< by quadrant: no child there to open
-    std::array<bool, 4> ends{};               ///< by Side: the world ends there
-    float fade_factor = 1.0f;                 ///< keys are raised by it: 1 / fade^2
+    std::array<bool, 4> is_absent{};          ///< by quadrant: no resident child
+    std::array<bool, 4> at_world_border{};    ///< by Side
+    float fade_factor = 1.0f;                 ///< factor on own keys: 1 / fade^2
 
     ChunkAxes axes;
     EyeHeights eye_heights;
-    KeyPlanes planes;                ///< of the view, that the chunk is not wholly inside of
-    std::uint64_t open_areas = 0;    ///< bit: area; those that may hold a vertex below the floor
-    std::uint64_t areas_beside = 0;  ///< those of them that are not wholly in view
-    /// Areas with a vertex below the floor that has been raised: something may be missing there.
+    KeyPlanes planes;              ///< of the view, those that the chunk is not entirely inside of
+    std::uint64_t open_areas = 0;  ///< bit per area that may contain a vertex below the floor
+    std::uint64_t partly_visible_areas = 0;  ///< open areas not entirely in view
+    /// Areas with a held vertex: one whose own key is below the floor and was raised to its parents', so that detail
+    /// may be missing there.
     std::uint64_t held_areas = 0;
-    bool is_side_held = false;    ///< the same of those on the eastern and northern side,
+    bool is_side_held = false;    ///< the same of vertices on the eastern and northern side,
     bool is_coarse_held = false;  ///< and of a root's coarser ones
 
-    /// [kAreas] at least those of the parents; undefined in areas that are not open.
+    /// [kAreas] keys raised to the parents'; undefined in areas that are not open.
     std::vector<AreaKeys> keys;
-    /// Of the midpoints on the eastern and northern side, as in Chunk::east_bounds, where no open
-    /// chunk lies beyond: others are the neighbours'.
+    /// Keys of the midpoints on the eastern and northern side, from the south or west. Used only without an open
+    /// neighbour there: else they are the neighbour's.
     std::array<float, kChunkSquares> east_keys, north_keys;
-    std::vector<float> coarse_keys;  ///< of a root, as Chunk::coarse_bounds; else empty
+    std::vector<float> coarse_keys;  ///< of a root, indexed as its coarse bounds; else empty
     std::vector<float> offsets;      ///< [kSamples] see MeshChunk
 
-    /// Of active vertices; 0 in areas that are not open.
+    /// Active vertices; 0 in areas that are not open.
     std::array<Bits, kAreas> bits{};
     std::uint64_t east_bits = 0, north_bits = 0;
-    std::uint64_t active_areas = 0;  ///< with an active centre: nothing else of the chunk is drawn
+    std::uint64_t active_areas = 0;  ///< those with an active centre: only they are drawn
 
     std::size_t triangle_count = 0;
     std::size_t first_triangle = 0;
@@ -87,10 +88,10 @@ struct OpenChunk {
     Keys& keys_of(int area) { return keys[static_cast<std::size_t>(area)].of; }
     const Bits& bits_of(int area) const { return bits[static_cast<std::size_t>(area)]; }
 
-    /// Key of the vertex at a sample; kNever where another chunk owns it, or nothing is open.
+    /// Key of the vertex at a sample; kNever if another chunk owns it or its area is not open.
     float key_at(int column, int row) const;
-    /// Rise, metres, of the midpoint at an odd sample of the eastern or northern side: the neighbour's,
-    /// or found from the heights where the world ends.
+    /// Rise, metres, of the midpoint at an odd sample of the eastern or northern side: the neighbour's, or at
+    /// the world's border computed from the heights.
     float side_rise(Side side, int at, float quantum) const;
 };
 
@@ -100,7 +101,7 @@ void for_each_bit(std::uint64_t bits, const Use& use) {
     for (; bits != 0; bits &= bits - 1) use(std::countr_zero(bits));
 }
 
-/// The same for areas; asks for an area's memory by fetch(area) while the one before it is worked on.
+/// The same for areas; prefetches each area by fetch(area) while the one before it is processed.
 template <typename Use, typename Fetch>
 void for_each_area(std::uint64_t areas, const Use& use, const Fetch& fetch) {
     if (areas != 0) fetch(std::countr_zero(areas));
@@ -112,25 +113,25 @@ void for_each_area(std::uint64_t areas, const Use& use, const Fetch& fetch) {
     }
 }
 
-/// Asks for memory that is going to be read.
+/// Prefetches memory.
 inline void fetch(const void* from, std::size_t bytes) {
     constexpr std::size_t kCacheLine = 64;
     const auto* line = static_cast<const char*>(from);
     for (std::size_t i = 0; i < bytes; i += kCacheLine) __builtin_prefetch(line + i);
 }
 
-/// An area of a chunk, or of the one beside it.
-struct AreaPlace {
-    const OpenChunk* chunk = nullptr;  ///< null where there is none
+/// An area of a chunk.
+struct AreaRef {
+    const OpenChunk* chunk = nullptr;  ///< null: there is none, or it is not open
     int area = 0;
 
     bool is_open() const { return chunk != nullptr && chunk->is_open(area); }
 };
 
-/// What lies beside an area.
-AreaPlace beside(const OpenChunk& chunk, int area, Side side);
+/// The area adjacent to one, in the chunk or its open neighbour.
+AreaRef adjacent_area(const OpenChunk& chunk, int area, Side side);
 
-/// Whether nothing lies there because the world ends.
-bool is_world_end(const OpenChunk& chunk, int area, Side side);
+/// Whether the side of an area is the world's border.
+bool is_world_border(const OpenChunk& chunk, int area, Side side);
 
 }  // namespace terrane::internal

@@ -10,20 +10,21 @@ constexpr Line filled(float key) {
     for (float& value : line) value = key;
     return line;
 }
-// Keys of vertices that are not there: those below wait for ever, or for nothing at the world's end.
+// Keys of absent parents, which bar their children, and of parents beyond the world's border, which do not.
 constexpr Line kAbsent = filled(OpenChunk::kNever);
 constexpr Line kNothing = filled(0.0f);
 
-const float* keys_beside(const OpenChunk& chunk, int area, Side side, AreaVertices::Kind kind) {
-    const AreaPlace place = beside(chunk, area, side);
-    return place.is_open() ? place.chunk->keys_of(place.area)[kind].data() : kAbsent.data();
+const float* adjacent_keys(const OpenChunk& chunk, int area, Side side, AreaVertices::Kind kind) {
+    const AreaRef adjacent = adjacent_area(chunk, area, side);
+    return adjacent.is_open() ? adjacent.chunk->keys_of(adjacent.area)[kind].data()
+                              : kAbsent.data();
 }
 
 }  // namespace
 
-const float* centres_beside(const OpenChunk& chunk, int area, Side side) {
-    if (is_world_end(chunk, area, side)) return kNothing.data();
-    return keys_beside(chunk, area, side, AreaVertices::centre);
+const float* adjacent_centres(const OpenChunk& chunk, int area, Side side) {
+    if (is_world_border(chunk, area, side)) return kNothing.data();
+    return adjacent_keys(chunk, area, side, AreaVertices::centre);
 }
 
 CentreParents::CentreParents(const OpenChunk& chunk, int area) {
@@ -72,11 +73,11 @@ void CentreParents::find(const OpenChunk& chunk, int area) {
     }
     if (sides_.row != 0) {
         sides_.north =
-            is_world_end(parent, above, north)
+            is_world_border(parent, above, north)
                 ? &parent.north_keys[static_cast<std::size_t>(above % kChunkAreas * kAreaSquares)]
-                : keys_beside(parent, above, north, AreaVertices::along_x);
+                : adjacent_keys(parent, above, north, AreaVertices::along_x);
     }
-    if (sides_.column != 0 && is_world_end(parent, above, east)) {
+    if (sides_.column != 0 && is_world_border(parent, above, east)) {
         const auto first = static_cast<std::size_t>(above / kChunkAreas * kAreaSquares);
         along_y_ = kAbsent;
         for (std::size_t i = 0; i < kAreaSquares; ++i) {
@@ -84,7 +85,7 @@ void CentreParents::find(const OpenChunk& chunk, int area) {
         }
         sides_.east = along_y_.data();
     } else if (sides_.column != 0) {
-        sides_.east = keys_beside(parent, above, east, AreaVertices::along_y);
+        sides_.east = adjacent_keys(parent, above, east, AreaVertices::along_y);
     }
 }
 

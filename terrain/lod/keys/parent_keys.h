@@ -8,14 +8,12 @@
 
 namespace terrane::internal {
 
-/// Keys that the vertices of an area wait for. What is not open is kNever; beyond the world's end nothing
-/// is waited for, and keys are 0.
-///
-/// The centres of the area to the south or west: [AreaVertices::kSquares].
-const float* centres_beside(const OpenChunk& chunk, int area, Side side);
+/// Keys of the centres of the area to the south or west, the parents of midpoints: [AreaVertices::kSquares]. All
+/// kNever if that area is not open; all 0 beyond the world's border, where midpoints have one parent.
+const float* adjacent_centres(const OpenChunk& chunk, int area, Side side);
 
-/// The parents of an area's centres, midpoints of the next coarser chunk or of the root's own coarser
-/// vertices. Does not move: the sides may point into it.
+/// Keys of the parents of an area's centres: midpoints of the parent chunk, or of a root's own coarser vertices. kNever
+/// where not open. Not movable: sides() may point into it.
 class CentreParents {
 public:
     CentreParents(const OpenChunk& chunk, int area);
@@ -30,7 +28,7 @@ private:
     void find(const OpenChunk& chunk, int area);
 
     ParentSides sides_;
-    Keys along_x_, along_y_;  // where they have to be gathered
+    Keys along_x_, along_y_;  // copies, where keys are not contiguous
 };
 
 }  // namespace terrane::internal

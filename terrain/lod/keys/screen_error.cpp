@@ -3,10 +3,9 @@
 // Sources:
 //   P. Lindstrom, V. Pascucci. Terrain Simplification Simplified: A General Framework for
 //   View-Dependent Out-of-Core Visualization. IEEE TVCG 8(3), 2002. (nested errors and radii)
-// Deviations: boxes in place of balls, so that steep ground widens only what is above or below the
-// eye; their widths are constants of a level, their heights those of the ground there; errors are
-// certified, not measured at the midpoint; keys are inverse squares, which cost neither root nor
-// division.
+// Deviations: nested boxes instead of spheres, so that steep ground enlarges them in height only; their widths are
+// constants of a level, their heights those of the ground there; errors are certified bounds, not measured at the
+// midpoint; keys are inverse squares, which need neither root nor division.
 //
 // Boxes. From a centre of spacing s the midpoints of its square are s away along one axis; from a
 // midpoint of spacing s the centres of spacing s / 2 are s / 2 away along both. So half the width of a
@@ -22,9 +21,9 @@
 namespace terrane::internal {
 namespace {
 
-// Takes up the rounding of positions in single precision.
+// Margin for the rounding of positions in single precision.
 constexpr double kWider = 1.0 + 0x1p-20;
-// Places further away than this are taken for as far, metres: squares must stay finite.
+// Coordinates are clamped to this, metres, so that their squares stay finite.
 constexpr double kFarthest = 1e16;
 
 float round_up(double value) {
@@ -36,18 +35,20 @@ float round_up(double value) {
 
 float round_down(double value) { return -round_up(-value); }
 
-float place(double metres) { return static_cast<float>(std::clamp(metres, -kFarthest, kFarthest)); }
+float clamped(double metres) {
+    return static_cast<float>(std::clamp(metres, -kFarthest, kFarthest));
+}
 
-// The corner of a box that lies furthest along a direction.
+// The support point of a box in a direction.
 Eigen::Vector3d support(const Eigen::Vector3d& low, const Eigen::Vector3d& high,
                         const Eigen::Vector3d& along) {
     return {along.x() > 0.0 ? high.x() : low.x(), along.y() > 0.0 ? high.y() : low.y(),
             along.z() > 0.0 ? high.z() : low.z()};
 }
 
-ScreenError::Box around(const ScreenError::Box& samples, const HeightInterval& heights,
-                        float across) {
-    const auto margin = static_cast<double>(across);
+ScreenError::WorldBox widened(const ScreenError::WorldBox& samples, const HeightInterval& heights,
+                              float half_width) {
+    const auto margin = static_cast<double>(half_width);
     return {{samples.low.x() - margin, samples.low.y() - margin, heights.low},
             {samples.high.x() + margin, samples.high.y() + margin, heights.high}};
 }
@@ -72,7 +73,7 @@ double clearance_of(const HeightSource& source, const WorldPos& eye) {
     const auto gap = [&](double around) {
         const HeightInterval heights = source.interval(
             {eye.x() - around, eye.y() - around, eye.x() + around, eye.y() + around});
-        // an interval of no heights says nothing
+        // an empty or invalid interval gives no bound
         const bool is_known = heights.low <= heights.high && heights.low <= kMostHeight &&
                               heights.high >= -kMostHeight;
         return is_known ? std::max(heights.low - eye.z(), eye.z() - heights.high) : 0.0;
@@ -80,7 +81,7 @@ double clearance_of(const HeightSource& source, const WorldPos& eye) {
     constexpr int kTries = 12;
     constexpr double kSmaller = 0.75;
     double clearance = 0.0;
-    // outside of a square it is further away than that is wide
+    // outside the square the surface is farther than its half width
     double around = gap(0.0);
     for (int i = 0; i < kTries && around > clearance; ++i, around *= kSmaller) {
         const double inside = gap(around);
@@ -114,7 +115,7 @@ double ScreenError::error_px_at(double bound, double distance) const {
     return bound * pixels_ / std::max({near_, clearance_, distance});
 }
 
-float ScreenError::height_over_eye(double height) const { return place(height - eye_.z()); }
+float ScreenError::height_over_eye(double height) const { return clamped(height - eye_.z()); }
 
 EyeHeights ScreenError::eye_heights(const Chunk& chunk) const {
     return {chunk.reach_unit, height_over_eye(chunk.reach_base), near_squared_};
@@ -123,21 +124,21 @@ EyeHeights ScreenError::eye_heights(const Chunk& chunk) const {
 void ScreenError::fill_axes(const Chunk& chunk, ChunkAxes& axes_out) const {
     for (int i = 0; i < kChunkSamples; ++i) {
         const auto k = static_cast<std::size_t>(i / 2);
-        const float x = place(lattice_.x(chunk.corner.x + i * chunk.step) - eye_.x());
-        const float y = place(lattice_.y(chunk.corner.y + i * chunk.step) - eye_.y());
+        const float x = clamped(lattice_.x(chunk.corner.x + i * chunk.step) - eye_.x());
+        const float y = clamped(lattice_.y(chunk.corner.y + i * chunk.step) - eye_.y());
         (i % 2 == 0 ? axes_out.x.even[k] : axes_out.x.odd[k]) = x;
         (i % 2 == 0 ? axes_out.y.even[k] : axes_out.y.odd[k]) = y;
     }
 }
 
-ScreenError::Box ScreenError::box_of(const Chunk& chunk) const {
+ScreenError::WorldBox ScreenError::box_of(const Chunk& chunk) const {
     const std::int64_t side = chunk.step * kChunkCells;
     return {{lattice_.x(chunk.corner.x), lattice_.y(chunk.corner.y), lattice_.quantum * chunk.low},
             {lattice_.x(chunk.corner.x + side), lattice_.y(chunk.corner.y + side),
              lattice_.quantum * chunk.high}};
 }
 
-ScreenError::Box ScreenError::box_of_area(const Chunk& chunk, int area) const {
+ScreenError::WorldBox ScreenError::box_of_area(const Chunk& chunk, int area) const {
     const Chunk::Area& part = chunk.areas[static_cast<std::size_t>(area)];
     const std::int64_t west = chunk.corner.x + area % kChunkAreas * kAreaCells * chunk.step;
     const std::int64_t south = chunk.corner.y + area / kChunkAreas * kAreaCells * chunk.step;
@@ -146,7 +147,7 @@ ScreenError::Box ScreenError::box_of_area(const Chunk& chunk, int area) const {
             {lattice_.x(west + side), lattice_.y(south + side), lattice_.quantum * part.high}};
 }
 
-float ScreenError::least_key(const Box& reach, float largest_bound, bool is_in_view) const {
+float ScreenError::least_key(const WorldBox& reach, float largest_bound, bool is_in_view) const {
     const Eigen::Vector3d low = reach.low - eye_;
     const Eigen::Vector3d high = reach.high - eye_;
     const double distance_squared =
@@ -161,24 +162,25 @@ float ScreenError::least_key(const Box& reach, float largest_bound, bool is_in_v
         weight = std::max(1.0 - static_cast<double>(kWeightSlope) * beside / farthest,
                           static_cast<double>(kLeastWeight));
     }
-    const double wide = static_cast<double>(largest_bound);
-    // the margin is for the rounding of the keys themselves
+    const double bound = static_cast<double>(largest_bound);
+    // 0.9999: the rounding of the keys themselves
     const double key = 0.9999 * std::max(distance_squared, near_ * near_) /
-                       std::max(wide * wide * weight * weight,
+                       std::max(bound * bound * weight * weight,
                                 static_cast<double>(std::numeric_limits<float>::min()));
     return static_cast<float>(
         std::min(key, static_cast<double>(std::numeric_limits<float>::max())));
 }
 
-ScreenError::Box ScreenError::reach_of(const Chunk& chunk, float across) const {
-    return around(box_of(chunk), chunk.reach(), across);
+ScreenError::WorldBox ScreenError::reach_of(const Chunk& chunk, float half_width) const {
+    return widened(box_of(chunk), chunk.reach(), half_width);
 }
 
-ScreenError::Box ScreenError::reach_of_area(const Chunk& chunk, int area, float across) const {
-    return around(box_of_area(chunk, area), chunk.reach_of_area(area), across);
+ScreenError::WorldBox ScreenError::reach_of_area(const Chunk& chunk, int area,
+                                                 float half_width) const {
+    return widened(box_of_area(chunk, area), chunk.reach_of_area(area), half_width);
 }
 
-KeyPlanes ScreenError::planes_across(const Box& box) const {
+KeyPlanes ScreenError::planes_across(const WorldBox& box) const {
     KeyPlanes planes;
     planes.near_distance = static_cast<float>(near_);
     for (const Eigen::Vector3d& normal : frustum_.normals) {
@@ -191,7 +193,7 @@ KeyPlanes ScreenError::planes_across(const Box& box) const {
     return planes;
 }
 
-double ScreenError::error_in_view(const Box& box, double bound) const {
+double ScreenError::error_in_view(const WorldBox& box, double bound) const {
     const Eigen::Vector3d low = box.low - eye_;
     const Eigen::Vector3d high = box.high - eye_;
     const double slack = 1e-9 * (low.cwiseAbs().maxCoeff() + high.cwiseAbs().maxCoeff());
@@ -203,7 +205,7 @@ double ScreenError::error_in_view(const Box& box, double bound) const {
 }
 
 double ScreenError::error_in_view(const Triangle& triangle, double bound) const {
-    // what of the triangle the surface in view may lie over or under
+    // the triangle clipped to where the surface within `bound` of it may be in view (Sutherland-Hodgman)
     std::array<Eigen::Vector3d, 8> part, next;
     std::size_t count = 3;
     double farthest = 0.0;

@@ -7,14 +7,14 @@ namespace {
 constexpr std::uint64_t kFirstColumn = 0x0101010101010101u;
 constexpr std::uint64_t kFirstRow = 0xffu;
 
-// Bit i of a byte becomes the first bit of row i.
+// Moves bit i of a byte to the first bit of row i.
 std::uint64_t to_column(std::uint64_t byte) {
     std::uint64_t column = 0;
     for (unsigned i = 0; i < 8; ++i) column |= (byte >> i & 1) << (8 * i);
     return column;
 }
 
-// Every second bit of every second row of 8 x 8, together: 4 x 4, in the first rows and columns.
+// Compresses every second bit of every second row of 8 x 8 to 4 x 4, in the first rows and columns.
 std::uint64_t every_second(std::uint64_t bits) {
     bits &= 0x0055005500550055u;
     bits = (bits | bits >> 1) & 0x0033003300330033u;
@@ -23,7 +23,7 @@ std::uint64_t every_second(std::uint64_t bits) {
     return (bits | bits >> 16) & 0x000000000f0f0f0fu;
 }
 
-// Which quarters the children's centres divide.
+// Sets the quarters that the child's centres divide.
 void find_divided(const OpenChunk& chunk, int area, AreaBits& bits) {
     constexpr int kHalf = kChunkAreas / 2;
     const int column = area % kChunkAreas, row = area / kChunkAreas;
@@ -52,32 +52,36 @@ void mark_active(OpenChunk& chunk, const KeyKernels& kernels, float threshold) {
         const OpenChunk::Keys& keys = chunk.keys_of(area);
         OpenChunk::Bits& bits = chunk.bits[static_cast<std::size_t>(area)];
         bits.centre = kernels.mask(keys[AreaVertices::centre].data(), threshold);
-        if (bits.centre == 0) return;  // midpoints need one
+        if (bits.centre == 0) return;  // midpoints need an active centre
         bits.along_x = kernels.mask(keys[AreaVertices::along_x].data(), threshold);
         bits.along_y = kernels.mask(keys[AreaVertices::along_y].data(), threshold);
         chunk.active_areas |= std::uint64_t{1} << area;
     });
     const auto of_side = [&](Side side, const auto& keys) {
-        return chunk.ends[side] ? kernels.mask(keys.data(), threshold) : std::uint64_t{0};
+        return chunk.at_world_border[side] ? kernels.mask(keys.data(), threshold)
+                                           : std::uint64_t{0};
     };
     chunk.east_bits = of_side(east, chunk.east_keys);
     chunk.north_bits = of_side(north, chunk.north_keys);
 }
 
 std::uint64_t east_side_bits(const OpenChunk& chunk, int area) {
-    if (is_world_end(chunk, area, east)) {
+    if (is_world_border(chunk, area, east)) {
         return to_column(chunk.east_bits >> (area / kChunkAreas * kAreaSquares) & kFirstRow);
     }
-    const AreaPlace place = beside(chunk, area, east);
-    return place.chunk == nullptr ? 0 : place.chunk->bits_of(place.area).along_y & kFirstColumn;
+    const AreaRef adjacent = adjacent_area(chunk, area, east);
+    return adjacent.chunk == nullptr
+               ? 0
+               : adjacent.chunk->bits_of(adjacent.area).along_y & kFirstColumn;
 }
 
 std::uint64_t north_side_bits(const OpenChunk& chunk, int area) {
-    if (is_world_end(chunk, area, north)) {
+    if (is_world_border(chunk, area, north)) {
         return chunk.north_bits >> (area % kChunkAreas * kAreaSquares) & kFirstRow;
     }
-    const AreaPlace place = beside(chunk, area, north);
-    return place.chunk == nullptr ? 0 : place.chunk->bits_of(place.area).along_x & kFirstRow;
+    const AreaRef adjacent = adjacent_area(chunk, area, north);
+    return adjacent.chunk == nullptr ? 0
+                                     : adjacent.chunk->bits_of(adjacent.area).along_x & kFirstRow;
 }
 
 AreaBits area_bits(const OpenChunk& chunk, int area) {

@@ -2,9 +2,9 @@
 //
 // Sources:
 //   L. Velho, D. Gomes. Variable Resolution 4-k Meshes. Computer Graphics Forum 19(4), 2000. (the mesh)
-// Deviations: a chunk draws what lies between its own centres and the next finer ones. What a centre's
-// square looks like is one of 256 words: its four sides are split or not, its four quarters divided by
-// finer centres or not. A table holds the triangles of each.
+// Deviations: a chunk draws the triangles between its own centres and the next finer ones. The square of a centre has
+// one of 256 configurations: each of its four sides is split or not, each of its four quarters divided by a finer
+// centre or not. A table contains the triangles of each.
 #include "lod/mesh/emission.h"
 
 #include "lod/mesh/active_set.h"
@@ -20,8 +20,8 @@ namespace {
 
 constexpr std::size_t kMostIndices = 24;  // of a square: eight triangles
 
-// Sides of a square, counter-clockwise from the south: where the side begins and its midpoint, as seen
-// from the centre. Quarter k is at the corner where side k begins.
+// Sides of a square, counter-clockwise from the south: first corner and midpoint, relative to the
+// centre. Quarter k is at the first corner of side k.
 struct SquareSide {
     int corner_x, corner_y;
     int middle_x, middle_y;
@@ -29,7 +29,7 @@ struct SquareSide {
 constexpr std::array<SquareSide, 4> kSides{SquareSide{-1, -1, 0, -1}, SquareSide{1, -1, 1, 0},
                                            SquareSide{1, 1, 0, 1}, SquareSide{-1, 1, -1, 0}};
 
-/// Indices from the centre's, modulo 2^16.
+/// Triangles as indices relative to the centre's, modulo 2^16.
 struct Shape {
     std::array<std::uint16_t, kMostIndices> steps{};
     std::uint32_t count = 0;
@@ -71,7 +71,7 @@ constexpr std::array<Shape, 256> make_shapes() {
 }
 constexpr std::array<Shape, 256> kShapes = make_shapes();
 
-// Bit i of a byte becomes the lowest bit of byte i.
+// Moves bit i of a byte to the lowest bit of byte i.
 constexpr std::array<std::uint64_t, 256> make_spread() {
     std::array<std::uint64_t, 256> spread{};
     for (unsigned byte = 0; byte < 256; ++byte) {
@@ -88,7 +88,7 @@ public:
     Writer(std::uint16_t* out, std::size_t count) : out_(out), end_(out + count) {}
 
     void add(const Shape& shape, std::uint16_t centre) {
-        // whole vectors, while what comes too much is still to be overwritten
+        // fixed length, so that it vectorises: the surplus is overwritten by what follows
         if (out_ + kMostIndices <= end_) {
             for (std::size_t i = 0; i < kMostIndices; ++i) {
                 out_[i] = static_cast<std::uint16_t>(shape.steps[i] + centre);
@@ -135,8 +135,7 @@ void emit_area(const OpenChunk& chunk, int area, Writer& writer) {
     }
 }
 
-// Calls use(word, column, row, stride) for the active centres of a root that are coarser than its
-// samples.
+// Calls use(word, column, row, stride) for the active centres of a root of coarser spacings than its own.
 template <typename Use>
 void for_coarse_squares(const OpenChunk& root, float threshold, const Use& use) {
     const auto is_active = [&](int column, int row) {
@@ -211,7 +210,7 @@ std::size_t count_triangles(const OpenChunk& chunk, float threshold) {
         count += 4 * number(bits.centre);
         for (std::size_t k = 0; k < 4; ++k) {
             count += number(bits.split[k]);
-            // a divided quarter takes away half of each of its two sides
+            // a divided quarter removes a triangle at each of its two sides
             count -= 2 * number(bits.divided[k]);
         }
     });

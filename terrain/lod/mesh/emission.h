@@ -8,11 +8,10 @@
 
 namespace terrane::internal {
 
-/// How many triangles are drawn with a chunk's samples. Needs the bits of its active vertices and of
-/// its children's.
+/// Number of triangles drawn with a chunk's samples. Requires mark_active() of the chunk and its children.
 std::size_t count_triangles(const OpenChunk& chunk, float threshold);
 
-/// Writes them: three indices each, counter-clockwise from above, in one fixed order.
+/// Writes the triangles: three sample indices each, counter-clockwise from above, in a fixed order.
 ///
 /// @param indices_out [3 * count_triangles()]
 void emit_triangles(const OpenChunk& chunk, float threshold, std::uint16_t* indices_out);

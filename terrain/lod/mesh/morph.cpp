@@ -4,12 +4,12 @@
 //   H. Hoppe. Smooth View-Dependent Level-of-Detail Control and its Application to Terrain Rendering.
 //   IEEE Visualization 1998. (geomorphs)
 //   P. Lindstrom, V. Pascucci. Visualization of Large Terrains Made Easy. 2001. (errors that nest)
-// Deviations: the share is a function of the priority alone, not of time; ends are taken where they are
-// displayed, not where they will be; the morphing surface has a certificate of its own.
+// Deviations: the share is a function of the priority alone, not of time; vertices morph between the displayed, not
+// the final positions of their ends; the morphing surface has its own error bound.
 #include "lod/mesh/morph.h"
 
+#include "lod/keys/vertex_morph.h"
 #include "lod/mesh/active_set.h"
-#include "lod/keys/vertex_slide.h"
 
 #include <algorithm>
 #include <array>
@@ -18,7 +18,7 @@ namespace terrane::internal {
 Morph::Morph(double ratio, float threshold_key) : is_on_(ratio > 1.0), ratio_(ratio) {
     if (!is_on_) return;
     full_ = ratio * ratio / (ratio * ratio - 1.0);
-    spread_ = 2.0 * ratio / (ratio + 1.0);
+    error_factor_ = 2.0 * ratio / (ratio + 1.0);
     share_of_.full = static_cast<float>(full_);
     share_of_.slope = share_of_.full / threshold_key;
 }
@@ -33,50 +33,49 @@ double Morph::integral(double from, double to) const {
     return 2.0 * full_ * std::max(0.0, 1.0 / low - 1.0 / high);
 }
 
-double Morph::with_missing(double excess) const {
+double Morph::error_with_missing(double excess) const {
     if (!is_on_) return std::max(excess, 1.0);
-    return std::max(spread_, integral(excess, ratio_) + share(excess) * excess);
+    return std::max(error_factor_, integral(excess, ratio_) + share(excess) * excess);
 }
 
-double Morph::with_held(double excess, double shown) const {
-    if (!is_on_ || excess <= shown) return spread_;
-    return std::max(spread_, integral(1.0, shown) + (share(excess) - share(shown)) * excess +
-                                 integral(excess, ratio_));
+double Morph::error_with_held(double excess, double shown) const {
+    if (!is_on_ || excess <= shown) return error_factor_;
+    return std::max(error_factor_, integral(1.0, shown) + (share(excess) - share(shown)) * excess +
+                                       integral(excess, ratio_));
 }
 
-double Morph::with_fade(double excess, double fade) const {
-    if (!is_on_ || excess * fade <= 1.0) return with_missing(excess);
-    // held from its own share down to the faded one; below that everything counts 1 / fade
-    return std::max(spread_, integral(excess, ratio_) +
-                                 (share(excess) - share(excess * fade)) * excess +
-                                 integral(1.0, excess * fade) / fade);
+double Morph::error_with_fade(double excess, double fade) const {
+    if (!is_on_ || excess * fade <= 1.0) return error_with_missing(excess);
+    // missing between its faded and its own share; below the faded share priorities are 1 / fade as large
+    return std::max(error_factor_, integral(excess, ratio_) +
+                                       (share(excess) - share(excess * fade)) * excess +
+                                       integral(1.0, excess * fade) / fade);
 }
 
-// A vertex of a chunk, one at a time, from the offsets of its ends: those (to_x, to_y) away, and as far
-// the other way.
-void Morph::slide_vertex(OpenChunk& chunk, float rise, float key, int column, int row, int to_x,
+// The offset of one vertex from those of its ends at -(to_x, to_y) and +(to_x, to_y).
+void Morph::morph_vertex(OpenChunk& chunk, float rise, float key, int column, int row, int to_x,
                          int to_y) const {
     chunk.offsets[sample_index(column, row)] =
-        internal::slide(share_less_one(key, share_of_), rise,
-                        chunk.offsets[sample_index(column - to_x, row - to_y)],
-                        chunk.offsets[sample_index(column + to_x, row + to_y)]);
+        internal::morph_offset(share_less_one(key, share_of_), rise,
+                               chunk.offsets[sample_index(column - to_x, row - to_y)],
+                               chunk.offsets[sample_index(column + to_x, row + to_y)]);
 }
 
-// The vertices of a root that are coarser than its samples, from the coarsest.
-void Morph::slide_coarse(OpenChunk& root, float quantum) const {
+// Offsets of a root's vertices of coarser spacings, coarse to fine.
+void Morph::morph_coarse(OpenChunk& root, float quantum) const {
     for (const int corner : {0, kChunkCells}) {
         root.offsets[sample_index(corner, 0)] = root.offsets[sample_index(corner, kChunkCells)] =
             0.0f;
     }
     const std::vector<std::int32_t>& heights = root.chunk->heights;
-    const auto slide = [&](int column, int row, int to_x, int to_y) {
+    const auto morph_between = [&](int column, int row, int to_x, int to_y) {
         const std::int32_t height = heights[sample_index(column, row)];
         const std::int32_t end_a = heights[sample_index(column - to_x, row - to_y)];
         const std::int32_t end_b = heights[sample_index(column + to_x, row + to_y)];
         const float rise =
             0.5f * quantum *
             (static_cast<float>(height - end_a) + static_cast<float>(height - end_b));
-        slide_vertex(root, rise, root.key_at(column, row), column, row, to_x, to_y);
+        morph_vertex(root, rise, root.key_at(column, row), column, row, to_x, to_y);
     };
     const bool root_rises = cut_to_north_east(root.chunk->key.x, root.chunk->key.y);
     for (int stride = kChunkCells / 2; stride > 1; stride /= 2) {
@@ -84,47 +83,46 @@ void Morph::slide_coarse(OpenChunk& root, float quantum) const {
         for (int row = stride; row < kChunkCells; row += 2 * stride, row_rises = !row_rises) {
             bool rises = row_rises;
             for (int column = stride; column < kChunkCells; column += 2 * stride, rises = !rises) {
-                slide(column, row, stride, rises ? stride : -stride);
+                morph_between(column, row, stride, rises ? stride : -stride);
             }
         }
         bool is_centre_row = false;
         for (int row = 0; row <= kChunkCells; row += stride, is_centre_row = !is_centre_row) {
             for (int column = is_centre_row ? 0 : stride; column <= kChunkCells;
                  column += 2 * stride) {
-                slide(column, row, is_centre_row ? 0 : stride, is_centre_row ? stride : 0);
+                morph_between(column, row, is_centre_row ? 0 : stride, is_centre_row ? stride : 0);
             }
         }
     }
 }
 
-// Midpoints on the eastern and northern side: the world's end, or first samples of a neighbour, which
-// gives them the same bits.
-void Morph::slide_sides(OpenChunk& chunk, float quantum) const {
+// Midpoints on the eastern and northern side: on the world's border, or a neighbour's, which computes the same bits.
+void Morph::morph_sides(OpenChunk& chunk, float quantum) const {
     constexpr int kLastArea = kChunkAreas - 1;
     for_each_bit(chunk.active_areas, [&](int area) {
         const int column = area % kChunkAreas, row = area / kChunkAreas;
         if (column == kLastArea) {
             for_each_bit(east_side_bits(chunk, area), [&](int bit) {
                 const int at = row * kAreaCells + bit / kAreaSquares * 2 + 1;
-                slide_vertex(chunk, chunk.side_rise(east, at, quantum),
+                morph_vertex(chunk, chunk.side_rise(east, at, quantum),
                              chunk.key_at(kChunkCells, at), kChunkCells, at, 0, 1);
             });
         }
         if (row == kLastArea) {
             for_each_bit(north_side_bits(chunk, area), [&](int bit) {
                 const int at = column * kAreaCells + 2 * bit + 1;
-                slide_vertex(chunk, chunk.side_rise(north, at, quantum),
+                morph_vertex(chunk, chunk.side_rise(north, at, quantum),
                              chunk.key_at(at, kChunkCells), at, kChunkCells, 1, 0);
             });
         }
     });
 }
 
-void Morph::slide(OpenChunk& chunk, const KeyKernels& kernels, float quantum) const {
-    if (chunk.is_root()) slide_coarse(chunk, quantum);
-    AreaSlide part;
+void Morph::compute_offsets(OpenChunk& chunk, const KeyKernels& kernels, float quantum) const {
+    if (chunk.is_root()) morph_coarse(chunk, quantum);
+    AreaMorph part;
     part.share = share_of_;
-    const auto slide_area = [&](int area) {
+    const auto morph_area = [&](int area) {
         const int west = area % kChunkAreas * kAreaCells, south = area / kChunkAreas * kAreaCells;
         const OpenChunk::Keys& keys = chunk.keys_of(area);
         part.centre = keys[AreaVertices::centre].data();
@@ -134,7 +132,7 @@ void Morph::slide(OpenChunk& chunk, const KeyKernels& kernels, float quantum) co
         part.rise = vertices.rise[0].data();
         part.rise_unit = vertices.rise_unit;
         part.offsets = &chunk.offsets[sample_index(west, south)];
-        // coarser samples have the offsets that the parent gives them; a root has made its own
+        // even samples have the parent's offsets; a root has computed its own
         constexpr std::size_t kSide = kAreaSquares + 1;
         std::array<float, kSide * kSide> own;
         if (chunk.is_root()) {
@@ -151,9 +149,9 @@ void Morph::slide(OpenChunk& chunk, const KeyKernels& kernels, float quantum) co
                 &chunk.parent->offsets[sample_index(shift_x + west / 2, shift_y + south / 2)];
             part.coarse_stride = kChunkSamples;
         }
-        kernels.slide(part);
+        kernels.morph(part);
     };
-    for_each_area(chunk.active_areas, slide_area, [&](int area) {
+    for_each_area(chunk.active_areas, morph_area, [&](int area) {
         const int west = area % kChunkAreas * kAreaCells, south = area / kChunkAreas * kAreaCells;
         for (int row = south; row < south + kAreaCells; ++row) {
             constexpr std::size_t kBytes = (kAreaCells + 1) * sizeof(float);
@@ -163,7 +161,7 @@ void Morph::slide(OpenChunk& chunk, const KeyKernels& kernels, float quantum) co
         const AreaVertices& vertices = chunk.chunk->vertices[static_cast<std::size_t>(area)];
         fetch(&vertices.rise, sizeof vertices.rise);
     });
-    slide_sides(chunk, quantum);
+    morph_sides(chunk, quantum);
 }
 
 }  // namespace terrane::internal

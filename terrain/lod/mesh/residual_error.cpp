@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// What refinement left undone because something is not there. Where a triangle's next vertex is
-// missing, the triangle's error is at most the vertex's bound, seen from where the triangle is: found
-// here one by one, in double precision, and only for what of a triangle may be in view.
+// Errors of triangles whose refinement is blocked by missing vertices. Where a triangle's next vertex is missing, the
+// triangle's error is at most the vertex's bound, at the triangle's distance: evaluated one by one, in double
+// precision, for the part of the triangle that may be in view.
 #include "lod/mesh/residual_error.h"
 
 #include "lod/mesh/active_set.h"
@@ -14,39 +14,39 @@
 namespace terrane::internal {
 namespace {
 
-// A column or row beyond a chunk's sides as its neighbour counts it.
+// A column or row beyond a chunk's side, in the neighbour's coordinates.
 int wrap(int i) { return i < 0 ? i + kChunkCells : i > kChunkCells ? i - kChunkCells : i; }
 
-class Search {
+class ResidualErrorSearch {
 public:
-    Search(const OpenChunk& chunk, const VertexKeys& keys, const ScreenError& screen,
-           float threshold, const Morph& morph, ErrorLeft& left)
+    ResidualErrorSearch(const OpenChunk& chunk, const VertexKeys& keys, const ScreenError& screen,
+                        float threshold, const Morph& morph, ResidualError& residual)
         : chunk_(chunk),
           keys_(keys),
           screen_(screen),
           threshold_(threshold),
           in_place_(morph.in_place(threshold)),
           morph_(morph),
-          left_(left) {}
+          residual_(residual) {}
 
-    double look_at_cells(double most);
-    void look_at_held();
+    double visit_cells(double most);
+    void visit_held_vertices();
 
 private:
-    double look_at_cell(int column, int row, double most) const;
-    double look_at_area(int area, double most) const;
-    void look_at_held_area(int area);
-    void look_at_held_sides();
-    void look_at_held_coarse();
-    void look_at_vertex(int column, int row, int stride, float own_key);
-    double look_at_midpoint(int column, int row, int stride, double bound, double most) const;
+    double cell_error(int column, int row, double most) const;
+    double area_error(int area, double most) const;
+    void visit_held_area(int area);
+    void visit_held_sides();
+    void visit_held_coarse();
+    void visit_vertex(int column, int row, int stride, float own_key);
+    double midpoint_error(int column, int row, int stride, double bound, double most) const;
     bool has_parent(int column, int row, int stride) const;
     bool is_active(int column, int row) const { return chunk_.key_at(column, row) < threshold_; }
-    /// Whether a vertex is shown less than its own key asks for: not active, or not in place yet.
+    /// Whether a vertex has less than the share of its own key: it is inactive, or morphing, because of its parents.
     bool is_held(float own_key, float key) const {
         return own_key < threshold_ && own_key * kNestMargin < key && !(key < in_place_);
     }
-    /// The sample of a chunk at a place of this chunk's, which may be beyond its sides.
+    /// A sample of `owner` at this chunk's column and row, which may be beyond its sides.
     Eigen::Vector3d point(const Chunk& owner, int column, int row) const {
         const Lattice& lattice = keys_.lattice();
         const Chunk& chunk = *chunk_.chunk;
@@ -63,11 +63,12 @@ private:
     float threshold_;
     float in_place_;
     const Morph& morph_;
-    ErrorLeft& left_;
+    ResidualError& residual_;
 };
 
-// Over a square of the chunk's samples, whichever way it is cut.
-double Search::error_of_square(int west, int south, int side, double bound, double most) const {
+// Over a square of the chunk's samples, with either diagonal.
+double ResidualErrorSearch::error_of_square(int west, int south, int side, double bound,
+                                            double most) const {
     const std::array<Eigen::Vector3d, 4> corners{point(west, south), point(west + side, south),
                                                  point(west + side, south + side),
                                                  point(west, south + side)};
@@ -79,17 +80,17 @@ double Search::error_of_square(int west, int south, int side, double bound, doub
     return most;
 }
 
-double Search::look_at_cell(int column, int row, double most) const {
+double ResidualErrorSearch::cell_error(int column, int row, double most) const {
     const auto bound = static_cast<double>(chunk_.chunk->cell_bounds[cell_index(column, row)]);
     return error_of_square(column, row, 1, bound, most);
 }
 
-// The cells of an area that are drawn undivided, over a child that is not there.
-double Search::look_at_area(int area, double most) const {
+// The cells of an area that are drawn undivided over an absent child.
+double ResidualErrorSearch::area_error(int area, double most) const {
     const Chunk& chunk = *chunk_.chunk;
     const auto at_most =
         static_cast<double>(chunk.areas[static_cast<std::size_t>(area)].max_cell_bound);
-    ScreenError::Box box = screen_.box_of_area(chunk, area);
+    ScreenError::WorldBox box = screen_.box_of_area(chunk, area);
     box.low.z() -= at_most;
     box.high.z() += at_most;
     const double pixels_per_metre = screen_.error_in_view(box, 1.0) * (1.0 + 1e-12);
@@ -98,7 +99,7 @@ double Search::look_at_area(int area, double most) const {
     const int west = area % kChunkAreas * kAreaCells, south = area / kChunkAreas * kAreaCells;
     constexpr std::array<int, 4> kEast{0, 1, 1, 0}, kNorth{0, 0, 1, 1};
     for (std::size_t k = 0; k < 4; ++k) {
-        // both sides of the quarter are split, or it is no cell yet
+        // a quarter is drawn as a cell if both its sides are split
         std::uint64_t cells =
             bits.centre & bits.split[k] & bits.split[(k + 3) % 4] & ~bits.divided[k];
         for (; cells != 0; cells &= cells - 1) {
@@ -106,24 +107,24 @@ double Search::look_at_area(int area, double most) const {
             const int column = west + 2 * (square % kAreaSquares) + kEast[k];
             const int row = south + 2 * (square / kAreaSquares) + kNorth[k];
             const auto bound = static_cast<double>(chunk.cell_bounds[cell_index(column, row)]);
-            if (bound * pixels_per_metre > most) most = look_at_cell(column, row, most);
+            if (bound * pixels_per_metre > most) most = cell_error(column, row, most);
         }
     }
     return most;
 }
 
-double Search::look_at_cells(double most) {
+double ResidualErrorSearch::visit_cells(double most) {
     constexpr int kHalf = kChunkAreas / 2;
     for_each_bit(chunk_.active_areas, [&](int area) {
         const int quadrant = area % kChunkAreas / kHalf + 2 * (area / kChunkAreas / kHalf);
         if (!chunk_.is_absent[static_cast<std::size_t>(quadrant)]) return;
-        most = look_at_area(area, most);
+        most = area_error(area, most);
     });
     return most;
 }
 
-// Whether a triangle is drawn that a centre would split, with this chunk's samples or above.
-bool Search::has_parent(int column, int row, int stride) const {
+// Whether a triangle that a centre would split is drawn, with this chunk's or coarser samples.
+bool ResidualErrorSearch::has_parent(int column, int row, int stride) const {
     if (chunk_.is_root() && stride > 1) {
         if (stride == kChunkSquares) return true;
         const bool is_even = ((column / stride + row / stride) / 2) % 2 == 1;
@@ -145,32 +146,33 @@ bool Search::has_parent(int column, int row, int stride) const {
                    : is_corner_active(0, 0) || is_corner_active(1, 1);
 }
 
-// Where a vertex is held.
-void Search::look_at_vertex(int column, int row, int stride, float own_key) {
+// Adds the error of a vertex if it is held.
+void ResidualErrorSearch::visit_vertex(int column, int row, int stride, float own_key) {
     const float key = chunk_.key_at(column, row);
     if (!is_held(own_key, key)) return;
     const auto bound =
         static_cast<double>(bound_of(chunk_.chunk->inverse_square_bound(column, row)));
     double error_px = 0.0;
     if (((column / stride) & (row / stride) & 1) == 0) {
-        error_px = look_at_midpoint(column, row, stride, bound, 0.0);
+        error_px = midpoint_error(column, row, stride, bound, 0.0);
     } else if (has_parent(column, row, stride)) {
         error_px = error_of_square(column - stride, row - stride, 2 * stride, bound, 0.0);
     }
     if (key < threshold_) {
         const double shown = screen_.error_px_of(key) / screen_.error_px_of(threshold_);
         const double wanted = error_px / screen_.error_px_of(threshold_);
-        left_.sliding = std::max(left_.sliding, morph_.with_held(wanted, shown));
+        residual_.morphing = std::max(residual_.morphing, morph_.error_with_held(wanted, shown));
     } else if (key == OpenChunk::kNever) {
-        left_.absent = std::max(left_.absent, error_px);
+        residual_.absent = std::max(residual_.absent, error_px);
     } else {
-        left_.finest = std::max(left_.finest, error_px);
+        residual_.finest = std::max(residual_.finest, error_px);
     }
 }
 
-// The triangles on both sides of the edge that a midpoint would split, where they are drawn: by their
-// apexes, which may be a neighbour's.
-double Search::look_at_midpoint(int column, int row, int stride, double bound, double most) const {
+// Error of the drawn triangles on both sides of the edge that a midpoint would split. They are drawn where their apex
+// is active, which may be a neighbour's.
+double ResidualErrorSearch::midpoint_error(int column, int row, int stride, double bound,
+                                           double most) const {
     const bool along_x = (column / stride) % 2 != 0;
     const int to_x = along_x ? 0 : stride, to_y = along_x ? stride : 0;
     const Eigen::Vector3d begin = point(column - to_y, row - to_x);
@@ -191,7 +193,7 @@ double Search::look_at_midpoint(int column, int row, int stride, double bound, d
     return most;
 }
 
-void Search::look_at_held_area(int area) {
+void ResidualErrorSearch::visit_held_area(int area) {
     const int west = area % kChunkAreas * kAreaCells, south = area / kChunkAreas * kAreaCells;
     for (const auto kind : {AreaVertices::centre, AreaVertices::along_x, AreaVertices::along_y}) {
         alignas(64) std::array<float, AreaVertices::kSquares> own;
@@ -201,54 +203,53 @@ void Search::look_at_held_area(int area) {
         std::uint64_t held = keys_.kernels().mask(own.data(), threshold_);
         for (; held != 0; held &= held - 1) {
             const int square = std::countr_zero(held);
-            look_at_vertex(west + 2 * (square % kAreaSquares) + to_x,
-                           south + 2 * (square / kAreaSquares) + to_y, 1,
-                           own[static_cast<std::size_t>(square)]);
+            visit_vertex(west + 2 * (square % kAreaSquares) + to_x,
+                         south + 2 * (square / kAreaSquares) + to_y, 1,
+                         own[static_cast<std::size_t>(square)]);
         }
     }
 }
 
-// Vertices that are held back by parents that are not there, or, a little, by parents whose reach does not
-// hold theirs.
-void Search::look_at_held() {
-    for_each_bit(chunk_.held_areas, [&](int area) { look_at_held_area(area); });
-    if (chunk_.is_side_held) look_at_held_sides();
-    if (chunk_.is_coarse_held) look_at_held_coarse();
+// Vertices held by absent parents, or, slightly, by parents whose reaches do not enclose theirs.
+void ResidualErrorSearch::visit_held_vertices() {
+    for_each_bit(chunk_.held_areas, [&](int area) { visit_held_area(area); });
+    if (chunk_.is_side_held) visit_held_sides();
+    if (chunk_.is_coarse_held) visit_held_coarse();
 }
 
-void Search::look_at_held_sides() {
+void ResidualErrorSearch::visit_held_sides() {
     for (const Side side : {east, north}) {
         if (chunk_.neighbour[side] != nullptr) continue;
         for (int i = 0; i < kChunkSquares; ++i) {
             const int along = 2 * i + 1;
-            look_at_vertex(side == east ? kChunkCells : along, side == east ? along : kChunkCells,
-                           1, keys_.own_side_key(chunk_, side, i));
+            visit_vertex(side == east ? kChunkCells : along, side == east ? along : kChunkCells, 1,
+                         keys_.own_side_key(chunk_, side, i));
         }
     }
 }
 
-void Search::look_at_held_coarse() {
+void ResidualErrorSearch::visit_held_coarse() {
     for (int row = 0; row <= kChunkSquares; ++row) {
         for (int column = 0; column <= kChunkSquares; ++column) {
             const float own = keys_.own_coarse_key(screen_, chunk_, column, row);
             if (!(own < threshold_)) continue;
             const int stride = 2 << std::countr_zero(static_cast<unsigned>(column | row));
-            look_at_vertex(2 * column, 2 * row, stride, own);
+            visit_vertex(2 * column, 2 * row, stride, own);
         }
     }
 }
 
 }  // namespace
 
-void find_error_left(const OpenChunk& chunk, const VertexKeys& keys, const ScreenError& screen,
-                     float threshold, const Morph& morph, ErrorLeft& left) {
-    Search search(chunk, keys, screen, threshold, morph, left);
+void find_residual_error(const OpenChunk& chunk, const VertexKeys& keys, const ScreenError& screen,
+                         float threshold, const Morph& morph, ResidualError& residual) {
+    ResidualErrorSearch search(chunk, keys, screen, threshold, morph, residual);
     const bool is_finest = chunk.chunk->key.level == keys.lattice().finest_level;
     const bool any_absent =
         std::find(chunk.is_absent.begin(), chunk.is_absent.end(), true) != chunk.is_absent.end();
-    double& of_cells = is_finest ? left.finest : left.absent;
-    if (any_absent) of_cells = search.look_at_cells(of_cells);
-    search.look_at_held();
+    double& of_cells = is_finest ? residual.finest : residual.absent;
+    if (any_absent) of_cells = search.visit_cells(of_cells);
+    search.visit_held_vertices();
 }
 
 }  // namespace terrane::internal

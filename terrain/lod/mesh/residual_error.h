@@ -1,31 +1,30 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "lod/mesh/morph.h"
 #include "lod/keys/screen_error.h"
+#include "lod/mesh/morph.h"
 #include "lod/selection/vertex_keys.h"
 
 namespace terrane::internal {
 
-/// The largest screen errors, pixels, in view, that are left because something is not there.
-struct ErrorLeft {
-    double absent = 0.0;  ///< vertices of chunks that are not resident, or wait for such
-    double finest = 0.0;  ///< detail finer than the lattice, or behind vertices that come first
-    /// Of the surface displayed, thresholds: of vertices that slide in a little late.
-    double sliding = 0.0;
+/// The largest screen errors in view, pixels, that remain because vertices are missing.
+struct ResidualError {
+    double absent = 0.0;  ///< vertices of absent chunks, and vertices with absent parents
+    double finest = 0.0;  ///< detail finer than the lattice, and vertices held by inactive parents
+    /// Of the displayed surface, in thresholds: vertices that morph late because of their parents' keys.
+    double morphing = 0.0;
 
-    void take(const ErrorLeft& other) {
+    void merge(const ResidualError& other) {
         absent = absent > other.absent ? absent : other.absent;
         finest = finest > other.finest ? finest : other.finest;
-        sliding = sliding > other.sliding ? sliding : other.sliding;
+        morphing = morphing > other.morphing ? morphing : other.morphing;
     }
 };
 
-/// Looks for them in what is drawn with one chunk. Needs the bits of its active vertices and of its
-/// children's.
+/// Merges the residual errors of what is drawn with one chunk. Requires mark_active() of the chunk and its children.
 ///
-/// @param left  of the chunks looked at before: smaller ones are passed over
-void find_error_left(const OpenChunk& chunk, const VertexKeys& keys, const ScreenError& screen,
-                     float threshold, const Morph& morph, ErrorLeft& left);
+/// @param residual in and out: errors below it are skipped early
+void find_residual_error(const OpenChunk& chunk, const VertexKeys& keys, const ScreenError& screen,
+                         float threshold, const Morph& morph, ResidualError& residual);
 
 }  // namespace terrane::internal

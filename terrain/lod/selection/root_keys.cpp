@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The vertices of a root that are coarser than its own spacing: few, one at a time. Columns and rows
-// count the root's even samples, strides too.
+// Keys of a root's vertices of coarser spacings: few, so one at a time. Columns, rows and strides are in even samples.
 #include "lod/selection/vertex_keys.h"
 
 #include <algorithm>
@@ -18,7 +17,7 @@ std::size_t coarse_index(int column, int row) {
            static_cast<std::size_t>(column);
 }
 
-// Raises a key to those of its parents.
+// Raises a key to its parents', and records if that holds the vertex.
 void trim(OpenChunk& root, float& key, float parents, float floor) {
     root.is_coarse_held |= key < floor && key < parents;
     key = std::max(key, parents);
@@ -35,8 +34,8 @@ float VertexKeys::own_coarse_key(const ScreenError& screen, const OpenChunk& roo
     const Reach around = reach(*root.chunk, 2 * stride, is_centre);
     const std::int32_t height = root.chunk->heights[sample_index(2 * column, 2 * row)];
     const float z = screen.height_over_eye(lattice_.quantum * height);
-    return own_key(root, 2 * column, 2 * row, z - around.up, z + around.up, around.across,
-                   root.chunk->coarse_bounds[coarse_index(column, row)]);
+    return own_key(root, 2 * column, 2 * row, z - around.half_height, z + around.half_height,
+                   around.half_width, root.chunk->coarse_bounds[coarse_index(column, row)]);
 }
 
 // The centre of a root square has no parents.
@@ -63,7 +62,7 @@ void VertexKeys::trim_coarse_midpoints(OpenChunk& root, int stride, float floor)
              {std::pair{west, column < 0}, std::pair{east, column > kSide},
               std::pair{south, row < 0}, std::pair{north, row > kSide}}) {
             if (!is_beyond) continue;
-            if (root.ends[side]) return 0.0f;
+            if (root.at_world_border[side]) return 0.0f;
             owner = root.neighbour[side];
         }
         if (owner == nullptr) return OpenChunk::kNever;

@@ -7,10 +7,10 @@
 namespace terrane::internal {
 namespace {
 
-// Keys that a worker collects at once. A chunk adds at most its samples.
-constexpr std::size_t kRoom = std::size_t{1} << 17;
-// How far around the guess is looked at first: 1 % in pixels.
-constexpr float kNear = 1.02f;
+// Capacity of a worker's windows, in keys. A chunk adds at most its samples.
+constexpr std::size_t kWindowCapacity = std::size_t{1} << 17;
+// Half width of the first window as a factor: 1 % in pixels.
+constexpr float kFirstWidth = 1.02f;
 
 // Positive floats sort as their bits do.
 std::uint32_t bits_of(float key) { return std::bit_cast<std::uint32_t>(key); }
@@ -23,15 +23,16 @@ float middle(float low, float high) {
 
 Selection::Selection(int worker_count) : tallies_(static_cast<std::size_t>(worker_count)) {
     for (Tally& tally : tallies_) {
-        for (auto& keys : tally.inside) keys.resize(kRoom);
+        for (auto& keys : tally.inside) keys.resize(kWindowCapacity);
     }
-    candidates_.reserve(2 * kRoom * tallies_.size());
+    candidates_.reserve(2 * kWindowCapacity * tallies_.size());
 }
 
 void Selection::count_chunk(const OpenChunk& chunk, const KeyKernels& kernels, Tally& tally) const {
     KeyWindow& inner = tally.window[0];
     KeyWindow& border = tally.window[1];
-    if (inner.count + OpenChunk::kSamples > kRoom || border.count + OpenChunk::kSamples > kRoom) {
+    if (inner.count + OpenChunk::kSamples > kWindowCapacity ||
+        border.count + OpenChunk::kSamples > kWindowCapacity) {
         tally.is_full = true;
         inner.count = border.count = 0;
     }
@@ -44,8 +45,8 @@ void Selection::count_chunk(const OpenChunk& chunk, const KeyKernels& kernels, T
     for_each_bit(chunk.open_areas, [&](int area) {
         const OpenChunk::Keys& keys = chunk.keys_of(area);
         constexpr std::size_t kSquares = AreaVertices::kSquares;
-        const bool south_ends = is_world_end(chunk, area, south);
-        const bool west_ends = is_world_end(chunk, area, west);
+        const bool south_ends = is_world_border(chunk, area, south);
+        const bool west_ends = is_world_border(chunk, area, west);
         if (!south_ends && !west_ends) {
             count_inner(keys[0].data(), AreaVertices::kKinds * kSquares);
             return;
@@ -62,26 +63,28 @@ void Selection::count_chunk(const OpenChunk& chunk, const KeyKernels& kernels, T
             count_inner(along_y + outer, kAreaSquares - outer);
         }
     });
-    if (chunk.ends[east]) count_border(chunk.east_keys.data(), chunk.east_keys.size());
-    if (chunk.ends[north]) count_border(chunk.north_keys.data(), chunk.north_keys.size());
+    if (chunk.at_world_border[east]) count_border(chunk.east_keys.data(), chunk.east_keys.size());
+    if (chunk.at_world_border[north])
+        count_border(chunk.north_keys.data(), chunk.north_keys.size());
     if (chunk.is_root()) count_coarse(chunk, kernels, tally);
 }
 
-// A line between roots counts with the one east or north of it.
+// A line between roots counts with the root to its east or north.
 void Selection::count_coarse(const OpenChunk& root, const KeyKernels& kernels, Tally& tally) const {
     constexpr int kLast = kChunkSquares;
     const auto side = static_cast<int>(OpenChunk::kCoarseSide);
     for (int row = 0; row <= kLast; ++row) {
-        if (row == kLast && !root.ends[north]) break;
+        if (row == kLast && !root.at_world_border[north]) break;
         const float* keys = root.coarse_keys.data() + row * side;
-        if ((row == 0 && root.ends[south]) || row == kLast) {
+        if ((row == 0 && root.at_world_border[south]) || row == kLast) {
             tally.below += kernels.count(keys, side, tally.window[1]);
             continue;
         }
-        const int first = root.ends[west] ? 1 : 0;
+        const int first = root.at_world_border[west] ? 1 : 0;
         tally.below += kernels.count(keys, first, tally.window[1]);
         tally.below += 2 * std::size_t{kernels.count(keys + first, kLast - first, tally.window[0])};
-        if (root.ends[east]) tally.below += kernels.count(keys + kLast, 1, tally.window[1]);
+        if (root.at_world_border[east])
+            tally.below += kernels.count(keys + kLast, 1, tally.window[1]);
     }
 }
 
@@ -101,19 +104,19 @@ std::size_t Selection::below() const {
     return below;
 }
 
-// Weight of the keys below `low`; those below `high` are in the windows, unless they are full.
+// Returns the weight of the keys below `low`, and collects those in [low, high) in the windows, unless they are full.
 std::size_t Selection::count(std::span<OpenChunk* const> open, const KeyKernels& kernels, float low,
                              float high, WorkerTeam& team) {
     open_windows(low, high);
-    team.run(open.size(), [&](std::size_t i, int worker) { take(*open[i], kernels, worker); });
+    team.run(open.size(), [&](std::size_t i, int worker) { add(*open[i], kernels, worker); });
     return below();
 }
 
 void Selection::begin(float floor, float guess) {
     const float middle_key = guess > 0.0f ? guess : floor;
     floor_ = floor;
-    low_ = std::clamp(middle_key / kNear, 0.0f, floor);
-    high_ = std::clamp(middle_key * kNear, low_, floor);
+    low_ = std::clamp(middle_key / kFirstWidth, 0.0f, floor);
+    high_ = std::clamp(middle_key * kFirstWidth, low_, floor);
     open_windows(low_, high_);
 }
 
@@ -123,7 +126,7 @@ float Selection::find(std::span<OpenChunk* const> open, const KeyKernels& kernel
     float most = floor_;  // unless most is the floor, weights below it do not
     float low = low_, high = high_;
     bool is_counted = true;
-    for (float spread = kNear * kNear;; spread *= spread) {
+    for (float spread = kFirstWidth * kFirstWidth;; spread *= spread) {
         const std::size_t below =
             is_counted ? this->below() : count(open, kernels, low, high, team);
         is_counted = false;
@@ -191,7 +194,7 @@ float Selection::pick(float low, float high, std::size_t used, std::size_t budge
         if (bin_of(key) == bin) candidates_.push_back({key, weight});
     });
     std::sort(candidates_.begin(), candidates_.end(),
-              [](const Candidate& a, const Candidate& b) { return a.key < b.key; });
+              [](const WeightedKey& a, const WeightedKey& b) { return a.key < b.key; });
     for (auto group = candidates_.begin();;) {
         const float key = group->key;
         for (; group != candidates_.end() && group->key == key; ++group) used += group->weight;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "base/worker_team.h"
 #include "lod/keys/key_kernels.h"
 #include "lod/keys/open_chunk.h"
-#include "base/worker_team.h"
 
 #include <array>
 #include <cstddef>
@@ -20,29 +20,29 @@ class Selection {
 public:
     explicit Selection(int worker_count);
 
-    /// Begins a search. Every open chunk has to be taken once, as soon as its keys are known: while
-    /// they are near.
+    /// Begins a search. Then every open chunk must be added once; best right after its keys are computed, while they
+    /// are cached.
     ///
-    /// @param guess  where the threshold may be, 0 if unknown; only costs time where it is not
+    /// @param guess  expected threshold, 0 if unknown; affects the time only
     void begin(float floor, float guess);
-    void take(const OpenChunk& chunk, const KeyKernels& kernels, int worker) {
+    void add(const OpenChunk& chunk, const KeyKernels& kernels, int worker) {
         count_chunk(chunk, kernels, tallies_[static_cast<std::size_t>(worker)]);
     }
 
-    /// The largest threshold, at most the floor, such that vertices with a key below it weigh at most
-    /// `budget` together. Vertices of equal keys are in or out together.
+    /// The largest threshold, at most the floor, such that the vertices with keys below it weigh at most `budget`.
+    /// Vertices of equal keys are in or out together.
     float find(std::span<OpenChunk* const> open, const KeyKernels& kernels, std::size_t budget,
                WorkerTeam& team);
 
 private:
-    // What one worker has counted.
+    // Counts of one worker.
     struct Tally {
-        std::size_t below = 0;         // weights
+        std::size_t below = 0;         // their total weight
         std::vector<float> inside[2];  // keys of weight 2, of weight 1
         KeyWindow window[2];
         bool is_full = false;
     };
-    struct Candidate {
+    struct WeightedKey {
         float key = 0.0f;
         std::uint32_t weight = 0;
     };
@@ -58,7 +58,7 @@ private:
     float floor_ = 0.0f;
     float low_ = 0.0f, high_ = 0.0f;  // the first window
     std::vector<Tally> tallies_;
-    std::vector<Candidate> candidates_;
+    std::vector<WeightedKey> candidates_;
     std::array<std::size_t, 1024> bins_{};
 };
 

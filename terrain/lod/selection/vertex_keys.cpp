@@ -53,7 +53,7 @@ void VertexKeys::open_chunk(const ResidentSet& resident, std::size_t index) {
     chunk.fade_factor = fade < 1.0f ? 1.0f / (fade * fade) : 1.0f;
 }
 
-// Finds the relatives of a chunk whose level is all open.
+// Sets the relatives of a chunk. Requires all chunks of its level to be opened.
 void VertexKeys::link(const ResidentSet& resident, OpenChunk& chunk) {
     const ResidentSet::Links& links = resident.links(static_cast<std::size_t>(chunk.index));
     const auto is_there = [&](std::int32_t index) {
@@ -65,7 +65,7 @@ void VertexKeys::link(const ResidentSet& resident, OpenChunk& chunk) {
         ChunkKey{key.x, key.y - 1, key.level}, ChunkKey{key.x, key.y + 1, key.level}};
     for (std::size_t side = 0; side < 4; ++side) {
         chunk.neighbour[side] = find(links.neighbour[side]);
-        chunk.ends[side] = !lattice_.contains(beyond[side]);
+        chunk.at_world_border[side] = !lattice_.contains(beyond[side]);
     }
     for (std::size_t quadrant = 0; quadrant < 4; ++quadrant) {
         chunk.child[quadrant] = nullptr;
@@ -78,20 +78,21 @@ void VertexKeys::link(const ResidentSet& resident, OpenChunk& chunk) {
 }
 
 void VertexKeys::open_areas(const ScreenError& screen, float floor, OpenChunk& chunk) const {
-    const float across = reach(*chunk.chunk, 1, true).across;
+    const float half_width = reach(*chunk.chunk, 1, true).half_width;
     chunk.planes = screen.planes_across(screen.box_of(*chunk.chunk));
     const bool is_in_view = chunk.planes.count == 0;
-    chunk.open_areas = chunk.areas_beside = 0;
+    chunk.open_areas = chunk.partly_visible_areas = 0;
     for (int area = 0; area < kChunkAreas * kChunkAreas; ++area) {
         const float bound = chunk.chunk->areas[static_cast<std::size_t>(area)].max_vertex_bound;
         if (!chunk.is_root()) {
-            const ScreenError::Box reach = screen.reach_of_area(*chunk.chunk, area, across);
+            const ScreenError::WorldBox reach =
+                screen.reach_of_area(*chunk.chunk, area, half_width);
             if (!(screen.least_key(reach, bound, is_in_view) < floor)) continue;
         }
         const std::uint64_t bit = std::uint64_t{1} << area;
         chunk.open_areas |= bit;
         if (is_in_view || screen.is_inside(screen.box_of_area(*chunk.chunk, area))) continue;
-        chunk.areas_beside |= bit;
+        chunk.partly_visible_areas |= bit;
     }
 }
 
@@ -107,25 +108,25 @@ void VertexKeys::own_keys(const OpenChunk& chunk, int area, AreaVertices::Kind k
     group.x =
         kind == AreaVertices::along_y ? &chunk.axes.x.even[column] : &chunk.axes.x.odd[column];
     group.y = kind == AreaVertices::along_x ? &chunk.axes.y.even[row] : &chunk.axes.y.odd[row];
-    group.across = reach(*chunk.chunk, 1, kind == AreaVertices::centre).across;
+    group.half_width = reach(*chunk.chunk, 1, kind == AreaVertices::centre).half_width;
     kernels_->own(group, chunk.eye_heights, keys_out);
-    if ((chunk.areas_beside >> area & 1) != 0) {
+    if ((chunk.partly_visible_areas >> area & 1) != 0) {
         kernels_->weigh(group, chunk.eye_heights, chunk.planes, keys_out);
     }
 }
 
-// The key of one vertex, the same way.
+// The own key of one vertex, by the same operations as the kernels.
 float VertexKeys::own_key(const OpenChunk& chunk, int column, int row, float low, float high,
-                          float across, float inverse_square_bound) const {
-    const auto place = [](const ChunkAxes::Axis& axis, int i) {
+                          float half_width, float inverse_square_bound) const {
+    const auto position = [](const ChunkAxes::Axis& axis, int i) {
         const auto k = static_cast<std::size_t>(i / 2);
         return i % 2 == 0 ? axis.even[k] : axis.odd[k];
     };
-    const float x = place(chunk.axes.x, column), y = place(chunk.axes.y, row);
-    const float flat = gap_squared(x, across) + gap_squared(y, across);
+    const float x = position(chunk.axes.x, column), y = position(chunk.axes.y, row);
+    const float flat = gap_squared(x, half_width) + gap_squared(y, half_width);
     const float key =
         vertex_key(flat, low, high, inverse_square_bound, chunk.eye_heights.near_squared);
-    return key / squared_weight(x, y, low, high, across, chunk.planes);
+    return key / squared_weight(x, y, low, high, half_width, chunk.planes);
 }
 
 float VertexKeys::own_side_key(const OpenChunk& chunk, Side side, int i) const {
@@ -136,7 +137,7 @@ float VertexKeys::own_side_key(const OpenChunk& chunk, Side side, int i) const {
     return own_key(chunk, is_east ? kChunkCells : 2 * i + 1, is_east ? 2 * i + 1 : kChunkCells,
                    over_eye<float>(vertices.low[k], chunk.eye_heights),
                    over_eye<float>(vertices.high[k], chunk.eye_heights),
-                   reach(*chunk.chunk, 1, false).across,
+                   reach(*chunk.chunk, 1, false).half_width,
                    from_upper_half(vertices.inverse_square_bounds[k]));
 }
 
@@ -158,11 +159,11 @@ void VertexKeys::find_midpoints(float floor, OpenChunk& chunk, int area) const {
     float* along_y = keys[AreaVertices::along_y].data();
     own_keys(chunk, area, AreaVertices::along_x, along_x);
     own_keys(chunk, area, AreaVertices::along_y, along_y);
-    // what lies on a line between chunks fades with both
+    // vertices on a line between chunks fade with both
     const auto fade_beside = [&](Side side) {
-        const AreaPlace place = beside(chunk, area, side);
-        return place.chunk == nullptr ? chunk.fade_factor
-                                      : std::max(chunk.fade_factor, place.chunk->fade_factor);
+        const AreaRef adjacent = adjacent_area(chunk, area, side);
+        return adjacent.chunk == nullptr ? chunk.fade_factor
+                                         : std::max(chunk.fade_factor, adjacent.chunk->fade_factor);
     };
     const float from_south = fade_beside(south), from_west = fade_beside(west);
     if (std::max(from_south, from_west) != 1.0f) {
@@ -172,14 +173,14 @@ void VertexKeys::find_midpoints(float floor, OpenChunk& chunk, int area) const {
         }
     }
     const float* centres = keys[AreaVertices::centre].data();
-    const float* to_south = centres_beside(chunk, area, south) + kLastRow;
-    const float* to_west = centres_beside(chunk, area, west);
+    const float* to_south = adjacent_centres(chunk, area, south) + kLastRow;
+    const float* to_west = adjacent_centres(chunk, area, west);
     const bool is_x_held = kernels_->trim_along_x(centres, to_south, floor, along_x);
     const bool is_y_held = kernels_->trim_along_y(centres, to_west, floor, along_y);
     if (is_x_held || is_y_held) chunk.held_areas |= std::uint64_t{1} << area;
 }
 
-// Asks for kinds first to last of an area's vertices.
+// Prefetches kinds first to last of an area's vertices.
 void VertexKeys::fetch_kinds(const OpenChunk& chunk, int area, std::size_t first,
                              std::size_t last) const {
     const AreaVertices& vertices = chunk.chunk->vertices[static_cast<std::size_t>(area)];
@@ -196,7 +197,7 @@ void VertexKeys::find_centres(float floor, OpenChunk& chunk) const {
         [&](int area) { fetch_kinds(chunk, area, AreaVertices::centre, AreaVertices::centre); });
 }
 
-// Needs the centres of the chunks beside this one.
+// Requires the centres of the neighbours.
 void VertexKeys::find_midpoints(float floor, OpenChunk& chunk) const {
     for_each_area(
         chunk.open_areas, [&](int area) { find_midpoints(floor, chunk, area); },
@@ -204,8 +205,8 @@ void VertexKeys::find_midpoints(float floor, OpenChunk& chunk) const {
     find_sides(floor, chunk);
 }
 
-// Midpoints where no open chunk lies beyond: at the world's end they have one parent, elsewhere they wait
-// for the neighbour, which would own them.
+// Midpoints on sides without an open neighbour: at the world's border they have one parent; elsewhere the missing
+// neighbour would own them, and they are inactive.
 void VertexKeys::find_sides(float floor, OpenChunk& chunk) const {
     for (const Side side : {east, north}) {
         if (chunk.neighbour[side] != nullptr) continue;
@@ -220,7 +221,7 @@ void VertexKeys::find_sides(float floor, OpenChunk& chunk) const {
             const int inside =
                 side == east ? square * kAreaSquares + kAreaSquares - 1 : kLastRow + square;
             float parent = OpenChunk::kNever;
-            if (chunk.ends[side]) {
+            if (chunk.at_world_border[side]) {
                 parent =
                     chunk.keys_of(area)[AreaVertices::centre][static_cast<std::size_t>(inside)];
             }
@@ -263,7 +264,7 @@ void VertexKeys::compute(const ResidentSet& resident, const ScreenError& screen,
         });
         team.run(here.size(), [&](std::size_t i, int worker) {
             find_midpoints(floor, *here[i]);
-            selection.take(*here[i], *kernels_, worker);
+            selection.add(*here[i], *kernels_, worker);
         });
     }
 }

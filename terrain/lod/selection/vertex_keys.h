@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "base/worker_team.h"
 #include "lod/keys/key_kernels.h"
 #include "lod/keys/open_chunk.h"
 #include "lod/keys/screen_error.h"
 #include "lod/selection/selection.h"
-#include "base/worker_team.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -17,27 +17,27 @@ namespace terrane::internal {
 
 /// Keys of all vertices that may be below a floor, for one view of one resident set.
 ///
-/// A vertex has at least the key of its parents, and none where a parent is not resident: so every set
-/// of vertices below a threshold is closed under parents, and its mesh conforms. Every vertex has one
-/// key, kept by the chunk that it is the first sample of, from the south-west.
+/// A key is raised to the keys of the vertex's parents, and infinite if a parent is not resident: so every set of
+/// vertices below a threshold is closed under parents, and its mesh conforms. Every vertex has one key, stored in the
+/// chunk that contains it not on its eastern or northern side.
 class VertexKeys {
 public:
-    /// @param open_chunks  room is made for so many at once
+    /// @param open_chunks  initial capacity
     VertexKeys(const HeightSource& source, SimdLevel simd, std::size_t open_chunks);
 
-    /// Opens every chunk that may have a vertex below the floor, and raises keys to those of the
-    /// parents from the roots down. Root chunks are always open.
+    /// Opens every chunk that may have a vertex below the floor, and computes keys from the roots down. Root chunks are
+    /// always open.
     ///
-    /// Allocates: only where more chunks are open, or resident, than there was room for
+    /// Allocates: only when more chunks are open, or resident, than ever before
     ///
-    /// @param selection  begun; takes every open chunk
+    /// @param selection  begun; every open chunk is added to it
     void compute(const ResidentSet& resident, const ScreenError& screen, float floor,
                  Selection& selection, WorkerTeam& team);
 
     /// Coarse to fine, in the order of the resident set.
     std::span<OpenChunk* const> open() const { return {open_.data(), open_count_}; }
 
-    /// Keys from the vertices' own bounds and distances, not raised to the parents': of an area,
+    /// Keys before they are raised to the parents': of an area,
     /// @param keys_out [AreaVertices::kSquares]
     void own_keys(const OpenChunk& chunk, int area, AreaVertices::Kind kind, float* keys_out) const;
     /// of the i-th midpoint on the eastern or northern side,
@@ -46,13 +46,13 @@ public:
     float own_coarse_key(const ScreenError& screen, const OpenChunk& root, int column,
                          int row) const;
 
-    /// No vertex of an open chunk has a smaller key of its own.
+    /// Lower bound of the own keys of a chunk's vertices.
     float least_key(const ScreenError& screen, const OpenChunk& chunk) const {
         return screen.least_key(reach_of(screen, *chunk.chunk), chunk.chunk->max_vertex_bound);
     }
-    /// Holds the reaches of a chunk's vertices, but for the coarser ones of a root.
-    ScreenError::Box reach_of(const ScreenError& screen, const Chunk& chunk) const {
-        return screen.reach_of(chunk, reach(chunk, 1, true).across);
+    /// Encloses the reaches of a chunk's vertices, without the coarser ones of a root.
+    ScreenError::WorldBox reach_of(const ScreenError& screen, const Chunk& chunk) const {
+        return screen.reach_of(chunk, reach(chunk, 1, true).half_width);
     }
 
     const KeyKernels& kernels() const { return *kernels_; }
@@ -60,8 +60,8 @@ public:
 
 private:
     Reach reach(const Chunk& chunk, int stride, bool is_centre) const;
-    float own_key(const OpenChunk& chunk, int column, int row, float low, float high, float across,
-                  float inverse_square_bound) const;
+    float own_key(const OpenChunk& chunk, int column, int row, float low, float high,
+                  float half_width, float inverse_square_bound) const;
     OpenChunk* find(std::int32_t index) const;
     void open_chunk(const ResidentSet& resident, std::size_t index);
     void link(const ResidentSet& resident, OpenChunk& chunk);
@@ -84,7 +84,7 @@ private:
     std::vector<std::unique_ptr<OpenChunk>> pool_;
     std::vector<OpenChunk*> open_;
     std::size_t open_count_ = 0;
-    std::vector<OpenChunk*> by_index_;  // of the resident set
+    std::vector<OpenChunk*> by_index_;  // in the resident set
 };
 
 }  // namespace terrane::internal

@@ -11,73 +11,76 @@
 
 namespace terrane::internal {
 
-/// A piece of a body's way: a ball that moves evenly, and grows by what it may have fallen or bounced
-/// off its course.
-struct Leg {
+/// A piece of a body's trajectory: a bounding sphere of constant velocity whose radius grows by the distance
+/// that gravity or an impact may move the body off its course.
+struct MotionSegment {
     double begin = 0.0;     ///< seconds from now
     double duration = 0.0;  ///< seconds
     WorldPos from_world = WorldPos::Zero();
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
     double radius = 0.0;
-    double growth = 0.0;  ///< metres a second squared: half of it times t^2 is added to the radius
+    double growth = 0.0;  ///< m/s^2: growth t^2 / 2 is added to the radius
 };
 
-/// The way of a body over the horizon. A known way begins where the body is now, passes over moments
-/// before now, and stands behind its last one.
+/// The motion of a body over the horizon. A given trajectory starts at the body's present position, skips
+/// moments in the past, and ends in rest at its last moment.
 ///
-/// @param legs_out at least one, in order of time; replaced
-void find_legs(const BodyNeed& body, double time_s, double horizon, std::vector<Leg>& legs_out);
+/// @param segments_out at least one, in order of time; replaced
+void find_segments(const BodyNeed& body, double time_s, double horizon,
+                   std::vector<MotionSegment>& segments_out);
 
-/// A chunk of the grid that a leg meets.
+/// A chunk of the grid that a segment's sphere touches.
 struct Touch {
     TouchTable::Slot slot;
-    double time = 0.0;  ///< since the leg began, s: not later than it is met first
-    /// ... not earlier than it is met last; infinity where the leg, or as much of it as is followed,
-    /// ends over it.
+    double time = 0.0;  ///< lower bound of the first touch, seconds since the segment's begin
+    /// Upper bound of the last touch, the same clock; infinite where the segment, or as much of it as is
+    /// followed, ends over the chunk.
     double last = 0.0;
 };
 
-/// Finds the chunks that legs meet: in the plane the closed square, in height everything up to the
-/// highest ground over it. All that are met, and some that are missed by little.
+/// Finds the chunks that motion segments touch: in the plane their closed square, in height everything up to
+/// the highest ground in it. Conservative: all that are touched, and some that are missed by little.
 class BodySweep {
 public:
     /// The source outlives it.
     BodySweep(const HeightSource& source, int level);
 
-    struct Looks {
-        double squares = 0.0;  ///< that were looked at
-        bool is_cut = false;   ///< the leg would have taken more than allowed
+    struct Cost {
+        double squares = 0.0;       ///< squares tested
+        bool is_truncated = false;  ///< the segment was shortened to stay within the limit
     };
 
-    /// @param most         squares to look at, about; of a leg that would take more only the beginning
-    ///                     is followed, or of a ball that would only the middle
-    /// @param table        knows the heights of chunks
+    /// @param most         squares to test, about; a segment that would need more is followed only from its
+    ///                     beginning, a sphere that would, only in its middle
+    /// @param table        caches the heights of chunks
     /// @param touches_out  each chunk once; replaced
-    Looks find(Leg leg, double most, TouchTable& table, std::vector<Touch>& touches_out);
+    Cost find(MotionSegment segment, double most, TouchTable& table,
+              std::vector<Touch>& touches_out);
 
 private:
-    /// When a ball's box is over a column or a row.
+    /// The time interval in which the sphere's box overlaps a column or a row.
     struct Window {
         double enter, leave;
         bool is_empty() const { return enter > leave; }
-        Window both(const Window& other) const {
+        Window intersect(const Window& other) const {
             return {std::max(enter, other.enter), std::min(leave, other.leave)};
         }
     };
-    /// A column or a row.
+    /// A column or a row of chunks.
     struct Lane {
         double low, high;  // its edges
         Window when;
     };
-    struct Motion;
-    static void find_lanes(const ChunkAxis& axis, const ChunkSpan& span, const Motion& motion,
+    struct AxisMotion;
+    static void find_lanes(const ChunkAxis& axis, const ChunkSpan& span, const AxisMotion& motion,
                            std::vector<Lane>& lanes_out);
-    static bool passes_corner(const Leg& leg, const WorldRect& square, const Window& when);
+    static bool passes_corner(const MotionSegment& segment, const WorldRect& square,
+                              const Window& when);
 
     ChunkGrid grid_;
     ChunkSpan columns_, rows_;  // with ground
     double highest_;            // of all ground
-    double scale_ = 0.0;        // of the numbers that place chunks, metres
+    double scale_ = 0.0;        // largest chunk coordinate, metres
     std::vector<Lane> column_lanes_, row_lanes_;
 };
 

@@ -11,63 +11,64 @@
 
 namespace terrane::internal {
 
-/// Motion is looked at so often, seconds.
+/// Interval at which motion is sampled and needs are found, seconds.
 inline constexpr double kTick_s = 0.05;
 
-/// Follows one camera and foresees where it will be.
+/// Tracks the motion of one camera and predicts what it will see.
 ///
-/// What it remembers goes by the clock, not by how often it is asked: views count where the clock has
-/// passed another tick.
+/// Samples are taken by the clock, once per tick, so that the prediction does not depend on the rate of
+/// updates.
 class CameraMotion {
 public:
-    /// Takes in where the camera is now. A jump, of the place or the look, begins anew.
+    /// Records the camera's present state. A discontinuity of position or view direction restarts the
+    /// estimate.
     ///
-    /// @return whether it has jumped
+    /// @return whether there was one
     bool observe(const CameraNeed& camera, double time_s);
 
-    /// What the camera will see. It goes on with the speed, acceleration and turning of its last
-    /// fraction of a second, or along its way where that is known. A turn is trusted for as long as it
-    /// has lasted; doubt grows with how wrong this has been before.
-    Outlook foresee(const CameraNeed& camera, double time_s, double horizon) const;
+    /// What the camera will see: along its trajectory where that is given, else extrapolated with the
+    /// speed, acceleration and turn rates of the last fifth of a second. A turn is trusted for as long as
+    /// it has lasted; the direction margin grows with the recent prediction errors.
+    PredictedView predict(const CameraNeed& camera, double time_s, double horizon) const;
 
-    /// Everything that another camera's place in the list knew is forgotten.
-    void forget() { *this = {}; }
+    /// Discards all history, for a camera that is not the one before.
+    void reset() { *this = {}; }
 
 private:
-    struct Place {
+    struct CameraSample {
         double time_s = 0.0;
         Eigen::Vector3d eye_world = Eigen::Vector3d::Zero();
         Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
         Eigen::Vector3d forward = Eigen::Vector3d::UnitY();
         Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
     };
-    /// What was foreseen for a moment that has not come yet.
-    struct Guess {
+    /// A past prediction for a time that has not come yet.
+    struct Prediction {
         double time_s = 0.0;
         Eigen::Vector3d eye_world;
         Eigen::Vector3d forward;
     };
 
-    bool is_jump(const Place& now) const;
-    void measure(const Place& now);
-    void judge(const Place& now);
-    /// Takes a place on by a step along a straight line or a bend.
-    void advance(Place& place, double step_s) const;
-    void foresee_motion(const CameraNeed& camera, double horizon, Outlook& outlook) const;
+    bool is_jump(const CameraSample& now) const;
+    void estimate_motion(const CameraSample& now);
+    void measure_prediction_error(const CameraSample& now);
+    /// Integrates the estimated motion over one step.
+    void advance(CameraSample& sample, double step_s) const;
+    void extrapolate(const CameraNeed& camera, double horizon, PredictedView& predicted) const;
 
-    static constexpr std::size_t kPlaces = 5;  // a fifth of a second
-    std::array<Place, kPlaces> places_;        // the newest first
-    std::size_t place_count_ = 0;
-    std::vector<Guess> guesses_;  // the oldest first
+    static constexpr std::size_t kHistory = 5;    // a fifth of a second
+    std::array<CameraSample, kHistory> history_;  // newest first
+    std::size_t history_count_ = 0;
+    std::vector<Prediction> predictions_;  // oldest first
     std::int64_t tick_ = 0;
 
-    Place now_;
-    Eigen::Vector3d turn_ = Eigen::Vector3d::Zero();  // of the look, radians a second
-    Eigen::Vector3d bend_ = Eigen::Vector3d::Zero();  // of the way, radians a second
-    double speed_gain_ = 0.0;                         // metres a second squared
-    double steady_s_ = 0.0;                           // how long the turning has been what it is
-    double turn_error_ = 0.0;                         // radians a second
-    double place_error_ = 0.0;                        // metres a second squared
+    CameraSample now_;
+    Eigen::Vector3d view_turn_rate_ = Eigen::Vector3d::Zero();  // of the view direction, rad/s
+    Eigen::Vector3d path_turn_rate_ = Eigen::Vector3d::Zero();  // of the velocity, rad/s
+    double acceleration_ = 0.0;                                 // along the velocity, m/s^2
+    double steady_s_ = 0.0;        // for how long the turn rates have been constant
+    double turn_error_ = 0.0;      // of predictions, rad/s
+    double position_error_ = 0.0;  // of predictions, m/s^2
 };
 
 }  // namespace terrane::internal

@@ -8,7 +8,7 @@
 
 namespace terrane::internal {
 
-/// Columns or rows of chunks, both ends included; none where last < first.
+/// A range of columns or rows of chunks, both ends included; empty where last < first.
 struct ChunkSpan {
     std::int64_t first = 0;
     std::int64_t last = -1;
@@ -16,18 +16,18 @@ struct ChunkSpan {
     double count() const { return std::max(0.0, static_cast<double>(last - first) + 1.0); }
 };
 
-/// The columns, or the rows, of the chunks of one level: those of a world.
+/// The columns or the rows of the chunks of one level.
 struct ChunkAxis {
     double origin = 0.0;  ///< of lattice index 0, world, metres
     double side = 1.0;    ///< of a chunk, metres
     double inverse_side = 1.0;
-    ChunkSpan world;  ///< that there are
+    ChunkSpan world;  ///< all of the world
 
     /// The western or southern edge of a chunk: the bits of Lattice::x() and y().
     double edge(std::int64_t index) const { return origin + side * static_cast<double>(index); }
 
-    /// Chunks that share a point with the closed interval from low to high, within a span. NaN, which
-    /// nobody should pass, gives some span.
+    /// Chunks of `within` that share a point with the closed interval from low to high. Unspecified for
+    /// NaN.
     ChunkSpan touched(double low, double high, const ChunkSpan& within) const {
         std::int64_t first = index_at(low, within), last = index_at(high, within);
         // the index may be off by one, and neighbours share their edge
@@ -39,7 +39,7 @@ struct ChunkAxis {
     }
 
 private:
-    // Two beyond the span at most, so that it fits an integer.
+    // Clamped to two beyond the span, so that it fits an integer.
     std::int64_t index_at(double place, const ChunkSpan& within) const {
         const double index = (place - origin) * inverse_side;
         if (!(index > static_cast<double>(within.first - 2))) return within.first - 2;

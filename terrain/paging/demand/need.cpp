@@ -3,7 +3,7 @@
 
 namespace terrane::internal {
 
-bool goes_before(const Wish& a, const Wish& b) {
+bool has_priority_over(const LoadCandidate& a, const LoadCandidate& b) {
     if (a.need.why != b.need.why) return a.need.why < b.need.why;
     const bool is_late_a = a.slack_s <= 0.0;
     const bool is_late_b = b.slack_s <= 0.0;

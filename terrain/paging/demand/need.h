@@ -8,46 +8,48 @@
 
 namespace terrane::internal {
 
-/// Why a chunk is needed; smaller goes first.
+/// Why a chunk is needed, in order of priority: the smallest is loaded first.
 enum class NeedClass : std::uint8_t {
-    root,         ///< nothing can be drawn or stood on without
-    contact,      ///< a body or a ticket stands on it, or will
-    drawn,        ///< a camera will see too little detail without it
-    speculation,  ///< a camera may, were it to turn
+    root,         ///< nothing can be drawn or stood on without it
+    contact,      ///< a body or a ticket touches it, or will
+    drawn,        ///< a camera's error will be above its threshold without it
+    speculation,  ///< a camera's error would be, if it turned or moved in an unpredicted direction
     none,
 };
 
-/// How much a chunk is needed, and when: seconds from now.
+/// How much a chunk is needed, and when; times in seconds from now.
 struct Need {
     NeedClass why = NeedClass::none;
     double begin_s = std::numeric_limits<double>::infinity();  ///< 0: now
-    /// When nobody needs it any more; infinity where that lies beyond the horizon.
+    /// When the need ends; infinite if beyond the horizon.
     double end_s = 0.0;
-    /// Largest screen error without it over what the camera asks for, from when it could be there.
+    /// Largest screen error without the chunk over the camera's threshold, from its earliest arrival on.
     double ratio = 0.0;
 
     bool is_needed() const { return why != NeedClass::none; }
     bool is_needed_now() const { return is_needed() && begin_s <= 0.0; }
 };
 
-/// The need of two who need one chunk: the better class and its time.
-inline Need both(const Need& a, const Need& b) {
+/// The need of two clients together: the higher class; within a class the earlier begin, the later end,
+/// the larger ratio.
+inline Need combine(const Need& a, const Need& b) {
     if (a.why != b.why) return a.why < b.why ? a : b;
     return {a.why, a.begin_s < b.begin_s ? a.begin_s : b.begin_s,
             a.end_s > b.end_s ? a.end_s : b.end_s, a.ratio > b.ratio ? a.ratio : b.ratio};
 }
 
 /// An absent chunk that is needed.
-struct Wish {
+struct LoadCandidate {
     ChunkKey key;
     Need need;
-    /// When its loading must begin at the latest, for it and for what waits for it, seconds from now.
+    /// Time left until its load must begin so that it, and the chunks that need it as their parent, are
+    /// in time; seconds, negative where that is too late already.
     double slack_s = 0.0;
-    bool can_wait = false;  ///< there is time enough for it later
+    bool can_wait = false;  ///< the load may be postponed to a later update
 };
 
-/// Which of two goes first. What is late already: the larger error. What is not: the less slack. Late
-/// before not late. Total.
-bool goes_before(const Wish& a, const Wish& b);
+/// Order of loading, total: by class; late (slack_s <= 0) before the others; late ones by larger error,
+/// others by smaller slack; then by level and key.
+bool has_priority_over(const LoadCandidate& a, const LoadCandidate& b);
 
 }  // namespace terrane::internal

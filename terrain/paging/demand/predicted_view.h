@@ -9,48 +9,51 @@
 
 namespace terrane::internal {
 
-/// A box in the world, metres.
-struct Box {
+/// An axis-aligned box, world, metres.
+struct WorldBox {
     Eigen::Vector3d low;
     Eigen::Vector3d high;
 };
 
-double square_distance(const Box& box, const Eigen::Vector3d& point);
-double farthest_from(const Box& box, const Eigen::Vector3d& point);
+/// Squared distance from a point to a box; 0 inside.
+double square_distance(const WorldBox& box, const Eigen::Vector3d& point);
+/// Distance from a point to the farthest corner of a box.
+double farthest_from(const WorldBox& box, const Eigen::Vector3d& point);
 
-/// What one camera sees from now to the horizon, as far as it is known or foreseen.
-struct Outlook {
-    struct Moment {
+/// What one camera sees from now to the horizon, known or predicted.
+struct PredictedView {
+    /// The camera at one time.
+    struct CameraState {
         double time_s = 0.0;  ///< from now
         Eigen::Vector3d eye_world = Eigen::Vector3d::Zero();
         Frustum frustum{};
-        /// Sine of the angle by which the camera may look elsewhere: what a view wider by it holds is
+        /// Uncertainty of the view direction, as a sine: what only a frustum widened by it contains is
         /// speculation.
-        double doubt = 0.0;
-        bool is_trusted = true;  ///< false: all of it is speculation
-        bool is_jump = false;    ///< nothing lies between it and the moment before
+        double direction_margin = 0.0;
+        bool is_trusted = true;  ///< false: all of the view is speculation
+        bool is_jump = false;    ///< discontinuity: no motion between the state before and this one
     };
-    /// At least one, the first is now; times do not fall.
-    std::vector<Moment> moments;
-    /// A bound of one metre is seen as the error that is asked for from this far.
+    /// At least one; the first is now; times do not decrease.
+    std::vector<CameraState> states;
+    /// Distance, per metre of bound, at which a bound is seen as the camera's error threshold.
     double distance_per_bound = 1.0;
     double near_distance = 1.0;
-    /// All eyes.
-    Box eyes;
+    /// Encloses the eyes of all states.
+    WorldBox eye_bounds;
 
-    /// Requires moments.
-    void find_eyes();
+    /// Sets eye_bounds. Requires states.
+    void update_eye_bounds();
 
-    /// How much a box is needed whose absence means an error of `bound` metres.
+    /// How much the content of a box is needed without which the error there is `bound` metres.
     ///
-    /// @param arrival_s when it could be there
-    /// @param is_there  nobody asks when its need ends: that may be too early
-    Need look(const Box& box, double bound, double arrival_s, bool is_there) const;
+    /// @param arrival_s   when it could be resident
+    /// @param is_resident the caller does not use Need::end_s, which may then be too early
+    Need find_need(const WorldBox& box, double bound, double arrival_s, bool is_resident) const;
 
-    /// What look() says of now alone, without speculation: the ratio, or 0 where it is not needed.
-    double ratio_now(const Box& box, double bound) const;
-    /// Error over what is asked for, whichever way the camera looks now.
-    double ratio_around(const Box& box, double bound) const;
+    /// Error over threshold in the present view, without speculation; 0 where find_need() would find none.
+    double visible_ratio(const WorldBox& box, double bound) const;
+    /// Error over threshold from the present eye, in any view direction.
+    double ratio_in_any_direction(const WorldBox& box, double bound) const;
 };
 
 }  // namespace terrane::internal

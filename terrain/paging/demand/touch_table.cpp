@@ -7,10 +7,10 @@
 namespace terrane::internal {
 namespace {
 
-// Chunks that may be kept for nothing.
+// Unused chunks that may stay cached.
 constexpr std::size_t kSpareChunks = 4096;
 
-bool goes_before(const ChunkKey& a, const ChunkKey& b) {
+bool is_ordered_before(const ChunkKey& a, const ChunkKey& b) {
     return a.level != b.level ? a.level < b.level : a < b;
 }
 
@@ -23,8 +23,8 @@ TouchTable::TouchTable(const HeightSource& source, int level)
       most_chunks_(kSpareChunks) {}
 
 void TouchTable::clear() {
-    if (chunks_.size() > most_chunks_) forget_unused();
-    for (const Slot slot : touched_) chunks_[slot].moment = kNever;
+    if (chunks_.size() > most_chunks_) drop_unused();
+    for (const Slot slot : touched_) chunks_[slot].time_index = kNever;
     touched_.clear();
     ++round_;
 }
@@ -32,17 +32,17 @@ void TouchTable::clear() {
 TouchTable::Slot TouchTable::add(const ChunkKey& key) {
     Slot parent = kNone;
     if (key.level > 0) {
-        parent = index_[place(key.parent())].slot;
+        parent = index_[bucket_of(key.parent())].slot;
         if (parent == kNone) parent = add(key.parent());
     }
     if (2 * (chunks_.size() + 1) > index_.size()) {
         index_.assign(2 * index_.size(), {});
         for (Slot slot = 0; slot < chunks_.size(); ++slot) {
-            index_[place(chunks_[slot].key)] = {chunks_[slot].key, slot};
+            index_[bucket_of(chunks_[slot].key)] = {chunks_[slot].key, slot};
         }
     }
     const auto slot = static_cast<Slot>(chunks_.size());
-    index_[place(key)] = {key, slot};
+    index_[bucket_of(key)] = {key, slot};
     chunks_.push_back({.key = key, .parent = parent});
     added_.push_back(slot);
     return slot;
@@ -61,27 +61,27 @@ double TouchTable::find_highest(const ChunkKey& key) const {
 void TouchTable::touch_ancestors() {
     const std::size_t count = touched_.size();
     for (std::size_t i = 0; i < count; ++i) {
-        const Moment moment = chunks_[touched_[i]].moment;
+        const TimeIndex time_index = chunks_[touched_[i]].time_index;
         const double end = chunks_[touched_[i]].end;
         Slot ancestor = chunks_[touched_[i]].parent;
-        // above one that is touched for as long everything is
+        // an ancestor touched as early and as long has propagated already
         while (ancestor != kNone &&
-               (chunks_[ancestor].moment > moment || chunks_[ancestor].end < end)) {
-            touch(ancestor, moment, end);
+               (chunks_[ancestor].time_index > time_index || chunks_[ancestor].end < end)) {
+            touch(ancestor, time_index, end);
             ancestor = chunks_[ancestor].parent;
         }
     }
 }
 
-TouchTable::Moment TouchTable::moment(const ChunkKey& key) const {
-    const Slot found = index_[place(key)].slot;
-    return found == kNone ? kNever : chunks_[found].moment;
+TouchTable::TimeIndex TouchTable::time_index(const ChunkKey& key) const {
+    const Slot found = index_[bucket_of(key)].slot;
+    return found == kNone ? kNever : chunks_[found].time_index;
 }
 
-// A merge from the back, so that each slot of the order moves once.
+// Merges from the back, so that each slot of order_ moves once.
 void TouchTable::order_added() {
     const auto before = [this](Slot a, Slot b) {
-        return goes_before(chunks_[a].key, chunks_[b].key);
+        return is_ordered_before(chunks_[a].key, chunks_[b].key);
     };
     std::sort(added_.begin(), added_.end(), before);
     auto old_end = static_cast<std::ptrdiff_t>(order_.size());
@@ -97,29 +97,29 @@ void TouchTable::order_added() {
     }
 }
 
-// By counting: everything is in order of level and key already.
-void TouchTable::sort(std::size_t moment_count, std::vector<Slot>& slots_out) {
+// Counting sort by time index; order_ is sorted by level and key already, and the sort is stable.
+void TouchTable::sort(std::size_t time_count, std::vector<Slot>& slots_out) {
     order_added();
-    counts_.assign(moment_count + 1, 0);
-    for (const Slot slot : touched_) ++counts_[chunks_[slot].moment + 1];
-    for (std::size_t i = 0; i < moment_count; ++i) counts_[i + 1] += counts_[i];
+    counts_.assign(time_count + 1, 0);
+    for (const Slot slot : touched_) ++counts_[chunks_[slot].time_index + 1];
+    for (std::size_t i = 0; i < time_count; ++i) counts_[i + 1] += counts_[i];
     slots_out.resize(touched_.size());
     for (const Slot slot : order_) {
-        const Moment moment = chunks_[slot].moment;
-        if (moment != kNever) slots_out[counts_[moment]++] = slot;
+        const TimeIndex time_index = chunks_[slot].time_index;
+        if (time_index != kNever) slots_out[counts_[time_index]++] = slot;
     }
 }
 
-void TouchTable::forget_unused() {
+void TouchTable::drop_unused() {
     kept_.clear();
     for (const Chunk& chunk : chunks_) {
-        if (chunk.asked_in == round_) kept_.push_back(chunk);
+        if (chunk.last_used_round == round_) kept_.push_back(chunk);
     }
     chunks_.clear();
     touched_.clear();
     order_.clear();
     added_.clear();
-    std::fill(index_.begin(), index_.end(), Place{});
+    std::fill(index_.begin(), index_.end(), HashEntry{});
     for (const Chunk& chunk : kept_) chunks_[add(chunk.key)].highest = chunk.highest;
     most_chunks_ = 2 * chunks_.size() + kSpareChunks;
 }

@@ -12,89 +12,89 @@
 
 namespace terrane::internal {
 
-/// Chunks of one level and their ancestors, which moment touches each first, and when each is touched
-/// last. Moments are numbers: a smaller one is earlier.
+/// The chunks of one level that are touched, and their ancestors, each with its first and last touch. First
+/// touches are indices into the caller's list of times: a smaller one is earlier.
 ///
-/// What it knows of a chunk beyond that, its heights and its place in the order, it keeps from one
-/// clear() to the next, as long as it is of use. That never changes an answer.
+/// The highest ground of chunks and their order are cached from one clear() to the next, while they are used;
+/// that changes no answer.
 ///
 /// Allocates: while it grows
 class TouchTable {
 public:
     using Slot = std::uint32_t;
-    using Moment = std::uint32_t;
-    static constexpr Moment kNever = std::numeric_limits<Moment>::max();
+    using TimeIndex = std::uint32_t;
+    static constexpr TimeIndex kNever = std::numeric_limits<TimeIndex>::max();
 
     /// The source outlives it.
     TouchTable(const HeightSource& source, int level);
 
-    /// Nothing is touched any more. Slots are void.
+    /// Removes all touches and invalidates slots.
     void clear();
 
     /// The slot of a chunk of the level. Requires a chunk of the world.
     Slot slot(std::int32_t x, std::int32_t y) {
         const ChunkKey key{x, y, level_};
-        Slot slot = index_[place(key)].slot;
+        Slot slot = index_[bucket_of(key)].slot;
         if (slot == kNone) slot = add(key);
-        chunks_[slot].asked_in = round_;
+        chunks_[slot].last_used_round = round_;
         return slot;
     }
 
-    /// The highest ground of a chunk, metres: no sample of it is higher.
+    /// Upper bound of the samples of a chunk, metres.
     double highest(Slot slot) {
         Chunk& chunk = chunks_[slot];
         if (chunk.highest == kUnknown) chunk.highest = find_highest(chunk.key);
         return chunk.highest;
     }
 
-    /// Keeps the earliest moment and the latest end, seconds.
-    void touch(Slot slot, Moment moment, double end) {
+    /// Records a touch: keeps the earliest time index and the latest end, seconds.
+    void touch(Slot slot, TimeIndex time_index, double end) {
         Chunk& chunk = chunks_[slot];
-        if (chunk.moment == kNever) {
+        if (chunk.time_index == kNever) {
             touched_.push_back(slot);
-            chunk.moment = moment;
+            chunk.time_index = time_index;
             chunk.end = end;
             return;
         }
-        chunk.moment = std::min(chunk.moment, moment);
+        chunk.time_index = std::min(chunk.time_index, time_index);
         chunk.end = std::max(chunk.end, end);
     }
 
-    /// Touches ancestors when what is below them is touched. Call it after the last touch().
+    /// Propagates touches to ancestors. Call it after the last touch().
     void touch_ancestors();
 
     const ChunkKey& key(Slot slot) const { return chunks_[slot].key; }
-    /// kNever too for a chunk that it does not know.
-    Moment moment(const ChunkKey& key) const;
-    /// Of a chunk that is touched.
-    double end(const ChunkKey& key) const { return chunks_[index_[place(key)].slot].end; }
+    /// First touch of a chunk; kNever where it is not touched or not in the table.
+    TimeIndex time_index(const ChunkKey& key) const;
+    /// Last touch, seconds. Requires a touched chunk.
+    double end(const ChunkKey& key) const { return chunks_[index_[bucket_of(key)].slot].end; }
 
-    /// What is touched, ordered by moment, level and key.
+    /// The touched chunks, ordered by time index, level and key.
     ///
-    /// @param moment_count moments that were used are below it
+    /// @param time_count above every time index in use
     /// @param slots_out    resized
-    void sort(std::size_t moment_count, std::vector<Slot>& slots_out);
-    Moment moment(Slot slot) const { return chunks_[slot].moment; }
+    void sort(std::size_t time_count, std::vector<Slot>& slots_out);
+    TimeIndex time_index(Slot slot) const { return chunks_[slot].time_index; }
 
 private:
     static constexpr Slot kNone = std::numeric_limits<Slot>::max();
     static constexpr double kUnknown = std::numeric_limits<double>::infinity();
     struct Chunk {
         ChunkKey key;
-        Moment moment = kNever;
-        double end = 0.0;  // where it is touched
+        TimeIndex time_index = kNever;
+        double end = 0.0;  // if touched
         Slot parent = kNone;
-        std::uint32_t asked_in = 0;  // the last round with a slot() of it
+        std::uint32_t last_used_round = 0;  // of slot()
         double highest = kUnknown;
     };
 
-    struct Place {
+    struct HashEntry {
         ChunkKey key;
         Slot slot = kNone;
     };
 
-    // Where a key stands in the index, or would stand.
-    std::size_t place(const ChunkKey& key) const {
+    // Position in the index of a key, or of the free entry for it.
+    std::size_t bucket_of(const ChunkKey& key) const {
         const std::size_t mask = index_.size() - 1;
         std::size_t at = ChunkKeyHash{}(key)&mask;
         while (index_[at].slot != kNone && index_[at].key != key) at = (at + 1) & mask;
@@ -103,19 +103,19 @@ private:
     Slot add(const ChunkKey& key);
     double find_highest(const ChunkKey& key) const;
     void order_added();
-    void forget_unused();
+    void drop_unused();
 
     const HeightSource& source_;
     std::uint8_t level_;
     std::vector<Chunk> chunks_;
-    std::vector<Place> index_;   // open addressing; its size is a power of two
-    std::vector<Slot> touched_;  // in no order
-    std::vector<Slot> order_;    // of all chunks: level, key
-    std::vector<Slot> added_;    // not in order_ yet
+    std::vector<HashEntry> index_;  // open addressing; its size is a power of two
+    std::vector<Slot> touched_;     // unordered
+    std::vector<Slot> order_;       // of all chunks: level, key
+    std::vector<Slot> added_;       // not in order_ yet
     std::vector<std::size_t> counts_;
     std::vector<Chunk> kept_;
-    std::uint32_t round_ = 1;      // from clear() to clear()
-    std::size_t most_chunks_ = 0;  // before it tidies up
+    std::uint32_t round_ = 1;      // counts clear()
+    std::size_t most_chunks_ = 0;  // above it clear() drops unused ones
 };
 
 }  // namespace terrane::internal

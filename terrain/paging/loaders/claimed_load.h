@@ -10,17 +10,17 @@
 
 namespace terrane::internal {
 
-/// As errors name it, such as "chunk (3, -4) of level 5".
+/// Names a chunk in errors, such as "chunk (3, -4) of level 5".
 inline std::string name_of(const ChunkKey& key) {
     return "chunk (" + std::to_string(key.x) + ", " + std::to_string(key.y) + ") of level " +
            std::to_string(key.level);
 }
 
-/// A chunk with its claim, or why there is none; then the claim has been given back.
+/// Makes a chunk and attaches its claim; on failure releases the claim.
 ///
-/// @param make gives a Result<std::shared_ptr<const Chunk>>, never null
+/// @param make returns a Result<std::shared_ptr<const Chunk>>, never null
 ///
-/// Fails:  as make() does; out_of_memory where it throws std::bad_alloc, io where it throws anything else
+/// Fails:  as make() does; out_of_memory if it throws std::bad_alloc, io if it throws anything else
 /// Throws: nothing
 template <class Make>
 Result<std::shared_ptr<const Chunk>> load_claimed(const ChunkKey& key, ByteClaim claim,
@@ -38,7 +38,7 @@ Result<std::shared_ptr<const Chunk>> load_claimed(const ChunkKey& key, ByteClaim
             return fail(ErrorCode::io, name_of(key) + " cannot be read");
         }
     } catch (...) {
-        // std::bad_alloc; the message is so short that it takes no memory of its own
+        // std::bad_alloc; the message fits the string's internal buffer
         return fail(ErrorCode::out_of_memory, "out of memory");
     }
 }

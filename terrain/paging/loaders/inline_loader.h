@@ -9,7 +9,7 @@
 
 namespace terrane::internal {
 
-/// Loads chunks in the caller's thread, as soon as they are queued.
+/// Loads chunks synchronously in queue().
 class InlineLoader final : public ChunkLoader {
 public:
     explicit InlineLoader(std::shared_ptr<const HeightSource> source)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Bandwidth is shared as a fluid: at each moment all that are past their latency get the same rate. The
+// Bandwidth is shared evenly (fluid model) by all requests past their latency. The
 // hash is the finaliser of Steele, Lea and Flood. Fast Splittable Pseudorandom Number Generators.
 // OOPSLA 2014 (Stafford's mix 13).
 #include "paging/loaders/storage_simulation.h"
@@ -23,7 +23,7 @@ std::uint64_t mix(std::uint64_t z) {
     return z ^ (z >> 31);
 }
 
-// Numbers of one request, each from 0 to 1, 1 excluded.
+// Random numbers of one request, in [0, 1).
 class Chance {
 public:
     Chance(std::uint64_t seed, const ChunkKey& key, std::uint64_t times_begun) : state_(seed) {
@@ -43,7 +43,8 @@ private:
     std::uint64_t state_;
 };
 
-// 2^x, the same bits everywhere: the whole part by its exponent, the rest bit by bit from square roots.
+// 2^x with the same bits on every machine: the whole part by the exponent, the fraction bit by bit from square
+// roots.
 double power_of_two(double x) {
     const double whole = std::floor(x);
     double rest = x - whole, root = 2.0, power = 1.0;
@@ -68,36 +69,36 @@ void StorageSimulation::begin(LoadRequest load) {
     Request& request = requests_.emplace_back();
     request.load = std::move(load);
     request.begin_s = now_s_;
-    request.turn_s = now_s_ + storage_.latency * power_of_two(shift);
+    request.wait_end_s = now_s_ + storage_.latency * power_of_two(shift);
     request.bytes_left = full_bytes();
     if (fate < storage_.hang_share) {
         request.fate = StorageOutcome::timed_out;
-        request.turn_s = now_s_ + storage_.timeout;
+        request.wait_end_s = now_s_ + storage_.timeout;
     } else if (fate < storage_.hang_share + storage_.failure_share) {
         request.fate = StorageOutcome::failed;
     }
 }
 
-StorageSimulation::Moving StorageSimulation::find_moving() const {
-    Moving moving{0.0, full_bytes()};
+StorageSimulation::Transfers StorageSimulation::find_transfers() const {
+    Transfers transfers{0.0, full_bytes()};
     for (const Request& request : requests_) {
         if (!request.is_moving) continue;
-        moving.count += 1.0;
-        moving.least_bytes_left = std::min(moving.least_bytes_left, request.bytes_left);
+        transfers.count += 1.0;
+        transfers.least_bytes_left = std::min(transfers.least_bytes_left, request.bytes_left);
     }
-    return moving;
+    return transfers;
 }
 
-double StorageSimulation::event_s(const Request& request, const Moving& moving) const {
-    if (!request.is_moving) return request.turn_s;
-    return moved_s_ + request.bytes_left * moving.count / storage_.bandwidth;
+double StorageSimulation::event_s(const Request& request, const Transfers& transfers) const {
+    if (!request.is_moving) return request.wait_end_s;
+    return moved_s_ + request.bytes_left * transfers.count / storage_.bandwidth;
 }
 
-// Of each request that is moving, since bytes_left was right.
-double StorageSimulation::bytes_since(double time_s, const Moving& moving) const {
-    if (moving.count == 0.0 || time_s <= moved_s_) return 0.0;
-    const double bytes = (time_s - moved_s_) * storage_.bandwidth / moving.count;
-    return std::min(bytes, moving.least_bytes_left);
+// Bytes that each transfer has moved since moved_s_.
+double StorageSimulation::bytes_since(double time_s, const Transfers& transfers) const {
+    if (transfers.count == 0.0 || time_s <= moved_s_) return 0.0;
+    const double bytes = (time_s - moved_s_) * storage_.bandwidth / transfers.count;
+    return std::min(bytes, transfers.least_bytes_left);
 }
 
 void StorageSimulation::move_bytes(double until_s, double bytes_each) {
@@ -107,45 +108,45 @@ void StorageSimulation::move_bytes(double until_s, double bytes_each) {
     moved_s_ = until_s;
 }
 
-EndedRequest StorageSimulation::end(Place request, StorageOutcome outcome) {
+EndedRequest StorageSimulation::end(RequestIterator request, StorageOutcome outcome) {
     EndedRequest ended{std::move(request->load), outcome, now_s_ - request->begin_s,
                        static_cast<std::size_t>(full_bytes() - request->bytes_left)};
     requests_.erase(request);
     return ended;
 }
 
-std::optional<EndedRequest> StorageSimulation::play(double until_s) {
+std::optional<EndedRequest> StorageSimulation::run_until(double until_s) {
     TERRANE_ASSERT(std::isfinite(until_s) || !is_idle(), "nothing would end");
     for (;;) {
-        const Moving moving = find_moving();
-        // the first one of those that are equal
+        const Transfers transfers = find_transfers();
+        // the first of equal ones
         const auto next = std::min_element(requests_.begin(), requests_.end(),
                                            [&](const Request& a, const Request& b) {
-                                               return event_s(a, moving) < event_s(b, moving);
+                                               return event_s(a, transfers) < event_s(b, transfers);
                                            });
-        const double time_s = next == requests_.end() ? until_s : event_s(*next, moving);
+        const double time_s = next == requests_.end() ? until_s : event_s(*next, transfers);
         if (next == requests_.end() || time_s > until_s) {
             now_s_ = std::max(now_s_, until_s);
             return std::nullopt;
         }
         now_s_ = time_s;
         if (next->is_moving) {
-            move_bytes(time_s, next->bytes_left);  // nothing is left of it, whatever was rounded
+            move_bytes(time_s, next->bytes_left);  // exactly its rest, whatever was rounded
             return end(next, StorageOutcome::delivered);
         }
         if (next->fate != StorageOutcome::delivered) return end(next, next->fate);
-        move_bytes(time_s, bytes_since(time_s, moving));
+        move_bytes(time_s, bytes_since(time_s, transfers));
         next->is_moving = true;
     }
 }
 
 std::optional<EndedRequest> StorageSimulation::cancel(const ChunkKey& key) {
-    const auto given_up =
+    const auto cancelled =
         std::find_if(requests_.begin(), requests_.end(),
                      [&](const Request& request) { return request.load.key == key; });
-    if (given_up == requests_.end()) return std::nullopt;
-    if (given_up->is_moving) move_bytes(now_s_, bytes_since(now_s_, find_moving()));
-    return end(given_up, StorageOutcome::cancelled);
+    if (cancelled == requests_.end()) return std::nullopt;
+    if (cancelled->is_moving) move_bytes(now_s_, bytes_since(now_s_, find_transfers()));
+    return end(cancelled, StorageOutcome::cancelled);
 }
 
 }  // namespace terrane::internal

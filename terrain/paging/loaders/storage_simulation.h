@@ -11,7 +11,7 @@
 
 namespace terrane::internal {
 
-/// How a request to imagined storage ends.
+/// How a request to the simulated storage ends.
 enum class StorageOutcome {
     delivered,
     failed,
@@ -19,7 +19,7 @@ enum class StorageOutcome {
     cancelled,
 };
 
-/// A request that storage is done with.
+/// A completed request.
 struct EndedRequest {
     LoadRequest load;
     StorageOutcome outcome = StorageOutcome::delivered;
@@ -27,9 +27,9 @@ struct EndedRequest {
     std::size_t bytes_moved = 0;
 };
 
-/// Storage on a virtual clock, from event to event: the end of a latency, of a transfer, of patience with
-/// a request that hangs. Between events nothing is computed, so that the steps in which its clock is
-/// moved change no bit. Events of one moment are played in the order in which their requests began.
+/// Discrete-event simulation of storage on a virtual clock. Events: the end of a latency, of a transfer, and the
+/// timeout of a request that hangs. Nothing is computed between events, so that the step size of the clock
+/// changes no bit. Simultaneous events are processed in the order in which their requests began.
 ///
 /// Each request moves Chunk::max_bytes(). Threads: one at a time.
 class StorageSimulation {
@@ -46,10 +46,10 @@ public:
 
     /// Begins a request now. Requires a free slot.
     void begin(LoadRequest load);
-    /// Goes on to the next end of a request, or to a time where none ends up to it; never back. Requires
-    /// a request where the time is infinite.
-    std::optional<EndedRequest> play(double until_s);
-    /// Ends the first request for a key now, where there is one.
+    /// Advances to the next completion of a request, or to `until_s` if none completes by then; the clock
+    /// never goes back. Requires a pending request where `until_s` is infinite.
+    std::optional<EndedRequest> run_until(double until_s);
+    /// Cancels the first request for a key now; nothing if there is none.
     std::optional<EndedRequest> cancel(const ChunkKey& key);
 
 private:
@@ -57,27 +57,28 @@ private:
         LoadRequest load;
         StorageOutcome fate = StorageOutcome::delivered;
         double begin_s = 0.0;
-        double turn_s = 0.0;  // when its latency ends, or patience with it
+        double wait_end_s = 0.0;  // of its latency, or its timeout
         bool is_moving = false;
         double bytes_left = 0.0;
     };
-    struct Moving {
+    /// The requests whose bytes are being transferred.
+    struct Transfers {
         double count = 0.0;
         double least_bytes_left = 0.0;
     };
-    using Place = std::vector<Request>::iterator;
+    using RequestIterator = std::vector<Request>::iterator;
 
-    Moving find_moving() const;
-    double event_s(const Request& request, const Moving& moving) const;
-    double bytes_since(double time_s, const Moving& moving) const;
+    Transfers find_transfers() const;
+    double event_s(const Request& request, const Transfers& transfers) const;
+    double bytes_since(double time_s, const Transfers& transfers) const;
     void move_bytes(double until_s, double bytes_each);
-    EndedRequest end(Place request, StorageOutcome outcome);
+    EndedRequest end(RequestIterator request, StorageOutcome outcome);
 
     VirtualStorage storage_;
     double now_s_ = 0.0;
-    double moved_s_ = 0.0;                     // when bytes_left was right
-    std::vector<Request> requests_;            // in the order of their beginnings
-    std::map<ChunkKey, std::uint64_t> begun_;  // how many times
+    double moved_s_ = 0.0;                     // time that bytes_left refers to
+    std::vector<Request> requests_;            // in order of begin()
+    std::map<ChunkKey, std::uint64_t> begun_;  // how many times each
 };
 
 }  // namespace terrane::internal

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "paging/loaders/claimed_load.h"
 #include "base/settings_check.h"
+#include "paging/loaders/claimed_load.h"
 #include "paging/loaders/thread_loader_state.h"
 
 #include <terrane/terrain/assert.h>
@@ -15,7 +15,7 @@ namespace terrane {
 namespace {
 
 constexpr int kMostWorkers = 256;
-constexpr std::chrono::seconds kPatience{1};  // with threads that are to end
+constexpr std::chrono::seconds kJoinTimeout{1};  // of the destructor, for all threads
 
 double to_seconds(std::chrono::steady_clock::duration duration) {
     return std::chrono::duration<double>(duration).count();
@@ -57,7 +57,7 @@ ThreadLoader::~ThreadLoader() {
         if (!worker.is_lost && !worker.load.empty()) worker.load.front().stop.request_stop();
     }
     state.queued.notify_all();
-    state.changed.wait_for(lock, kPatience, [&] {
+    state.changed.wait_for(lock, kJoinTimeout, [&] {
         return std::all_of(state.workers.begin(), state.workers.end(),
                            [](const auto& worker) { return worker.is_lost || worker.has_ended; });
     });
@@ -70,7 +70,7 @@ ThreadLoader::~ThreadLoader() {
     }
 }
 
-void ThreadLoader::advance(double) {}  // its threads go by a clock of their own
+void ThreadLoader::advance(double) {}  // threads use the steady clock
 
 std::vector<LoadRequest> ThreadLoader::take_queue() {
     std::list<State::Load> taken;

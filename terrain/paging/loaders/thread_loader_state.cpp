@@ -11,7 +11,7 @@
 namespace terrane {
 namespace {
 
-constexpr double kLongestTimeout = 1e9;  // what the clock can count to
+constexpr double kLongestTimeout = 1e9;  // within the range of the clock
 
 }  // namespace
 
@@ -73,8 +73,8 @@ ThreadLoader::State::Clock::time_point ThreadLoader::State::next_timeout() const
     return next;
 }
 
-// Takes one load from the queue and makes its chunk, without the lock meanwhile. False where the
-// thread has to end: nobody waits for it any more.
+// Takes one load from the queue and makes its chunk, with the lock released meanwhile. Returns false if the
+// thread must end: it was replaced, or the loader is being destroyed.
 bool ThreadLoader::State::serve(std::unique_lock<std::mutex>& lock, Worker& self) {
     self.load.splice(self.load.end(), queue, queue.begin());
     Load& load = self.load.front();
@@ -98,7 +98,7 @@ bool ThreadLoader::State::serve(std::unique_lock<std::mutex>& lock, Worker& self
     return true;
 }
 
-void ThreadLoader::State::work(std::shared_ptr<State> state, WorkerPlace self) {
+void ThreadLoader::State::work(std::shared_ptr<State> state, WorkerIterator self) {
     std::unique_lock lock(state->mutex);
     do {
         state->queued.wait(lock, [&] { return state->is_stopping || !state->queue.empty(); });

@@ -14,10 +14,10 @@
 
 namespace terrane {
 
-/// What a loader shares with its threads. A thread that hangs cannot be stopped, only left behind: so
-/// all that a thread touches is in here, each thread keeps it alive, and none is waited for without
-/// limit. A load is a node that moves from list to list: threads allocate nothing for it, and cannot
-/// fail at it.
+/// The state that a loader shares with its threads. A thread that hangs cannot be stopped, only detached: so
+/// everything that threads access is in here, each thread shares ownership of it, and waits for threads have a
+/// limit. A load is a list node that moves from list to list, so that threads neither allocate nor fail when
+/// they take or finish one.
 struct ThreadLoader::State {
     using Clock = std::chrono::steady_clock;
 
@@ -31,11 +31,11 @@ struct ThreadLoader::State {
     };
     struct Worker {
         std::jthread thread;
-        std::list<Load> load;  ///< at most one: what it is making
-        bool is_lost = false;  ///< its load has timed out; nobody else looks at it any more
+        std::list<Load> load;  ///< the load in progress, at most one
+        bool is_lost = false;  ///< its load has timed out; only the thread itself still uses it
         bool has_ended = false;
     };
-    using WorkerPlace = std::list<Worker>::iterator;
+    using WorkerIterator = std::list<Worker>::iterator;
 
     State(std::shared_ptr<const HeightSource> from, const ThreadLoaderSettings& settings);
 
@@ -44,8 +44,8 @@ struct ThreadLoader::State {
     const Clock::duration timeout;
 
     std::mutex mutex;                 ///< of everything below
-    std::condition_variable queued;   ///< threads wait for loads
-    std::condition_variable changed;  ///< the owner waits for threads
+    std::condition_variable queued;   ///< signals threads
+    std::condition_variable changed;  ///< signals the owner
     std::list<Load> queue, finished;
     std::list<Worker> workers;  ///< lost ones too
     std::size_t lost_count = 0;
@@ -53,18 +53,18 @@ struct ThreadLoader::State {
 
     // These require the lock.
     std::size_t active_count() const { return workers.size() - lost_count; }
-    /// Whether something will be finished, or time out.
+    /// Whether a load will finish or time out without a further call.
     bool is_busy() const;
-    /// When the first of the loads under way times out, or one that would begin at once.
+    /// Earliest timeout of the loads in progress, and of one that would begin now.
     Clock::time_point next_timeout() const;
-    /// Fails: out_of_memory where the system has no thread left
+    /// Fails: out_of_memory if the system has no thread left
     static Result<void> start_worker(const std::shared_ptr<State>& state);
-    /// Reports loads that take too long, and starts as many threads as are missing and may be there.
-    /// One that cannot start is tried again the next time.
+    /// Reports timed-out loads, detaches their threads, and starts replacements up to the limit. A thread that
+    /// cannot be started is tried again at the next call.
     static void replace_hung(const std::shared_ptr<State>& state);
 
 private:
-    static void work(std::shared_ptr<State> state, WorkerPlace self);
+    static void work(std::shared_ptr<State> state, WorkerIterator self);
     bool serve(std::unique_lock<std::mutex>& lock, Worker& self);
 };
 

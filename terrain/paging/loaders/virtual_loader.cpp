@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "paging/loaders/claimed_load.h"
 #include "base/settings_check.h"
+#include "paging/loaders/claimed_load.h"
 #include "paging/loaders/storage_simulation.h"
 
 #include <terrane/terrain/assert.h>
@@ -55,11 +55,11 @@ struct VirtualLoader::State {
     MakeChunk make;
     std::deque<LoadRequest> queue;
     std::vector<FinishedLoad> finished;
-    double ahead_s = 0.0;  // of the owner's clock, because somebody waited
+    double ahead_s = 0.0;  // of the owner's clock, advanced by wait()
 
     void begin_queued();
     void finish(internal::EndedRequest ended);
-    void play(double until_s);
+    void run_until(double until_s);
 };
 
 void VirtualLoader::State::begin_queued() {
@@ -96,8 +96,8 @@ void VirtualLoader::State::finish(internal::EndedRequest ended) {
     begin_queued();
 }
 
-void VirtualLoader::State::play(double until_s) {
-    while (std::optional<internal::EndedRequest> ended = storage.play(until_s)) {
+void VirtualLoader::State::run_until(double until_s) {
+    while (std::optional<internal::EndedRequest> ended = storage.run_until(until_s)) {
         finish(std::move(*ended));
     }
 }
@@ -105,7 +105,8 @@ void VirtualLoader::State::play(double until_s) {
 Result<std::unique_ptr<VirtualLoader>> VirtualLoader::create(const VirtualStorage& storage,
                                                              MakeChunk make) {
     if (auto ok = check(storage); !ok) return tl::unexpected(ok.error());
-    if (!make) return fail(ErrorCode::invalid_argument, "a loader needs a way to make chunks");
+    if (!make)
+        return fail(ErrorCode::invalid_argument, "a loader needs a function that makes chunks");
     return std::unique_ptr<VirtualLoader>(new VirtualLoader(std::make_unique<State>(
         State{internal::StorageSimulation(storage), std::move(make), {}, {}, 0.0})));
 }
@@ -114,7 +115,7 @@ VirtualLoader::VirtualLoader(std::unique_ptr<State> state) : state_(std::move(st
 VirtualLoader::~VirtualLoader() = default;
 
 void VirtualLoader::advance(double time_s) {
-    if (std::isfinite(time_s)) state_->play(time_s + state_->ahead_s);
+    if (std::isfinite(time_s)) state_->run_until(time_s + state_->ahead_s);
 }
 
 std::vector<LoadRequest> VirtualLoader::take_queue() {
@@ -147,10 +148,10 @@ void VirtualLoader::wait() {
     State& state = *state_;
     if (!state.finished.empty() || state.storage.is_idle()) return;
     const double before_s = state.storage.now();
-    std::optional<internal::EndedRequest> ended = state.storage.play(kInfinite);
+    std::optional<internal::EndedRequest> ended = state.storage.run_until(kInfinite);
     state.ahead_s += state.storage.now() - before_s;
     state.finish(std::move(*ended));
-    state.play(state.storage.now());
+    state.run_until(state.storage.now());
 }
 
 }  // namespace terrane

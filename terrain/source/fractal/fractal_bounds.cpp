@@ -13,7 +13,7 @@
 //                        bend <= slope bend(q) + curvature / 2 spread(q)^2
 //   the place p itself:  spread <= r, bend = 0, as the interpolation of a place is exact
 //   q = p + (wx, wy):    spread(q) <= r + sqrt2 spread(w), bend(q) <= sqrt2 bend(w) as vectors,
-//                        w either of the two ways, which have octaves of the same amplitudes
+//                        w either component of the warp; both have the same amplitudes
 //   a f + b g:           spread and bend are at most |a| times f's plus |b| times g's (Minkowski)
 //   s(f):                s(f(v_i)) - s(f(p)) = s' d_i + R_i, |R_i| <= sup |s''| / 2 d_i^2, so
 //                        spread <= sup |s'| spread(f),
@@ -95,11 +95,11 @@ FractalBounds::FractalBounds(const FractalSurface& surface)
             rounding_ = sums_.interpolation(0.0);
             return;
         }
-        // Ways come out within 2^-43 of the sum of their amplitudes, along each of two axes, and
-        // are rounded to 2^-53 of themselves; a deviation has three places.
-        double way = 0.0;
-        for (const OctaveScale& octave : warp_) way += octave.amplitude;
-        rounding_ = 3.0 * sums_.rise(0x1p-42 * way);
+        // Each component of the warp is within 2^-43 of its amplitudes' sum, and rounded to
+        // 2^-53 of itself; a deviation has three points.
+        double displacement = 0.0;
+        for (const OctaveScale& octave : warp_) displacement += octave.amplitude;
+        rounding_ = 3.0 * sums_.rise(0x1p-42 * displacement);
         return;
     }
     double amplitude_sum = 0.0;
@@ -112,9 +112,9 @@ FractalBounds::FractalBounds(const FractalSurface& surface)
 }
 
 Deviation FractalBounds::warped(double distance, std::size_t octave_count) const {
-    const Deviation way = sum_of(warp_, {distance, 0.0});
+    const Deviation warp = sum_of(warp_, {distance, 0.0});
     return sum_of(std::span(octaves_).first(octave_count),
-                  {distance + kSqrt2 * way.spread, kSqrt2 * way.bend});
+                  {distance + kSqrt2 * warp.spread, kSqrt2 * warp.bend});
 }
 
 double FractalBounds::least_shaped() const {

@@ -62,7 +62,7 @@ private:
 
     bool is_sum() const { return kind_ == FractalKind::fbm || kind_ == FractalKind::warped; }
 
-    /// Of a head, without rounding. A sum that is not warped is one with no way to go.
+    /// Of a head, without rounding. Without a warp its displacement is 0.
     Deviation warped(double distance, std::size_t octave_count) const;
     Multifractal multifractal(double distance, std::size_t octave_count) const;
     Deviation deviation(double distance) const;

@@ -9,8 +9,8 @@
 // All for the sake of bounds: see fractal_bounds.cpp.
 #include "source/fractal/fractal_surface.h"
 
-#include "source/noise/noise.h"
 #include "source/fractal/noise_columns.h"
+#include "source/noise/noise.h"
 
 #include <algorithm>
 #include <cmath>
@@ -32,11 +32,11 @@ struct FixedCoordinate {
     std::uint64_t units = 0;
     double rest = 0.0;
 
-    void move(double way_in_units) {
-        const double way = way_in_units + rest;
-        const double whole = std::floor(way);
+    void move(double displacement_in_units) {
+        const double displacement = displacement_in_units + rest;
+        const double whole = std::floor(displacement);
         units += static_cast<std::uint64_t>(static_cast<std::int64_t>(whole));
-        rest = way - whole;
+        rest = displacement - whole;
     }
 };
 
@@ -104,8 +104,8 @@ struct Tile {
 
     UnitGrid grid;
     alignas(64) Rows sums;
-    alignas(64) Rows weights;       ///< of multifractals
-    alignas(64) Rows way_x, way_y;  ///< of warped ground
+    alignas(64) Rows weights;         ///< of multifractals
+    alignas(64) Rows warp_x, warp_y;  ///< of warped ground
 
     static void fill(Rows& rows, int count, double value) {
         for (int row = 0; row < count; ++row) std::ranges::fill(rows[row], value);
@@ -164,7 +164,7 @@ int piece_side(int side, int most) {
     return (side + pieces - 1) / pieces;
 }
 
-/// Points of a piece of a tile, row by row, each moved by its way.
+/// Points of a piece of a tile, row by row, each moved by its displacement.
 void place_points(const Tile& tile, int west, int width, int south, int rows,
                   const internal::NoiseKernels& kernels, internal::NoisePoints& points_out) {
     const int padded_width = NoiseColumns::padded(width);
@@ -178,7 +178,7 @@ void place_points(const Tile& tile, int west, int width, int south, int rows,
             points_out.rest_x[first + column] = points_out.rest_y[first + column] = 0.0;
         }
         kernels.move(points_out, first, padded_width, kUnitsPerMetre,
-                     tile.way_x[south + row] + west, tile.way_y[south + row] + west);
+                     tile.warp_x[south + row] + west, tile.warp_y[south + row] + west);
     }
     const int count = rows * width;
     points_out.count = NoiseColumns::padded(count);
@@ -196,10 +196,10 @@ void add_warped(const FractalSurface& surface, std::span<const NoiseOctave> octa
                 const internal::NoiseKernels& kernels, Tile& tile) {
     // squares have the fewest nodes around them; a row may be written past its end
     constexpr int kMaxWidth = 24, kMaxHeight = internal::kMaxNoisePoints / kMaxWidth;
-    Tile::fill(tile.way_x, tile.grid.rows, 0.0);
-    Tile::fill(tile.way_y, tile.grid.rows, 0.0);
-    add_sums(surface.warp_x(), tile.grid, kernels, tile.way_x);
-    add_sums(surface.warp_y(), tile.grid, kernels, tile.way_y);
+    Tile::fill(tile.warp_x, tile.grid.rows, 0.0);
+    Tile::fill(tile.warp_y, tile.grid.rows, 0.0);
+    add_sums(surface.warp_x(), tile.grid, kernels, tile.warp_x);
+    add_sums(surface.warp_y(), tile.grid, kernels, tile.warp_y);
     internal::NoisePoints points;
     alignas(64) double sums[internal::kMaxNoisePoints];
     const int most_columns = piece_side(tile.grid.columns, kMaxWidth);
@@ -229,18 +229,18 @@ FractalSurface::FractalSurface(const FractalSettings& settings)
       shape_{settings.crest_rounding, 0.5 / settings.crest_rounding, settings.heterogeneity,
              1.0 - settings.heterogeneity} {
     if (kind_ != FractalKind::warped) return;
-    const double way = settings.warp * std::ldexp(1.0, settings.wavelength_log2);
-    warp_x_ = make_octaves(settings, kWarpOctaves, way, kFirstWarpOctave, 2);
-    warp_y_ = make_octaves(settings, kWarpOctaves, way, kFirstWarpOctave + 1, 2);
+    const double displacement = settings.warp * std::ldexp(1.0, settings.wavelength_log2);
+    warp_x_ = make_octaves(settings, kWarpOctaves, displacement, kFirstWarpOctave, 2);
+    warp_y_ = make_octaves(settings, kWarpOctaves, displacement, kFirstWarpOctave + 1, 2);
 }
 
 double FractalSurface::height(double x, double y) const {
     FixedCoordinate fixed_x = to_fixed(x), fixed_y = to_fixed(y);
     if (kind_ == FractalKind::warped) {
-        const double way_x = sum_at(warp_x_, fixed_x, fixed_y);
-        const double way_y = sum_at(warp_y_, fixed_x, fixed_y);
-        fixed_x.move(way_x * kUnitsPerMetre);
-        fixed_y.move(way_y * kUnitsPerMetre);
+        const double warp_x = sum_at(warp_x_, fixed_x, fixed_y);
+        const double warp_y = sum_at(warp_y_, fixed_x, fixed_y);
+        fixed_x.move(warp_x * kUnitsPerMetre);
+        fixed_y.move(warp_y * kUnitsPerMetre);
     }
     if (kind_ == FractalKind::fbm || kind_ == FractalKind::warped) {
         return sum_at(octaves_, fixed_x, fixed_y);

@@ -40,7 +40,7 @@ public:
 
     FractalKind kind() const { return kind_; }
     std::span<const internal::NoiseOctave> octaves() const { return octaves_; }
-    /// Of the way east and north, metres; empty where nothing is warped.
+    /// Octaves of the warp east and north, metres; empty without a warp.
     std::span<const internal::NoiseOctave> warp_x() const { return warp_x_; }
     std::span<const internal::NoiseOctave> warp_y() const { return warp_y_; }
     const internal::MultifractalShape& shape() const { return shape_; }

@@ -128,7 +128,7 @@ struct NoiseKernels {
                        const MultifractalShape& shape, double* weights, double* sums);
     /// Moves `count` points from `first` on, multiples of kNoiseGroup, by (x, y) metres.
     ///
-    /// @param units_per_metre  a power of two; the way in units stays below 2^50
+    /// @param units_per_metre  a power of two; the displacement in units stays below 2^50
     void (*move)(NoisePoints& points, int first, int count, double units_per_metre, const double* x,
                  const double* y);
     /// Sets the rectangle around the points.

@@ -14,10 +14,10 @@ void move_axis(int count, double units_per_metre, const double* metres, uint64_t
                double* rests) {
     constexpr double kRounder = 0x1.8p52;
     for (int point = 0; point < count; point += kLanes) {
-        const Doubles way = load(metres + point) * units_per_metre + load(rests + point);
-        const Doubles rounder = way + kRounder;
+        const Doubles position = load(metres + point) * units_per_metre + load(rests + point);
+        const Doubles rounder = position + kRounder;
         const Words whole = bits(rounder) - __builtin_bit_cast(uint64_t, kRounder);
-        const Doubles rest = way - (rounder - kRounder);
+        const Doubles rest = position - (rounder - kRounder);
         const Words below = __builtin_bit_cast(Words, rest < 0.0);
         store(units + point, load(units + point) + whole + below);
         store(rests + point, rest + doubles(below & __builtin_bit_cast(uint64_t, 1.0)));
@@ -33,9 +33,9 @@ void move(NoisePoints& points, int first, int count, double units_per_metre, con
 void enclose_axis(int count, const uint64_t* units, uint64_t& low_out, uint64_t& extent_out) {
     int64_t low = 0, high = 0;  // from the first point
     for (int point = 0; point < count; ++point) {
-        const auto way = static_cast<int64_t>(units[point] - units[0]);
-        low = way < low ? way : low;
-        high = way > high ? way : high;
+        const auto offset = static_cast<int64_t>(units[point] - units[0]);
+        low = offset < low ? offset : low;
+        high = offset > high ? offset : high;
     }
     low_out = units[0] + static_cast<uint64_t>(low);
     extent_out = static_cast<uint64_t>(high) - static_cast<uint64_t>(low);

@@ -11,7 +11,7 @@
 
 namespace terrane::bench {
 
-/// Ground that the error table looks at.
+/// Ground that the error table measures.
 struct Place {
     std::string name;
     std::shared_ptr<const HeightSource> source;

@@ -79,15 +79,15 @@ public:
                 const Eigen::Vector3d at = a + u * (b - a) + v * (c - a);
                 if (!source_.extent().contains(at.x(), at.y())) continue;
                 const Eigen::Vector3d truth(at.x(), at.y(), source_.height(at.x(), at.y()));
-                const Eigen::Vector3d way = truth - view_.eye_world;
+                const Eigen::Vector3d from_eye = truth - view_.eye_world;
                 bool is_inside = true;
                 for (const Eigen::Vector3d& normal : frustum_.normals) {
-                    is_inside = is_inside && normal.dot(way) >= 0.0;
+                    is_inside = is_inside && normal.dot(from_eye) >= 0.0;
                 }
                 if (!is_inside) continue;
                 ++points;
                 worst = std::max(worst, std::abs(at.z() - truth.z()) * view_.pixels_per_radian() /
-                                            std::max(view_.near_distance, way.norm()));
+                                            std::max(view_.near_distance, from_eye.norm()));
             }
         }
         return worst;

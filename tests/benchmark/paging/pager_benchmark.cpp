@@ -37,9 +37,9 @@ struct Figures {
 };
 
 View view_at(const HeightSource& source, const Flight& flight, int frame) {
-    const double way = flight.speed * kFrame_s * frame;
+    const double distance = flight.speed * kFrame_s * frame;
     View view;
-    view.eye_world = {way, 0.0, 0.0};
+    view.eye_world = {distance, 0.0, 0.0};
     view.eye_world.z() = source.interval({-500.0, -500.0, 500.0, 500.0}).high + 200.0;
     Eigen::Vector3d look(1.0, 0.0, -0.2);
     if (flight.turns)

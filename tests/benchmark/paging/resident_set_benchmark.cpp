@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Makes sets of 2000 chunks, lets go of them, and looks keys up in one. In cold cases 64 MiB are
+// Makes sets of 2000 chunks, destroys them, and looks keys up in one. In cold cases 64 MiB are
 // written just before: more than a frame does, so that a flight lies between these and the warm ones.
 #include <terrane/terrain/resident_set.h>
 

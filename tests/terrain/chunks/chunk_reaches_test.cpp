@@ -39,7 +39,7 @@ TEST(Reaches, HoldTheTrueSurfaceOverTheVertexsDiamond) {
         const auto chunk = make_chunk(*source, key).value();
         const double spacing = lattice.level_spacing(key.level);
         for_each_vertex([&](int column, int row) {
-            const auto [area, kind, square] = AreaVertices::find(column, row);
+            const auto [area, kind, square] = AreaVertices::address_of(column, row);
             const AreaVertices& vertices = chunk->vertices[area];
             const double unit = static_cast<double>(chunk->reach_unit);
             const double low = chunk->reach_base + unit * vertices.low[kind][square];
@@ -63,7 +63,7 @@ TEST(Reaches, HoldTheTrueSurfaceOverTheVertexsDiamond) {
 TEST(Reaches, AreHeldByThoseOfTheirAreaAndChunk) {
     const auto chunk = make_chunk(*rough_ground(), {1, 0, 2}).value();
     for_each_vertex([&](int column, int row) {
-        const auto [area, kind, square] = AreaVertices::find(column, row);
+        const auto [area, kind, square] = AreaVertices::address_of(column, row);
         const AreaVertices& vertices = chunk->vertices[area];
         ASSERT_LE(chunk->areas[area].reach_low, vertices.low[kind][square]);
         ASSERT_GE(chunk->areas[area].reach_high, vertices.high[kind][square]);
@@ -79,7 +79,7 @@ TEST(Reaches, AreTheSameOnBothSidesUpToUnits) {
     const auto east = make_chunk(*source, {1, 1, 2}).value();
     for (int row = 1; row < kChunkCells; row += 2) {
         const auto i = static_cast<std::size_t>(row / 2);
-        const auto [area, kind, square] = AreaVertices::find(0, row);
+        const auto [area, kind, square] = AreaVertices::address_of(0, row);
         const auto metres = [](const Chunk& chunk, std::int16_t units) {
             return chunk.reach_base + static_cast<double>(chunk.reach_unit) * units;
         };
@@ -99,7 +99,7 @@ TEST(Rises, AreTheHeightsOverTheMiddleOfTheSplitEdge) {
         return source->lattice().quantum * chunk->heights[sample_index(column, row)];
     };
     for_each_vertex([&](int column, int row) {
-        const auto [area, kind, square] = AreaVertices::find(column, row);
+        const auto [area, kind, square] = AreaVertices::address_of(column, row);
         const AreaVertices& vertices = chunk->vertices[area];
         // the ends of a centre are the corners of its square with an even index sum
         const bool rises = (column / 2 + row / 2) % 2 == 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "support/random.h"
 #include "support/heights/wave_heights.h"
+#include "support/random.h"
 
 #include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/ground.h>
@@ -260,18 +260,18 @@ TEST(Ground, BoundsWhatIsNotResidentByItsAncestors) {
 std::optional<double> slow_ray(const std::vector<Triangle>& triangles, const WorldPos& from,
                                const WorldPos& to) {
     std::optional<double> best;
-    const Eigen::Vector3d way = to - from;
+    const Eigen::Vector3d displacement = to - from;
     for (const Triangle& t : triangles) {
         const Eigen::Vector3d e1 = t.b - t.a, e2 = t.c - t.a, s = from - t.a;
-        const Eigen::Vector3d p(way.y() * e2.z() - way.z() * e2.y(),
-                                way.z() * e2.x() - way.x() * e2.z(),
-                                way.x() * e2.y() - way.y() * e2.x());
+        const Eigen::Vector3d p(displacement.y() * e2.z() - displacement.z() * e2.y(),
+                                displacement.z() * e2.x() - displacement.x() * e2.z(),
+                                displacement.x() * e2.y() - displacement.y() * e2.x());
         const double det = e1.dot(p);
         if (std::abs(det) < 1e-14) continue;
         const double u = s.dot(p) / det;
         const Eigen::Vector3d q(s.y() * e1.z() - s.z() * e1.y(), s.z() * e1.x() - s.x() * e1.z(),
                                 s.x() * e1.y() - s.y() * e1.x());
-        const double v = way.dot(q) / det;
+        const double v = displacement.dot(q) / det;
         const double fraction = e2.dot(q) / det;
         if (u < -1e-10 || v < -1e-10 || u + v > 1.0 + 1e-10 || fraction < 0.0 || fraction > 1.0)
             continue;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "support/random.h"
 #include "support/heights/table_ground.h"
+#include "support/random.h"
 
 #include <terrane/terrain/ground.h>
 
@@ -39,19 +39,19 @@ bool has_hole(double x, double y) {
 // Of the ray with one triangle after the other, of all cells that its bounds meet.
 std::optional<double> slow_ray(const Ground& ground, const WorldPos& from, const WorldPos& to) {
     std::optional<double> best;
-    const Eigen::Vector3d way = to - from;
+    const Eigen::Vector3d displacement = to - from;
     const auto meet = [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                           const Eigen::Vector3d& c) {
         const Eigen::Vector3d e1 = b - a, e2 = c - a, s = from - a;
-        const Eigen::Vector3d p(way.y() * e2.z() - way.z() * e2.y(),
-                                way.z() * e2.x() - way.x() * e2.z(),
-                                way.x() * e2.y() - way.y() * e2.x());
+        const Eigen::Vector3d p(displacement.y() * e2.z() - displacement.z() * e2.y(),
+                                displacement.z() * e2.x() - displacement.x() * e2.z(),
+                                displacement.x() * e2.y() - displacement.y() * e2.x());
         const double det = e1.dot(p);
         if (std::abs(det) < 1e-14) return;
         const double u = s.dot(p) / det;
         const Eigen::Vector3d q(s.y() * e1.z() - s.z() * e1.y(), s.z() * e1.x() - s.x() * e1.z(),
                                 s.x() * e1.y() - s.y() * e1.x());
-        const double v = way.dot(q) / det;
+        const double v = displacement.dot(q) / det;
         const double t = e2.dot(q) / det;
         if (u < -1e-10 || v < -1e-10 || u + v > 1.0 + 1e-10 || t < 0.0 || t > 1.0) return;
         if (!best || t < *best) best = t;
@@ -144,19 +144,19 @@ TEST(GroundRay, EndsAtChunksThatAreNotResident) {
     for (int i = 0; i < 10000; ++i) {
         SCOPED_TRACE(testing::Message() << "seed " << kSeed << ", ray " << i);
         const auto [from, to] = random_ray(random, i, 384.0);
-        const Eigen::Vector3d way = to - from;
+        const Eigen::Vector3d displacement = to - from;
         double absent = std::numeric_limits<double>::infinity();
         for (const auto& [x, y] : {std::array{0, 1}, {1, 0}, {2, 1}, {1, 2}}) {
             double enter = 0.0, leave = 1.0;
             const std::array<double, 2> low{128.0 * x, 128.0 * y};
             for (int axis = 0; axis < 2; ++axis) {
                 const double west = low[static_cast<std::size_t>(axis)];
-                if (way[axis] == 0.0) {
+                if (displacement[axis] == 0.0) {
                     if (from[axis] < west || from[axis] >= west + 128.0) leave = -1.0;
                     continue;
                 }
-                const double a = (west - from[axis]) / way[axis];
-                const double b = (west + 128.0 - from[axis]) / way[axis];
+                const double a = (west - from[axis]) / displacement[axis];
+                const double b = (west + 128.0 - from[axis]) / displacement[axis];
                 enter = std::max(enter, std::min(a, b));
                 leave = std::min(leave, std::max(a, b));
             }
@@ -232,10 +232,10 @@ TEST(GroundRay, MeetsTheSurfaceOnTheLinesBetweenSquares) {
             const double x = 8.0 * (1 + random.below(31)), y = random.between(20.0, 236.0);
             const WorldPos on(x, y, ground.height(x, y).height);
             const double ahead = random.between(-8.0, 8.0);
-            const Eigen::Vector3d way(
+            const Eigen::Vector3d displacement(
                 ahead, random.between(-8.0, 8.0),
                 slope * ahead + (i % 2 == 0 ? 1.0 : -1.0) * random.between(0.5, 9.0));
-            const RayAnswer answer = ground.ray(on - way, on + way);
+            const RayAnswer answer = ground.ray(on - displacement, on + displacement);
             ASSERT_EQ(answer.status, GroundStatus::ok);
             // heights are rounded to quanta: the slope is not quite even
             ASSERT_NEAR(answer.fraction, 0.5, 1e-2);
@@ -301,12 +301,13 @@ TEST(GroundRay, TakesNoLengthAndAMillionMetres) {
             EXPECT_EQ(ground.ray(apart, apart).status, GroundStatus::miss);
         }
         const double angle_x = random.between(-1.0, 1.0), angle_y = random.between(-1.0, 1.0);
-        Eigen::Vector3d way(angle_x, angle_y, random.between(-0.02, 0.02));
-        way *= 5e5 / way.norm();
+        Eigen::Vector3d displacement(angle_x, angle_y, random.between(-0.02, 0.02));
+        displacement *= 5e5 / displacement.norm();
         const WorldPos through(random.between(100.0, 156.0), random.between(100.0, 156.0),
                                random.between(-5.0, 15.0));
-        const std::optional<double> expected = slow_ray(ground, through - way, through + way);
-        const RayAnswer answer = ground.ray(through - way, through + way);
+        const std::optional<double> expected =
+            slow_ray(ground, through - displacement, through + displacement);
+        const RayAnswer answer = ground.ray(through - displacement, through + displacement);
         ASSERT_EQ(answer.status, expected ? GroundStatus::ok : GroundStatus::miss);
         if (!expected) continue;
         ++hits;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // What nobody should ask for, and somebody will: each row has a defined answer, which is a clear error
 // or a mesh that is watertight, within its budget and certified.
-#include "support/mesh_checks.h"
 #include "support/heights/wave_heights.h"
+#include "support/mesh_checks.h"
 
 #include <terrane/terrain/pager.h>
 #include <terrane/terrain/triangulator.h>
@@ -191,14 +191,14 @@ TEST(OddView, GetsAWholeMeshWithinBudgetAndCertificate) {
         {"1e9 m below", {0, 0, -1e9}},
         {"1e15 m away", {-1e15, 3e14, 1e12}},
     };
-    const std::vector<std::pair<const char*, Eigen::Vector3d>> ways{
+    const std::vector<std::pair<const char*, Eigen::Vector3d>> directions{
         {"down", {0, 0, -1}},
         {"up", {0, 0, 1}},
         {"level", {1, 0, 0}},
         {"ahead and down", {3, 4, -2}},
     };
     for (const auto& [where, eye] : eyes) {
-        for (const auto& [whither, way] : ways) {
+        for (const auto& [whither, direction] : directions) {
             for (const double fov : {1e-3, 0.01, 1.0, 3.1, kPi - 1e-6}) {
                 for (const std::size_t budget : {std::size_t{8}, std::size_t{9}, kBudget}) {
                     SCOPED_TRACE(testing::Message()
@@ -206,7 +206,7 @@ TEST(OddView, GetsAWholeMeshWithinBudgetAndCertificate) {
                                  << ", budget " << budget);
                     // far enough to be another place in double precision
                     const double reach = std::max(100.0, 1e-3 * eye.norm());
-                    const View view = look_at(eye, eye + reach * way, fov, 64, 48).value();
+                    const View view = look_at(eye, eye + reach * direction, fov, 64, 48).value();
                     Triangulator triangulator =
                         Triangulator::create(world().source,
                                              {.triangle_budget = budget, .open_chunks = 4})

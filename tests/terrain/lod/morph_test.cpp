@@ -40,8 +40,8 @@ TEST(Morph, BoundsWhatSlidesLateByTheMeanOfItsMeshes) {
         const double ratio = random.between(1.05, 3.0);
         const double shown = random.between(1.0, 1.2 * ratio);
         const double excess = shown * random.between(1.0, 2.0);
-        EXPECT_NEAR(Morph(ratio, 1.0f).with_held(excess, shown), mean_error(ratio, excess, shown),
-                    1e-3)
+        EXPECT_NEAR(Morph(ratio, 1.0f).error_with_held(excess, shown),
+                    mean_error(ratio, excess, shown), 1e-3)
             << "ratio " << ratio << ", shown " << shown << ", excess " << excess << ", seed "
             << kSeed;
     }
@@ -49,18 +49,20 @@ TEST(Morph, BoundsWhatSlidesLateByTheMeanOfItsMeshes) {
 
 TEST(Morph, BoundsWhatIsOnTimeByTheSpread) {
     const Morph morph(kDefaultMorphRatio, 1.0f);
-    EXPECT_NEAR(morph.spread(), mean_error(kDefaultMorphRatio, 1.0, 1.0), 1e-4);
-    EXPECT_EQ(morph.with_held(1.1, 1.1), morph.spread());
-    EXPECT_EQ(morph.with_held(0.5, 1.1), morph.spread());
+    EXPECT_NEAR(morph.error_factor(), mean_error(kDefaultMorphRatio, 1.0, 1.0), 1e-4);
+    EXPECT_EQ(morph.error_with_held(1.1, 1.1), morph.error_factor());
+    EXPECT_EQ(morph.error_with_held(0.5, 1.1), morph.error_factor());
 }
 
 // A vertex that shows nothing yet is as good as missing; one that shows something is better.
 TEST(Morph, IsBetweenInPlaceAndMissing) {
     const Morph morph(kDefaultMorphRatio, 1.0f);
     for (const double excess : {1.01, 1.1, kDefaultMorphRatio, 1.5, 3.0}) {
-        EXPECT_NEAR(morph.with_held(excess, 1.0), morph.with_missing(excess), 1e-12) << excess;
-        EXPECT_LE(morph.with_held(excess, 1.05), morph.with_missing(excess) + 1e-12) << excess;
-        EXPECT_GE(morph.with_held(excess, 1.05), morph.spread()) << excess;
+        EXPECT_NEAR(morph.error_with_held(excess, 1.0), morph.error_with_missing(excess), 1e-12)
+            << excess;
+        EXPECT_LE(morph.error_with_held(excess, 1.05), morph.error_with_missing(excess) + 1e-12)
+            << excess;
+        EXPECT_GE(morph.error_with_held(excess, 1.05), morph.error_factor()) << excess;
     }
 }
 

@@ -41,12 +41,12 @@ ScreenError::Triangle any_triangle(test::Random& random, const WorldPos& around)
 
 // Errors of a deviation up or down by `bound` at a point, where what it makes is in view.
 double error_at(const WorldPos& point, double deviation, const View& view, const Frustum& frustum) {
-    const Eigen::Vector3d way = point + WorldPos(0.0, 0.0, deviation) - view.eye_world;
+    const Eigen::Vector3d from_eye = point + WorldPos(0.0, 0.0, deviation) - view.eye_world;
     for (const Eigen::Vector3d& normal : frustum.normals) {
-        if (normal.dot(way) < 0.0) return 0.0;
+        if (normal.dot(from_eye) < 0.0) return 0.0;
     }
     return std::abs(deviation) * view.pixels_per_radian() /
-           std::max(view.near_distance, way.norm());
+           std::max(view.near_distance, from_eye.norm());
 }
 
 TEST(ScreenError, OfATriangleIsAboveThatOfEveryPointInView) {
@@ -89,8 +89,9 @@ TEST(ScreenError, OfATriangleIsNotAboveThatOfTheBoxAroundIt) {
         const double bound = random.between(0.0, 8.0);
         const ScreenError screen(*view, *source, 0.0);
         const WorldPos up(0.0, 0.0, bound);
-        const ScreenError::Box box{triangle[0].cwiseMin(triangle[1]).cwiseMin(triangle[2]) - up,
-                                   triangle[0].cwiseMax(triangle[1]).cwiseMax(triangle[2]) + up};
+        const ScreenError::WorldBox box{
+            triangle[0].cwiseMin(triangle[1]).cwiseMin(triangle[2]) - up,
+            triangle[0].cwiseMax(triangle[1]).cwiseMax(triangle[2]) + up};
         const double of_triangle = screen.error_in_view(triangle, bound);
         const double of_box = screen.error_in_view(box, bound);
         ASSERT_LE(of_triangle, of_box * (1.0 + 1e-6)) << i << ", seed " << kSeed;

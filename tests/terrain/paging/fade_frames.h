@@ -47,13 +47,13 @@ inline bool is_in_view(const Frustum& frustum, const View& view, const Eigen::Ve
 }
 
 /// Largest screen error, pixels, of the vertices of the areas of a chunk whose middles both views hold,
-/// at least ten times the way between the eyes off. Measured to the area, not to the boxes around
+/// at least ten times the displacement of the eye away. Measured to the area, not to the boxes around
 /// vertices: less than what the pager reckons with.
 inline double seen_px(const Lattice& lattice, const Chunk& chunk, const View& before,
                       const View& now) {
     const Frustum frustum_before = make_frustum(before);
     const Frustum frustum_now = make_frustum(now);
-    const double way = (now.eye_world - before.eye_world).norm();
+    const double displacement = (now.eye_world - before.eye_world).norm();
     double largest = 0.0;
     for (int i = 0; i < kChunkAreas * kChunkAreas; ++i) {
         const Chunk::Area& area = chunk.areas[static_cast<std::size_t>(i)];
@@ -66,7 +66,7 @@ inline double seen_px(const Lattice& lattice, const Chunk& chunk, const View& be
         const Eigen::Vector3d middle = 0.5 * (low + high);
         if (!is_in_view(frustum_before, before, middle) || !is_in_view(frustum_now, now, middle))
             continue;
-        if ((middle - now.eye_world).norm() < 10.0 * way) continue;
+        if ((middle - now.eye_world).norm() < 10.0 * displacement) continue;
         const Eigen::Vector3d apart =
             (low - now.eye_world).cwiseMax(now.eye_world - high).cwiseMax(Eigen::Vector3d::Zero());
         largest =

@@ -30,7 +30,7 @@ Result<std::shared_ptr<const Chunk>> chunk_of(const ChunkKey& key) {
     return chunk;
 }
 
-using Way = std::function<CameraNeed(double time_s)>;
+using Trajectory = std::function<CameraNeed(double time_s)>;
 
 CameraNeed camera(const WorldPos& eye, const Eigen::Vector3d& velocity,
                   const Eigen::Vector3d& forward) {
@@ -39,10 +39,10 @@ CameraNeed camera(const WorldPos& eye, const Eigen::Vector3d& velocity,
     return need;
 }
 
-// What is loaded on eight seconds of a way at a rate of updates. It begins and ends with a while at one
+// What is loaded on eight seconds of a trajectory at a rate of updates. It begins and ends with a while at one
 // rate: how long the first levels take one after the other, and what is asked for just before the end,
 // depends on the rate.
-Keys loaded(const Way& way, int rate) {
+Keys loaded(const Trajectory& trajectory, int rate) {
     constexpr int kSeconds = 8;
     constexpr int kCommonRate = 240;
     Keys keys;
@@ -57,7 +57,7 @@ Keys loaded(const Way& way, int rate) {
     const auto fly = [&](double begin_s, int updates, int updates_a_s) {
         for (int i = 1; i <= updates; ++i) {
             const double time_s = begin_s + static_cast<double>(i) / updates_a_s;
-            pager.update(std::vector{way(time_s)}, {}, time_s);
+            pager.update(std::vector{trajectory(time_s)}, {}, time_s);
         }
     };
     fly(0.0, kCommonRate, kCommonRate);
@@ -74,7 +74,7 @@ double share_apart(const Keys& a, const Keys& b) {
     return static_cast<double>(all - common) / static_cast<double>(all);
 }
 
-Way straight(double speed) {
+Trajectory straight(double speed) {
     return [speed](double t) {
         const Eigen::Vector3d forward = Eigen::Vector3d(0.8, 0.6, 0.0);
         return camera(WorldPos(-2600, -1700, 260) + speed * t * forward, speed * forward,
@@ -82,7 +82,7 @@ Way straight(double speed) {
     };
 }
 
-Way turning(double speed, double rate) {
+Trajectory turning(double speed, double rate) {
     return [speed, rate](double t) {
         const double angle = rate * t;
         const Eigen::Vector3d forward(std::cos(angle), std::sin(angle), 0.0);
@@ -95,7 +95,7 @@ Way turning(double speed, double rate) {
 }
 
 // Now to one side, now to the other.
-Way weaving(double speed) {
+Trajectory weaving(double speed) {
     return [speed](double t) {
         constexpr int kSteps_a_s = 480;
         WorldPos eye(-1500, -600, 260);
@@ -110,16 +110,16 @@ Way weaving(double speed) {
     };
 }
 
-// Measured: 0 of 38 to 98 chunks apart, but on the way that weaves, 2 of 40.
+// Measured: 0 of 38 to 98 chunks apart, but on the trajectory that weaves, 2 of 40.
 TEST(PagerRate, OfUpdatesDoesNotChangeWhatIsLoaded) {
-    const std::pair<const char*, Way> ways[] = {
+    const std::pair<const char*, Trajectory> trajectories[] = {
         {"straight at 50 m/s", straight(50)},       {"straight at 250 m/s", straight(250)},
         {"turning at 0.1 /s", turning(150, 0.1)},   {"turning at 0.4 /s", turning(250, 0.4)},
         {"turning at -0.8 /s", turning(600, -0.8)}, {"weaving", weaving(200)}};
-    for (const auto& [name, way] : ways) {
+    for (const auto& [name, trajectory] : trajectories) {
         SCOPED_TRACE(name);
-        const Keys slow = loaded(way, 20);
-        const Keys fast = loaded(way, 240);
+        const Keys slow = loaded(trajectory, 20);
+        const Keys fast = loaded(trajectory, 240);
         EXPECT_GT(slow.size(), 1u);
         EXPECT_LE(share_apart(slow, fast), kMostApart)
             << slow.size() << " and " << fast.size() << " chunks";

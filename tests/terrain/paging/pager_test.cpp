@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "support/random.h"
 #include "support/heights/wave_heights.h"
+#include "support/random.h"
 
 #include <terrane/terrain/pager.h>
 
@@ -212,13 +212,15 @@ TEST(Pager, CountsBodiesWithoutGround) {
     EXPECT_GT(pager.stats().cut_needs, 0u);
 }
 
-// A way belongs to its caller again when update() returns.
+// A trajectory belongs to its caller again when update() returns.
 TEST(Pager, RemembersTheWayOfABodyUntilItHasFinished) {
     Pager pager = Pager::create(hills(), {.worker_count = 1}).value();
-    std::vector<BodyMoment> way{{0.1, {0, 0, 0}}, {0.1, {900, 900, 0}}, {0.2, {900, 900, 0}}};
-    const std::vector<BodyNeed> bodies{{.centre_world = {0, 0, 0}, .radius = 1.0, .trajectory = way}};
+    std::vector<BodyMoment> trajectory{
+        {0.1, {0, 0, 0}}, {0.1, {900, 900, 0}}, {0.2, {900, 900, 0}}};
+    const std::vector<BodyNeed> bodies{
+        {.centre_world = {0, 0, 0}, .radius = 1.0, .trajectory = trajectory}};
     pager.update({}, bodies, 0.0);
-    for (BodyMoment& moment : way) moment.centre_world = {-900, -900, 0};
+    for (BodyMoment& moment : trajectory) moment.centre_world = {-900, -900, 0};
     pager.finish();
     EXPECT_NE(pager.resident()->find({7, 7, 4}), ResidentSet::kNone);
     EXPECT_EQ(pager.resident()->find({-8, -8, 4}), ResidentSet::kNone);

@@ -7,18 +7,18 @@
 
 namespace terrane {
 
-/// Where a body will be.
+/// A future position of a body.
 struct BodyMoment {
     double time_s = 0.0;
     WorldPos centre_world = WorldPos::Zero();
 };
 
-/// A body that touches ground, or may soon.
+/// A body that touches ground, or may soon; the pager keeps that ground resident.
 struct BodyNeed {
     WorldPos centre_world = WorldPos::Zero();
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
     double radius = 1.0;  ///< bounding, metres
-    /// Where it will be, where that is known: as CameraNeed::trajectory.
+    /// Its future trajectory, if known; rules as of CameraNeed::trajectory.
     std::span<const BodyMoment> trajectory = {};
 };
 

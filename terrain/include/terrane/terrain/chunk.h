@@ -41,11 +41,11 @@ struct AreaVertices {
     template <typename Value>
     using PerVertex = std::array<std::array<Value, kSquares>, kKinds>;
 
-    struct Place {
+    struct Address {
         std::size_t area, kind, square;
     };
     /// Of an own vertex by its sample, columns and rows below kChunkCells, not both even.
-    static constexpr Place find(int column, int row) {
+    static constexpr Address address_of(int column, int row) {
         const int area = row / kAreaCells * (kChunkCells / kAreaCells) + column / kAreaCells;
         const int square = row % kAreaCells / 2 * kAreaSquares + column % kAreaCells / 2;
         const Kind kind = row % 2 == 0 ? along_x : column % 2 == 0 ? along_y : centre;

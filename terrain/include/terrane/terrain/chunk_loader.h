@@ -10,22 +10,22 @@
 
 namespace terrane {
 
-/// Bytes that chunks take: of each that lives, and Chunk::max_bytes() for each that is asked for.
+/// Bytes of chunks: those of each live chunk, and Chunk::max_bytes() for each requested one.
 using ByteCount = std::atomic<std::size_t>;
 
-/// A share of a byte count, given back when the claim goes: once, on whichever thread that is. Threads:
-/// one at a time for each claim, any number for their count.
+/// A share of a byte count that is released when the claim is destroyed, on any thread. Threads: one at a time for each
+/// claim, any number for their count.
 class ByteClaim {
 public:
     ByteClaim() = default;
-    /// Adds so many bytes to the count; whether there is room is the caller's question.
+    /// Adds bytes to the count; the caller checks the ceiling.
     ByteClaim(std::shared_ptr<ByteCount> count, std::size_t bytes);
     ByteClaim(ByteClaim&& other) noexcept;
     ByteClaim& operator=(ByteClaim&& other) noexcept;
     ~ByteClaim();
 
     std::size_t bytes() const { return bytes_; }
-    /// Gives back all but so many bytes. Requires bytes <= bytes().
+    /// Releases all but `bytes`. Requires bytes <= bytes().
     void shrink(std::size_t bytes);
 
 private:
@@ -33,62 +33,60 @@ private:
     std::size_t bytes_ = 0;
 };
 
-/// A chunk that is to be loaded, and the room that was made for it: Chunk::max_bytes().
+/// A chunk to load, and its claim of Chunk::max_bytes().
 struct LoadRequest {
     ChunkKey key;
     ByteClaim claim;
 };
 
-/// What came of a request.
+/// The result of a request.
 struct FinishedLoad {
     ChunkKey key;
-    /// Its bytes are claimed until the last holder lets go of it. Errors are those of make_chunk(), and
-    ///   cancelled      it was given up
-    ///   timed_out      the storage did not answer; it may still hold its claim
-    ///   out_of_memory  there was none
-    ///   io             the source threw something
-    /// With an error, but for timed_out, the claim has been given back.
+    /// The chunk owns its claim. Errors are those of make_chunk(), and
+    ///   cancelled      by cancel()
+    ///   timed_out      the storage did not answer; it may still hold the claim
+    ///   out_of_memory  memory is exhausted
+    ///   io             the source threw an exception
+    /// With an error other than timed_out the claim has been released.
     Result<std::shared_ptr<const Chunk>> chunk;
-    double seconds = 0.0;        ///< from its beginning to its end, by the loader's clock
-    std::size_t bytes_read = 0;  ///< that it moved from storage as far as is known, given up or not
+    double seconds = 0.0;        ///< duration, by the loader's clock
+    std::size_t bytes_read = 0;  ///< moved from storage, as far as known; also of cancelled loads
 };
 
-/// Where a pager has its chunks loaded: threads in a simulator (thread_loader.h), storage on a virtual
-/// clock in an experiment (virtual_loader.h).
+/// Loads chunks for a pager: on threads in a simulator (thread_loader.h), from storage on a virtual clock in an
+/// experiment (virtual_loader.h).
 ///
-/// A load is queued, then begun, then finished; it is taken once. Only begun loads can be cancelled:
-/// what is queued is taken back. No call waits for a load, but wait(). The destructor gives up all of
-/// them.
+/// A load is queued, begun, finished and taken, once each. Begun loads can be cancelled; queued ones are taken back. No
+/// call but wait() blocks. The destructor cancels all loads.
 ///
 /// Threads: one owner calls everything.
 class ChunkLoader {
 public:
     virtual ~ChunkLoader() = default;
 
-    /// Tells the time of the pager's clock, seconds. Less than before, or not finite: ignored.
+    /// Sets the time of the pager's clock, seconds. Ignored if less than before or not finite.
     virtual void advance(double time_s) = 0;
 
-    /// Takes back everything that was not begun: no load begins before queue() is called again.
+    /// Takes back all loads that have not begun. No load begins before the next queue().
     virtual std::vector<LoadRequest> take_queue() = 0;
-    /// What to load next, the first one first. Requires an empty queue, and keys of which no load has
-    /// begun that is not taken.
+    /// Queues loads in order of priority. Requires an empty queue, and keys without a load that has begun and is not
+    /// taken.
     virtual void queue(std::vector<LoadRequest> requests) = 0;
-    /// Gives up a load that has begun and is not taken; it is finished soon, and says `cancelled`
-    /// unless it was done already, or `timed_out`. Others are left alone, and keys that are not known.
+    /// Cancels a load that has begun: it finishes soon with `cancelled`, unless it was finished already or timed out.
+    /// Ignores other loads and unknown keys.
     virtual void cancel(const ChunkKey& key) = 0;
-    /// Moves out what was finished since the last call, in order of keys.
+    /// Returns the loads finished since the last call, in order of keys.
     virtual std::vector<FinishedLoad> take_finished() = 0;
 
-    /// Loads that may be under way at once, at least 1.
+    /// Largest number of loads in progress at once, at least 1.
     virtual int slots() const = 0;
-    /// Waits until something is finished, timed out included, or nothing can be: nothing is queued or
-    /// begun, or storage hangs so that nothing queued can begin. On a virtual clock: goes on to that
-    /// moment; times before it that are told later are ignored.
+    /// Blocks until a load is finished (or timed out), or none can be: nothing is queued or begun, or all slots hang
+    /// so that nothing queued can begin. On a virtual clock: advances to that time; earlier times set later are
+    /// ignored.
     virtual void wait() = 0;
 };
 
-/// A chunk that keeps its claim, shrunk to its own bytes, until the last holder lets go of it. A claim of
-/// less stays as it is.
+/// Attaches a claim to a chunk, shrunk to the chunk's bytes (a smaller one is kept): released with the last owner.
 std::shared_ptr<const Chunk> claimed(std::shared_ptr<const Chunk> chunk, ByteClaim claim);
 
 }  // namespace terrane

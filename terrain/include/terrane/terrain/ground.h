@@ -12,10 +12,10 @@ namespace terrane {
 
 enum class GroundStatus {
     ok,            ///< answered
-    miss,          ///< a ray met nothing on its way
+    miss,          ///< the ray hits nothing
     outside,       ///< no ground there: beyond the extent, or nodata connected to its border
-    not_resident,  ///< ground, but its chunk at contact level is not loaded
-    invalid,       ///< the question is not finite
+    not_resident,  ///< ground, but its chunk at contact level is absent
+    invalid,       ///< the arguments are not finite
 };
 
 struct HeightAnswer {
@@ -28,10 +28,10 @@ struct HeightAnswer {
 
 struct RayAnswer {
     GroundStatus status = GroundStatus::invalid;
-    double fraction = 0.0;  ///< of the way from `from` to `to`; only where status is ok
+    double fraction = 0.0;  ///< of the ray from `from` to `to`, 0 to 1; only where status is ok
     WorldPos point_world = WorldPos::Zero();
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
-    double error_m = 0.0;  ///< vertical distance of the true surface at the point, at most
+    double error_m = 0.0;  ///< upper bound of the true surface's vertical distance at the point
     bool filled = false;
 };
 
@@ -51,18 +51,18 @@ struct CellRange {
     bool operator==(const CellRange&) const = default;
 };
 
-/// Heights over a range of cells.
+/// Interval of heights over a range of cells.
 struct RangeAnswer {
     GroundStatus status =
         GroundStatus::outside;  ///< not_resident if any cell is; outside if all are
-    /// Bounds of the surface over the range, quanta; where cells are not resident, from coarser
-    /// chunks that are, or all that an integer holds. No bounds where the status is outside.
+    /// Bounds of the surface over the range, quanta; for absent cells from coarser resident chunks, or the
+    /// limits of the integer. Undefined where the status is outside.
     std::int32_t low = 0;
     std::int32_t high = 0;
 };
 
-/// The contact surface: the triangles of one level of what is resident. What is drawn does not
-/// matter. Cheap to copy; immutable; any number of threads.
+/// The contact surface: the resident triangles of one level, independent of what is drawn. Immutable, cheap to copy.
+/// Threads: any number.
 class Ground {
 public:
     /// Requires 0 <= contact_level <= finest level of the set's lattice.
@@ -74,16 +74,16 @@ public:
     /// Metres between the samples of the contact surface.
     double spacing() const { return spacing_; }
 
-    /// World coordinate of a cell index's south-west corner, metres: exact steps of the lattice.
+    /// World coordinates of a cell's south-west corner, metres: the bits of Lattice::x() and y().
     double cell_x(std::int64_t column) const { return lattice().x(column * step_); }
     double cell_y(std::int64_t row) const { return lattice().y(row * step_); }
-    /// The cell that a coordinate falls in; on a line, the one to the east or north.
+    /// The cell that contains a coordinate; on a line, the one to the east or north.
     std::int64_t column_at(double x) const;
     std::int64_t row_at(double y) const;
 
     GroundCell cell(std::int64_t column, std::int64_t row) const;
-    /// Bounds of the surface over a range, from the blocks of 8 x 8 cells that it meets. Cells that are no
-    /// ground count where their chunk is resident.
+    /// Bounds of the surface over a range, from the blocks of 8 x 8 cells that it overlaps. Includes cells that are
+    /// no ground where their chunk is resident.
     ///
     /// Cost: O(blocks along its edge + chunks); O(1) for aligned squares of a power of two
     RangeAnswer range(const CellRange& cells) const;
@@ -91,9 +91,8 @@ public:
     /// The contact surface over a point.
     HeightAnswer height(double x, double y) const;
 
-    /// First point on the way from one point to another where the ray meets the surface from above
-    /// or from below; starting exactly in it counts. `not_resident` where unloaded ground comes
-    /// before any hit.
+    /// First intersection of the segment between two points with the surface, from above or below; a start exactly
+    /// on it counts. `not_resident` if absent ground comes before any hit.
     RayAnswer ray(const WorldPos& from_world, const WorldPos& to_world) const;
 
 private:
@@ -109,7 +108,7 @@ private:
         std::int64_t last_up_to(double p) const;
     };
 
-    // Null where it is not resident.
+    // Null if not resident.
     const Chunk* find_chunk(std::int64_t column, std::int64_t row) const;
     bool is_in_extent(std::int64_t column, std::int64_t row) const {
         return column >= in_extent_.west && column <= in_extent_.east && row >= in_extent_.south &&
@@ -117,8 +116,8 @@ private:
     }
     static GroundCell read_cell(const Chunk& chunk, std::int64_t column, std::int64_t row);
     SampleRange range_of_absent(const ChunkKey& key) const;
-    struct Place;
-    bool height_over(const Place& place, HeightAnswer& answer) const;
+    struct CellPoint;
+    bool height_over(const CellPoint& point, HeightAnswer& answer) const;
 
     std::shared_ptr<const ResidentSet> resident_;
     int level_ = 0;
@@ -127,11 +126,11 @@ private:
     double quantum_ = 1.0, inverse_quantum_ = 1.0;  // exact: powers of two
     Lines columns_, rows_;
     WorldRect extent_;
-    CellRange in_extent_;  // cells of the lattice that the extent's inside meets
+    CellRange in_extent_;  // cells that overlap the interior of the extent
 };
 
-/// Reads one cell after the other: what it finds is what the ground answers, sooner where the next cell
-/// lies in the same chunk. The ground outlives it.
+/// Reads many cells: the answers of the ground, faster where consecutive cells lie in the same chunk. The ground
+/// outlives it.
 ///
 /// Threads: one
 class GroundReader {
@@ -142,15 +141,15 @@ public:
     GroundCell cell(std::int64_t column, std::int64_t row);
     /// Ground::range() of the block of 8 x 8 cells that a cell lies in.
     RangeAnswer block(std::int64_t column, std::int64_t row) { return square(column, row, 3); }
-    /// Bounds of the surface over the square of 1 << log2_side cells along the side, aligned to its size,
-    /// that a cell lies in: exactly its lowest and highest sample where it is resident, those of cells
-    /// beyond the extent and of nodata among them; else as Ground::range().
+    /// Bounds of the surface over the aligned square of 1 << log2_side cells along the side that contains a cell:
+    /// exactly its lowest and highest sample if it is resident, including cells beyond the extent and nodata;
+    /// else as Ground::range().
     ///
     /// @param log2_side 0 to 7
     ///
-    /// Cost: O(1), the less the more squares of one chunk are asked for in turn
+    /// Cost: O(1); less for consecutive squares of one chunk
     RangeAnswer square(std::int64_t column, std::int64_t row, int log2_side);
-    /// Corners of a range of cells, and which of the cells are ground.
+    /// Copies the corners of a range of cells, and tells which of the cells are ground.
     ///
     /// @param range       at most 32 cells wide
     /// @param stride      from one row of heights_out to the next, > width of the range
@@ -171,7 +170,7 @@ private:
     void visit_chunks(const CellRange& range, Take take);
 
     const Ground* ground_;
-    const Chunk* chunk_ = nullptr;  // that was found last
+    const Chunk* chunk_ = nullptr;  // found last
     std::int64_t chunk_column_ = 0;
     std::int64_t chunk_row_ = 0;
 };

@@ -11,12 +11,12 @@
 
 namespace terrane {
 
-/// The default of TriangulatorSettings::morph_ratio; the pace at which chunks fade follows from it. Measured over steep
+/// Default of TriangulatorSettings::morph_ratio; also determines the step of fades. Measured over steep
 /// rasters at 10 m a frame: 0.59 px of movement at 1.15, 0.32 at 1.3, for 4 % more triangles.
 inline constexpr double kDefaultMorphRatio = 1.3;
 
-/// A chunk of a ResidentSet. Reads like a pointer while the set lives, and gives a share of the chunk
-/// to who needs it longer. Not copied, for a copy would keep nothing alive.
+/// A chunk of a ResidentSet: a pointer, valid while the set lives, that converts to a shared_ptr for longer use. Not
+/// copyable, because a copy would not keep the chunk alive.
 class ResidentChunk {
 public:
     explicit ResidentChunk(const std::shared_ptr<const Chunk>& owner)
@@ -34,10 +34,10 @@ private:
     const std::shared_ptr<const Chunk>* owner_;
 };
 
-/// The chunks that were resident at one moment: immutable, shared by drawing and contact.
+/// A snapshot of the resident chunks: immutable, shared by drawing and contact.
 ///
 /// Every chunk's parent is in the set too (roots have none). Sets that differ only in their fades
-/// share everything else. Threads: any number of readers; lives as long as anybody holds it.
+/// share everything else. Threads: any number of readers.
 class ResidentSet {
 public:
     static constexpr std::int32_t kNone = -1;
@@ -50,7 +50,7 @@ public:
         }
     };
 
-    /// Where the relatives of a chunk stand in chunks(), or kNone.
+    /// Indices in chunks() of the relatives of a chunk, or kNone.
     struct Links {
         std::int32_t parent = kNone;
         std::array<std::int32_t, 4> child{kNone, kNone, kNone, kNone};  ///< by quadrant
@@ -58,53 +58,52 @@ public:
                                               kNone};  ///< same level: west, east, south, north
     };
 
-    /// All of it faded in. Requires every chunk's parent among the chunks, and no chunk twice.
+    /// All chunks with fade 1. Requires every chunk's parent among the chunks, and no chunk twice.
     ResidentSet(const Lattice& lattice, const WorldRect& extent,
                 std::vector<std::shared_ptr<const Chunk>> chunks, std::uint64_t epoch);
 
-    /// @param fades [chunks.size()] in the order of the chunks as they are given, 0 to 1
+    /// @param fades [chunks.size()] in the order of `chunks`, 0 to 1
     ResidentSet(const Lattice& lattice, const WorldRect& extent,
                 std::vector<std::shared_ptr<const Chunk>> chunks, std::span<const float> fades,
                 std::uint64_t epoch);
 
-    /// The chunks of another set, without those that went and with those that came: equal to the set
-    /// that is made of all of them at once. Cost: linear, some 10 ns a chunk; relatives are looked up
-    /// and owners counted only where something changed.
+    /// Another set without its evicted and with newly arrived chunks: equal to the set constructed from all of
+    /// them. Cost: linear, some 10 ns a chunk; relatives and reference counts are updated only where something
+    /// changed.
     ///
-    /// @param gone keys of chunks of `before`, none twice, in any order
-    /// @param come in any order; the key of one that went may come again
-    /// @param fades [chunks().size()] of all of them, in the order of chunks(), 0 to 1
-    ResidentSet(const ResidentSet& before, std::span<const ChunkKey> gone,
-                std::vector<std::shared_ptr<const Chunk>> come, std::vector<float> fades,
+    /// @param evicted keys of chunks of `before`, none twice, in any order
+    /// @param arrived in any order; may contain a key of `evicted`
+    /// @param fades [chunks().size()] of the new set, in the order of chunks(), 0 to 1
+    ResidentSet(const ResidentSet& before, std::span<const ChunkKey> evicted,
+                std::vector<std::shared_ptr<const Chunk>> arrived, std::vector<float> fades,
                 std::uint64_t epoch);
 
-    /// The chunks of another set with other fades. Shares the chunks; costs one vector.
+    /// Another set with other fades. Shares the chunks; costs one vector.
     ///
     /// @param fades [same.chunks().size()] in the order of same.chunks(), 0 to 1
     ResidentSet(const ResidentSet& same, std::vector<float> fades, std::uint64_t epoch);
 
     const Lattice& lattice() const { return structure_->lattice; }
-    /// Ground lies inside it; what is drawn beyond is no ground.
+    /// The rectangle of the ground; what is drawn beyond it is no ground.
     const WorldRect& extent() const { return structure_->extent; }
     /// In Order.
     std::span<const ResidentChunk> chunks() const { return structure_->chunks; }
     const Links& links(std::size_t index) const { return structure_->links[index]; }
     /// Index of a chunk in chunks(), or kNone.
     std::int32_t find(const ChunkKey& key) const;
-    /// The chunk itself, or null. Sooner than by its index.
+    /// The chunk, or null. Faster than by its index.
     const Chunk* find_chunk(ChunkKey key) const;
-    /// How far a chunk has faded in, 0 to 1: what it adds to the picture is held back to this share of
-    /// its priority. 0 draws as if the chunk were absent, 1 all of it. Ground does not fade.
+    /// Fade of a chunk, 0 to 1: the factor on the priorities of its vertices. 0 draws as if the chunk were absent, 1
+    /// without reduction. Ground does not fade.
     float fade(std::size_t index) const { return fades_[index]; }
-    /// [chunks().size()] of fade().
+    /// [chunks().size()] fade() of each chunk.
     std::span<const float> fades() const { return fades_; }
-    /// Counts the changes of the pager's set, those of fades too; two sets of one pager with one epoch
-    /// are equal.
+    /// Counts the changes of the pager's set, including fades: sets of one pager with equal epochs are equal.
     std::uint64_t epoch() const { return epoch_; }
-    /// Whether the two share their chunks and so differ at most in fades. One comparison: false for
-    /// equal chunks that were put together apart.
+    /// Whether two sets share their chunks and so differ at most in fades. One comparison of pointers: false for
+    /// sets with equal chunks that were constructed separately.
     bool has_same_chunks(const ResidentSet& other) const { return structure_ == other.structure_; }
-    /// Whether all root squares are there: nothing can be drawn before.
+    /// Whether all root squares are resident: without them nothing is drawn.
     bool has_roots() const { return structure_->has_roots; }
 
 private:
@@ -114,19 +113,19 @@ private:
         Lattice lattice;
         WorldRect extent;
         std::vector<ResidentChunk> chunks;
-        std::vector<ChunkKey> keys;  // of the chunks: close together, for look-ups
+        std::vector<ChunkKey> keys;  // of the chunks: contiguous, for look-ups
         std::vector<Links> links;
         bool has_roots = false;
-        // What find() reads: the index of a key stands in the place that its hash names, or in the
-        // next that is free. 2^(64 - table_shift) places, at most half of them taken.
+        // Open addressing with linear probing: indices by the hash of their keys. 2^(64 - table_shift) entries,
+        // at most half of them in use.
         std::vector<std::int32_t> table{kNone, kNone};
         int table_shift = 63;
-        // What keeps the chunks: in slots of blocks, which sets share.
+        // Ownership of the chunks: slots in blocks that sets share.
         std::vector<std::shared_ptr<const Owners>> owners;
         std::vector<std::int32_t> slots;  // of the chunks
         std::vector<std::int32_t> free_slots;
 
-        std::size_t place(const ChunkKey& key) const;
+        std::size_t bucket_of(const ChunkKey& key) const;
         std::int32_t find(const ChunkKey& key) const;
     };
     static std::shared_ptr<const Structure> make_structure(

@@ -9,33 +9,31 @@
 
 namespace terrane {
 
-/// Storage as an experiment imagines it. Times in seconds, at most 1e9.
+/// A model of storage. Times in seconds, at most 1e9.
 struct VirtualStorage {
-    double latency = 0.02;        ///< from a request to its first byte, median, >= 0
-    double latency_spread = 0.0;  ///< each takes latency * 2^(spread * s), s from -1 to 1; 0 to 16
+    double latency = 0.02;        ///< median time from a request to its first byte, >= 0
+    double latency_spread = 0.0;  ///< latency * 2^(spread * s), s uniform in [-1, 1); 0 to 16
     double bandwidth = 100e6;     ///< bytes a second, shared evenly by all past their latency, >= 1
     int slots = 8;                ///< requests at once, 1 to 1024
     double failure_share = 0.0;   ///< of requests that end in an error after their latency, 0 to 1
     double hang_share = 0.0;      ///< of requests that never end; with failure_share at most 1
-    double timeout = 30.0;        ///< after which a request that hangs is given up, > 0
-    std::uint64_t seed = 1;       ///< of spread, failures and hangs, anew each time a key is begun
+    double timeout = 30.0;        ///< of requests that hang, > 0
+    std::uint64_t seed = 1;       ///< of spread, failures and hangs, drawn each time a key is begun
 };
 
-/// Loads chunks from storage that exists on a virtual clock only: the same calls give the same chunks
-/// at the same times on every machine, in however many steps advance() goes from one to the next. What
-/// a load brings is made at once when it is finished, in the caller's thread: in advance() or wait(). A
-/// chunk counts Chunk::max_bytes() on its way; a load that is given up, what it had of them.
+/// Loads chunks from simulated storage on a virtual clock: the same calls give the same chunks at the same times on
+/// every machine, whatever the step size of advance(). A load's chunk is made when the load finishes, in the caller's
+/// thread, by advance() or wait(). Each load transfers Chunk::max_bytes(); a cancelled one counts the bytes transferred so far.
 ///
-/// Its clock begins at 0 s. A request begins when it is queued and a slot is free, or at the moment when
-/// one becomes free; the first in the queue first.
+/// The clock starts at 0 s. A request begins when a slot is free, in the order of the queue.
 class VirtualLoader final : public ChunkLoader {
 public:
     using MakeChunk = std::function<Result<std::shared_ptr<const Chunk>>(const ChunkKey&)>;
 
-    /// @param make what a load brings, such as make_chunk() behind a cache; never null. What it throws
-    ///             becomes an error of the load
+    /// @param make makes a load's chunk, such as make_chunk() behind a cache; never returns null. Its exceptions
+    ///             become errors of the load
     ///
-    /// Fails with invalid_argument for a value out of its range.
+    /// Fails: invalid_argument for a value out of its range
     static Result<std::unique_ptr<VirtualLoader>> create(const VirtualStorage& storage,
                                                          MakeChunk make);
     ~VirtualLoader() override;

@@ -73,8 +73,8 @@ std::shared_ptr<const HeightSource> ground() {
 
 View view_at(int frame) {
     const WorldPos eye(-900.0 + 6.0 * frame, -500.0 + 3.0 * frame, 250.0);
-    const Eigen::Vector3d way(300.0, 100.0 - 2.0 * frame, -60.0);
-    return look_at(eye, eye + way, 1.0, 1280, 720).value();
+    const Eigen::Vector3d displacement(300.0, 100.0 - 2.0 * frame, -60.0);
+    return look_at(eye, eye + displacement, 1.0, 1280, 720).value();
 }
 
 // Allocations inside update() over a flight, the first frame apart.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// P4: level of detail changes without a pop. Flies slowly and fast, turns on the spot and on the way,
+// P4: level of detail changes without a pop. Flies slowly and fast, turns on the spot and in motion,
 // with memory to spare and with so little that chunks come and go all the time, and judges every frame
 // with the verifier of `terrane fly --verify`.
 #include "frames/verify.h"
@@ -117,9 +117,9 @@ public:
 
 private:
     View view_at(int frame) const {
-        const Eigen::Vector3d way =
+        const Eigen::Vector3d displacement =
             heading_at(flight_, frame) - Eigen::Vector3d(0.0, 0.0, flight_.look_down);
-        return look_at(eye_, eye_ + way, 1.0, 640, 360).value();
+        return look_at(eye_, eye_ + displacement, 1.0, 640, 360).value();
     }
 
     // Loads what the first view can use, as programs do before they fly.

@@ -100,7 +100,7 @@ std::map<ChunkKey, Touched> look_densely(const Terraces& source, std::span<const
 
 struct Scene {
     std::vector<BodyNeed> bodies;
-    std::vector<std::vector<BodyMoment>> ways;  // that bodies follow
+    std::vector<std::vector<BodyMoment>> trajectories;  // that bodies follow
     double now = 0.0;
     double horizon = 0.0;
 };
@@ -110,13 +110,13 @@ WorldPos random_place(Random& random, double half_side) {
             random.between(-50.0, 150.0)};
 }
 
-Scene make_scene(Random& random, double most_speed, bool has_ways) {
+Scene make_scene(Random& random, double most_speed, bool has_trajectories) {
     Scene scene;
     scene.now = random.between(-100.0, 100.0);
     scene.horizon = random.below(10) == 0 ? 0.0 : random.between(0.1, 6.0);
     const int count = 1 + random.below(3);
-    scene.ways.resize(static_cast<std::size_t>(count));
-    for (std::vector<BodyMoment>& way : scene.ways) {
+    scene.trajectories.resize(static_cast<std::size_t>(count));
+    for (std::vector<BodyMoment>& trajectory : scene.trajectories) {
         BodyNeed body;
         body.centre_world = random_place(random, 650.0);
         const double speed = random.below(4) == 0 ? 0.0 : random.between(0.0, most_speed);
@@ -124,13 +124,13 @@ Scene make_scene(Random& random, double most_speed, bool has_ways) {
             speed * Eigen::Vector3d(random.between(-1.0, 1.0), random.between(-1.0, 1.0),
                                     random.between(-0.5, 0.5));
         body.radius = random.below(4) == 0 ? 0.0 : random.between(0.0, 60.0);
-        if (has_ways) {
+        if (has_trajectories) {
             double time = scene.now + random.between(-3.0, 2.0);
             for (int i = random.below(6); i >= 0; --i) {
-                way.push_back({time, random_place(random, 650.0)});
+                trajectory.push_back({time, random_place(random, 650.0)});
                 if (random.below(3) != 0) time += random.between(0.0, 2.0);
             }
-            body.trajectory = way;
+            body.trajectory = trajectory;
         }
         scene.bodies.push_back(body);
     }
@@ -164,12 +164,12 @@ TEST(ContactNeeds, AddFewChunksThatASlightlyLargerBodyMisses) {
     constexpr std::uint64_t kSeed = 22;
     Random random(kSeed);
     const Terraces source = small_terraces();
-    for (const bool has_ways : {false, true}) {
+    for (const bool has_trajectories : {false, true}) {
         std::size_t count = 0, missed = 0;
         double early = 0.0, late = 0.0, horizons = 0.0;
         std::size_t ends = 0;
         for (int run = 0; run < 200; ++run) {
-            const Scene scene = make_scene(random, 300.0, has_ways);
+            const Scene scene = make_scene(random, 300.0, has_trajectories);
             const ContactNeeds needs = find(source, scene);
             const auto wide =
                 look_densely(source, scene.bodies, scene.now, scene.horizon, 0.05 * kSide);
@@ -187,9 +187,10 @@ TEST(ContactNeeds, AddFewChunksThatASlightlyLargerBodyMisses) {
                 late += needs.end_of(key) - touched.last;
             }
         }
-        SCOPED_TRACE("seed " + std::to_string(kSeed) + (has_ways ? ", ways" : ", no ways"));
+        SCOPED_TRACE("seed " + std::to_string(kSeed) +
+                     (has_trajectories ? ", trajectories" : ", no trajectories"));
         EXPECT_GT(count, 2000u);
-        // 0.12 without ways, where most is in the air and a box's edges are lower than a ball's; 0.05 with
+        // 0.12 without trajectories, where most is in the air and a box's edges are lower than a ball's; 0.05 with
         EXPECT_LT(static_cast<double>(missed), 0.15 * static_cast<double>(count));
         EXPECT_LT(early, 0.05 * horizons);
         EXPECT_GT(ends, 200u);
@@ -241,12 +242,12 @@ TEST(ContactNeeds, TellWhoTouchesWhatNow) {
         SCOPED_TRACE("seed " + std::to_string(kSeed) + ", run " + std::to_string(run));
         const Scene scene = make_scene(random, 300.0, run % 2 == 1);
         const ContactNeeds needs = find(source, scene);
-        std::vector<std::pair<std::size_t, ChunkKey>> stands, expected;
-        for (const ContactNeeds::Stand& stand : needs.stands()) {
-            stands.emplace_back(stand.body, stand.key);
-            EXPECT_EQ(needs.time_until(stand.key), 0.0);
+        std::vector<std::pair<std::size_t, ChunkKey>> contacts, expected;
+        for (const ContactNeeds::CurrentContact& contact : needs.current_contacts()) {
+            contacts.emplace_back(contact.body, contact.key);
+            EXPECT_EQ(needs.time_until(contact.key), 0.0);
         }
-        EXPECT_TRUE(std::is_sorted(stands.begin(), stands.end(),
+        EXPECT_TRUE(std::is_sorted(contacts.begin(), contacts.end(),
                                    [](const auto& a, const auto& b) { return a.first < b.first; }));
         for (std::size_t body = 0; body < scene.bodies.size(); ++body) {
             const BodyNeed& need = scene.bodies[body];
@@ -257,10 +258,10 @@ TEST(ContactNeeds, TellWhoTouchesWhatNow) {
                 ASSERT_TRUE(distance == 0.0 || std::abs(distance - need.radius) > 1e-3);
             }
         }
-        std::sort(stands.begin(), stands.end());
+        std::sort(contacts.begin(), contacts.end());
         std::sort(expected.begin(), expected.end());
-        EXPECT_EQ(stands, expected);
-        count += stands.size();
+        EXPECT_EQ(contacts, expected);
+        count += contacts.size();
     }
     EXPECT_GT(count, 300u);
 }

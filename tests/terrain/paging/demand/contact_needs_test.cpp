@@ -98,12 +98,12 @@ TEST(ContactNeeds, FollowAKnownWay) {
     constexpr double kStep = 4.0 / ContactNeeds::kSteps;
     BodyNeed body = body_at({32, 32, 0}, 1.0, {0, 300, 0});
     // a jump to (-2, -2) at 102, after a second on the way to (1, 0); what is past does not matter
-    const std::vector<BodyMoment> way{{98.0, {-300, 32, 0}},
-                                      {99.0, {-300, 300, 0}},
-                                      {101.0, {96, 32, 0}},
-                                      {102.0, {96, 32, 0}},
-                                      {102.0, {-96, -96, 0}}};
-    body.trajectory = way;
+    const std::vector<BodyMoment> trajectory{{98.0, {-300, 32, 0}},
+                                             {99.0, {-300, 300, 0}},
+                                             {101.0, {96, 32, 0}},
+                                             {102.0, {96, 32, 0}},
+                                             {102.0, {-96, -96, 0}}};
+    body.trajectory = trajectory;
     EXPECT_EQ(time_until(body, 0, 0), 0.0);
     EXPECT_NEAR(time_until(body, 1, 0), 31.0 / 64.0, kStep);
     EXPECT_NEAR(time_until(body, -2, -2), 2.0, kStep);
@@ -128,8 +128,8 @@ TEST(ContactNeeds, FollowAKnownWay) {
     EXPECT_EQ(time_until(body, -2, -2), 0.0);
     ContactNeeds needs(source, kLevel);
     needs.find({&body, 1}, {}, now, 4.0);
-    ASSERT_EQ(needs.stands().size(), 1u);
-    EXPECT_EQ(needs.stands()[0].key, (ChunkKey{0, 0, kLevel}));
+    ASSERT_EQ(needs.current_contacts().size(), 1u);
+    EXPECT_EQ(needs.current_contacts()[0].key, (ChunkKey{0, 0, kLevel}));
 }
 
 TEST(ContactNeeds, TakeRegionsAtTheirDeadlines) {
@@ -211,8 +211,8 @@ TEST(ContactNeeds, CoverAWholeWorldThatIsSmall) {
 TEST(ContactNeeds, FollowTheFastestBodiesOverTheSmallestChunks) {
     const Terraces source = deep_terraces();
     for (const double speed : {1e5, 1e6, 1e7}) {
-        for (const WorldPos& way : {WorldPos(1, 0, 0), WorldPos(0.6, -0.8, 0)}) {
-            const BodyNeed body = body_at({0.5, 0.5, 0}, 3.0, speed * way);
+        for (const WorldPos& direction : {WorldPos(1, 0, 0), WorldPos(0.6, -0.8, 0)}) {
+            const BodyNeed body = body_at({0.5, 0.5, 0}, 3.0, speed * direction);
             ContactNeeds needs(source, kDeepLevel);
             needs.find({&body, 1}, {}, 0.0, 0.1);
             EXPECT_EQ(needs.time_until({0, 0, kDeepLevel}), 0.0);
@@ -249,7 +249,7 @@ TEST(ContactNeeds, LetNoBodyOrRegionTakeTheShareOfTheOthers) {
     }
     // what is kept of the ball is around its middle
     EXPECT_EQ(all.time_until({-50, 50, kDeepLevel}), 0.0);
-    EXPECT_EQ(all.stands()[0].body, 0u);
+    EXPECT_EQ(all.current_contacts()[0].body, 0u);
 }
 
 // Each falls over a dozen chunks or more: alone that is little, and in a crowd no less.
@@ -281,7 +281,7 @@ TEST(ContactNeeds, ForgetWhatIsGone) {
     EXPECT_FALSE(needs.entries().empty());
     needs.find({}, {}, 1.0, 1.0);
     EXPECT_TRUE(needs.entries().empty());
-    EXPECT_TRUE(needs.stands().empty());
+    EXPECT_TRUE(needs.current_contacts().empty());
     EXPECT_EQ(needs.time_until({0, 0, kLevel}), kInfinity);
     EXPECT_EQ(needs.time_until({0, 0, 0}), kInfinity);
 }

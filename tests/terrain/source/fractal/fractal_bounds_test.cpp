@@ -243,12 +243,12 @@ TEST(FractalBounds, TinyTrianglesBendAsTheChainAndProductRulesSay) {
     }
     settings.kind = FractalKind::warped;
     settings.octave_count = 1;
-    const double way = 0.3 * kWavelength;
-    const double way_slope = std::sqrt(2.0) * way * kSlope * (1.0 + 2.0 * kGain);
-    const double way_curvature = std::sqrt(2.0) * way * kCurvature * (1.0 + 4.0 * kGain);
-    expect(
-        kAmplitude * kSlope * (1.0 + way_slope),
-        kAmplitude * (kCurvature * (1.0 + way_slope) * (1.0 + way_slope) + kSlope * way_curvature));
+    const double warp = 0.3 * kWavelength;
+    const double warp_slope = std::sqrt(2.0) * warp * kSlope * (1.0 + 2.0 * kGain);
+    const double warp_curvature = std::sqrt(2.0) * warp * kCurvature * (1.0 + 4.0 * kGain);
+    expect(kAmplitude * kSlope * (1.0 + warp_slope),
+           kAmplitude *
+               (kCurvature * (1.0 + warp_slope) * (1.0 + warp_slope) + kSlope * warp_curvature));
 }
 
 }  // namespace fractal_bounds_test

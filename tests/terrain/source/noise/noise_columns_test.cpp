@@ -151,22 +151,22 @@ TEST(NoisePoints, MoveByWholeUnitsAndRestsAndAreEnclosed) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed);
     test::Random random(kSeed);
     internal::NoisePoints points, moved;
-    alignas(64) double ways[2][internal::kMaxNoisePoints];
+    alignas(64) double shifts[2][internal::kMaxNoisePoints];
     for (const SimdLevel level : levels()) {
         const internal::NoiseKernels& kernels = internal::noise_kernels(level);
         for (const double far : {1e-9, 1.0, 1e6}) {
             scatter(random, {}, internal::kMaxNoisePoints, 1 << 19, 1 << 20, points);
             moved = points;
-            for (auto& axis_ways : ways) {
-                for (double& way : axis_ways) way = random.between(-far, far);
+            for (auto& axis_shifts : shifts) {
+                for (double& shift : axis_shifts) shift = random.between(-far, far);
             }
-            kernels.move(moved, 8, 16, 256.0, ways[0], ways[1]);  // all but the first 8
+            kernels.move(moved, 8, 16, 256.0, shifts[0], shifts[1]);  // all but the first 8
             moved.count = 24;
             kernels.enclose(moved);
             bool is_at_edge[4] = {};
             for (int point = 0; point < moved.count; ++point) {
-                const double way = point < 8 ? 0.0 : ways[0][point - 8] * 256.0;
-                const double from = points.rest_x[point] + way;
+                const double shift = point < 8 ? 0.0 : shifts[0][point - 8] * 256.0;
+                const double from = points.rest_x[point] + shift;
                 const double whole = std::floor(from);
                 EXPECT_EQ(moved.x[point] - points.x[point],
                           static_cast<std::uint64_t>(static_cast<std::int64_t>(whole)));
