@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "chunks/chunk_checks.h"
 #include "chunks/chunk_reaches.h"
+#include "chunks/chunk_vertices.h"
 
 #include <terrane/terrain/assert.h>
 
@@ -14,12 +15,18 @@
 namespace terrane {
 namespace {
 
+using internal::AreaVertices;
+using internal::ChunkVertices;
+using internal::kChunkSquares;
 using internal::kReachCells;
 using internal::kWideCells;
 using internal::kWideSamples;
 
 constexpr std::size_t kSamples = std::size_t{kChunkSamples} * kChunkSamples;
 constexpr std::size_t kCells = std::size_t{kChunkCells} * kChunkCells;
+// A chunk without what its vectors own. The 32 bytes of linkage and padding between the two structures do not count:
+// simulated loads transfer max_bytes(), which must not depend on the layout.
+constexpr std::size_t kOwnBytes = sizeof(Chunk) + sizeof(ChunkVertices) - 32;
 
 // The sum, rounded up.
 float add_up(float bound, double half_quantum) {
@@ -98,14 +105,14 @@ Result<void> fill_heights(const HeightSource& source, const std::stop_token& sto
     return {};
 }
 
-// The stored bound of a vertex of the chunk's own spacing; of a const chunk or not.
-template <typename AnyChunk>
-auto& own_bound(AnyChunk& chunk, int column, int row) {
+// The stored bound of a vertex of the chunk's own spacing; const or not.
+template <typename AnyVertices>
+auto& own_bound(AnyVertices& vertices, int column, int row) {
     const auto of_square = [](int sample) { return static_cast<std::size_t>(sample / 2); };
-    if (column == kChunkCells) return chunk.east_side.inverse_square_bounds[of_square(row)];
-    if (row == kChunkCells) return chunk.north_side.inverse_square_bounds[of_square(column)];
+    if (column == kChunkCells) return vertices.east_side.inverse_square_bounds[of_square(row)];
+    if (row == kChunkCells) return vertices.north_side.inverse_square_bounds[of_square(column)];
     const auto [area, kind, square] = AreaVertices::address_of(column, row);
-    return chunk.vertices[area].inverse_square_bounds[kind][square];
+    return vertices.areas[area].inverse_square_bounds[kind][square];
 }
 
 // Of samples with even column and row.
@@ -114,11 +121,11 @@ std::size_t coarse_index(int column, int row) {
            static_cast<std::size_t>(column / 2);
 }
 
-void store_bound(Chunk& chunk, int column, int row, float bound) {
+void store_bound(ChunkVertices& vertices, int column, int row, float bound) {
     if (((column | row) & 1) == 0) {
-        chunk.coarse_bounds[coarse_index(column, row)] = inverse_square(bound);
+        vertices.coarse_bounds[coarse_index(column, row)] = inverse_square(bound);
     } else {
-        own_bound(chunk, column, row) = upper_half(inverse_square(bound));
+        own_bound(vertices, column, row) = internal::upper_half(inverse_square(bound));
     }
 }
 
@@ -136,7 +143,7 @@ void raise_areas(Chunk& chunk, int column, int row, float bound) {
 
 // Stores the bounds of the vertices of one spacing, without those of the margin.
 Result<void> store_vertex_bounds(const SampleGrid& grid, std::span<const float> bounds,
-                                 double half_quantum, Chunk& chunk) {
+                                 double half_quantum, ChunkVertices& vertices, Chunk& chunk) {
     const auto stride = static_cast<int>(grid.step / chunk.step);
     const auto margin = static_cast<int>((chunk.corner.x - grid.corner.x) / grid.step);
     for (int row = 0; row < grid.rows - 2 * margin; ++row) {
@@ -146,7 +153,7 @@ Result<void> store_vertex_bounds(const SampleGrid& grid, std::span<const float> 
                 bounds[static_cast<std::size_t>((row + margin) * grid.columns + column + margin)];
             if (const Result<void> good = check_bound(given); !good) return good;
             const float bound = add_up(given, half_quantum);
-            store_bound(chunk, column * stride, row * stride, bound);
+            store_bound(vertices, column * stride, row * stride, bound);
             raise_areas(chunk, column * stride, row * stride, bound);
             chunk.max_vertex_bound = std::max(chunk.max_vertex_bound, bound);
         }
@@ -157,10 +164,9 @@ Result<void> store_vertex_bounds(const SampleGrid& grid, std::span<const float> 
 // Reads and stores the bounds of own vertices: those of the chunk's spacing, and in a root all coarser ones. Also
 // reads the bounds of cells.
 Result<void> fill_vertex_bounds(const HeightSource& source, const std::stop_token& stop,
-                                Surroundings& wide, Chunk& chunk) {
+                                Surroundings& wide, ChunkVertices& vertices, Chunk& chunk) {
     if (const Result<void> go_on = check_not_cancelled(stop); !go_on) return go_on;
     const double half_quantum = 0.5 * source.lattice().quantum;
-    chunk.vertices.resize(std::size_t{kChunkAreas} * kChunkAreas);
     std::vector<float> bounds(wide.grid.size());
     wide.bounds.resize(std::size_t{kWideCells} * kWideCells);
     if (const Result<void> read = source.mesh_bounds(wide.grid, bounds, wide.bounds); !read) {
@@ -173,12 +179,13 @@ Result<void> fill_vertex_bounds(const HeightSource& source, const std::stop_toke
 #if TERRANE_ASSERTS
     internal::assert_source_holds(source, wide.grid, wide.heights, wide.bounds);
 #endif
-    if (const Result<void> kept = store_vertex_bounds(wide.grid, bounds, half_quantum, chunk);
+    if (const Result<void> kept =
+            store_vertex_bounds(wide.grid, bounds, half_quantum, vertices, chunk);
         !kept || chunk.key.level > 0) {
         return kept;
     }
-    chunk.coarse_bounds.assign(std::size_t{kChunkSquares + 1} * (kChunkSquares + 1),
-                               std::numeric_limits<float>::infinity());
+    vertices.coarse_bounds.assign(std::size_t{kChunkSquares + 1} * (kChunkSquares + 1),
+                                  std::numeric_limits<float>::infinity());
     for (int stride = 2; stride <= kChunkSquares; stride *= 2) {
         if (const Result<void> go_on = check_not_cancelled(stop); !go_on) return go_on;
         SampleGrid sparse{chunk.corner, chunk.step * stride, kChunkCells / stride + 1,
@@ -186,7 +193,8 @@ Result<void> fill_vertex_bounds(const HeightSource& source, const std::stop_toke
         const std::span<float> out(bounds.data(), sparse.size());
         if (const Result<void> read = source.vertex_bounds(sparse, out); !read) return read;
         if (const Result<void> good = check(sparse, out); !good) return good;
-        if (const Result<void> kept = store_vertex_bounds(sparse, out, half_quantum, chunk);
+        if (const Result<void> kept =
+                store_vertex_bounds(sparse, out, half_quantum, vertices, chunk);
             !kept) {
             return kept;
         }
@@ -251,13 +259,13 @@ void fill_areas(Chunk& chunk) {
 
 }  // namespace
 
-float bound_of(float inverse_square_bound) {
+float internal::bound_of(float inverse_square_bound) {
     const double bound = 1.0 / std::sqrt(static_cast<double>(inverse_square_bound));
     return std::nextafter(static_cast<float>(bound), std::numeric_limits<float>::infinity());
 }
 
-float Chunk::inverse_square_bound(int column, int row) const {
-    if (((column | row) & 1) != 0) return from_upper_half(own_bound(*this, column, row));
+float ChunkVertices::inverse_square_bound(int column, int row) const {
+    if (((column | row) & 1) != 0) return internal::from_upper_half(own_bound(*this, column, row));
     return coarse_bounds.empty() ? std::numeric_limits<float>::infinity()
                                  : coarse_bounds[coarse_index(column, row)];
 }
@@ -278,23 +286,25 @@ SampleRange Chunk::samples_in_small(int log2_side, int column, int row) const {
 }
 
 std::size_t Chunk::max_bytes() {
-    return sizeof(Chunk) + kSamples * sizeof(std::int32_t) +
-           std::size_t{kChunkAreas} * kChunkAreas * sizeof(AreaVertices) +
+    return kOwnBytes + kSamples * sizeof(std::int32_t) +
            std::size_t{kChunkSquares + 1} * (kChunkSquares + 1) * sizeof(float) +
            kCells * (sizeof(float) + sizeof(std::uint8_t));
 }
 
 std::size_t Chunk::bytes() const {
-    return sizeof(Chunk) + heights.capacity() * sizeof(std::int32_t) +
-           vertices.capacity() * sizeof(AreaVertices) +
-           (coarse_bounds.capacity() + cell_bounds.capacity()) * sizeof(float) +
-           cell_flags.capacity();
+    const std::size_t own = vertices
+                                ? kOwnBytes + vertices->coarse_bounds.capacity() * sizeof(float)
+                                : kOwnBytes - sizeof(ChunkVertices::areas);
+    return own + heights.capacity() * sizeof(std::int32_t) +
+           cell_bounds.capacity() * sizeof(float) + cell_flags.capacity();
 }
 
-void complete_chunk(double quantum, Chunk& chunk) {
-    internal::derive_reaches(quantum, chunk);
+void internal::complete_chunk(double quantum, std::shared_ptr<ChunkVertices> vertices,
+                              Chunk& chunk) {
+    derive_reaches(quantum, *vertices, chunk);
     fill_intervals(chunk);
     fill_areas(chunk);
+    chunk.vertices = std::move(vertices);
 }
 
 Result<std::shared_ptr<const Chunk>> make_chunk(const HeightSource& source, const ChunkKey& key,
@@ -303,6 +313,7 @@ Result<std::shared_ptr<const Chunk>> make_chunk(const HeightSource& source, cons
     TERRANE_ASSERT(lattice.contains(key), "the key must name a chunk of the source's world");
     if (auto stored = source.stored_chunk(key, stop); !stored || *stored != nullptr) return stored;
     auto chunk = std::make_shared<Chunk>();
+    auto vertices = std::make_shared<ChunkVertices>();
     chunk->key = key;
     chunk->corner = lattice.corner(key);
     chunk->step = lattice.step(key.level);
@@ -315,7 +326,8 @@ Result<std::shared_ptr<const Chunk>> make_chunk(const HeightSource& source, cons
     if (const Result<void> done = fill_heights(source, stop, wide, *chunk); !done) {
         return tl::unexpected(done.error());
     }
-    if (const Result<void> done = fill_vertex_bounds(source, stop, wide, *chunk); !done) {
+    if (const Result<void> done = fill_vertex_bounds(source, stop, wide, *vertices, *chunk);
+        !done) {
         return tl::unexpected(done.error());
     }
     if (const Result<void> done = fill_cells(source, stop, wide, *chunk); !done) {
@@ -323,8 +335,8 @@ Result<std::shared_ptr<const Chunk>> make_chunk(const HeightSource& source, cons
     }
     if (const Result<void> go_on = check_not_cancelled(stop); !go_on)
         return tl::unexpected(go_on.error());
-    internal::fill_reaches(wide.heights, wide.bounds, source, *chunk);
-    complete_chunk(lattice.quantum, *chunk);
+    internal::fill_reaches(wide.heights, wide.bounds, source, *chunk, *vertices);
+    internal::complete_chunk(lattice.quantum, std::move(vertices), *chunk);
     return std::shared_ptr<const Chunk>(std::move(chunk));
 }
 

@@ -92,28 +92,31 @@ struct Depths {
 };
 
 // Unions over areas and the chunk.
-void enclose_reaches(Chunk& chunk) {
-    chunk.reach_low = std::numeric_limits<std::int16_t>::max();
-    chunk.reach_high = std::numeric_limits<std::int16_t>::min();
-    const auto take = [](auto& into, const auto& lows, const auto& highs) {
-        for (const std::int16_t low : lows) into.reach_low = std::min(into.reach_low, low);
-        for (const std::int16_t high : highs) into.reach_high = std::max(into.reach_high, high);
+void enclose_reaches(ChunkVertices& vertices, Chunk& chunk) {
+    using AreaReach = ChunkVertices::AreaReach;
+    constexpr AreaReach kEmpty{std::numeric_limits<std::int16_t>::max(),
+                               std::numeric_limits<std::int16_t>::min()};
+    const auto add = [](AreaReach& reach, const auto& lows, const auto& highs) {
+        for (const std::int16_t low : lows) reach.low = std::min(reach.low, low);
+        for (const std::int16_t high : highs) reach.high = std::max(reach.high, high);
     };
+    AreaReach all = kEmpty;
     for (int i = 0; i < kChunkAreas * kChunkAreas; ++i) {
-        Chunk::Area& area = chunk.areas[static_cast<std::size_t>(i)];
-        const AreaVertices& vertices = chunk.vertices[static_cast<std::size_t>(i)];
-        area.reach_low = std::numeric_limits<std::int16_t>::max();
-        area.reach_high = std::numeric_limits<std::int16_t>::min();
+        AreaReach& reach = vertices.area_reaches[static_cast<std::size_t>(i)];
+        const AreaVertices& area = vertices.areas[static_cast<std::size_t>(i)];
+        reach = kEmpty;
         for (std::size_t kind = 0; kind < AreaVertices::kKinds; ++kind) {
-            take(area, vertices.low[kind], vertices.high[kind]);
+            add(reach, area.low[kind], area.high[kind]);
         }
-        if (i % kChunkAreas == kChunkAreas - 1)
-            take(area, chunk.east_side.low, chunk.east_side.high);
+        if (i % kChunkAreas == kChunkAreas - 1) {
+            add(reach, vertices.east_side.low, vertices.east_side.high);
+        }
         if (i / kChunkAreas == kChunkAreas - 1) {
-            take(area, chunk.north_side.low, chunk.north_side.high);
+            add(reach, vertices.north_side.low, vertices.north_side.high);
         }
-        take(chunk, std::array{area.reach_low}, std::array{area.reach_high});
+        add(all, std::array{reach.low}, std::array{reach.high});
     }
+    chunk.vertex_reach = vertices.metres(all.low, all.high);
 }
 
 // Twice the height of a vertex above the middle of the edge that it splits, quanta.
@@ -128,8 +131,7 @@ std::int64_t double_rise(const Chunk& chunk, int column, int row) {
            height(column + to_x, row + to_y);
 }
 
-void fill_rises(double quantum, Chunk& chunk, int area) {
-    AreaVertices& vertices = chunk.vertices[static_cast<std::size_t>(area)];
+void fill_rises(double quantum, const Chunk& chunk, int area, AreaVertices& vertices) {
     const int west = area % kChunkAreas * kAreaCells, south = area / kChunkAreas * kAreaCells;
     AreaVertices::PerVertex<std::int64_t> rises;
     std::int64_t most = 0;
@@ -175,16 +177,16 @@ ReachHeights reach_heights(const HeightSource& source, double spacing) {
 }
 
 void fill_reaches(std::span<const double> heights, std::span<const float> bounds,
-                  const HeightSource& source, Chunk& chunk) {
+                  const HeightSource& source, const Chunk& chunk, ChunkVertices& vertices_out) {
     const double quantum = source.lattice().quantum;
     const ReachHeights most =
         reach_heights(source, source.lattice().spacing * static_cast<double>(chunk.step));
     const Depths depths(heights, bounds);
-    chunk.reach_base = depths.middle;
-    chunk.reach_unit = 0x1p-20f;
-    while (depths.most > kLargest * chunk.reach_unit) chunk.reach_unit *= 2;
+    vertices_out.reach_base = depths.middle;
+    vertices_out.reach_unit = 0x1p-20f;
+    while (depths.most > kLargest * vertices_out.reach_unit) vertices_out.reach_unit *= 2;
     const Lowest down(depths.down), up(depths.up);
-    const float per_unit = 1.0f / chunk.reach_unit;
+    const float per_unit = 1.0f / vertices_out.reach_unit;
     // truncated, minus two units: rounded down, with a margin for the rounding of sums with the eye's height
     const auto to_units = [&](float depth) {
         return static_cast<std::int16_t>(static_cast<int>(depth * per_unit) - 2);
@@ -200,21 +202,22 @@ void fill_reaches(std::span<const double> heights, std::span<const float> bounds
         for (int column = row % 2 == 0 ? 1 : 0; column < kChunkCells;
              column += row % 2 == 0 ? 2 : 1) {
             const auto [area, kind, square] = AreaVertices::address_of(column, row);
-            AreaVertices& vertices = chunk.vertices[area];
-            fill(column, row, vertices.low[kind][square], vertices.high[kind][square]);
+            AreaVertices& of_area = vertices_out.areas[area];
+            fill(column, row, of_area.low[kind][square], of_area.high[kind][square]);
         }
     }
     for (int i = 0; i < kChunkSquares; ++i) {
         const auto k = static_cast<std::size_t>(i);
-        fill(kChunkCells, 2 * i + 1, chunk.east_side.low[k], chunk.east_side.high[k]);
-        fill(2 * i + 1, kChunkCells, chunk.north_side.low[k], chunk.north_side.high[k]);
+        fill(kChunkCells, 2 * i + 1, vertices_out.east_side.low[k], vertices_out.east_side.high[k]);
+        fill(2 * i + 1, kChunkCells, vertices_out.north_side.low[k],
+             vertices_out.north_side.high[k]);
     }
 }
 
-void derive_reaches(double quantum, Chunk& chunk) {
-    enclose_reaches(chunk);
+void derive_reaches(double quantum, ChunkVertices& vertices, Chunk& chunk) {
+    enclose_reaches(vertices, chunk);
     for (int area = 0; area < kChunkAreas * kChunkAreas; ++area) {
-        fill_rises(quantum, chunk, area);
+        fill_rises(quantum, chunk, area, vertices.areas[static_cast<std::size_t>(area)]);
     }
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "chunks/chunk_vertices.h"
+
 #include <terrane/terrain/chunk.h>
 
 #include <span>
@@ -26,9 +28,9 @@ ReachHeights reach_heights(const HeightSource& source, double spacing);
 /// @param heights [kWideSamples^2] metres, of the chunk and kReachCells around it
 /// @param bounds  [kWideCells^2] certified bounds of the cells, metres
 void fill_reaches(std::span<const double> heights, std::span<const float> bounds,
-                  const HeightSource& source, Chunk& chunk);
+                  const HeightSource& source, const Chunk& chunk, ChunkVertices& vertices_out);
 
 /// Sets the reaches of areas and of the chunk from those of the vertices, and the rises of the vertices.
-void derive_reaches(double quantum, Chunk& chunk);
+void derive_reaches(double quantum, ChunkVertices& vertices, Chunk& chunk);
 
 }  // namespace terrane::internal

@@ -12,12 +12,12 @@
 namespace terrane::internal {
 namespace {
 
-/// Amplitude over the mean second difference: a sine of half the wavelength of what the samples
-/// show, as fractal ground of gain 1/2 would go on.
+/// Amplitude of the first octave over the mean second difference of the samples: that of a sine of half the shortest
+/// wavelength that they resolve, continued as a fractal of gain 1/2.
 constexpr double kAmplitudeOverBend = 0.5;
 constexpr int kMaxOctaves = 24;
 
-/// Octaves from the cell down, the last no shorter than two finest spacings.
+/// Number of octaves from the cell down; the last wavelength is at least two finest spacings.
 int octaves_below(double cell, double finest) {
     int count = 1;
     for (double wavelength = 0.5 * cell; wavelength >= 2.0 * finest && count < kMaxOctaves;
@@ -27,8 +27,8 @@ int octaves_below(double cell, double finest) {
     return count;
 }
 
-/// Mean size of the second differences, along rows and columns, of the samples of a block. The
-/// raster's outermost samples have none.
+/// Mean absolute second difference, along rows and columns, of the samples of a block. The raster's outermost samples
+/// have none.
 double mean_bend(const RasterPatch& patch, const BilinearGrid& grid, int west, int south, int east,
                  int north) {
     double sum = 0.0;
@@ -94,7 +94,7 @@ Result<std::shared_ptr<const HeightSource>> add_dem_detail(std::shared_ptr<const
         for (int x = 0; x < field.columns; ++x) {
             const int west = x * kBlockSide;
             const int east = std::min(west + kBlockSide, grid.columns) - 1;
-            // What was never surveyed stays smooth.
+            // No detail outside the survey.
             const bool is_outside =
                 (store.voids().flags(west, south, east, north) & cell_outside) != 0;
             const double amplitude = is_outside

@@ -9,10 +9,10 @@
 
 namespace terrane::internal {
 
-/// Fails with invalid_argument where the detail's roughness is out of range.
+/// Fails: invalid_argument if the detail's roughness is out of range
 Result<void> check_detail(const DemSettings& settings);
 
-/// Fractal detail between the samples of a raster, as high as the ground around is rough. It
+/// Adds fractal detail between the samples of a raster, with an amplitude proportional to the local roughness. It
 /// vanishes at the samples and outside the surveyed ground.
 ///
 /// Fails: io; invalid_argument

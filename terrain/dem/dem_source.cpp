@@ -38,7 +38,7 @@ Result<std::shared_ptr<const DemSource>> DemSource::create(
     std::function<bool(double)> report_progress) {
     auto reader = RasterReader::open(path, settings.patience_s);
     if (!reader) return tl::unexpected(reader.error());
-    // A spacing that is out of range and a raster that is too large are told before it is read.
+    // A spacing out of range and a raster too large are refused before it is read.
     const DemInfo& raster = (*reader)->info();
     const auto first_grid = make_grid(raster, finest_spacing);
     if (!first_grid) return tl::unexpected(first_grid.error());
@@ -81,7 +81,7 @@ Result<std::shared_ptr<const DemSource>> DemSource::create(
 double DemSource::height(double x, double y) const {
     constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
     if (!std::isfinite(x) || !std::isfinite(y)) return kNaN;
-    // Beyond the edge the surface repeats it: far away it is enough to be a little beyond.
+    // Beyond the edge the surface repeats it, so coordinates are clamped to a little beyond.
     const BilinearGrid& g = grid();
     const WorldRect& e = extent();
     const double near_x = std::clamp(x, e.west - g.cell_x, e.east + g.cell_x);
@@ -105,7 +105,7 @@ Result<void> DemSource::sample(const SampleGrid& grid, std::span<double> heights
         add_base(heights_out.first(grid.size()));
         return {};
     }
-    // A grid that is much coarser than the raster takes its points one by one.
+    // The points of a grid much coarser than the raster are evaluated one by one.
     constexpr std::int64_t kFewCells = 16;
     if (grid.step <= kFewCells * fine_->grid().base_step()) {
         const auto patch = fine_->patch(grid, 0);
@@ -137,7 +137,7 @@ Result<void> DemSource::vertex_bounds(const SampleGrid& grid, std::span<float> b
     }
     if (store_->rounding() == 0.0) return {};
     add_rounding(bounds_out.first(grid.size()));
-    // Points of even index both ways are no vertices: the corner is a multiple of twice the step.
+    // Points of even column and row are no vertices: the corner is a multiple of twice the step.
     for (int row = 0; row < grid.rows; row += 2) {
         for (int column = 0; column < grid.columns; column += 2) {
             bounds_out[static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.columns) +
@@ -165,8 +165,8 @@ Result<void> DemSource::cell_flags(const SampleGrid& grid,
                                    std::span<std::uint8_t> flags_out) const {
     const BilinearGrid& g = fine_->grid();
     const DemInfo& raster = info();
-    // Samples that the bilinear surface over a cell is made of, and whether the cell is all beyond
-    // the raster's outer edges, half a cell from its outermost samples.
+    // The samples of the bilinear surface over a cell, and whether the cell lies entirely beyond the raster's
+    // outer edges, half a cell from its outermost samples.
     struct Span {
         int first = 0, last = 0;
         bool beyond = false;

@@ -2,10 +2,10 @@
 #pragma once
 
 #include "bounds/bound_tiers.h"
-#include "surface/fine_surface.h"
 #include "bounds/height_pyramid.h"
 #include "opening_cache.h"
 #include "raster/raster_store.h"
+#include "surface/fine_surface.h"
 
 #include <terrane/dem/dem_heights.h>
 
@@ -18,7 +18,7 @@ namespace terrane::internal {
 /// The bilinear surface of a raster as a source of heights; immutable once made.
 class DemSource final : public HeightSource {
 public:
-    /// Fails: io; timed_out; cancelled; bad_data; out_of_memory; invalid_argument where the finest
+    /// Fails: io; timed_out; cancelled; bad_data; out_of_memory; invalid_argument if the finest
     ///        spacing is out of range
     static Result<std::shared_ptr<const DemSource>> create(
         const std::string& path, double finest_spacing, const StoreSettings& settings,
@@ -43,7 +43,7 @@ private:
               OpeningBounds bounds, CacheUse cache_use);
 
     void add_base(std::span<double> heights) const;
-    /// Adds to bounds what the samples that are held may be off.
+    /// Adds the packing error of samples to bounds.
     void add_rounding(std::span<float> bounds) const;
 
     std::shared_ptr<const RasterStore> store_;

@@ -11,7 +11,7 @@
 namespace terrane::internal {
 namespace {
 
-/// Its version changes with every change of the bounds that are made of the same samples.
+/// The version changes with every change of the bounds computed from the same samples.
 constexpr SealedKind kKind{{'B', 'N', 'D', 'S'}, 1};
 constexpr std::int64_t kFewSamples = std::int64_t{1} << 16;
 
@@ -62,7 +62,7 @@ Result<ContentHash> make_key(const FineSurface& fine) {
     return hasher.value();
 }
 
-/// A raster's path with what tells lattices over it apart; "" where it is no file of a folder.
+/// A raster's path, made unique per lattice; "" if it is no file in a folder.
 std::string file_beside(const std::string& raster_path, const BilinearGrid& grid) {
     std::error_code error;
     if (!std::filesystem::is_regular_file(raster_path, error)) return {};
@@ -82,20 +82,20 @@ Result<OpeningCache> OpeningCache::create(const DemCache& cache, const std::stri
     made.key_ = *key;
     if (cache.place == DemCache::Place::beside) {
         if (std::string file = file_beside(raster_path, grid); !file.empty()) {
-            made.places_.push_back(std::move(file));
+            made.paths_.push_back(std::move(file));
         }
     }
     if (!cache.folder.empty()) {
-        made.places_.push_back(cache.folder + "/" + key->text() + ".terrane-bounds");
+        made.paths_.push_back(cache.folder + "/" + key->text() + ".terrane-bounds");
     }
     return made;
 }
 
 std::optional<OpeningBounds> OpeningCache::load(const std::shared_ptr<const FineSurface>& fine) {
-    for (const std::string& place : places_) {
+    for (const std::string& place : paths_) {
         const auto file = SealedReader::open(place, kKind);
         if (!file) {
-            // One that is not there, or not for us, is not worth a word.
+            // A file that is absent or not readable is not reported.
             if (file.error().code != ErrorCode::io) {
                 use_.note = file.error().message + "; its bounds are made again";
             }
@@ -103,7 +103,7 @@ std::optional<OpeningBounds> OpeningCache::load(const std::shared_ptr<const Fine
         }
         ByteReader in(file->directory());
         const ContentHash key{in.get<std::uint64_t>(), in.get<std::uint64_t>()};
-        if (key != key_) continue;  // of other heights: stale
+        if (key != key_) continue;  // stale: of other heights
         auto pyramid = HeightPyramid::read(fine->grid(), in);
         if (!pyramid) continue;
         auto tiers = BoundTiers::read(fine, in);
@@ -115,15 +115,15 @@ std::optional<OpeningBounds> OpeningCache::load(const std::shared_ptr<const Fine
 }
 
 void OpeningCache::save(const OpeningBounds& bounds) {
-    if (places_.empty()) return;
+    if (paths_.empty()) return;
     ByteWriter out;
     out.put(key_.low);
     out.put(key_.high);
     bounds.pyramid.write(out);
     bounds.tiers->write(out);
     std::string failure;
-    for (const std::string& place : places_) {
-        std::error_code ignored;  // told by the file that cannot be made
+    for (const std::string& place : paths_) {
+        std::error_code ignored;  // reported when the file cannot be created
         std::filesystem::create_directories(std::filesystem::path(place).parent_path(), ignored);
         auto file = SealedWriter::create(place, kKind);
         if (file) {

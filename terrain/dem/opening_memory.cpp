@@ -10,20 +10,20 @@
 namespace terrane::internal {
 namespace {
 
-/// A sum over levels of half the resolution each.
+/// Sum over levels of half the resolution each.
 constexpr double kAllLevels = 4.0 / 3.0;
 constexpr double kMebibyte = 1024.0 * 1024.0;
 
 }  // namespace
 
 double opening_bytes(const BilinearGrid& grid, double held_bytes) {
-    // Of a sample in a strip: as it is read, twice as a height, as it is kept, and whether it is valid.
+    // Per sample of a strip: as read, twice as a height, packed, and its validity.
     constexpr double kStripSample = 3 * sizeof(double) + sizeof(std::uint32_t) + 1;
-    // Of a block: intervals on all levels, flags of nodata, what fills voids, amplitude of detail.
+    // Per block: intervals on all levels, flags of nodata, fill of voids, amplitude of detail.
     constexpr double kBlock = kAllLevels * 2 * sizeof(double) + 1 + 24 + sizeof(float);
-    // Of a point of the first tier: height, two bounds, two deviations.
+    // Per point of the first tier: height, two bounds, two deviations.
     constexpr double kTierPoint = kAllLevels * (sizeof(double) + 4 * sizeof(float));
-    // Windows of samples and of points that threads work in.
+    // Windows of samples and points of the threads.
     constexpr double kWindows = 64.0 * kMebibyte;
     const double columns = grid.columns, rows = grid.rows;
     const double blocks =

@@ -5,10 +5,10 @@
 
 namespace terrane::internal {
 
-/// Bytes that a raster takes at most while it is opened and after that, but for what depends on where
-/// its nodata is and for the cache of GDAL.
+/// Upper bound of the bytes of a raster during and after opening, without those that depend on its nodata and without
+/// the cache of GDAL.
 ///
-/// @param held_bytes  for samples: all of them, or the cache of a raster that is read by window
+/// @param held_bytes  of samples: all of them, or the cache of a raster read by window
 double opening_bytes(const BilinearGrid& grid, double held_bytes);
 
 }  // namespace terrane::internal

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// What opening a raster makes, as bytes. Sizes follow from the grid and are not written: no file can make
-// them other than they must be.
+// Serialisation of what opening a raster computes. Sizes follow from the grid and are not written, so no file can
+// give wrong ones.
 #include "bounds/bound_tiers.h"
 #include "bounds/height_pyramid.h"
 

@@ -7,6 +7,7 @@
 // screen error that is still held back.
 #include "paging/fades.h"
 
+#include "chunks/chunk_vertices.h"
 #include "paging/demand/predicted_view.h"
 
 #include <terrane/terrain/resident_set.h>
@@ -54,7 +55,7 @@ double largest_angle(const Lattice& lattice, const Chunk& chunk, const View& vie
         const Chunk::Area& area = chunk.areas[static_cast<std::size_t>(i)];
         const std::int64_t west = chunk.corner.x + i % kChunkAreas * side;
         const std::int64_t south = chunk.corner.y + i / kChunkAreas * side;
-        const HeightInterval reach = chunk.reach_of_area(i);
+        const HeightInterval reach = chunk.vertices->reach_of_area(i);
         const WorldBox box{
             {lattice.x(west) - across, lattice.y(south) - across, reach.low},
             {lattice.x(west + side) + across, lattice.y(south + side) + across, reach.high}};

@@ -6,6 +6,8 @@
 // every stored bound has inside.
 #include "stored_heights.h"
 
+#include "chunks/chunk_vertices.h"
+
 #include <terrane/terrain/assert.h>
 
 #include <algorithm>
@@ -122,7 +124,7 @@ Result<float> StoredHeights::vertex_bound(LatticePoint point, std::int64_t step)
     const Place place = find_sample(std::max(level_of(step), 0), point);
     const ChunkResult chunk = reader_->find(place.key);
     if (!chunk) return tl::unexpected(chunk.error());
-    return bound_of((*chunk)->inverse_square_bound(place.column, place.row));
+    return bound_of((*chunk)->vertices->inverse_square_bound(place.column, place.row));
 }
 
 Result<void> StoredHeights::vertex_bounds(const SampleGrid& grid,

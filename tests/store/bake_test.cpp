@@ -119,10 +119,10 @@ TEST(Bake, CoarserLevelsHaveTheHeightsAndBoundsOfTheSource) {
         const Chunk live = **make_chunk(*source, key), stored = **make_chunk(*store, key);
         EXPECT_EQ(live.heights, stored.heights);
         EXPECT_EQ(live.cell_bounds, stored.cell_bounds);
-        EXPECT_EQ(live.coarse_bounds, stored.coarse_bounds);
-        for (std::size_t i = 0; i < live.vertices.size(); ++i) {
-            EXPECT_EQ(live.vertices[i].inverse_square_bounds,
-                      stored.vertices[i].inverse_square_bounds);
+        EXPECT_EQ(live.vertices->coarse_bounds, stored.vertices->coarse_bounds);
+        for (std::size_t i = 0; i < live.vertices->areas.size(); ++i) {
+            EXPECT_EQ(live.vertices->areas[i].inverse_square_bounds,
+                      stored.vertices->areas[i].inverse_square_bounds);
         }
         EXPECT_EQ(store->lattice().x(stored.corner.x), source->lattice().x(live.corner.x));
         EXPECT_EQ(store->lattice().y(stored.corner.y), source->lattice().y(live.corner.y));

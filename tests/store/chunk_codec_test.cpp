@@ -36,7 +36,8 @@ TEST(ChunkCodec, KeepsExtremesAndFlags) {
     chunk.cell_flags.assign(std::size_t{kChunkCells} * kChunkCells, cell_ground);
     for (auto& flags : chunk.cell_flags) flags = static_cast<std::uint8_t>(random.below(4));
     chunk.cell_bounds[7] = std::numeric_limits<float>::infinity();
-    complete_chunk(source->lattice().quantum, chunk);
+    complete_chunk(source->lattice().quantum, std::make_shared<ChunkVertices>(*chunk.vertices),
+                   chunk);
     const auto bytes = encode_chunk(chunk);
     EXPECT_EQ(bytes.size(), max_encoded_bytes());
     const auto decoded = decode_chunk(bytes, source->lattice(), key);

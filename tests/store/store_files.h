@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "chunks/chunk_vertices.h"
+
 #include <terrane/store/chunk_store.h>
 #include <terrane/terrain/chunk.h>
 #include <terrane/terrain/fractal_heights.h>
@@ -84,30 +86,37 @@ inline std::vector<ChunkKey> all_keys(const Lattice& lattice) {
     return keys;
 }
 
-/// Whether two chunks have the same bits, all of them.
-inline bool same_chunk(const Chunk& a, const Chunk& b) {
-    const auto same_side = [](const Chunk::SideVertices& s, const Chunk::SideVertices& t) {
+/// Whether two chunks' vertices have the same bits.
+inline bool same_vertices(const internal::ChunkVertices& a, const internal::ChunkVertices& b) {
+    const auto same_side = [](const internal::SideVertices& s, const internal::SideVertices& t) {
         return s.inverse_square_bounds == t.inverse_square_bounds && s.low == t.low &&
                s.high == t.high;
     };
-    bool same = a.key == b.key && a.corner == b.corner && a.step == b.step &&
-                a.heights == b.heights && a.vertices.size() == b.vertices.size() &&
-                same_side(a.east_side, b.east_side) && same_side(a.north_side, b.north_side) &&
+    bool same = same_side(a.east_side, b.east_side) && same_side(a.north_side, b.north_side) &&
                 a.reach_base == b.reach_base && a.reach_unit == b.reach_unit &&
-                a.reach_low == b.reach_low && a.reach_high == b.reach_high &&
-                a.coarse_bounds == b.coarse_bounds && a.cell_bounds == b.cell_bounds &&
+                a.coarse_bounds == b.coarse_bounds;
+    for (std::size_t i = 0; same && i < a.areas.size(); ++i) {
+        const internal::AreaVertices &v = a.areas[i], &w = b.areas[i];
+        same = v.inverse_square_bounds == w.inverse_square_bounds && v.low == w.low &&
+               v.high == w.high && v.rise == w.rise && v.rise_unit == w.rise_unit &&
+               a.area_reaches[i].low == b.area_reaches[i].low &&
+               a.area_reaches[i].high == b.area_reaches[i].high;
+    }
+    return same;
+}
+
+/// Whether two chunks have the same bits in all fields.
+inline bool same_chunk(const Chunk& a, const Chunk& b) {
+    bool same = a.key == b.key && a.corner == b.corner && a.step == b.step &&
+                a.heights == b.heights && same_vertices(*a.vertices, *b.vertices) &&
+                a.vertex_reach.low == b.vertex_reach.low &&
+                a.vertex_reach.high == b.vertex_reach.high && a.cell_bounds == b.cell_bounds &&
                 a.cell_flags == b.cell_flags && a.low == b.low && a.high == b.high &&
                 a.max_vertex_bound == b.max_vertex_bound && a.quadrant_bound == b.quadrant_bound;
-    for (std::size_t i = 0; same && i < a.vertices.size(); ++i) {
-        const AreaVertices &v = a.vertices[i], &w = b.vertices[i];
-        same = v.inverse_square_bounds == w.inverse_square_bounds && v.low == w.low &&
-               v.high == w.high && v.rise == w.rise && v.rise_unit == w.rise_unit;
-    }
     for (std::size_t i = 0; same && i < a.areas.size(); ++i) {
         const Chunk::Area &v = a.areas[i], &w = b.areas[i];
         same = v.low == w.low && v.high == w.high && v.max_vertex_bound == w.max_vertex_bound &&
-               v.max_cell_bound == w.max_cell_bound && v.reach_low == w.reach_low &&
-               v.reach_high == w.reach_high;
+               v.max_cell_bound == w.max_cell_bound;
     }
     for (int log2 = SamplePyramid::kFinest; same && log2 <= SamplePyramid::kCoarsest; ++log2) {
         for (int row = 0; row < kChunkCells; row += 1 << log2) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "store_files.h"
-#include "support/random.h"
 #include "support/heights/wave_heights.h"
+#include "support/random.h"
 #include "terrain/source/bound_checks.h"
 
 #include <gtest/gtest.h>
@@ -83,7 +83,7 @@ TEST_F(StoredHeights, TheTrueSurfaceOfTheSourceIsWithinMaxError) {
 TEST_F(StoredHeights, BoundsHoldForTheSurfaceOfTheStore) {
     Random random(7);
     const Lattice& lattice = store_->lattice();
-    for (std::int64_t step = 1; step <= lattice.step(0) * kChunkSquares; step *= 2) {
+    for (std::int64_t step = 1; step <= lattice.step(0) * internal::kChunkSquares; step *= 2) {
         const auto across = static_cast<int>(std::min<std::int64_t>(lattice.east() / step, 20));
         const SampleGrid grid{{0, 0}, step, across + 1, across + 1};
         check_bounds(*store_, grid, 20, random);

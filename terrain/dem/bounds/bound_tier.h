@@ -7,13 +7,13 @@
 
 namespace terrane::internal {
 
-/// Points that a tier holds beyond the raster: a vertex there depends on the three around it, and
-/// four remainders are needed.
+/// Points of a tier beyond the raster: a vertex there depends on three points around it, and all four residues modulo 4
+/// must occur.
 inline constexpr std::int64_t kBeyondRaster = 6;
 
-/// A decimated lattice over a raster with what is known about the surface below it. Beyond the
-/// raster the surface repeats its edge, so that an index out there has the values of one just beyond
-/// the edge with the same remainder by 4: squares are cut the same way.
+/// A decimated lattice over a raster with bounds of the surface at its spacing. Beyond the raster the surface repeats
+/// its edge, so that a point out there has the values of the one just beyond the edge with the same index modulo 4:
+/// their squares are cut along the same diagonals.
 struct BoundTier {
     std::int64_t step = 1;                  ///< finest spacings between its points
     std::int64_t first_x = 0, first_y = 0;  ///< index of the south-western point, in steps
@@ -21,10 +21,10 @@ struct BoundTier {
     std::vector<float> bounds;       ///< [rows * columns] of the vertices of spacing `step`; else 0
     std::vector<float> cell_bounds;  ///< of the two triangles of the cell north-east of a point
 
-    // Of the first tier alone.
+    // First tier only.
     std::vector<double> heights;  ///< [rows * columns]
-    /// [rows * columns] least and greatest of the surface minus the bilinear interpolation of the
-    /// corners, over the cell north-east of a point.
+    /// [rows * columns] range of the surface minus the bilinear interpolation of the corners, over the cell
+    /// north-east of a point.
     std::vector<float> cell_low, cell_high;
 
     bool contains(std::int64_t x, std::int64_t y) const {

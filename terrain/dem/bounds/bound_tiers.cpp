@@ -41,7 +41,7 @@ BoundTier BoundTiers::make_extent(std::int64_t step) const {
     const BilinearGrid& grid = fine_->grid();
     BoundTier tier;
     tier.step = step;
-    // From the lattice points around the samples' rectangle, and some beyond.
+    // The lattice points around the samples' rectangle, and a margin.
     const double spacing = grid.lattice.spacing * static_cast<double>(step);
     const auto index_below = [&](double from_origin) {
         return static_cast<std::int64_t>(std::floor(from_origin / spacing));
@@ -97,7 +97,7 @@ Result<void> BoundTiers::make_first(int ratio, OpeningProgress& progress) {
     tier.cell_high.resize(tier.bounds.size());
     constexpr int kWindowSide = 512;
     const int side = std::max(8, kWindowSide / ratio);
-    // Squares write to places of their own: any number of threads gives the same tier.
+    // Each square writes its own entries: any number of threads gives the same tier.
     const int across = (tier.columns + side - 1) / side;
     const int count = across * ((tier.rows + side - 1) / side);
     progress.begin(0.85, count);
@@ -111,7 +111,7 @@ Result<void> BoundTiers::make_first(int ratio, OpeningProgress& progress) {
         low = std::min(low, tier.heights[i]);
         high = std::max(high, tier.heights[i]);
     }
-    // Over a cell the surface is that far from between its corners at most.
+    // Bound of the surface's distance from the interpolation of a cell's corners.
     low += static_cast<double>(*std::ranges::min_element(tier.cell_low));
     high += static_cast<double>(*std::ranges::max_element(tier.cell_high));
     largest_ = round_outward(high - low);
@@ -120,7 +120,7 @@ Result<void> BoundTiers::make_first(int ratio, OpeningProgress& progress) {
 }
 
 Result<void> BoundTiers::make_coarser(OpeningProgress& progress) {
-    // Vertices of the root squares' halves are owned by the roots, too.
+    // Roots own the vertices of half their side, too.
     const std::int64_t coarsest = fine_->grid().lattice.chunk_side(0);
     while (tiers_.back().step < coarsest) tiers_.push_back(make_extent(2 * tiers_.back().step));
     const std::span<BoundTier> coarser = std::span(tiers_).subspan(1);
@@ -131,11 +131,11 @@ Result<void> BoundTiers::make_coarser(OpeningProgress& progress) {
     return {};
 }
 
-/// Midpoints have their deviations, cells theirs; makes the bounds of the vertices of a tier.
+/// Computes the bounds of a tier's vertices from the deviations of its midpoints and cells.
 void BoundTiers::nest(std::size_t level) {
     BoundTier& tier = tiers_[level];
     if (level + 1 == tiers_.size()) {
-        // Of the coarsest the deviations are not known, nor asked for.
+        // The coarsest tier's deviations are not computed, and not needed.
         std::ranges::fill(tier.bounds, largest_);
         return;
     }
@@ -203,7 +203,7 @@ void BoundTiers::vertex_bounds(const SampleGrid& grid, std::span<float> bounds_o
         for (int column = 0; column < grid.columns; ++column) {
             const float bound =
                 tier == nullptr ? largest_ : tier->bounds[tier->at(x + column, y + row)];
-            // Points of even index both ways are vertices of a coarser spacing.
+            // Points of even column and row are vertices of a coarser spacing.
             bounds_out[at++] = (((x + column) | (y + row)) & 1) == 0 ? 0.0f : bound;
         }
     }

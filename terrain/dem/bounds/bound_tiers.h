@@ -2,8 +2,8 @@
 #pragma once
 
 #include "bounds/bound_tier.h"
-#include "surface/fine_surface.h"
 #include "raster/opening_progress.h"
+#include "surface/fine_surface.h"
 
 #include <terrane/store/bytes.h>
 
@@ -14,20 +14,19 @@
 
 namespace terrane::internal {
 
-/// Bounds that are made once, and held. The first tier is eight times coarser than the base spacing
-/// (more, for huge rasters): below it a grid of bounds costs a window of at most half a thousand points
-/// a side, and is made when it is asked for.
+/// Bounds that are computed once and kept. The first tier is eight times coarser than the base spacing (more for huge
+/// rasters): finer bounds need a window of at most about 500 points a side, and are computed on demand.
 class BoundTiers {
 public:
-    /// Makes all tiers: two passes over the raster.
+    /// Computes all tiers: two passes over the raster.
     /// Fails: io; cancelled
     static Result<std::unique_ptr<BoundTiers>> create(std::shared_ptr<const FineSurface> fine,
                                                       OpeningProgress& progress);
 
-    /// About how many points the first tier has.
+    /// Approximate number of points of the first tier.
     static double first_points(const BilinearGrid& grid);
 
-    /// What opening_cache keeps; read() fails with bad_data where it is not of this surface.
+    /// For opening_cache; read() fails with bad_data if the bytes are not of this surface.
     void write(ByteWriter& out) const;
     static Result<std::unique_ptr<BoundTiers>> read(std::shared_ptr<const FineSurface> fine,
                                                     ByteReader& in);
@@ -41,14 +40,14 @@ public:
     void cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const;
     std::int64_t first_step() const { return first().step; }
 
-    /// Work of making the tiers above the first one: tiles visited, counted for every triangle.
+    /// Work of computing the tiers above the first one: visited tiles, summed over triangles.
     std::int64_t tile_visits() const { return tile_visits_; }
 
 private:
     explicit BoundTiers(std::shared_ptr<const FineSurface> fine) : fine_(std::move(fine)) {}
 
     const BoundTier& first() const { return tiers_.front(); }
-    /// The tier of a spacing; null: coarser than a root square.
+    /// The tier of a spacing; null if coarser than a root square.
     const BoundTier* find(std::int64_t step) const;
     /// Its extent, without values.
     BoundTier make_extent(std::int64_t step) const;
@@ -59,7 +58,7 @@ private:
 
     std::shared_ptr<const FineSurface> fine_;
     std::vector<BoundTier> tiers_;  ///< each of twice the spacing of the one before
-    float largest_ = 0.0f;          ///< no surface leaves any triangle by more
+    float largest_ = 0.0f;          ///< upper bound of all deviations
     std::int64_t tile_visits_ = 0;
 };
 

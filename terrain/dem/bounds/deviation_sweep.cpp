@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: MIT
 //
-// Triangles of the coarser levels are made of whole *tiles*, the cells of the first tier, and of tiles
-// that their longest side cuts from corner to corner. What the surface does over a tile is known but for
-// where: at most the tile's corners over the plane and cell_high on top of that. So only tiles
-// for which that is more than what has been found of a triangle are looked at closely, and all of
-// them for all triangles at once, block by block, while their part of the raster is at hand.
+// Triangles of the coarser levels consist of whole *tiles*, the cells of the first tier, and of tiles that the longest
+// side cuts from corner to corner. The deviation over a tile has an upper bound: its corners minus the plane, plus
+// cell_high. Only tiles whose bound is above the deviation found so far are evaluated exactly, for all triangles at
+// once, block by block, while their part of the raster is in memory (branch and bound).
 //
-// Which tiles are passed over depends on the order, the result does not: what is passed over is not
-// greater than what was found. Beyond the raster, where there is no ground to see, what a tile can at
-// most do is taken for what it does, and only the tiles are visited where that can be extreme
-// (sweep_beyond.h).
+// Which tiles are pruned depends on the order, the result does not: a pruned tile is not above the maximum. Beyond the
+// raster, where there is no ground, the bound of a tile is used as its deviation, and only tiles where it can be
+// extreme are visited (sweep_beyond.h).
 #include "bounds/deviation_sweep.h"
 
 #include "bounds/parallel.h"
@@ -28,10 +26,10 @@
 namespace terrane::internal {
 namespace {
 
-/// Takes up the rounding of sums in another order.
+/// Covers the rounding of sums in another order.
 constexpr double kSumRounding = 1e-9;
 
-/// Exact: a maximum in any order is the same.
+/// Exact: the maximum does not depend on the order.
 void take_largest(float& target, float value) {
     std::atomic_ref<float> shared(target);
     float before = shared.load(std::memory_order_relaxed);
@@ -45,7 +43,7 @@ public:
         : fine_(fine), first_(first), levels_(levels) {
         for (const BoundTier& level : levels) {
             const std::int64_t side = level.step / first.step;
-            // One square around the points: a midpoint has two.
+            // A centre has one square, a midpoint two.
             tiles_.push_back({(level.first_x - 1) * side, (level.first_y - 1) * side,
                               (level.first_x + level.columns + 1) * side,
                               (level.first_y + level.rows + 1) * side});
@@ -58,16 +56,16 @@ public:
                  round_up(first.first_y + first.rows - 1 - kBeyondRaster)};
     }
 
-    /// @return tiles visited, each counted once a pass and triangle
+    /// @return visited tiles, summed over passes and triangles
     Result<std::int64_t> run(OpeningProgress& progress);
 
 private:
-    /// What the first tier knows of a block.
+    /// The first tier's data of a block.
     struct Block {
         std::int64_t west = 0, south = 0;
         std::array<double, (kBlockTiles + 1) * (kBlockTiles + 1)> heights{};
         std::array<float, kBlockTiles * kBlockTiles> low{}, high{};
-        std::optional<DiamondWindow> window;  ///< once a tile is looked at
+        std::optional<DiamondWindow> window;  ///< read when a tile is evaluated
 
         static std::size_t tile(int column, int row) {
             return static_cast<std::size_t>(row * kBlockTiles + column);
@@ -84,19 +82,18 @@ private:
     void for_each_square(const Block& block, Visit&& visit) const;
     void add_corners(const Block& block) const;
     Result<void> look_closely(Block& block) const;
-    /// What the tiles beyond the core can at most do to the squares of a row of a level.
+    /// Adds the bounds of the tiles beyond the core to the squares of a row of a level.
     void add_beyond(std::size_t level, std::int64_t row) const;
-    /// Surface minus plane at the corners of all of a tile, and on top of that what the surface does
-    /// between them.
+    /// Upper bound of surface minus plane over a whole tile: at its corners, plus the deviation between them.
     ///
-    /// @param x, y  the tile's place in the plane's square
+    /// @param x, y  position of the tile in the plane's square
     static double most(const std::array<double, 4>& corners, float low, float high,
                        const Plane& plane, std::int64_t x, std::int64_t y);
-    /// Whether a tile lies beyond the raster, where there is no ground.
+    /// Whether a tile lies beyond the raster.
     bool is_beyond(std::int64_t column, std::int64_t row) const;
     Result<DiamondWindow> read_window(const Block& block) const;
     /// Surface minus plane over a part of a tile of a block whose window was read.
-    /// @param in_square  the tile's place in the plane's square
+    /// @param in_square  position of the tile in the plane's square
     void add_part(const Block& block, const Plane& plane, LatticePoint in_square, int column,
                   int row, Part part, Range& range) const;
 
@@ -104,7 +101,7 @@ private:
     const BoundTier& first_;
     std::span<BoundTier> levels_;
     std::vector<Tiles> tiles_;  ///< of each level
-    /// Blocks that hold all tiles over the raster; outside of it the surface repeats the edge.
+    /// Blocks that contain all tiles over the raster; outside of it the surface repeats the edge.
     Tiles core_;
     mutable std::atomic<std::int64_t> visits_{0};
 };
@@ -169,7 +166,7 @@ void Sweep::add_corners(const Block& block) const {
 
 double Sweep::most(const std::array<double, 4>& corners, float low, float high, const Plane& plane,
                    std::int64_t x, std::int64_t y) {
-    // Between the corners of all of the tile: on a cut the surface may bow beyond its ends.
+    // Over the whole tile: along a cut the surface may bow beyond its ends.
     Range range = corner_range(corners, plane, x, y, Part::whole);
     range.low += static_cast<double>(low);
     range.high += static_cast<double>(high);
@@ -285,7 +282,7 @@ void Sweep::add_part(const Block& block, const Plane& plane, LatticePoint in_squ
 }
 
 Result<std::int64_t> Sweep::run(OpeningProgress& progress) {
-    // Beyond the raster first: what it does to a triangle spares a closer look at other tiles.
+    // Beyond the raster first: a larger deviation found there prunes more tiles.
     for (std::size_t level = 0; level < levels_.size(); ++level) {
         const std::int64_t side = levels_[level].step / first_.step;
         const std::int64_t south = tiles_[level].south / side, north = tiles_[level].north / side;

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "bounds/bound_tier.h"
-#include "surface/fine_surface.h"
 #include "raster/opening_progress.h"
+#include "surface/fine_surface.h"
 
 #include <cstdint>
 #include <span>
@@ -14,11 +14,10 @@ namespace terrane::internal {
 /// first tier.
 ///
 /// @param first   with heights, cell_low and cell_high
-/// @param levels  of twice the first tier's step, four times, eight times ...: takes cell_bounds of all
-///                of them, and at the midpoints of all but the last the deviation over their diamonds in
-///                bounds; zeros before
+/// @param levels  of two, four, eight ... times the first tier's step, with zeros: receives cell_bounds of all, and in
+///                bounds, at the midpoints of all but the last, the deviation over their diamonds
 ///
-/// @return tiles visited: each counted once for every pass and triangle
+/// @return visited tiles, summed over passes and triangles
 ///
 /// Fails: io; cancelled
 /// Cost:  tiles over the raster times levels, and the raster's circumference times levels

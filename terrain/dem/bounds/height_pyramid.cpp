@@ -16,7 +16,7 @@ void add(HeightInterval& range, const HeightInterval& other) {
     range.high = std::max(range.high, other.high);
 }
 
-/// For the last bits of interpolation and of distances.
+/// Margin for the rounding of interpolation and distances.
 constexpr double kRounding = 1e-9;
 
 }  // namespace
@@ -69,7 +69,7 @@ Result<void> HeightPyramid::add_samples(const RasterStore& store, OpeningProgres
             }
         }
     }
-    // Takes up the rounding of differences, squares and root.
+    // Covers the rounding of differences, squares and root.
     slope_ = std::sqrt(steepest) * (1.0 + 1e-6);
     levels_.push_back(std::move(level));
     return {};
@@ -113,7 +113,7 @@ void HeightPyramid::add_levels() {
 }
 
 HeightInterval HeightPyramid::interval(const WorldRect& rect) const {
-    // Cells that the rectangle touches, edges included.
+    // Cells that the closed rectangle touches.
     const auto cell = [](double u, int count) {
         return static_cast<int>(std::clamp(u, 0.0, static_cast<double>(std::max(count - 2, 0))));
     };
@@ -127,7 +127,7 @@ HeightInterval HeightPyramid::interval(const WorldRect& rect) const {
     const int north =
         cell(std::floor((rect.north - grid_.south) / grid_.cell_y + margin), grid_.rows);
 
-    // The finest level on which that is at most 8 nodes either way.
+    // The finest level on which that is at most 8 x 8 nodes.
     std::size_t k = 0;
     int side = kBlockSide;
     while (k + 1 < levels_.size() &&
@@ -150,7 +150,7 @@ HeightInterval HeightPyramid::interval(const WorldRect& rect) const {
 double HeightPyramid::rise_bound(double distance) const {
     const double reach = std::max(distance, 0.0);
     double rise = levels_.back().nodes.front().high - levels_.back().nodes.front().low;
-    // Two points no further apart than a node's side lie in 2 x 2 neighbouring nodes.
+    // Two points at most a node's side apart lie in 2 x 2 adjacent nodes.
     double side = std::min(grid_.cell_x, grid_.cell_y) * kBlockSide;
     for (const Level& level : levels_) {
         if (reach <= side) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "surface/bilinear_grid.h"
 #include "raster/opening_progress.h"
 #include "raster/raster_store.h"
+#include "surface/bilinear_grid.h"
 
 #include <terrane/store/bytes.h>
 #include <terrane/terrain/height_source.h>
@@ -14,15 +14,15 @@
 
 namespace terrane::internal {
 
-/// Lowest and highest sample of the squares of 8, 16, 32 ... raster cells, edges included, and the
-/// steepest slope: what a bilinear surface can at most do. Heights are metres from the store's base.
+/// Lowest and highest sample of the closed squares of 8, 16, 32 ... raster cells, and the steepest slope: bounds of the
+/// bilinear surface. Heights are metres from the store's base.
 class HeightPyramid {
 public:
     /// Fails: io; cancelled
     static Result<HeightPyramid> create(const BilinearGrid& grid, const RasterStore& store,
                                         OpeningProgress& progress);
 
-    /// What opening_cache keeps; read() fails with bad_data where it is not of this grid.
+    /// For opening_cache; read() fails with bad_data if the bytes are not of this grid.
     void write(ByteWriter& out) const;
     static Result<HeightPyramid> read(const BilinearGrid& grid, ByteReader& in);
 
@@ -36,7 +36,7 @@ private:
     struct Level {
         int columns = 0, rows = 0;
         std::vector<HeightInterval> nodes;
-        double rise = 0.0;  ///< largest range of 2 x 2 neighbouring nodes
+        double rise = 0.0;  ///< largest range of 2 x 2 adjacent nodes
     };
 
     Result<void> add_samples(const RasterStore& store, OpeningProgress& progress);

@@ -32,7 +32,7 @@ struct Tiles {
 
 namespace beyond {
 
-/// The places in [begin, end) among the ends and where a line meets the diagonals of a square.
+/// The positions in [begin, end) of the interval's ends and of a line's intersections with a square's diagonals.
 template <typename Visit>
 void for_each_extreme(std::int64_t begin, std::int64_t end, std::int64_t line, std::int64_t side,
                       Visit&& visit) {
@@ -48,15 +48,15 @@ void for_each_extreme(std::int64_t begin, std::int64_t end, std::int64_t line, s
 
 }  // namespace beyond
 
-/// Visits tiles of a square beyond `core`, among them all where surface minus plane is extreme over
-/// the part beyond `core` of any triangle of the square.
+/// Visits tiles of a square beyond `core`, including all where surface minus plane is extreme over the part beyond
+/// `core` of any triangle of the square.
 ///
 /// @param core   a rectangle of tiles outside of which the surface repeats the raster's edge
-/// @param visit  called with the tile's place x, y in the square; some tiles twice
+/// @param visit  called with the tile's position x, y in the square; some tiles twice
 template <typename Visit>
 void for_each_extreme_tile(const Square& square, const Tiles& core, Visit&& visit) {
     const std::int64_t side = square.side;
-    // In the square's own tiles: before the core, along it, after it.
+    // In tiles of the square: before the core, along it, after it.
     const auto cuts = [side](std::int64_t begin, std::int64_t end, std::int64_t first) {
         return std::array<std::int64_t, 4>{0, std::clamp<std::int64_t>(begin - first, 0, side),
                                            std::clamp<std::int64_t>(end - first, 0, side), side};

@@ -25,7 +25,7 @@ struct Plane {
     }
 };
 
-/// The plane of a triangle and where its deviation goes; null: nobody asks.
+/// The plane of a triangle and the output of its deviation; null: not needed.
 struct Target {
     Plane plane;
     float* deviation = nullptr;
@@ -33,11 +33,11 @@ struct Target {
     float known = 0.0f;  ///< so far, rounded outward
 };
 
-/// The corner at the right angle of the half of a tile, or all of it.
+/// The half of a tile with its right angle at this corner, or the whole tile.
 enum class Part { whole, south_west, south_east, north_west, north_east };
 
-/// A square of a level, cut into the two triangles of its cell, and into four from its centre. Those
-/// belong to the midpoints of its sides, which are vertices of half its side.
+/// A square of a level, cut into the two triangles of its cell, and into four from its centre, which are halves of the
+/// diamonds of the midpoints of its sides: vertices of half its side.
 struct Square {
     std::int64_t west = 0, south = 0, side = 0;  ///< tiles
     bool is_cut_north_east = false;
@@ -61,9 +61,9 @@ Square make_square(const BoundTier& first, std::span<BoundTier> levels, std::siz
 Range corner_range(const std::array<double, 4>& heights, const Plane& plane, std::int64_t x,
                    std::int64_t y, Part part);
 
-/// Visits the triangles of a square that a tile is part of.
+/// Visits the triangles of a square that contain a tile or a half of it.
 ///
-/// @param x, y   the tile's place in the square
+/// @param x, y   position of the tile in the square
 /// @param visit  called with Part, Target&
 template <typename Visit>
 void for_each_part_of_tile(Square& square, std::int64_t x, std::int64_t y, Visit&& visit) {
@@ -93,7 +93,7 @@ void for_each_part_of_tile(Square& square, std::int64_t x, std::int64_t y, Visit
     }
 }
 
-/// Visits the tiles of a square within a block, for each triangle that they are part of.
+/// Visits the tiles of a square within a block, for each triangle that contains them or a half.
 ///
 /// @param block  its south-western tile
 /// @param visit  called with column and row in the block, Part, Target&

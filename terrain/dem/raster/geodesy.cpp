@@ -15,14 +15,14 @@
 namespace terrane::internal {
 namespace {
 
-/// Metres a radian along the parallel.
+/// Metres per radian along the parallel.
 double parallel_radius(const Ellipsoid& e, double latitude_rad) {
     const double flat = 1.0 - (e.semi_minor * e.semi_minor) / (e.semi_major * e.semi_major);
     const double sine = std::sin(latitude_rad);
     return e.semi_major * std::cos(latitude_rad) / std::sqrt(1.0 - flat * sine * sine);
 }
 
-/// Metres a radian along the meridian.
+/// Metres per radian along the meridian.
 double meridian_radius(const Ellipsoid& e, double latitude_rad) {
     const double flat = 1.0 - (e.semi_minor * e.semi_minor) / (e.semi_major * e.semi_major);
     const double sine = std::sin(latitude_rad);
@@ -41,7 +41,7 @@ Result<AngularScale> metres_per_degree(const Ellipsoid& ellipsoid, double radian
     const double half_rad = half_height * radians_per_unit;
     const double furthest_rad = std::fabs(centre_rad) + half_rad;
     const double furthest_deg = std::copysign(furthest_rad * 180.0 / std::numbers::pi, centre_rad);
-    // The last bits of sums and of degrees in radians.
+    // Tolerance for the rounding of sums and of degrees in radians.
     constexpr double kRounding = 1e-12;
     if (!(furthest_rad <= kQuarterTurn + kRounding)) {
         return fail(ErrorCode::bad_data, "is geographic and reaches latitude " +

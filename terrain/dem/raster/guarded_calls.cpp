@@ -21,8 +21,8 @@ void end_at_once(int status, void* /*unused*/) {
     _exit(status);
 }
 
-/// Handlers run in reverse order of their registration: this one before the destructors of all
-/// static objects that exist by now.
+/// Exit handlers run in reverse order of registration: this one before the destructors of all static objects
+/// that exist by now.
 void skip_static_destructors() {
     static const int registered = on_exit(end_at_once, nullptr);
     static_cast<void>(registered);
@@ -84,7 +84,7 @@ bool GuardedCalls::run(std::function<void()> call) {
     shared_->call = std::move(call);
     shared_->changed.notify_all();
     const auto is_done = [this] { return !shared_->call; };
-    // In short waits, each counted once: time in which the whole process is stopped is not counted.
+    // In short waits of a counted length each, so that time in which the process is stopped does not count.
     const double slice_s = std::clamp(patience_s_ / 8.0, kShortestSlice, kLongestSlice);
     for (double waited_s = 0.0; waited_s < patience_s_; waited_s += slice_s) {
         if (shared_->changed.wait_for(lock, std::chrono::duration<double>(slice_s), is_done)) break;

@@ -10,19 +10,19 @@
 
 namespace terrane::internal {
 
-/// Tells a caller how far the opening of a raster is, and passes on its wish to stop.
+/// Reports the progress of opening a raster to the caller, which may cancel it.
 class OpeningProgress {
 public:
     /// @param report  as DemSettings::progress; may be empty
     OpeningProgress(std::string path, std::function<bool(double)> report)
         : path_(std::move(path)), report_(std::move(report)) {}
 
-    /// The next stage ends at a share of the whole opening, 0 to 1, after some steps.
+    /// Begins a stage of some steps that ends at a share of the whole opening, 0 to 1.
     void begin(double end, std::int64_t steps);
 
-    /// A step is done.
+    /// Completes a step.
     ///
-    /// Fails:   cancelled where the caller wants to stop
+    /// Fails:   cancelled if the caller stops the opening
     /// Threads: any
     Result<void> step();
 

@@ -26,7 +26,7 @@ std::string text(double value) {
 
 Result<void> check_is_file(const std::string& raster) {
     struct stat status {};
-    // What the file system does not know may be a name that GDAL knows: /vsizip/..., a connection.
+    // A name unknown to the file system may be one of GDAL's: /vsizip/..., a connection.
     if (stat(raster.c_str(), &status) != 0) return {};
     const char* what = nullptr;
     if (S_ISFIFO(status.st_mode)) what = "a pipe";
@@ -84,7 +84,7 @@ Result<void> check_cells(const std::string& raster, const DemInfo& info) {
 
 Result<void> check_longitudes(const std::string& raster, double west, double east, double cell) {
     constexpr double kTurn = 360.0;
-    // Two turns either way: what is beyond is no longitude, but metres that are labelled as degrees.
+    // Longitudes beyond two turns are metres labelled as degrees.
     const bool is_longitude = std::max(std::fabs(west), std::fabs(east)) <= 2.0 * kTurn;
     if (is_longitude && east - west <= kTurn + 2.0 * cell) return {};
     return refuse(raster, "is geographic and reaches from longitude " + text(west) + " to " +

@@ -12,18 +12,18 @@ class GDALRasterBand;
 
 namespace terrane::internal {
 
-/// Cells longer than this times their width, or wider than this times their length, are refused: the
-/// lattice is square and as fine as the shorter side, so that it has that many points for a sample.
+/// Largest accepted ratio of a cell's sides: the lattice is square and as fine as the shorter side, so that it has this
+/// many points per sample.
 inline constexpr double kMostCellRatio = 32.0;
 
-/// What a raster can be refused for before its samples are read. Every message is one sentence that
-/// names the raster and the value. `raster` stands for the raster's path everywhere.
+/// Checks before the samples of a raster are read. Every message is one sentence that names the raster and the value.
+/// `raster` stands for the raster's path everywhere.
 
-/// Fails: io for what is there and is no file or folder: a pipe, a socket or a device gives no answer
-///        to a reader that seeks, or makes it wait for ever
+/// Fails: io for a path that exists but is no file or folder: reading a pipe, socket or device fails to seek or
+///        blocks
 Result<void> check_is_file(const std::string& raster);
 
-/// Fails: bad_data for complex numbers, and for a scale or offset that make no heights
+/// Fails: bad_data for complex numbers, and for a scale or offset that is not finite or gives no heights
 Result<void> check_band(const std::string& raster, GDALRasterBand& band);
 
 /// Fails: bad_data for coefficients that are not finite, and cells without area
@@ -32,13 +32,13 @@ Result<void> check_geotransform(const std::string& raster, const std::array<doub
 /// Fails: bad_data for cells below 1e-6 m, above 1e7 m or too oblong
 Result<void> check_cells(const std::string& raster, const DemInfo& info);
 
-/// Fails: bad_data for what is wider than the earth, or no longitude at all
+/// Fails: bad_data for a width of more than a turn, or values that are no longitudes
 ///
 /// @param west, east  of the outer edges, degrees
 /// @param cell        degrees
 Result<void> check_longitudes(const std::string& raster, double west, double east, double cell);
 
-/// Fails: out_of_memory where a raster needs more than the limit
+/// Fails: out_of_memory if a raster needs more than the limit
 Result<void> check_memory(const std::string& raster, int columns, int rows, double needed_bytes,
                           std::size_t limit_bytes);
 

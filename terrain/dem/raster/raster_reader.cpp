@@ -21,7 +21,7 @@
 namespace terrane::internal {
 namespace {
 
-/// GDAL's messages become ours; nothing goes to standard error behind a program's back.
+/// Captures GDAL's messages for our errors; nothing goes to standard error.
 class QuietGdal {
 public:
     QuietGdal() {
@@ -49,7 +49,7 @@ void register_drivers() {
 
 std::string in_quotes(const std::string& path) { return "\"" + path + "\""; }
 
-/// Metres of a vertical unit, 0 where the name says nothing.
+/// Metres per vertical unit; 0 for an unknown name.
 double metres_of_unit(std::string name) {
     std::transform(name.begin(), name.end(), name.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
@@ -235,7 +235,7 @@ Result<void> RasterReader::find_place() {
     info_.cell_x = std::fabs(transform[1]) * info_.metres_per_unit_x;
     info_.cell_y = std::fabs(transform[5]) * info_.metres_per_unit_y;
     if (auto checked = check_cells(path_, info_); !checked) return checked;
-    // What differs by less than anybody could measure is square.
+    // Cells that differ from a square by rounding are square.
     if (std::fabs(info_.cell_x - info_.cell_y) <= 1e-9 * info_.cell_x) {
         info_.cell_y = info_.cell_x;
     }
@@ -244,7 +244,7 @@ Result<void> RasterReader::find_place() {
 
 bool RasterReader::has_float_numbers() const {
     const GDALDataType type = band_->GetRasterDataType();
-    constexpr int kWholeNumberBits = 24;  // of a float
+    constexpr int kWholeNumberBits = 24;  // a float's significand
     return type == GDT_Float32 ||
            (GDALDataTypeIsInteger(type) != 0 && GDALGetDataTypeSizeBits(type) <= kWholeNumberBits);
 }

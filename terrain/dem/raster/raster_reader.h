@@ -13,16 +13,16 @@ class GDALRasterBand;
 
 namespace terrane::internal {
 
-/// The first band of a raster, as metres on a grid of metres. Rows run from south to north here,
-/// whatever the file does.
+/// The first band of a raster, converted to metres on a grid in metres. Rows run from south to north, whatever their
+/// order in the file.
 class RasterReader {
 public:
-    /// Opens anything GDAL opens. Rotated rasters are seen through a warped, unrotated one.
+    /// Opens anything that GDAL opens. Rotated rasters are read through GDAL's warped, unrotated view.
     ///
-    /// Fails: io where GDAL cannot open it; bad_data where there are not 2 x 2 samples or the
-    ///        geometry makes no sense
+    /// Fails: io if GDAL cannot open it; bad_data if there are less than 2 x 2 samples or the
+    ///        geometry is invalid
     static Result<std::unique_ptr<RasterReader>> open(const std::string& path);
-    /// The same on a thread of its own, given up after a while.
+    /// The same on a thread of its own, with a timeout.
     ///
     /// Fails: as open(); timed_out
     static Result<std::unique_ptr<RasterReader>> open(const std::string& path, double patience_s);
@@ -31,23 +31,23 @@ public:
     RasterReader& operator=(const RasterReader&) = delete;
 
     const std::string& path() const { return path_; }
-    /// Size and place; the heights' range and the shares of nodata are not filled in.
+    /// Size and georeferencing; without the heights' range and the shares of nodata.
     const DemInfo& info() const { return info_; }
     /// Whether the file's first row is the southernmost.
     bool rows_go_north() const { return rows_go_north_; }
 
-    /// Reads a window: scale, offset and unit applied, NaN where there is no data.
+    /// Reads a window: scale, offset and unit applied; NaN: no data.
     ///
     /// @param heights_out [rows * columns] metres, from the south-west
     ///
-    /// Fails:   io; bad_data where a height is beyond kMostHeight
+    /// Fails:   io; bad_data if a height is beyond kMostHeight
     /// Threads: any; one reads at a time
     Result<void> read(int column, int row, int columns, int rows,
                       std::span<double> heights_out) const;
 
     /// Whether a float holds every number of the band exactly, before scale and offset.
     bool has_float_numbers() const;
-    /// Metres for one of the band's numbers, and what is added to them.
+    /// Metres per unit of the band's numbers, and the offset, metres.
     double scale() const { return scale_; }
     double offset() const { return offset_; }
 
@@ -65,7 +65,7 @@ private:
     std::string path_;
     DemInfo info_;
     std::unique_ptr<GDALDataset, CloseDataset> file_;
-    std::unique_ptr<GDALDataset, CloseDataset> warped_;  ///< of file_, and closed before it
+    std::unique_ptr<GDALDataset, CloseDataset> warped_;  ///< of file_; closed before it
     GDALRasterBand* band_ = nullptr;
     GDALRasterBand* mask_ = nullptr;  ///< null: every sample is valid
     double scale_ = 1.0, offset_ = 0.0;
@@ -73,7 +73,7 @@ private:
     mutable std::mutex mutex_;  ///< a GDAL dataset serves one thread at a time
 };
 
-/// The error of a raster that gave no answer for a while.
+/// The error of a raster whose read timed out.
 tl::unexpected<Error> stopped_answering(const std::string& path, double patience_s);
 
 }  // namespace terrane::internal

@@ -11,7 +11,7 @@
 namespace terrane::internal {
 namespace {
 
-// Of the progress of opening: passes over the file.
+// Shares of the progress of opening: passes over the file.
 constexpr double kReadingShare = 0.5;
 
 }  // namespace
@@ -62,7 +62,7 @@ Result<void> RasterStore::check_nodata_bytes(std::size_t bytes) const {
 
 Result<void> RasterStore::read_file(int column, int row, int columns, int rows,
                                     std::span<double> heights_out) const {
-    // A read that is given up goes on: what it writes to is its own.
+    // A read that timed out continues, so it owns its buffer.
     struct Job {
         std::shared_ptr<const RasterReader> reader;
         std::vector<double> heights;
@@ -163,10 +163,10 @@ Result<void> RasterStore::first_pass(OpeningProgress& progress) {
     return {};
 }
 
-/// @param of_packing  the most that a sample is off for being packed, metres
+/// @param of_packing  largest packing error of a sample, metres
 void RasterStore::find_rounding(double of_packing) {
-    // Bounds are rounded outward by a nanometre. That takes up what sums of doubles lose where
-    // heights are below 131 km, and packing where it is off by no more than a quarter of it.
+    // Bounds are rounded outward by a nanometre. That covers the rounding of sums of doubles for heights below
+    // 131 km, and a packing error of at most a quarter nanometre.
     constexpr double kSmall = 0x1p17, kPerMetre = 0x1p-48, kNone = 0x1p-32;
     const double largest =
         std::max(std::fabs(info_.min_m), std::fabs(info_.max_m)) + std::fabs(reader_->offset());
@@ -244,7 +244,7 @@ Result<std::shared_ptr<const RasterStore::Square>> RasterStore::square(int squar
     auto loaded = read_square(square_x, square_y);
     if (!loaded) return loaded;
     const std::lock_guard lock(mutex_);
-    // Two threads may have read it: the first to arrive is kept.
+    // Two threads may have read it: the first one's is kept.
     if (const auto found = squares_.find(name); found != squares_.end()) {
         return found->second.square;
     }
@@ -262,7 +262,7 @@ Result<void> RasterStore::read(std::int64_t column, std::int64_t row, int column
                                std::span<double> heights_out) const {
     const std::int64_t last_column = info_.columns - 1, last_row = info_.rows - 1;
     const std::size_t width = static_cast<std::size_t>(columns);
-    // Columns of the window that lie inside the raster; before and after them the edge is repeated.
+    // Columns of the window inside the raster; outside of them the edge is repeated.
     const int inside_begin = static_cast<int>(std::clamp<std::int64_t>(-column, 0, columns));
     const int inside_end =
         static_cast<int>(std::clamp<std::int64_t>(last_column + 1 - column, inside_begin, columns));

@@ -19,30 +19,30 @@
 
 namespace terrane::internal {
 
-/// Rows of a strip that is read at once: a multiple of the block's side, as many as make about four
-/// million samples.
+/// Rows of a strip that is read at once: a multiple of the block's side, about four million samples.
 int strip_rows(int columns);
 
-/// What a program never has to know; tests do.
+/// Internal settings, for tests.
 struct StoreSettings {
-    std::size_t memory_bytes = std::size_t{256} << 20;  ///< larger rasters are read by window
-    std::size_t cache_bytes = std::size_t{128} << 20;   ///< of a raster that is read by window
-    std::size_t limit_bytes = std::size_t{2} << 30;     ///< as DemSettings::memory_bytes
-    double patience_s = 60.0;                           ///< as DemSettings::read_timeout
-    DemCache bounds_cache = {};                         ///< where what opening finds is kept
+    std::size_t memory_bytes = std::size_t{256}
+                               << 20;  ///< of samples; larger rasters are read by window
+    std::size_t cache_bytes = std::size_t{128} << 20;  ///< of a raster read by window
+    std::size_t limit_bytes = std::size_t{2} << 30;    ///< as DemSettings::memory_bytes
+    double patience_s = 60.0;                          ///< as DemSettings::read_timeout
+    DemCache bounds_cache = {};                        ///< see DemSettings::cache
 };
 
-/// The samples of a raster after voids and outside were filled: every one finite, rows from south to
-/// north, relative to a base. Held in memory, or read by window through a cache of squares.
+/// The samples of a raster with voids and outside filled: all finite, rows from south to north, relative to a base.
+/// In memory, or read by window through a cache of squares.
 class RasterStore {
 public:
-    /// Makes the first pass: finds nodata, fills it, and completes the reader's DemInfo. A band whose
-    /// numbers no float holds is read once before that, for its range.
+    /// First pass: finds nodata, fills it, and completes the reader's DemInfo. A band whose numbers floats do not hold
+    /// exactly is read once before, for its range.
     ///
-    /// @param needed_bytes  of the limit, for everything but runs and rims of nodata
+    /// @param needed_bytes  part of the limit for everything except runs and rims of nodata
     ///
-    /// Fails: io; timed_out; cancelled; bad_data where no sample is valid, or one is beyond
-    ///        kMostHeight; out_of_memory where nodata takes more than the limit
+    /// Fails: io; timed_out; cancelled; bad_data if no sample is valid, or one is beyond
+    ///        kMostHeight; out_of_memory if nodata needs more than the limit
     static Result<std::unique_ptr<RasterStore>> open(std::unique_ptr<RasterReader> reader,
                                                      const StoreSettings& settings,
                                                      double needed_bytes,
@@ -54,13 +54,11 @@ public:
 
     /// Heights are base() + what read() gives, metres.
     double base() const { return packing_.base(); }
-    /// The surface between the heights that are held is nowhere further from the one between the
-    /// file's own numbers, metres. 0 where no sample was rounded and heights are such that doubles
-    /// know them to a small part of a nanometre.
+    /// Upper bound of the vertical distance between the surfaces of the stored and of the file's own numbers, metres.
+    /// 0 if no sample was rounded and doubles resolve the heights to a small part of a nanometre.
     double rounding() const { return rounding_; }
 
-    /// Fills a window of samples. It may reach beyond the raster: there the nearest sample is
-    /// repeated.
+    /// Reads a window of samples. Beyond the raster the nearest sample is repeated.
     ///
     /// @param heights_out [rows * columns] metres from the base, from the south-west
     ///
@@ -90,15 +88,15 @@ private:
     template <typename Use>
     Result<void> for_each_strip(OpeningProgress& progress, Use&& use) const;
     int strip_count() const;
-    /// As RasterReader::read, given up after a while.
+    /// RasterReader::read with a timeout.
     Result<void> read_file(int column, int row, int columns, int rows,
                            std::span<double> heights_out) const;
-    /// Fails: out_of_memory where nodata takes more than is left
+    /// Fails: out_of_memory if nodata needs more than is left
     Result<void> check_nodata_bytes(std::size_t bytes) const;
     Result<std::shared_ptr<const Square>> square(int square_x, int square_y) const;
     Result<std::shared_ptr<const Square>> read_square(int square_x, int square_y) const;
 
-    std::shared_ptr<const RasterReader> reader_;  ///< shared with reads that were given up
+    std::shared_ptr<const RasterReader> reader_;  ///< shared with reads that timed out
     StoreSettings settings_;
     double needed_bytes_;
     std::unique_ptr<GuardedCalls> calls_;
@@ -107,7 +105,7 @@ private:
     std::optional<VoidFill> fill_;
     SamplePacking packing_;
     double rounding_ = 0.0;
-    std::vector<std::uint32_t> samples_;  ///< empty where the raster is read by window
+    std::vector<std::uint32_t> samples_;  ///< empty if the raster is read by window
 
     mutable std::mutex mutex_;                ///< of the cache
     mutable std::list<std::int64_t> recent_;  ///< most recent first

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::int32_t kNoData = std::numeric_limits<std::int32_t>::min();
 constexpr double kMostNumber = 0x1p31 - 1.0;
-/// No step is finer: far below what any quantum shows.
+/// Finest step: far below every quantum.
 constexpr int kFinestStepLog2 = -50;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
@@ -38,13 +38,13 @@ SamplePacking SamplePacking::of_range(double low, double high) {
     SamplePacking packing;
     packing.is_integer_ = true;
     const double range = high - low;
-    // Near 0 a base would gain nothing, and whole numbers stay what they are.
+    // Near 0 a base gains nothing, and whole numbers stay exact.
     const bool is_far = std::max(std::fabs(low), std::fabs(high)) > 2.0 * range;
     if (is_far) packing.base_ = low + 0.5 * range;
     const double reach = std::max(high - packing.base_, packing.base_ - low);
     packing.step_ = std::ldexp(1.0, kFinestStepLog2);
     while (reach > (kMostNumber - 1.0) * packing.step_) packing.step_ *= 2.0;
-    // A multiple of the step: a whole number where the step is one.
+    // A multiple of the step, so a whole number if the step is one.
     if (is_far) packing.base_ = std::floor(packing.base_ / packing.step_) * packing.step_;
     return packing;
 }

@@ -6,19 +6,18 @@
 
 namespace terrane::internal {
 
-/// How the samples of a raster are held in 32 bits each: base + step * number, the number a float or
-/// an integer. What is read out is relative to the base, so that sums and differences lose no digits
-/// where heights lie far from 0.
+/// Packs the samples of a raster into 32 bits each: base + step * number, the number a float or an integer. Unpacked
+/// heights are relative to the base, so that sums and differences lose no digits where heights are far from 0.
 class SamplePacking {
 public:
-    /// Numbers of a band that a float holds exactly: no sample is rounded.
+    /// For bands whose numbers floats hold exactly: no sample is rounded.
     ///
     /// @param scale, offset  of the band, metres; neither need be finite
     static SamplePacking of_floats(double scale, double offset);
-    /// Integer multiples of a power of two, the finest that reaches from `low` to `high`, metres.
+    /// Integer multiples of the finest power of two that covers `low` to `high`, metres.
     static SamplePacking of_range(double low, double high);
 
-    /// Metres; what is read out is relative to it.
+    /// Metres; unpacked heights are relative to it.
     double base() const { return base_; }
 
     /// @param height  metres, not relative to the base; NaN: no data

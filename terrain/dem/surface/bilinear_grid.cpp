@@ -25,8 +25,8 @@ double round_down_to_eight_bits(double value) {
     return std::ldexp(std::floor(mantissa * 256.0), exponent - 8);
 }
 
-/// The finest quantum of which 32 bits hold all heights, with room for detail on top, but no finer than
-/// ground of that spacing needs: 2^-12 m, and below spacings of 2^-7 m (8 mm) a 4096th of them.
+/// The finest quantum that holds all heights in 32 bits, with a reserve for detail, but not below 2^-12 m, or a 4096th
+/// of spacings below 2^-7 m (8 mm).
 double choose_quantum(const DemInfo& info, double spacing) {
     constexpr double kFinestQuantum = 0x1p-12, kSmallSpacing = 0x1p-7;
     constexpr double kMostDetail = 1e4, kDetailPerSpacing = 1e5;
@@ -104,7 +104,7 @@ Result<BilinearGrid> make_grid(const DemInfo& info, double finest_spacing) {
     const std::int64_t spare_x = root * lattice.root_count_x - width;
     const std::int64_t spare_y = root * lattice.root_count_y - height;
     if (grid.aligned) {
-        // The raster in the middle, to a whole cell.
+        // Centres the raster, to a whole cell.
         grid.first = {step * (1 + spare_x / (2 * step)), step * (1 + spare_y / (2 * step))};
         lattice.origin_x = grid.west - spacing * static_cast<double>(grid.first.x);
         lattice.origin_y = grid.south - spacing * static_cast<double>(grid.first.y);

@@ -15,7 +15,7 @@ struct SamplePlace {
     double fraction = 0.0;
 };
 
-/// How lattice, world and samples of a raster lie to each other; rows count from the south.
+/// Positions of a raster's samples relative to lattice and world; rows count from the south.
 ///
 /// *Aligned*: cells are square and a cell is 2^cell_log2 finest spacings, so that every sample is a
 /// lattice point. Otherwise 2^cell_log2 finest spacings are the *base spacing*, the largest such
@@ -35,8 +35,8 @@ struct BilinearGrid {
 
     SamplePlace column_at(double x) const { return split((x - west) / cell_x); }
     SamplePlace row_at(double y) const { return split((y - south) / cell_y); }
-    /// Of lattice indices; not decreasing in the index, so that a region inside another one covers
-    /// no sample that the other one does not.
+    /// Sample positions of lattice indices; not decreasing in the index, so that a region inside another one covers a
+    /// subset of its samples.
     SamplePlace column_at_index(std::int64_t ix) const {
         return aligned ? split_index(ix - first.x) : column_at(lattice.x(ix));
     }

@@ -33,7 +33,7 @@ void add_triangle(const DiamondWindow& window, const RightTriangle& t, Range& ra
     const double* corner = window.heights.data() + window.at(t.x, t.y);
     const std::ptrdiff_t stride_y = static_cast<std::ptrdiff_t>(t.sign_y) * window.columns;
 
-    // Two rows of differences; left uninitialised, because most triangles are small.
+    // Two rows of differences; uninitialised, because most triangles are small.
     std::array<double, kMaxLeg + 2> first_row, second_row;
     double* here = first_row.data();
     double* above = second_row.data();
@@ -63,8 +63,8 @@ void add_triangle(const DiamondWindow& window, const RightTriangle& t, Range& ra
     range.add(here[0]);
 }
 
-/// The same for legs of one cell, most of all triangles: only the corner leaves the plane, and the
-/// hypotenuse bows by a quarter of the cell's twist.
+/// The same for legs of one cell, the most frequent case: only the corner leaves the plane, and the hypotenuse bows
+/// by a quarter of the cell's twist.
 void add_small_triangle(const DiamondWindow& window, const RightTriangle& t, Range& range) {
     const double* corner = window.heights.data() + window.at(t.x, t.y);
     const double* beyond = corner + static_cast<std::ptrdiff_t>(t.sign_y) * window.columns;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 //
-// How far a piecewise bilinear surface leaves the triangles of a lattice.
+// A-priori bounds of the deviation of a piecewise bilinear surface from the triangles of a lattice.
 //
 // Aligned: a lattice cell of side s lies in one raster cell of side c. The surface in it is a plane
 // plus xy times the twist T / c^2, which leaves either diagonal's triangles by |T| / 4 (s / c)^2.
 //
-// Not aligned: a triangle of the lattice, legs a <= a raster cell, crosses at most one grid line each
-// way. Across a vertical line the slope jumps by at most Jx, across a horizontal one by Jy; t is the
+// Not aligned: a triangle of the lattice, legs a <= a raster cell, crosses at most one grid line along each
+// axis. Across a vertical line the slope jumps by at most Jx, across a horizontal one by Jy; t is the
 // largest |twist| / (cell_x cell_y). On a segment of length L that crosses a kink of J, ends taken
 // from the surface, the chord is off by at most J L w (1 - w), w the point's place along it. A point
 // of the triangle lies on a chord along x that ends on a leg (one kink: a tau (1 - tau) Jy) and on
@@ -14,8 +14,8 @@
 //     a Jx tau w (2 - w - tau) + a Jy tau (1 - tau) + a^2 t w tau (1 - tau)
 //  <= 8/27 a Jx + 1/4 a Jy + 1/4 a^2 t
 // and the same with x and y exchanged: the lesser is 1/4 a (Jx + Jy) + 5/108 a min(Jx, Jy)
-// + 1/4 a^2 t. With J and t over all that lies below a vertex these bounds are nested. That of the
-// centre of a square of side a serves all vertices below it.
+// + 1/4 a^2 t. With J and t as maxima over all descendants of a vertex these bounds are nested. That of the
+// centre of a square of side a holds for all its descendants.
 #include "surface/fine_surface.h"
 
 #include <algorithm>
@@ -24,15 +24,15 @@
 namespace terrane::internal {
 namespace {
 
-/// The last raster cell that a region ending at a place reaches into.
+/// The last raster cell that a region with this end overlaps.
 std::int64_t last_cell(const SamplePlace& end) {
     return end.fraction > 0.0 ? end.index : end.index - 1;
 }
-/// The first sample at or after a place.
+/// The first sample at or after a position.
 std::int64_t sample_after(const SamplePlace& place) { return last_cell(place) + 1; }
 
-/// Off the lattice deviations are found of vertices of the spacing that is asked for, and of one half of
-/// it; a bound for every kink nearby serves all below.
+/// Off the lattice, deviations are computed for vertices of the requested spacing and of half of it; the a-priori bound
+/// of the kinks nearby covers all finer ones.
 constexpr std::int64_t kFinerStep = 2;
 constexpr double kRounding = 1e-9;
 
@@ -45,7 +45,7 @@ bool is_odd_multiple(std::int64_t index, std::int64_t step) {
 
 float FineSurface::aligned_bound(const RasterPatch& patch, LatticePoint v,
                                  std::int64_t step) const {
-    // From the south-western sample, so that a shift gives the raster cell.
+    // Relative to the south-western sample, so that a shift gives the raster cell.
     const std::int64_t x = v.x - grid_.first.x, y = v.y - grid_.first.y;
     const bool centre = is_odd_multiple(x, step) && is_odd_multiple(y, step);
     const std::int64_t reach = (centre ? 3 : 2) * step;
@@ -64,11 +64,11 @@ float FineSurface::aligned_bound(const RasterPatch& patch, LatticePoint v,
     }
     const double part =
         static_cast<double>(centre ? 2 * step : step) / static_cast<double>(grid_.base_step());
-    // What belongs to other raster cells is reached through vertices of half this size.
+    // Other raster cells are covered by vertices of half this spacing.
     return round_outward(0.25 * part * part * std::max(own, 0.25 * other));
 }
 
-/// The samples that the part of an axis within `reach` of each vertex touches.
+/// The samples within `reach` of each vertex, along an axis.
 struct FineSurface::Reach {
     std::int64_t first_cell, last_cell, end_sample;
 };
@@ -114,7 +114,7 @@ void FineSurface::kinked_bounds(const RasterPatch& patch, const SampleGrid& grid
                 std::max(line[i].bend_y, std::fabs(patch.bend_y(columns[i].end_sample, r)));
         }
     }
-    // In this order of operations rounding keeps the bounds nested, too.
+    // This order of operations is monotone, so that rounding keeps the bounds nested.
     const double s = grid_.lattice.spacing * static_cast<double>(vertex_step);
     const double jump_x = 1.0 / grid_.cell_x, jump_y = 1.0 / grid_.cell_y;
     const double warp = s * s / (grid_.cell_x * grid_.cell_y);
@@ -130,7 +130,7 @@ void FineSurface::kinked_bounds(const RasterPatch& patch, const SampleGrid& grid
                 if (r > row.first_cell) largest.bend_y = std::max(largest.bend_y, line.bend_y);
             }
             const double x = s * (largest.bend_x * jump_x), y = s * (largest.bend_y * jump_y);
-            // Over what is found of a single kink in another order of operations.
+            // At least the exact deviation at a single kink, computed in another order of operations.
             const double t = warp * largest.twist + kRounding;
             bounds_out[at] = round_outward((0.5 * (x + y) + 5.0 / 54.0 * std::min(x, y)) + t);
         }

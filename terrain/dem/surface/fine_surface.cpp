@@ -19,7 +19,7 @@ std::vector<SamplePlace> FineSurface::places(std::int64_t first, std::int64_t st
 }
 
 Result<double> FineSurface::height(SamplePlace column, SamplePlace row) const {
-    // Far beyond the raster the indices would not fit; there the edge is repeated anyway.
+    // Clamped, so that indices far beyond the raster, where the edge is repeated, fit.
     constexpr std::int64_t kBeyond = 8;
     column.index = std::clamp<std::int64_t>(column.index, -kBeyond, grid_.columns + kBeyond);
     row.index = std::clamp<std::int64_t>(row.index, -kBeyond, grid_.rows + kBeyond);

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "raster/raster_store.h"
 #include "surface/bilinear_grid.h"
 #include "surface/diamond_window.h"
 #include "surface/raster_patch.h"
-#include "raster/raster_store.h"
 
 #include <cstdint>
 #include <memory>
@@ -13,8 +13,8 @@
 
 namespace terrane::internal {
 
-/// Samples that bounds need beyond those around their grid: what lies below a vertex reaches one and
-/// a half cells, second differences one sample more.
+/// Margin of samples around a grid that bounds need: the descendants of a vertex extend one and a half cells, second
+/// differences one sample more.
 inline constexpr int kBoundsMargin = 4;
 
 /// The bilinear surface between samples, and its bounds up to the base spacing. Heights are metres from
@@ -43,28 +43,27 @@ public:
     /// As HeightSource::cell_bounds, up to 128 base spacings.
     Result<void> cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const;
 
-    /// A window of a lattice of at most base spacing, indices in its steps: heights, and what the
-    /// surface does between them.
+    /// A window of a lattice of at most base spacing, indices in its steps: heights, and the surface between them.
     Result<DiamondWindow> surface_window(const SampleGrid& grid) const;
-    /// The same with bounds of the vertices in the middle of its cells that serve all below.
+    /// The same with bounds of the vertices in the middle of its cells that cover all their descendants.
     Result<DiamondWindow> bounds_window(const SampleGrid& grid) const;
 
 private:
     struct Reach;
     DiamondWindow make_window(const RasterPatch& patch, const SampleGrid& grid) const;
-    /// Where equally spaced lattice indices lie between the samples.
+    /// Positions of equally spaced lattice indices between the samples.
     std::vector<SamplePlace> places(std::int64_t first, std::int64_t step, int count,
                                     bool along_x) const;
     std::vector<Reach> reaches(std::int64_t first, std::int64_t step, int count, std::int64_t reach,
                                bool along_x) const;
-    /// Of the vertices of spacing grid.step < base step where samples are lattice points.
+    /// Bounds of the vertices of spacing grid.step < base step, if samples are lattice points.
     Result<void> aligned_vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const;
     float aligned_bound(const RasterPatch& patch, LatticePoint v, std::int64_t step) const;
     /// Bounds of a grid of vertices of one spacing and kind: all centres, or all midpoints of edges
     /// along the same axis.
     void aligned_bounds(const RasterPatch& patch, const SampleGrid& grid, std::int64_t vertex_step,
                         std::span<float> bounds_out) const;
-    /// Of a grid of centres, for all vertices below them too.
+    /// Bounds of a grid of centres that cover their descendants, too.
     void kinked_bounds(const RasterPatch& patch, const SampleGrid& grid, std::int64_t vertex_step,
                        std::span<float> bounds_out) const;
 

@@ -11,7 +11,7 @@
 
 namespace terrane::internal {
 
-/// Least and greatest of what was added.
+/// Range of the values added.
 struct Range {
     double low = std::numeric_limits<double>::infinity();
     double high = -std::numeric_limits<double>::infinity();
@@ -35,25 +35,25 @@ struct RightTriangle {
     double at_corner, at_x_end, at_y_end;
 };
 
-/// The bilinear surface of a raster whose samples are no lattice points, seen from a grid of lattice
-/// points. Points count from the grid's corner, in its steps; values depend on the address alone.
+/// The bilinear surface of a raster whose samples are no lattice points, evaluated over a grid of lattice points.
+/// Points count from the grid's corner, in its steps; values depend on the address alone.
 ///
-/// Lines part the raster cells from each other; samples lie where they cross.
+/// *Lines* separate the raster cells; samples are their intersections.
 /// Threads: const calls from several at once; keep_diagonals() alone.
 class KinkedSurface {
 public:
     /// @param patch the samples around `points`, one more line on every side
     KinkedSurface(const BilinearGrid& grid, const SampleGrid& points, RasterPatch patch);
 
-    /// Keeps what the surface does along the diagonals of the squares of side n at multiples of n,
-    /// those that join corners of even index sum. From then on a triangle with legs of n must be half
-    /// of such a square. In order: n = 1, 2, 4 ...
+    /// Caches the surface along the diagonals, between corners of even index sum, of the squares of side n at
+    /// multiples of n. Afterwards a triangle with legs of n must be half of such a square. Call in order n = 1, 2, 4
+    /// ...
     void keep_diagonals(int n);
 
-    /// Adds the range of surface minus plane over a triangle; both meet at the hypotenuse's ends.
+    /// Adds the range of surface minus plane over a triangle. Requires them to be equal at the hypotenuse's ends.
     void add_triangle(const RightTriangle& t, Range& range) const;
 
-    /// The same where they need not meet: over a part of a larger triangle.
+    /// The same without that requirement: for a part of a larger triangle.
     void add_part(const RightTriangle& t, Range& range) const;
 
     /// The same over the square of side n whose south-western corner is point (x, y); the plane's
@@ -66,7 +66,7 @@ public:
     Range bilinear_deviation(int x, int y, int n) const;
 
 private:
-    /// Of the squares of one side that lie among the points.
+    /// Cached diagonals of the squares of one side.
     struct Diagonals {
         int x = 0, y = 0;  ///< the south-western square's corner
         int columns = 0;
@@ -74,14 +74,15 @@ private:
     };
     /// The lines along one axis, in steps from the lattice's origin, and among the points.
     struct Axis {
-        std::int64_t first = 0;               ///< the first point
-        double per_cell = 1.0;                ///< raster cells in a step
-        std::vector<double> lines;            ///< increasing
-        std::vector<int> at_or_after, after;  ///< [points] the first line there
+        std::int64_t first = 0;     ///< the first point
+        double per_cell = 1.0;      ///< raster cells in a step
+        std::vector<double> lines;  ///< increasing
+        std::vector<int> at_or_after,
+            after;  ///< [points] first line at or after, and after, the point
 
         double point(int i) const { return static_cast<double>(first + i); }
     };
-    /// @param place_of  place of the line of an index, in steps from the lattice's origin
+    /// @param place_of  position of the line of an index, in steps from the lattice's origin
     template <typename PlaceOf>
     static Axis make_axis(std::int64_t first, int points, std::int64_t first_line, int lines,
                           double per_cell, PlaceOf&& place_of);
@@ -111,15 +112,15 @@ private:
         return heights_[static_cast<std::size_t>(y) * x_.after.size() +
                         static_cast<std::size_t>(x)];
     }
-    /// Without the hypotenuse, but for crossings that a leg has in common with it.
+    /// Without the hypotenuse, except for crossings on a leg.
     void add_legs_and_inside(const RightTriangle& t, Range& range) const;
-    /// Surface minus a line along the diagonal of n steps east of (x, y), north or south; from the
-    /// line's height there to that at the other end.
+    /// Range of the surface minus a chord along the diagonal from (x, y) to n steps east and n north or south, given
+    /// the chord's heights at both ends.
     Range diagonal(int x, int y, int n, bool north, double begin_height, double end_height) const;
 
     RasterPatch patch_;
     Axis x_, y_;
-    /// Surface where a row of points crosses the lines along y, and a column those along x.
+    /// Surface at the crossings of rows of points with lines along y, and of columns with lines along x.
     std::vector<double> on_rows_, on_columns_;
     std::vector<double> heights_;       ///< at the points
     std::vector<Diagonals> diagonals_;  ///< of side 1, 2, 4 ...

@@ -27,7 +27,7 @@ struct Field {
     }
 };
 
-/// Half the resolution: the mean of what is known.
+/// Half the resolution: the mean of the known values.
 Field pull(const Field& fine) {
     Field coarse{(fine.columns + 1) / 2, (fine.rows + 1) / 2, {}, {}};
     const std::size_t size =
@@ -53,7 +53,7 @@ Field pull(const Field& fine) {
     return coarse;
 }
 
-/// Gives what is not known the bilinear height of a field of half the resolution.
+/// Fills unknown values bilinearly from a field of half the resolution.
 void push(const Field& coarse, Field& fine) {
     for (int y = 0; y < fine.rows; ++y) {
         for (int x = 0; x < fine.columns; ++x) {
@@ -215,8 +215,7 @@ float VoidFill::rim_or_field(int column, int row) const {
 double VoidFill::relax_block(Block& block, double gain) const {
     constexpr int kSide = kBlockSide + 2;
     const int west = block.bx * kBlockSide - 1, south = block.by * kBlockSide - 1;
-    // The block and a ring around it; beyond the raster the nearest sample, so that the slope there
-    // goes to zero.
+    // The block and a ring around it; beyond the raster the nearest sample (zero slope at the border).
     std::array<double, kSide * kSide> patch{};
     for (int y = 0; y < kSide; ++y) {
         for (int x = 0; x < kSide; ++x) {
@@ -244,7 +243,7 @@ double VoidFill::relax_block(Block& block, double gain) const {
 void VoidFill::relax() {
     constexpr double kSettled = 1e-3;
     for (int sweep = 0; sweep < kRimSweeps; ++sweep) {
-        // The last sweeps without over-relaxation take away its ripples.
+        // The last sweeps are without over-relaxation, to smooth its ripples.
         const double gain = sweep < kRimSweeps - 10 ? kOverRelax : 1.0;
         double largest = 0.0;
         for (Block& block : rim_) {

@@ -10,28 +10,27 @@
 
 namespace terrane::internal {
 
-/// Smooth heights where a raster has none, inside voids and outside, in memory that grows with the
-/// rim of the nodata, not with its area.
+/// Fills nodata, voids and outside, with smooth heights. Memory grows with the rim of the nodata, not with its area.
 ///
 /// Far from data: bilinear between the nodes of a coarse field, one node a block of 8 x 8 samples,
 /// the mean of the block where it has data and relaxed towards a harmonic field where it has none.
-/// Within two blocks of data: samples of their own, relaxed between the data and that field.
-/// The same bits whether a raster is held in memory or read by window.
+/// Within two blocks of data: individual samples, relaxed between the data and that field.
+/// The same bits for rasters in memory and read by window.
 class VoidFill {
 public:
     VoidFill(int columns, int rows);
 
     /// First pass, rows in any order, each once; NaN is nodata.
     void add_row(int row, std::span<const double> samples);
-    /// Between the passes: makes the coarse field. Requires at least one sample with data.
+    /// Between the passes: computes the coarse field. Requires at least one sample with data.
     void make_field();
-    /// Bytes that the second pass takes: they grow with the rim of the nodata.
+    /// Bytes of the second pass, which grow with the rim of the nodata.
     std::size_t rim_bytes() const { return rim_count_ * sizeof(Block); }
     /// Before the second pass.
     void begin_rim();
     /// Whether the second pass needs this row.
     bool needs_row(int row) const;
-    /// Second pass: the same rows again, those that are needed.
+    /// Second pass: the needed rows again.
     void add_rim_row(int row, std::span<const double> samples);
     /// After the second pass.
     void relax();

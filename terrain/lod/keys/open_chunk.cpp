@@ -51,7 +51,7 @@ float OpenChunk::side_rise(Side side, int at, float quantum) const {
     if (!at_world_border[side]) {
         const auto [area, kind, square] =
             side == east ? AreaVertices::address_of(0, at) : AreaVertices::address_of(at, 0);
-        const AreaVertices& vertices = neighbour[side]->chunk->vertices[area];
+        const AreaVertices& vertices = neighbour[side]->chunk->vertices->areas[area];
         return vertices.rise_unit * static_cast<float>(vertices.rise[kind][square]);
     }
     const auto height = [&](int i) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "chunks/chunk_vertices.h"
 #include "lod/keys/key_kernels.h"
 
 #include <terrane/terrain/resident_set.h>

@@ -118,7 +118,7 @@ double ScreenError::error_px_at(double bound, double distance) const {
 float ScreenError::height_over_eye(double height) const { return clamped(height - eye_.z()); }
 
 EyeHeights ScreenError::eye_heights(const Chunk& chunk) const {
-    return {chunk.reach_unit, height_over_eye(chunk.reach_base), near_squared_};
+    return {chunk.vertices->reach_unit, height_over_eye(chunk.vertices->reach_base), near_squared_};
 }
 
 void ScreenError::fill_axes(const Chunk& chunk, ChunkAxes& axes_out) const {
@@ -172,12 +172,12 @@ float ScreenError::least_key(const WorldBox& reach, float largest_bound, bool is
 }
 
 ScreenError::WorldBox ScreenError::reach_of(const Chunk& chunk, float half_width) const {
-    return widened(box_of(chunk), chunk.reach(), half_width);
+    return widened(box_of(chunk), chunk.vertex_reach, half_width);
 }
 
 ScreenError::WorldBox ScreenError::reach_of_area(const Chunk& chunk, int area,
                                                  float half_width) const {
-    return widened(box_of_area(chunk, area), chunk.reach_of_area(area), half_width);
+    return widened(box_of_area(chunk, area), chunk.vertices->reach_of_area(area), half_width);
 }
 
 KeyPlanes ScreenError::planes_across(const WorldBox& box) const {

@@ -128,7 +128,7 @@ void Morph::compute_offsets(OpenChunk& chunk, const KeyKernels& kernels, float q
         part.centre = keys[AreaVertices::centre].data();
         part.along_x = keys[AreaVertices::along_x].data();
         part.along_y = keys[AreaVertices::along_y].data();
-        const AreaVertices& vertices = chunk.chunk->vertices[static_cast<std::size_t>(area)];
+        const AreaVertices& vertices = chunk.chunk->vertices->areas[static_cast<std::size_t>(area)];
         part.rise = vertices.rise[0].data();
         part.rise_unit = vertices.rise_unit;
         part.offsets = &chunk.offsets[sample_index(west, south)];
@@ -158,7 +158,7 @@ void Morph::compute_offsets(OpenChunk& chunk, const KeyKernels& kernels, float q
             fetch(&chunk.offsets[sample_index(west, row)], kBytes);
         }
         fetch(&chunk.keys_of(area), sizeof(OpenChunk::Keys));
-        const AreaVertices& vertices = chunk.chunk->vertices[static_cast<std::size_t>(area)];
+        const AreaVertices& vertices = chunk.chunk->vertices->areas[static_cast<std::size_t>(area)];
         fetch(&vertices.rise, sizeof vertices.rise);
     });
     morph_sides(chunk, quantum);

@@ -151,7 +151,7 @@ void ResidualErrorSearch::visit_vertex(int column, int row, int stride, float ow
     const float key = chunk_.key_at(column, row);
     if (!is_held(own_key, key)) return;
     const auto bound =
-        static_cast<double>(bound_of(chunk_.chunk->inverse_square_bound(column, row)));
+        static_cast<double>(bound_of(chunk_.chunk->vertices->inverse_square_bound(column, row)));
     double error_px = 0.0;
     if (((column / stride) & (row / stride) & 1) == 0) {
         error_px = midpoint_error(column, row, stride, bound, 0.0);

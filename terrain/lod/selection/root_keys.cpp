@@ -35,7 +35,8 @@ float VertexKeys::own_coarse_key(const ScreenError& screen, const OpenChunk& roo
     const std::int32_t height = root.chunk->heights[sample_index(2 * column, 2 * row)];
     const float z = screen.height_over_eye(lattice_.quantum * height);
     return own_key(root, 2 * column, 2 * row, z - around.half_height, z + around.half_height,
-                   around.half_width, root.chunk->coarse_bounds[coarse_index(column, row)]);
+                   around.half_width,
+                   root.chunk->vertices->coarse_bounds[coarse_index(column, row)]);
 }
 
 // The centre of a root square has no parents.

@@ -98,7 +98,7 @@ void VertexKeys::open_areas(const ScreenError& screen, float floor, OpenChunk& c
 
 void VertexKeys::own_keys(const OpenChunk& chunk, int area, AreaVertices::Kind kind,
                           float* keys_out) const {
-    const AreaVertices& vertices = chunk.chunk->vertices[static_cast<std::size_t>(area)];
+    const AreaVertices& vertices = chunk.chunk->vertices->areas[static_cast<std::size_t>(area)];
     const auto column = static_cast<std::size_t>(area % kChunkAreas * kAreaSquares);
     const auto row = static_cast<std::size_t>(area / kChunkAreas * kAreaSquares);
     VertexGroup group;
@@ -131,8 +131,8 @@ float VertexKeys::own_key(const OpenChunk& chunk, int column, int row, float low
 
 float VertexKeys::own_side_key(const OpenChunk& chunk, Side side, int i) const {
     const bool is_east = side == east;
-    const Chunk::SideVertices& vertices =
-        is_east ? chunk.chunk->east_side : chunk.chunk->north_side;
+    const SideVertices& vertices =
+        is_east ? chunk.chunk->vertices->east_side : chunk.chunk->vertices->north_side;
     const auto k = static_cast<std::size_t>(i);
     return own_key(chunk, is_east ? kChunkCells : 2 * i + 1, is_east ? 2 * i + 1 : kChunkCells,
                    over_eye<float>(vertices.low[k], chunk.eye_heights),
@@ -183,7 +183,7 @@ void VertexKeys::find_midpoints(float floor, OpenChunk& chunk, int area) const {
 // Prefetches kinds first to last of an area's vertices.
 void VertexKeys::fetch_kinds(const OpenChunk& chunk, int area, std::size_t first,
                              std::size_t last) const {
-    const AreaVertices& vertices = chunk.chunk->vertices[static_cast<std::size_t>(area)];
+    const AreaVertices& vertices = chunk.chunk->vertices->areas[static_cast<std::size_t>(area)];
     const std::size_t bytes = (last - first + 1) * sizeof(vertices.inverse_square_bounds[0]);
     fetch(&vertices.inverse_square_bounds[first], bytes);
     fetch(&vertices.low[first], bytes);

@@ -4,11 +4,14 @@
 // and any bits come back.
 #include "format/chunk_codec.h"
 
+#include "chunks/chunk_vertices.h"
+
 #include <terrane/store/bytes.h>
 
 #include <array>
 #include <bit>
 #include <string>
+#include <utility>
 
 namespace terrane::internal {
 namespace {
@@ -124,20 +127,20 @@ std::vector<To> bits_of(std::span<const From> values) {
 
 /// Calls visit(16 bit number) for every one that a chunk keeps of its vertices, in a fixed order: those of
 /// one kind and meaning behind each other.
-template <class AnyChunk, class Visit>
-void for_each_vertex_number(AnyChunk& chunk, Visit&& visit) {
+template <class AnyVertices, class Visit>
+void for_each_vertex_number(AnyVertices& vertices, Visit&& visit) {
     for (std::size_t kind = 0; kind < AreaVertices::kKinds; ++kind) {
-        for (auto& area : chunk.vertices) {
+        for (auto& area : vertices.areas) {
             for (auto& bound : area.inverse_square_bounds[kind]) visit(bound);
         }
-        for (auto& area : chunk.vertices) {
+        for (auto& area : vertices.areas) {
             for (auto& low : area.low[kind]) visit(low);
         }
-        for (auto& area : chunk.vertices) {
+        for (auto& area : vertices.areas) {
             for (auto& high : area.high[kind]) visit(high);
         }
     }
-    for (auto* side : {&chunk.east_side, &chunk.north_side}) {
+    for (auto* side : {&vertices.east_side, &vertices.north_side}) {
         for (auto& bound : side->inverse_square_bounds) visit(bound);
         for (auto& low : side->low) visit(low);
         for (auto& high : side->high) visit(high);
@@ -155,24 +158,25 @@ std::size_t max_encoded_bytes() {
 }
 
 std::vector<std::uint8_t> encode_chunk(const Chunk& chunk) {
+    const ChunkVertices& vertices = *chunk.vertices;
     ByteWriter out;
-    out.put(static_cast<std::uint8_t>((chunk.coarse_bounds.empty() ? 0 : has_coarse_bounds) |
+    out.put(static_cast<std::uint8_t>((vertices.coarse_bounds.empty() ? 0 : has_coarse_bounds) |
                                       (chunk.cell_flags.empty() ? 0 : has_cell_flags)));
     put_grid(out, bits_of<std::uint32_t, std::int32_t>(chunk.heights), kChunkSamples);
     std::vector<std::uint16_t> numbers;
     numbers.reserve(kVertexNumbers);
-    for_each_vertex_number(chunk, [&](const auto& number) {
+    for_each_vertex_number(vertices, [&](const auto& number) {
         numbers.push_back(std::bit_cast<std::uint16_t>(number));
     });
     put_row(out, numbers);
     put_grid(out, bits_of<std::uint32_t, float>(chunk.cell_bounds), kChunkCells);
-    out.put(chunk.reach_base);
-    out.put(chunk.reach_unit);
+    out.put(vertices.reach_base);
+    out.put(vertices.reach_unit);
     out.put(chunk.max_vertex_bound);
     for (const Chunk::Area& area : chunk.areas) out.put(area.max_vertex_bound);
-    if (!chunk.coarse_bounds.empty()) {
+    if (!vertices.coarse_bounds.empty()) {
         put_planes(out, std::span<const std::uint32_t>(
-                            bits_of<std::uint32_t, float>(chunk.coarse_bounds)));
+                            bits_of<std::uint32_t, float>(vertices.coarse_bounds)));
     }
     out.put_each(std::span<const std::uint8_t>(chunk.cell_flags));
     return out.bytes();
@@ -182,6 +186,7 @@ Result<std::shared_ptr<const Chunk>> decode_chunk(std::span<const std::uint8_t> 
                                                   const Lattice& lattice, const ChunkKey& key) {
     ByteReader in(bytes);
     auto chunk = std::make_shared<Chunk>();
+    auto vertices = std::make_shared<ChunkVertices>();
     chunk->key = key;
     chunk->corner = lattice.corner(key);
     chunk->step = lattice.step(key.level);
@@ -189,25 +194,24 @@ Result<std::shared_ptr<const Chunk>> decode_chunk(std::span<const std::uint8_t> 
     for (const std::uint32_t bits : get_grid(in, kChunkSamples)) {
         chunk->heights.push_back(std::bit_cast<std::int32_t>(bits));
     }
-    chunk->vertices.resize(kAreas);
     std::vector<std::uint16_t> numbers(kVertexNumbers);
     get_row(in, numbers);
     auto next = numbers.begin();
-    for_each_vertex_number(*chunk, [&next](auto& number) {
+    for_each_vertex_number(*vertices, [&next](auto& number) {
         number = std::bit_cast<std::remove_reference_t<decltype(number)>>(*next++);
     });
     for (const std::uint32_t bits : get_grid(in, kChunkCells)) {
         chunk->cell_bounds.push_back(std::bit_cast<float>(bits));
     }
-    chunk->reach_base = in.get<double>();
-    chunk->reach_unit = in.get<float>();
+    vertices->reach_base = in.get<double>();
+    vertices->reach_unit = in.get<float>();
     chunk->max_vertex_bound = in.get<float>();
     for (Chunk::Area& area : chunk->areas) area.max_vertex_bound = in.get<float>();
     if ((parts & has_coarse_bounds) != 0) {
         std::vector<std::uint32_t> coarse(kCoarse);
         get_planes(in, std::span<std::uint32_t>(coarse));
         for (const std::uint32_t bits : coarse) {
-            chunk->coarse_bounds.push_back(std::bit_cast<float>(bits));
+            vertices->coarse_bounds.push_back(std::bit_cast<float>(bits));
         }
     }
     if ((parts & has_cell_flags) != 0) {
@@ -218,7 +222,7 @@ Result<std::shared_ptr<const Chunk>> decode_chunk(std::span<const std::uint8_t> 
         return fail(ErrorCode::bad_data, "a chunk of " + std::to_string(bytes.size()) +
                                              " bytes has not all of its parts");
     }
-    complete_chunk(lattice.quantum, *chunk);
+    complete_chunk(lattice.quantum, std::move(vertices), *chunk);
     return std::shared_ptr<const Chunk>(std::move(chunk));
 }
 

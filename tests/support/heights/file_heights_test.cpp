@@ -41,7 +41,7 @@ TEST_F(FileHeightsTest, GivesTheChunksOfItsGround) {
         const auto expected = make_chunk(*ground_, key).value(),
                    got = make_chunk(source_, key).value();
         EXPECT_EQ(got->heights, expected->heights);
-        EXPECT_EQ(got->areas[5].reach_low, expected->areas[5].reach_low);
+        EXPECT_EQ(got->vertex_reach.low, expected->vertex_reach.low);
     }
 }
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "chunks/chunk_vertices.h"
 #include "support/random.h"
 
 #include <terrane/terrain/chunk.h>
@@ -10,6 +11,8 @@
 
 namespace terrane {
 namespace chunk_reaches_test {
+
+using internal::AreaVertices;
 
 std::shared_ptr<const HeightSource> rough_ground() {
     return FractalHeights::create({.seed = 5,
@@ -40,10 +43,10 @@ TEST(Reaches, HoldTheTrueSurfaceOverTheVertexsDiamond) {
         const double spacing = lattice.level_spacing(key.level);
         for_each_vertex([&](int column, int row) {
             const auto [area, kind, square] = AreaVertices::address_of(column, row);
-            const AreaVertices& vertices = chunk->vertices[area];
-            const double unit = static_cast<double>(chunk->reach_unit);
-            const double low = chunk->reach_base + unit * vertices.low[kind][square];
-            const double high = chunk->reach_base + unit * vertices.high[kind][square];
+            const AreaVertices& vertices = chunk->vertices->areas[area];
+            const double unit = static_cast<double>(chunk->vertices->reach_unit);
+            const double low = chunk->vertices->reach_base + unit * vertices.low[kind][square];
+            const double high = chunk->vertices->reach_base + unit * vertices.high[kind][square];
             // a centre's diamond is its square; a midpoint's stands on a corner
             double x = random.between(-1.0, 1.0), y = random.between(-1.0, 1.0);
             if (kind != AreaVertices::centre) {
@@ -64,11 +67,13 @@ TEST(Reaches, AreHeldByThoseOfTheirAreaAndChunk) {
     const auto chunk = make_chunk(*rough_ground(), {1, 0, 2}).value();
     for_each_vertex([&](int column, int row) {
         const auto [area, kind, square] = AreaVertices::address_of(column, row);
-        const AreaVertices& vertices = chunk->vertices[area];
-        ASSERT_LE(chunk->areas[area].reach_low, vertices.low[kind][square]);
-        ASSERT_GE(chunk->areas[area].reach_high, vertices.high[kind][square]);
-        ASSERT_LE(chunk->reach_low, chunk->areas[area].reach_low);
-        ASSERT_GE(chunk->reach_high, chunk->areas[area].reach_high);
+        const AreaVertices& vertices = chunk->vertices->areas[area];
+        const auto of_area = chunk->vertices->area_reaches[area];
+        ASSERT_LE(of_area.low, vertices.low[kind][square]);
+        ASSERT_GE(of_area.high, vertices.high[kind][square]);
+        const HeightInterval reach = chunk->vertices->reach_of_area(static_cast<int>(area));
+        ASSERT_LE(chunk->vertex_reach.low, reach.low);
+        ASSERT_GE(chunk->vertex_reach.high, reach.high);
     });
 }
 
@@ -81,14 +86,15 @@ TEST(Reaches, AreTheSameOnBothSidesUpToUnits) {
         const auto i = static_cast<std::size_t>(row / 2);
         const auto [area, kind, square] = AreaVertices::address_of(0, row);
         const auto metres = [](const Chunk& chunk, std::int16_t units) {
-            return chunk.reach_base + static_cast<double>(chunk.reach_unit) * units;
+            return chunk.vertices->reach_base +
+                   static_cast<double>(chunk.vertices->reach_unit) * units;
         };
-        const double margin =
-            4.0 * static_cast<double>(std::max(west->reach_unit, east->reach_unit));
-        EXPECT_NEAR(metres(*west, west->east_side.high[i]),
-                    metres(*east, east->vertices[area].high[kind][square]), margin);
-        EXPECT_NEAR(metres(*west, west->east_side.low[i]),
-                    metres(*east, east->vertices[area].low[kind][square]), margin);
+        const double margin = 4.0 * static_cast<double>(std::max(west->vertices->reach_unit,
+                                                                 east->vertices->reach_unit));
+        EXPECT_NEAR(metres(*west, west->vertices->east_side.high[i]),
+                    metres(*east, east->vertices->areas[area].high[kind][square]), margin);
+        EXPECT_NEAR(metres(*west, west->vertices->east_side.low[i]),
+                    metres(*east, east->vertices->areas[area].low[kind][square]), margin);
     }
 }
 
@@ -100,7 +106,7 @@ TEST(Rises, AreTheHeightsOverTheMiddleOfTheSplitEdge) {
     };
     for_each_vertex([&](int column, int row) {
         const auto [area, kind, square] = AreaVertices::address_of(column, row);
-        const AreaVertices& vertices = chunk->vertices[area];
+        const AreaVertices& vertices = chunk->vertices->areas[area];
         // the ends of a centre are the corners of its square with an even index sum
         const bool rises = (column / 2 + row / 2) % 2 == 0;
         const int to_x = kind == AreaVertices::along_y ? 0 : 1;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "support/random.h"
+#include "chunks/chunk_vertices.h"
 #include "support/heights/wave_heights.h"
+#include "support/random.h"
 
 #include <terrane/terrain/chunk.h>
 #include <terrane/terrain/fractal_heights.h>
@@ -68,8 +69,8 @@ TEST(MakeChunk, GivesNeighboursTheSameBoundsOnTheirEdge) {
         const auto west = make_chunk(*source, {-1, 0, level}).value();
         const auto east = make_chunk(*source, {0, 0, level}).value();
         for (int row = 0; row < kChunkSamples; ++row) {
-            EXPECT_EQ(west->inverse_square_bound(kChunkCells, row),
-                      east->inverse_square_bound(0, row))
+            EXPECT_EQ(west->vertices->inverse_square_bound(kChunkCells, row),
+                      east->vertices->inverse_square_bound(0, row))
                 << "level " << int{level} << ", row " << row;
         }
     }
