@@ -8,7 +8,7 @@
 
 namespace terrane {
 
-/// Fails with invalid_argument, naming the field and its value, unless least <= value <= most.
+/// Fails: invalid_argument, naming the field and its value, unless least <= value <= most
 template <class Number>
 Result<void> check_range(const char* name, Number value, Number least, Number most) {
     if (value >= least && value <= most) return {};
@@ -17,7 +17,7 @@ Result<void> check_range(const char* name, Number value, Number least, Number mo
                                                  number_text(value));
 }
 
-/// Of octaves, which both fractals have.
+/// Checks the octave settings of both fractals.
 inline Result<void> check_octaves(int octave_count, double gain) {
     if (auto ok = check_range("octave_count", octave_count, 1, 24); !ok) return ok;
     if (gain > 0.0 && gain <= 1.0) return {};

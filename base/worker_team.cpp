@@ -4,9 +4,9 @@
 namespace terrane::internal {
 namespace {
 
-// Loops follow each other within microseconds inside one update(): waking a thread costs more. Beyond
-// this many looks a worker goes to sleep.
-constexpr int kLooks = 2'000;
+// Loops follow each other within microseconds inside one update(), and waking a thread costs more: a worker spins this
+// many times before it sleeps.
+constexpr int kSpins = 2'000;
 
 }  // namespace
 
@@ -48,7 +48,7 @@ void WorkerTeam::serve(const std::stop_token& stop, int worker) {
     std::uint32_t seen = 0;
     for (;;) {
         std::uint32_t round = round_.load(std::memory_order_acquire);
-        for (int look = 0; round == seen && look < kLooks; ++look) {
+        for (int spin = 0; round == seen && spin < kSpins; ++spin) {
             round = round_.load(std::memory_order_acquire);
         }
         while (round == seen) {

@@ -9,8 +9,8 @@
 
 namespace terrane::internal {
 
-/// Runs loops on several threads. The calling thread takes part: a team of one has no thread of its
-/// own. Allocates nothing after it is made.
+/// Runs loops on several threads, the calling one included: a team of one starts no thread. Allocates only in the
+/// constructor.
 class WorkerTeam {
 public:
     explicit WorkerTeam(int size);
@@ -20,8 +20,8 @@ public:
 
     int size() const { return static_cast<int>(threads_.size()) + 1; }
 
-    /// Calls job(index, worker) for every index below count, in any order, each once; returns when all
-    /// are done. Workers are 0 to size() - 1.
+    /// Calls job(index, worker) once for every index below count, in any order; returns when all are done. Workers
+    /// are 0 to size() - 1.
     template <typename Job>
     void run(std::size_t count, const Job& job) {
         if (threads_.empty() || count < 2) {
@@ -33,7 +33,7 @@ public:
         });
     }
 
-    /// The same with job(index), in blocks of some indices that one worker takes one after the other.
+    /// The same with job(index), in blocks of consecutive indices per worker.
     template <typename Job>
     void run_blocks(std::size_t count, std::size_t block_size, const Job& job) {
         run((count + block_size - 1) / block_size, [&](std::size_t block, int) {

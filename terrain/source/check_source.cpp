@@ -19,7 +19,7 @@ using internal::GridAnswers;
 using internal::SourceChecks;
 
 constexpr int kGridPoints = 9;
-constexpr std::size_t kThreadGrids = 64;  // that every thread asks for
+constexpr std::size_t kThreadGrids = 64;  // read by every thread
 
 Result<void> check(const SourceCheckSettings& settings) {
     for (const Result<void>& good : {check_range("places", settings.places, 1, 1'000'000),
@@ -50,7 +50,7 @@ bool is_area(const WorldRect& rect) {
            std::isfinite(rect.south) && std::isfinite(rect.east) && std::isfinite(rect.north);
 }
 
-// The grids of one spacing that are asked for.
+// The grids of one spacing that are checked.
 class Places {
 public:
     Places(const Lattice& lattice, const WorldRect& region, std::uint64_t seed)
@@ -61,7 +61,7 @@ public:
                 index(region.north, lattice.origin_y, lattice.spacing)},
           lattice_(lattice) {}
 
-    // Corners of the region first, then places on its edges, then anywhere, by turns.
+    // Corners of the region first, then alternately positions on its edges and inside.
     SampleGrid next(std::int64_t step) {
         const int place = count_++ % 12;
         const bool at_west = place == 0 || place == 2, at_east = place == 1 || place == 3;
@@ -78,7 +78,7 @@ private:
         return static_cast<std::int64_t>(std::floor((place - origin) / spacing));
     }
 
-    // First index and number of points. Chunks ask for two samples beyond the world, no more.
+    // First index and number of points. Chunks read at most two samples beyond the world.
     std::pair<std::int64_t, int> along(std::int64_t step, std::int64_t low, std::int64_t high,
                                        std::int64_t world_low, std::int64_t world_high, bool at_low,
                                        bool at_high) {
@@ -107,7 +107,7 @@ void check_ranges(SourceChecks& checks, const Lattice& lattice, const WorldRect&
     const double spacing = lattice.spacing * static_cast<double>(step);
     const int level = internal::level_of(lattice, step);
     for (int place = 0; place < places; ++place) {
-        // as a chunk's square is asked for, and of any shape
+        // squares, as chunks use, and rectangles of any shape
         const double width = place % 2 == 0 ? kChunkCells * spacing : random.between(0.0, spacing);
         const double depth = place % 2 == 0 ? width : random.between(0.0, 10.0 * spacing);
         const double x = random.between(region.west, region.east);
@@ -125,7 +125,7 @@ void check_repeats(const HeightSource& source, const SourceCheckSettings& settin
     for (std::size_t i = asked.size(); i-- > 0;) {
         checks.check_again(asked[i], SourceLaw::repeatable);
     }
-    // a source that is not repeatable is not blamed for its threads too
+    // violations of repeatability are not reported for threads, too
     if (settings.threads < 2 || checks.report().of(SourceLaw::repeatable).broken > 0) return;
     const auto thread_count = static_cast<std::size_t>(settings.threads);
     std::vector<SourceChecks> parts(thread_count, SourceChecks(source, settings, region));
@@ -135,7 +135,7 @@ void check_repeats(const HeightSource& source, const SourceCheckSettings& settin
             threads.emplace_back([&, thread] {
                 const std::size_t count = std::min(asked.size(), kThreadGrids);
                 for (std::size_t i = 0; i < count; ++i) {
-                    // 37 and 64 have no common factor, so that all grids of a full list come once
+                    // 37 is coprime to 64, so that every grid of a full list occurs once
                     const std::size_t next = (37 * i + 11 * thread) % count;
                     const std::size_t spread = next * asked.size() / count;
                     parts[thread].check_again(asked[spread], SourceLaw::threads);

@@ -14,7 +14,6 @@
 namespace terrane::internal {
 namespace {
 
-
 std::string metres(double value) {
     char text[32];
     std::snprintf(text, sizeof text, "%.6g m", value);
@@ -58,7 +57,7 @@ void SourceChecks::count(SourceLaw law, bool holds,
     if (settings_.kept == 0) return;
     SourceViolation found = violation();
     found.law = law;
-    // what is not a number is the worst
+    // NaN counts as the worst
     const auto excess = [](const SourceViolation& v) {
         const double by = std::abs(v.measured - v.claimed);
         return std::isnan(by) ? std::numeric_limits<double>::infinity() : by;
@@ -95,7 +94,7 @@ bool SourceChecks::ask(const SampleGrid& grid, GridAnswers& answers_out) {
                                               static_cast<std::size_t>(grid.rows - 1)
                                         : 0;
     answers_out.grid = grid;
-    // values that no answer has, so that what a source leaves out is seen
+    // impossible values, so that omitted outputs are detected
     answers_out.heights.assign(grid.size(), std::numeric_limits<double>::quiet_NaN());
     answers_out.vertices.assign(grid.size(), -1.0f);
     answers_out.cells.assign(cells, -1.0f);
@@ -140,7 +139,7 @@ double SourceChecks::height(double x, double y) {
     return value;
 }
 
-// What the rounding of coordinates and of sums may add to a deviation.
+// Allowance for the rounding of coordinates and sums in a deviation.
 double SourceChecks::rounding(double x, double y, double height, double slope) const {
     return kHeightAccuracy + 0x1p-50 * (std::abs(height) + slope * (std::abs(x) + std::abs(y)));
 }
@@ -189,11 +188,10 @@ void SourceChecks::check_values(const GridAnswers& answers) {
     }
 }
 
-// Pattern search uphill (R. Hooke, T. A. Jeeves, 1961), inside a rectangle and wherever `measure` is
-// not below what was there before.
+// Pattern search for a maximum (R. Hooke, T. A. Jeeves, 1961) inside a rectangle.
 SourceChecks::Peak SourceChecks::climb(const WorldRect& within, Peak from, double step,
                                        const Measure& measure) {
-    // rounds are limited, because a source that answers at random has no top
+    // limited rounds: the search need not converge for a source that is not repeatable
     const double smallest = step * 0x1p-12;
     for (int round = 0; round < 64 && step > smallest; ++round) {
         const Peak before = from;
@@ -226,7 +224,7 @@ SourceChecks::Peak SourceChecks::largest_deviation(const LatticeTriangle& triang
     }
     const double ax = xs[1] - xs[0], ay = ys[1] - ys[0], bx = xs[2] - xs[0], by = ys[2] - ys[0];
     const double area = ax * by - ay * bx;
-    // of a place, by its share of the way to the second and the third corner; below 0 outside
+    // deviation at barycentric coordinates of the second and third corner; below 0 outside
     const auto measure = [&](double x, double y) {
         const double px = x - xs[0], py = y - ys[0];
         const double a = (px * by - py * bx) / area, b = (ax * py - ay * px) / area;
@@ -257,7 +255,7 @@ SourceChecks::Peak SourceChecks::largest_deviation(const LatticeTriangle& triang
         }
         take(a, b);
     }
-    // uphill only where that could decide
+    // climbs only where that could find a violation
     if (peak.value > 0.7 * claimed && peak.value <= claimed) {
         const auto [west, east] = std::ranges::minmax(xs);
         const auto [south, north] = std::ranges::minmax(ys);
@@ -273,7 +271,7 @@ void SourceChecks::check_triangles(const GridAnswers& answers, const LatticePoin
     if (!(claimed >= 0.0)) return;  // counted as not finite
     for (const LatticeTriangle& triangle : triangles) {
         const Peak peak = largest_deviation(triangle, claimed);
-        if (peak.value < 0.0) continue;  // none of it lies where deviations are measured
+        if (peak.value < 0.0) continue;  // outside the measured rectangle
         if (claimed > 0.0) report_.tightest = std::max(report_.tightest, peak.value / claimed);
         count(law, peak.value <= claimed, [&] {
             SourceViolation violation = at(answers, place);

@@ -27,8 +27,7 @@ private:
     std::uint64_t state_;
 };
 
-/// All that a source says of one grid. Cells are asked for up to the side that chunks have: not where the grid has vertices
-/// that are coarser than a root's samples.
+/// All answers of a source for one grid; without cells if the grid's vertices are coarser than a root's samples.
 struct GridAnswers {
     SampleGrid grid;
     std::vector<double> heights;      ///< [grid.size()]
@@ -44,7 +43,7 @@ struct GridAnswers {
         return static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.columns - 1) +
                static_cast<std::size_t>(column);
     }
-    /// Whether the cell to the north-east of a point was asked for.
+    /// Whether the answers include the cell to the north-east of a point.
     bool has_cell(int column, int row) const {
         return !cells.empty() && column >= 0 && row >= 0 && column + 1 < grid.columns &&
                row + 1 < grid.rows;
@@ -54,7 +53,7 @@ struct GridAnswers {
     }
 };
 
-/// Checks the laws of a source on the grids and rectangles that it is given, and counts in a report.
+/// Checks the laws of a source on given grids and rectangles, and counts in a report.
 ///
 /// Corners of grids must be multiples of 2 * step. Threads: one.
 class SourceChecks {
@@ -64,14 +63,14 @@ public:
     SourceChecks(const HeightSource& source, const SourceCheckSettings& settings,
                  const WorldRect& measured);
 
-    /// Asks for everything about a grid. Counts what fails under `answers`; false then.
+    /// Makes all calls for a grid. Returns false, and counts under `answers`, if one fails.
     bool ask(const SampleGrid& grid, GridAnswers& answers_out);
 
     void check_values(const GridAnswers& answers);
     void check_bounds(const GridAnswers& answers);
     /// Centres against their midpoints, exactly.
     void check_nesting_within(const GridAnswers& answers);
-    /// Midpoints against the cells around, exactly: what fractals promise beyond the laws.
+    /// Midpoints against the cells around, exactly: a property of fractals beyond the laws.
     void check_nesting_of_cells(const GridAnswers& answers);
     /// Midpoints of a spacing against the centres of half that spacing around them, with the settings'
     /// slack. Nothing for a step of 1.
@@ -79,17 +78,17 @@ public:
     void check_window(const GridAnswers& answers);
     /// Nothing for a step of 1.
     void check_levels(const GridAnswers& answers);
-    /// Nothing where no cells were asked for.
+    /// Does nothing without cells.
     void check_mesh_bounds(const GridAnswers& answers);
-    /// Asks again; under `law` where a bit differs.
+    /// Repeats the calls; a violation of `law` if a bit differs.
     void check_again(const GridAnswers& answers, SourceLaw law);
     void check_interval(const WorldRect& rect, int level);
     void check_rise(double distance, int level);
-    /// Counts one check of a law; where it is broken, keeps it.
+    /// Counts one check of a law, and records its violation.
     void count(SourceLaw law, bool holds, const std::function<SourceViolation()>& violation);
 
     const SourceReport& report() const { return report_; }
-    /// Adds what other checks of the same source counted.
+    /// Adds the counts of other checks of the same source.
     void add(const SourceReport& other);
 
 private:
@@ -118,7 +117,7 @@ private:
     SourceReport report_;
 };
 
-/// Level of a spacing, negative for those of coarser vertices than a root's samples.
+/// Level of a spacing; negative for vertices coarser than a root's samples.
 int level_of(const Lattice& lattice, std::int64_t step);
 
 }  // namespace terrane::internal

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// The laws that compare answers of a source with each other, and those of rectangles and distances.
-#include "source/source_checks.h"
-
+// Checks of laws that relate answers of a source to each other, and of those about rectangles and distances.
 #include "source/bounds/rounding.h"
+#include "source/source_checks.h"
 
 #include <algorithm>
 #include <bit>
@@ -15,7 +14,7 @@
 namespace terrane::internal {
 namespace {
 
-// Bits, not values: -0 is not 0, and NaN is itself.
+// Compares bits: -0 differs from 0, and NaN equals itself.
 bool same(double a, double b) {
     return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
 }
@@ -23,10 +22,9 @@ bool same(float a, float b) {
     return std::bit_cast<std::uint32_t>(a) == std::bit_cast<std::uint32_t>(b);
 }
 
-
 }  // namespace
 
-// The bound of a vertex, with slack, against one below it.
+// Checks the bound of a vertex, with slack, against a child's.
 void SourceChecks::check_nested(const GridAnswers& answers, int column, int row, float below,
                                 double slack, const char* what) {
     const auto bound = static_cast<double>(answers.vertices[answers.at(column, row)]);
@@ -66,7 +64,7 @@ void SourceChecks::check_nesting_of_cells(const GridAnswers& answers) {
     }
 }
 
-// Beyond the world no mesh has vertices, and bounds there may be anything that is safe.
+// Beyond the world no mesh has vertices, so bounds there need not nest.
 bool SourceChecks::is_of_world(const LatticePoint& point) const {
     const Lattice& lattice = source_.lattice();
     return point.x >= lattice.west() && point.x <= lattice.east() && point.y >= lattice.south() &&
@@ -239,7 +237,7 @@ void SourceChecks::check_rise(double distance, int level) {
     count(SourceLaw::rise_bound, grows,
           [&] { return broken({}, of_less, claimed, "bound over %.6g m, below that over less"); });
     if (!grows) return;
-    // a little less, for the rounding of the place
+    // slightly less, for the rounding of the position
     const double length = distance * (1.0 - 0x1p-50);
     for (const auto& [along, across] : {std::pair{1.0, 0.0}, {0.0, 1.0}, {0.8, 0.6}, {-0.6, 0.8}}) {
         const double to_x = along * length, to_y = across * length;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
-// Chunks are made in batches, by any number of threads, and written in the order of the directory: the file
-// does not depend on who made what.
+// Chunks are made in batches, by any number of threads, and written in the order of the directory, so that the file
+// does not depend on the threads.
 #include "format/chunk_codec.h"
-#include "part_heights.h"
 #include "format/store_directory.h"
+#include "part_heights.h"
 
 #include <terrane/store/chunk_store.h>
 #include <terrane/terrain/chunk.h>
@@ -22,7 +22,7 @@ namespace {
 
 using namespace internal;
 
-/// A chunk as it goes to the file, and what the directory says of all of them.
+/// An encoded chunk, and its contributions to the directory.
 struct Baked {
     std::vector<std::uint8_t> stored;
     ChunkRecord record;
@@ -73,7 +73,7 @@ Baked bake_chunk(const HeightSource& source, const ChunkKey& key) {
     const HeightInterval heights =
         source.interval({lattice.x(corner.x), lattice.y(corner.y), lattice.x(corner.x + side),
                          lattice.y(corner.y + side)});
-    // With the samples, which are rounded to quanta.
+    // Including the samples, which are rounded to quanta.
     baked.record.heights = {std::min(heights.low, lattice.quantum * (*chunk)->low),
                             std::max(heights.high, lattice.quantum * (*chunk)->high)};
     if (key.level < lattice.finest_level) return baked;
@@ -89,7 +89,7 @@ Baked bake_chunk(const HeightSource& source, const ChunkKey& key) {
     return baked;
 }
 
-/// Chunks `first` to `first + batch.size() - 1`, by several threads.
+/// Makes chunks `first` to `first + batch.size() - 1` on several threads.
 void bake_batch(const HeightSource& source, std::int64_t first, int worker_count,
                 std::vector<Baked>& batch) {
     std::atomic<std::size_t> next{0};
@@ -117,8 +117,8 @@ Result<void> check_settings(const BakeSettings& settings) {
     return {};
 }
 
-/// StoreDirectory::rises: what the surface that was baked rises at most, and, up to a spacing, also what the
-/// finest triangles do, whose slope may be up to 1.41 times as great.
+/// StoreDirectory::rises: rise bounds of the baked surface and, up to a spacing, also of the finest triangles, whose
+/// slope may be up to 1.41 times as great.
 std::vector<double> find_rises(const HeightSource& source, double steepest) {
     std::vector<double> rises;
     const double slope = std::sqrt(steepest) * (1.0 + 1e-12);

@@ -17,7 +17,7 @@ Result<std::shared_ptr<const Chunk>> ChunkReader::read(const ChunkKey& key) cons
                                              " is damaged");
     };
     const ChunkRecord& record = directory_.chunks[directory_.index_of(key)];
-    // No longer than the longest record: the directory's word is not enough.
+    // At most the longest record: the directory is not trusted.
     if (record.bytes > 2 * max_encoded_bytes()) return damaged();
     std::vector<std::uint8_t> stored(record.bytes);
     if (auto done = file_.read(record.offset, stored); !done) return tl::unexpected(done.error());

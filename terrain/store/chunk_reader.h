@@ -20,10 +20,10 @@ public:
 
     const StoreDirectory& directory() const { return directory_; }
 
-    /// Reads, checks and decodes a chunk; takes no lock.
-    /// Fails: io; bad_data where it is damaged
+    /// Reads, checks and decodes a chunk, without locks.
+    /// Fails: io; bad_data if it is damaged
     Result<std::shared_ptr<const Chunk>> read(const ChunkKey& key) const;
-    /// The same, from a few that were read before: for single questions.
+    /// The same through a small cache: for queries of single points.
     Result<std::shared_ptr<const Chunk>> find(const ChunkKey& key) const;
 
 private:

@@ -53,7 +53,7 @@ Result<std::unique_ptr<const PartHeights>> PartHeights::create(
                         "region must be west, south, east, north inside " + text_of(extent) +
                             " m, got " + text_of(*region));
         }
-        // Roots as large as the region, so that few of them cover it.
+        // Root squares of about the region's size, so that few of them cover it.
         const double side = std::max(region->east - region->west, region->north - region->south);
         int root = 0;
         while (root < finest && whole.level_spacing(root + 1) * kChunkCells >= side) ++root;

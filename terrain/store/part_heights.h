@@ -8,15 +8,15 @@
 
 namespace terrane::internal {
 
-/// A part of another source's world: its coarser levels, or a region of it, as a world of its own. Places,
-/// heights and bounds are the other source's.
+/// A part of another source's world as a world of its own: its coarser levels, or a region. Positions, heights and
+/// bounds are the other source's.
 class PartHeights final : public HeightSource {
 public:
     /// @param base        must outlive the part
     /// @param level_count levels from the root squares on; 0 for all
     /// @param region      metres, widened to whole root squares of the part; absent: everything
     ///
-    /// Fails: invalid_argument where there are not so many levels, or the region is empty or lies outside
+    /// Fails: invalid_argument if there are fewer levels, or the region is empty or lies outside
     static Result<std::unique_ptr<const PartHeights>> create(
         const HeightSource& base, int level_count, const std::optional<WorldRect>& region);
 
@@ -45,7 +45,7 @@ private:
     PartHeights(const HeightSource& base, const Lattice& lattice, const WorldRect& extent,
                 int shift)
         : HeightSource(lattice, extent), base_(base), shift_(shift) {}
-    /// The same points in the other source's finest spacings.
+    /// Converts to the other source's finest spacings.
     SampleGrid widen(const SampleGrid& grid) const {
         const std::int64_t factor = std::int64_t{1} << shift_;
         return {{grid.corner.x * factor, grid.corner.y * factor},
@@ -55,7 +55,7 @@ private:
     }
 
     const HeightSource& base_;
-    int shift_ = 0;  ///< levels of the other source that are finer than the part's
+    int shift_ = 0;  ///< levels of the other source below the part's finest
 };
 
 }  // namespace terrane::internal

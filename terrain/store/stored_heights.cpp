@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Why the bounds of the surface that was baked hold for the triangulation of the finest level too: over a
-// triangle of any level both it and what it is compared with are linear over each finest triangle below, so
-// that they differ most at a finest sample; and there the baked surface is the sample, to half a quantum, which
-// every stored bound has inside.
+// The bounds of the baked surface hold for the triangulation of the finest level, too: over each finest triangle both
+// the triangulation and a triangle of any level are linear, so that their largest difference is at a finest sample;
+// there the baked surface is the sample, to half a quantum, which every stored bound includes.
 #include "stored_heights.h"
 
 #include "chunks/chunk_vertices.h"
@@ -38,16 +37,16 @@ LatticePoint StoredHeights::nearest(LatticePoint point) const {
             std::clamp(point.y, lattice().south(), lattice().north())};
 }
 
-StoredHeights::Place StoredHeights::find_sample(int level, LatticePoint point) const {
-    // On the world's eastern and northern border: the last sample of the last chunk.
-    Place place = find_cell(
+StoredHeights::SampleAddress StoredHeights::find_sample(int level, LatticePoint point) const {
+    // The world's eastern and northern border: the last sample of the last chunk.
+    SampleAddress address = find_cell(
         level, {std::min(point.x, lattice().east() - 1), std::min(point.y, lattice().north() - 1)});
-    if (point.x == lattice().east()) ++place.column;
-    if (point.y == lattice().north()) ++place.row;
+    if (point.x == lattice().east()) ++address.column;
+    if (point.y == lattice().north()) ++address.row;
     return place;
 }
 
-StoredHeights::Place StoredHeights::find_cell(int level, LatticePoint corner) const {
+StoredHeights::SampleAddress StoredHeights::find_cell(int level, LatticePoint corner) const {
     const int step_log2 = lattice().finest_level - level;
     const std::int64_t column = corner.x >> step_log2, row = corner.y >> step_log2;
     constexpr int kCellsLog2 = 7;
@@ -75,11 +74,11 @@ double StoredHeights::height(double x, double y) const {
     const double v = index(y, l.origin_y, l.south(), l.north());
     const LatticePoint corner{std::min(static_cast<std::int64_t>(std::floor(u)), l.east() - 1),
                               std::min(static_cast<std::int64_t>(std::floor(v)), l.north() - 1)};
-    const Place place = find_cell(l.finest_level, corner);
-    const ChunkResult chunk = reader_->find(place.key);
+    const SampleAddress address = find_cell(l.finest_level, corner);
+    const ChunkResult chunk = reader_->find(address.key);
     if (!chunk) return kNaN;
     const auto at = [&](int dx, int dy) {
-        return l.quantum * (*chunk)->heights[sample_index(place.column + dx, place.row + dy)];
+        return l.quantum * (*chunk)->heights[sample_index(address.column + dx, address.row + dy)];
     };
     const double fx = u - static_cast<double>(corner.x), fy = v - static_cast<double>(corner.y);
     const double sw = at(0, 0), se = at(1, 0), nw = at(0, 1), ne = at(1, 1);
@@ -92,22 +91,23 @@ double StoredHeights::height(double x, double y) const {
 }
 
 Result<void> StoredHeights::sample(const SampleGrid& grid, std::span<double> heights_out) const {
-    // The coarsest level that has all of these points.
+    // The coarsest level that contains all of these points.
     const std::uint64_t all = static_cast<std::uint64_t>(grid.step | grid.corner.x | grid.corner.y);
     const int level = std::max(lattice().finest_level - std::countr_zero(all), 0);
     std::shared_ptr<const Chunk> chunk;
     std::size_t at = 0;
     for (int row = 0; row < grid.rows; ++row) {
         for (int column = 0; column < grid.columns; ++column) {
-            const Place place = find_sample(level, nearest({grid.corner.x + column * grid.step,
-                                                            grid.corner.y + row * grid.step}));
-            if (chunk == nullptr || chunk->key != place.key) {
-                ChunkResult found = reader_->find(place.key);
+            const SampleAddress address = find_sample(
+                level,
+                nearest({grid.corner.x + column * grid.step, grid.corner.y + row * grid.step}));
+            if (chunk == nullptr || chunk->key != address.key) {
+                ChunkResult found = reader_->find(address.key);
                 if (!found) return tl::unexpected(found.error());
                 chunk = std::move(*found);
             }
             heights_out[at++] =
-                lattice().quantum * chunk->heights[sample_index(place.column, place.row)];
+                lattice().quantum * chunk->heights[sample_index(address.column, address.row)];
         }
     }
     return {};
@@ -121,10 +121,10 @@ float StoredHeights::widest() const {
 Result<float> StoredHeights::vertex_bound(LatticePoint point, std::int64_t step) const {
     const std::int64_t coarsest = lattice().step(0) * kChunkSquares;
     if (!contains(point) || step > coarsest) return widest();
-    const Place place = find_sample(std::max(level_of(step), 0), point);
-    const ChunkResult chunk = reader_->find(place.key);
+    const SampleAddress address = find_sample(std::max(level_of(step), 0), point);
+    const ChunkResult chunk = reader_->find(address.key);
     if (!chunk) return tl::unexpected(chunk.error());
-    return bound_of((*chunk)->vertices->inverse_square_bound(place.column, place.row));
+    return bound_of((*chunk)->vertices->inverse_square_bound(address.column, address.row));
 }
 
 Result<void> StoredHeights::vertex_bounds(const SampleGrid& grid,
@@ -157,10 +157,10 @@ Result<void> StoredHeights::cell_bounds(const SampleGrid& grid, std::span<float>
             const bool is_inside =
                 contains(corner) && contains({corner.x + grid.step, corner.y + grid.step});
             if (level >= 0 && is_inside) {
-                const Place place = find_cell(level, corner);
-                const ChunkResult chunk = reader_->find(place.key);
+                const SampleAddress address = find_cell(level, corner);
+                const ChunkResult chunk = reader_->find(address.key);
                 if (!chunk) return tl::unexpected(chunk.error());
-                bounds_out[at] = (*chunk)->cell_bounds[cell_index(place.column, place.row)];
+                bounds_out[at] = (*chunk)->cell_bounds[cell_index(address.column, address.row)];
                 continue;
             }
             // The triangles of a cell are the diamond of the vertex in its middle.
@@ -176,7 +176,7 @@ Result<void> StoredHeights::cell_bounds(const SampleGrid& grid, std::span<float>
 
 Result<void> StoredHeights::cell_flags(const SampleGrid& grid,
                                        std::span<std::uint8_t> flags_out) const {
-    // The coarsest level whose cells these are, or are made of.
+    // The coarsest level whose cells are these, or parts of them.
     const std::uint64_t all = static_cast<std::uint64_t>(grid.step | grid.corner.x | grid.corner.y);
     const int level = std::max(lattice().finest_level - std::countr_zero(all), 0);
     const std::int64_t part = lattice().step(level);
@@ -192,10 +192,10 @@ Result<void> StoredHeights::cell_flags(const SampleGrid& grid,
                         flags |= cell_outside;
                         continue;
                     }
-                    const Place place = find_cell(level, corner);
-                    const ChunkResult chunk = reader_->find(place.key);
+                    const SampleAddress address = find_cell(level, corner);
+                    const ChunkResult chunk = reader_->find(address.key);
                     if (!chunk) return tl::unexpected(chunk.error());
-                    flags |= (*chunk)->flags_at(place.column, place.row);
+                    flags |= (*chunk)->flags_at(address.column, address.row);
                 }
             }
             flags_out[at++] = flags;
@@ -218,7 +218,7 @@ HeightInterval StoredHeights::interval(const WorldRect& rect) const {
     const std::int64_t east = index(rect.east + margin, l.origin_x, l.west(), l.east());
     const std::int64_t south = index(rect.south - margin, l.origin_y, l.south(), l.north());
     const std::int64_t north = index(rect.north + margin, l.origin_y, l.south(), l.north());
-    // The finest level on which that is at most 8 chunks either way.
+    // The finest level on which that is at most 8 x 8 chunks.
     int level = l.finest_level;
     while (level > 0 && (east - west) / l.chunk_side(level) + 1 > 8) --level;
     while (level > 0 && (north - south) / l.chunk_side(level) + 1 > 8) --level;

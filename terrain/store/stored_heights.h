@@ -9,8 +9,8 @@
 
 namespace terrane::internal {
 
-/// The source that a store is. Bounds of what lies beyond the world, or is coarser than its root squares
-/// know, are the whole range of heights.
+/// A store as a source. Bounds beyond the world, or of coarser spacings than its root squares have, are the whole range
+/// of heights.
 class StoredHeights final : public HeightSource {
 public:
     explicit StoredHeights(std::unique_ptr<const ChunkReader> reader);
@@ -28,18 +28,18 @@ public:
 
 private:
     using ChunkResult = Result<std::shared_ptr<const Chunk>>;
-    /// A sample, or a cell, of a chunk.
-    struct Place {
+    /// A sample or a cell of a chunk.
+    struct SampleAddress {
         ChunkKey key;
         int column = 0, row = 0;
     };
     bool contains(LatticePoint point) const;
     LatticePoint nearest(LatticePoint point) const;
-    Place find_sample(int level, LatticePoint point) const;
-    Place find_cell(int level, LatticePoint corner) const;
-    /// The level of a step; -1 for steps beyond that of the root squares' samples.
+    SampleAddress find_sample(int level, LatticePoint point) const;
+    SampleAddress find_cell(int level, LatticePoint corner) const;
+    /// The level of a step; -1 for steps above that of the root squares' samples.
     int level_of(std::int64_t step) const;
-    /// No surface leaves any triangle by more.
+    /// Upper bound of every deviation.
     float widest() const;
     Result<float> vertex_bound(LatticePoint point, std::int64_t step) const;
 

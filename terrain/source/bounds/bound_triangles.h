@@ -6,7 +6,7 @@
 #include <array>
 #include <cstdint>
 
-/// The triangles that HeightSource's bounds speak of, by their lattice indices.
+/// The triangles of HeightSource's bounds, by lattice indices.
 namespace terrane::internal {
 
 using LatticeTriangle = std::array<LatticePoint, 3>;

@@ -8,10 +8,10 @@
 
 namespace terrane {
 
-/// The smallest float that is not below a bound, which is not negative.
+/// The smallest float >= a bound >= 0.
 float round_up(double bound);
 
-/// How far a fractal can leave its interpolation over triangles of one spacing s, a priori.
+/// A-priori bounds of the deviation of a fractal from its interpolation over triangles of spacing s.
 struct SpacingBounds {
     double centre = 0.0;    ///< half squares of side 2 s: the diamond of a centre of spacing s
     double midpoint = 0.0;  ///< their halves: the diamond of a midpoint of spacing s
@@ -20,7 +20,7 @@ struct SpacingBounds {
     double fine = 0.0;
 };
 
-/// What is known about a fractal around a grid of some spacing.
+/// Samples and bounds of a fractal around a grid of some spacing.
 struct MeshSamples {
     /// Heights of a grid.
     std::function<void(const SampleGrid& grid, std::span<double> heights_out)> heights;
@@ -36,8 +36,8 @@ struct MeshSamples {
     bool has_radii = false;
 };
 
-/// HeightSource::vertex_bounds() and cell_bounds() of a fractal in one go; of an empty span, not.
-/// Where vertices are wanted the corner must be a multiple of 2 * step.
+/// HeightSource::vertex_bounds() and cell_bounds() of a fractal in one call; skips an empty span. Vertex bounds require
+/// a corner that is a multiple of 2 * step.
 void compute_mesh_bounds(const SampleGrid& grid, const MeshSamples& samples,
                          const SpacingBounds& bounds, std::span<float> vertex_bounds_out,
                          std::span<float> cell_bounds_out);

@@ -7,7 +7,7 @@
 
 namespace terrane {
 
-/// What a piece of an amplitude field can at most be.
+/// Upper bounds over a piece of an amplitude field.
 struct AmplitudeBounds {
     double most = 0.0;   ///< amplitude, metres
     double slope = 0.0;  ///< length of its gradient

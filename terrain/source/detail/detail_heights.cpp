@@ -14,18 +14,18 @@
 // interpolate linearly over the same triangles.
 //
 // Nesting. A and slope(a) are taken over a square around the vertex that contains the squares of its
-// children, so that the bound does not grow on the way down: half sides 3 s around a centre of
+// children, so that the bound does not grow from parent to child: half sides 3 s around a centre of
 // spacing s and 2 s around a midpoint. Midpoints lie s beside their centre along an axis: 3 s = s + 2 s.
 // Centres of spacing s / 2 lie s / 2 beside theirs along both: 2 s = s / 2 + 3 s / 2. Lattice integers,
 // then coordinates and node indices by monotone operations, keep that so.
-#include "source/detail/amplitude_field.h"
-#include "source/bounds/rounding.h"
-#include "source/bounds/mesh_bounds.h"
-#include "source/noise/noise.h"
-#include "source/fractal/noise_columns.h"
-#include "source/fractal/octave_bounds.h"
 #include "base/settings_check.h"
 #include "base/simd_level.h"
+#include "source/bounds/mesh_bounds.h"
+#include "source/bounds/rounding.h"
+#include "source/detail/amplitude_field.h"
+#include "source/fractal/noise_columns.h"
+#include "source/fractal/octave_bounds.h"
+#include "source/noise/noise.h"
 
 #include <terrane/terrain/assert.h>
 #include <terrane/terrain/detail_heights.h>
@@ -117,7 +117,7 @@ public:
               GridAxis::make(lattice().origin_x, lattice().spacing, field.origin_x, field.cell_x)),
           axis_y_(
               GridAxis::make(lattice().origin_y, lattice().spacing, field.origin_y, field.cell_y)) {
-        // A coordinate is rounded a few times on its way to (u, v); noise then moves by its slope.
+        // A coordinate is rounded a few times when converted to (u, v), which changes the noise by its slope.
         const double reach = std::max({std::abs(extent().west), std::abs(extent().east),
                                        std::abs(extent().south), std::abs(extent().north),
                                        std::abs(field.origin_x), std::abs(field.origin_y)});

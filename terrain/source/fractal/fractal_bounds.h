@@ -12,7 +12,7 @@ namespace terrane {
 
 class FractalSurface;
 
-/// What the first octaves of a fractal, its head, say of its heights. Where they sum to L and
+/// Bounds of a fractal's heights by its first octaves, its head. Where they sum to L and
 /// leave the weight w (1 where the kind has none) the height lies within
 ///
 ///   L + centre + centre_slope w  +-  (radius + radius_slope w)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// A head has the first m octaves of a fractal; the others, its tail, are too fine for samples to say
-// what they do in between, and are bounded by their suprema.
+// A head consists of the first m octaves of a fractal; the others, its tail, are too fine to be bounded by samples, and
+// are bounded by their suprema.
 //
 //   sums:           |tail| <= sup |n| (a_m + a_(m+1) + ...): a constant radius.
 //   multifractals:  v_i = w_i s_i with 0 <= s_min <= s_i <= 1, and w_(i+1) = 1 - k + k v_i grows with
@@ -18,8 +18,8 @@
 // leaves k times that error to w_(i+1), as 0 <= s_i <= 1.
 //
 // `rounding_` is there twice: for the heights at a triangle's corners and for the samples.
-#include "source/fractal/fractal_bounds.h"
 #include "source/bounds/rounding.h"
+#include "source/fractal/fractal_bounds.h"
 #include "source/noise/noise.h"
 
 #include <cstddef>

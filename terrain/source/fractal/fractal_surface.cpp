@@ -27,7 +27,7 @@ constexpr double kUnitsPerMetre = 0x1p24;
 /// The warp's octaves have numbers of their own, beyond those of the heights.
 constexpr int kFirstWarpOctave = 64;
 
-/// A coordinate in units, and what is left of it, 0 to 1.
+/// A coordinate in units and its fraction, 0 to 1.
 struct FixedCoordinate {
     std::uint64_t units = 0;
     double rest = 0.0;

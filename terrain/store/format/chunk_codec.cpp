@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Differences are taken of the numbers' bits, as unsigned integers that wrap around: nothing is rounded,
-// and any bits come back.
+// Lossless: differences are of the numbers' bits as unsigned integers that wrap around.
 #include "format/chunk_codec.h"
 
 #include "chunks/chunk_vertices.h"
@@ -24,7 +23,7 @@ constexpr std::size_t kVertices = kAreas * AreaVertices::kSquares;
 
 enum Part : std::uint8_t { has_coarse_bounds = 1, has_cell_flags = 2 };
 
-/// Small numbers of either sign to small unsigned ones.
+/// Maps small numbers of either sign to small unsigned ones.
 constexpr std::uint32_t zigzag(std::uint32_t v) { return (v << 1) ^ (0u - (v >> 31)); }
 constexpr std::uint32_t unzigzag(std::uint32_t v) { return (v >> 1) ^ (0u - (v & 1)); }
 constexpr std::uint16_t zigzag(std::uint16_t v) {
@@ -34,7 +33,7 @@ constexpr std::uint16_t unzigzag(std::uint16_t v) {
     return static_cast<std::uint16_t>((v >> 1) ^ (0 - (v & 1)));
 }
 
-/// The least bytes of all values, then the next ones, ...
+/// The least significant bytes of all values, then the next ones, ...
 template <class T>
 void put_planes(ByteWriter& out, std::span<const T> values) {
     std::vector<std::uint8_t> plane(values.size());
@@ -58,9 +57,9 @@ void get_planes(ByteReader& in, std::span<T> values_out) {
     }
 }
 
-/// What the neighbours to the west, the south and the south-west foretell of a value: their plane.
+/// Prediction of a value from its western, southern and south-western neighbours: their plane.
 template <class At>
-std::uint32_t foretold(int column, int row, At&& at) {
+std::uint32_t predicted(int column, int row, At&& at) {
     if (row == 0) return column == 0 ? 0u : at(column - 1, row);
     if (column == 0) return at(column, row - 1);
     return at(column - 1, row) + at(column, row - 1) - at(column - 1, row - 1);
@@ -74,7 +73,7 @@ void put_grid(ByteWriter& out, std::span<const std::uint32_t> bits, int side) {
     for (int row = 0; row < side; ++row) {
         for (int column = 0; column < side; ++column) {
             rest[static_cast<std::size_t>(row * side + column)] =
-                zigzag(at(column, row) - foretold(column, row, at));
+                zigzag(at(column, row) - predicted(column, row, at));
         }
     }
     put_planes(out, std::span<const std::uint32_t>(rest));
@@ -90,13 +89,13 @@ std::vector<std::uint32_t> get_grid(ByteReader& in, int side) {
     for (int row = 0; row < side; ++row) {
         for (int column = 0; column < side; ++column) {
             std::uint32_t& value = bits[static_cast<std::size_t>(row * side + column)];
-            value = unzigzag(value) + foretold(column, row, at);
+            value = unzigzag(value) + predicted(column, row, at);
         }
     }
     return bits;
 }
 
-/// Differences of one value to the one before.
+/// Differences of consecutive values.
 void put_row(ByteWriter& out, std::span<const std::uint16_t> bits) {
     std::vector<std::uint16_t> rest;
     rest.reserve(bits.size());
@@ -125,8 +124,7 @@ std::vector<To> bits_of(std::span<const From> values) {
     return bits;
 }
 
-/// Calls visit(16 bit number) for every one that a chunk keeps of its vertices, in a fixed order: those of
-/// one kind and meaning behind each other.
+/// Calls visit() for every 16-bit number of a chunk's vertices in a fixed order, grouped by kind and meaning.
 template <class AnyVertices, class Visit>
 void for_each_vertex_number(AnyVertices& vertices, Visit&& visit) {
     for (std::size_t kind = 0; kind < AreaVertices::kKinds; ++kind) {

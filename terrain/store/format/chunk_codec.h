@@ -10,17 +10,17 @@
 
 namespace terrane::internal {
 
-/// The fields of a chunk that complete_chunk() does not fill, as bytes that compress well: heights as
-/// differences to what their neighbours foretell, numbers split into planes of their first, second ...
-/// bytes. The same chunk gives the same bytes on every machine.
+/// The fields of a chunk that complete_chunk() does not compute, as bytes that compress well: heights as differences
+/// from their prediction by neighbours, numbers split into planes of their first, second ... bytes. The same bytes on
+/// every machine.
 std::vector<std::uint8_t> encode_chunk(const Chunk& chunk);
 
-/// The longest that encode_chunk() gives.
+/// The largest size of encode_chunk()'s result.
 std::size_t max_encoded_bytes();
 
-/// The chunk that was encoded.
+/// Decodes a chunk.
 ///
-/// Fails: bad_data where the bytes are not those of a chunk
+/// Fails: bad_data if the bytes are not of a chunk
 Result<std::shared_ptr<const Chunk>> decode_chunk(std::span<const std::uint8_t> bytes,
                                                   const Lattice& lattice, const ChunkKey& key);
 

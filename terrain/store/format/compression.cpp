@@ -50,7 +50,7 @@ ContentHash hash_of(std::span<const std::uint8_t> bytes) {
 std::vector<std::uint8_t> compress(std::span<const std::uint8_t> content) {
     constexpr int kLevel = 3;
     std::vector<std::uint8_t> record(ZSTD_compressBound(content.size()));
-    // With room for the worst case it cannot fail but for memory.
+    // With space for the worst case it fails for lack of memory only.
     const std::size_t size =
         ZSTD_compress(record.data(), record.size(), content.data(), content.size(), kLevel);
     if (ZSTD_isError(size) != 0) throw std::bad_alloc();

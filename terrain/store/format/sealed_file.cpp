@@ -16,10 +16,10 @@
 namespace terrane {
 namespace {
 
-// Not a text in any encoding, and changed by whatever changes line ends.
+// Not text in any encoding, and damaged by line-end conversion.
 constexpr std::array<std::uint8_t, 8> kMagic{0x89, 'T', 'R', 'N', '\r', '\n', 0x1a, '\n'};
 constexpr std::size_t kHeaderBytes = 72;
-/// What the longest directory may be: no allocation on the word of a file.
+/// Largest accepted directory: sizes in a file are not trusted for allocations.
 constexpr std::uint64_t kLongestDirectory = std::uint64_t{1} << 33;
 
 struct Header {
@@ -45,7 +45,7 @@ std::vector<std::uint8_t> encode(const Header& header) {
 
 std::string in_quotes(const std::string& path) { return "\"" + path + "\""; }
 
-/// The folder that holds a path.
+/// The folder of a path.
 std::string folder_of(const std::string& path) {
     const std::size_t slash = path.rfind('/');
     if (slash == std::string::npos) return ".";
@@ -83,7 +83,7 @@ Result<SealedWriter> SealedWriter::create(const std::string& path, const SealedK
     if (stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode)) {
         return fail(ErrorCode::io, "cannot write " + in_quotes(path) + ": it is no regular file");
     }
-    // A name that no other program, and no other thread of this one, writes to.
+    // A name unique among programs and threads.
     static std::atomic<unsigned> next{0};
     std::string written_path;
     int handle = -1;
@@ -95,7 +95,7 @@ Result<SealedWriter> SealedWriter::create(const std::string& path, const SealedK
         return fail(ErrorCode::io, "cannot write " + in_quotes(path) + ": " + std::strerror(errno));
     }
     SealedWriter writer(path, std::move(written_path), handle, kind);
-    const std::vector<std::uint8_t> blank(kHeaderBytes, 0);  // the header comes last
+    const std::vector<std::uint8_t> blank(kHeaderBytes, 0);  // the header is written last
     if (auto done = writer.append(blank); !done) return tl::unexpected(done.error());
     return writer;
 }
@@ -125,7 +125,7 @@ Result<void> SealedWriter::commit(std::span<const std::uint8_t> directory) {
     if (!offset) return tl::unexpected(offset.error());
     const Header header{kind_, *offset, stored.size(), directory.size(), hash_of(directory)};
     if (auto done = write_at(encode(header), 0); !done) return done;
-    // On the disk before the name is: a machine that stops leaves the old file or the new one.
+    // The content is on the disk before the name: after a crash there is the old file or the new one.
     int cause = fsync(handle_) == 0 ? 0 : errno;
     if (close(std::exchange(handle_, -1)) != 0 && cause == 0) cause = errno;
     if (cause == 0 && rename(written_path_.c_str(), path_.c_str()) != 0) cause = errno;
@@ -155,7 +155,7 @@ SealedReader::~SealedReader() {
 }
 
 Result<SealedReader> SealedReader::open(const std::string& path, const SealedKind& kind) {
-    // Not blocking: a pipe that nobody writes to would wait for ever.
+    // Non-blocking: opening a pipe without a writer would block.
     const int handle = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     if (handle < 0) {
         return fail(ErrorCode::io, "cannot open " + in_quotes(path) + ": " + std::strerror(errno));

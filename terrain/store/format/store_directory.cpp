@@ -11,7 +11,7 @@
 namespace terrane::internal {
 namespace {
 
-/// Chunks of the levels before one.
+/// Number of chunks of all coarser levels.
 std::int64_t chunks_before(const Lattice& lattice, int level) {
     const std::int64_t roots = std::int64_t{lattice.root_count_x} * lattice.root_count_y;
     return roots * (((std::int64_t{1} << (2 * level)) - 1) / 3);
@@ -54,7 +54,7 @@ std::size_t StoreDirectory::index_of(const ChunkKey& key) const {
 }
 
 std::int64_t count_chunks(const Lattice& lattice) {
-    // 24 levels at most, and 2^31 roots either way: in doubles it cannot overflow.
+    // At most 24 levels and 2^31 x 2^31 roots: doubles do not overflow.
     const double count = static_cast<double>(lattice.root_count_x) * lattice.root_count_y *
                          std::ldexp(1.0, 2 * lattice.finest_level);
     if (count > static_cast<double>(kMostChunks)) return kMostChunks + 1;

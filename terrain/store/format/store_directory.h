@@ -15,15 +15,15 @@ inline constexpr SealedKind kStoreKind{{'C', 'H', 'N', 'K'}, 1};
 inline constexpr std::int64_t kMostChunks = std::int64_t{1} << 26;
 inline constexpr std::size_t kLongestNote = std::size_t{1} << 20;
 
-/// Where a chunk is, what its content must hash to, and what heights there are over it.
+/// Location of a chunk in the file, hash of its content, and its interval of heights.
 struct ChunkRecord {
     std::uint64_t offset = 0;
     std::uint32_t bytes = 0;
-    ContentHash hash;  ///< of what encode_chunk() gave
+    ContentHash hash;  ///< of encode_chunk()'s result
     HeightInterval heights;
 };
 
-/// What a store knows of its world, besides chunks.
+/// The content of a store besides chunks.
 struct StoreDirectory {
     Lattice lattice;
     WorldRect extent;
@@ -39,15 +39,14 @@ struct StoreDirectory {
 std::int64_t count_chunks(const Lattice& lattice);
 /// The key of a chunk by its index in StoreDirectory::chunks.
 ChunkKey key_at(const Lattice& lattice, std::int64_t index);
-/// Distances at which a store keeps how much the surface rises, in rising order: those that a triangulator
-/// asks for.
+/// Distances of the stored rise bounds, increasing: those that a triangulator needs.
 std::vector<double> rise_distances(const Lattice& lattice);
 
 std::vector<std::uint8_t> encode(const StoreDirectory& directory);
-/// Fails: bad_data where the bytes are no directory that makes sense
+/// Fails: bad_data if the bytes are no valid directory
 Result<StoreDirectory> decode_directory(std::span<const std::uint8_t> bytes);
 
-/// SHA-256 of all that a store says, without places in the file and compressed sizes.
+/// SHA-256 of the content of a store, without offsets in the file and compressed sizes.
 std::string sha_of(const StoreDirectory& directory);
 
 }  // namespace terrane::internal

@@ -3,11 +3,11 @@
 
 namespace terrane {
 
-/// Called when a caller broke a contract. Must not return; the default prints one line and aborts.
+/// Called when a contract is violated. Must not return; the default prints one line and aborts.
 using AssertHandler = void (*)(const char* condition, const char* message, const char* file,
                                int line);
 
-/// Replaces the handler and returns the one before. Threads: call before any other use.
+/// Replaces the handler and returns the previous one. Threads: call before any other use.
 AssertHandler set_assert_handler(AssertHandler handler);
 
 namespace internal {

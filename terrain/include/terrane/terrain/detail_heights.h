@@ -9,13 +9,12 @@
 
 namespace terrane {
 
-/// How high detail is, and the grid that it is anchored to: it vanishes at the grid's points, so that
-/// a raster's samples keep their heights.
+/// The amplitude of detail, and the grid at whose points it vanishes, so that a raster's samples keep their heights.
 struct DetailField {
-    double origin_x = 0.0, origin_y = 0.0;  ///< world place of a grid point, metres
+    double origin_x = 0.0, origin_y = 0.0;  ///< world position of a grid point, metres
     double cell_x = 1.0, cell_y = 1.0;      ///< of the grid, metres: wavelength of the first octave
     int columns = 0, rows = 0;              ///< amplitude nodes, >= 1
-    double node_origin_x = 0.0, node_origin_y = 0.0;    ///< world place of node (0, 0), metres
+    double node_origin_x = 0.0, node_origin_y = 0.0;    ///< world position of node (0, 0), metres
     double node_spacing_x = 1.0, node_spacing_y = 1.0;  ///< between nodes, metres
     /// [rows * columns] from the south-west: amplitude of the first octave, metres, >= 0; bilinear
     /// between nodes, constant beyond them.
@@ -28,8 +27,8 @@ struct DetailSettings {
     double gain = 0.5;     ///< amplitude ratio of successive octaves, > 0 to 1
 };
 
-/// Another source with fractal detail on top: its bounds are sums of the two.
-/// Fails with invalid_argument for settings out of range or a field that is not finite.
+/// A source plus fractal detail; its bounds are the sums of both.
+/// Fails: invalid_argument for settings out of range or a field that is not finite
 Result<std::shared_ptr<const HeightSource>> add_detail(std::shared_ptr<const HeightSource> base,
                                                        DetailField field,
                                                        const DetailSettings& settings);

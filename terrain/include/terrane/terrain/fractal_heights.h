@@ -8,13 +8,12 @@
 
 namespace terrane {
 
-/// How the octaves of a fractal make its heights, from noise n of amplitude a; every kind has
-/// certified bounds.
+/// How heights are computed from octaves of noise n of amplitude a. Every kind has certified bounds.
 enum class FractalKind : std::uint8_t {
     fbm,     ///< sum of a n: the same roughness everywhere, heights of both signs
     ridged,  ///< sharp crests where the noise crosses zero; heights from 0 to the sum of a
     hybrid,  ///< smooth valleys below rough heights; heights from 0 to the sum of a
-    warped,  ///< fbm whose places are moved about by noise first: folds and winding valleys
+    warped,  ///< fbm with domain warping: folds and winding valleys
 };
 
 /// Settings of FractalHeights. Plain data with usable defaults; change what you need:
@@ -33,8 +32,8 @@ struct FractalSettings {
     /// Ridged: a crest is round where the noise is within this share of its range around zero, 1/64
     /// to 1. Sharper crests need finer triangles: curvature grows with the inverse.
     double crest_rounding = 0.25;
-    /// Warped: how far the noise moves places, in amplitudes of its first octave over wavelength, 0
-    /// to 1. Slopes grow with 1 + 6 warp at most (gain 0.5), so more of it loosens bounds.
+    /// Warped: amplitude of the first octave of the displacement over the wavelength, 0 to 1. Slopes grow by a factor
+    /// of at most 1 + 6 warp (gain 0.5), so bounds get looser with it.
     double warp = 0.1;
     int finest_spacing_log2 = 0;  ///< lattice spacing is 2^this metres; -16 to 16
     int root_size_log2 = 16;      ///< a root square has 2^this metres; at least 7 above the spacing
@@ -51,7 +50,7 @@ class FractalHeights {
 public:
     FractalHeights() = delete;
 
-    /// Fails with invalid_argument, naming the field and its value, for settings out of range.
+    /// Fails: invalid_argument, naming the field and its value, for settings out of range
     static Result<std::shared_ptr<const HeightSource>> create(const FractalSettings& settings);
 };
 

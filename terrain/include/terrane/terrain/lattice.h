@@ -13,10 +13,9 @@ inline constexpr int kChunkCells = 128;
 /// Samples along the side of a chunk.
 inline constexpr int kChunkSamples = kChunkCells + 1;
 
-/// Heights, and bounds of their errors, are no larger, metres: beyond that neither the quanta of a lattice
-/// nor positions in double say anything of use about ground.
+/// Largest absolute height, metres: beyond it neither quanta nor positions in double resolve ground usefully.
 inline constexpr double kMostHeight = 0x1p38;
-/// Heights are no larger, in quanta, so that differences fit 32 bits, too.
+/// Largest absolute height in quanta, so that differences fit into 32 bits.
 inline constexpr double kMostQuanta = 0x1p30;
 
 /// A point of the finest lattice, in finest spacings from the lattice's origin.
@@ -26,7 +25,7 @@ struct LatticePoint {
     friend constexpr auto operator<=>(const LatticePoint&, const LatticePoint&) = default;
 };
 
-/// The integers that name every sample of a world, and their places.
+/// The integer addresses of every sample of a world, and their positions.
 ///
 /// A world is a rectangle of root squares. Everything is addressed by integers, so that two chunks
 /// agree on a shared sample because they compute the same integer. Heights are integer multiples
@@ -53,8 +52,8 @@ struct Lattice {
     }
     constexpr double root_size() const { return level_spacing(0) * kChunkCells; }
 
-    /// World coordinates of a lattice index: one product and one sum. Not inline, so that a caller's
-    /// compiler flags cannot change their bits.
+    /// World coordinates of a lattice index: one product and one sum. Not inline, so that the caller's compiler
+    /// flags cannot change their bits.
     double x(std::int64_t index) const;
     double y(std::int64_t index) const;
 
@@ -78,18 +77,18 @@ struct Lattice {
                key.y < (first_root_y + root_count_y) * per_root;
     }
 
-    /// The coarsest level whose spacing is at most `wanted`, metres; the finest where none is.
+    /// The coarsest level whose spacing is at most `wanted`, metres; the finest level if there is none.
     int level_for_spacing(double wanted) const;
 
     friend bool operator==(const Lattice&, const Lattice&) = default;
 };
 
-/// Fails with invalid_argument, naming the field and its value, where a lattice is out of range.
+/// Fails: invalid_argument, naming the field and its value, for a lattice out of range
 Result<void> check(const Lattice& lattice);
 
 /// Whether a cell is cut from its south-west to its north-east corner: where its south-west corner,
-/// counted in cells of its level, has an even index sum. The other cells are cut the other way.
-/// Drawing and contact share this rule.
+/// counted in cells of its level, has an even index sum. The other cells are cut along the other
+/// diagonal. Drawing and contact share this rule.
 constexpr bool cut_to_north_east(std::int64_t column, std::int64_t row) {
     return ((column + row) & 1) == 0;
 }

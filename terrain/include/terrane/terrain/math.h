@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// Every public header that hands out vectors gets Eigen from here. Geometry, not Core alone: Core
+// Public headers with vectors get Eigen from here. Geometry, not Core alone: Core
 // declares cross() without defining it, so that a caller's program would fail to link.
 #include <Eigen/Geometry>
 

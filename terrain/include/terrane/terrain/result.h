@@ -10,14 +10,14 @@ namespace terrane {
 enum class ErrorCode {
     invalid_argument,    ///< a setting or an input value is out of its range
     io,                  ///< a file is missing, unreadable or cannot be written
-    bad_data,            ///< a file was read, and what it says makes no sense
-    out_of_memory,       ///< a ceiling, or the system, has less than the least needed
+    bad_data,            ///< a file was read, and its content is invalid
+    out_of_memory,       ///< a ceiling, or the system, has less than needed
     device_unavailable,  ///< no EGL device, or not the version that is needed
-    cancelled,           ///< given up, because nobody wanted it any more
+    cancelled,           ///< stopped on request
     timed_out,           ///< no answer within the time allowed
 };
 
-/// A failure that a correct program can meet. `message` is one English sentence that names the
+/// A failure that can occur in a correct program. `message` is one English sentence that names the
 /// thing and the value, such as "octave_count must be 1 to 24, got 25".
 struct Error {
     ErrorCode code = ErrorCode::invalid_argument;

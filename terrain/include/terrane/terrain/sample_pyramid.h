@@ -26,10 +26,12 @@ public:
     static constexpr int kCoarsest = 7;
     static_assert(1 << kCoarsest == kChunkCells);
 
-    /// Reads the samples of a chunk: [kChunkSamples^2], as Chunk::heights has them.
+    /// Computes the ranges of a chunk's samples.
+    ///
+    /// @param heights [kChunkSamples^2] as Chunk::heights
     void fill(std::span<const std::int32_t> heights);
 
-    /// Of the square that a cell lies in.
+    /// The range of the square that contains a cell.
     ///
     /// @param log2_side   kFinest to kCoarsest
     /// @param column, row of the cell in its chunk, 0 to kChunkCells - 1
@@ -39,12 +41,12 @@ public:
 
 private:
     static constexpr std::size_t index(int log2_side, int column, int row) {
-        // squares before those of a size: the sum of a geometric series
+        // number of smaller squares: a geometric series
         const int first = ((1 << 12) - (1 << (16 - 2 * log2_side))) / 3;
         return static_cast<std::size_t>(first + ((row >> log2_side) << (kCoarsest - log2_side)) +
                                         (column >> log2_side));
     }
-    std::array<SampleRange, 1365> ranges_{};  // from the finest; row by row from the south-west
+    std::array<SampleRange, 1365> ranges_{};  // fine to coarse; row by row from the south-west
 };
 
 }  // namespace terrane

@@ -16,20 +16,20 @@ struct View {
     double vertical_fov = 1.0471975511965976;            ///< radians, between 0 and pi
     int width_px = 1280;
     int height_px = 720;
-    double near_distance = 1.0;  ///< screen error never counts less distance than this, metres
+    double near_distance = 1.0;  ///< least distance in screen errors, metres
 
     Eigen::Vector3d right() const;
     /// Pixels of the picture's centre that one radian spans: height / (2 tan(vertical_fov / 2)).
     double pixels_per_radian() const;
 };
 
-/// A view from an eye to a point; straight up and down have north up.
-/// Fails with invalid_argument where eye and target coincide, the field of view is not between 0 and
+/// A view from an eye to a point; up is north for vertical directions.
+/// Fails: invalid_argument if eye and target coincide, the field of view is not between 0 and
 /// pi, the size is not positive, or anything is not finite.
 Result<View> look_at(const WorldPos& eye_world, const WorldPos& target_world, double vertical_fov,
                      int width_px, int height_px);
 
-/// Fails with invalid_argument, naming the field, where a view is out of range or not finite.
+/// Fails: invalid_argument, naming the field, for a view that is out of range or not finite
 Result<void> check(const View& view);
 
 /// The four side planes of a view, all through the eye; a point p is inside where

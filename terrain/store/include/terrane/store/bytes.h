@@ -15,11 +15,11 @@
 
 namespace terrane {
 
-/// A number that files hold: an integer or an IEEE 754 float of 1, 2, 4 or 8 bytes.
+/// A number in files: an integer or an IEEE 754 float of 1, 2, 4 or 8 bytes.
 template <class T>
 concept StoredNumber = std::integral<T> || std::floating_point<T>;
 
-/// Puts numbers behind each other as little-endian bytes, whatever the machine.
+/// Writes numbers as little-endian bytes on every machine.
 class ByteWriter {
 public:
     template <StoredNumber T>
@@ -53,8 +53,7 @@ private:
     std::vector<std::uint8_t> bytes_;
 };
 
-/// Reads what a ByteWriter wrote. Nothing is read beyond the end: from there on every value is 0, and
-/// has_failed() tells.
+/// Reads what a ByteWriter wrote. Reads beyond the end give 0, and has_failed() is true from then on.
 class ByteReader {
 public:
     explicit ByteReader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
@@ -98,9 +97,9 @@ public:
         return text;
     }
 
-    /// Whether something was asked for beyond the end.
+    /// Whether a read went beyond the end.
     bool has_failed() const { return has_failed_; }
-    /// Whether all was read, and nothing beyond it.
+    /// Whether exactly all bytes were read.
     bool is_done() const { return !has_failed_ && at_ == bytes_.size(); }
 
 private:

@@ -14,7 +14,7 @@
 
 namespace terrane {
 
-/// A hash of 128 bits (XXH3): tells contents apart and finds damage; no protection against forgery.
+/// A hash of 128 bits (XXH3): identifies contents and detects damage; not cryptographic.
 struct ContentHash {
     std::uint64_t low = 0, high = 0;
     friend bool operator==(const ContentHash&, const ContentHash&) = default;
@@ -22,7 +22,7 @@ struct ContentHash {
     std::string text() const;
 };
 
-/// Collects the hash of bytes that come in pieces.
+/// Computes the hash of bytes given in pieces.
 class ContentHasher {
 public:
     ContentHasher();
@@ -46,26 +46,25 @@ struct SealedKind {
     friend bool operator==(const SealedKind&, const SealedKind&) = default;
 };
 
-/// Writes a file that appears under its name whole or not at all, on the disk before it appears: under a
-/// name of its own in the same folder, which nobody else writes to, then renamed. The last of several
-/// programs that write the same file at once wins; readers see one or the other.
+/// Writes a file atomically: to a unique name in the same folder, flushed to the disk, then renamed. The last of
+/// several programs that write the same file at once wins; readers see one complete file or the other.
 ///
 /// The file: a header of 72 bytes, *records* of any bytes, and a compressed *directory* (zstd) at the end.
-/// Header and directory have checksums; records are for the directory to check.
+/// Header and directory have checksums; the directory may contain those of records.
 class SealedWriter {
 public:
     /// Fails: io
     static Result<SealedWriter> create(const std::string& path, const SealedKind& kind);
     SealedWriter(SealedWriter&& other) noexcept;
     SealedWriter& operator=(SealedWriter&&) = delete;
-    /// Removes what was not committed.
+    /// Removes the file if it was not committed.
     ~SealedWriter();
 
-    /// Appends a record, and returns where it begins.
+    /// Appends a record, and returns its offset.
     /// Fails: io
     Result<std::uint64_t> append(std::span<const std::uint8_t> record);
-    /// Appends the directory and makes the file appear; call once, last.
-    /// Fails: io, and leaves nothing
+    /// Appends the directory and renames the file; call once, last.
+    /// Fails: io; then no file is left
     Result<void> commit(std::span<const std::uint8_t> directory);
     /// Bytes so far; of the whole file after commit().
     std::uint64_t bytes() const { return end_; }
@@ -86,11 +85,10 @@ class SealedReader {
 public:
     /// Opens a file, and reads and checks its header and directory.
     ///
-    /// Fails: io where it cannot be opened or read; bad_data where it is none, of another kind or version,
-    ///        cut off, or damaged
+    /// Fails: io if it cannot be opened or read; bad_data if it is no sealed file, of another kind or version,
+    ///        truncated, or damaged
     static Result<SealedReader> open(const std::string& path, const SealedKind& kind);
-    /// Whether a file begins as a sealed file of a kind does, whatever its version. False where it cannot
-    /// be read.
+    /// Whether a file begins as a sealed file of a kind, of any version. False if it cannot be read.
     static bool is_kind(const std::string& path, std::string_view name);
     SealedReader(SealedReader&& other) noexcept;
     SealedReader& operator=(SealedReader&&) = delete;
@@ -99,11 +97,11 @@ public:
     const std::string& path() const { return path_; }
     std::uint64_t bytes() const { return bytes_; }
     std::span<const std::uint8_t> directory() const { return directory_; }
-    /// Lets go of the directory's bytes.
+    /// Frees the directory's bytes.
     void drop_directory() { directory_ = {}; }
 
     /// Reads a part of the file.
-    /// Fails: io; bad_data where the file has no such part
+    /// Fails: io; bad_data if the file has no such part
     Result<void> read(std::uint64_t offset, std::span<std::uint8_t> bytes_out) const;
 
 private:
@@ -118,8 +116,8 @@ private:
 
 /// Compressed bytes; the same content gives the same bytes with the same version of zstd.
 std::vector<std::uint8_t> compress(std::span<const std::uint8_t> content);
-/// The count of bytes that a compressed record holds, at most content_out.size(); nothing beyond is
-/// written. Fails with bad_data where that is not so, or the record is damaged.
+/// Decompresses a record to at most content_out.size() bytes, and returns their number. Fails: bad_data if there are
+/// more, or the record is damaged
 Result<std::size_t> decompress(std::span<const std::uint8_t> record,
                                std::span<std::uint8_t> content_out);
 ContentHash hash_of(std::span<const std::uint8_t> bytes);
