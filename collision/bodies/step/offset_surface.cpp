@@ -5,7 +5,7 @@
 //             surface lowered by L separates by moving up by L, so its penetration depth is at most L.
 #include "bodies/step/offset_surface.h"
 
-#include "ground/cast/clear_way.h"
+#include "ground/cast/sweep_clear.h"
 #include "ground/lift/ground_lift.h"
 
 #include <algorithm>

@@ -3,7 +3,7 @@
 
 #include "ground/contact/box_patches.h"
 #include "ground/contact/feature_pairs.h"
-#include "ground/depth/freeing.h"
+#include "ground/depth/min_translation.h"
 #include "ground/contact/round_patches.h"
 
 #include <algorithm>

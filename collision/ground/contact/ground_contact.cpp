@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "ground/contact/contact_patches.h"
-#include "ground/depth/freeing.h"
+#include "ground/depth/min_translation.h"
 #include "math/half_spaces.h"
 #include "ground/contact/nearest.h"
 #include "ground/column/normal_cone.h"

@@ -1,37 +1,27 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "ground/lift/ground_lift.h"
+#include "ground/depth/min_translation_search.h"
 
 namespace terrane::internal {
 
-/// A translation that frees a body, and how much shorter one could be.
-struct MinTranslation {
-    Eigen::Vector3d d = Eigen::Vector3d::Zero();
-    double at_least =
-        0.0;  ///< no translation that is shorter frees the body, metres; at most the length of d
-};
+/// A shape that is moved by less than this into the ground counts as free.
+inline constexpr double kFree = 1e-10;
 
-/// When find_min_translation() stops before it has proved that its answer is the shortest.
-struct SearchLimits {
-    static constexpr int kMostSplits = 1024;
-    double deep_share =
-        1.0;  ///< a deep answer will do if the shortest is at least this share of it
-    int most_splits = kMostSplits;  ///< triangles of offsets that are halved
-};
+/// Overlaps above this much of the smallest half extent are deep: a shape is at least twice as thick.
+inline constexpr double kDeep = 0.2;
 
-/// The shortest translation that frees a body, by branch and bound over all of them.
+/// From a free place towards the body: shorter with every round, and free all the way.
+Eigen::Vector3d shorten(const LocalGround& local, const LocalBody& body, Eigen::Vector3d d);
+
+/// Whether a translation of a length frees a body by little more than the shortest, which is not shorter than `least`:
+/// by no more than rounding, or, where the shortest is deep, by the share that the caller allows.
+bool is_short_enough(const LocalBody& body, double length, double least, double deep_share);
+
+/// The shortest translation after which the body's lift is at most kFree; zero where it already is.
 ///
-/// @param known frees the body; the answer is no longer, and its bound no less
-///
-/// The answer is within 1e-7 of its length and 1e-10 m of the shortest, unless a limit ended the search: at_least says
-/// what was proved by then.
-///
-/// Cells that are not resident count as no ground.
-///
-/// Allocates: nothing; 80 KB of stack
-/// Cost: some lifts for each triangle of offsets
-MinTranslation find_min_translation(const LocalGround& local, const LocalBody& body,
-                                    const MinTranslation& known, const SearchLimits& limits);
+/// @param lift the body's lift
+MinTranslation find_freeing(const LocalGround& local, const LocalBody& body, double lift,
+                            const SearchLimits& limits);
 
 }  // namespace terrane::internal

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "ground/cast/clear_way.h"
+#include "ground/cast/sweep_clear.h"
 
 #include "ground_cases.h"
 

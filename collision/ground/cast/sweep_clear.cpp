@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "ground/cast/clear_way.h"
+#include "ground/cast/sweep_clear.h"
 
-#include "ground/cast/clear_planes.h"
+#include "ground/cast/swept_separation.h"
 #include "ground/lift/ground_lift.h"
 #include "ground/frame/local_body.h"
 #include "math/valid_query.h"

@@ -6,7 +6,7 @@
 //          them at the end parts them in between too, but for what turning bends: ground stands still, so that it is
 //          beyond the plane all along if it is at both ends. Vertices of the ground are marked with the planes that
 //          they are beyond; triangles whose corners share one need no look of their own.
-#include "ground/cast/clear_planes.h"
+#include "ground/cast/swept_separation.h"
 
 #include "ground/column/column.h"
 #include "ground/cast/ground_advance.h"

@@ -1,0 +1,335 @@
+// SPDX-License-Identifier: MIT
+//
+// Sources: A. Land, A. Doig. An automatic method of solving discrete programming problems. Econometrica 1960
+//          (branch and bound).
+//
+// After a sideways offset (x, y) a body is free once it is raised by its lift L(x, y) there, or where that is not
+// positive. So the shortest translation is the point nearest to 0 of {z >= L(x, y)}, and L is the largest of the lifts
+// over single columns, each of them concave. Triangles of offsets are bounded by half-spaces (offset_bounds) and
+// halved, the one with the least bound first, until none has a bound below the best translation. A bound is exact
+// where the lifts are linear over its triangle, and its error falls with the square of the triangle's size elsewhere.
+#include "ground/depth/min_translation_search.h"
+
+#include "math/vector_math.h"
+#include "ground/depth/min_translation.h"
+#include "math/half_spaces.h"
+#include "ground/depth/offset_bounds.h"
+
+#include <algorithm>
+#include <array>
+
+namespace terrane::internal {
+namespace {
+
+
+class Search {
+public:
+    Search(const LocalGround& local, const LocalBody& body, const MinTranslation& known,
+           const SearchLimits& limits)
+        : local_(local),
+          body_(body),
+          best_(known.d),
+          size_(length(known.d)),
+          known_at_least_(known.at_least),
+          limits_(limits) {}
+
+    MinTranslation run() {
+        if (size_ < local_.spacing()) {
+            // A shape smaller than a cell overlaps few columns: enumerating their facets often proves the minimum at once.
+            HalfSpaces none;
+            int looks = 0;
+            const double proved = bound_by_facets(none, Eigen::Vector3d::Zero(), looks);
+            known_at_least_ = std::max(known_at_least_, proved * (1.0 - 1e-12));
+            if (is_hopeless(known_at_least_)) return {best_, std::min(known_at_least_, size_)};
+        }
+        const std::uint16_t centre = add_point({0.0, 0.0});
+        if (!std::isfinite(points_[centre].lift)) return {best_, known_at_least_};
+        LocalHull hull;
+        lowest_ =
+            body_.part(points_[centre].column.part, hull).deepest_point(Eigen::Vector3d::UnitZ());
+        // A square around all offsets that are shorter than the best.
+        const double r = size_ * (1.0 + 1e-9);
+        const std::array<std::uint16_t, 4> corners = {add_point({-r, -r}), add_point({r, -r}),
+                                                      add_point({r, r}), add_point({-r, r})};
+        for (std::size_t i = 0; i < 4; ++i) {
+            take_node({0.0, {centre, corners[i], corners[(i + 1) % 4]}});
+        }
+        for (int splits = 0; splits < limits_.most_splits && !is_done(); ++splits) {
+            std::pop_heap(nodes_.begin(), nodes_.begin() + node_count_, is_after);
+            split(nodes_[static_cast<std::size_t>(--node_count_)]);
+        }
+        // A hair less, for what rounding does to bounds.
+        const double proved = at_least() * (1.0 - 1e-12) - 1e-12;
+        return {best_, std::clamp(proved, std::min(known_at_least_, size_), size_)};
+    }
+
+private:
+    static constexpr std::size_t kMost = SearchLimits::kMostSplits + 5;  // points, and nodes
+    static constexpr std::size_t kMostColumns = 12;  // that bound a triangle of offsets
+    static constexpr double kSteep = 0.1;            // upwards, of a normal
+    static constexpr double kNear = 0.95;            // of the length: bounds worth a closer look
+    static constexpr int kMostLooks = 32;            // at places on facets
+    static constexpr std::size_t kMostFacets = 12;   // of a column that could be left across
+
+    struct Point {
+        Offset at;
+        double lift;
+        ColumnName column;  // that decides a finite lift
+    };
+    struct Node {
+        double bound;
+        std::array<std::uint16_t, 3> corners;  // counter-clockwise
+    };
+    struct Column {
+        ColumnName name;
+        std::array<double, 3> lifts;  // at the corners of a triangle
+        bool is_rim_of_use;
+    };
+
+    static bool is_after(const Node& a, const Node& b) {
+        return a.bound != b.bound ? a.bound > b.bound : a.corners > b.corners;
+    }
+    // Bounds from here on are as good as the best translation.
+    double goal() const { return size_ - 1e-7 * size_ - kFree; }
+    bool is_hopeless(double bound) const { return bound >= goal(); }
+    double at_least() const {
+        const double open = node_count_ > 0 ? nodes_[0].bound : kInfinity;
+        return std::max(known_at_least_, std::min({open, unsplit_, size_}));
+    }
+    bool is_done() const {
+        return node_count_ == 0 || is_hopeless(nodes_[0].bound) ||
+               is_short_enough(body_, size_, at_least(), limits_.deep_share);
+    }
+
+    // The lift at an offset, and with it a translation that frees.
+    Point look_at(const Offset& at) {
+        Point point{at, -kInfinity, {}};
+        const GroundLift lift = find_lift(local_, body_, {at.x, at.y, 0.0});
+        point.lift = lift.lift;
+        if (std::isfinite(lift.lift)) point.column = name_of(local_, lift);
+        take({at.x, at.y, std::max(0.0, lift.lift)});
+        return point;
+    }
+
+    void take(const Eigen::Vector3d& d) {
+        const double size = length(d);
+        if (!(size < size_)) return;
+        const bool is_much = size < (1.0 - 1e-6) * size_;
+        best_ = d;
+        size_ = size;
+        if (!is_much) return;
+        const Eigen::Vector3d shorter = shorten(local_, body_, d);
+        if (!(length(shorter) < size_)) return;
+        best_ = shorter;
+        size_ = length(shorter);
+    }
+
+    std::uint16_t add_point(const Offset& at) {
+        points_[point_count_] = look_at(at);
+        return static_cast<std::uint16_t>(point_count_++);
+    }
+
+    // Keeps a triangle where it may hold a shorter translation than the best.
+    void take_node(Node node) {
+        if (!bound(node)) return;
+        nodes_[static_cast<std::size_t>(node_count_++)] = node;
+        std::push_heap(nodes_.begin(), nodes_.begin() + node_count_, is_after);
+    }
+
+    // In the middle of its longest side.
+    void split(const Node node) {
+        std::size_t longest = 0;
+        double most = -1.0;
+        for (std::size_t i = 0; i < 3; ++i) {
+            const Offset& a = points_[node.corners[i]].at;
+            const Offset& b = points_[node.corners[(i + 1) % 3]].at;
+            const double square = (b.x - a.x) * (b.x - a.x) + (b.y - a.y) * (b.y - a.y);
+            if (square > most) {
+                most = square;
+                longest = i;
+            }
+        }
+        const Offset& a = points_[node.corners[longest]].at;
+        const Offset& b = points_[node.corners[(longest + 1) % 3]].at;
+        if (!(most > kFree * kFree)) {
+            unsplit_ = std::min(unsplit_, node.bound);
+            return;
+        }
+        const std::uint16_t middle = add_point({0.5 * (a.x + b.x), 0.5 * (a.y + b.y)});
+        Node first = node, second = node;
+        first.corners[(longest + 1) % 3] = middle;
+        second.corners[longest] = middle;
+        take_node(first);
+        take_node(second);
+    }
+
+    // Raises a triangle's bound. False where no translation over it is shorter than the best.
+    bool bound(Node& node) {
+        constexpr int kRounds = 8;
+        OffsetTriangle triangle;
+        for (std::size_t i = 0; i < 3; ++i) triangle[i] = points_[node.corners[i]].at;
+        HalfSpaces spaces;
+        for (std::size_t i = 0; i < 3; ++i) {
+            HalfSpace side;
+            if (make_side(triangle[i], triangle[(i + 1) % 3], side)) spaces.add(side);
+        }
+        Eigen::Vector3d p;
+        if (!solve(spaces, node, p)) return false;
+        const double near = length(p);
+        const double range_top = find_range_top(local_, lowest_, triangle);
+        if (range_top > 0.0) spaces.add({Eigen::Vector3d::UnitZ(), range_top});
+        column_count_ = 0;
+        for (const std::uint16_t corner : node.corners) {
+            if (std::isfinite(points_[corner].lift)) {
+                add_column(triangle, points_[corner].column, spaces);
+            }
+        }
+        bool has_rims = false;
+        for (int round = 0; round < kRounds; ++round) {
+            if (!solve(spaces, node, p)) return false;
+            const Point there = look_at({p[0], p[1]});
+            if (is_hopeless(node.bound)) return false;
+            if (!(there.lift > p[2])) return true;  // it frees: the bound is as good as can be
+            if (add_column(triangle, there.column, spaces)) continue;
+            HalfSpace top;
+            if (make_top_of_neighbour(local_, body_, there.column, triangle, p, top)) {
+                spaces.add(top);
+                continue;
+            }
+            if (has_rims) break;
+            has_rims = true;
+            if (!add_rims(triangle, near, spaces)) break;
+        }
+        if (!solve(spaces, node, p)) return false;
+        // For polyhedra the bound of the planes is loose at the rims of facets: the facets are enumerated too.
+        if (node.bound < kNear * size_) return true;
+        int looks = 0;
+        node.bound = std::max(node.bound, bound_by_facets(spaces, p, looks));
+        return !is_hopeless(node.bound);
+    }
+
+    // The shortest translation inside half-spaces, as a bound. False where none is short enough.
+    bool solve(const HalfSpaces& spaces, Node& node, Eigen::Vector3d& p_out) const {
+        if (!find_shortest(spaces, p_out)) return false;
+        node.bound = std::max(node.bound, length(p_out));
+        return !is_hopeless(node.bound);
+    }
+
+    // Adds the top of a column that is under all of a triangle. False where it is not, or was added before.
+    bool add_column(const OffsetTriangle& triangle, const ColumnName& name, HalfSpaces& spaces) {
+        for (std::size_t i = 0; i < column_count_; ++i) {
+            if (columns_[i].name == name) return false;
+        }
+        const Obstacle obstacle(local_, body_, name);
+        if (column_count_ == kMostColumns || !obstacle.is_ground()) return false;
+        Column& column = columns_[column_count_++];
+        column.name = name;
+        bool is_under_all = true;
+        for (std::size_t i = 0; i < 3; ++i) {
+            column.lifts[i] = obstacle.lift_at(triangle[i]);
+            is_under_all = is_under_all && std::isfinite(column.lifts[i]);
+        }
+        HalfSpace top;
+        column.is_rim_of_use = true;
+        if (!is_under_all || !make_top(triangle, column.lifts, top)) return false;
+        spaces.add(top);
+        // A steep top cuts off a rim that may be in the triangle.
+        column.is_rim_of_use = top.normal[2] < kSteep;
+        return true;
+    }
+
+    // Where columns are too high to be passed over by a translation that is short enough.
+    bool add_rims(const OffsetTriangle& triangle, double near, HalfSpaces& spaces) const {
+        const double high = std::sqrt(std::max(0.0, size_ * size_ - near * near));
+        bool is_any = false;
+        for (std::size_t i = 0; i < column_count_; ++i) {
+            if (!columns_[i].is_rim_of_use) continue;
+            const Obstacle obstacle(local_, body_, columns_[i].name);
+            HalfSpace rim;
+            if (!make_rim(obstacle, triangle, columns_[i].lifts, high, rim)) continue;
+            spaces.add(rim);
+            is_any = true;
+        }
+        return is_any;
+    }
+
+    // A lower bound of the length of translations inside the half-spaces that free the body: the body leaves every
+    // overlapped column through one of the facets of their Minkowski sum. Only polyhedra have few of them.
+    //
+    // @param p the shortest translation inside the half-spaces
+    double bound_by_facets(HalfSpaces& spaces, const Eigen::Vector3d& p, int& looks) {
+        const double here = length(p);
+        if (++looks > kMostLooks || spaces.count == HalfSpaces::kMost) return here;
+        const GroundLift lift = find_lift(local_, body_, p, 0.5 * kFree);
+        if (!(lift.lift > 0.5 * kFree)) {
+            take(p);
+            return here;
+        }
+        LocalHull hull;
+        const LocalShape shape = body_.part(lift.part, hull);
+        if (shape.kind == ShapeKind::round) return here;
+        struct Way {
+            HalfSpace facet;
+            Eigen::Vector3d d;
+            double size;
+        };
+        std::array<Way, kMostFacets> ways;
+        std::size_t count = 0;
+        bool is_known = true;
+        const auto take_facet = [&](const Eigen::Vector3d& n, double gap) {
+            if (!is_known) return;
+            Way way{{n, -gap}, Eigen::Vector3d::Zero(), 0.0};
+            // Touched: rounding decides on which side of the facet that is.
+            is_known = dot(n, p) < way.facet.depth - 0.1 * kFree;
+            spaces.planes[spaces.count++] = way.facet;
+            const bool is_possible = find_shortest(spaces, way.d);
+            --spaces.count;
+            way.size = length(way.d);
+            if (!is_possible || is_hopeless(way.size)) return;
+            is_known = is_known && count < kMostFacets;
+            if (is_known) ways[count++] = way;
+        };
+        visit_tops(shape, lift.triangle, take_facet);
+        visit_walls(shape, lift.triangle, take_facet);
+        if (!is_known) return here;
+        // By insertion: nothing is allocated, and ties keep their order.
+        for (std::size_t i = 1; i < count; ++i) {
+            for (std::size_t j = i; j > 0 && ways[j].size < ways[j - 1].size; --j) {
+                std::swap(ways[j], ways[j - 1]);
+            }
+        }
+        double least = size_;
+        for (std::size_t i = 0; i < count && ways[i].size < least; ++i) {
+            if (is_hopeless(ways[i].size)) break;
+            spaces.planes[spaces.count++] = ways[i].facet;
+            least = std::min(least, bound_by_facets(spaces, ways[i].d, looks));
+            --spaces.count;
+        }
+        return std::max(here, least);
+    }
+
+    const LocalGround& local_;
+    const LocalBody& body_;
+    Eigen::Vector3d best_;
+    double size_;  // of the best
+    double known_at_least_;
+    const SearchLimits& limits_;
+    Eigen::Vector3d lowest_;      // point of the part that is deepest
+    double unsplit_ = kInfinity;  // least bound of triangles that are too small to halve
+    // Filled as they are added: the others cost nothing.
+    std::array<Point, kMost> points_;
+    std::size_t point_count_ = 0;
+    std::array<Node, kMost> nodes_;  // a heap, the least bound first
+    std::ptrdiff_t node_count_ = 0;
+    std::array<Column, kMostColumns> columns_;  // that bound the triangle at hand
+    std::size_t column_count_ = 0;
+};
+
+}  // namespace
+
+MinTranslation find_min_translation(const LocalGround& local, const LocalBody& body,
+                                    const MinTranslation& known, const SearchLimits& limits) {
+    return Search(local, body, known, limits).run();
+}
+
+}  // namespace terrane::internal
