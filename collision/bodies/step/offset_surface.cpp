@@ -28,7 +28,7 @@ CastAnswer find_hit(const Shape& shape, const Motion& motion, const Ground& grou
     };
     double clear = 0.0;
     for (double share = 1.0; share >= kLeastProved && clear < 1.0; share *= 0.5) {
-        if (is_way_clear(shape, piece(clear, share), ground, tolerance)) clear += share;
+        if (is_sweep_clear(shape, piece(clear, share), ground, tolerance)) clear += share;
     }
     CastAnswer answer;
     answer.status = QueryStatus::complete;

@@ -24,14 +24,14 @@ public:
     /// @param velocity  metres in a whole motion
     /// @param turning   the same of what turning moves, at most
     /// @param tolerance metres
-    /// @param sink      how much lower the ground counts as, metres
+    /// @param ground_offset      how much lower the ground counts as, metres
     Approach(const LocalShape& shape, const Eigen::Vector3d& velocity, double turning,
-             double tolerance, double sink)
+             double tolerance, double ground_offset)
         : shape_(shape),
           velocity_(velocity),
           turning_(turning),
           tolerance_(tolerance),
-          sink_(sink) {
+          ground_offset_(ground_offset) {
         if (shape.kind != ShapeKind::round) return;
         // The upper of the planes along the core: below it there is only the radius.
         const double square = dot(shape.core, shape.core);
@@ -43,7 +43,7 @@ public:
     }
 
     double tolerance() const { return tolerance_; }
-    double sink() const { return sink_; }
+    double ground_offset() const { return ground_offset_; }
 
     /// When it is over the strip between two coordinates.
     Interval over(Eigen::Index axis, double low, double high) const {
@@ -60,15 +60,15 @@ public:
     }
     /// When it reaches down to a height.
     double down_to(double z) const {
-        return time_of(shape_.centre[2] - shape_.bounds[2] - z + sink_, -velocity_[2]);
+        return time_of(shape_.centre[2] - shape_.bounds[2] - z + ground_offset_, -velocity_[2]);
     }
     /// When it meets a prism, by its bounding box.
-    double time_to(const Prism& prism) const {
+    double time_to(const CellPrism& prism) const {
         return std::max({over(0, prism.west, prism.east).first,
                          over(1, prism.south, prism.north).first, down_to(prism.high)});
     }
     /// Whether it may meet a prism before a time, by the planes under it.
-    bool may_meet(const Prism& prism, double before) const {
+    bool may_meet(const CellPrism& prism, double before) const {
         bool may_be = true;
         const auto take = [&](const Eigen::Vector3d& n, double drop) {
             const double top = std::max(n[0] * (prism.west - shape_.centre[0]),
@@ -76,7 +76,7 @@ public:
                                std::max(n[1] * (prism.south - shape_.centre[1]),
                                         n[1] * (prism.north - shape_.centre[1])) +
                                n[2] * (prism.high - shape_.centre[2]);
-            may_be = may_be && time_of(sink_ * n[2] - top - drop, -dot(n, velocity_)) < before;
+            may_be = may_be && time_of(ground_offset_ * n[2] - top - drop, -dot(n, velocity_)) < before;
         };
         if (along_[2] > 0.0) take(along_, shape_.radius);
         visit_down_planes(shape_, take);
@@ -95,14 +95,14 @@ private:
     Eigen::Vector3d velocity_;
     double turning_;
     double tolerance_;
-    double sink_;
+    double ground_offset_;
     Eigen::Vector3d along_ = Eigen::Vector3d::Zero();  // unit, square to a core; or none
 };
 
 /// Visits the cells of a range that a window holds, all of them ground, in the order in which the bounds of a
 /// part meet them, until one is met no sooner than what was found so far. The visitor has
 ///   double limit()                   the time of what was found so far
-///   bool wants(const Prism&)         whether anything inside can matter
+///   bool wants(const CellPrism&)         whether anything inside can matter
 ///   void take(const Triangle&, const Approach::Interval& over)   when the part is over its cell
 /// Returns a range around the cells that were taken.
 template <class Visitor>

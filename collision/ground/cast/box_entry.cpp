@@ -52,9 +52,9 @@ struct BoxFrame {
     Eigen::Vector3d velocity;
     Eigen::Vector3d up;
     std::array<Eigen::Vector3d, 3> corners;  ///< of the triangle
-    double sink;
+    double ground_offset;
 
-    double sunk(double square) const { return sink > 0.0 ? sink * std::sqrt(square) : 0.0; }
+    double offset_along(double square) const { return ground_offset > 0.0 ? ground_offset * std::sqrt(square) : 0.0; }
 };
 
 // The faces of the box that look up.
@@ -64,7 +64,7 @@ bool take_faces(const BoxFrame& f, EntryClip& clip) {
         const double sign = f.up[i] < 0.0 ? -1.0 : 1.0;
         const double top =
             std::max({sign * f.corners[0][i], sign * f.corners[1][i], sign * f.corners[2][i]});
-        if (!clip.take(sign * Eigen::Vector3d::Unit(i), 1.0, f.sink - f.box.half[i] - top,
+        if (!clip.take(sign * Eigen::Vector3d::Unit(i), 1.0, f.ground_offset - f.box.half[i] - top,
                        -sign * f.velocity[i])) {
             return false;
         }
@@ -106,7 +106,7 @@ bool take_edges(const BoxFrame& f, EntryClip& clip) {
             const double sign = rise < 0.0 ? -1.0 : 1.0;
             const double top =
                 std::max(sign * n.along(from), sign * n.along(f.corners[(j + 2) % 3]));
-            if (!clip.take(n.normal(sign), n.square, f.sunk(n.square) - n.drop(f.box.half) - top,
+            if (!clip.take(n.normal(sign), n.square, f.offset_along(n.square) - n.drop(f.box.half) - top,
                            -sign * n.along(f.velocity))) {
                 return false;
             }
@@ -161,7 +161,7 @@ double back_from(const EntryClip& clip, double speed, double tolerance) {
 }  // namespace
 
 ColumnEntry find_box_entry(const LocalShape& box, const Eigen::Vector3d& velocity,
-                           const Triangle& triangle, double tolerance, double sink, double limit) {
+                           const Triangle& triangle, double tolerance, double ground_offset, double limit) {
     const auto seen = [&box](const Eigen::Vector3d& p) {
         return Eigen::Vector3d(dot(p, box.axes[0]), dot(p, box.axes[1]), dot(p, box.axes[2]));
     };
@@ -170,11 +170,11 @@ ColumnEntry find_box_entry(const LocalShape& box, const Eigen::Vector3d& velocit
     const Eigen::Vector3d n = clip.normal;
     const double drop =
         std::abs(n[0]) * box.half[0] + std::abs(n[1]) * box.half[1] + std::abs(n[2]) * box.half[2];
-    const double gap = dot(triangle.normal, box.centre - triangle.v[0]) - drop + sink;
+    const double gap = dot(triangle.normal, box.centre - triangle.v[0]) - drop + ground_offset;
     const double closing = -dot(triangle.normal, velocity);
     clip.speed = closing;
     if (!clip.take(n, 1.0, gap, closing)) return {};
-    if (clip.first > 0.0 && sink == 0.0) {
+    if (clip.first > 0.0 && ground_offset == 0.0) {
         // Most boxes meet a face with a corner.
         Eigen::Vector3d low = box.centre + clip.first * velocity;
         for (std::size_t i = 0; i < 3; ++i) {
@@ -190,7 +190,7 @@ ColumnEntry find_box_entry(const LocalShape& box, const Eigen::Vector3d& velocit
                          {box.axes[0][2], box.axes[1][2], box.axes[2][2]},
                          {seen(triangle.v[0] - box.centre), seen(triangle.v[1] - box.centre),
                           seen(triangle.v[2] - box.centre)},
-                         sink};
+                         ground_offset};
     if (!take_faces(frame, clip) || !take_walls(frame, velocity, triangle, clip) ||
         !take_edges(frame, clip) || !take_sides(frame, clip)) {
         return {};

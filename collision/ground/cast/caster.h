@@ -40,19 +40,19 @@ public:
         const double travel = length(sweep.motion.translation);
         const double size = start.whole().bounds.maxCoeff();
         // What a window holds at once.
-        const double shortest_way = std::max({size, 4.0 * spacing, kWindow * spacing - 2.0 * size});
-        const double longest_way = 256.0 * spacing + shortest_way;
+        const double shortest_length = std::max({size, 4.0 * spacing, kWindow * spacing - 2.0 * size});
+        const double longest_length = 256.0 * spacing + shortest_length;
         shortest_ =
-            std::min(travel > shortest_way ? shortest_way / travel : 1.0,
+            std::min(travel > shortest_length ? shortest_length / travel : 1.0,
                      sweep.arm > 0.0 && sweep.spin > kPieceTurn ? kPieceTurn / sweep.spin : 1.0);
-        longest_ = std::max(shortest_, travel > longest_way ? longest_way / travel : 1.0);
+        longest_ = std::max(shortest_, travel > longest_length ? longest_length / travel : 1.0);
         clip(size + length(start.whole().offset) + sweep.arm);
     }
 
     // Reads the ground of the first piece once, if a window holds it.
     void read_ahead() const {
         if (shortest_ < 1.0 || first_ > 0.0 || start_.is_compound()) return;
-        local_start_.window(pass(start_, 0.0, 1.0).cells(local_start_), 0);
+        local_start_.window(swept_box(start_, 0.0, 1.0).cells(local_start_), 0);
     }
 
     // Calls a function with the ground seen from near where the body is at t.
@@ -64,8 +64,8 @@ public:
     }
 
     // The whole motion, piece by piece; pieces grow while the ground is far below.
-    PieceAnswer run(double sink) {
-        sink_ = sink;
+    PieceAnswer run(double ground_offset) {
+        ground_offset_ = ground_offset;
         double length_of_piece = longest_;
         double t = first_;
         while (t < last_) {
@@ -74,7 +74,7 @@ public:
             if (!(end > t))
                 return {t, true, false, Eigen::Vector3d::UnitZ()};  // no number in between
             const PieceAnswer answer = with_ground(0.5 * (t + end), [&](const LocalGround& local) {
-                return pass_piece(local, t, end, length_of_piece);
+                return advance_piece(local, t, end, length_of_piece);
             });
             if (answer.is_hit || answer.is_missing) return answer;
             t = answer.t;
@@ -95,7 +95,7 @@ private:
     void clip(double reach) {
         const WorldRect& extent = ground().extent();
         const Eigen::Vector3d& from = sweep_.motion.start.translation;
-        const Eigen::Vector3d& way = sweep_.motion.translation;
+        const Eigen::Vector3d& velocity = sweep_.motion.translation;
         const double margin = reach + 2.0 * ground().spacing();
         const auto cut = [&](double p, double v, double low, double high) {
             low -= margin;
@@ -112,20 +112,20 @@ private:
             last_ = std::min(last_, std::max(t0, t1) * (1.0 + kHair));
         };
         const double highest = 0x1p31 * ground().lattice().quantum;
-        cut(from[0], way[0], extent.west, extent.east);
-        cut(from[1], way[1], extent.south, extent.north);
-        cut(from[2], way[2], -Approach::kNever, highest);
+        cut(from[0], velocity[0], extent.west, extent.east);
+        cut(from[1], velocity[1], extent.south, extent.north);
+        cut(from[2], velocity[2], -Approach::kNever, highest);
     }
 
     // Bounds of everything that a box of the body passes from t to end.
-    PassedBox pass(const Eigen::Vector3d& centre, const Eigen::Vector3d& bounds, double arm,
+    SweptBox swept_box(const Eigen::Vector3d& centre, const Eigen::Vector3d& bounds, double arm,
                    double t, double end) const {
         return {centre, bounds, (end - t) * sweep_.motion.translation,
                 std::min(sweep_.spin * (end - t), 2.0) * arm};
     }
 
-    PassedBox pass(const LocalBody& body, double t, double end) const {
-        return pass(body.whole().centre, body.whole().bounds, sweep_.arm, t, end);
+    SweptBox swept_box(const LocalBody& body, double t, double end) const {
+        return swept_box(body.whole().centre, body.whole().bounds, sweep_.arm, t, end);
     }
 
     // Calls a function with the body at t.
@@ -136,7 +136,7 @@ private:
     }
 
     // From t to end, or a part of it that is clear at once. Changes how long the next piece is to be.
-    PieceAnswer pass_piece(const LocalGround& local, double t, double end,
+    PieceAnswer advance_piece(const LocalGround& local, double t, double end,
                            double& length_of_piece) {
         const bool is_short = !(length_of_piece > shortest_);
         const bool is_all = is_short && end - t >= 1.0;
@@ -153,7 +153,7 @@ private:
     // Up to when the body is above all ground that it could meet from t to end: `end` if that is all of it.
     double find_clear(const LocalGround& local, double t, double end) const {
         return with_body(local, t, [&](const LocalBody& body) {
-            const CellRange cells = pass(body, t, end).cells(local);
+            const CellRange cells = swept_box(body, t, end).cells(local);
             if (cells.east < cells.west || cells.north < cells.south) return end;
             const RangeAnswer range = ground().range(cells);
             if (range.status == GroundStatus::outside) return end;
@@ -166,18 +166,18 @@ private:
     }
 
     // One look at all parts that could be met from t to end.
-    Advance look(const LocalGround& local, double t, double end) const {
+    Advance find_advance(const LocalGround& local, double t, double end) const {
         Advance found{end - t};
         const auto may_meet = [&](const Eigen::Vector3d& centre, const Eigen::Vector3d& bounds) {
-            const PassedBox passed = pass(centre, bounds, sweep_.arm, t, end);
-            return passed.bottom() <=
-                   bound_ground(local, passed.centre, passed.bounds) + tolerance_;
+            const SweptBox swept = swept_box(centre, bounds, sweep_.arm, t, end);
+            return swept.bottom() <=
+                   bound_ground(local, swept.centre, swept.bounds) + tolerance_;
         };
         with_body(local, t, [&](const LocalBody& body) {
             body.visit(may_meet, [&](const LocalShape& shape, std::uint32_t part) {
                 const double arm = sweep_.arm_of(shape);
-                AdvanceVisitor visitor(local, sweep_, shape, part, arm, tolerance_, sink_, found);
-                visitor.visit(pass(shape.centre, shape.bounds, arm, t, end).cells(local));
+                AdvanceVisitor visitor(local, sweep_, shape, part, arm, tolerance_, ground_offset_, found);
+                visitor.visit(swept_box(shape.centre, shape.bounds, arm, t, end).cells(local));
             });
         });
         return found;
@@ -185,7 +185,7 @@ private:
 
     PieceAnswer advance(const LocalGround& local, double t, double end) {
         for (int i = 0; i < kSteps; ++i) {
-            const Advance found = look(local, t, end);
+            const Advance found = find_advance(local, t, end);
             error_m_ = std::max(error_m_, found.error_m);
             const double next = t + found.step;
             if (found.is_hit) return {next, true, false, found.hit_normal, found.hit_part};
@@ -205,7 +205,7 @@ private:
     const LocalBody& start_;
     Eigen::Vector3d origin_;  ///< of the body at the start, in that frame
     double tolerance_;
-    double sink_ = 0.0;
+    double ground_offset_ = 0.0;
     double shortest_;  ///< pieces, fractions of the motion
     double longest_;
     double first_ = 0.0;  ///< where it can meet any ground

@@ -15,16 +15,16 @@ constexpr double kNear = 16.0;  // tolerances, within which directions are taken
 
 // The widest plane between a shape and a column; false where only all planes together say how wide it is.
 bool find_widest(const LocalShape& shape, const Eigen::Vector3d& centre, const Triangle& triangle,
-                 double sink, Eigen::Vector3d& n_out) {
+                 double ground_offset, Eigen::Vector3d& n_out) {
     if (shape.kind == ShapeKind::round) {
         return find_direction(find_closest_core(centre, shape.core, triangle), n_out);
     }
-    return sink == 0.0 &&
+    return ground_offset == 0.0 &&
            find_direction(find_closest_in_column(*shape.hull, centre, triangle), n_out);
 }
 
 ColumnEntry find_curved_entry(const LocalShape& shape, const Eigen::Vector3d& velocity,
-                              const Triangle& triangle, double tolerance, double sink, double from,
+                              const Triangle& triangle, double tolerance, double ground_offset, double from,
                               double limit) {
     constexpr int kSteps = 200;  // where one grazes by the tolerance: that counts as a hit then
     double time = 0.0;
@@ -32,7 +32,7 @@ ColumnEntry find_curved_entry(const LocalShape& shape, const Eigen::Vector3d& ve
     double widest = -kInfinity;
     double wait = -kInfinity;
     Eigen::Vector3d normal = triangle.normal;
-    const auto look = [&](const Eigen::Vector3d& n, double gap_at_start) {
+    const auto test_plane = [&](const Eigen::Vector3d& n, double gap_at_start) {
         const double closing = -dot(n, velocity);
         const double gap = gap_at_start - time * closing;
         if (gap > widest) {
@@ -43,12 +43,12 @@ ColumnEntry find_curved_entry(const LocalShape& shape, const Eigen::Vector3d& ve
         const double rest = std::min(0.125 * tolerance, 0.5 * gap);
         wait = std::max(wait, closing > 0.0 ? (gap - rest) / closing : kInfinity);
     };
-    const auto look_top = [&](const Eigen::Vector3d& n, double gap) { look(n, gap + sink); };
-    look_top(triangle.normal, gap_along(triangle.normal, shape, triangle));
+    const auto test_top = [&](const Eigen::Vector3d& n, double gap) { test_plane(n, gap + ground_offset); };
+    test_top(triangle.normal, gap_along(triangle.normal, shape, triangle));
     if (!(wait < limit)) return {};
     if (widest > 0.25 * tolerance) {
         time = wait;
-        if (shape.kind == ShapeKind::round && sink < shape.radius) {
+        if (shape.kind == ShapeKind::round && ground_offset < shape.radius) {
             // Most ends meet a face.
             const double side = dot(triangle.normal, shape.core) > 0.0 ? -1.0 : 1.0;
             const Eigen::Vector3d end = shape.centre + time * velocity + side * shape.core;
@@ -60,23 +60,23 @@ ColumnEntry find_curved_entry(const LocalShape& shape, const Eigen::Vector3d& ve
         widest = wait = -kInfinity;
         const Eigen::Vector3d centre = shape.centre + time * velocity;
         Eigen::Vector3d n;
-        if (find_widest(shape, centre, triangle, sink, n)) {
-            look_top(n, gap_along(n, shape, triangle));
+        if (find_widest(shape, centre, triangle, ground_offset, n)) {
+            test_top(n, gap_along(n, shape, triangle));
             if (shape.kind == ShapeKind::hull && widest <= kNear * tolerance) {
-                // On a cliff the last digit of a way counts: square to the edge that it starts from.
-                visit_square_to_edges(triangle, n, [&](const Eigen::Vector3d& m) {
-                    look_top(m, gap_along(m, shape, triangle));
+                // On a cliff the last digit of a direction counts: square to the edge that it starts from.
+                visit_perpendicular_to_edges(triangle, n, [&](const Eigen::Vector3d& m) {
+                    test_top(m, gap_along(m, shape, triangle));
                 });
             }
         } else {
             LocalShape moved = shape;
             moved.centre = centre;
-            const auto look_moved = [&](const Eigen::Vector3d& m, double gap) {
-                look(m, gap - time * dot(m, velocity));
+            const auto test_moved = [&](const Eigen::Vector3d& m, double gap) {
+                test_plane(m, gap - time * dot(m, velocity));
             };
             visit_tops(moved, triangle,
-                       [&](const Eigen::Vector3d& m, double gap) { look_moved(m, gap + sink); });
-            visit_walls(moved, triangle, look_moved);
+                       [&](const Eigen::Vector3d& m, double gap) { test_moved(m, gap + ground_offset); });
+            visit_walls(moved, triangle, test_moved);
         }
         if (!(time + wait < limit)) return {};
         if (widest <= 0.25 * tolerance) return {time, normal};
@@ -89,12 +89,12 @@ ColumnEntry find_curved_entry(const LocalShape& shape, const Eigen::Vector3d& ve
 }  // namespace
 
 ColumnEntry find_entry(const LocalShape& shape, const Eigen::Vector3d& velocity,
-                       const Triangle& triangle, double tolerance, double sink, double from,
+                       const Triangle& triangle, double tolerance, double ground_offset, double from,
                        double limit) {
     if (shape.kind == ShapeKind::box) {
-        return find_box_entry(shape, velocity, triangle, tolerance, sink, limit);
+        return find_box_entry(shape, velocity, triangle, tolerance, ground_offset, limit);
     }
-    return find_curved_entry(shape, velocity, triangle, tolerance, sink, from, limit);
+    return find_curved_entry(shape, velocity, triangle, tolerance, ground_offset, from, limit);
 }
 
 }  // namespace terrane::internal

@@ -18,15 +18,15 @@ struct ColumnEntry {
 ///
 /// @param velocity  metres in a unit of time
 /// @param tolerance metres
-/// @param sink      how much lower the top of the column counts as, metres
+/// @param ground_offset      how much lower the top of the column counts as, metres
 /// @param from      a time up to which they are known to be apart
 /// @param limit     contacts at this time and later are none
 ColumnEntry find_entry(const LocalShape& shape, const Eigen::Vector3d& velocity,
-                       const Triangle& triangle, double tolerance, double sink, double from,
+                       const Triangle& triangle, double tolerance, double ground_offset, double from,
                        double limit);
 
 /// The same of a box.
 ColumnEntry find_box_entry(const LocalShape& box, const Eigen::Vector3d& velocity,
-                           const Triangle& triangle, double tolerance, double sink, double limit);
+                           const Triangle& triangle, double tolerance, double ground_offset, double limit);
 
 }  // namespace terrane::internal

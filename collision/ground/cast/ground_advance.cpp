@@ -15,16 +15,16 @@ namespace {
 // The same as bound_time() for a hull: where all points keep their velocities its gap is a support, and
 // concave in time, so that a time holds if its end does.
 double bound_hull_time(const LocalShape& shape, const Eigen::Vector3d& n,
-                       const Eigen::Vector3d& turn, double speed, double bend, double room,
+                       const Eigen::Vector3d& turn, double speed, double acceleration, double clearance,
                        double shortest, double remaining) {
     const double lowest = shape.hull->drop(n) - dot(n, shape.offset);
     const auto holds = [&](double t) {
         const Eigen::Vector3d m = n + t * turn;
         const double drop = shape.hull->drop(m) - dot(m, shape.offset);
-        return room - t * speed + lowest - drop - 0.5 * bend * t * t >= 0.0;
+        return clearance - t * speed + lowest - drop - 0.5 * acceleration * t * t >= 0.0;
     };
     double time = shortest;
-    double next = std::max({2.0 * time, std::sqrt(0.5 * room / bend), 1e-4 * remaining});
+    double next = std::max({2.0 * time, std::sqrt(0.5 * clearance / acceleration), 1e-4 * remaining});
     while (next < remaining && holds(next)) {
         time = next;
         next *= 2.0;
@@ -79,20 +79,20 @@ double bound_time(const Sweep& sweep, const LocalShape& shape, double arm, const
     double time = closing > 0.0 ? (gap - rest) / closing : kInfinity;
     if (time >= remaining || arm == 0.0) return time;
     // Each point starts at its own gap, at its own speed, and is bent by at most this.
-    const double bend = sweep.spin * sweep.spin * arm;
+    const double acceleration = sweep.spin * sweep.spin * arm;
     if (shape.kind == ShapeKind::hull) {
-        return bound_hull_time(shape, n, turn, speed, bend, gap - rest, time, remaining);
+        return bound_hull_time(shape, n, turn, speed, acceleration, gap - rest, time, remaining);
     }
     const double drop = shape.drop(n);
     double each = kInfinity;
     const auto take = [&](const Eigen::Vector3d& p, double radius) {
-        const double room = gap - rest + drop + dot(n, p) - radius;
+        const double clearance = gap - rest + drop + dot(n, p) - radius;
         const double rate = dot(turn, p + shape.offset) - speed;  // n . (v + w x arm)
-        // room + rate t - bend t^2 / 2 = 0
+        // clearance + rate t - acceleration t^2 / 2 = 0
         const double root =
-            std::sqrt(std::max(0.0, rate * rate + 2.0 * bend * std::max(0.0, room)));
+            std::sqrt(std::max(0.0, rate * rate + 2.0 * acceleration * std::max(0.0, clearance)));
         const double when =
-            rate < 0.0 ? 2.0 * std::max(0.0, room) / (root - rate) : (rate + root) / bend;
+            rate < 0.0 ? 2.0 * std::max(0.0, clearance) / (root - rate) : (rate + root) / acceleration;
         each = std::min(each, when);
     };
     if (shape.kind == ShapeKind::box) {
@@ -107,7 +107,7 @@ double bound_time(const Sweep& sweep, const LocalShape& shape, double arm, const
 struct AdvanceVisitor::CellVisitor {
     AdvanceVisitor& each;
 
-    bool wants(const Prism& prism) const {
+    bool wants(const CellPrism& prism) const {
         return each.approach_.time_to(prism) < each.found_.step && each.wants(prism);
     }
     void take(const GroundCell& cell, std::int64_t column, std::int64_t row) {
@@ -116,7 +116,7 @@ struct AdvanceVisitor::CellVisitor {
             each.take(triangle, {0.0, Approach::kNever});
         }
     }
-    bool miss(const Prism& prism) {
+    bool miss(const CellPrism& prism) {
         Advance& found = each.found_;
         const double when = each.approach_.time_to(prism);
         if (when < found.step) {
@@ -151,69 +151,69 @@ void AdvanceVisitor::take_straight(const Triangle& triangle, const Approach::Int
     if (found_.is_hit) {
         // Most neighbours of what was met lie further back along its normal.
         const Eigen::Vector3d& n = found_.hit_normal;
-        const double sink = n[2] > 0.0 ? approach_.sink() : 0.0;
-        const double gap = gap_along(n, shape_, triangle) + sink;
+        const double ground_offset = n[2] > 0.0 ? approach_.ground_offset() : 0.0;
+        const double gap = gap_along(n, shape_, triangle) + ground_offset;
         if (gap > 0.0 && gap >= -dot(n, sweep_.motion.translation) * found_.step) return;
     }
     const ColumnEntry entry =
         find_entry(shape_, sweep_.motion.translation, triangle, approach_.tolerance(),
-                   approach_.sink(), over.first, std::min(found_.step, over.last));
+                   approach_.ground_offset(), over.first, std::min(found_.step, over.last));
     if (entry.time < found_.step) hit(entry.time, entry.normal);
 }
 
 void AdvanceVisitor::take_turning(const Triangle& triangle) {
     const double tolerance = approach_.tolerance();
-    const double sink = approach_.sink();
+    const double ground_offset = approach_.ground_offset();
     double when = -kInfinity;
     double widest = -kInfinity;
     Eigen::Vector3d normal = triangle.normal;
-    bool is_passed = false;
-    const auto look = [&](const Eigen::Vector3d& n, double gap) {
+    bool is_step_clear = false;
+    const auto test_plane = [&](const Eigen::Vector3d& n, double gap) {
         if (gap > widest) {
             widest = gap;
             normal = n;
         }
-        if (is_passed || gap < 0.0) return;
+        if (is_step_clear || gap < 0.0) return;
         const double rest = std::min(0.125 * tolerance, 0.5 * gap);
         const double time = bound_time(sweep_, shape_, arm_, n, gap, rest, found_.step);
         when = std::max(when, time);
-        is_passed = when >= found_.step;
+        is_step_clear = when >= found_.step;
     };
-    const auto look_top = [&](const Eigen::Vector3d& n, double gap) { look(n, gap + sink); };
-    look_top(triangle.normal, gap_along(triangle.normal, shape_, triangle));
-    if (is_passed) return;
-    const auto look_along = [&](const Eigen::Vector3d& way) {
+    const auto test_top = [&](const Eigen::Vector3d& n, double gap) { test_plane(n, gap + ground_offset); };
+    test_top(triangle.normal, gap_along(triangle.normal, shape_, triangle));
+    if (is_step_clear) return;
+    const auto test_along = [&](const Eigen::Vector3d& direction) {
         Eigen::Vector3d n;
-        if (!is_passed && make_way_out(way, n)) look(n, gap_along(n, shape_, triangle));
+        if (!is_step_clear && make_escape_direction(direction, n)) test_plane(n, gap_along(n, shape_, triangle));
     };
-    // The way between nearest points is the widest of all.
-    Eigen::Vector3d way = Eigen::Vector3d::Zero();
-    const bool has_way = shape_.kind == ShapeKind::hull && sink == 0.0;
-    if (has_way) {
+    // The direction between nearest points is the widest of all.
+    Eigen::Vector3d direction = Eigen::Vector3d::Zero();
+    const bool has_direction = shape_.kind == ShapeKind::hull && ground_offset == 0.0;
+    if (has_direction) {
         const ClosestPair pair = find_closest_in_column(*shape_.hull, shape_.centre, triangle);
         if (pair.distance > kTouch) {
-            way = pair.on_shape - pair.on_triangle;
-            look_along(way);
+            direction = pair.on_shape - pair.on_triangle;
+            test_along(direction);
         }
     }
-    if (is_passed) return;
-    if (!(has_way && widest > kTouch)) {
-        visit_tops(shape_, triangle, look_top);
-        if (is_passed) return;
-        visit_walls(shape_, triangle, look);
-        if (is_passed) return;
+    if (is_step_clear) return;
+    if (!(has_direction && widest > kTouch)) {
+        visit_tops(shape_, triangle, test_top);
+        if (is_step_clear) return;
+        visit_walls(shape_, triangle, test_plane);
+        if (is_step_clear) return;
     }
     if (widest <= 0.25 * tolerance) {
         // Planes may be near where corners are not.
-        if (shape_.kind == ShapeKind::box && sink == 0.0 && widest > 0.0) {
+        if (shape_.kind == ShapeKind::box && ground_offset == 0.0 && widest > 0.0) {
             const ClosestPair pair = find_closest(shape_, triangle);
-            way = pair.on_shape - pair.on_triangle;
+            direction = pair.on_shape - pair.on_triangle;
         }
-        if (dot(way, way) > 0.25 * tolerance * tolerance) {
-            look_along(way);
-            // On a cliff the last digit of a way counts: square to the edge that it starts from.
-            visit_square_to_edges(triangle, way, look_along);
-            if (is_passed) return;
+        if (dot(direction, direction) > 0.25 * tolerance * tolerance) {
+            test_along(direction);
+            // On a cliff the last digit of a direction counts: square to the edge that it starts from.
+            visit_perpendicular_to_edges(triangle, direction, test_along);
+            if (is_step_clear) return;
         }
         if (widest <= 0.25 * tolerance) {
             hit(0.0, normal);

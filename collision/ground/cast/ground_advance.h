@@ -41,11 +41,11 @@ double bound_time(const Sweep& sweep, const LocalShape& shape, double arm, const
                   double gap, double rest, double remaining);
 
 // Bounds of everything that a box passes while it moves on by `way` and its points turn by `turned` metres.
-struct PassedBox {
-    PassedBox(const Eigen::Vector3d& start, const Eigen::Vector3d& bounds_in,
-              const Eigen::Vector3d& way, double turned)
-        : centre(start + 0.5 * way) {
-        for (int i = 0; i < 3; ++i) bounds[i] = bounds_in[i] + 0.5 * std::abs(way[i]) + turned;
+struct SweptBox {
+    SweptBox(const Eigen::Vector3d& start, const Eigen::Vector3d& bounds_in,
+              const Eigen::Vector3d& translation, double turned)
+        : centre(start + 0.5 * translation) {
+        for (int i = 0; i < 3; ++i) bounds[i] = bounds_in[i] + 0.5 * std::abs(translation[i]) + turned;
     }
     double bottom() const { return centre[2] - bounds[2]; }
     CellRange cells(const LocalGround& local) const {
@@ -70,22 +70,22 @@ struct Advance {
 // The look of one part: exact where it does not turn, a safe step where it does.
 class AdvanceVisitor {
 public:
-    // `arm` is find_arm() of the shape, `sink` how much lower the ground counts as, metres.
+    // `arm` is find_arm() of the shape, `ground_offset` how much lower the ground counts as, metres.
     AdvanceVisitor(const LocalGround& local, const Sweep& sweep, const LocalShape& shape,
-                   std::uint32_t part, double arm, double tolerance, double sink, Advance& found)
+                   std::uint32_t part, double arm, double tolerance, double ground_offset, Advance& found)
         : local_(local),
           sweep_(sweep),
           shape_(shape),
           part_(part),
           arm_(arm),
-          approach_(shape, sweep.motion.translation, sweep.spin * arm, tolerance, sink),
+          approach_(shape, sweep.motion.translation, sweep.spin * arm, tolerance, ground_offset),
           found_(found) {}
 
     // Looks at all cells of a range.
     void visit(const CellRange& cells);
 
     double limit() const { return found_.step; }
-    bool wants(const Prism& prism) const { return approach_.may_meet(prism, found_.step); }
+    bool wants(const CellPrism& prism) const { return approach_.may_meet(prism, found_.step); }
     void take(const Triangle& triangle, const Approach::Interval& over);
 
 private:

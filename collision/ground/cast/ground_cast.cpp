@@ -14,35 +14,35 @@ namespace {
 
 
 // The deepest overlap of a body in any column along the ways that part them upward.
-double find_sink(const LocalGround& local, const LocalBody& body) {
+double find_ground_offset(const LocalGround& local, const LocalBody& body) {
     struct Visitor {
         const LocalGround& local;
         const LocalShape& shape;
-        double& sink;
-        bool wants(const Prism& prism) const {
+        double& ground_offset;
+        bool wants(const CellPrism& prism) const {
             return bound_distance(shape.centre, shape.bounds, prism) <= 0.0;
         }
-        bool miss(const Prism&) { return true; }
+        bool miss(const CellPrism&) { return true; }
         void take(const GroundCell& cell, std::int64_t column, std::int64_t row) {
             for (const Triangle& triangle : local.triangles(cell, column, row)) {
-                if (gap_along(triangle.normal, shape, triangle) >= -sink) continue;
+                if (gap_along(triangle.normal, shape, triangle) >= -ground_offset) continue;
                 if (compute_column_lift(shape, triangle) <= 0.0) continue;
-                sink = std::max(sink, -find_separation(shape, triangle, false).gap);
+                ground_offset = std::max(ground_offset, -find_separation(shape, triangle, false).gap);
             }
         }
     };
-    double sink = 0.0;
+    double ground_offset = 0.0;
     body.visit(
         [&](const Eigen::Vector3d& centre, const Eigen::Vector3d& bounds) {
             return centre[2] - bounds[2] <= bound_ground(local, centre, bounds);
         },
         [&](const LocalShape& shape, std::uint32_t) {
-            Visitor visitor{local, shape, sink};
+            Visitor visitor{local, shape, ground_offset};
             const Eigen::Vector3d low = shape.centre - shape.bounds;
             const Eigen::Vector3d high = shape.centre + shape.bounds;
             visit_cells(local, local.cells(low[0], low[1], high[0], high[1]), visitor);
         });
-    return sink;
+    return ground_offset;
 }
 
 // Where old contacts are passed over, what is met is the contact that closes fastest.
@@ -111,7 +111,7 @@ CastAnswer cast(const Shape& shape, const Motion& motion, const Ground& ground,
     if (bottom - 2.0 * touch <= bound_ground(local, start.whole().centre, start.whole().bounds)) {
         caster.read_ahead();
         lift = find_lift(local, start, Eigen::Vector3d::Zero(), -2.0 * touch, kAnyLift,
-                         LiftError::asked_for);
+                         LiftError::requested);
     }
     answer.error_m = lift.error_m;
     if (lift.is_missing) {
@@ -123,7 +123,7 @@ CastAnswer cast(const Shape& shape, const Motion& motion, const Ground& ground,
     answer.status = QueryStatus::complete;
     PieceAnswer end{0.0, true, false, Eigen::Vector3d::UnitZ()};
     if (!answer.started_in_contact || settings.skip_separating) {
-        end = caster.run(answer.started_in_contact ? find_sink(local, start) + 0.1 * kTouch : 0.0);
+        end = caster.run(answer.started_in_contact ? find_ground_offset(local, start) + 0.1 * kTouch : 0.0);
         answer.error_m = std::max(answer.error_m, caster.error_m());
     }
     answer.hit = end.is_hit;

@@ -14,9 +14,9 @@ constexpr double kMostTurn = 0.5;
 
 bool is_part_clear(const LocalGround& local, const LocalShape& start, const LocalShape& end,
                    const Motion& motion, double margin) {
-    const Way way(start, end, motion, margin);
+    const ConvexSweep sweep(start, end, motion, margin);
     const auto reach = [&](const LocalShape& shape) -> Eigen::Vector3d {
-        return shape.bounds + Eigen::Vector3d::Constant(way.room());
+        return shape.bounds + Eigen::Vector3d::Constant(sweep.clearance());
     };
     const Eigen::Vector3d low = (start.centre - reach(start)).cwiseMin(end.centre - reach(end));
     const Eigen::Vector3d high = (start.centre + reach(start)).cwiseMax(end.centre + reach(end));
@@ -24,12 +24,12 @@ bool is_part_clear(const LocalGround& local, const LocalShape& start, const Loca
     if (low[2] > bound_ground(local, middle, high - middle)) return true;
     const CellRange cells = local.cells(low[0], low[1], high[0], high[1]);
     const GroundWindow* const window = local.window(cells, 0);
-    return window != nullptr && are_clear(local, *window, cells, way);
+    return window != nullptr && are_cells_separated(local, *window, cells, sweep);
 }
 
 }  // namespace
 
-bool is_way_clear(const Shape& shape, const Motion& motion, const Ground& ground, double margin) {
+bool is_sweep_clear(const Shape& shape, const Motion& motion, const Ground& ground, double margin) {
     const double spin = length(motion.rotation_vector);
     if (!(spin < kMostTurn) || !is_valid_query(shape, motion.start) ||
         !is_finite(motion.translation)) {

@@ -12,6 +12,6 @@ namespace terrane::internal {
 ///
 /// @param margin metres, > 0
 /// Cost: O(cells in reach), and a fraction of a cast
-bool is_way_clear(const Shape& shape, const Motion& motion, const Ground& ground, double margin);
+bool is_sweep_clear(const Shape& shape, const Motion& motion, const Ground& ground, double margin);
 
 }  // namespace terrane::internal

@@ -19,13 +19,13 @@
 namespace terrane::internal {
 namespace {
 
-/// The triangles of the cells of a window, and planes between them and a way.
-class Triangles {
+/// The triangles of the cells of a window, and planes between them and a sweep.
+class SweptSeparation {
 public:
-    Triangles(const LocalGround& local, const GroundWindow& window, const CellRange& cells,
-              const Way& way)
-        : local_(local), window_(window), cells_(window, cells), way_(way) {
-        switch (way.start().kind) {
+    SweptSeparation(const LocalGround& local, const GroundWindow& window, const CellRange& cells,
+              const ConvexSweep& sweep)
+        : local_(local), window_(window), cells_(window, cells), sweep_(sweep) {
+        switch (sweep.start().kind) {
             case ShapeKind::box:
                 take_faces();
                 break;
@@ -40,7 +40,7 @@ public:
     }
 
     /// Whether each is beyond a plane.
-    bool are_clear() {
+    bool are_cells_separated() {
         for (int row = cells_.south; row <= cells_.north; ++row) {
             for (int column = cells_.west; column <= cells_.east; ++column) {
                 // The ends of the cut are corners of both triangles, the ends of the other diagonal of one.
@@ -48,14 +48,14 @@ public:
                 const int from = is_even ? column : column + 1;
                 const int to = is_even ? column + 1 : column;
                 const unsigned cut = codes_.at(from, row) & codes_.at(to, row + 1);
-                if ((cut & codes_.at(to, row)) == 0 && !look(column, row, true)) return false;
-                if ((cut & codes_.at(from, row + 1)) == 0 && !look(column, row, false))
+                if ((cut & codes_.at(to, row)) == 0 && !test_own_plane(column, row, true)) return false;
+                if ((cut & codes_.at(from, row + 1)) == 0 && !test_own_plane(column, row, false))
                     return false;
             }
         }
-        return std::all_of(open_.begin(), open_.begin() + open_count_,
+        return std::all_of(undecided_.begin(), undecided_.begin() + undecided_count_,
                            [&](const Triangle& triangle) {
-                               return is_beyond_known(triangle) || is_beyond_edges(triangle) ||
+                               return is_beyond_separating(triangle) || is_beyond_edges(triangle) ||
                                       is_beside(triangle);
                            });
     }
@@ -73,34 +73,34 @@ private:
     };
 
     void take(const Eigen::Vector3d& n) {
-        if (n[2] > 0.0) standing_[standing_count_++] = {n, way_.depth(n)};
+        if (n[2] > 0.0) fixed_[fixed_count_++] = {n, sweep_.depth(n)};
     }
 
     /// The lower faces of a box: where they start, and turning with it.
     void take_faces() {
-        const LocalShape &start = way_.start(), &end = way_.end();
+        const LocalShape &start = sweep_.start(), &end = sweep_.end();
         for (std::size_t i = 0; i < 3; ++i) {
             const Eigen::Vector3d n = start.up(i);
             take(n);
             const Eigen::Vector3d& axis = end.axes[i];
-            const Turn turn{n, dot(n, axis) < 0.0 ? Eigen::Vector3d(-axis) : axis};
+            const TurningNormal turn{n, dot(n, axis) < 0.0 ? Eigen::Vector3d(-axis) : axis};
             const double drop = start.half[static_cast<Eigen::Index>(i)];
             take_turning(turn, drop, drop);
         }
     }
 
     /// A face that turns with a shape, and how far it is below the centre at both ends.
-    void take_turning(const Turn& turn, double drop_at_start, double drop_at_end) {
+    void take_turning(const TurningNormal& turn, double drop_at_start, double drop_at_end) {
         if (turn.at_end[2] < 0.0) return;
-        const double room = way_.room(turn);
-        const double further = dot(turn.at_end, way_.end().centre - way_.start().centre);
+        const double room = sweep_.clearance(turn);
+        const double further = dot(turn.at_end, sweep_.end().centre - sweep_.start().centre);
         turning_[turning_count_++] = {{turn.at_start, drop_at_start + room},
                                       {turn.at_end, drop_at_end + room - further}};
     }
 
     /// The lowest face of a hull and some slopes, that stand, and the lowest faces, turning with it.
     void take_hull_faces() {
-        const LocalHull &start = *way_.start().hull, &end = *way_.end().hull;
+        const LocalHull &start = *sweep_.start().hull, &end = *sweep_.end().hull;
         for (std::size_t i = 0; i < start.face_count && i < turning_.size(); ++i) {
             const LocalHull::Plane& face = start.planes[i];
             const Eigen::Vector3d at_end = rotated(end.rotation, start.to_body(face.normal));
@@ -114,7 +114,7 @@ private:
 
     /// Planes around what is round.
     void take_around() {
-        const Eigen::Vector3d& core = way_.start().core;
+        const Eigen::Vector3d& core = sweep_.start().core;
         const double size = length(core);
         const double level = std::sqrt(core[0] * core[0] + core[1] * core[1]);
         Eigen::Vector3d along = Eigen::Vector3d::UnitX(), up = Eigen::Vector3d::UnitZ();
@@ -133,7 +133,7 @@ private:
 
     /// Gives each vertex a bit for each plane that it is beyond.
     void mark() {
-        const Eigen::Vector3d& centre = way_.start().centre;
+        const Eigen::Vector3d& centre = sweep_.start().centre;
         for (int row = cells_.south; row <= cells_.north + 1; ++row) {
             for (int column = cells_.west; column <= cells_.east + 1; ++column) {
                 const Eigen::Vector3d to = centre - local_.vertex(window_, column, row);
@@ -141,8 +141,8 @@ private:
                     return dot(plane.normal, to) >= plane.depth;
                 };
                 unsigned code = 0;
-                for (std::size_t i = 0; i < standing_count_; ++i) {
-                    code = code << 1 | (is_beyond(standing_[i]) ? 1u : 0u);
+                for (std::size_t i = 0; i < fixed_count_; ++i) {
+                    code = code << 1 | (is_beyond(fixed_[i]) ? 1u : 0u);
                 }
                 for (std::size_t i = 0; i < turning_count_; ++i) {
                     const TurningPlane& plane = turning_[i];
@@ -154,43 +154,43 @@ private:
     }
 
     /// Looks at a triangle's own plane. False where too many are open.
-    bool look(int column, int row, bool is_south) {
+    bool test_own_plane(int column, int row, bool is_south) {
         const Triangle triangle = local_.triangle(window_, column, row, is_south);
-        const Plane own{triangle.normal, way_.depth(triangle.normal)};
+        const Plane own{triangle.normal, sweep_.depth(triangle.normal)};
         if (is_beyond(triangle, own)) {
-            if (known_count_ < known_.size()) known_[known_count_++] = own;
+            if (separating_count_ < separating_.size()) separating_[separating_count_++] = own;
             return true;
         }
-        if (open_count_ == open_.size()) return false;
-        open_[open_count_++] = triangle;
+        if (undecided_count_ == undecided_.size()) return false;
+        undecided_[undecided_count_++] = triangle;
         return true;
     }
 
     bool is_beyond(const Triangle& triangle, const Plane& plane) const {
         return std::all_of(triangle.v.begin(), triangle.v.end(), [&](const Eigen::Vector3d& v) {
-            return dot(plane.normal, way_.start().centre - v) >= plane.depth;
+            return dot(plane.normal, sweep_.start().centre - v) >= plane.depth;
         });
     }
-    bool is_beyond_known(const Triangle& triangle) const {
-        return std::any_of(known_.begin(), known_.begin() + known_count_,
+    bool is_beyond_separating(const Triangle& triangle) const {
+        return std::any_of(separating_.begin(), separating_.begin() + separating_count_,
                            [&](const Plane& plane) { return is_beyond(triangle, plane); });
     }
-    bool is_beyond(const Triangle& triangle, const Turn& turn) const {
-        const double gap = gap_along(turn.at_start, way_.start(), triangle);
-        if (!(gap >= way_.room())) return false;
-        return std::min(gap, gap_along(turn.at_end, way_.end(), triangle)) >= way_.room(turn);
+    bool is_beyond(const Triangle& triangle, const TurningNormal& turn) const {
+        const double gap = gap_along(turn.at_start, sweep_.start(), triangle);
+        if (!(gap >= sweep_.clearance())) return false;
+        return std::min(gap, gap_along(turn.at_end, sweep_.end(), triangle)) >= sweep_.clearance(turn);
     }
 
     static bool find_hull_direction(const LocalShape& shape, const Triangle& triangle,
                                     Eigen::Vector3d& n_out) {
         const ClosestPair pair = find_closest_in_column(*shape.hull, shape.centre, triangle);
-        return make_way_out(pair.on_shape - pair.on_triangle, n_out);
+        return make_escape_direction(pair.on_shape - pair.on_triangle, n_out);
     }
 
     /// Planes along an edge of each, that turn; of what has many edges the one between the nearest points.
     bool is_beyond_edges(const Triangle& triangle) const {
-        const LocalShape &start = way_.start(), &end = way_.end();
-        Turn turn;
+        const LocalShape &start = sweep_.start(), &end = sweep_.end();
+        TurningNormal turn;
         if (start.kind == ShapeKind::round) {
             return find_core_direction(start, triangle, turn.at_start) &&
                    find_core_direction(end, triangle, turn.at_end) && is_beyond(triangle, turn);
@@ -218,9 +218,9 @@ private:
     /// Upright planes that stand.
     bool is_beside(const Triangle& triangle) const {
         bool is_found = false;
-        visit_walls(way_.start(), triangle, [&](const Eigen::Vector3d& n, double gap) {
+        visit_walls(sweep_.start(), triangle, [&](const Eigen::Vector3d& n, double gap) {
             is_found = is_found ||
-                       (gap >= way_.room() && gap_along(n, way_.end(), triangle) >= way_.room());
+                       (gap >= sweep_.clearance() && gap_along(n, sweep_.end(), triangle) >= sweep_.clearance());
         });
         return is_found;
     }
@@ -228,18 +228,18 @@ private:
     const LocalGround& local_;
     const GroundWindow& window_;
     WindowCells cells_;
-    const Way& way_;
-    std::array<Plane, 7> standing_;
+    const ConvexSweep& sweep_;
+    std::array<Plane, 7> fixed_;
     std::array<TurningPlane, 3> turning_;
     WindowCodes codes_;
-    std::array<Plane, 16> known_;    // that part their triangles
-    std::array<Triangle, 32> open_;  // that their own planes do not part
-    std::size_t standing_count_ = 0, turning_count_ = 0, known_count_ = 0, open_count_ = 0;
+    std::array<Plane, 16> separating_;    // that part their triangles
+    std::array<Triangle, 32> undecided_;  // that their own planes do not part
+    std::size_t fixed_count_ = 0, turning_count_ = 0, separating_count_ = 0, undecided_count_ = 0;
 };
 
 }  // namespace
 
-Way::Way(const LocalShape& start, const LocalShape& end, const Motion& motion, double margin)
+ConvexSweep::ConvexSweep(const LocalShape& start, const LocalShape& end, const Motion& motion, double margin)
     : start_(start), end_(end), margin_(margin) {
     const Eigen::Vector3d& turn = motion.rotation_vector;
     const double spin = length(turn);
@@ -253,12 +253,12 @@ Way::Way(const LocalShape& start, const LocalShape& end, const Motion& motion, d
         turned = own + length(cross(turn, start.offset));
     }
     travel_ = length(motion.translation) + turned;
-    bend_ = spin * turned;
+    acceleration_ = spin * turned;
 }
 
-bool are_clear(const LocalGround& local, const GroundWindow& window, const CellRange& cells,
-               const Way& way) {
-    return Triangles(local, window, cells, way).are_clear();
+bool are_cells_separated(const LocalGround& local, const GroundWindow& window, const CellRange& cells,
+               const ConvexSweep& sweep) {
+    return SweptSeparation(local, window, cells, sweep).are_cells_separated();
 }
 
 }  // namespace terrane::internal

@@ -22,8 +22,8 @@ void take_nearer(const Eigen::Vector3d& on_shape, const Eigen::Vector3d& on_tria
 // Segments p to p + u and q to q + v.
 void take_segments(const Eigen::Vector3d& p, const Eigen::Vector3d& u, const Eigen::Vector3d& q,
                    const Eigen::Vector3d& v, ClosestPair& best) {
-    const SegmentPlaces places = find_closest_places(p, u, q, v);
-    take_nearer(p + places.s * u, q + places.t * v, best);
+    const SegmentParameters parameters = find_closest_parameters(p, u, q, v);
+    take_nearer(p + parameters.s * u, q + parameters.t * v, best);
 }
 
 bool crosses(const Eigen::Vector3d& from, const Eigen::Vector3d& to, const Triangle& triangle,
@@ -41,7 +41,7 @@ bool crosses(const Eigen::Vector3d& from, const Eigen::Vector3d& to, const Trian
 
 }  // namespace
 
-SegmentPlaces find_closest_places(const Eigen::Vector3d& p, const Eigen::Vector3d& u,
+SegmentParameters find_closest_parameters(const Eigen::Vector3d& p, const Eigen::Vector3d& u,
                                   const Eigen::Vector3d& q, const Eigen::Vector3d& v) {
     const Eigen::Vector3d r = p - q;
     const double a = dot(u, u);

@@ -15,13 +15,13 @@ struct ClosestPair {
 };
 
 /// Nearest places of two segments, as shares of the ways.
-struct SegmentPlaces {
+struct SegmentParameters {
     double s = 0.0;
     double t = 0.0;
 };
 
 /// Of the segments p to p + u and q to q + v; v is none of 0. Where they are parallel any pair.
-SegmentPlaces find_closest_places(const Eigen::Vector3d& p, const Eigen::Vector3d& u,
+SegmentParameters find_closest_parameters(const Eigen::Vector3d& p, const Eigen::Vector3d& u,
                                   const Eigen::Vector3d& q, const Eigen::Vector3d& v);
 
 Eigen::Vector3d closest_on_triangle(const Eigen::Vector3d& p, const Triangle& triangle);

@@ -49,11 +49,11 @@ double compute_box_lift(const LocalShape& box, const Triangle& triangle, double 
             const double at_to = below[static_cast<std::size_t>(k | 1 << i)];
             if (!(std::max(at_from, at_to) > std::max(floor, lift))) continue;
             // An edge between two faces that look up has the box below it.
-            const auto looks_up = [&](int j) {
+            const auto points_up = [&](int j) {
                 const double z = box.axes[static_cast<std::size_t>(j)][2];
                 return (k >> j & 1) != 0 ? z > 0.0 : z < 0.0;
             };
-            if (looks_up(j0) && looks_up(j1)) continue;
+            if (points_up(j0) && points_up(j1)) continue;
             const Eigen::Vector3d from = box.corner(k);
             const Eigen::Vector3d to = box.corner(k | 1 << i);
             double first = 0.0;
@@ -83,8 +83,8 @@ bool find_direction(const ClosestPair& pair, Eigen::Vector3d& n_out) {
     // Below this distance the direction between nearest points is noise.
     constexpr double kTiny = 1e-9;
     if (!(pair.distance > kTiny)) return false;
-    const Eigen::Vector3d way = (pair.on_shape - pair.on_triangle) / pair.distance;
-    return way[2] >= -kTiny && make_way_out(way, n_out);
+    const Eigen::Vector3d direction = (pair.on_shape - pair.on_triangle) / pair.distance;
+    return direction[2] >= -kTiny && make_escape_direction(direction, n_out);
 }
 
 bool find_core_direction(const LocalShape& shape, const Triangle& triangle,

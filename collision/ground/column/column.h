@@ -38,22 +38,22 @@ inline double gap_along(const Eigen::Vector3d& n, const LocalShape& shape,
 /// For boxes and hulls the largest gap is that of the separating axis theorem: positive exactly where
 /// they are apart, minus the shortest translation that parts them where they overlap. For swept cores
 /// one of them is the exact distance where the core lies apart from the triangle.
-/// A direction out of a column, unit: no way leads down but by rounding. False where there is none.
-inline bool make_way_out(const Eigen::Vector3d& way, Eigen::Vector3d& n_out) {
-    const Eigen::Vector3d out(way[0], way[1], std::max(0.0, way[2]));
+/// A direction out of a column, unit: no direction leads down but by rounding. False where there is none.
+inline bool make_escape_direction(const Eigen::Vector3d& direction, Eigen::Vector3d& n_out) {
+    const Eigen::Vector3d out(direction[0], direction[1], std::max(0.0, direction[2]));
     const double size = length(out);
     if (!(size > 0.0)) return false;
     n_out = out / size;
     return true;
 }
 
-/// A way out of a column made square to each of its upper edges, where it may start from one.
+/// A direction out of a column made square to each of its upper edges, where it may start from one.
 template <class Take>
-void visit_square_to_edges(const Triangle& triangle, const Eigen::Vector3d& way, Take&& take) {
+void visit_perpendicular_to_edges(const Triangle& triangle, const Eigen::Vector3d& direction, Take&& take) {
     for (std::size_t i = 0; i < 3; ++i) {
         const Eigen::Vector3d edge = triangle.v[(i + 1) % 3] - triangle.v[i];
         Eigen::Vector3d n;
-        if (make_way_out(way - (dot(way, edge) / dot(edge, edge)) * edge, n)) take(n);
+        if (make_escape_direction(direction - (dot(direction, edge) / dot(edge, edge)) * edge, n)) take(n);
     }
 }
 

@@ -47,8 +47,8 @@ public:
         Eigen::Vector3d left = right;
         for (int step = 0;; ++step) {
             // Beyond the line from inside to the right point, to its left.
-            const Eigen::Vector3d way = right - inside;
-            const Eigen::Vector3d out(-side_ * way[1], side_ * way[0], 0.0);
+            const Eigen::Vector3d to_right = right - inside;
+            const Eigen::Vector3d out(-side_ * to_right[1], side_ * to_right[0], 0.0);
             left = support(out);
             if (is_beside(left, out)) return false;
             if (left_of_ray(left) || step == kSteps) break;

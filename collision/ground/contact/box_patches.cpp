@@ -17,19 +17,19 @@ namespace {
 class BoxPairs {
 public:
     BoxPairs(const LocalGround& local, const GroundWindow& window, const CellRange& cells,
-          const LocalShape& box, std::uint32_t part, const Eigen::Vector3d& freeing, double margin,
+          const LocalShape& box, std::uint32_t part, const Eigen::Vector3d& translation, double margin,
           double reach, ContactPatches& patches)
         : local_(local),
           window_(window),
           cells_(window, cells),
           at_start_(box),
           part_(part),
-          freeing_(freeing),
+          translation_(translation),
           margin_(margin),
           reach_(reach),
           spacing_(local.spacing()),
           slack_(1e-10 * local.spacing()),
-          centre_(box.centre + freeing),
+          centre_(box.centre + translation),
           patches_(patches) {
         for (std::size_t i = 0; i < 3; ++i) up_[i] = box.up(i);
         const Eigen::Vector3d around = box.bounds + Eigen::Vector3d::Constant(margin);
@@ -51,16 +51,16 @@ private:
     void add(const Eigen::Vector3d& on_box, const Eigen::Vector3d& n, double gap,
              const ShapeFeature& feature) {
         Contact contact;
-        contact.point_world = on_box - freeing_;
+        contact.point_world = on_box - translation_;
         contact.normal = n;
-        contact.depth = dot(n, freeing_) - gap;
+        contact.depth = dot(n, translation_) - gap;
         contact.feature = feature;
         contact.part = part_;
         patches_.add(contact);
     }
 
     bool is_gap(const Eigen::Vector3d& n, double gap) const {
-        return gap >= -kTouch && gap <= std::min(dot(n, freeing_) + margin_, reach_);
+        return gap >= -kTouch && gap <= std::min(dot(n, translation_) + margin_, reach_);
     }
 
     // Corners of the box over faces of the ground.
@@ -68,7 +68,7 @@ private:
         for (int k = 0; k < 8; ++k) {
             const Eigen::Vector3d start = at_start_.corner(k);
             if (start[2] > window_.high + margin_) continue;
-            const Eigen::Vector3d p = start + freeing_;
+            const Eigen::Vector3d p = start + translation_;
             const Eigen::Vector3d to = p - local_.corner(window_);
             const int west = std::max(cells_.west, cell_of(to[0] - reach_));
             const int east = std::min(cells_.east, cell_of(to[0] + reach_));
@@ -96,7 +96,7 @@ private:
             const WindowFace face = make_window_face(local_, window_, column, row, is_south);
             const double over = face.above(p);
             const double over_start =
-                over - (freeing_[2] - (face.x * freeing_[0] + face.y * freeing_[1]));
+                over - (translation_[2] - (face.x * translation_[0] + face.y * translation_[1]));
             if (over_start > 0.0 && over_start * over_start > margin_ * margin_ * face.square)
                 continue;
             if (over < 0.0 && over * over > kTouch * kTouch * face.square) continue;
@@ -221,7 +221,7 @@ private:
     WindowCells cells_;
     const LocalShape& at_start_;
     std::uint32_t part_;
-    const Eigen::Vector3d& freeing_;
+    const Eigen::Vector3d& translation_;
     double margin_;
     double reach_;
     double spacing_;
@@ -236,9 +236,9 @@ private:
 }  // namespace
 
 void find_box_patches(const LocalGround& local, const GroundWindow& window, const CellRange& cells,
-                      const LocalShape& box, std::uint32_t part, const Eigen::Vector3d& freeing,
+                      const LocalShape& box, std::uint32_t part, const Eigen::Vector3d& translation,
                       double margin, double reach, ContactPatches& patches) {
-    BoxPairs(local, window, cells, box, part, freeing, margin, reach, patches).run();
+    BoxPairs(local, window, cells, box, part, translation, margin, reach, patches).run();
 }
 
 }  // namespace terrane::internal

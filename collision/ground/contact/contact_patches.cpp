@@ -90,12 +90,12 @@ bool is_paired_by_feature(const LocalShape& shape) {
 // Finds contacts of such a shape with cells that a window holds.
 void find_window_patches(const LocalGround& local, const GroundWindow& window,
                          const CellRange& cells, const LocalShape& shape, std::uint32_t part,
-                         const Eigen::Vector3d& freeing, double margin, double reach,
+                         const Eigen::Vector3d& translation, double margin, double reach,
                          ContactPatches& patches) {
     if (shape.kind == ShapeKind::box) {
-        find_box_patches(local, window, cells, shape, part, freeing, margin, reach, patches);
+        find_box_patches(local, window, cells, shape, part, translation, margin, reach, patches);
     } else {
-        find_round_patches(local, window, cells, shape, part, freeing, margin, reach, patches);
+        find_round_patches(local, window, cells, shape, part, translation, margin, reach, patches);
     }
 }
 
@@ -104,7 +104,7 @@ struct PatchVisitor {
     const LocalShape& shape;  ///< where it is
     const LocalShape& moved;  ///< where it is free
     std::uint32_t part;
-    const Eigen::Vector3d& freeing;
+    const Eigen::Vector3d& translation;
     double margin;
     double reach;
     ContactPatches& patches;
@@ -113,10 +113,10 @@ struct PatchVisitor {
     bool is_missing = false;
 
     // What is further from the shape where it is than the margin is no contact.
-    bool wants(const Prism& prism) const {
+    bool wants(const CellPrism& prism) const {
         return bound_distance(shape, prism) <= margin && bound_distance(moved, prism) <= reach;
     }
-    bool miss(const Prism& prism) {
+    bool miss(const CellPrism& prism) {
         if (!wants(prism)) return true;
         is_missing = true;
         return false;
@@ -125,7 +125,7 @@ struct PatchVisitor {
         if (!is_paired_by_feature(shape)) return false;
         const GroundWindow* const window = local.window(cells, 1);
         if (window == nullptr) return false;
-        find_window_patches(local, *window, cells, shape, part, freeing, margin, reach, patches);
+        find_window_patches(local, *window, cells, shape, part, translation, margin, reach, patches);
         error_m = std::max(error_m, local.error(cells));
         return true;
     }
@@ -139,7 +139,7 @@ struct PatchVisitor {
 
 // Of one shape; false where a cell in reach is not resident.
 bool find_patches(const LocalGround& local, const LocalShape& shape, std::uint32_t part,
-                  const Eigen::Vector3d& freeing, double margin, ContactPatches& patches,
+                  const Eigen::Vector3d& translation, double margin, ContactPatches& patches,
                   double& error_out) {
     const Eigen::Vector3d low = shape.centre - shape.bounds;
     const Eigen::Vector3d high = shape.centre + shape.bounds;
@@ -148,17 +148,17 @@ bool find_patches(const LocalGround& local, const LocalShape& shape, std::uint32
     const GroundWindow* const window = local.window(cells, 1);
     if (window != nullptr) error_out = std::max(error_out, local.error(cells));
     // Of a deep overlap only what is near where the shape is free matters.
-    const double reach = margin + std::min(length(freeing), kDeep * shape.smallest);
+    const double reach = margin + std::min(length(translation), kDeep * shape.smallest);
     if (window != nullptr && is_paired_by_feature(shape)) {
-        find_window_patches(local, *window, cells, shape, part, freeing, margin, reach, patches);
+        find_window_patches(local, *window, cells, shape, part, translation, margin, reach, patches);
         return true;
     }
     LocalShape moved = shape;
-    moved.centre += freeing;
+    moved.centre += translation;
     PatchVisitor visitor{
         local, shape,   moved,
-        part,  freeing, margin,
-        reach, patches, FeaturePairs(local, moved, freeing, reach, margin, part, patches)};
+        part,  translation, margin,
+        reach, patches, FeaturePairs(local, moved, translation, reach, margin, part, patches)};
     visit_cells(local, cells, visitor);
     error_out = std::max(error_out, visitor.error_m);
     return !visitor.is_missing;
@@ -208,7 +208,7 @@ std::span<const Contact> ContactPatches::finish() {
     return {contacts_.data(), count_};
 }
 
-bool find_patches(const LocalGround& local, const LocalBody& body, const Eigen::Vector3d& freeing,
+bool find_patches(const LocalGround& local, const LocalBody& body, const Eigen::Vector3d& translation,
                   double margin, ContactPatches& patches, double& error_out) {
     const double near = margin + kTouch;
     bool is_known = true;
@@ -219,7 +219,7 @@ bool find_patches(const LocalGround& local, const LocalBody& body, const Eigen::
         },
         [&](const LocalShape& shape, std::uint32_t part) {
             is_known =
-                find_patches(local, shape, part, freeing, near, patches, error_out) && is_known;
+                find_patches(local, shape, part, translation, near, patches, error_out) && is_known;
         });
     return is_known;
 }

@@ -34,16 +34,16 @@ private:
     std::size_t count_ = 0;
 };
 
-/// Finds all contacts of a body that is free after moving by `freeing`.
+/// Finds all contacts of a body that is free after moving by `translation`.
 ///
 /// @param margin  gaps up to this are contacts too, metres
 /// @param patches gets contacts of the body where it is, in the local frame
 ///
-/// Of a round shape whose core is clear of the ground, `freeing` may be zero although it overlaps: then
+/// Of a round shape whose core is clear of the ground, `translation` may be zero although it overlaps: then
 /// features are paired where it is, by the shortest ways from the ground to the core.
 ///
 /// Returns false where a cell in reach is not resident.
-bool find_patches(const LocalGround& local, const LocalBody& body, const Eigen::Vector3d& freeing,
+bool find_patches(const LocalGround& local, const LocalBody& body, const Eigen::Vector3d& translation,
                   double margin, ContactPatches& patches, double& error_out);
 
 }  // namespace terrane::internal

@@ -17,10 +17,10 @@ void FeaturePairs::pair(const Triangle& triangle) {
 
 void FeaturePairs::add(const Eigen::Vector3d& on_shape, const Eigen::Vector3d& n, double gap,
                        const ShapeFeature& feature) {
-    const double depth = dot(n, freeing_) - gap;
+    const double depth = dot(n, translation_) - gap;
     if (gap > reach_ || depth < -margin_) return;
     Contact contact;
-    contact.point_world = on_shape - freeing_;
+    contact.point_world = on_shape - translation_;
     contact.normal = n;
     contact.depth = depth;
     contact.feature = feature;

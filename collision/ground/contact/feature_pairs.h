@@ -9,18 +9,18 @@ namespace terrane::internal {
 class FeaturePairs {
 public:
     /// @param shape   where it is free
-    /// @param freeing how it came there
+    /// @param translation how it came there
     /// @param reach   gaps up to this are looked at, metres
     /// @param margin  contacts of the shape where it was, with gaps up to this, are kept
-    FeaturePairs(const LocalGround& local, const LocalShape& shape, const Eigen::Vector3d& freeing,
+    FeaturePairs(const LocalGround& local, const LocalShape& shape, const Eigen::Vector3d& translation,
                  double reach, double margin, std::uint32_t part, ContactPatches& patches)
         : local_(local),
           shape_(shape),
-          freeing_(freeing),
+          translation_(translation),
           reach_(reach),
           margin_(margin),
           // Where it is not moved, a core clear of the ground is paired with planes up to it.
-          least_(shape.kind == ShapeKind::round && length(freeing) == 0.0 ? -shape.radius
+          least_(shape.kind == ShapeKind::round && length(translation) == 0.0 ? -shape.radius
                                                                           : -kTouch),
           part_(part),
           patches_(patches) {}
@@ -43,7 +43,7 @@ private:
 
     const LocalGround& local_;
     const LocalShape& shape_;
-    Eigen::Vector3d freeing_;
+    Eigen::Vector3d translation_;
     double reach_;
     double margin_;
     double least_;  ///< gaps down to this are looked at

@@ -18,19 +18,19 @@ namespace {
 bool add_met(std::span<const Contact> contacts, const Eigen::Vector3d& d, HalfSpaces& spaces) {
     const std::size_t before = spaces.count;
     for (const Contact& contact : contacts) {
-        if (contact.depth > 0.0 || dot(contact.normal, d) >= contact.depth - kFree) continue;
+        if (contact.depth > 0.0 || dot(contact.normal, d) >= contact.depth - kSeparatedLift) continue;
         spaces.add({contact.normal, contact.depth});
     }
     return spaces.count > before;
 }
 
-// Of the planes in the ground's normal cone that part a column from a shape that has moved by `freeing`, the one that asks
+// Of the planes in the ground's normal cone that part a column from a shape that has moved by `translation`, the one that asks
 // least; false where there is none: it is left by a side that is inside the ground.
 bool find_least(const LocalGround& local, const LocalShape& moved, const Triangle& triangle,
-                const Eigen::Vector3d& freeing, HalfSpace& least_out) {
+                const Eigen::Vector3d& translation, HalfSpace& least_out) {
     bool is_found = false;
     visit_tops(moved, triangle, [&](const Eigen::Vector3d& n, double gap) {
-        const double depth = dot(n, freeing) - gap;
+        const double depth = dot(n, translation) - gap;
         if (gap < -kTouch || (is_found && !(depth < least_out.depth))) return;
         if (!is_in_normal_cone(local, triangle, n)) return;
         least_out = {n, depth};
@@ -54,7 +54,7 @@ Contact make_contact(const LocalShape& shape, std::uint32_t part, const HalfSpac
 // Adds contacts until the body is free after the shortest translation that resolves them all. None asks for more than
 // what frees, and each cuts off where the ones before it led.
 void complete_patches(const LocalGround& local, const LocalBody& body, const GroundLift& lift,
-                      const Eigen::Vector3d& freeing, double margin, ContactPatches& patches) {
+                      const Eigen::Vector3d& translation, double margin, ContactPatches& patches) {
     constexpr int kRounds = 24;
     HalfSpaces spaces;
     for (const Contact& contact : patches.finish()) {
@@ -65,16 +65,16 @@ void complete_patches(const LocalGround& local, const LocalBody& body, const Gro
     for (int round = 0; round < kRounds; ++round) {
         Eigen::Vector3d d;
         if (!find_shortest(spaces, d)) break;
-        if (length(d - freeing) <= 0.1 * kFree) return;  // known to be free
+        if (length(d - translation) <= 0.1 * kSeparatedLift) return;  // known to be free
         if (add_met(patches.finish(), d, spaces)) continue;
         const GroundLift rest = find_lift(local, body, d, 0.5 * kTouch);
         if (!(rest.lift > 0.5 * kTouch)) return;
         part = rest.part;
         const LocalShape shape = body.part(part, hull);
         LocalShape moved = shape;
-        moved.centre += freeing;
+        moved.centre += translation;
         HalfSpace least;
-        if (!find_least(local, moved, rest.triangle, freeing, least) || least.depth < -margin)
+        if (!find_least(local, moved, rest.triangle, translation, least) || least.depth < -margin)
             break;
         patches.add(make_contact(shape, part, least));
         spaces.add(least);
@@ -82,12 +82,12 @@ void complete_patches(const LocalGround& local, const LocalBody& body, const Gro
     // What frees at once is a contact by itself. Deeper down than it is large a body leaves not by the nearest end of
     // the ground, but up.
     constexpr double kLeastRise = 1e-9;  // of a normal
-    const double depth = length(freeing);
+    const double depth = length(translation);
     if (depth > 2.0 * body.whole().bounds.maxCoeff()) {
         patches.add(make_contact(body.part(lift.part, hull), lift.part,
                                  {Eigen::Vector3d::UnitZ(), lift.lift}));
     } else {
-        Eigen::Vector3d n = freeing / depth;
+        Eigen::Vector3d n = translation / depth;
         n[2] = std::max(n[2], kLeastRise);
         patches.add(make_contact(body.part(part, hull), part, {n, depth}));
     }
@@ -109,9 +109,9 @@ bool is_core_above(const LocalGround& local, const LocalBody& body, double lift)
 
 // The shortest translation that frees a round shape whose core is above the ground, straight from its contacts:
 // false where they do not say for sure. Each part of the ground alone is left by no shorter way than its contact's depth.
-bool find_freeing_by_contacts(const LocalGround& local, const LocalBody& body,
+bool find_min_translation_by_contacts(const LocalGround& local, const LocalBody& body,
                               std::span<const Contact> contacts, double deep_share,
-                              Eigen::Vector3d& freeing_out) {
+                              Eigen::Vector3d& translation_out) {
     if (contacts.empty()) return false;
     HalfSpaces spaces;
     for (const Contact& contact : contacts) {
@@ -119,9 +119,9 @@ bool find_freeing_by_contacts(const LocalGround& local, const LocalBody& body,
         if (spaces.count == HalfSpaces::kMost) return false;
         spaces.add({contact.normal, contact.depth});
     }
-    if (!find_shortest(spaces, freeing_out)) return false;
-    return is_short_enough(body, length(freeing_out), contacts[0].depth, deep_share) &&
-           !(find_lift(local, body, freeing_out, 0.5 * kTouch).lift > 0.5 * kTouch);
+    if (!find_shortest(spaces, translation_out)) return false;
+    return is_short_enough(body, length(translation_out), contacts[0].depth, deep_share) &&
+           !(find_lift(local, body, translation_out, 0.5 * kTouch).lift > 0.5 * kTouch);
 }
 
 // Contacts of a deep overlap accept a translation that frees and is proved to be at most 1.25 times the shortest.
@@ -130,35 +130,35 @@ constexpr SearchLimits kContactLimits{.deep_share = 0.8};
 // All contacts of a body that overlaps the ground. False where a cell in reach is not resident.
 bool find_overlap(const LocalGround& local, const LocalBody& body, const GroundLift& lift,
                   double margin, ContactPatches& patches, double& error_out) {
-    Eigen::Vector3d freeing;
+    Eigen::Vector3d translation;
     if (is_core_above(local, body, lift.lift)) {
         if (!find_patches(local, body, Eigen::Vector3d::Zero(), margin, patches, error_out)) {
             return false;
         }
-        if (find_freeing_by_contacts(local, body, patches.finish(), kContactLimits.deep_share,
-                                     freeing)) {
+        if (find_min_translation_by_contacts(local, body, patches.finish(), kContactLimits.deep_share,
+                                     translation)) {
             return true;
         }
         patches.clear();
     }
-    freeing = find_freeing(local, body, lift.lift, kContactLimits).d;
-    if (!find_patches(local, body, freeing, margin, patches, error_out)) return false;
-    complete_patches(local, body, lift, freeing, margin, patches);
+    translation = find_min_translation(local, body, lift.lift, kContactLimits).d;
+    if (!find_patches(local, body, translation, margin, patches, error_out)) return false;
+    complete_patches(local, body, lift, translation, margin, patches);
     return true;
 }
 
 // The translation that resolves an overlap.
-MinTranslation find_way_out(const LocalGround& local, const LocalBody& body, double lift) {
+MinTranslation compute_min_translation(const LocalGround& local, const LocalBody& body, double lift) {
     if (is_core_above(local, body, lift)) {
         ContactPatches patches;
-        Eigen::Vector3d freeing;
+        Eigen::Vector3d translation;
         double error_m = 0.0;
         if (find_patches(local, body, Eigen::Vector3d::Zero(), 0.0, patches, error_m) &&
-            find_freeing_by_contacts(local, body, patches.finish(), 1.0, freeing)) {
-            return {freeing, length(freeing)};
+            find_min_translation_by_contacts(local, body, patches.finish(), 1.0, translation)) {
+            return {translation, length(translation)};
         }
     }
-    return find_freeing(local, body, lift, {});
+    return find_min_translation(local, body, lift, {});
 }
 
 }  // namespace
@@ -177,14 +177,14 @@ ContactAnswer find_contacts(const Shape& shape, const Pose& world_from_shape, co
 
     // further apart than the margin nothing depends on how far
     const GroundLift lift = find_lift(local, body, Eigen::Vector3d::Zero(), -margin - kTouch,
-                                      kAnyLift, LiftError::asked_for);
+                                      kAnyLift, LiftError::requested);
     answer.lift = lift.lift;
     answer.error_m = lift.error_m;
     answer.status = QueryStatus::not_resident;
     if (lift.is_missing) return answer;
     ContactPatches patches;
     const bool is_known =
-        lift.lift > kFree
+        lift.lift > kSeparatedLift
             ? find_overlap(local, body, lift, margin, patches, answer.error_m)
             : find_patches(local, body, Eigen::Vector3d::Zero(), margin, patches, answer.error_m);
     if (!is_known) return answer;
@@ -209,20 +209,20 @@ DistanceAnswer signed_distance(const Shape& shape, const Pose& world_from_shape,
                          local.to_local(world_from_shape.translation));
 
     const GroundLift lift =
-        find_lift(local, body, Eigen::Vector3d::Zero(), -kTouch, kAnyLift, LiftError::asked_for);
+        find_lift(local, body, Eigen::Vector3d::Zero(), -kTouch, kAnyLift, LiftError::requested);
     answer.error_m = lift.error_m;
     answer.status = QueryStatus::not_resident;
     if (lift.is_missing) return answer;
-    if (lift.lift > kFree) {
-        const MinTranslation found = find_way_out(local, body, lift.lift);
-        const Eigen::Vector3d& freeing = found.d;
-        const double depth = length(freeing);
-        answer.distance_lower_bound = found.at_least;
+    if (lift.lift > kSeparatedLift) {
+        const MinTranslation found = compute_min_translation(local, body, lift.lift);
+        const Eigen::Vector3d& translation = found.d;
+        const double depth = length(translation);
+        answer.distance_lower_bound = found.lower_bound;
         answer.status = QueryStatus::complete;
         answer.has_ground = true;
         answer.distance = -depth;
-        answer.normal = freeing / depth;
-        const GroundLift after = find_lift(local, body, freeing);
+        answer.normal = translation / depth;
+        const GroundLift after = find_lift(local, body, translation);
         if (after.is_missing) answer.status = QueryStatus::not_resident;
         // Of a compound the part that the ground holds where it is free.
         const std::uint32_t part = body.is_compound() ? after.part : 0;
@@ -250,7 +250,7 @@ LiftAnswer compute_lift(const Shape& shape, const Pose& world_from_shape, const 
     const LocalBody body(shape, world_from_shape.rotation,
                          local.to_local(world_from_shape.translation));
     const GroundLift lift =
-        find_lift(local, body, Eigen::Vector3d::Zero(), -kAnyLift, kAnyLift, LiftError::asked_for);
+        find_lift(local, body, Eigen::Vector3d::Zero(), -kAnyLift, kAnyLift, LiftError::requested);
     answer.status = lift.is_missing ? QueryStatus::not_resident : QueryStatus::complete;
     answer.lift = lift.lift;
     answer.error_m = lift.error_m;
@@ -264,7 +264,7 @@ TestAnswer test_contact(const Shape& shape, const Pose& world_from_shape, const 
     const LocalBody body(shape, world_from_shape.rotation,
                          local.to_local(world_from_shape.translation));
     const GroundLift lift = find_lift(local, body, Eigen::Vector3d::Zero(), -2.0 * kTouch, -kTouch,
-                                      LiftError::asked_for);
+                                      LiftError::requested);
     answer.is_touching = lift.lift >= -kTouch;
     answer.status = lift.is_missing && !answer.is_touching ? QueryStatus::not_resident
                                                            : QueryStatus::complete;

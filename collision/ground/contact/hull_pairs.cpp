@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Sources: G. van den Bergen. Collision detection in interactive 3D environments. 2003, section 4.4.
 // Deviations: a hull has too many features to pair them all: only those that support it along the
-//             triangle's normal and along the way between nearest points are cut with the triangle.
+//             triangle's normal and along the direction between nearest points are cut with the triangle.
 #include "ground/contact/feature_pairs.h"
 #include "ground/contact/nearest.h"
 #include "ground/column/normal_cone.h"
@@ -69,19 +69,19 @@ void cross_sides(const SupportPolygon& a, std::size_t i, const TopPolygon& b, st
     if (last > first) take(last);
 }
 
-// A way from a triangle to the hull, without what the last digits of their nearest points turned it by: their gap is
+// A direction from a triangle to the hull, without what the last digits of their nearest points turned it by: their gap is
 // wider along it. On a cliff of 125 km and 3 nm away that is 3.5 milliradians.
-Eigen::Vector3d exact_way(const Eigen::Vector3d& way, double distance, const LocalShape& shape,
+Eigen::Vector3d refine_direction(const Eigen::Vector3d& direction, double distance, const LocalShape& shape,
                           const Triangle& triangle) {
-    constexpr double kExact = 1e-7;  // of the triangle's size: rounding turns the way by 1e-9
+    constexpr double kExact = 1e-7;  // of the triangle's size: rounding turns the direction by 1e-9
     double square = 0.0;
     for (std::size_t i = 0; i < 3; ++i) {
         const Eigen::Vector3d edge = triangle.v[(i + 1) % 3] - triangle.v[i];
         square = std::max(square, dot(edge, edge));
     }
-    if (distance * distance > kExact * kExact * square) return way;
-    Separation best{way, gap_along(way, shape, triangle)};
-    visit_square_to_edges(triangle, way, [&](const Eigen::Vector3d& n) {
+    if (distance * distance > kExact * kExact * square) return direction;
+    Separation best{direction, gap_along(direction, shape, triangle)};
+    visit_perpendicular_to_edges(triangle, direction, [&](const Eigen::Vector3d& n) {
         const double gap = gap_along(n, shape, triangle);
         if (gap > best.gap) best = {n, gap};
     });
@@ -97,23 +97,23 @@ void FeaturePairs::pair_hull(const Triangle& triangle) {
     const bool has_face =
         pair_hull_along(triangle.normal, triangle) < std::numeric_limits<double>::infinity();
     const Eigen::Vector3d across = closest.on_shape - closest.on_triangle;
-    Separation way{exact_way(across / length(across), closest.distance, shape_, triangle),
+    Separation nearest{refine_direction(across / length(across), closest.distance, shape_, triangle),
                    closest.distance};
     if (!(closest.distance > kTouch)) {
         if (has_face) return;
-        way = find_separation_in_cone(triangle);
-        if (way.gap < -kTouch) return;
-    } else if (!(way.normal[2] > 0.0)) {
+        nearest = find_separation_in_cone(triangle);
+        if (nearest.gap < -kTouch) return;
+    } else if (!(nearest.normal[2] > 0.0)) {
         return;
     }
-    const bool is_flat = dot(way.normal, triangle.normal) > kFlat;
+    const bool is_flat = dot(nearest.normal, triangle.normal) > kFlat;
     if (is_flat && has_face) return;
     if (!is_flat) {
-        if (!is_in_normal_cone(local_, triangle, way.normal)) return;
-        if (pair_hull_along(way.normal, triangle) <= way.gap + kTouch) return;
+        if (!is_in_normal_cone(local_, triangle, nearest.normal)) return;
+        if (pair_hull_along(nearest.normal, triangle) <= nearest.gap + kTouch) return;
     }
-    add(closest.on_shape, is_flat ? triangle.normal : way.normal, way.gap,
-        shape_.deepest(way.normal).feature);
+    add(closest.on_shape, is_flat ? triangle.normal : nearest.normal, nearest.gap,
+        shape_.deepest(nearest.normal).feature);
 }
 
 // What supports the hull along a direction, cut with what is highest of the triangle. Returns the least

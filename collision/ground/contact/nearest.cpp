@@ -10,8 +10,8 @@ struct NearestVisitor {
     double best;
     Nearest result;
 
-    bool wants(const Prism& prism) const { return bound_distance(shape, prism) <= best; }
-    bool miss(const Prism& prism) {
+    bool wants(const CellPrism& prism) const { return bound_distance(shape, prism) <= best; }
+    bool miss(const CellPrism& prism) {
         if (wants(prism)) result.is_missing = true;
         return true;
     }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // Sources: C. Ericson. Real-time collision detection. 2005, section 5.1.9 (two segments).
-// The way from the ground to the core of a sphere or capsule that is the shortest nearby starts at a face, a
-// convex edge or a vertex, square to it. Each feature is looked at once: a contact is where the way lies in
+// The to_core from the ground to the core of a sphere or capsule that is the shortest nearby starts at a face, a
+// convex edge or a vertex, square to it. Each feature is looked at once: a contact is where the to_core lies in
 // its normal cone.
 #include "ground/contact/round_patches.h"
 
@@ -18,7 +18,7 @@ namespace {
 class RoundPairs {
 public:
     RoundPairs(const LocalGround& local, const GroundWindow& window, const CellRange& cells,
-          const LocalShape& shape, std::uint32_t part, const Eigen::Vector3d& freeing,
+          const LocalShape& shape, std::uint32_t part, const Eigen::Vector3d& translation,
           double margin, double reach, ContactPatches& patches)
         : local_(local),
           window_(window),
@@ -26,18 +26,18 @@ public:
           shape_(shape),
           has_core_(shape.has_core()),
           part_(part),
-          freeing_(freeing),
+          translation_(translation),
           margin_(margin),
           reach_(reach),
           // Where it is not moved, a core clear of the ground is paired with features up to it.
-          nearest_(length(freeing) == 0.0 ? 0.0 : shape.radius - kTouch),
+          nearest_(length(translation) == 0.0 ? 0.0 : shape.radius - kTouch),
           furthest_(shape.radius + reach),
           low_(shape.centre - shape.bounds - Eigen::Vector3d::Constant(margin)),
           high_(shape.centre + shape.bounds + Eigen::Vector3d::Constant(margin)),
           spacing_(local.spacing()),
           slack_(1e-10 * local.spacing()),
-          from_(shape.centre + freeing - shape.core),
-          to_(shape.centre + freeing + shape.core),
+          from_(shape.centre + translation - shape.core),
+          to_(shape.centre + translation + shape.core),
           patches_(patches) {}
 
     void run() {
@@ -56,16 +56,16 @@ private:
         return local_.vertex(window_, v.column, v.row);
     }
 
-    // A way of a length from the ground to a point of the core.
+    // A to_core of a length from the ground to a point of the core.
     void add(const Eigen::Vector3d& on_core, const Eigen::Vector3d& n, double distance) {
         const double gap = distance - shape_.radius;
-        const double depth = dot(n, freeing_) - gap;
+        const double depth = dot(n, translation_) - gap;
         if (gap > reach_ || depth < -margin_) return;
         Contact contact;
-        contact.point_world = on_core - shape_.radius * n - freeing_;
+        contact.point_world = on_core - shape_.radius * n - translation_;
         contact.normal = n;
         contact.depth = depth;
-        contact.feature = shape_.core_feature(on_core - freeing_);
+        contact.feature = shape_.core_feature(on_core - translation_);
         contact.part = part_;
         patches_.add(contact);
     }
@@ -86,11 +86,11 @@ private:
                     on_core +=
                         std::clamp(dot(along, v - from_) / dot(along, along), 0.0, 1.0) * along;
                 }
-                const Eigen::Vector3d way = on_core - v;
-                const double square = dot(way, way);
-                if (!is_in_reach(square, way[2])) continue;
+                const Eigen::Vector3d to_core = on_core - v;
+                const double square = dot(to_core, to_core);
+                if (!is_in_reach(square, to_core[2])) continue;
                 const double distance = std::sqrt(square);
-                const Eigen::Vector3d n = way / distance;
+                const Eigen::Vector3d n = to_core / distance;
                 if (is_top(window_, {column, row}, spacing_, n, slack_)) add(on_core, n, distance);
             }
         }
@@ -100,16 +100,16 @@ private:
                    const WindowVertex& right) {
         const Eigen::Vector3d a = vertex(from);
         const Eigen::Vector3d edge = vertex(to) - a;
-        const SegmentPlaces places = find_closest_places(from_, to_ - from_, a, edge);
-        if (!(places.t > 0.0 && places.t < 1.0)) return;  // a vertex
-        const Eigen::Vector3d on_core = from_ + places.s * (to_ - from_);
-        const Eigen::Vector3d way = on_core - (a + places.t * edge);
-        const double square = dot(way, way);
-        if (!is_in_reach(square, way[2])) return;
+        const SegmentParameters parameters = find_closest_parameters(from_, to_ - from_, a, edge);
+        if (!(parameters.t > 0.0 && parameters.t < 1.0)) return;  // a vertex
+        const Eigen::Vector3d on_core = from_ + parameters.s * (to_ - from_);
+        const Eigen::Vector3d to_core = on_core - (a + parameters.t * edge);
+        const double square = dot(to_core, to_core);
+        if (!is_in_reach(square, to_core[2])) return;
         const double distance = std::sqrt(square);
-        if (dot(way, vertex(left) - a) <= slack_ * distance &&
-            dot(way, vertex(right) - a) <= slack_ * distance) {
-            add(on_core, way / distance, distance);
+        if (dot(to_core, vertex(left) - a) <= slack_ * distance &&
+            dot(to_core, vertex(right) - a) <= slack_ * distance) {
+            add(on_core, to_core / distance, distance);
         }
     }
 
@@ -185,7 +185,7 @@ private:
     const LocalShape& shape_;  ///< where it is
     bool has_core_;
     std::uint32_t part_;
-    const Eigen::Vector3d& freeing_;
+    const Eigen::Vector3d& translation_;
     double margin_;
     double reach_;
     double nearest_, furthest_;   ///< ways from the ground to the core that count, metres
@@ -201,9 +201,9 @@ private:
 
 void find_round_patches(const LocalGround& local, const GroundWindow& window,
                         const CellRange& cells, const LocalShape& shape, std::uint32_t part,
-                        const Eigen::Vector3d& freeing, double margin, double reach,
+                        const Eigen::Vector3d& translation, double margin, double reach,
                         ContactPatches& patches) {
-    RoundPairs(local, window, cells, shape, part, freeing, margin, reach, patches).run();
+    RoundPairs(local, window, cells, shape, part, translation, margin, reach, patches).run();
 }
 
 }  // namespace terrane::internal

@@ -6,7 +6,7 @@
 
 namespace terrane::internal {
 
-/// Finds the contacts of a sphere or capsule that is free after moving by `freeing`, or whose core is clear of
+/// Finds the contacts of a sphere or capsule that is free after moving by `translation`, or whose core is clear of
 /// the ground, as find_patches() does, with some cells: their faces, southern and western sides, diagonals, and
 /// south-western corners.
 ///
@@ -16,7 +16,7 @@ namespace terrane::internal {
 /// @param reach  gaps up to this are looked at where the shape is free, metres
 void find_round_patches(const LocalGround& local, const GroundWindow& window,
                         const CellRange& cells, const LocalShape& shape, std::uint32_t part,
-                        const Eigen::Vector3d& freeing, double margin, double reach,
+                        const Eigen::Vector3d& translation, double margin, double reach,
                         ContactPatches& patches);
 
 /// Radius below which directions between nearest points may be noise, metres.

@@ -53,8 +53,8 @@ bool find_from_inside(const LocalGround& local, const LocalBody& body, Eigen::Ve
     d_out = Eigen::Vector3d::Zero();
     least_out = 0.0;
     for (int round = 0; round < kRounds; ++round) {
-        const GroundLift lift = find_lift(local, body, d_out, 0.1 * kFree);
-        if (!(lift.lift > 0.1 * kFree)) return true;
+        const GroundLift lift = find_lift(local, body, d_out, 0.1 * kSeparatedLift);
+        if (!(lift.lift > 0.1 * kSeparatedLift)) return true;
         LocalHull hull;
         const LocalShape shape = body.part(lift.part, hull);
         double least = 0.0;
@@ -63,7 +63,7 @@ bool find_from_inside(const LocalGround& local, const LocalBody& body, Eigen::Ve
         spaces.add({best.normal, -best.gap});
         if (!find_shortest(spaces, d_out)) return false;
     }
-    return !(find_lift(local, body, d_out, 0.5 * kFree).lift > 0.5 * kFree);
+    return !(find_lift(local, body, d_out, 0.5 * kSeparatedLift).lift > 0.5 * kSeparatedLift);
 }
 
 }  // namespace
@@ -76,8 +76,8 @@ Eigen::Vector3d shorten(const LocalGround& local, const LocalBody& body, Eigen::
         Eigen::Vector3d next = Eigen::Vector3d::Zero();
         bool is_free = false;
         for (int i = 0; i < kColumns; ++i) {
-            const GroundLift lift = find_lift(local, body, next, 0.1 * kFree);
-            if (!(lift.lift > 0.1 * kFree)) {
+            const GroundLift lift = find_lift(local, body, next, 0.1 * kSeparatedLift);
+            if (!(lift.lift > 0.1 * kSeparatedLift)) {
                 is_free = true;
                 break;
             }
@@ -89,7 +89,7 @@ Eigen::Vector3d shorten(const LocalGround& local, const LocalBody& body, Eigen::
             // where the shape comes from.
             Separation best;
             const auto take = [&](const Eigen::Vector3d& n, double gap) {
-                if (gap < -kFree) return;
+                if (gap < -kSeparatedLift) return;
                 const double depth = gap - dot(n, d);
                 if (depth > best.gap) best = {n, depth};
             };
@@ -110,11 +110,11 @@ Eigen::Vector3d shorten(const LocalGround& local, const LocalBody& body, Eigen::
 bool is_short_enough(const LocalBody& body, double length, double least, double deep_share) {
     const double deep =
         kDeep * body.whole().smallest;  // 0 of flat shapes, which are never called deep
-    return length <= least * (1.0 + 1e-12) + kFree ||
+    return length <= least * (1.0 + 1e-12) + kSeparatedLift ||
            (deep > 0.0 && deep_share * length > deep && deep_share * length <= least);
 }
 
-MinTranslation find_freeing(const LocalGround& local, const LocalBody& body, double lift,
+MinTranslation find_min_translation(const LocalGround& local, const LocalBody& body, double lift,
                             const SearchLimits& limits) {
     if (!(lift > 0.0)) return {};
     MinTranslation best{Eigen::Vector3d(0.0, 0.0, lift), 0.0};
@@ -129,8 +129,8 @@ MinTranslation find_freeing(const LocalGround& local, const LocalBody& body, dou
     }
     const Eigen::Vector3d from_above = shorten(local, body, Eigen::Vector3d(0.0, 0.0, lift));
     if (length(from_above) < length(best.d)) best.d = from_above;
-    best.at_least = std::min(least, length(best.d));
-    return find_min_translation(local, body, best, limits);
+    best.lower_bound = std::min(least, length(best.d));
+    return search_min_translation(local, body, best, limits);
 }
 
 }  // namespace terrane::internal

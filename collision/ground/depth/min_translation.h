@@ -6,7 +6,7 @@
 namespace terrane::internal {
 
 /// A shape that is moved by less than this into the ground counts as free.
-inline constexpr double kFree = 1e-10;
+inline constexpr double kSeparatedLift = 1e-10;
 
 /// Overlaps above this much of the smallest half extent are deep: a shape is at least twice as thick.
 inline constexpr double kDeep = 0.2;
@@ -18,10 +18,10 @@ Eigen::Vector3d shorten(const LocalGround& local, const LocalBody& body, Eigen::
 /// by no more than rounding, or, where the shortest is deep, by the share that the caller allows.
 bool is_short_enough(const LocalBody& body, double length, double least, double deep_share);
 
-/// The shortest translation after which the body's lift is at most kFree; zero where it already is.
+/// The shortest translation after which the body's lift is at most kSeparatedLift; zero where it already is.
 ///
 /// @param lift the body's lift
-MinTranslation find_freeing(const LocalGround& local, const LocalBody& body, double lift,
+MinTranslation find_min_translation(const LocalGround& local, const LocalBody& body, double lift,
                             const SearchLimits& limits);
 
 }  // namespace terrane::internal

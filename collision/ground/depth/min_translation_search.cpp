@@ -22,28 +22,28 @@ namespace terrane::internal {
 namespace {
 
 
-class Search {
+class MinTranslationSearch {
 public:
-    Search(const LocalGround& local, const LocalBody& body, const MinTranslation& known,
+    MinTranslationSearch(const LocalGround& local, const LocalBody& body, const MinTranslation& known,
            const SearchLimits& limits)
         : local_(local),
           body_(body),
           best_(known.d),
           size_(length(known.d)),
-          known_at_least_(known.at_least),
+          known_bound_(known.lower_bound),
           limits_(limits) {}
 
     MinTranslation run() {
         if (size_ < local_.spacing()) {
             // A shape smaller than a cell overlaps few columns: enumerating their facets often proves the minimum at once.
             HalfSpaces none;
-            int looks = 0;
-            const double proved = bound_by_facets(none, Eigen::Vector3d::Zero(), looks);
-            known_at_least_ = std::max(known_at_least_, proved * (1.0 - 1e-12));
-            if (is_hopeless(known_at_least_)) return {best_, std::min(known_at_least_, size_)};
+            int visits = 0;
+            const double proved = bound_by_facets(none, Eigen::Vector3d::Zero(), visits);
+            known_bound_ = std::max(known_bound_, proved * (1.0 - 1e-12));
+            if (is_hopeless(known_bound_)) return {best_, std::min(known_bound_, size_)};
         }
         const std::uint16_t centre = add_point({0.0, 0.0});
-        if (!std::isfinite(points_[centre].lift)) return {best_, known_at_least_};
+        if (!std::isfinite(points_[centre].lift)) return {best_, known_bound_};
         LocalHull hull;
         lowest_ =
             body_.part(points_[centre].column.part, hull).deepest_point(Eigen::Vector3d::UnitZ());
@@ -59,8 +59,8 @@ public:
             split(nodes_[static_cast<std::size_t>(--node_count_)]);
         }
         // A hair less, for what rounding does to bounds.
-        const double proved = at_least() * (1.0 - 1e-12) - 1e-12;
-        return {best_, std::clamp(proved, std::min(known_at_least_, size_), size_)};
+        const double proved = lower_bound() * (1.0 - 1e-12) - 1e-12;
+        return {best_, std::clamp(proved, std::min(known_bound_, size_), size_)};
     }
 
 private:
@@ -68,7 +68,7 @@ private:
     static constexpr std::size_t kMostColumns = 12;  // that bound a triangle of offsets
     static constexpr double kSteep = 0.1;            // upwards, of a normal
     static constexpr double kNear = 0.95;            // of the length: bounds worth a closer look
-    static constexpr int kMostLooks = 32;            // at places on facets
+    static constexpr int kMostVisits = 32;            // at places on facets
     static constexpr std::size_t kMostFacets = 12;   // of a column that could be left across
 
     struct Point {
@@ -90,19 +90,19 @@ private:
         return a.bound != b.bound ? a.bound > b.bound : a.corners > b.corners;
     }
     // Bounds from here on are as good as the best translation.
-    double goal() const { return size_ - 1e-7 * size_ - kFree; }
+    double goal() const { return size_ - 1e-7 * size_ - kSeparatedLift; }
     bool is_hopeless(double bound) const { return bound >= goal(); }
-    double at_least() const {
+    double lower_bound() const {
         const double open = node_count_ > 0 ? nodes_[0].bound : kInfinity;
-        return std::max(known_at_least_, std::min({open, unsplit_, size_}));
+        return std::max(known_bound_, std::min({open, unsplit_, size_}));
     }
     bool is_done() const {
         return node_count_ == 0 || is_hopeless(nodes_[0].bound) ||
-               is_short_enough(body_, size_, at_least(), limits_.deep_share);
+               is_short_enough(body_, size_, lower_bound(), limits_.deep_share);
     }
 
     // The lift at an offset, and with it a translation that frees.
-    Point look_at(const Offset& at) {
+    Point evaluate(const Offset& at) {
         Point point{at, -kInfinity, {}};
         const GroundLift lift = find_lift(local_, body_, {at.x, at.y, 0.0});
         point.lift = lift.lift;
@@ -125,7 +125,7 @@ private:
     }
 
     std::uint16_t add_point(const Offset& at) {
-        points_[point_count_] = look_at(at);
+        points_[point_count_] = evaluate(at);
         return static_cast<std::uint16_t>(point_count_++);
     }
 
@@ -151,7 +151,7 @@ private:
         }
         const Offset& a = points_[node.corners[longest]].at;
         const Offset& b = points_[node.corners[(longest + 1) % 3]].at;
-        if (!(most > kFree * kFree)) {
+        if (!(most > kSeparatedLift * kSeparatedLift)) {
             unsplit_ = std::min(unsplit_, node.bound);
             return;
         }
@@ -187,7 +187,7 @@ private:
         bool has_rims = false;
         for (int round = 0; round < kRounds; ++round) {
             if (!solve(spaces, node, p)) return false;
-            const Point there = look_at({p[0], p[1]});
+            const Point there = evaluate({p[0], p[1]});
             if (is_hopeless(node.bound)) return false;
             if (!(there.lift > p[2])) return true;  // it frees: the bound is as good as can be
             if (add_column(triangle, there.column, spaces)) continue;
@@ -203,8 +203,8 @@ private:
         if (!solve(spaces, node, p)) return false;
         // For polyhedra the bound of the planes is loose at the rims of facets: the facets are enumerated too.
         if (node.bound < kNear * size_) return true;
-        int looks = 0;
-        node.bound = std::max(node.bound, bound_by_facets(spaces, p, looks));
+        int visits = 0;
+        node.bound = std::max(node.bound, bound_by_facets(spaces, p, visits));
         return !is_hopeless(node.bound);
     }
 
@@ -257,52 +257,52 @@ private:
     // overlapped column through one of the facets of their Minkowski sum. Only polyhedra have few of them.
     //
     // @param p the shortest translation inside the half-spaces
-    double bound_by_facets(HalfSpaces& spaces, const Eigen::Vector3d& p, int& looks) {
+    double bound_by_facets(HalfSpaces& spaces, const Eigen::Vector3d& p, int& visits) {
         const double here = length(p);
-        if (++looks > kMostLooks || spaces.count == HalfSpaces::kMost) return here;
-        const GroundLift lift = find_lift(local_, body_, p, 0.5 * kFree);
-        if (!(lift.lift > 0.5 * kFree)) {
+        if (++visits > kMostVisits || spaces.count == HalfSpaces::kMost) return here;
+        const GroundLift lift = find_lift(local_, body_, p, 0.5 * kSeparatedLift);
+        if (!(lift.lift > 0.5 * kSeparatedLift)) {
             take(p);
             return here;
         }
         LocalHull hull;
         const LocalShape shape = body_.part(lift.part, hull);
         if (shape.kind == ShapeKind::round) return here;
-        struct Way {
+        struct FacetExit {
             HalfSpace facet;
             Eigen::Vector3d d;
             double size;
         };
-        std::array<Way, kMostFacets> ways;
+        std::array<FacetExit, kMostFacets> exits;
         std::size_t count = 0;
         bool is_known = true;
         const auto take_facet = [&](const Eigen::Vector3d& n, double gap) {
             if (!is_known) return;
-            Way way{{n, -gap}, Eigen::Vector3d::Zero(), 0.0};
+            FacetExit exit{{n, -gap}, Eigen::Vector3d::Zero(), 0.0};
             // Touched: rounding decides on which side of the facet that is.
-            is_known = dot(n, p) < way.facet.depth - 0.1 * kFree;
-            spaces.planes[spaces.count++] = way.facet;
-            const bool is_possible = find_shortest(spaces, way.d);
+            is_known = dot(n, p) < exit.facet.depth - 0.1 * kSeparatedLift;
+            spaces.planes[spaces.count++] = exit.facet;
+            const bool is_possible = find_shortest(spaces, exit.d);
             --spaces.count;
-            way.size = length(way.d);
-            if (!is_possible || is_hopeless(way.size)) return;
+            exit.size = length(exit.d);
+            if (!is_possible || is_hopeless(exit.size)) return;
             is_known = is_known && count < kMostFacets;
-            if (is_known) ways[count++] = way;
+            if (is_known) exits[count++] = exit;
         };
         visit_tops(shape, lift.triangle, take_facet);
         visit_walls(shape, lift.triangle, take_facet);
         if (!is_known) return here;
         // By insertion: nothing is allocated, and ties keep their order.
         for (std::size_t i = 1; i < count; ++i) {
-            for (std::size_t j = i; j > 0 && ways[j].size < ways[j - 1].size; --j) {
-                std::swap(ways[j], ways[j - 1]);
+            for (std::size_t j = i; j > 0 && exits[j].size < exits[j - 1].size; --j) {
+                std::swap(exits[j], exits[j - 1]);
             }
         }
         double least = size_;
-        for (std::size_t i = 0; i < count && ways[i].size < least; ++i) {
-            if (is_hopeless(ways[i].size)) break;
-            spaces.planes[spaces.count++] = ways[i].facet;
-            least = std::min(least, bound_by_facets(spaces, ways[i].d, looks));
+        for (std::size_t i = 0; i < count && exits[i].size < least; ++i) {
+            if (is_hopeless(exits[i].size)) break;
+            spaces.planes[spaces.count++] = exits[i].facet;
+            least = std::min(least, bound_by_facets(spaces, exits[i].d, visits));
             --spaces.count;
         }
         return std::max(here, least);
@@ -312,7 +312,7 @@ private:
     const LocalBody& body_;
     Eigen::Vector3d best_;
     double size_;  // of the best
-    double known_at_least_;
+    double known_bound_;
     const SearchLimits& limits_;
     Eigen::Vector3d lowest_;      // point of the part that is deepest
     double unsplit_ = kInfinity;  // least bound of triangles that are too small to halve
@@ -327,9 +327,9 @@ private:
 
 }  // namespace
 
-MinTranslation find_min_translation(const LocalGround& local, const LocalBody& body,
+MinTranslation search_min_translation(const LocalGround& local, const LocalBody& body,
                                     const MinTranslation& known, const SearchLimits& limits) {
-    return Search(local, body, known, limits).run();
+    return MinTranslationSearch(local, body, known, limits).run();
 }
 
 }  // namespace terrane::internal

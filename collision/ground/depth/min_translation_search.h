@@ -8,11 +8,11 @@ namespace terrane::internal {
 /// A translation that frees a body, and how much shorter one could be.
 struct MinTranslation {
     Eigen::Vector3d d = Eigen::Vector3d::Zero();
-    double at_least =
+    double lower_bound =
         0.0;  ///< no translation that is shorter frees the body, metres; at most the length of d
 };
 
-/// When find_min_translation() stops before it has proved that its answer is the shortest.
+/// When search_min_translation() stops before it has proved that its answer is the shortest.
 struct SearchLimits {
     static constexpr int kMostSplits = 1024;
     double deep_share =
@@ -24,14 +24,14 @@ struct SearchLimits {
 ///
 /// @param known frees the body; the answer is no longer, and its bound no less
 ///
-/// The answer is within 1e-7 of its length and 1e-10 m of the shortest, unless a limit ended the search: at_least says
+/// The answer is within 1e-7 of its length and 1e-10 m of the shortest, unless a limit ended the search: lower_bound says
 /// what was proved by then.
 ///
 /// Cells that are not resident count as no ground.
 ///
 /// Allocates: nothing; 80 KB of stack
 /// Cost: some lifts for each triangle of offsets
-MinTranslation find_min_translation(const LocalGround& local, const LocalBody& body,
+MinTranslation search_min_translation(const LocalGround& local, const LocalBody& body,
                                     const MinTranslation& known, const SearchLimits& limits);
 
 }  // namespace terrane::internal

@@ -65,7 +65,7 @@ CellRange LocalGround::cells(double west, double south, double east, double nort
             column_ + last(std::min(east, limit_east)), row_ + last(std::min(north, limit_north))};
 }
 
-Prism LocalGround::prism(const CellRange& cells, std::int32_t low, std::int32_t high) const {
+CellPrism LocalGround::prism(const CellRange& cells, std::int32_t low, std::int32_t high) const {
     return {x(cells.west), y(cells.south), x(cells.east + 1), y(cells.north + 1), z(high), z(low)};
 }
 

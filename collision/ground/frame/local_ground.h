@@ -39,7 +39,7 @@ inline bool is_foot_inside(const Eigen::Vector3d& p, const Triangle& triangle) {
 
 /// The vertical prism over a rectangle of cells and under `high`: contains the ground there, whose surface is
 /// nowhere below `low`.
-struct Prism {
+struct CellPrism {
     double west = 0.0, south = 0.0, east = 0.0, north = 0.0, high = 0.0;
     double low = -std::numeric_limits<double>::infinity();
 };
@@ -65,7 +65,7 @@ public:
     /// Cells that a closed rectangle meets, clamped to the ground's extent.
     CellRange cells(double west, double south, double east, double north) const;
 
-    Prism prism(const CellRange& cells, std::int32_t low, std::int32_t high) const;
+    CellPrism prism(const CellRange& cells, std::int32_t low, std::int32_t high) const;
     GroundCell cell(std::int64_t column, std::int64_t row) const {
         return reader_.cell(column, row);
     }
@@ -137,9 +137,9 @@ private:
 };
 
 /// Walks the cells of a range from the blocks down. The visitor has
-///   bool wants(const Prism&)                    whether anything inside can matter
+///   bool wants(const CellPrism&)                    whether anything inside can matter
 ///   void take(const GroundCell&, column, row)   a cell that is ground
-///   bool miss(const Prism&)                     a cell that is not resident, under what is known of its
+///   bool miss(const CellPrism&)                     a cell that is not resident, under what is known of its
 ///                                               height; goes on if true
 /// and may have
 ///   bool take_square(const CellRange&)          some 16 x 16 cells, or fewer; its cells are walked if false
@@ -166,7 +166,7 @@ void visit_cells(const LocalGround& local, const CellRange& all, Visitor& visito
                     const CellRange only{column, row, column, row};
                     const RangeAnswer range = local.ground().range(only);
                     const std::int32_t high = range.high;
-                    Prism prism = local.prism(only, range.low, high);
+                    CellPrism prism = local.prism(only, range.low, high);
                     if (high == std::numeric_limits<std::int32_t>::max()) {
                         prism.high = std::numeric_limits<double>::infinity();
                     }

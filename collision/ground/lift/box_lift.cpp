@@ -14,7 +14,7 @@
 namespace terrane::internal {
 namespace {
 
-struct Place {
+struct WindowPoint {
     double x, y;  // cells of the window
     double z;     // metres
 };
@@ -35,7 +35,7 @@ public:
         make_ranges();
         take_vertices();
         if (limit_ <= enough_) {
-            for (const Place& place : corners_) take_corner(place);
+            for (const WindowPoint& point : corners_) take_corner(point);
             take_edges();
         }
         const double u = x_ - static_cast<double>(best_.column);
@@ -59,11 +59,11 @@ private:
     // Vertices of the cells that the box is over; those straight under it, and one more on each side.
     void make_ranges() {
         double west = corners_[0].x, east = west, south = corners_[0].y, north = south;
-        for (const Place& place : corners_) {
-            west = std::min(west, place.x);
-            east = std::max(east, place.x);
-            south = std::min(south, place.y);
-            north = std::max(north, place.y);
+        for (const WindowPoint& point : corners_) {
+            west = std::min(west, point.x);
+            east = std::max(east, point.x);
+            south = std::min(south, point.y);
+            north = std::max(north, point.y);
         }
         first_column_ = cell_of(west, window_.columns);
         last_column_ = cell_of(east, window_.columns) + 1;
@@ -90,7 +90,7 @@ private:
         }
     }
 
-    void take_corner(const Place& p) {
+    void take_corner(const WindowPoint& p) {
         if (!is_more(window_.high - p.z)) return;
         const int column = cell_of(p.x, window_.columns);
         const int row = cell_of(p.y, window_.rows);
@@ -129,15 +129,15 @@ private:
                 if ((k >> i & 1) != 0) continue;
                 // An edge between two faces that look up has the box below it.
                 if ((k & 1 << j0) == up0 && (k & 1 << j1) == up1) continue;
-                const Place& from = corners_[static_cast<std::size_t>(k)];
-                const Place& to = corners_[static_cast<std::size_t>(k | 1 << i)];
+                const WindowPoint& from = corners_[static_cast<std::size_t>(k)];
+                const WindowPoint& to = corners_[static_cast<std::size_t>(k | 1 << i)];
                 take_low_part(from, to);
             }
         }
     }
 
     // What of an edge is higher than all of the ground, less the lift so far, is passed over.
-    void take_low_part(Place from, Place to) {
+    void take_low_part(WindowPoint from, WindowPoint to) {
         if (from.z > to.z) std::swap(from, to);
         const double rise = window_.high - limit_ - from.z;
         if (!(rise > 0.0)) return;
@@ -150,7 +150,7 @@ private:
         take_edge(from, to);
     }
 
-    void take_edge(const Place& from, const Place& to) {
+    void take_edge(const WindowPoint& from, const WindowPoint& to) {
         const double dx = to.x - from.x;
         const double dy = to.y - from.y;
         const double dz = to.z - from.z;
@@ -222,7 +222,7 @@ private:
     const LocalShape& box_;
     double limit_;   // lifts up to it are not looked for
     double enough_;  // nor others where one is above this
-    std::array<Place, 8> corners_;
+    std::array<WindowPoint, 8> corners_;
     BoxSlabs slabs_;
     int first_column_ = 0, last_column_ = 0, first_row_ = 0, last_row_ = 0;
     WindowLift best_;

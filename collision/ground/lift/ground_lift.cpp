@@ -21,7 +21,7 @@ public:
 
     const GroundLift& result() const { return result_; }
 
-    bool wants(const Prism& prism) const {
+    bool wants(const CellPrism& prism) const {
         if (has_enough()) return false;
         const Eigen::Vector3d& c = shape_.centre;
         if (prism.west > c[0] + shape_.bounds[0] || prism.east < c[0] - shape_.bounds[0] ||
@@ -48,7 +48,7 @@ public:
             result_.triangle = triangle;
         }
     }
-    bool miss(const Prism& prism) {
+    bool miss(const CellPrism& prism) {
         if (!wants(prism)) return true;
         result_.is_missing = true;
         return false;
@@ -157,14 +157,14 @@ GroundLift find_lift(const LocalGround& local, const LocalShape& shape, const Ei
     const GroundWindow* const window = local.window(cells, 0);
     if (window != nullptr && moved.kind != ShapeKind::hull) {
         GroundLift lift = find_lift(local, *window, cells, moved, floor, enough);
-        if (error == LiftError::asked_for) lift.error_m = local.error(cells);
+        if (error == LiftError::requested) lift.error_m = local.error(cells);
         return lift;
     }
     LiftVisitor visitor(local, moved, floor, enough);
     if (window != nullptr) {
         visit_window(local, *window, cells, moved, visitor);
         GroundLift lift = visitor.result();
-        if (error == LiftError::asked_for) lift.error_m = local.error(cells);
+        if (error == LiftError::requested) lift.error_m = local.error(cells);
         return lift;
     }
     // Some places first, that under the lowest point among them: most others need only be bounded after them.

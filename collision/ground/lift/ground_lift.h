@@ -22,7 +22,7 @@ struct GroundLift {
 };
 
 /// The error of ground costs reading it: most lifts are only steps to an answer.
-enum class LiftError { skipped, asked_for };
+enum class LiftError { skipped, requested };
 
 /// Largest of surface minus z over the shape moved by `d`. Lifts at or below `floor` need not be
 /// found exactly: they come back as minus infinity or as what they are. Nor need those above `enough`: any
@@ -43,7 +43,7 @@ double bound_ground(const LocalGround& local, const Eigen::Vector3d& centre,
 
 /// A lower bound of the distance between a box with sides along the axes and a prism.
 inline double bound_distance(const Eigen::Vector3d& centre, const Eigen::Vector3d& bounds,
-                             const Prism& prism) {
+                             const CellPrism& prism) {
     const double x =
         std::max({0.0, centre[0] - bounds[0] - prism.east, prism.west - centre[0] - bounds[0]});
     const double y =
@@ -53,7 +53,7 @@ inline double bound_distance(const Eigen::Vector3d& centre, const Eigen::Vector3
 }
 
 /// The same for a shape, which looks along the sides of corners too.
-inline double bound_distance(const LocalShape& shape, const Prism& prism) {
+inline double bound_distance(const LocalShape& shape, const CellPrism& prism) {
     double bound = bound_distance(shape.centre, shape.bounds, prism);
     visit_down_planes(shape, [&](const Eigen::Vector3d& n, double drop) {
         const double top =

@@ -42,7 +42,7 @@ public:
             }
         }
         for (std::size_t i = 0; i < open_count_; ++i) {
-            const Open& open = open_[i];
+            const OpenFace& open = open_[i];
             if (!is_more(open.bound) || best_.lift > enough_) continue;
             take(
                 lift_over_rim(shape_, local_.corners(window_, open.column, open.row, open.is_south),
@@ -54,7 +54,7 @@ public:
 
 private:
     // A face whose plane would lift the shape by more than itself does.
-    struct Open {
+    struct OpenFace {
         double bound;
         double most_x, most_y;  // where the plane does
         int column, row;
@@ -116,7 +116,7 @@ private:
     double per_metre_;  // cells
     double lowest_;
     int west_, south_, east_, north_;
-    std::array<Open, 2 * GroundWindow::kMostCells * GroundWindow::kMostCells> open_;
+    std::array<OpenFace, 2 * GroundWindow::kMostCells * GroundWindow::kMostCells> open_;
     std::size_t open_count_ = 0;
     WindowLift best_;
 };

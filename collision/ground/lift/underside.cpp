@@ -37,7 +37,7 @@ void Underside::add_side(double x, double y) {
     sides_[side_count_++] = {x, y, reach};
 }
 
-double Underside::round_bottom(const Prism& prism) const {
+double Underside::round_bottom(const CellPrism& prism) const {
     constexpr double kHair = 1e-9;  // metres
     const LocalShape& shape = shape_;
     const Eigen::Vector3d& c = shape.centre;

@@ -17,7 +17,7 @@ public:
     explicit Underside(const LocalShape& shape);
 
     /// Whether the shape may reach below `z` over the rectangle of a prism.
-    bool may_reach(const Prism& prism, double z) const {
+    bool may_reach(const CellPrism& prism, double z) const {
         if (shape_.kind != ShapeKind::round) {
             for (std::size_t i = 0; i < count_; ++i) {
                 const Plane& plane = planes_[i];
@@ -43,9 +43,9 @@ private:
     };
 
     void add_side(double x, double y);
-    double round_bottom(const Prism& prism) const;
+    double round_bottom(const CellPrism& prism) const;
     // Whether an edge of a box, seen from above, parts it from a rectangle.
-    bool is_beside(const Prism& prism) const {
+    bool is_beside(const CellPrism& prism) const {
         const double x = 0.5 * (prism.west + prism.east) - shape_.centre[0];
         const double y = 0.5 * (prism.south + prism.north) - shape_.centre[1];
         for (std::size_t i = 0; i < side_count_; ++i) {

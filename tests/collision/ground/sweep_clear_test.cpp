@@ -14,7 +14,7 @@ namespace terrane {
 namespace clear_way_test {
 
 using namespace test;
-using internal::is_way_clear;
+using internal::is_sweep_clear;
 
 constexpr std::uint64_t kSeed = 20261123;
 constexpr double kMargin = 1e-3;
@@ -76,7 +76,7 @@ TEST(ClearWay, IsFurtherThanTheMarginAllAlong) {
             for (int i = 0; i < 150; ++i) {
                 const Motion motion = random_short_motion(random, shape, ground);
                 const double least = least_distance(shape, motion, ground, 2.0 * kMargin);
-                if (is_way_clear(shape, motion, ground, kMargin)) {
+                if (is_sweep_clear(shape, motion, ground, kMargin)) {
                     EXPECT_GE(least, kMargin - 1e-9) << "motion " << i;
                     ++proved;
                 }
@@ -100,7 +100,7 @@ TEST(ClearWay, OfWhatTheCastStopsIsNever) {
             const Motion motion = random_short_motion(random, shape, ground);
             if (!cast(shape, motion, ground, {.tolerance = kMargin}).hit) continue;
             ++hits;
-            EXPECT_FALSE(is_way_clear(shape, motion, ground, kMargin)) << "motion " << i;
+            EXPECT_FALSE(is_sweep_clear(shape, motion, ground, kMargin)) << "motion " << i;
         }
     }
     EXPECT_GT(hits, 500);
@@ -109,29 +109,29 @@ TEST(ClearWay, OfWhatTheCastStopsIsNever) {
 TEST(ClearWay, IsProvedForAFallOntoNothingAndOffTheGround) {
     const Ground ground = make_test_ground([](double, double) { return 0.0; }, 1.0, 1);
     const Box box{{1.0, 2.0, 0.5}};
-    EXPECT_TRUE(is_way_clear(box, straight({64.0, 64.0, 2.0}, {0.3, 0.0, -1.4}), ground, kMargin));
-    EXPECT_FALSE(is_way_clear(box, straight({64.0, 64.0, 2.0}, {0.3, 0.0, -1.5}), ground, kMargin));
+    EXPECT_TRUE(is_sweep_clear(box, straight({64.0, 64.0, 2.0}, {0.3, 0.0, -1.4}), ground, kMargin));
+    EXPECT_FALSE(is_sweep_clear(box, straight({64.0, 64.0, 2.0}, {0.3, 0.0, -1.5}), ground, kMargin));
     const Compound pair =
         Compound::create(std::vector<CompoundPart>{{Sphere{0.5}, {}}, {Box{{1.0, 2.0, 0.5}}, {}}})
             .value();
-    EXPECT_TRUE(is_way_clear(pair, straight({64.0, 64.0, 2.0}, {0.3, 0.0, -1.4}), ground, kMargin));
+    EXPECT_TRUE(is_sweep_clear(pair, straight({64.0, 64.0, 2.0}, {0.3, 0.0, -1.4}), ground, kMargin));
     EXPECT_FALSE(
-        is_way_clear(pair, straight({64.0, 64.0, 2.0}, {0.3, 0.0, -1.5}), ground, kMargin));
+        is_sweep_clear(pair, straight({64.0, 64.0, 2.0}, {0.3, 0.0, -1.5}), ground, kMargin));
     EXPECT_TRUE(
-        is_way_clear(box, straight({-50.0, 64.0, -2.0}, {0.3, 0.0, -1.4}), ground, kMargin));
+        is_sweep_clear(box, straight({-50.0, 64.0, -2.0}, {0.3, 0.0, -1.4}), ground, kMargin));
 }
 
 TEST(ClearWay, IsNotKnownWhereItIsNotLookedAt) {
     const Ground flat = make_test_ground([](double, double) { return 0.0; }, 1.0, 1);
     Motion high = straight({64.0, 64.0, 1000.0}, {0.1, 0.0, 0.0});
-    ASSERT_TRUE(is_way_clear(Box{{1.0, 1.0, 1.0}}, high, flat, kMargin));
+    ASSERT_TRUE(is_sweep_clear(Box{{1.0, 1.0, 1.0}}, high, flat, kMargin));
     high.rotation_vector.z() = 0.6;
-    EXPECT_FALSE(is_way_clear(Box{{1.0, 1.0, 1.0}}, high, flat, kMargin));
+    EXPECT_FALSE(is_sweep_clear(Box{{1.0, 1.0, 1.0}}, high, flat, kMargin));
     high.rotation_vector.z() = std::numeric_limits<double>::quiet_NaN();
-    EXPECT_FALSE(is_way_clear(Box{{1.0, 1.0, 1.0}}, high, flat, kMargin));
+    EXPECT_FALSE(is_sweep_clear(Box{{1.0, 1.0, 1.0}}, high, flat, kMargin));
     high.rotation_vector.z() = 0.0;
     high.translation.x() = std::numeric_limits<double>::infinity();
-    EXPECT_FALSE(is_way_clear(Box{{1.0, 1.0, 1.0}}, high, flat, kMargin));
+    EXPECT_FALSE(is_sweep_clear(Box{{1.0, 1.0, 1.0}}, high, flat, kMargin));
 
     TableGroundSettings settings;
     settings.roots = 2;
@@ -139,8 +139,8 @@ TEST(ClearWay, IsNotKnownWhereItIsNotLookedAt) {
     settings.bound = 100.0f;
     const Ground half = make_test_ground([](double, double) { return 0.0; }, settings);
     const Eigen::Vector3d way(0.0, 0.0, 0.1);
-    EXPECT_TRUE(is_way_clear(Sphere{1.0}, straight({120.0, 64.0, 2.0}, way), half, kMargin));
-    EXPECT_FALSE(is_way_clear(Sphere{1.0}, straight({127.5, 64.0, 2.0}, way), half, kMargin));
+    EXPECT_TRUE(is_sweep_clear(Sphere{1.0}, straight({120.0, 64.0, 2.0}, way), half, kMargin));
+    EXPECT_FALSE(is_sweep_clear(Sphere{1.0}, straight({127.5, 64.0, 2.0}, way), half, kMargin));
 }
 
 }  // namespace clear_way_test
