@@ -23,8 +23,8 @@ SEES = {
     "tools": {"tools", "render", "collision", "dem", "store", "terrain"},
 }
 FOLDER = {"store": "terrain/store", "dem": "terrain/dem"}  # others are named after their component
-# Private rooms of another component that a component may include, beside base.
-LENT = {}
+# Rooms of another component that a component may include, beside base: a store writes what chunks hold.
+LENT = {"store": {"terrain/chunks"}}
 
 
 def read_tables(page):
@@ -79,7 +79,8 @@ class Rooms:
     def resolve(self, path, include, component):
         """The room of a private include, or None where there is no such file."""
         folder = FOLDER.get(component, component)
-        for base in [folder, ""] + [lent for lent in LENT.get(component, ())]:
+        lending = sorted({pathlib.PurePosixPath(room).parts[0] for room in LENT.get(component, ())})
+        for base in [folder, "", *lending]:
             if (self.root / base / include).is_file():
                 return str((pathlib.PurePosixPath(base) / include).parent)
         return None
