@@ -43,7 +43,7 @@ StoredHeights::SampleAddress StoredHeights::find_sample(int level, LatticePoint 
         level, {std::min(point.x, lattice().east() - 1), std::min(point.y, lattice().north() - 1)});
     if (point.x == lattice().east()) ++address.column;
     if (point.y == lattice().north()) ++address.row;
-    return place;
+    return address;
 }
 
 StoredHeights::SampleAddress StoredHeights::find_cell(int level, LatticePoint corner) const {

@@ -41,7 +41,11 @@ class Header:
         private = []  # of types: whether the section is private
         block_has_comment = False
         statement = ""
+        in_macro = False
         for number, raw in enumerate(self.lines, 1):
+            was_in_macro, in_macro = in_macro, raw.endswith("\\")
+            if was_in_macro:
+                continue
             line = strip_strings(raw)
             code, _, comment = line.partition("//")
             stripped = code.strip()

@@ -16,7 +16,8 @@
 #include <limits>
 #include <vector>
 
-/// Checks of what any HeightSource promises, on chosen grids: those of check_source(). Each adds failures to the running test.
+/// Checks of what any HeightSource promises, on chosen grids: those of check_source(). Each adds failures to the
+/// running test.
 namespace terrane::test {
 
 using Triangle = internal::LatticeTriangle;

@@ -12,6 +12,7 @@
 
 namespace terrane {
 
+/// What a body is made of. Fixed once the body is added.
 struct BodySettings {
     /// Of uniform density. The mass of a flat shape is on its area. In a compound with solid parts the flat ones have
     /// no mass, and overlaps count twice.
@@ -30,6 +31,7 @@ enum class BodyCondition : std::uint8_t {
     left_world,  ///< outside the ground's extent: in free fall
 };
 
+/// Where a body is and how it moves.
 struct BodyState {
     Pose pose;                                                   ///< world_from_shape
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();          ///< of the centre of mass, m/s
@@ -37,8 +39,9 @@ struct BodyState {
     BodyCondition condition = BodyCondition::awake;
 };
 
+/// Settings of a world. Fixed once it is created.
 struct BodyWorldSettings {
-    Eigen::Vector3d gravity = Eigen::Vector3d(0.0, 0.0, -9.81);
+    Eigen::Vector3d gravity = Eigen::Vector3d(0.0, 0.0, -9.81);  ///< m/s^2, world axes
     double max_substep = 1.0 / 120.0;  ///< largest substep of a step, s, 1e-5 to 1
     bool allow_sleep = true;
     bool bodies_meet = true;  ///< false: bodies pass through each other, at no cost
@@ -48,10 +51,10 @@ struct BodyWorldSettings {
 
 /// Counts and limits of one step. Times are summed over bodies, seconds.
 struct StepReport {
-    std::uint64_t awake = 0;
-    std::uint64_t parked = 0;
-    std::uint64_t left_world = 0;
-    std::uint64_t asleep = 0;
+    std::uint64_t awake = 0;  ///< bodies that were simulated
+    std::uint64_t parked = 0;  ///< BodyCondition::parked
+    std::uint64_t left_world = 0;  ///< BodyCondition::left_world
+    std::uint64_t asleep = 0;  ///< BodyCondition::asleep
     std::uint64_t touching_pairs = 0;  ///< touching, at least one moving, in the last substep
     std::uint64_t islands = 0;         ///< groups of touching bodies in the last substep
     std::uint64_t impacts = 0;         ///< on the ground
@@ -63,10 +66,11 @@ struct StepReport {
 
 /// First hit of a moving shape in a world of bodies.
 struct WorldCastAnswer {
+    /// Value of `body` that stands for the ground.
     static constexpr std::size_t kGround = ~std::size_t{0};
 
-    QueryStatus status = QueryStatus::invalid;
-    bool hit = false;
+    QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
+    bool hit = false;  ///< whether anything is met
     double fraction = 1.0;       ///< of the motion, up to the hit
     std::size_t body = kGround;  ///< index of the body that was hit, or kGround
     WorldPos point_world = WorldPos::Zero();
@@ -92,6 +96,7 @@ struct WorldCastAnswer {
 /// Allocates: step() only where more bodies or contacts take part on a thread than ever before
 class BodyWorld {
 public:
+    /// A world without bodies. Fails with invalid_argument for settings out of range.
     static Result<BodyWorld> create(const BodyWorldSettings& settings);
     BodyWorld(BodyWorld&&) noexcept;
     BodyWorld& operator=(BodyWorld&&) noexcept;
@@ -126,6 +131,7 @@ public:
     WorldCastAnswer cast(const Ground& ground, const Shape& shape, const Motion& motion,
                          std::size_t except = WorldCastAnswer::kGround) const;
 
+    /// One entry for each body, by its index. Valid until the next call that is not const.
     std::span<const BodyState> states() const;
     std::span<const BodySettings> settings() const;
 

@@ -18,12 +18,13 @@ struct BoundingSphere {
 
 /// Two bodies by their indices, a < b.
 struct BodyPair {
-    std::uint32_t a = 0;
-    std::uint32_t b = 0;
+    std::uint32_t a = 0;  ///< lower index
+    std::uint32_t b = 0;  ///< higher index
 
     friend bool operator==(const BodyPair&, const BodyPair&) = default;
 };
 
+/// How candidate pairs are found.
 enum class BroadphaseKind {
     sap,        ///< sweep-and-prune: boxes sorted along one axis, order kept from update to update
     grid,       ///< sparse grid of cells as large as the largest box: for bodies of similar size

@@ -16,16 +16,19 @@
 
 namespace terrane {
 
+/// What a part of a compound can be.
 using ConvexShape = std::variant<Sphere, Capsule, Box, ConvexHull>;
 
+/// A convex shape and its pose in the compound.
 struct CompoundPart {
-    ConvexShape shape;
+    ConvexShape shape;  ///< in the part's own frame
     Pose body_from_part;  ///< the rotation must be orthonormal to 1e-6
 };
 
 class Compound;
 namespace internal {
 struct CompoundData;
+/// The parts as the queries read them.
 const CompoundData& compound_data(const Compound& compound);
 }  // namespace internal
 
@@ -35,6 +38,7 @@ const CompoundData& compound_data(const Compound& compound);
 /// Threads: any number at once
 class Compound {
 public:
+    /// Most parts of a compound, and how far one may lie from the origin, metres.
     static constexpr std::size_t kMaxParts = 100'000;
     static constexpr double kLargestOffset =
         1e5;  ///< largest component of a part's translation, metres
@@ -58,6 +62,7 @@ public:
     Compound(const Compound&) = default;
     Compound& operator=(const Compound&) = default;
 
+    /// The parts, in the order given to create().
     std::span<const CompoundPart> parts() const;
 
     /// Bounding box of every part, body frame, in the order of parts().

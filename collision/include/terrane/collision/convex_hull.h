@@ -13,6 +13,7 @@ namespace terrane {
 class ConvexHull;
 namespace internal {
 struct HullData;
+/// The hull as the queries read it.
 const HullData& hull_data(const ConvexHull& hull);
 }  // namespace internal
 
@@ -29,6 +30,7 @@ const HullData& hull_data(const ConvexHull& hull);
 /// Threads: any number at once
 class ConvexHull {
 public:
+    /// Most points that create() takes.
     static constexpr std::size_t kMaxPoints = 100'000;
     static constexpr double kLargestCoordinate = 1e5;  ///< metres
 
@@ -41,6 +43,7 @@ public:
     ConvexHull(const ConvexHull&) = default;
     ConvexHull& operator=(const ConvexHull&) = default;
 
+    /// Vertices in the shape's frame, metres.
     std::span<const Eigen::Vector3d> vertices() const;
 
     /// Faces are polygons of three or more vertices. A flat hull has two, back to back; one with fewer than three

@@ -6,9 +6,10 @@
 
 namespace terrane {
 
+/// The first contact of a cast.
 struct CastAnswer {
-    QueryStatus status = QueryStatus::invalid;
-    bool hit = false;
+    QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
+    bool hit = false;  ///< whether the ground is met
     double fraction = 1.0;            ///< of the motion; up to it the shape is not in the ground
     bool started_in_contact = false;  ///< touch or overlap at t = 0: fraction is 0
     Contact contact;                  ///< deepest at `fraction`

@@ -21,8 +21,9 @@ struct Contact {
     std::uint32_t part = 0;        ///< of a compound
 };
 
+/// What find_contacts() found beside the contacts.
 struct ContactAnswer {
-    QueryStatus status = QueryStatus::invalid;
+    QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
     std::size_t count = 0;  ///< written to contacts_out, deepest first
     double lift = 0.0;     ///< largest of surface minus z over the shape where they overlap; moving
                            ///< up by it always frees the shape; <= 0 apart
@@ -44,8 +45,9 @@ struct ContactAnswer {
 ContactAnswer find_contacts(const Shape& shape, const Pose& world_from_shape, const Ground& ground,
                             double margin, std::span<Contact> contacts_out);
 
+/// Signed distance of a shape from the ground.
 struct DistanceAnswer {
-    QueryStatus status = QueryStatus::invalid;
+    QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
     bool has_ground = false;  ///< false where there is no ground within max_distance
     double distance =
         0.0;  ///< metres; apart: the gap. Overlapping: minus the length of a translation that frees
@@ -88,10 +90,11 @@ DistanceAnswer signed_distance(const Shape& shape, const Pose& world_from_shape,
 /// Whether a shape and the ground meet, and the lift: largest of surface minus z over the shape's
 /// points that lie over ground; minus infinity where there is no ground below or above the shape.
 struct LiftAnswer {
-    QueryStatus status = QueryStatus::invalid;
-    double lift = 0.0;
-    double error_m = 0.0;
+    QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
+    double lift = 0.0;  ///< metres; see above
+    double error_m = 0.0;  ///< largest bound of the cells that were evaluated
 };
+/// Computes the lift. Threads: any number at once. Allocates: nothing.
 LiftAnswer compute_lift(const Shape& shape, const Pose& world_from_shape, const Ground& ground);
 
 /// Whether a shape and the ground meet; touching counts. Stops as soon as anything decides.

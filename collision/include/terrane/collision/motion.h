@@ -7,7 +7,7 @@ namespace terrane {
 
 /// A motion with constant velocity and constant spin over t in [0, 1].
 struct Motion {
-    Pose start;
+    Pose start;  ///< world_from_shape at t = 0
     Eigen::Vector3d translation = Eigen::Vector3d::Zero();      ///< metres, world axes
     Eigen::Vector3d rotation_vector = Eigen::Vector3d::Zero();  ///< radians, world axes
 
@@ -21,6 +21,7 @@ Eigen::Vector3d rotation_vector_between(const Eigen::Matrix3d& from, const Eigen
 /// A rotation matrix made orthonormal again, after many small products.
 Eigen::Matrix3d orthonormalized(const Eigen::Matrix3d& rotation);
 
+/// Settings of a cast.
 struct CastSettings {
     /// A hit is reported where the distance is between 0 and this, metres, > 0; never later than the
     /// first touch. A pass within it may be reported as a hit.

@@ -9,6 +9,7 @@
 
 namespace terrane {
 
+/// Settings of a PathDriver. Fixed once it is created.
 struct PathDriverSettings {
     double cruise_speed = 12.0;  ///< largest speed, m/s, 0.1 to 1000
     /// Largest in corners, m/s^2, 0.1 to 100. Trucks with little friction or a high centre of mass use less.
@@ -16,8 +17,9 @@ struct PathDriverSettings {
     double deceleration = 2.0;  ///< ahead of corners and of the end, m/s^2, 0.1 to 100
 };
 
+/// What a driver is doing.
 enum class DriverStatus : std::uint8_t {
-    driving,
+    driving,  ///< follows the path
     rolled_over,  ///< the truck lies on its side or roof: throttle 0, brakes on
     finished,     ///< the end of the path was reached: brakes on; final
 };

@@ -15,14 +15,14 @@ enum class QueryStatus {
 
 /// Whether a shape touches something.
 struct TestAnswer {
-    QueryStatus status = QueryStatus::invalid;
-    bool is_touching = false;
-    double error_m = 0.0;
+    QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
+    bool is_touching = false;  ///< touch or overlap
+    double error_m = 0.0;  ///< largest bound of the cells that were evaluated
 };
 
 /// A measure with the sign of the signed distance, which costs less.
 struct PseudodistanceAnswer {
-    QueryStatus status = QueryStatus::invalid;
+    QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
     double pseudodistance = 0.0;                        ///< metres
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< moving apart along it adds to it
     double error_m = 0.0;

@@ -10,10 +10,10 @@ namespace terrane {
 /// +z. Vertices of a hull are indices of vertices(). The ends of a capsule's core are vertices 0 (at -z) and 1, its
 /// side is edge (0, 1); a sphere is vertex 0.
 struct ShapeFeature {
-    static constexpr std::uint32_t kFace = ~std::uint32_t{0};
+    static constexpr std::uint32_t kFace = ~std::uint32_t{0};  ///< value of `second` for a face
 
-    std::uint32_t first = 0;
-    std::uint32_t second = 0;
+    std::uint32_t first = 0;  ///< vertex, lower end of an edge, or face
+    std::uint32_t second = 0;  ///< the same vertex, upper end of the edge, or kFace
     bool operator==(const ShapeFeature&) const = default;
 };
 

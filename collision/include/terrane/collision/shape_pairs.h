@@ -28,8 +28,8 @@ namespace terrane {
 
 /// One point where two shapes touch or are closer than the margin.
 struct PairContact {
-    WorldPos point_world =
-        WorldPos::Zero();  ///< on a; the point on b is point_world + depth * normal
+    /// On a; the point on b is point_world + depth * normal.
+    WorldPos point_world = WorldPos::Zero();
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, out of b, towards a
     double depth = 0.0;  ///< overlap along `normal`, metres; negative: a gap
     ShapeFeature feature_a;
@@ -42,6 +42,7 @@ struct PairContact {
 TestAnswer test_contact(const Shape& a, const Pose& world_from_a, const Shape& b,
                         const Pose& world_from_b);
 
+/// What find_contacts() found beside the contacts.
 struct PairContactAnswer {
     QueryStatus status = QueryStatus::invalid;  ///< truncated: the deepest were kept
     std::size_t count = 0;                      ///< written to contacts_out, deepest first
@@ -60,8 +61,9 @@ PairContactAnswer find_contacts(const Shape& a, const Pose& world_from_a, const 
                                 const Pose& world_from_b, double margin,
                                 std::span<PairContact> contacts_out);
 
+/// Signed distance of two shapes.
 struct PairDistanceAnswer {
-    QueryStatus status = QueryStatus::invalid;
+    QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
     double distance = 0.0;  ///< signed, metres: the gap, or minus the length of the min translation
     WorldPos point_a_world = WorldPos::Zero();  ///< witness point: nearest (or deepest) on a
     WorldPos point_b_world = WorldPos::Zero();  ///< on b; distance = normal . (point_a - point_b)
@@ -92,9 +94,10 @@ PairDistanceAnswer signed_distance(const Shape& a, const Pose& world_from_a, con
 PseudodistanceAnswer pseudodistance(const Shape& a, const Pose& world_from_a, const Shape& b,
                                     const Pose& world_from_b);
 
+/// The first contact of a cast.
 struct PairCastAnswer {
-    QueryStatus status = QueryStatus::invalid;
-    bool hit = false;
+    QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
+    bool hit = false;  ///< whether the shape is met
     double fraction = 1.0;                ///< of both motions; before it the shapes do not overlap
     bool started_in_contact = false;      ///< touching or overlapping at t = 0
     std::size_t count = 0;                ///< of contacts at `fraction`, deepest first
@@ -109,9 +112,10 @@ struct PairCastAnswer {
 PairCastAnswer cast(const Shape& a, const Motion& motion_a, const Shape& b, const Motion& motion_b,
                     const CastSettings& settings = {});
 
+/// Where a ray first meets a shape.
 struct ShapeRayAnswer {
-    QueryStatus status = QueryStatus::invalid;
-    bool hit = false;
+    QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
+    bool hit = false;  ///< whether the shape is met
     double fraction = 1.0;  ///< of the segment; 0 where `from` is inside
     WorldPos point_world = WorldPos::Zero();
     /// Unit, out of the shape at the point; against the ray where `from` is inside.

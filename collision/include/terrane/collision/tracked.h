@@ -15,6 +15,7 @@ namespace terrane {
 /// inertia is that of the box with uniform density. The wheels' centres at the top of their travel are
 /// chassis_half_extents.z / 2 below the origin.
 struct TrackedSettings {
+    /// Of the chassis, metres; x is along the vehicle.
     Eigen::Vector3d chassis_half_extents =
         Eigen::Vector3d(2.6, 1.1, 0.5);  ///< of the box that collides, metres, each 0.01 to 1000
     double mass = 12e3;                  ///< kilograms, tracks included, 1e-3 to 1e9
@@ -61,6 +62,7 @@ public:
     /// Advances by dt seconds, 0 < dt <= 1. Controls that are not finite are ignored: the last valid ones are used.
     StepReport step(const Ground& ground, const TrackedControls& controls, double dt);
 
+    /// The chassis, and the settings given to create().
     const BodyState& chassis() const;
     const TrackedSettings& settings() const;
     /// From front to rear, left before right.

@@ -14,6 +14,7 @@ namespace terrane {
 /// Body frame: x forward, y left, z up, origin at the centre of the chassis box, which is also the centre of mass. The
 /// inertia is that of the box with uniform density.
 struct TruckSettings {
+    /// Of the chassis, metres; x is along the vehicle.
     Eigen::Vector3d chassis_half_extents =
         Eigen::Vector3d(2.3, 0.9, 0.4);  ///< of the box that collides, metres, each 0.01 to 1000
     double mass = 3500.0;                ///< kilograms, wheels included, 1e-3 to 1e9
@@ -43,8 +44,9 @@ struct TruckControls {
     double steer = 0.0;  ///< -1 (right) to 1 (left): share of max_steer
 };
 
+/// One wheel after a step.
 struct WheelState {
-    WorldPos centre_world = WorldPos::Zero();
+    WorldPos centre_world = WorldPos::Zero();  ///< centre of the wheel
     double compression = 0.0;  ///< 0 (hanging) to suspension_travel, metres
     /// Angle turned about the wheel's axle, radians, unbounded; positive rolls forward, which is right-handed about
     /// the body's y axis. For drawing.
@@ -73,6 +75,7 @@ public:
     /// Advances by dt seconds, 0 < dt <= 1. Controls that are not finite are ignored: the last valid ones are used.
     StepReport step(const Ground& ground, const TruckControls& controls, double dt);
 
+    /// The chassis, and the settings given to create().
     const BodyState& chassis() const;
     const TruckSettings& settings() const;
     /// Front left, front right, rear left, rear right.

@@ -8,6 +8,7 @@
 
 namespace terrane {
 
+/// Settings of a walker. Fixed once it is created.
 struct WalkerSettings {
     double radius = 0.35;            ///< of the capsule, metres
     double half_height = 0.55;       ///< of its core, metres: it is 2 (radius + half_height) tall
@@ -17,6 +18,7 @@ struct WalkerSettings {
     double contact_tolerance = 0.0;  ///< metres; 0: default_contact_tolerance() of the capsule
 };
 
+/// What a walker is asked to do in a step.
 struct WalkerControls {
     Eigen::Vector2d velocity = Eigen::Vector2d::Zero();  ///< wanted, world x and y, m/s
     double jump_speed = 0.0;  ///< upward, m/s, used while it stands; 0: no jump
@@ -25,10 +27,11 @@ struct WalkerControls {
 /// A shape that blocks a walker. Its owner moves it, the walker never does. Ignored where check() or a query refuses
 /// it.
 struct Obstacle {
-    Shape shape = Box{};
-    Pose pose;
+    Shape shape = Box{};  ///< of the obstacle
+    Pose pose;  ///< world_from_shape
 };
 
+/// Where a walker is and how it moves.
 struct WalkerState {
     WorldPos place_world = WorldPos::Zero();  ///< centre of the capsule
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
@@ -56,6 +59,7 @@ public:
     StepReport step(const Ground& ground, std::span<const Obstacle> obstacles,
                     const WalkerControls& controls, double dt);
 
+    /// State after the last step, the settings given to create(), and what a pager is to keep resident.
     const WalkerState& state() const;
     const WalkerSettings& settings() const;
     BodyNeed need() const;

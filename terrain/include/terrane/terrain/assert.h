@@ -11,6 +11,7 @@ using AssertHandler = void (*)(const char* condition, const char* message, const
 AssertHandler set_assert_handler(AssertHandler handler);
 
 namespace internal {
+/// Prints the condition, the message and the place, and aborts.
 [[noreturn]] void assert_failed(const char* condition, const char* message, const char* file,
                                 int line);
 }  // namespace internal

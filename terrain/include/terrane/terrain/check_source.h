@@ -57,7 +57,7 @@ struct SourceCheckSettings {
 
 /// A violation of a law.
 struct SourceViolation {
-    SourceLaw law = SourceLaw::answers;
+    SourceLaw law = SourceLaw::answers;  ///< that is broken
     double x = 0.0, y = 0.0;  ///< world position, metres
     /// Level of the grid's spacing; -6 to -1 for spacings of vertices coarser than a root's samples.
     int level = 0;
@@ -68,18 +68,20 @@ struct SourceViolation {
 
 /// The result of checking one law.
 struct SourceLawReport {
-    std::uint64_t checks = 0;
-    std::uint64_t broken = 0;
+    std::uint64_t checks = 0;  ///< answers that were checked
+    std::uint64_t broken = 0;  ///< of these, broken
     std::vector<SourceViolation> worst;  ///< at most `kept`; largest measured - claimed first
 };
 
+/// What check_source() found.
 struct SourceReport {
-    std::uint64_t seed = 0;
+    std::uint64_t seed = 0;  ///< of the random places
     std::array<SourceLawReport, kSourceLawCount> laws;  ///< by SourceLaw
     /// Largest ratio of a measured deviation to the bound of its triangle. Far below 1: the bounds are looser than
     /// necessary, which costs triangles.
     double tightest = 0.0;
 
+    /// The report of one law; whether none is broken; sums over all laws.
     const SourceLawReport& of(SourceLaw law) const { return laws[static_cast<std::size_t>(law)]; }
     bool is_clean() const;
     std::uint64_t checks() const;

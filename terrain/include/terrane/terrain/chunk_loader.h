@@ -24,6 +24,7 @@ public:
     ByteClaim& operator=(ByteClaim&& other) noexcept;
     ~ByteClaim();
 
+    /// Bytes that are claimed.
     std::size_t bytes() const { return bytes_; }
     /// Releases all but `bytes`. Requires bytes <= bytes().
     void shrink(std::size_t bytes);
@@ -35,13 +36,13 @@ private:
 
 /// A chunk to load, and its claim of Chunk::max_bytes().
 struct LoadRequest {
-    ChunkKey key;
-    ByteClaim claim;
+    ChunkKey key;  ///< of the chunk
+    ByteClaim claim;  ///< bytes of the ceiling, held until the load ends
 };
 
 /// The result of a request.
 struct FinishedLoad {
-    ChunkKey key;
+    ChunkKey key;  ///< of the chunk
     /// The chunk owns its claim. Errors are those of make_chunk(), and
     ///   cancelled      by cancel()
     ///   timed_out      the storage did not answer; it may still hold the claim

@@ -21,8 +21,9 @@ struct DetailField {
     std::vector<float> amplitude;
 };
 
+/// Settings of DetailHeights. Fixed once it is created.
 struct DetailSettings {
-    std::uint64_t seed = 1;
+    std::uint64_t seed = 1;  ///< of the noise
     int octave_count = 6;  ///< 1 to 24
     double gain = 0.5;     ///< amplitude ratio of successive octaves, > 0 to 1
 };

@@ -19,8 +19,8 @@ enum class FractalKind : std::uint8_t {
 /// Settings of FractalHeights. Plain data with usable defaults; change what you need:
 /// `FractalSettings{.seed = 7, .octave_count = 12}`.
 struct FractalSettings {
-    std::uint64_t seed = 1;
-    FractalKind kind = FractalKind::fbm;
+    std::uint64_t seed = 1;  ///< of the noise
+    FractalKind kind = FractalKind::fbm;  ///< how octaves make heights
     int octave_count = 12;     ///< 1 to 24
     double amplitude = 800.0;  ///< of the first octave, metres, 0 to 1e5
     int wavelength_log2 = 12;  ///< the first octave's wavelength is 2^this metres; 0 to 24

@@ -10,6 +10,7 @@
 
 namespace terrane {
 
+/// Whether there is an answer, and why not.
 enum class GroundStatus {
     ok,            ///< answered
     miss,          ///< the ray hits nothing
@@ -18,16 +19,18 @@ enum class GroundStatus {
     invalid,       ///< the arguments are not finite
 };
 
+/// The height and the normal at a place.
 struct HeightAnswer {
-    GroundStatus status = GroundStatus::invalid;
+    GroundStatus status = GroundStatus::invalid;  ///< whether the answer is complete
     double height = 0.0;  ///< of the contact surface, world z, metres; only where status is ok
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< of the contact surface, unit, z > 0
     double error_m = 0.0;  ///< certified: the true surface is within this of `height`
     bool filled = false;   ///< over an enclosed void that was filled
 };
 
+/// Where a ray first meets the ground.
 struct RayAnswer {
-    GroundStatus status = GroundStatus::invalid;
+    GroundStatus status = GroundStatus::invalid;  ///< whether the answer is complete
     double fraction = 0.0;  ///< of the ray from `from` to `to`, 0 to 1; only where status is ok
     WorldPos point_world = WorldPos::Zero();
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
@@ -47,12 +50,13 @@ struct GroundCell {
 
 /// Indices of cells of the contact level, counted from lattice point (0, 0); ends included.
 struct CellRange {
-    std::int64_t west = 0, south = 0, east = -1, north = -1;
+    std::int64_t west = 0, south = 0, east = -1, north = -1;  ///< first and last column and row
     bool operator==(const CellRange&) const = default;
 };
 
 /// Interval of heights over a range of cells.
 struct RangeAnswer {
+    /// Whether the answer is complete.
     GroundStatus status =
         GroundStatus::outside;  ///< not_resident if any cell is; outside if all are
     /// Bounds of the surface over the range, quanta; for absent cells from coarser resident chunks, or the
@@ -68,6 +72,7 @@ public:
     /// Requires 0 <= contact_level <= finest level of the set's lattice.
     Ground(std::shared_ptr<const ResidentSet> resident, int contact_level);
 
+    /// Lattice and extent of the source; the level that answers.
     const Lattice& lattice() const { return resident_->lattice(); }
     const WorldRect& extent() const { return extent_; }
     int level() const { return level_; }
@@ -81,6 +86,7 @@ public:
     std::int64_t column_at(double x) const;
     std::int64_t row_at(double y) const;
 
+    /// The cell of the contact level at a column and row, counted from lattice point (0, 0).
     GroundCell cell(std::int64_t column, std::int64_t row) const;
     /// Bounds of the surface over a range, from the blocks of 8 x 8 cells that it overlaps. Includes cells that are
     /// no ground where their chunk is resident.
@@ -137,7 +143,9 @@ class GroundReader {
 public:
     explicit GroundReader(const Ground& ground) : ground_(&ground) {}
 
+    /// The ground that it reads; a cell of it.
     const Ground& ground() const { return *ground_; }
+    /// As Ground::cell().
     GroundCell cell(std::int64_t column, std::int64_t row);
     /// Ground::range() of the block of 8 x 8 cells that a cell lies in.
     RangeAnswer block(std::int64_t column, std::int64_t row) { return square(column, row, 3); }

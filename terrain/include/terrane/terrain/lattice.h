@@ -20,8 +20,8 @@ inline constexpr double kMostQuanta = 0x1p30;
 
 /// A point of the finest lattice, in finest spacings from the lattice's origin.
 struct LatticePoint {
-    std::int64_t x = 0;
-    std::int64_t y = 0;
+    std::int64_t x = 0;  ///< column on the finest lattice
+    std::int64_t y = 0;  ///< row
     friend constexpr auto operator<=>(const LatticePoint&, const LatticePoint&) = default;
 };
 
@@ -101,6 +101,7 @@ struct SampleGrid {
     int columns = 0;
     int rows = 0;
 
+    /// Number of samples.
     std::size_t size() const {
         return static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
     }

@@ -20,6 +20,7 @@ inline LocalVec to_local(const WorldPos& p_world, const WorldPos& origin_world) 
     return (p_world - origin_world).cast<float>();
 }
 
+/// Position in the world of a position relative to an origin.
 inline WorldPos to_world(const LocalVec& p_local, const WorldPos& origin_world) {
     return origin_world + p_local.cast<double>();
 }

@@ -24,7 +24,7 @@ struct CameraMoment {
 
 /// A camera that draws. It is identified from update to update by its index in the list.
 struct CameraNeed {
-    View view;
+    View view;  ///< where it is, and what it sees
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< metres a second, world axes
     /// Screen error below which no detail is needed, pixels: TerrainMesh::threshold_px of the last frame.
     double threshold_px = 1.0;
@@ -45,6 +45,7 @@ enum class PagingPolicy {
     distance,
 };
 
+/// Settings of a Pager. Fixed once it is created.
 struct PagerSettings {
     /// Hard ceiling of the bytes of resident chunks and loads in flight together; must hold the root squares.
     std::size_t memory_bytes = std::size_t{512} << 20;
@@ -95,7 +96,7 @@ struct PagerStats {
 
 /// The state of a required region.
 enum class TicketState {
-    loading,
+    loading,  ///< some of it is absent or in flight
     ready,    ///< all of it is resident
     failing,  ///< some loads have failed; they are retried
     unknown,  ///< released, or the region was refused
@@ -153,6 +154,7 @@ public:
     void update(std::span<const CameraNeed> cameras, std::span<const BodyNeed> bodies,
                 double time_s);
 
+    /// Names a required region.
     using Ticket = std::uint64_t;
 
     /// Requests all ground of a rectangle at contact level, as before a teleport, and keeps it resident until

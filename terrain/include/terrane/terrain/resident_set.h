@@ -26,6 +26,7 @@ public:
 
     const Chunk& operator*() const { return *chunk_; }
     const Chunk* operator->() const { return chunk_; }
+    /// The chunk, or null.
     const Chunk* get() const { return chunk_; }
     operator const std::shared_ptr<const Chunk>&() const { return *owner_; }
 
@@ -40,7 +41,7 @@ private:
 /// share everything else. Threads: any number of readers.
 class ResidentSet {
 public:
-    static constexpr std::int32_t kNone = -1;
+    static constexpr std::int32_t kNone = -1;  ///< index that stands for no chunk
 
     /// The order of chunks(): level, then y, then x.
     struct Order {
@@ -52,7 +53,7 @@ public:
 
     /// Indices in chunks() of the relatives of a chunk, or kNone.
     struct Links {
-        std::int32_t parent = kNone;
+        std::int32_t parent = kNone;  ///< index of the parent, or kNone
         std::array<std::int32_t, 4> child{kNone, kNone, kNone, kNone};  ///< by quadrant
         std::array<std::int32_t, 4> neighbour{kNone, kNone, kNone,
                                               kNone};  ///< same level: west, east, south, north
@@ -83,6 +84,7 @@ public:
     /// @param fades [same.chunks().size()] in the order of same.chunks(), 0 to 1
     ResidentSet(const ResidentSet& same, std::vector<float> fades, std::uint64_t epoch);
 
+    /// The lattice of the source.
     const Lattice& lattice() const { return structure_->lattice; }
     /// The rectangle of the ground; what is drawn beyond it is no ground.
     const WorldRect& extent() const { return structure_->extent; }

@@ -7,6 +7,7 @@
 
 namespace terrane {
 
+/// What kind of failure an error is.
 enum class ErrorCode {
     invalid_argument,    ///< a setting or an input value is out of its range
     io,                  ///< a file is missing, unreadable or cannot be written
@@ -20,10 +21,11 @@ enum class ErrorCode {
 /// A failure that can occur in a correct program. `message` is one English sentence that names the
 /// thing and the value, such as "octave_count must be 1 to 24, got 25".
 struct Error {
-    ErrorCode code = ErrorCode::invalid_argument;
-    std::string message;
+    ErrorCode code = ErrorCode::invalid_argument;  ///< what kind of failure
+    std::string message;  ///< one sentence that names the thing and the value
 };
 
+/// A value, or the error that stands in its place.
 template <class T>
 using Result = tl::expected<T, Error>;
 

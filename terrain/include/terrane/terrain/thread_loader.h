@@ -7,6 +7,7 @@
 
 namespace terrane {
 
+/// Settings of a ThreadLoader. Fixed once it is created.
 struct ThreadLoaderSettings {
     int worker_count = 1;  ///< 1 to 256
     /// Seconds after which a load times out and its thread is replaced, > 0; clamped to 1e9.

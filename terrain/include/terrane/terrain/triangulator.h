@@ -11,6 +11,7 @@
 
 namespace terrane {
 
+/// Whether the mesh meets its target, and why not.
 enum class MeshStatus {
     error_met,       ///< error_px is at most the target
     budget_reached,  ///< limited by the triangle budget; see error_px
@@ -24,7 +25,7 @@ const char* name_of(MeshStatus status);
 
 /// The triangles that are drawn with the samples of one chunk.
 struct MeshChunk {
-    const Chunk* chunk = nullptr;
+    const Chunk* chunk = nullptr;  ///< whose samples the indices name
     std::uint32_t first_index = 0;  ///< into TerrainMesh::indices
     std::uint32_t index_count = 0;  ///< 3 a triangle
     /// [kChunkSamples^2] metres, added to the heights of the samples that the triangles use: morphing. Undefined
@@ -54,6 +55,7 @@ struct TerrainMesh {
     std::uint64_t refused_views = 0;  ///< since creation
 };
 
+/// Settings of a Triangulator. Fixed once it is created.
 struct TriangulatorSettings {
     std::size_t triangle_budget = 100'000;  ///< hard limit; at least 2 for each root square
     double max_error_px = 1.0;              ///< refinement stops below this, > 0

@@ -10,7 +10,7 @@ namespace terrane {
 
 /// What a camera sees.
 struct View {
-    WorldPos eye_world = WorldPos::Zero();
+    WorldPos eye_world = WorldPos::Zero();  ///< viewpoint
     Eigen::Vector3d forward = Eigen::Vector3d::UnitY();  ///< unit length
     Eigen::Vector3d up = Eigen::Vector3d::UnitZ();       ///< unit length, square to forward
     double vertical_fov = 1.0471975511965976;            ///< radians, between 0 and pi
@@ -18,6 +18,7 @@ struct View {
     int height_px = 720;
     double near_distance = 1.0;  ///< least distance in screen errors, metres
 
+    /// Unit vector to the right of the picture.
     Eigen::Vector3d right() const;
     /// Pixels of the picture's centre that one radian spans: height / (2 tan(vertical_fov / 2)).
     double pixels_per_radian() const;

@@ -23,11 +23,13 @@ struct VirtualStorage {
 
 /// Loads chunks from simulated storage on a virtual clock: the same calls give the same chunks at the same times on
 /// every machine, whatever the step size of advance(). A load's chunk is made when the load finishes, in the caller's
-/// thread, by advance() or wait(). Each load transfers Chunk::max_bytes(); a cancelled one counts the bytes transferred so far.
+/// thread, by advance() or wait(). Each load transfers Chunk::max_bytes(); a cancelled one counts the bytes transferred
+/// so far.
 ///
 /// The clock starts at 0 s. A request begins when a slot is free, in the order of the queue.
 class VirtualLoader final : public ChunkLoader {
 public:
+    /// Makes the chunk of a key.
     using MakeChunk = std::function<Result<std::shared_ptr<const Chunk>>(const ChunkKey&)>;
 
     /// @param make makes a load's chunk, such as make_chunk() behind a cache; never returns null. Its exceptions

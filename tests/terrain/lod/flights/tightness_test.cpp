@@ -156,8 +156,8 @@ TEST_P(TightCertificate, IsAsTightAsPublished) {
     }
 }
 
-// The ratios are published in docs/triangulation.md. For the last three 2.5 is the aim: octaves that are weighted by the
-// octaves before them, and noise at warped positions, have looser a-priori bounds than a plain sum.
+// The ratios are published in docs/triangulation.md. For the last three 2.5 is the aim: octaves that are weighted by
+// the octaves before them, and noise at warped positions, have looser a-priori bounds than a plain sum.
 std::vector<Ground> grounds() {
     return {{"jacksboro", open_jacksboro, 1.4},
             {"fbm", [] { return open_fractal(FractalKind::fbm); }, 2.5},

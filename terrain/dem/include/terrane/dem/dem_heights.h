@@ -16,6 +16,7 @@ namespace terrane {
 /// the lattice: changed heights get new bounds, a moved or copied raster finds its own. Rasters below 2^16 samples are
 /// not cached.
 struct DemCache {
+    /// Where the cache is kept.
     enum class Place {
         none,    ///< no cache
         beside,  ///< in the raster's folder, as RASTER.xxxxxxxx.terrane-bounds; else in `folder`
@@ -25,6 +26,7 @@ struct DemCache {
     std::string folder = {};  ///< "": none
 };
 
+/// Settings of DemHeights::open(). Fixed once it is open.
 struct DemSettings {
     /// Finest spacing of the lattice, at most, metres; 0: the raster's own cell. Where the cells
     /// are square metres, the spacing is a cell over a power of two, so that samples lie on the
@@ -53,7 +55,7 @@ struct DemSettings {
 
 /// Size, georeferencing and statistics of a raster.
 struct DemInfo {
-    int columns = 0, rows = 0;
+    int columns = 0, rows = 0;          ///< samples
     double cell_x = 0.0, cell_y = 0.0;  ///< metres
     double min_m = 0.0, max_m = 0.0;    ///< of the valid samples
     double nodata_share = 0.0;          ///< of the samples, voids included, 0 to 1

@@ -22,6 +22,7 @@ concept StoredNumber = std::integral<T> || std::floating_point<T>;
 /// Writes numbers as little-endian bytes on every machine.
 class ByteWriter {
 public:
+    /// One value.
     template <StoredNumber T>
     void put(T value) {
         put_each(std::span<const T>(&value, 1));
@@ -47,6 +48,7 @@ public:
         put_each(std::span<const char>(text.data(), text.size()));
     }
 
+    /// All that was written.
     const std::vector<std::uint8_t>& bytes() const { return bytes_; }
 
 private:
@@ -58,12 +60,14 @@ class ByteReader {
 public:
     explicit ByteReader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
 
+    /// One value.
     template <StoredNumber T>
     T get() {
         T value{};
         get_each(std::span<T>(&value, 1));
         return value;
     }
+    /// As many values as the span takes.
     template <StoredNumber T>
     void get_each(std::span<T> values_out) {
         if (values_out.empty()) return;
@@ -86,6 +90,7 @@ public:
             at_ += values_out.size_bytes();
         }
     }
+    /// Reads what put_text() wrote.
     std::string get_text() {
         const auto length = get<std::uint64_t>();
         if (has_failed_ || length > bytes_.size() - at_) {

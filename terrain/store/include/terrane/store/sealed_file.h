@@ -16,7 +16,7 @@ namespace terrane {
 
 /// A hash of 128 bits (XXH3): identifies contents and detects damage; not cryptographic.
 struct ContentHash {
-    std::uint64_t low = 0, high = 0;
+    std::uint64_t low = 0, high = 0;  ///< of 128 bits
     friend bool operator==(const ContentHash&, const ContentHash&) = default;
     /// 32 hexadecimal digits.
     std::string text() const;
@@ -30,8 +30,10 @@ public:
     ContentHasher(ContentHasher&&) noexcept;
     ContentHasher& operator=(ContentHasher&&) noexcept;
 
+    /// Appends bytes to what is hashed.
     void add(std::span<const std::uint8_t> bytes);
     void add_raw(const void* bytes, std::size_t count);
+    /// The hash of all bytes so far.
     ContentHash value() const;
 
 private:
@@ -41,8 +43,8 @@ private:
 
 /// The kind of a sealed file: four characters and a version, which changes with the meaning of its bytes.
 struct SealedKind {
-    std::array<char, 4> name{};
-    std::uint32_t version = 0;
+    std::array<char, 4> name{};  ///< first bytes of the file
+    std::uint32_t version = 0;  ///< of the format
     friend bool operator==(const SealedKind&, const SealedKind&) = default;
 };
 
@@ -94,6 +96,7 @@ public:
     SealedReader& operator=(SealedReader&&) = delete;
     ~SealedReader();
 
+    /// Path, size and directory of the open file.
     const std::string& path() const { return path_; }
     std::uint64_t bytes() const { return bytes_; }
     std::span<const std::uint8_t> directory() const { return directory_; }
