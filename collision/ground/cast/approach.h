@@ -9,8 +9,8 @@
 
 namespace terrane::internal {
 
-/// When the bounds of a part on its way come within the tolerance of things that stand: times from now, in
-/// fractions of the motion, never too late.
+/// Lower bounds of the times at which a moving, turning part comes within the tolerance of static boxes and planes.
+/// Times are fractions of the motion, from now.
 class Approach {
 public:
     static constexpr double kNever = std::numeric_limits<double>::infinity();
@@ -20,11 +20,11 @@ public:
         double last;
     };
 
-    /// @param shape     where it is now; outlives this
-    /// @param velocity  metres in a whole motion
-    /// @param turning   the same of what turning moves, at most
-    /// @param tolerance metres
-    /// @param ground_offset      how much lower the ground counts as, metres
+    /// @param shape         at its current pose; outlives this
+    /// @param velocity      metres per whole motion
+    /// @param turning       upper bound of the speed of its points from turning, metres per whole motion
+    /// @param tolerance     metres
+    /// @param ground_offset the ground counts as lower by this, metres
     Approach(const LocalShape& shape, const Eigen::Vector3d& velocity, double turning,
              double tolerance, double ground_offset)
         : shape_(shape),
@@ -33,7 +33,7 @@ public:
           tolerance_(tolerance),
           ground_offset_(ground_offset) {
         if (shape.kind != ShapeKind::round) return;
-        // The upper of the planes along the core: below it there is only the radius.
+        // The upward normal perpendicular to the core: along it the shape reaches only its radius below the centre.
         const double square = dot(shape.core, shape.core);
         const double level = square - shape.core[2] * shape.core[2];
         if (!(level > 1e-2 * square)) return;
@@ -45,7 +45,7 @@ public:
     double tolerance() const { return tolerance_; }
     double ground_offset() const { return ground_offset_; }
 
-    /// When it is over the strip between two coordinates.
+    /// The interval in which it may be over the strip between two coordinates of an axis.
     Interval over(Eigen::Index axis, double low, double high) const {
         const double v = velocity_[axis];
         const double from = shape_.centre[axis] - shape_.bounds[axis];
@@ -58,16 +58,16 @@ public:
         }
         return when;
     }
-    /// When it reaches down to a height.
+    /// The time at which it may reach down to a height.
     double down_to(double z) const {
         return time_of(shape_.centre[2] - shape_.bounds[2] - z + ground_offset_, -velocity_[2]);
     }
-    /// When it meets a prism, by its bounding box.
+    /// The time at which its AABB may meet a prism.
     double time_to(const CellPrism& prism) const {
         return std::max({over(0, prism.west, prism.east).first,
                          over(1, prism.south, prism.north).first, down_to(prism.high)});
     }
-    /// Whether it may meet a prism before a time, by the planes under it.
+    /// Whether it may meet a prism before a time, by the planes below it.
     bool may_meet(const CellPrism& prism, double before) const {
         bool may_be = true;
         const auto take = [&](const Eigen::Vector3d& n, double drop) {
@@ -76,7 +76,8 @@ public:
                                std::max(n[1] * (prism.south - shape_.centre[1]),
                                         n[1] * (prism.north - shape_.centre[1])) +
                                n[2] * (prism.high - shape_.centre[2]);
-            may_be = may_be && time_of(ground_offset_ * n[2] - top - drop, -dot(n, velocity_)) < before;
+            may_be =
+                may_be && time_of(ground_offset_ * n[2] - top - drop, -dot(n, velocity_)) < before;
         };
         if (along_[2] > 0.0) take(along_, shape_.radius);
         visit_down_planes(shape_, take);
@@ -84,7 +85,7 @@ public:
     }
 
 private:
-    // Time in which a gap is used up that closes at a speed if nothing turns.
+    // Time in which a gap shrinks to the tolerance, closing at `speed` and by turning.
     double time_of(double gap, double speed) const {
         if (gap <= tolerance_) return 0.0;
         const double closing = speed + turning_;
@@ -96,15 +97,15 @@ private:
     double turning_;
     double tolerance_;
     double ground_offset_;
-    Eigen::Vector3d along_ = Eigen::Vector3d::Zero();  // unit, square to a core; or none
+    Eigen::Vector3d along_ = Eigen::Vector3d::Zero();  // unit, perpendicular to a core; or zero
 };
 
-/// Visits the cells of a range that a window holds, all of them ground, in the order in which the bounds of a
-/// part meet them, until one is met no sooner than what was found so far. The visitor has
-///   double limit()                   the time of what was found so far
-///   bool wants(const CellPrism&)         whether anything inside can matter
-///   void take(const Triangle&, const Approach::Interval& over)   when the part is over its cell
-/// Returns a range around the cells that were taken.
+/// Visits the cells of a range that a window holds, all of them ground, in the order in which the bounds of a part meet
+/// them, until the next is met no sooner than the best hit so far. The visitor has
+///   double limit()                   the time of the best hit so far
+///   bool wants(const CellPrism&)     whether to visit what is inside
+///   void take(const Triangle&, const Approach::Interval& over)   `over`: when the part is over its cell
+/// Returns the bounding range of the cells visited.
 template <class Visitor>
 CellRange visit_soonest(const LocalGround& local, const GroundWindow& window,
                         const CellRange& cells, const Approach& approach, Visitor& visitor) {
@@ -147,7 +148,7 @@ CellRange visit_soonest(const LocalGround& local, const GroundWindow& window,
     }
     CellRange seen;
     while (true) {
-        // Few are left once something was found.
+        // A linear scan: few cells are left after the first hit.
         std::size_t next = 0;
         for (std::size_t i = 0; i < count;) {
             if (!(queue[i].when < visitor.limit())) {

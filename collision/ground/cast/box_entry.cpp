@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Sources: D. Eberly. Dynamic collision detection using oriented bounding boxes. 1999 (the gap along each
 //          separating axis is linear in time, so that the largest time of entry is that of contact).
-// Deviations: the axes are those of column.h, without walls under it and without unit length: times are
-//             ratios. Seen along the box's own axes an edge's cross has two components.
+// Deviations: the axes are those of column.h, not normalised, since times are ratios. Along the box's own axes the
+//             cross product with an edge of the box has two components.
 #include "ground/cast/column_entry.h"
-
 #include "math/vector_math.h"
 
 #include <algorithm>
@@ -12,23 +11,24 @@
 namespace terrane::internal {
 namespace {
 
-// Squares of sines: below, edges are parallel, or a direction is level.
+// Square of a sine below which edges are parallel, or a direction is level.
 constexpr double kParallel = 1e-24;
 
-/// The time in which a moving point is inside all half-spaces so far.
+/// The interval of times in which the gaps along all axes so far are negative.
 struct EntryClip {
     double limit;
     double first = 0.0;
     double last = kInfinity;
-    double speed = 0.0;  ///< along the normal that decides `first`, times its length
-    double square = 1.0;
+    double speed =
+        0.0;  ///< closing speed along the normal that decides `first`, times the normal's length
+    double square = 1.0;  ///< of the normal's length
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
 
-    /// False where it is known that there is no contact before the limit.
+    /// Adds an axis. False where there is no contact before the limit.
     ///
-    /// @param n       of any length, out of the half-space
-    /// @param gap     times that length
-    /// @param closing times that length
+    /// @param n       of any length, out of the column
+    /// @param gap     at time 0, times that length
+    /// @param closing speed, times that length
     bool take(const Eigen::Vector3d& n, double n_square, double gap, double closing) {
         if (gap > 0.0) {
             if (!(closing > 0.0)) return false;
@@ -46,7 +46,7 @@ struct EntryClip {
     }
 };
 
-/// A box and what it may meet, seen along the box's own axes from its centre.
+/// A triangle and a velocity in the frame of a box: along its axes, from its centre.
 struct BoxFrame {
     const LocalShape& box;
     Eigen::Vector3d velocity;
@@ -54,10 +54,12 @@ struct BoxFrame {
     std::array<Eigen::Vector3d, 3> corners;  ///< of the triangle
     double ground_offset;
 
-    double offset_along(double square) const { return ground_offset > 0.0 ? ground_offset * std::sqrt(square) : 0.0; }
+    double offset_along(double square) const {
+        return ground_offset > 0.0 ? ground_offset * std::sqrt(square) : 0.0;
+    }
 };
 
-// The faces of the box that look up.
+// Axes: face normals of the box with z > 0.
 bool take_faces(const BoxFrame& f, EntryClip& clip) {
     for (int i = 0; i < 3; ++i) {
         if (!(f.up[i] * f.up[i] > kParallel)) continue;
@@ -72,7 +74,7 @@ bool take_faces(const BoxFrame& f, EntryClip& clip) {
     return true;
 }
 
-// The crosses of an edge of the box with one of the triangle, or with the vertical.
+// The cross product of an axis of the box with an edge of the triangle, or with the vertical.
 struct EdgeCross {
     EdgeCross(int axis, const Eigen::Vector3d& edge)
         : a((axis + 1) % 3), b((axis + 2) % 3), x(-edge[b]), y(edge[a]), square(x * x + y * y) {}
@@ -93,6 +95,7 @@ struct EdgeCross {
     double square;
 };
 
+// Axes: cross products of edges of the box and the triangle.
 bool take_edges(const BoxFrame& f, EntryClip& clip) {
     for (std::size_t j = 0; j < 3; ++j) {
         const Eigen::Vector3d& from = f.corners[j];
@@ -102,11 +105,12 @@ bool take_edges(const BoxFrame& f, EntryClip& clip) {
             const EdgeCross n(i, edge);
             if (!(n.square > least)) continue;
             const double rise = n.along(f.up);
-            if (!(rise * rise > kParallel * n.square)) continue;  // that of a wall
+            if (!(rise * rise > kParallel * n.square)) continue;  // level: an axis of take_sides()
             const double sign = rise < 0.0 ? -1.0 : 1.0;
             const double top =
                 std::max(sign * n.along(from), sign * n.along(f.corners[(j + 2) % 3]));
-            if (!clip.take(n.normal(sign), n.square, f.offset_along(n.square) - n.drop(f.box.half) - top,
+            if (!clip.take(n.normal(sign), n.square,
+                           f.offset_along(n.square) - n.drop(f.box.half) - top,
                            -sign * n.along(f.velocity))) {
                 return false;
             }
@@ -115,7 +119,7 @@ bool take_edges(const BoxFrame& f, EntryClip& clip) {
     return true;
 }
 
-// Level directions, square to the box's edges.
+// Axes: level directions perpendicular to the box's edges.
 bool take_sides(const BoxFrame& f, EntryClip& clip) {
     for (int i = 0; i < 3; ++i) {
         const EdgeCross n(i, f.up);
@@ -133,7 +137,7 @@ bool take_sides(const BoxFrame& f, EntryClip& clip) {
     return true;
 }
 
-// The sides of the column.
+// Axes: normals of the column's walls.
 bool take_walls(const BoxFrame& f, const Eigen::Vector3d& velocity, const Triangle& triangle,
                 EntryClip& clip) {
     const LocalShape& box = f.box;
@@ -151,7 +155,8 @@ bool take_walls(const BoxFrame& f, const Eigen::Vector3d& velocity, const Triang
     return true;
 }
 
-// Back from contact by an eighth of the tolerance along the normal, by no more than half of it along the way.
+// The time at which the gap along the normal is an eighth of the tolerance, but no more than half the tolerance of
+// path length before contact.
 double back_from(const EntryClip& clip, double speed, double tolerance) {
     const double size = std::sqrt(clip.square);
     const double back = 0.5 * tolerance * size / std::max(4.0 * clip.speed, speed * size);
@@ -161,12 +166,13 @@ double back_from(const EntryClip& clip, double speed, double tolerance) {
 }  // namespace
 
 ColumnEntry find_box_entry(const LocalShape& box, const Eigen::Vector3d& velocity,
-                           const Triangle& triangle, double tolerance, double ground_offset, double limit) {
-    const auto seen = [&box](const Eigen::Vector3d& p) {
+                           const Triangle& triangle, double tolerance, double ground_offset,
+                           double limit) {
+    const auto to_box = [&box](const Eigen::Vector3d& p) {
         return Eigen::Vector3d(dot(p, box.axes[0]), dot(p, box.axes[1]), dot(p, box.axes[2]));
     };
     EntryClip clip{limit};
-    clip.normal = seen(triangle.normal);
+    clip.normal = to_box(triangle.normal);
     const Eigen::Vector3d n = clip.normal;
     const double drop =
         std::abs(n[0]) * box.half[0] + std::abs(n[1]) * box.half[1] + std::abs(n[2]) * box.half[2];
@@ -175,7 +181,7 @@ ColumnEntry find_box_entry(const LocalShape& box, const Eigen::Vector3d& velocit
     clip.speed = closing;
     if (!clip.take(n, 1.0, gap, closing)) return {};
     if (clip.first > 0.0 && ground_offset == 0.0) {
-        // Most boxes meet a face with a corner.
+        // The common case: a corner of the box meets the face.
         Eigen::Vector3d low = box.centre + clip.first * velocity;
         for (std::size_t i = 0; i < 3; ++i) {
             const auto axis = static_cast<Eigen::Index>(i);
@@ -186,10 +192,10 @@ ColumnEntry find_box_entry(const LocalShape& box, const Eigen::Vector3d& velocit
         }
     }
     const BoxFrame frame{box,
-                         seen(velocity),
+                         to_box(velocity),
                          {box.axes[0][2], box.axes[1][2], box.axes[2][2]},
-                         {seen(triangle.v[0] - box.centre), seen(triangle.v[1] - box.centre),
-                          seen(triangle.v[2] - box.centre)},
+                         {to_box(triangle.v[0] - box.centre), to_box(triangle.v[1] - box.centre),
+                          to_box(triangle.v[2] - box.centre)},
                          ground_offset};
     if (!take_faces(frame, clip) || !take_walls(frame, velocity, triangle, clip) ||
         !take_edges(frame, clip) || !take_sides(frame, clip)) {

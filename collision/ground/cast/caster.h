@@ -4,11 +4,11 @@
 // Sources: B. Mirtich. Impulse-based dynamic simulation of rigid body systems. 1996, section 2.3
 //          (conservative advancement). X. Zhang, M. Lee, Y. Kim. Interactive continuous collision
 //          detection for non-convex polyhedra. The Visual Computer 2006 (bounds along the normal).
-// Deviations: each column of the ground is its own convex obstacle with its own normal, so that
-//             ground beside the path does not slow it down. A part that does not turn meets each
-//             column in closed form (column_entry), so that one look at a piece of the way is enough.
-//             Where it turns, near contact the bound of the speed is replaced by the second-order one
-//             of each corner, which lets parting contacts pass.
+// Deviations: each column of the ground is its own convex obstacle with its own normal, so that ground beside the
+//             trajectory does not shorten the steps. A part that does not turn meets each column in closed form
+//             (column_entry), so that one step per piece of the motion is enough. Where it turns, the bound of the
+//             speed is replaced near contact by the second-order bound of each corner, which lets separating contacts
+//             pass.
 
 #include "ground/cast/ground_advance.h"
 #include "ground/lift/ground_lift.h"
@@ -17,7 +17,7 @@
 
 namespace terrane::internal {
 
-// The end of a piece of a way, or where the ground was met.
+// The end of a piece of the motion, or where the ground was met.
 struct PieceAnswer {
     double t = 0.0;
     bool is_hit = false;
@@ -26,7 +26,7 @@ struct PieceAnswer {
     std::uint32_t part = 0;
 };
 
-// Moves a body along its way, one piece of it after the other.
+// Casts a body along its motion, piece by piece.
 class Caster {
 public:
     // `local` is the ground near the start, `start` the body there.
@@ -39,8 +39,9 @@ public:
         const double spacing = local.spacing();
         const double travel = length(sweep.motion.translation);
         const double size = start.whole().bounds.maxCoeff();
-        // What a window holds at once.
-        const double shortest_length = std::max({size, 4.0 * spacing, kWindow * spacing - 2.0 * size});
+        // Short pieces fit into a window.
+        const double shortest_length =
+            std::max({size, 4.0 * spacing, kWindow * spacing - 2.0 * size});
         const double longest_length = 256.0 * spacing + shortest_length;
         shortest_ =
             std::min(travel > shortest_length ? shortest_length / travel : 1.0,
@@ -55,15 +56,17 @@ public:
         local_start_.window(swept_box(start_, 0.0, 1.0).cells(local_start_), 0);
     }
 
-    // Calls a function with the ground seen from near where the body is at t.
+    // Calls a function with the ground in a frame near the body at t.
     template <class Take>
     auto with_ground(double t, Take&& take) const {
-        const Eigen::Vector3d place = origin_ + t * sweep_.motion.translation;
-        const bool is_near = place.cwiseAbs().maxCoeff() <= kNear * local_start_.spacing();
-        return is_near ? take(local_start_) : take(LocalGround(local_start_, place));
+        const Eigen::Vector3d at = origin_ + t * sweep_.motion.translation;
+        const bool is_near = at.cwiseAbs().maxCoeff() <= kNear * local_start_.spacing();
+        return is_near ? take(local_start_) : take(LocalGround(local_start_, at));
     }
 
-    // The whole motion, piece by piece; pieces grow while the ground is far below.
+    // Casts the whole motion; pieces grow while the ground is far below.
+    //
+    // @param ground_offset the ground counts as lower by this, metres
     PieceAnswer run(double ground_offset) {
         ground_offset_ = ground_offset;
         double length_of_piece = longest_;
@@ -72,7 +75,7 @@ public:
             double end = t + length_of_piece;
             if (end > last_ || length_of_piece >= 1.0) end = last_;
             if (!(end > t))
-                return {t, true, false, Eigen::Vector3d::UnitZ()};  // no number in between
+                return {t, true, false, Eigen::Vector3d::UnitZ()};  // no double in between
             const PieceAnswer answer = with_ground(0.5 * (t + end), [&](const LocalGround& local) {
                 return advance_piece(local, t, end, length_of_piece);
             });
@@ -87,11 +90,11 @@ public:
 private:
     static constexpr double kPieceTurn = 0.5;  // radians
     static constexpr int kSteps = 4000;
-    static constexpr double kWindow = 12.0;  // cells that a short way and twice its shape take
-    static constexpr double kNear = 64.0;    // cells to the origin of a frame
+    static constexpr double kWindow = 12.0;  // cells: a short piece and twice the shape's size
+    static constexpr double kNear = 64.0;    // cells from the origin of a frame
 
-    // Cuts a motion down to when it is over the extent and below the highest height that a world can
-    // have: a path of any length costs no more than the ground it passes.
+    // Clips the motion to the times at which the body may be over the extent and below the highest possible ground: a
+    // motion of any length costs no more than the ground below it.
     void clip(double reach) {
         const WorldRect& extent = ground().extent();
         const Eigen::Vector3d& from = sweep_.motion.start.translation;
@@ -104,12 +107,12 @@ private:
                 if (p < low || p > high) last_ = -1.0;
                 return;
             }
-            // A hair wider, for what rounding does to the quotients.
-            constexpr double kHair = 1e-9;
+            // Slightly wider, for the rounding of the quotients.
+            constexpr double kSlack = 1e-9;
             const double t0 = (low - p) / v;
             const double t1 = (high - p) / v;
-            first_ = std::max(first_, std::min(t0, t1) * (1.0 - kHair));
-            last_ = std::min(last_, std::max(t0, t1) * (1.0 + kHair));
+            first_ = std::max(first_, std::min(t0, t1) * (1.0 - kSlack));
+            last_ = std::min(last_, std::max(t0, t1) * (1.0 + kSlack));
         };
         const double highest = 0x1p31 * ground().lattice().quantum;
         cut(from[0], velocity[0], extent.west, extent.east);
@@ -117,9 +120,9 @@ private:
         cut(from[2], velocity[2], -Approach::kNever, highest);
     }
 
-    // Bounds of everything that a box of the body passes from t to end.
+    // AABB of an AABB of the body that is swept from t to end.
     SweptBox swept_box(const Eigen::Vector3d& centre, const Eigen::Vector3d& bounds, double arm,
-                   double t, double end) const {
+                       double t, double end) const {
         return {centre, bounds, (end - t) * sweep_.motion.translation,
                 std::min(sweep_.spin * (end - t), 2.0) * arm};
     }
@@ -135,9 +138,9 @@ private:
         return take(sweep_.at(local, t));
     }
 
-    // From t to end, or a part of it that is clear at once. Changes how long the next piece is to be.
+    // Advances from t to end, or by a part of it that is proved clear. Adapts the length of the next piece.
     PieceAnswer advance_piece(const LocalGround& local, double t, double end,
-                           double& length_of_piece) {
+                              double& length_of_piece) {
         const bool is_short = !(length_of_piece > shortest_);
         const bool is_all = is_short && end - t >= 1.0;
         const double clear = is_all ? t : find_clear(local, t, end);
@@ -150,7 +153,7 @@ private:
         return {clear - t > shortest_ ? clear : t};
     }
 
-    // Up to when the body is above all ground that it could meet from t to end: `end` if that is all of it.
+    // The time until which the body is above all ground that it could meet from t to end; `end` if throughout.
     double find_clear(const LocalGround& local, double t, double end) const {
         return with_body(local, t, [&](const LocalBody& body) {
             const CellRange cells = swept_box(body, t, end).cells(local);
@@ -165,18 +168,18 @@ private:
         });
     }
 
-    // One look at all parts that could be met from t to end.
+    // One step of all parts that could meet the ground from t to end.
     Advance find_advance(const LocalGround& local, double t, double end) const {
         Advance found{end - t};
         const auto may_meet = [&](const Eigen::Vector3d& centre, const Eigen::Vector3d& bounds) {
             const SweptBox swept = swept_box(centre, bounds, sweep_.arm, t, end);
-            return swept.bottom() <=
-                   bound_ground(local, swept.centre, swept.bounds) + tolerance_;
+            return swept.bottom() <= bound_ground(local, swept.centre, swept.bounds) + tolerance_;
         };
         with_body(local, t, [&](const LocalBody& body) {
             body.visit(may_meet, [&](const LocalShape& shape, std::uint32_t part) {
                 const double arm = sweep_.arm_of(shape);
-                AdvanceVisitor visitor(local, sweep_, shape, part, arm, tolerance_, ground_offset_, found);
+                AdvanceVisitor visitor(local, sweep_, shape, part, arm, tolerance_, ground_offset_,
+                                       found);
                 visitor.visit(swept_box(shape.centre, shape.bounds, arm, t, end).cells(local));
             });
         });
@@ -191,7 +194,7 @@ private:
             if (found.is_hit) return {next, true, false, found.hit_normal, found.hit_part};
             if (!(found.step < end - t)) return {end};
             if (found.is_missing && !(found.step > 0.0)) return {t, false, true};
-            // Steps that no number can hold: the last safe place is the answer.
+            // The step is below the resolution of t: the last safe time is the answer.
             if (!(next > t)) return {t, !found.is_missing, found.is_missing, found.hit_normal};
             t = next;
         }
@@ -203,12 +206,12 @@ private:
     const Sweep& sweep_;
     const LocalGround& local_start_;
     const LocalBody& start_;
-    Eigen::Vector3d origin_;  ///< of the body at the start, in that frame
+    Eigen::Vector3d origin_;  ///< of the body at the start, in the frame of local_start_
     double tolerance_;
     double ground_offset_ = 0.0;
-    double shortest_;  ///< pieces, fractions of the motion
+    double shortest_;  ///< length of pieces, fractions of the motion
     double longest_;
-    double first_ = 0.0;  ///< where it can meet any ground
+    double first_ = 0.0;  ///< interval in which it can meet any ground
     double last_ = 1.0;
     double error_m_ = 0.0;
 };

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Sources: G. van den Bergen. Ray casting against general convex objects with application to continuous
-//          collision detection. 2004 (a moving shape is clipped by the planes between nearest points).
-// Deviations: the planes start at the column's top, which most columns are reached too late by.
+//          collision detection. 2004 (the motion is clipped by the planes between closest points).
+// Deviations: the first plane is the triangle's, which excludes most columns.
 #include "ground/cast/column_entry.h"
 
 #include "math/vector_math.h"
@@ -11,9 +11,9 @@
 namespace terrane::internal {
 namespace {
 
-constexpr double kNear = 16.0;  // tolerances, within which directions are taken more exactly
+constexpr double kNear = 16.0;  // tolerances: at smaller gaps directions are refined
 
-// The widest plane between a shape and a column; false where only all planes together say how wide it is.
+// The direction of the distance between a shape and a column; false where all candidate axes must be tested.
 bool find_widest(const LocalShape& shape, const Eigen::Vector3d& centre, const Triangle& triangle,
                  double ground_offset, Eigen::Vector3d& n_out) {
     if (shape.kind == ShapeKind::round) {
@@ -24,11 +24,12 @@ bool find_widest(const LocalShape& shape, const Eigen::Vector3d& centre, const T
 }
 
 ColumnEntry find_curved_entry(const LocalShape& shape, const Eigen::Vector3d& velocity,
-                              const Triangle& triangle, double tolerance, double ground_offset, double from,
-                              double limit) {
-    constexpr int kSteps = 200;  // where one grazes by the tolerance: that counts as a hit then
+                              const Triangle& triangle, double tolerance, double ground_offset,
+                              double from, double limit) {
+    constexpr int kSteps =
+        200;  // reached only by grazing within the tolerance, which counts as a hit then
     double time = 0.0;
-    // What is seen at that time: the widest plane, and how long one of them holds.
+    // At that time: the largest gap, and for how long the best plane separates.
     double widest = -kInfinity;
     double wait = -kInfinity;
     Eigen::Vector3d normal = triangle.normal;
@@ -43,13 +44,15 @@ ColumnEntry find_curved_entry(const LocalShape& shape, const Eigen::Vector3d& ve
         const double rest = std::min(0.125 * tolerance, 0.5 * gap);
         wait = std::max(wait, closing > 0.0 ? (gap - rest) / closing : kInfinity);
     };
-    const auto test_top = [&](const Eigen::Vector3d& n, double gap) { test_plane(n, gap + ground_offset); };
+    const auto test_top = [&](const Eigen::Vector3d& n, double gap) {
+        test_plane(n, gap + ground_offset);
+    };
     test_top(triangle.normal, gap_along(triangle.normal, shape, triangle));
     if (!(wait < limit)) return {};
     if (widest > 0.25 * tolerance) {
         time = wait;
         if (shape.kind == ShapeKind::round && ground_offset < shape.radius) {
-            // Most ends meet a face.
+            // The common case: an end meets the face.
             const double side = dot(triangle.normal, shape.core) > 0.0 ? -1.0 : 1.0;
             const Eigen::Vector3d end = shape.centre + time * velocity + side * shape.core;
             if (is_foot_inside(end, triangle)) return {time, triangle.normal};
@@ -63,7 +66,7 @@ ColumnEntry find_curved_entry(const LocalShape& shape, const Eigen::Vector3d& ve
         if (find_widest(shape, centre, triangle, ground_offset, n)) {
             test_top(n, gap_along(n, shape, triangle));
             if (shape.kind == ShapeKind::hull && widest <= kNear * tolerance) {
-                // On a cliff the last digit of a direction counts: square to the edge that it starts from.
+                // On a cliff the rounding of the direction matters: make it perpendicular to the edge.
                 visit_perpendicular_to_edges(triangle, n, [&](const Eigen::Vector3d& m) {
                     test_top(m, gap_along(m, shape, triangle));
                 });
@@ -74,8 +77,9 @@ ColumnEntry find_curved_entry(const LocalShape& shape, const Eigen::Vector3d& ve
             const auto test_moved = [&](const Eigen::Vector3d& m, double gap) {
                 test_plane(m, gap - time * dot(m, velocity));
             };
-            visit_tops(moved, triangle,
-                       [&](const Eigen::Vector3d& m, double gap) { test_moved(m, gap + ground_offset); });
+            visit_tops(moved, triangle, [&](const Eigen::Vector3d& m, double gap) {
+                test_moved(m, gap + ground_offset);
+            });
             visit_walls(moved, triangle, test_moved);
         }
         if (!(time + wait < limit)) return {};
@@ -89,8 +93,8 @@ ColumnEntry find_curved_entry(const LocalShape& shape, const Eigen::Vector3d& ve
 }  // namespace
 
 ColumnEntry find_entry(const LocalShape& shape, const Eigen::Vector3d& velocity,
-                       const Triangle& triangle, double tolerance, double ground_offset, double from,
-                       double limit) {
+                       const Triangle& triangle, double tolerance, double ground_offset,
+                       double from, double limit) {
     if (shape.kind == ShapeKind::box) {
         return find_box_entry(shape, velocity, triangle, tolerance, ground_offset, limit);
     }

@@ -1,22 +1,21 @@
 // SPDX-License-Identifier: MIT
 #include "ground/cast/ground_advance.h"
 
-#include "math/vector_math.h"
 #include "ground/cast/column_entry.h"
-#include "ground/lift/ground_lift.h"
 #include "ground/contact/nearest.h"
+#include "ground/lift/ground_lift.h"
+#include "math/vector_math.h"
 
 #include <algorithm>
 
 namespace terrane::internal {
 namespace {
 
-
-// The same as bound_time() for a hull: where all points keep their velocities its gap is a support, and
-// concave in time, so that a time holds if its end does.
+// bound_time() of a hull. With constant velocities of its points the gap is a support function and concave in time, so
+// that it holds up to a time if it holds at that time.
 double bound_hull_time(const LocalShape& shape, const Eigen::Vector3d& n,
-                       const Eigen::Vector3d& turn, double speed, double acceleration, double clearance,
-                       double shortest, double remaining) {
+                       const Eigen::Vector3d& turn, double speed, double acceleration,
+                       double clearance, double shortest, double remaining) {
     const double lowest = shape.hull->drop(n) - dot(n, shape.offset);
     const auto holds = [&](double t) {
         const Eigen::Vector3d m = n + t * turn;
@@ -24,7 +23,8 @@ double bound_hull_time(const LocalShape& shape, const Eigen::Vector3d& n,
         return clearance - t * speed + lowest - drop - 0.5 * acceleration * t * t >= 0.0;
     };
     double time = shortest;
-    double next = std::max({2.0 * time, std::sqrt(0.5 * clearance / acceleration), 1e-4 * remaining});
+    double next =
+        std::max({2.0 * time, std::sqrt(0.5 * clearance / acceleration), 1e-4 * remaining});
     while (next < remaining && holds(next)) {
         time = next;
         next *= 2.0;
@@ -78,7 +78,7 @@ double bound_time(const Sweep& sweep, const LocalShape& shape, double arm, const
     const double closing = speed + length(turn) * arm;
     double time = closing > 0.0 ? (gap - rest) / closing : kInfinity;
     if (time >= remaining || arm == 0.0) return time;
-    // Each point starts at its own gap, at its own speed, and is bent by at most this.
+    // Each point starts at its own gap with its own speed; its acceleration is at most this.
     const double acceleration = sweep.spin * sweep.spin * arm;
     if (shape.kind == ShapeKind::hull) {
         return bound_hull_time(shape, n, turn, speed, acceleration, gap - rest, time, remaining);
@@ -91,8 +91,8 @@ double bound_time(const Sweep& sweep, const LocalShape& shape, double arm, const
         // clearance + rate t - acceleration t^2 / 2 = 0
         const double root =
             std::sqrt(std::max(0.0, rate * rate + 2.0 * acceleration * std::max(0.0, clearance)));
-        const double when =
-            rate < 0.0 ? 2.0 * std::max(0.0, clearance) / (root - rate) : (rate + root) / acceleration;
+        const double when = rate < 0.0 ? 2.0 * std::max(0.0, clearance) / (root - rate)
+                                       : (rate + root) / acceleration;
         each = std::min(each, when);
     };
     if (shape.kind == ShapeKind::box) {
@@ -149,7 +149,7 @@ void AdvanceVisitor::take(const Triangle& triangle, const Approach::Interval& ov
 
 void AdvanceVisitor::take_straight(const Triangle& triangle, const Approach::Interval& over) {
     if (found_.is_hit) {
-        // Most neighbours of what was met lie further back along its normal.
+        // Most neighbours of a triangle that was hit are further along its normal.
         const Eigen::Vector3d& n = found_.hit_normal;
         const double ground_offset = n[2] > 0.0 ? approach_.ground_offset() : 0.0;
         const double gap = gap_along(n, shape_, triangle) + ground_offset;
@@ -179,14 +179,17 @@ void AdvanceVisitor::take_turning(const Triangle& triangle) {
         when = std::max(when, time);
         is_step_clear = when >= found_.step;
     };
-    const auto test_top = [&](const Eigen::Vector3d& n, double gap) { test_plane(n, gap + ground_offset); };
+    const auto test_top = [&](const Eigen::Vector3d& n, double gap) {
+        test_plane(n, gap + ground_offset);
+    };
     test_top(triangle.normal, gap_along(triangle.normal, shape_, triangle));
     if (is_step_clear) return;
     const auto test_along = [&](const Eigen::Vector3d& direction) {
         Eigen::Vector3d n;
-        if (!is_step_clear && make_escape_direction(direction, n)) test_plane(n, gap_along(n, shape_, triangle));
+        if (!is_step_clear && make_escape_direction(direction, n))
+            test_plane(n, gap_along(n, shape_, triangle));
     };
-    // The direction between nearest points is the widest of all.
+    // The gap is largest along the direction between the closest points.
     Eigen::Vector3d direction = Eigen::Vector3d::Zero();
     const bool has_direction = shape_.kind == ShapeKind::hull && ground_offset == 0.0;
     if (has_direction) {
@@ -204,14 +207,14 @@ void AdvanceVisitor::take_turning(const Triangle& triangle) {
         if (is_step_clear) return;
     }
     if (widest <= 0.25 * tolerance) {
-        // Planes may be near where corners are not.
+        // The gaps along the axes may be small where the distance is not.
         if (shape_.kind == ShapeKind::box && ground_offset == 0.0 && widest > 0.0) {
             const ClosestPair pair = find_closest(shape_, triangle);
             direction = pair.on_shape - pair.on_triangle;
         }
         if (dot(direction, direction) > 0.25 * tolerance * tolerance) {
             test_along(direction);
-            // On a cliff the last digit of a direction counts: square to the edge that it starts from.
+            // On a cliff the rounding of the direction matters: make it perpendicular to the edge.
             visit_perpendicular_to_edges(triangle, direction, test_along);
             if (is_step_clear) return;
         }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "ground/cast/caster.h"
-#include "math/vector_math.h"
 #include "ground/contact/contact_patches.h"
 #include "math/valid_query.h"
+#include "math/vector_math.h"
 
 #include <terrane/collision/ground_cast.h>
 
@@ -12,8 +12,8 @@ namespace terrane {
 namespace internal {
 namespace {
 
-
-// The deepest overlap of a body in any column along the ways that part them upward.
+// Largest overlap of a body with any column along its axis of least overlap with z > 0, metres: lowered by it, the
+// ground does not overlap the body.
 double find_ground_offset(const LocalGround& local, const LocalBody& body) {
     struct Visitor {
         const LocalGround& local;
@@ -27,7 +27,8 @@ double find_ground_offset(const LocalGround& local, const LocalBody& body) {
             for (const Triangle& triangle : local.triangles(cell, column, row)) {
                 if (gap_along(triangle.normal, shape, triangle) >= -ground_offset) continue;
                 if (compute_column_lift(shape, triangle) <= 0.0) continue;
-                ground_offset = std::max(ground_offset, -find_separation(shape, triangle, false).gap);
+                ground_offset =
+                    std::max(ground_offset, -find_separation(shape, triangle, false).gap);
             }
         }
     };
@@ -45,7 +46,7 @@ double find_ground_offset(const LocalGround& local, const LocalBody& body) {
     return ground_offset;
 }
 
-// Where old contacts are passed over, what is met is the contact that closes fastest.
+// With skip_separating, the contact that closes fastest.
 bool find_closing(const Shape& shape, const Motion& motion, const Pose& pose, const Ground& ground,
                   double tolerance, Contact& contact_out) {
     std::array<Contact, 16> contacts;
@@ -63,8 +64,8 @@ bool find_closing(const Shape& shape, const Motion& motion, const Pose& pose, co
     return count > 0;
 }
 
-// The deepest contact of a body that is clear of the ground. Of what is no surface, such as the side of the
-// ground, the cast itself says where it is met.
+// The deepest contact of a separated body at the end of a cast. Where it met no surface, such as at the side of the
+// ground, the contact is made from the cast's normal.
 Contact find_met(const LocalGround& local, const LocalBody& body, const PieceAnswer& end,
                  double tolerance) {
     ContactPatches patches;
@@ -103,7 +104,7 @@ CastAnswer cast(const Shape& shape, const Motion& motion, const Ground& ground,
     const LocalGround local(ground, motion.start.translation);
     const LocalBody start = sweep.at(local, 0.0);
     Caster caster(sweep, local, start, settings.tolerance);
-    // Touching counts, whatever rounding made of it.
+    // Touching counts, within rounding.
     const double touch = 1e-12 * (1.0 + start.whole().centre.cwiseAbs().maxCoeff() +
                                   start.whole().bounds.maxCoeff());
     GroundLift lift;
@@ -123,7 +124,8 @@ CastAnswer cast(const Shape& shape, const Motion& motion, const Ground& ground,
     answer.status = QueryStatus::complete;
     PieceAnswer end{0.0, true, false, Eigen::Vector3d::UnitZ()};
     if (!answer.started_in_contact || settings.skip_separating) {
-        end = caster.run(answer.started_in_contact ? find_ground_offset(local, start) + 0.1 * kTouch : 0.0);
+        end = caster.run(answer.started_in_contact ? find_ground_offset(local, start) + 0.1 * kTouch
+                                                   : 0.0);
         answer.error_m = std::max(answer.error_m, caster.error_m());
     }
     answer.hit = end.is_hit;

@@ -2,14 +2,14 @@
 #include "ground/cast/sweep_clear.h"
 
 #include "ground/cast/swept_separation.h"
-#include "ground/lift/ground_lift.h"
 #include "ground/frame/local_body.h"
+#include "ground/lift/ground_lift.h"
 #include "math/valid_query.h"
 
 namespace terrane::internal {
 namespace {
 
-/// Motions that turn further than this, radians, are not looked at.
+/// Motions that turn by this or more are not tested, radians.
 constexpr double kMostTurn = 0.5;
 
 bool is_part_clear(const LocalGround& local, const LocalShape& start, const LocalShape& end,
@@ -42,7 +42,7 @@ bool is_sweep_clear(const Shape& shape, const Motion& motion, const Ground& grou
     if (!start.is_compound())
         return is_part_clear(local, start.whole(), end.whole(), motion, margin);
 
-    // How far anything goes from where its box is at the start.
+    // How far any point of a part may get from its AABB at the start.
     const double reach = margin + length(motion.translation) + spin * bounding_radius(shape);
     bool is_clear = true;
     const auto may_meet = [&](const Eigen::Vector3d& centre, const Eigen::Vector3d& bounds) {

@@ -2,14 +2,14 @@
 //
 // Sources: S. Redon, A. Kheddar, S. Coquillart. Fast continuous collision detection between rigid bodies. 2002
 //          (one direction that separates over an interval of time).
-// Deviations: a plane that goes straight from where it parts a shape and a column at the start to where it parts
-//          them at the end parts them in between too, but for what turning bends: ground stands still, so that it is
-//          beyond the plane all along if it is at both ends. Vertices of the ground are marked with the planes that
-//          they are beyond; triangles whose corners share one need no look of their own.
+// Deviations: a plane is interpolated linearly between one that separates shape and column at the start and one at the
+//          end. The ground is static, so that it is beyond the plane in between; the gap to the turning shape is
+//          reduced by a bound of its curvature. Vertices have outcodes for a few common planes; triangles whose corners
+//          share a bit need no plane of their own.
 #include "ground/cast/swept_separation.h"
 
-#include "ground/column/column.h"
 #include "ground/cast/ground_advance.h"
+#include "ground/column/column.h"
 #include "ground/column/hull_column.h"
 #include "ground/frame/window_features.h"
 
@@ -19,36 +19,37 @@
 namespace terrane::internal {
 namespace {
 
-/// The triangles of the cells of a window, and planes between them and a sweep.
+/// Finds planes between a sweep and the triangles of some cells of a window.
 class SweptSeparation {
 public:
     SweptSeparation(const LocalGround& local, const GroundWindow& window, const CellRange& cells,
-              const ConvexSweep& sweep)
+                    const ConvexSweep& sweep)
         : local_(local), window_(window), cells_(window, cells), sweep_(sweep) {
         switch (sweep.start().kind) {
             case ShapeKind::box:
-                take_faces();
+                add_faces();
                 break;
             case ShapeKind::hull:
-                take_hull_faces();
+                add_hull_faces();
                 break;
             case ShapeKind::round:
-                take_around();
+                add_around();
                 break;
         }
         mark();
     }
 
-    /// Whether each is beyond a plane.
+    /// Whether each triangle is beyond a plane.
     bool are_cells_separated() {
         for (int row = cells_.south; row <= cells_.north; ++row) {
             for (int column = cells_.west; column <= cells_.east; ++column) {
-                // The ends of the cut are corners of both triangles, the ends of the other diagonal of one.
+                // The ends of the diagonal are corners of both triangles, the other two of one each.
                 const bool is_even = window_.is_cut_to_north_east(column, row);
                 const int from = is_even ? column : column + 1;
                 const int to = is_even ? column + 1 : column;
                 const unsigned cut = codes_.at(from, row) & codes_.at(to, row + 1);
-                if ((cut & codes_.at(to, row)) == 0 && !test_own_plane(column, row, true)) return false;
+                if ((cut & codes_.at(to, row)) == 0 && !test_own_plane(column, row, true))
+                    return false;
                 if ((cut & codes_.at(from, row + 1)) == 0 && !test_own_plane(column, row, false))
                     return false;
             }
@@ -61,59 +62,59 @@ public:
     }
 
 private:
-    /// Points p are beyond it where normal . (centre at the start - p) >= depth.
+    /// Points p are beyond the plane where normal . (centre at the start - p) >= depth.
     struct Plane {
         Eigen::Vector3d normal;
         double depth;
     };
 
-    /// Beyond it is what is beyond both.
+    /// Points are beyond it where they are beyond both planes.
     struct TurningPlane {
         Plane start, end;
     };
 
-    void take(const Eigen::Vector3d& n) {
+    void add_fixed(const Eigen::Vector3d& n) {
         if (n[2] > 0.0) fixed_[fixed_count_++] = {n, sweep_.depth(n)};
     }
 
-    /// The lower faces of a box: where they start, and turning with it.
-    void take_faces() {
+    /// The lower faces of a box, as fixed planes and as planes that turn with it.
+    void add_faces() {
         const LocalShape &start = sweep_.start(), &end = sweep_.end();
         for (std::size_t i = 0; i < 3; ++i) {
             const Eigen::Vector3d n = start.up(i);
-            take(n);
+            add_fixed(n);
             const Eigen::Vector3d& axis = end.axes[i];
             const TurningNormal turn{n, dot(n, axis) < 0.0 ? Eigen::Vector3d(-axis) : axis};
             const double drop = start.half[static_cast<Eigen::Index>(i)];
-            take_turning(turn, drop, drop);
+            add_turning(turn, drop, drop);
         }
     }
 
-    /// A face that turns with a shape, and how far it is below the centre at both ends.
-    void take_turning(const TurningNormal& turn, double drop_at_start, double drop_at_end) {
+    /// Adds a face that turns with a shape, at a distance below its centre at both ends.
+    void add_turning(const TurningNormal& turn, double drop_at_start, double drop_at_end) {
         if (turn.at_end[2] < 0.0) return;
-        const double room = sweep_.clearance(turn);
+        const double clearance = sweep_.clearance(turn);
         const double further = dot(turn.at_end, sweep_.end().centre - sweep_.start().centre);
-        turning_[turning_count_++] = {{turn.at_start, drop_at_start + room},
-                                      {turn.at_end, drop_at_end + room - further}};
+        turning_[turning_count_++] = {{turn.at_start, drop_at_start + clearance},
+                                      {turn.at_end, drop_at_end + clearance - further}};
     }
 
-    /// The lowest face of a hull and some slopes, that stand, and the lowest faces, turning with it.
-    void take_hull_faces() {
+    /// The lowest face of a hull and some slopes as fixed planes, and the lowest faces as planes that turn with it.
+    void add_hull_faces() {
         const LocalHull &start = *sweep_.start().hull, &end = *sweep_.end().hull;
         for (std::size_t i = 0; i < start.face_count && i < turning_.size(); ++i) {
             const LocalHull::Plane& face = start.planes[i];
             const Eigen::Vector3d at_end = rotated(end.rotation, start.to_body(face.normal));
-            take_turning({face.normal, at_end}, face.drop, end.drop(at_end));
+            add_turning({face.normal, at_end}, face.drop, end.drop(at_end));
         }
-        if (start.face_count > 0) take(start.planes[0].normal);
+        if (start.face_count > 0) add_fixed(start.planes[0].normal);
         for (std::size_t i = start.face_count; i < start.plane_count; ++i) {
-            take(start.planes[i].normal);
+            add_fixed(start.planes[i].normal);
         }
     }
 
-    /// Planes around what is round.
-    void take_around() {
+    /// Fixed planes around a round shape.
+    void add_around() {
         const Eigen::Vector3d& core = sweep_.start().core;
         const double size = length(core);
         const double level = std::sqrt(core[0] * core[0] + core[1] * core[1]);
@@ -123,15 +124,15 @@ private:
             up = (level / size) * Eigen::Vector3d::UnitZ() - (core[2] / size) * along;
         }
         const Eigen::Vector3d side(-along[1], along[0], 0.0);
-        take(up);
+        add_fixed(up);
         for (const double sign : {-1.0, 1.0}) {
-            take(0.8 * up + 0.6 * sign * side);
-            take(0.28 * up + 0.96 * sign * side);
-            take(0.6 * Eigen::Vector3d::UnitZ() + 0.8 * sign * along);
+            add_fixed(0.8 * up + 0.6 * sign * side);
+            add_fixed(0.28 * up + 0.96 * sign * side);
+            add_fixed(0.6 * Eigen::Vector3d::UnitZ() + 0.8 * sign * along);
         }
     }
 
-    /// Gives each vertex a bit for each plane that it is beyond.
+    /// Makes the outcodes of vertices: a bit for each plane that it is beyond.
     void mark() {
         const Eigen::Vector3d& centre = sweep_.start().centre;
         for (int row = cells_.south; row <= cells_.north + 1; ++row) {
@@ -153,7 +154,7 @@ private:
         }
     }
 
-    /// Looks at a triangle's own plane. False where too many are open.
+    /// Tests a triangle's own plane. False where too many triangles are undecided.
     bool test_own_plane(int column, int row, bool is_south) {
         const Triangle triangle = local_.triangle(window_, column, row, is_south);
         const Plane own{triangle.normal, sweep_.depth(triangle.normal)};
@@ -178,7 +179,8 @@ private:
     bool is_beyond(const Triangle& triangle, const TurningNormal& turn) const {
         const double gap = gap_along(turn.at_start, sweep_.start(), triangle);
         if (!(gap >= sweep_.clearance())) return false;
-        return std::min(gap, gap_along(turn.at_end, sweep_.end(), triangle)) >= sweep_.clearance(turn);
+        return std::min(gap, gap_along(turn.at_end, sweep_.end(), triangle)) >=
+               sweep_.clearance(turn);
     }
 
     static bool find_hull_direction(const LocalShape& shape, const Triangle& triangle,
@@ -187,7 +189,7 @@ private:
         return make_escape_direction(pair.on_shape - pair.on_triangle, n_out);
     }
 
-    /// Planes along an edge of each, that turn; of what has many edges the one between the nearest points.
+    /// Turning planes perpendicular to the line between closest points; for boxes, to pairs of edges.
     bool is_beyond_edges(const Triangle& triangle) const {
         const LocalShape &start = sweep_.start(), &end = sweep_.end();
         TurningNormal turn;
@@ -215,12 +217,12 @@ private:
         return false;
     }
 
-    /// Upright planes that stand.
+    /// Fixed upright planes.
     bool is_beside(const Triangle& triangle) const {
         bool is_found = false;
         visit_walls(sweep_.start(), triangle, [&](const Eigen::Vector3d& n, double gap) {
-            is_found = is_found ||
-                       (gap >= sweep_.clearance() && gap_along(n, sweep_.end(), triangle) >= sweep_.clearance());
+            is_found = is_found || (gap >= sweep_.clearance() &&
+                                    gap_along(n, sweep_.end(), triangle) >= sweep_.clearance());
         });
         return is_found;
     }
@@ -232,14 +234,15 @@ private:
     std::array<Plane, 7> fixed_;
     std::array<TurningPlane, 3> turning_;
     WindowCodes codes_;
-    std::array<Plane, 16> separating_;    // that part their triangles
-    std::array<Triangle, 32> undecided_;  // that their own planes do not part
+    std::array<Plane, 16> separating_;    // own planes of triangles that separate
+    std::array<Triangle, 32> undecided_;  // that their own planes do not separate
     std::size_t fixed_count_ = 0, turning_count_ = 0, separating_count_ = 0, undecided_count_ = 0;
 };
 
 }  // namespace
 
-ConvexSweep::ConvexSweep(const LocalShape& start, const LocalShape& end, const Motion& motion, double margin)
+ConvexSweep::ConvexSweep(const LocalShape& start, const LocalShape& end, const Motion& motion,
+                         double margin)
     : start_(start), end_(end), margin_(margin) {
     const Eigen::Vector3d& turn = motion.rotation_vector;
     const double spin = length(turn);
@@ -247,7 +250,7 @@ ConvexSweep::ConvexSweep(const LocalShape& start, const LocalShape& end, const M
     if (start.kind == ShapeKind::hull) {
         turned = spin > 0.0 ? spin * find_arm(start, turn / spin) : 0.0;
     } else {
-        // What is round about the axis of its spin does not move.
+        // A round shape's surface does not move by turning about its core.
         const double own = start.kind == ShapeKind::box ? spin * length(start.half)
                                                         : length(cross(turn, start.core));
         turned = own + length(cross(turn, start.offset));
@@ -256,8 +259,8 @@ ConvexSweep::ConvexSweep(const LocalShape& start, const LocalShape& end, const M
     acceleration_ = spin * turned;
 }
 
-bool are_cells_separated(const LocalGround& local, const GroundWindow& window, const CellRange& cells,
-               const ConvexSweep& sweep) {
+bool are_cells_separated(const LocalGround& local, const GroundWindow& window,
+                         const CellRange& cells, const ConvexSweep& sweep) {
     return SweptSeparation(local, window, cells, sweep).are_cells_separated();
 }
 

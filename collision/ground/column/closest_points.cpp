@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Sources: C. Ericson. Real-time collision detection. 2005, sections 5.1.5 (point and triangle) and
 //          5.1.9 (two segments).
-// Deviations: pairs of features are all looked at, because a sphere-swept box of a search tree would
-//             be slower than the few pairs that are left after pruning.
+// Deviations: all pairs of features are tested; a bounding volume tree would be slower for the few pairs that are left
+//             after pruning.
 #include "ground/column/closest_points.h"
 
 #include "ground/frame/local_shape.h"
@@ -19,13 +19,14 @@ void take_nearer(const Eigen::Vector3d& on_shape, const Eigen::Vector3d& on_tria
     if (distance < best.distance) best = {on_shape, on_triangle, distance};
 }
 
-// Segments p to p + u and q to q + v.
+// The closest points of the segments p to p + u and q to q + v.
 void take_segments(const Eigen::Vector3d& p, const Eigen::Vector3d& u, const Eigen::Vector3d& q,
                    const Eigen::Vector3d& v, ClosestPair& best) {
     const SegmentParameters parameters = find_closest_parameters(p, u, q, v);
     take_nearer(p + parameters.s * u, q + parameters.t * v, best);
 }
 
+// Where a segment intersects a triangle; false where it does not.
 bool crosses(const Eigen::Vector3d& from, const Eigen::Vector3d& to, const Triangle& triangle,
              Eigen::Vector3d& point_out) {
     const double d0 = dot(triangle.normal, from - triangle.v[0]);
@@ -42,7 +43,7 @@ bool crosses(const Eigen::Vector3d& from, const Eigen::Vector3d& to, const Trian
 }  // namespace
 
 SegmentParameters find_closest_parameters(const Eigen::Vector3d& p, const Eigen::Vector3d& u,
-                                  const Eigen::Vector3d& q, const Eigen::Vector3d& v) {
+                                          const Eigen::Vector3d& q, const Eigen::Vector3d& v) {
     const Eigen::Vector3d r = p - q;
     const double a = dot(u, u);
     const double e = dot(v, v);

@@ -1,23 +1,22 @@
 // SPDX-License-Identifier: MIT
 // Sources: S. Gottschalk, M. Lin, D. Manocha. OBBTree. SIGGRAPH 1996 (separating axes).
-// Deviations: one of the polyhedra has no bottom, so that only directions that look up or sideways
-//             count, and its sides add the crosses of the vertical with the box's edges.
+// Deviations: a column has no bottom, so that only axes with z >= 0 count; its sides add the cross products of the
+//             vertical with the box's edges.
 #include "ground/column/column.h"
 
-#include "math/vector_math.h"
 #include "ground/column/round_column.h"
 #include "ground/frame/triangle_plane.h"
+#include "math/vector_math.h"
 
 namespace terrane::internal {
 namespace {
-
 
 double compute_box_lift(const LocalShape& box, const Triangle& triangle, double floor) {
     const TrianglePlane plane(triangle);
     const Eigen::Vector3d lowest = box.deepest_point(triangle.normal);
     if (is_over(lowest, triangle)) return plane.above(lowest);
     double lift = -kInfinity;
-    // The triangle's corners, seen straight up from below the box.
+    // The vertical through each corner of the triangle, cut by the box's slabs.
     for (const Eigen::Vector3d& v : triangle.v) {
         double low = -kInfinity;
         double high = kInfinity;
@@ -36,8 +35,8 @@ double compute_box_lift(const LocalShape& box, const Triangle& triangle, double 
         }
         if (low <= high) lift = std::max(lift, -low);
     }
-    // The edges of the box's underside, cut to what lies over the triangle. No part of an edge is further
-    // below the plane than its ends.
+    // The edges of the box's underside, clipped to the triangle seen from above. No point of an edge is further below
+    // the plane than its ends.
     std::array<double, 8> below;
     for (int k = 0; k < 8; ++k) below[static_cast<std::size_t>(k)] = plane.above(box.corner(k));
     for (int i = 0; i < 3; ++i) {
@@ -48,7 +47,7 @@ double compute_box_lift(const LocalShape& box, const Triangle& triangle, double 
             const double at_from = below[static_cast<std::size_t>(k)];
             const double at_to = below[static_cast<std::size_t>(k | 1 << i)];
             if (!(std::max(at_from, at_to) > std::max(floor, lift))) continue;
-            // An edge between two faces that look up has the box below it.
+            // An edge between two faces that point up is not on the underside.
             const auto points_up = [&](int j) {
                 const double z = box.axes[static_cast<std::size_t>(j)][2];
                 return (k >> j & 1) != 0 ? z > 0.0 : z < 0.0;
@@ -80,7 +79,7 @@ double compute_box_lift(const LocalShape& box, const Triangle& triangle, double 
 }  // namespace
 
 bool find_direction(const ClosestPair& pair, Eigen::Vector3d& n_out) {
-    // Below this distance the direction between nearest points is noise.
+    // Below this distance the direction between the closest points is rounding noise.
     constexpr double kTiny = 1e-9;
     if (!(pair.distance > kTiny)) return false;
     const Eigen::Vector3d direction = (pair.on_shape - pair.on_triangle) / pair.distance;

@@ -6,7 +6,7 @@
 namespace terrane::internal {
 namespace {
 
-// Nearest points of a hull and some points' hull, from the triangle's first corner.
+// Closest points of a hull and the convex hull of some points, which are relative to `origin`.
 ClosestPair find_closest_to(const LocalHull& hull, const Eigen::Vector3d& centre,
                             const Eigen::Vector3d& origin,
                             std::span<const Eigen::Vector3d> points) {
@@ -48,7 +48,7 @@ ClosestPair find_closest_in_column(const LocalHull& hull, const Eigen::Vector3d&
         points[i] = triangle.v[i] - origin;
         low = std::min(low, points[i][2]);
     }
-    // So far below both that nothing is nearest there.
+    // So far below both that the closest points are not there.
     low -= 1.0 + length(hull.bounds);
     for (std::size_t i = 0; i < 3; ++i) {
         points[i + 3] = points[i];

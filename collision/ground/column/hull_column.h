@@ -11,32 +11,31 @@
 // A hull against one column: everything on or below a triangle.
 namespace terrane::internal {
 
-/// A hull as the kernels of pairs see it.
+/// A hull as the core of the kernels in pairs/kernels.
 ///
-/// @param centre of the hull's bounds
+/// @param centre of the hull's AABB
 Core make_core(const LocalHull& hull, const Eigen::Vector3d& centre);
 
-/// Largest of triangle height minus z over the points of a hull that lie over or below a triangle; minus
-/// infinity where there are none. Lifts up to `floor` may come back as minus infinity.
+/// Lift of a hull over one triangle: see compute_column_lift().
 ///
-/// Cost: O(support), a few times
+/// Cost: a few supports
 double compute_hull_lift(const LocalHull& hull, const Eigen::Vector3d& centre,
                          const Triangle& triangle, double floor);
 
-/// Nearest points of a hull and a triangle.
+/// Closest points of a hull and a triangle.
 ClosestPair find_closest_hull(const LocalHull& hull, const Eigen::Vector3d& centre,
                               const Triangle& triangle);
 
-/// The same of a hull and the column, which crosses more.
+/// Closest points of a hull and the column below a triangle.
 ClosestPair find_closest_in_column(const LocalHull& hull, const Eigen::Vector3d& centre,
                                    const Triangle& triangle);
 
-/// Visits the directions square to an edge of the column and an edge of the hull that can meet there:
-/// `take(unit normal, drop)`.
+/// Visits the normals of edge-edge facets of the Minkowski difference of a hull and a column, for one edge of the
+/// column: `take(unit normal, drop)`. Walks the hull's supports along the arc of the edge's normals.
 ///
-/// @param along unit, of the column's edge
-/// @param first unit, where the normals of that edge begin
-/// @param last  unit, where they end, less than half a turn away
+/// @param along unit direction of the column's edge
+/// @param first unit, where the arc of the normals of that edge begins
+/// @param last  unit, where it ends, less than half a turn away
 template <class Take>
 void visit_meeting_edges(const LocalHull& hull, const Eigen::Vector3d& along,
                          const Eigen::Vector3d& first, const Eigen::Vector3d& last, Take&& take) {
@@ -56,13 +55,13 @@ void visit_meeting_edges(const LocalHull& hull, const Eigen::Vector3d& along,
     const auto edge_to = [&](std::uint32_t k) {
         return Eigen::Vector3d(shape.vertices[shape.neighbours[k]] - shape.vertices[at]);
     };
-    // Edges that are level where the normals begin are passed by no step.
+    // No step crosses edges that are level at the start of the arc.
     constexpr double kLevel = 1e-12;  // sine
     for (std::uint32_t k = shape.first_neighbour[at]; k < shape.first_neighbour[at + 1]; ++k) {
         const Eigen::Vector3d edge = edge_to(k);
         if (std::abs(dot(d1, edge)) <= kLevel * length(edge)) cross_with(edge, first);
     }
-    // From the deepest vertex to the neighbour that takes over first.
+    // From the support vertex to the neighbour that becomes the support first.
     for (std::size_t step = 0; step < shape.vertices.size(); ++step) {
         double share = std::numeric_limits<double>::infinity();
         std::uint32_t next = at;
@@ -72,7 +71,7 @@ void visit_meeting_edges(const LocalHull& hull, const Eigen::Vector3d& along,
             const double at_last = dot(d2, edge);
             if (!(at_last > 0.0)) continue;
             const double at_first = dot(d1, edge);
-            if (at_first > kLevel * length(edge)) continue;  // left behind: only rounding
+            if (at_first > kLevel * length(edge)) continue;  // behind the arc, but for rounding
             const double when = at_first >= 0.0 ? 0.0 : at_first / (at_first - at_last);
             if (when < share) {
                 share = when;
@@ -86,15 +85,15 @@ void visit_meeting_edges(const LocalHull& hull, const Eigen::Vector3d& along,
     }
 }
 
-/// Level, out of the column's wall over side i of its triangle.
+/// Outward normal of the column's wall below side i of its triangle: unit, level.
 inline Eigen::Vector3d wall_normal(const Triangle& triangle, std::size_t i) {
     const Eigen::Vector3d edge = triangle.v[(i + 1) % 3] - triangle.v[i];
     const double run = std::sqrt(edge[0] * edge[0] + edge[1] * edge[1]);
     return {edge[1] / run, -edge[0] / run, 0.0};
 }
 
-/// Visits the directions that look up among the facets of the Minkowski difference of a hull and a column,
-/// but for the triangle's: `take(unit normal, drop)`.
+/// Visits the normals with z > 0 of the facets of the Minkowski difference of a hull and a column, except the
+/// triangle's: `take(unit normal, drop)`.
 template <class Take>
 void visit_hull_tops(const LocalHull& hull, const Triangle& triangle, Take&& take) {
     constexpr double kLevel = 1e-12;
@@ -115,14 +114,14 @@ void visit_hull_tops(const LocalHull& hull, const Triangle& triangle, Take&& tak
     }
 }
 
-/// The same for directions that are level.
+/// The same for level normals.
 template <class Take>
 void visit_hull_walls(const LocalHull& hull, const Triangle& triangle, Take&& take) {
     for (std::size_t i = 0; i < 3; ++i) {
         const Eigen::Vector3d first = wall_normal(triangle, i);
         const Eigen::Vector3d last = wall_normal(triangle, (i + 1) % 3);
         take(first, hull.drop(first));
-        // In two halves, because sharp corners turn by nearly half a turn.
+        // In two halves, because the arc at a sharp corner is nearly half a turn.
         const Eigen::Vector3d sum = first + last;
         const Eigen::Vector3d between = sum / length(sum);
         const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();

@@ -1,20 +1,19 @@
 // SPDX-License-Identifier: MIT
 // Sources: G. Snethen. Xenocollide: complex collision made simple. Game Programming Gems 7, 2008 (a
 //          portal that a ray passes, refined by supports).
-// Deviations: the ray is the vertical through the origin of the Minkowski difference, triangle minus
-//             hull, and where it leaves that is the lift. The first portal is found in the plane. The
-//             ray has no end, so that the answer is exact: a facet of the difference.
+// Deviations: the ray is the vertical through the origin; the height at which it leaves the Minkowski difference,
+//             triangle minus hull, is the lift. The first portal is found in the horizontal plane. The ray is not a
+//             segment, so that the answer is exact: on a facet of the difference.
 #include "ground/column/hull_column.h"
-#include "math/vector_math.h"
 #include "ground/frame/triangle_plane.h"
+#include "math/vector_math.h"
 
 #include <limits>
 
 namespace terrane::internal {
 namespace {
 
-
-// Twice the area of (0, a, b) seen from above.
+// Twice the signed area of (0, a, b) seen from above.
 double area(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
     return a[0] * b[1] - a[1] * b[0];
 }
@@ -31,7 +30,7 @@ public:
         size_ += hull.bounds[0] + hull.bounds[1];
     }
 
-    // Three points of the difference around the vertical. False where it passes by.
+    // Finds three points of the difference around the vertical. False where it misses the difference.
     //
     // @param lowest a vertex of the hull that does not lie over the triangle
     bool open(const Eigen::Vector3d& lowest) {
@@ -39,14 +38,14 @@ public:
         const Eigen::Vector3d ray(-inside[0], -inside[1], 0.0);
         Eigen::Vector3d right = support(ray);
         if (is_beside(right, ray)) return false;
-        // The first point lies on one side of the ray; turned so that this is the right one.
+        // Mirrored so that the first point lies to the right of the ray.
         side_ = area(ray, right - inside) <= 0.0 ? 1.0 : -1.0;
         const auto left_of_ray = [&](const Eigen::Vector3d& p) {
             return side_ * area(ray, p - inside) > 0.0;
         };
         Eigen::Vector3d left = right;
         for (int step = 0;; ++step) {
-            // Beyond the line from inside to the right point, to its left.
+            // Farthest to the left of the line from the inside to the right point.
             const Eigen::Vector3d to_right = right - inside;
             const Eigen::Vector3d out(-side_ * to_right[1], side_ * to_right[0], 0.0);
             left = support(out);
@@ -71,8 +70,7 @@ public:
         return true;
     }
 
-    // Where the vertical leaves the difference. Minus infinity where that is known to be at or below
-    // `floor`.
+    // Height at which the vertical leaves the difference. Minus infinity where it is proved to be at or below `floor`.
     double refine(double floor) {
         double value = -kInfinity;
         double bound = kInfinity;
@@ -100,7 +98,7 @@ public:
 private:
     static constexpr int kSteps = 200;
 
-    // The point of the difference that is farthest along a direction.
+    // Support point of the difference.
     Eigen::Vector3d support(const Eigen::Vector3d& n) const {
         std::size_t top = 0;
         double highest = dot(n, corners_[0]);
@@ -114,15 +112,14 @@ private:
         return corners_[top] - hull_.vertex(hull_.lowest(n));
     }
 
-    // Whether the origin lies beyond the difference's farthest point along a level direction, by more than
-    // rounding.
+    // Whether the origin lies beyond the support point along a level direction, by more than rounding.
     bool is_beside(const Eigen::Vector3d& farthest, const Eigen::Vector3d& n) const {
         const double along = n[0] * farthest[0] + n[1] * farthest[1];
         return along < -0x1p-50 * size_ * (std::abs(n[0]) + std::abs(n[1]));
     }
 
-    // Puts a point in the place of that corner for which the vertical stays inside best. False where it
-    // is one already.
+    // Replaces the corner for which the vertical stays inside the portal by the widest margin. False where the point is
+    // a corner already, or no replacement keeps the vertical inside.
     bool take(const Eigen::Vector3d& p) {
         if (p == corner_[0] || p == corner_[1] || p == corner_[2]) return false;
         double best = -kInfinity;
@@ -147,17 +144,17 @@ private:
     }
 
     const LocalHull& hull_;
-    std::array<Eigen::Vector3d, 3> corners_;  ///< of the triangle, from the hull's centre
+    std::array<Eigen::Vector3d, 3> corners_;  ///< of the triangle, relative to the hull's centre
     std::array<Eigen::Vector3d, 3> corner_;   ///< of the portal
-    double size_ = 0.0;                       ///< what rounding is relative to, metres
-    double side_ = 1.0;
+    double size_ = 0.0;                       ///< scale of rounding errors, metres
+    double side_ = 1.0;                       ///< -1 where mirrored
 };
 
 }  // namespace
 
 double compute_hull_lift(const LocalHull& hull, const Eigen::Vector3d& centre,
                          const Triangle& triangle, double floor) {
-    // The lowest along the triangle's normal bounds all, and decides where it lies over the triangle.
+    // The support point against the triangle's normal is an upper bound, and exact where it lies over the triangle.
     const TrianglePlane plane(triangle);
     const Eigen::Vector3d lowest = hull.vertex(hull.lowest(triangle.normal));
     const Eigen::Vector3d placed = lowest + centre;

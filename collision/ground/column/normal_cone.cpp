@@ -15,7 +15,7 @@ struct LatticeIndex {
 
 bool is_in_normal_cone(const LocalGround& local, const Triangle& triangle,
                        const Eigen::Vector3d& n) {
-    // A neighbour may stand out by this much of a cell before it counts as above the plane.
+    // A neighbour counts as above the plane from this height on, metres.
     const double slack = 1e-10 * local.spacing();
     std::array<LatticeIndex, 3> top;
     std::size_t count = 0;

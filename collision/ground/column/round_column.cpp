@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 //
-// The height of the ground over a sphere or capsule is most where its lowest point over a face is square to
-// the face, or else on the rim of the face: over an edge, where the shape's section is a disc that moves, or
-// over a corner. The plane of a face alone bounds all of these.
+// The lift of a sphere or capsule over a face is that of its support point against the face's normal, where this point
+// lies over the face; else it is on the face's rim: over an edge, in whose vertical plane the section of the shape is a
+// moving disc, or over a corner. The plane of the face bounds all of these from above.
 #include "ground/column/round_column.h"
 
-#include "math/vector_math.h"
 #include "ground/frame/triangle_plane.h"
+#include "math/vector_math.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,9 +15,8 @@
 namespace terrane::internal {
 namespace {
 
-
-// Where s in [-1, 1] maximises linear * s + reach * sqrt(square - (offset + rate * s)^2), among the s
-// where the root exists. False where there is none.
+// The s in [-1, 1] that maximises linear * s + reach * sqrt(square - (offset + rate * s)^2), among those for which the
+// root is real. False where there is none.
 bool find_round_maximum(double linear, double reach, double square, double offset, double rate,
                         double& s_out) {
     if (square < 0.0) return false;
@@ -32,7 +31,7 @@ bool find_round_maximum(double linear, double reach, double square, double offse
     first = std::max(first, std::min((-root - offset) / rate, (root - offset) / rate));
     last = std::min(last, std::max((-root - offset) / rate, (root - offset) / rate));
     if (first > last) return false;
-    // With d = offset + rate s the maximum of (linear / rate) d + reach sqrt(square - d^2).
+    // With d = offset + rate s: maximise (linear / rate) d + reach sqrt(square - d^2).
     const double along = linear / rate;
     const double size = std::sqrt(along * along + reach * reach);
     const double d = size > 0.0 ? root * (along / size) : 0.0;
@@ -40,15 +39,15 @@ bool find_round_maximum(double linear, double reach, double square, double offse
     return true;
 }
 
-// Over the vertical wall through an edge that starts at `a`. Where that is most beyond an end of the edge, over
-// that end alone: `end_out` is -1 or 1, else 0.
+// Lift over the vertical plane through an edge that starts at `a`. `end_out` is -1 or 1 where the maximum is beyond the
+// first or second end of the edge, else 0.
 double lift_over_edge(const LocalShape& shape, const Eigen::Vector3d& a,
                       const Eigen::Vector3d& edge, int& end_out) {
     const double run = std::sqrt(edge[0] * edge[0] + edge[1] * edge[1]);
     const Eigen::Vector3d along(edge[0] / run, edge[1] / run, 0.0);
     const Eigen::Vector3d out(along[1], -along[0], 0.0);
     const Eigen::Vector3d from = shape.centre - a;
-    // The section with the wall: discs whose centres move with s.
+    // The section with that plane: discs whose centres move with s.
     const double grade = edge[2] / run;
     const double distance = dot(out, from);
     const double rate = dot(out, shape.core);
@@ -66,7 +65,7 @@ double lift_over_edge(const LocalShape& shape, const Eigen::Vector3d& a,
     return grade * u - (from[2] + s * shape.core[2] - r / reach);
 }
 
-// On the vertical through a point.
+// Lift over a corner of the ground.
 double lift_over_corner(const LocalShape& shape, const Eigen::Vector3d& corner) {
     const Eigen::Vector3d from = shape.centre - corner;
     const double square = shape.radius * shape.radius;
@@ -98,9 +97,9 @@ double lift_over_rim(const LocalShape& shape, const std::array<Eigen::Vector3d, 
         const Eigen::Vector3d& a = corners[i];
         const Eigen::Vector3d& b = corners[(i + 1) % 3];
         const Eigen::Vector3d edge = b - a;
-        // A hair inside does not count: rounding may have put the point beside the triangle.
-        const double hair = 1e-9 * (edge[0] * edge[0] + edge[1] * edge[1]);
-        if (left_of(a, b, most) > hair) continue;
+        // Only where the point is inside by more than rounding.
+        const double slack = 1e-9 * (edge[0] * edge[0] + edge[1] * edge[1]);
+        if (left_of(a, b, most) > slack) continue;
         int end = 0;
         const double over_edge = lift_over_edge(shape, a, edge, end);
         lift = std::max(lift, end == 0 ? over_edge : lift_over_corner(shape, end < 0 ? a : b));

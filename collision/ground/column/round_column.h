@@ -12,11 +12,10 @@ namespace terrane::internal {
 /// The lift of a sphere or capsule over one triangle: see compute_column_lift().
 double compute_round_lift(const LocalShape& shape, const Triangle& triangle);
 
-/// The same over the rim of a triangle whose plane lifts the shape most at a point beside it. How much the
-/// plane lifts is concave: over the triangle it is most on an edge that separates it from the point, and there
-/// nearest to the edge's own most.
+/// The same where the lift over the triangle's whole plane is largest at a point beside the triangle. The lift is
+/// concave in x and y, so that over the triangle it is largest on an edge that separates the triangle from the point.
 ///
-/// @param most where the plane lifts the shape most; only x and y count
+/// @param most where the lift over the plane is largest; only x and y count
 double lift_over_rim(const LocalShape& shape, const std::array<Eigen::Vector3d, 3>& corners,
                      const Eigen::Vector3d& most);
 

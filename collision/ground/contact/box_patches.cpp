@@ -2,8 +2,8 @@
 //
 // Sources: G. van den Bergen. Collision detection in interactive 3D environments. 2003, section 4.4
 //          (contacts from pairs of features).
-// Deviations: each vertex, edge and face of the ground is looked at once, and passed over where the planes
-//             under the box part it from where the box is. Features are paired where the box is *free*.
+// Deviations: each vertex, edge and face of the ground is tested once, and skipped where the planes below the box
+//             separate it from the box. Features are paired where the box is *separated*, after the translation.
 #include "ground/contact/box_patches.h"
 
 #include "ground/frame/window_features.h"
@@ -17,8 +17,8 @@ namespace {
 class BoxPairs {
 public:
     BoxPairs(const LocalGround& local, const GroundWindow& window, const CellRange& cells,
-          const LocalShape& box, std::uint32_t part, const Eigen::Vector3d& translation, double margin,
-          double reach, ContactPatches& patches)
+             const LocalShape& box, std::uint32_t part, const Eigen::Vector3d& translation,
+             double margin, double reach, ContactPatches& patches)
         : local_(local),
           window_(window),
           cells_(window, cells),
@@ -76,7 +76,7 @@ private:
             const int north = std::min(cells_.north, cell_of(to[1] + reach_));
             for (int row = south; row <= north; ++row) {
                 for (int column = west; column <= east; ++column) {
-                    // above the whole cell where it starts: not in it, and no nearer than the margin
+                    // untranslated it is above the whole cell by more than the margin
                     if (start[2] > window_.highest(column, row) + margin_) continue;
                     take_corner(k, p, column, row);
                 }
@@ -84,7 +84,7 @@ private:
         }
     }
 
-    // A cell's index from a length in the window; one outside for all that lie outside.
+    // Index of the cell at a coordinate in the window, clamped to one outside.
     int cell_of(double p) const {
         return static_cast<int>(
             std::floor(std::clamp(p / spacing_, -1.0, double{GroundWindow::kMostCells})));
@@ -105,7 +105,7 @@ private:
             const Eigen::Vector3d& n = triangle.normal;
             const double gap = dot(n, p - triangle.v[0]);
             if (!is_gap(n, gap) || !is_foot_inside(p, triangle)) continue;
-            // only the face of the box that looks most at the triangle
+            // only corners of the face of the box that is nearest to parallel to the triangle
             std::size_t nearest = 0;
             for (std::size_t i = 1; i < 3; ++i) {
                 if (std::abs(dot(n, at_start_.axes[i])) >
@@ -145,7 +145,7 @@ private:
         }
     }
 
-    // Which planes under the box part a vertex, and all below it, from where the box is, and which sides of its
+    // Outcodes of vertices: bits 0 to 2 for the planes below the box, and the margin; 3 to 6 for the sides of its
     // bounds.
     void make_codes() {
         std::array<double, 3> lowest;
@@ -166,7 +166,7 @@ private:
         }
     }
 
-    // A convex edge of the ground, and the third corners of its two triangles, under edges of the box.
+    // A convex edge of the ground, with the third corners of its two triangles, against the edges of the box.
     void take_edge(const WindowVertex& from, const WindowVertex& to, const WindowVertex& left,
                    const WindowVertex& right) {
         const auto vertex = [&](const WindowVertex& v) {
@@ -185,13 +185,13 @@ private:
             // most are not in the edge's cone
             const double rise = std::max(dot(n, to_left), dot(n, to_right));
             if (n[2] <= 0.0 || rise > slack_ * edge_length) continue;
-            // nearly parallel: faces and corners tell the same
+            // nearly parallel edges: faces and corners have the same contacts
             const double square = dot(n, n);
             if (square < 1e-12 * edge_square) continue;
             const double size = std::sqrt(square);
             if (rise > slack_ * size) continue;
             n /= size;
-            // The edge of the box that is deepest against n.
+            // The edge of the box that is farthest against n.
             Eigen::Vector3d p = centre_;
             std::uint32_t corner = 0;
             for (std::size_t m = 0; m < 3; ++m) {
@@ -203,13 +203,13 @@ private:
             }
             const double gap = dot(n, p - a);
             if (!is_gap(n, gap)) continue;
-            // Where the two lines pass each other.
+            // The closest points of the two lines.
             const Eigen::Vector3d direction = edge / edge_length;
             const Eigen::Vector3d r = p - a;
             const double b = dot(axis, direction);
             const double s = (b * dot(direction, r) - dot(axis, r)) / (1.0 - b * b);
             const double t = dot(direction, r) + s * b;
-            // a hair longer: an edge of the box over a vertex is over one of the edges there
+            // with slack: an edge of the box over a vertex is over at least one of the edges there
             const double half = at_start_.half[static_cast<Eigen::Index>(i)];
             if (std::abs(s) > half + slack_ || t < -slack_ || t > edge_length + slack_) continue;
             add(p + s * axis, n, gap, {corner, corner | 1u << i});
@@ -225,10 +225,10 @@ private:
     double margin_;
     double reach_;
     double spacing_;
-    double slack_;  // by which a neighbour may stand out before it counts as above a plane
-    Eigen::Vector3d centre_;  // where the box is free
+    double slack_;            // a neighbour counts as above a plane from this height on, metres
+    Eigen::Vector3d centre_;  // of the translated box
     std::array<Eigen::Vector3d, 3> up_;
-    Eigen::Vector3d low_, high_;  // ends of the bounds and the margin
+    Eigen::Vector3d low_, high_;  // of the bounds with the margin
     WindowCodes codes_;
     ContactPatches& patches_;
 };

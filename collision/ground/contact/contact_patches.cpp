@@ -3,8 +3,8 @@
 
 #include "ground/contact/box_patches.h"
 #include "ground/contact/feature_pairs.h"
-#include "ground/depth/min_translation.h"
 #include "ground/contact/round_patches.h"
+#include "ground/depth/min_translation.h"
 
 #include <algorithm>
 #include <memory>
@@ -12,7 +12,7 @@
 namespace terrane::internal {
 namespace {
 
-bool is_before_by_place(const Contact& a, const Contact& b) {
+bool is_before_by_position(const Contact& a, const Contact& b) {
     for (int i = 0; i < 3; ++i) {
         if (a.point_world[i] != b.point_world[i]) return a.point_world[i] < b.point_world[i];
     }
@@ -26,7 +26,7 @@ bool is_before_by_place(const Contact& a, const Contact& b) {
 
 bool is_before(const Contact& a, const Contact& b) {
     if (a.depth != b.depth) return a.depth > b.depth;
-    return is_before_by_place(a, b);
+    return is_before_by_position(a, b);
 }
 
 double square_distance(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
@@ -34,16 +34,16 @@ double square_distance(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
     return dot(d, d);
 }
 
-// Moves up to four contacts that stand for all of a patch to its front; returns how many.
+// Moves up to four contacts that represent a patch to its front; returns their number.
 std::size_t reduce(std::span<Contact> patch) {
-    constexpr double kSamePlace = 1e-20;  // square metres
-    constexpr double kSameDepth = 1e-12;  // metres
-    // Of those that only rounding makes less than the deepest the first by place: an outermost one, so
-    // that where the ground has its edges does not matter.
+    constexpr double kSamePosition = 1e-20;  // square metres
+    constexpr double kSameDepth = 1e-12;     // metres
+    // Of those as deep as the deepest within rounding, the first by position: an outermost one, so that the result does
+    // not depend on where the edges of the ground are.
     std::size_t first = 0;
     for (std::size_t i = 1; i < patch.size(); ++i) {
         if (patch[i].depth < patch[0].depth - kSameDepth) break;
-        if (is_before_by_place(patch[i], patch[first])) first = i;
+        if (is_before_by_position(patch[i], patch[first])) first = i;
     }
     std::swap(patch[0], patch[first]);
     std::size_t kept = 1;
@@ -63,7 +63,7 @@ std::size_t reduce(std::span<Contact> patch) {
                 if (kept == 2) {
                     gain = std::abs(area);
                 } else {
-                    // What the fourth point adds to the triangle of the first three.
+                    // The area that the fourth point adds to the triangle of the first three.
                     const Eigen::Vector3d& c = patch[2].point_world;
                     const double side = dot(cross(b - a, c - a), n) < 0.0 ? -1.0 : 1.0;
                     gain = std::max({-side * area, -side * dot(cross(c - b, p - b), n),
@@ -75,19 +75,19 @@ std::size_t reduce(std::span<Contact> patch) {
                 which = i;
             }
         }
-        if (which == 0 || best < kSamePlace) break;
+        if (which == 0 || best < kSamePosition) break;
         std::swap(patch[kept], patch[which]);
         ++kept;
     }
     return kept;
 }
 
-// Whether a shape is paired with the features of a window; else it is with triangle after triangle.
+// Whether a shape is paired with the features of a window; else with one triangle after the other.
 bool is_paired_by_feature(const LocalShape& shape) {
     return shape.kind == ShapeKind::box || (shape.kind == ShapeKind::round && shape.radius > kThin);
 }
 
-// Finds contacts of such a shape with cells that a window holds.
+// Finds contacts of such a shape with cells of a window.
 void find_window_patches(const LocalGround& local, const GroundWindow& window,
                          const CellRange& cells, const LocalShape& shape, std::uint32_t part,
                          const Eigen::Vector3d& translation, double margin, double reach,
@@ -101,8 +101,8 @@ void find_window_patches(const LocalGround& local, const GroundWindow& window,
 
 struct PatchVisitor {
     const LocalGround& local;
-    const LocalShape& shape;  ///< where it is
-    const LocalShape& moved;  ///< where it is free
+    const LocalShape& shape;  ///< at the pose of the query
+    const LocalShape& moved;  ///< after the translation
     std::uint32_t part;
     const Eigen::Vector3d& translation;
     double margin;
@@ -112,7 +112,7 @@ struct PatchVisitor {
     double error_m = 0.0;
     bool is_missing = false;
 
-    // What is further from the shape where it is than the margin is no contact.
+    // Beyond the margin of the untranslated shape there are no contacts.
     bool wants(const CellPrism& prism) const {
         return bound_distance(shape, prism) <= margin && bound_distance(moved, prism) <= reach;
     }
@@ -125,7 +125,8 @@ struct PatchVisitor {
         if (!is_paired_by_feature(shape)) return false;
         const GroundWindow* const window = local.window(cells, 1);
         if (window == nullptr) return false;
-        find_window_patches(local, *window, cells, shape, part, translation, margin, reach, patches);
+        find_window_patches(local, *window, cells, shape, part, translation, margin, reach,
+                            patches);
         error_m = std::max(error_m, local.error(cells));
         return true;
     }
@@ -137,7 +138,7 @@ struct PatchVisitor {
     }
 };
 
-// Of one shape; false where a cell in reach is not resident.
+// Finds the contacts of one convex shape; false where a cell in reach is not resident.
 bool find_patches(const LocalGround& local, const LocalShape& shape, std::uint32_t part,
                   const Eigen::Vector3d& translation, double margin, ContactPatches& patches,
                   double& error_out) {
@@ -147,18 +148,19 @@ bool find_patches(const LocalGround& local, const LocalShape& shape, std::uint32
         local.cells(low[0] - margin, low[1] - margin, high[0] + margin, high[1] + margin);
     const GroundWindow* const window = local.window(cells, 1);
     if (window != nullptr) error_out = std::max(error_out, local.error(cells));
-    // Of a deep overlap only what is near where the shape is free matters.
+    // Of a deep overlap only what is near the translated shape matters.
     const double reach = margin + std::min(length(translation), kDeep * shape.smallest);
     if (window != nullptr && is_paired_by_feature(shape)) {
-        find_window_patches(local, *window, cells, shape, part, translation, margin, reach, patches);
+        find_window_patches(local, *window, cells, shape, part, translation, margin, reach,
+                            patches);
         return true;
     }
     LocalShape moved = shape;
     moved.centre += translation;
     PatchVisitor visitor{
-        local, shape,   moved,
+        local, shape,       moved,
         part,  translation, margin,
-        reach, patches, FeaturePairs(local, moved, translation, reach, margin, part, patches)};
+        reach, patches,     FeaturePairs(local, moved, translation, reach, margin, part, patches)};
     visit_cells(local, cells, visitor);
     error_out = std::max(error_out, visitor.error_m);
     return !visitor.is_missing;
@@ -169,7 +171,7 @@ bool find_patches(const LocalGround& local, const LocalShape& shape, std::uint32
 void ContactPatches::add(const Contact& contact) {
     if (count_ == kMost) {
         merge();
-        // Many normals: the deepest half stays.
+        // Too many normals: the deepest half stays.
         count_ = std::min(count_, kMost / 2);
     }
     std::construct_at(&contacts_[count_++], contact);
@@ -186,7 +188,7 @@ void ContactPatches::merge() {
         std::size_t end = kept + 1;
         for (std::size_t i = end; i < count_; ++i) {
             if (dot(n, contacts_[i].normal) < kSameNormal) continue;
-            // Kept in order, because what is left must stay sorted.
+            // rotate(), because the rest must stay sorted
             std::rotate(contacts_.begin() + static_cast<std::ptrdiff_t>(end),
                         contacts_.begin() + static_cast<std::ptrdiff_t>(i),
                         contacts_.begin() + static_cast<std::ptrdiff_t>(i + 1));
@@ -208,8 +210,9 @@ std::span<const Contact> ContactPatches::finish() {
     return {contacts_.data(), count_};
 }
 
-bool find_patches(const LocalGround& local, const LocalBody& body, const Eigen::Vector3d& translation,
-                  double margin, ContactPatches& patches, double& error_out) {
+bool find_patches(const LocalGround& local, const LocalBody& body,
+                  const Eigen::Vector3d& translation, double margin, ContactPatches& patches,
+                  double& error_out) {
     const double near = margin + kTouch;
     bool is_known = true;
     body.visit(

@@ -10,8 +10,8 @@
 
 namespace terrane::internal {
 
-/// Contacts in a local frame, merged as they come: contacts with nearly the same normal are a patch,
-/// and a patch keeps its deepest point and up to three more that span the most.
+/// Contacts in a local frame, merged as they are added: contacts with nearly the same normal are a patch, and a patch
+/// keeps its deepest point and up to three more that span the largest area.
 class ContactPatches {
 public:
     ContactPatches() {}
@@ -20,30 +20,32 @@ public:
 
     void clear() { count_ = 0; }
     void add(const Contact& contact);
-    /// Merges, then sorts: deepest first, ties by place.
+    /// Merges, then sorts: deepest first, ties by position. Valid until the next call.
     std::span<const Contact> finish();
 
 private:
     void merge();
 
     static constexpr std::size_t kMost = 192;
-    // Made as they are added: the others cost nothing.
+    // Not initialised: only the first count_ are constructed.
     union {
         std::array<Contact, kMost> contacts_;
     };
     std::size_t count_ = 0;
 };
 
-/// Finds all contacts of a body that is free after moving by `translation`.
+/// Finds all contacts of a body. Features are paired where the body is separated, after a translation, and depths are
+/// counted back from there.
 ///
-/// @param margin  gaps up to this are contacts too, metres
-/// @param patches gets contacts of the body where it is, in the local frame
-///
-/// Of a round shape whose core is clear of the ground, `translation` may be zero although it overlaps: then
-/// features are paired where it is, by the shortest ways from the ground to the core.
+/// @param translation separates the body. Zero is valid for an overlapping round shape whose core is clear of the
+///                    ground: features are then paired by the distance from the ground to the core
+/// @param margin      gaps up to this are contacts too, metres
+/// @param patches     gets the contacts at the untranslated pose, in the local frame
+/// @param error_out   raised to the largest error_m of the cells tested
 ///
 /// Returns false where a cell in reach is not resident.
-bool find_patches(const LocalGround& local, const LocalBody& body, const Eigen::Vector3d& translation,
-                  double margin, ContactPatches& patches, double& error_out);
+bool find_patches(const LocalGround& local, const LocalBody& body,
+                  const Eigen::Vector3d& translation, double margin, ContactPatches& patches,
+                  double& error_out);
 
 }  // namespace terrane::internal

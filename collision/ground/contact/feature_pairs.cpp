@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: MIT
 // Sources: G. van den Bergen. Collision detection in interactive 3D environments. 2003, section 4.4
 //          (contacts from pairs of features).
-// Deviations: features are paired where the shape is *free*, so that every normal is one that really
-//             holds there, and depths are counted back from there.
+// Deviations: features are paired where the shape is *separated*, so that every normal is one of a contact there;
+//             depths are counted back from there.
 #include "ground/contact/feature_pairs.h"
 
 #include "ground/column/closest_points.h"
 #include "ground/column/normal_cone.h"
 
 namespace terrane::internal {
+
 void FeaturePairs::pair(const Triangle& triangle) {
     if (shape_.kind == ShapeKind::round) pair_round(triangle);
     if (shape_.kind == ShapeKind::box) pair_box(triangle);
@@ -61,7 +62,7 @@ void FeaturePairs::pair_round(const Triangle& triangle) {
         return;
     }
     if (has_face || pair.distance > 1e-9) return;
-    // A core without thickness that touches: any direction of the cone that parts them.
+    // A core of radius 0 that touches: any direction of the cone that separates.
     const Separation best = find_separation_in_cone(triangle);
     add(pair.on_shape - shape_.radius * best.normal, best.normal, best.gap,
         shape_.core_feature(pair.on_shape));
@@ -73,7 +74,7 @@ void FeaturePairs::pair_box(const Triangle& triangle) {
     pair_box_edges(triangle);
 }
 
-// The corners of the box's face that looks most at the triangle, over the triangle.
+// Corners of the face of the box that is nearest to parallel to the triangle, over the triangle.
 void FeaturePairs::pair_box_face(const Triangle& triangle) {
     const Eigen::Vector3d& n = triangle.normal;
     std::size_t face = 0;
@@ -85,14 +86,14 @@ void FeaturePairs::pair_box_face(const Triangle& triangle) {
         if (((k >> face & 1) == 0) != is_down) continue;
         const Eigen::Vector3d corner = shape_.corner(k);
         const double gap = dot(n, corner - triangle.v[0]);
-        // Far below a face is behind a wall, not in it.
+        // Far below the face it belongs to another column.
         if (gap > reach_ || gap < -kTouch || !is_foot_inside(corner, triangle)) continue;
         const auto vertex = static_cast<std::uint32_t>(k);
         add(corner, n, gap, {vertex, vertex});
     }
 }
 
-// The triangle's corners under the faces of the box that look down.
+// Corners of the triangle under the lower faces of the box.
 void FeaturePairs::pair_box_corners(const Triangle& triangle) {
     for (std::size_t i = 0; i < 3; ++i) {
         const Eigen::Vector3d& axis = shape_.axes[i];
@@ -132,12 +133,12 @@ void FeaturePairs::pair_box_edges(const Triangle& triangle) {
             const Eigen::Vector3d& axis = shape_.axes[i];
             Eigen::Vector3d n = cross(axis, direction);
             const double size = length(n);
-            if (size < 1e-6) continue;  // nearly parallel: faces and corners tell the same
+            if (size < 1e-6) continue;  // nearly parallel: faces and corners have the same contacts
             n /= n[2] < 0.0 ? -size : size;
             if (n[2] <= 0.0) continue;
             // The edge must be the triangle's highest part along n.
             if (dot(n, triangle.v[(j + 2) % 3] - a) > 0.0) continue;
-            // The edge of the box that is deepest against n.
+            // The edge of the box that is farthest against n.
             Eigen::Vector3d p = shape_.centre;
             std::uint32_t corner = 0;
             for (std::size_t m = 0; m < 3; ++m) {
@@ -149,7 +150,7 @@ void FeaturePairs::pair_box_edges(const Triangle& triangle) {
             }
             const double gap = dot(n, p - a);
             if (gap > reach_ || gap < -kTouch) continue;
-            // Where the two lines pass each other.
+            // The closest points of the two lines.
             const Eigen::Vector3d r = p - a;
             const double b = dot(axis, direction);
             const double denominator = 1.0 - b * b;

@@ -5,26 +5,28 @@
 
 namespace terrane::internal {
 
-/// Pairs features of a shape, where it is free, with those of one triangle after the other.
+/// Pairs the features of a separated shape with those of one triangle after the other.
 class FeaturePairs {
 public:
-    /// @param shape   where it is free
-    /// @param translation how it came there
-    /// @param reach   gaps up to this are looked at, metres
-    /// @param margin  contacts of the shape where it was, with gaps up to this, are kept
-    FeaturePairs(const LocalGround& local, const LocalShape& shape, const Eigen::Vector3d& translation,
-                 double reach, double margin, std::uint32_t part, ContactPatches& patches)
+    /// @param shape       after the translation, separated
+    /// @param translation metres
+    /// @param reach       gaps up to this are paired, metres
+    /// @param margin      contacts whose gap at the untranslated pose is up to this are kept, metres
+    FeaturePairs(const LocalGround& local, const LocalShape& shape,
+                 const Eigen::Vector3d& translation, double reach, double margin,
+                 std::uint32_t part, ContactPatches& patches)
         : local_(local),
           shape_(shape),
           translation_(translation),
           reach_(reach),
           margin_(margin),
-          // Where it is not moved, a core clear of the ground is paired with planes up to it.
+          // Without a translation a round shape overlaps, down to its core.
           least_(shape.kind == ShapeKind::round && length(translation) == 0.0 ? -shape.radius
-                                                                          : -kTouch),
+                                                                              : -kTouch),
           part_(part),
           patches_(patches) {}
 
+    /// Adds the contacts with a triangle to the patches.
     void pair(const Triangle& triangle);
 
 private:
@@ -36,7 +38,7 @@ private:
     void pair_hull(const Triangle& triangle);
     double pair_hull_along(const Eigen::Vector3d& n, const Triangle& triangle);
 
-    /// The widest gap along a direction of the ground's normal cone.
+    /// The axis of the largest gap within the ground's normal cone.
     Separation find_separation_in_cone(const Triangle& triangle) const;
     void add(const Eigen::Vector3d& on_shape, const Eigen::Vector3d& n, double gap,
              const ShapeFeature& feature);
@@ -46,7 +48,7 @@ private:
     Eigen::Vector3d translation_;
     double reach_;
     double margin_;
-    double least_;  ///< gaps down to this are looked at
+    double least_;  ///< gaps down to this are paired, metres
     std::uint32_t part_;
     ContactPatches& patches_;
 };

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
+#include "ground/column/normal_cone.h"
 #include "ground/contact/contact_patches.h"
+#include "ground/contact/nearest.h"
 #include "ground/depth/min_translation.h"
 #include "math/half_spaces.h"
-#include "ground/contact/nearest.h"
-#include "ground/column/normal_cone.h"
 #include "math/valid_query.h"
 
 #include <terrane/collision/ground_contact.h>
@@ -14,18 +14,19 @@ namespace terrane {
 namespace internal {
 namespace {
 
-// Adds contacts that a body has a gap at, and that it would overlap after moving by d: whether there are any.
+// Adds contacts with a gap that would overlap after moving by d. True if there are any.
 bool add_met(std::span<const Contact> contacts, const Eigen::Vector3d& d, HalfSpaces& spaces) {
     const std::size_t before = spaces.count;
     for (const Contact& contact : contacts) {
-        if (contact.depth > 0.0 || dot(contact.normal, d) >= contact.depth - kSeparatedLift) continue;
+        if (contact.depth > 0.0 || dot(contact.normal, d) >= contact.depth - kSeparatedLift)
+            continue;
         spaces.add({contact.normal, contact.depth});
     }
     return spaces.count > before;
 }
 
-// Of the planes in the ground's normal cone that part a column from a shape that has moved by `translation`, the one that asks
-// least; false where there is none: it is left by a side that is inside the ground.
+// Of the planes in the ground's normal cone that separate a column from a translated shape, the one of least depth.
+// False where there is none: the shape leaves the column through a wall that is inside the ground.
 bool find_least(const LocalGround& local, const LocalShape& moved, const Triangle& triangle,
                 const Eigen::Vector3d& translation, HalfSpace& least_out) {
     bool is_found = false;
@@ -39,7 +40,7 @@ bool find_least(const LocalGround& local, const LocalShape& moved, const Triangl
     return is_found;
 }
 
-// Where a part is deepest against a plane.
+// The contact of a part with a plane, at its support point.
 Contact make_contact(const LocalShape& shape, std::uint32_t part, const HalfSpace& plane) {
     const DeepestPoint deepest = shape.deepest(plane.normal);
     Contact contact;
@@ -51,8 +52,8 @@ Contact make_contact(const LocalShape& shape, std::uint32_t part, const HalfSpac
     return contact;
 }
 
-// Adds contacts until the body is free after the shortest translation that resolves them all. None asks for more than
-// what frees, and each cuts off where the ones before it led.
+// Adds contacts until the shortest translation that resolves them all separates the body. None is deeper along its
+// normal than `translation`, and each excludes the solution before it.
 void complete_patches(const LocalGround& local, const LocalBody& body, const GroundLift& lift,
                       const Eigen::Vector3d& translation, double margin, ContactPatches& patches) {
     constexpr int kRounds = 24;
@@ -65,7 +66,7 @@ void complete_patches(const LocalGround& local, const LocalBody& body, const Gro
     for (int round = 0; round < kRounds; ++round) {
         Eigen::Vector3d d;
         if (!find_shortest(spaces, d)) break;
-        if (length(d - translation) <= 0.1 * kSeparatedLift) return;  // known to be free
+        if (length(d - translation) <= 0.1 * kSeparatedLift) return;  // known to separate
         if (add_met(patches.finish(), d, spaces)) continue;
         const GroundLift rest = find_lift(local, body, d, 0.5 * kTouch);
         if (!(rest.lift > 0.5 * kTouch)) return;
@@ -79,9 +80,9 @@ void complete_patches(const LocalGround& local, const LocalBody& body, const Gro
         patches.add(make_contact(shape, part, least));
         spaces.add(least);
     }
-    // What frees at once is a contact by itself. Deeper down than it is large a body leaves not by the nearest end of
-    // the ground, but up.
-    constexpr double kLeastRise = 1e-9;  // of a normal
+    // Not converged: the separating translation becomes a contact. A body that is deeper than it is large goes up
+    // instead, not out beyond the nearest border of the ground.
+    constexpr double kLeastRise = 1e-9;  // least z of a normal
     const double depth = length(translation);
     if (depth > 2.0 * body.whole().bounds.maxCoeff()) {
         patches.add(make_contact(body.part(lift.part, hull), lift.part,
@@ -93,13 +94,14 @@ void complete_patches(const LocalGround& local, const LocalBody& body, const Gro
     }
 }
 
-// Whether a shape is round and its core lies above the ground, where its lift is known. That of the core is less
-// by the radius at least.
+// Whether a shape is round and its core is above the ground.
+//
+// @param lift of the shape; that of its core is less by at least the radius
 bool is_core_above(const LocalGround& local, const LocalBody& body, double lift) {
     if (body.is_compound() || body.whole().kind != ShapeKind::round) return false;
     const LocalShape& shape = body.whole();
     if (lift < (1.0 - 1e-6) * shape.radius) return true;
-    if (lift > 3.0 * shape.radius) return false;  // so steep that it does not pay to ask
+    if (lift > 3.0 * shape.radius) return false;  // so steep that the test does not pay
     LocalShape core = shape;
     core.radius = 0.0;
     core.bounds -= Eigen::Vector3d::Constant(shape.radius);
@@ -107,11 +109,11 @@ bool is_core_above(const LocalGround& local, const LocalBody& body, double lift)
     return !rest.is_missing && rest.lift < -1e-6 * shape.radius;
 }
 
-// The shortest translation that frees a round shape whose core is above the ground, straight from its contacts:
-// false where they do not say for sure. Each part of the ground alone is left by no shorter way than its contact's depth.
+// The minimum translation of a round shape whose core is above the ground, from its contacts. False where they do not
+// prove it. No translation shorter than a contact's depth leaves the part of the ground that the contact is on.
 bool find_min_translation_by_contacts(const LocalGround& local, const LocalBody& body,
-                              std::span<const Contact> contacts, double deep_share,
-                              Eigen::Vector3d& translation_out) {
+                                      std::span<const Contact> contacts, double deep_share,
+                                      Eigen::Vector3d& translation_out) {
     if (contacts.empty()) return false;
     HalfSpaces spaces;
     for (const Contact& contact : contacts) {
@@ -124,10 +126,10 @@ bool find_min_translation_by_contacts(const LocalGround& local, const LocalBody&
            !(find_lift(local, body, translation_out, 0.5 * kTouch).lift > 0.5 * kTouch);
 }
 
-// Contacts of a deep overlap accept a translation that frees and is proved to be at most 1.25 times the shortest.
+// Contacts of a deep overlap accept a separating translation that is proved to be at most 1.25 times the minimum.
 constexpr SearchLimits kContactLimits{.deep_share = 0.8};
 
-// All contacts of a body that overlaps the ground. False where a cell in reach is not resident.
+// Finds all contacts of a body that overlaps the ground. False where a cell in reach is not resident.
 bool find_overlap(const LocalGround& local, const LocalBody& body, const GroundLift& lift,
                   double margin, ContactPatches& patches, double& error_out) {
     Eigen::Vector3d translation;
@@ -135,8 +137,8 @@ bool find_overlap(const LocalGround& local, const LocalBody& body, const GroundL
         if (!find_patches(local, body, Eigen::Vector3d::Zero(), margin, patches, error_out)) {
             return false;
         }
-        if (find_min_translation_by_contacts(local, body, patches.finish(), kContactLimits.deep_share,
-                                     translation)) {
+        if (find_min_translation_by_contacts(local, body, patches.finish(),
+                                             kContactLimits.deep_share, translation)) {
             return true;
         }
         patches.clear();
@@ -147,8 +149,9 @@ bool find_overlap(const LocalGround& local, const LocalBody& body, const GroundL
     return true;
 }
 
-// The translation that resolves an overlap.
-MinTranslation compute_min_translation(const LocalGround& local, const LocalBody& body, double lift) {
+// The minimum translation, by contacts where they prove it, else by search.
+MinTranslation compute_min_translation(const LocalGround& local, const LocalBody& body,
+                                       double lift) {
     if (is_core_above(local, body, lift)) {
         ContactPatches patches;
         Eigen::Vector3d translation;
@@ -175,7 +178,7 @@ ContactAnswer find_contacts(const Shape& shape, const Pose& world_from_shape, co
     const LocalBody body(shape, world_from_shape.rotation,
                          local.to_local(world_from_shape.translation));
 
-    // further apart than the margin nothing depends on how far
+    // gaps beyond the margin need not be exact
     const GroundLift lift = find_lift(local, body, Eigen::Vector3d::Zero(), -margin - kTouch,
                                       kAnyLift, LiftError::requested);
     answer.lift = lift.lift;
@@ -224,7 +227,7 @@ DistanceAnswer signed_distance(const Shape& shape, const Pose& world_from_shape,
         answer.normal = translation / depth;
         const GroundLift after = find_lift(local, body, translation);
         if (after.is_missing) answer.status = QueryStatus::not_resident;
-        // Of a compound the part that the ground holds where it is free.
+        // For a compound, the part that touches the ground after the translation.
         const std::uint32_t part = body.is_compound() ? after.part : 0;
         LocalHull hull;
         answer.point_world = local.to_world(body.part(part, hull).deepest_point(answer.normal));
@@ -266,8 +269,8 @@ TestAnswer test_contact(const Shape& shape, const Pose& world_from_shape, const 
     const GroundLift lift = find_lift(local, body, Eigen::Vector3d::Zero(), -2.0 * kTouch, -kTouch,
                                       LiftError::requested);
     answer.is_touching = lift.lift >= -kTouch;
-    answer.status = lift.is_missing && !answer.is_touching ? QueryStatus::not_resident
-                                                           : QueryStatus::complete;
+    answer.status =
+        lift.is_missing && !answer.is_touching ? QueryStatus::not_resident : QueryStatus::complete;
     answer.error_m = lift.error_m;
     return answer;
 }

@@ -40,12 +40,12 @@ struct NearestVisitor {
     }
 };
 
-// Within a distance.
+// The nearest of one shape within a distance.
 Nearest find_within(const LocalGround& local, const LocalShape& shape, double reach) {
     NearestVisitor visitor{local, shape, reach, {}};
     const Eigen::Vector3d low = shape.centre - shape.bounds;
     const Eigen::Vector3d high = shape.centre + shape.bounds;
-    // The cell under the lowest point first, as a bound for the others.
+    // The cell under the lowest point first, so that bounds exclude most others.
     const Eigen::Vector3d lowest = shape.deepest_point(Eigen::Vector3d::UnitZ());
     const CellRange first = local.cells(lowest[0], lowest[1], lowest[0], lowest[1]);
     if (first.west <= first.east && first.south <= first.north) {
@@ -96,7 +96,7 @@ ClosestPair find_closest(const LocalShape& shape, const Triangle& triangle) {
 }
 
 Nearest find_nearest(const LocalGround& local, const LocalBody& body, double max_distance) {
-    // Rings that double, so that a far limit costs nothing where the ground is near.
+    // Ever larger distances, so that a far limit costs nothing where the ground is near.
     double reach = std::min(max_distance, local.spacing());
     for (;;) {
         const Nearest nearest = find_within(local, body, reach);

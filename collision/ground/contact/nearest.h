@@ -6,20 +6,20 @@
 
 namespace terrane::internal {
 
-/// The nearest points of a free shape and the ground.
+/// The closest point of a separated shape to the ground.
 struct Nearest {
-    bool is_found = false;  ///< within the distance that was asked for
-    double distance = 0.0;
+    bool is_found = false;  ///< within the largest distance
+    double distance = 0.0;  ///< metres
     Eigen::Vector3d on_shape = Eigen::Vector3d::Zero();
-    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
-    bool is_missing = false;
+    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, from the ground to the shape
+    bool is_missing = false;                            ///< a nearer cell is not resident
     double error_m = 0.0;
 };
 
-/// Of all parts of a body. Requires that it is not in the ground.
+/// The nearest over all parts of a body. Requires that it is separated.
 Nearest find_nearest(const LocalGround& local, const LocalBody& body, double max_distance);
 
-/// Distance of a shape from a triangle that it does not cross.
+/// Closest points of a shape and a triangle that do not intersect.
 ClosestPair find_closest(const LocalShape& shape, const Triangle& triangle);
 
 }  // namespace terrane::internal

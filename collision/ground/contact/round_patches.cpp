@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // Sources: C. Ericson. Real-time collision detection. 2005, section 5.1.9 (two segments).
-// The to_core from the ground to the core of a sphere or capsule that is the shortest nearby starts at a face, a
-// convex edge or a vertex, square to it. Each feature is looked at once: a contact is where the to_core lies in
-// its normal cone.
+// The vector from the ground to the core of a sphere or capsule that is locally shortest starts at a face, a convex
+// edge or a vertex, and lies in the normal cone there. Each feature is tested once.
 #include "ground/contact/round_patches.h"
 
 #include "ground/column/closest_points.h"
@@ -18,8 +17,8 @@ namespace {
 class RoundPairs {
 public:
     RoundPairs(const LocalGround& local, const GroundWindow& window, const CellRange& cells,
-          const LocalShape& shape, std::uint32_t part, const Eigen::Vector3d& translation,
-          double margin, double reach, ContactPatches& patches)
+               const LocalShape& shape, std::uint32_t part, const Eigen::Vector3d& translation,
+               double margin, double reach, ContactPatches& patches)
         : local_(local),
           window_(window),
           cells_(window, cells),
@@ -29,7 +28,7 @@ public:
           translation_(translation),
           margin_(margin),
           reach_(reach),
-          // Where it is not moved, a core clear of the ground is paired with features up to it.
+          // Without a translation the shape overlaps, down to its core.
           nearest_(length(translation) == 0.0 ? 0.0 : shape.radius - kTouch),
           furthest_(shape.radius + reach),
           low_(shape.centre - shape.bounds - Eigen::Vector3d::Constant(margin)),
@@ -50,13 +49,13 @@ public:
     }
 
 private:
-    static constexpr unsigned kFar = 16;  // in the codes
+    static constexpr unsigned kFar = 16;  // outcode bit: of no face near the core
 
     Eigen::Vector3d vertex(const WindowVertex& v) const {
         return local_.vertex(window_, v.column, v.row);
     }
 
-    // A to_core of a length from the ground to a point of the core.
+    // Adds the contact for a vector of length `distance` along n from the ground to a point of the core.
     void add(const Eigen::Vector3d& on_core, const Eigen::Vector3d& n, double distance) {
         const double gap = distance - shape_.radius;
         const double depth = dot(n, translation_) - gap;
@@ -113,8 +112,8 @@ private:
         }
     }
 
-    // Of all features only those of faces near the core where the shape is free can be contacts: codes say which
-    // vertices are, and which lie beyond a side of the bounds. False where there are none.
+    // Pairs faces, and makes the outcodes of vertices: only features of faces near the translated core can be contacts,
+    // and only inside the bounds. False where no face is near.
     bool take_faces() {
         bool is_any_near = false;
         for (int row = cells_.south; row <= cells_.north + 1; ++row) {
@@ -147,10 +146,10 @@ private:
         code = static_cast<std::uint8_t>(code & ~kFar);
     }
 
-    // A face under the ends of the core; false where its plane is too far from both.
+    // A face against the ends of the core; false where its plane is too far below both.
     bool take_face(int column, int row, bool is_south) {
         const WindowFace face = make_window_face(local_, window_, column, row, is_south);
-        // a hair more, for what rounding does to planes
+        // slightly more, for the rounding of planes
         const double furthest = (1.0 + 1e-9) * furthest_ * furthest_ * face.square;
         const double over_from = face.above(from_);
         if (!has_core_) {
@@ -166,7 +165,7 @@ private:
         return true;
     }
 
-    // An end of the core so high above a face.
+    // An end of the core at a height above a face.
     void take_end(const WindowFace& face, int column, int row, bool is_south,
                   const Eigen::Vector3d& end, double over) {
         if (over < 0.0 || over * over > furthest_ * furthest_ * face.square ||
@@ -182,17 +181,17 @@ private:
     const LocalGround& local_;
     const GroundWindow& window_;
     WindowCells cells_;
-    const LocalShape& shape_;  ///< where it is
+    const LocalShape& shape_;  ///< untranslated
     bool has_core_;
     std::uint32_t part_;
     const Eigen::Vector3d& translation_;
     double margin_;
     double reach_;
-    double nearest_, furthest_;   ///< ways from the ground to the core that count, metres
-    Eigen::Vector3d low_, high_;  ///< ends of the bounds and the margin
+    double nearest_, furthest_;   ///< distances from the ground to the core that count, metres
+    Eigen::Vector3d low_, high_;  ///< of the bounds with the margin
     double spacing_;
-    double slack_;  ///< by which a neighbour may stand out before it counts as above a plane
-    Eigen::Vector3d from_, to_;  ///< ends of the core where the shape is free
+    double slack_;  ///< a neighbour counts as above a plane from this height on, metres
+    Eigen::Vector3d from_, to_;  ///< ends of the translated core
     WindowCodes codes_;
     ContactPatches& patches_;
 };

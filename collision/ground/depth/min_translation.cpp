@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: MIT
-// Sources: A. Yuille, A. Rangarajan. The concave-convex procedure. Neural Computation 2003 (what is
-//          free of a convex obstacle is cut down to a half-space, and again from where that led).
+// Sources: A. Yuille, A. Rangarajan. The concave-convex procedure. Neural Computation 2003 (the complement of a convex
+//          obstacle is replaced by a half-space inside it, and again at the solution).
 // Deviations: the obstacles are the columns of the ground; half-spaces are made only for columns that the shape
-//             overlaps. The local minimum is the first upper bound of the global search (min_translation).
+//             overlaps. The local minimum is the first upper bound of the global search (min_translation_search).
 #include "ground/depth/min_translation.h"
 
-#include "math/half_spaces.h"
-#include "ground/depth/min_translation_search.h"
 #include "ground/column/normal_cone.h"
+#include "ground/depth/min_translation_search.h"
+#include "math/half_spaces.h"
 
 namespace terrane::internal {
 namespace {
 
-// The way to leave a column that holds a shape at `d`: the shortest in the ground's normal cone; where that is
-// known not to do, the normal of its face. `least_out` is the least translation that frees the shape of this column
-// alone: the least overlap along the facets of their Minkowski difference.
+// The escape direction from a column that a shape moved by `d` overlaps: that of least overlap in the ground's normal
+// cone; where that was used for this column before, the normal of its face. `least_out` is the length of the minimum
+// translation out of this column alone: the least overlap along the facets of their Minkowski difference.
 Separation find_exit(const LocalGround& local, const LocalShape& shape, const Triangle& triangle,
                      const Eigen::Vector3d& d, double& least_out) {
     const Separation face{triangle.normal, gap_along(triangle.normal, shape, triangle)};
@@ -26,8 +26,8 @@ Separation find_exit(const LocalGround& local, const LocalShape& shape, const Tr
     });
     visit_walls(shape, triangle,
                 [&](const Eigen::Vector3d&, double gap) { widest = std::max(widest, gap); });
-    // visit_tops() leaves out these facets of a capsule where its core is beside the triangle, although the core may
-    // cross the column below.
+    // visit_tops() leaves out these facets of a capsule where its core is apart from the triangle, although the core
+    // may intersect the column below.
     if (shape.kind == ShapeKind::round && shape.has_core()) {
         for (std::size_t i = 0; i < 3; ++i) {
             Eigen::Vector3d n = cross(shape.core, triangle.v[(i + 1) % 3] - triangle.v[i]);
@@ -39,13 +39,12 @@ Separation find_exit(const LocalGround& local, const LocalShape& shape, const Tr
         }
     }
     least_out = -widest;
-    // The same column again: its plane was made for another direction.
+    // The same column again: its half-space was made for another direction.
     return dot(best.normal, d) + best.gap > 0.0 ? face : best;
 }
 
-// From inside: each column that stands in the way is left by its shortest way in the normal cone.
-// `least_out` is the least translation that frees a part of one of those columns alone, a lower bound
-// of every answer.
+// Adds a half-space for each overlapped column in turn, and solves for the shortest translation inside all. `least_out`
+// is the largest of the minimum translations out of one of those columns alone: a lower bound of the answer's length.
 bool find_from_inside(const LocalGround& local, const LocalBody& body, Eigen::Vector3d& d_out,
                       double& least_out) {
     constexpr int kRounds = 24;
@@ -74,19 +73,19 @@ Eigen::Vector3d shorten(const LocalGround& local, const LocalBody& body, Eigen::
     for (int round = 0; round < kRounds; ++round) {
         HalfSpaces spaces;
         Eigen::Vector3d next = Eigen::Vector3d::Zero();
-        bool is_free = false;
+        bool is_separated = false;
         for (int i = 0; i < kColumns; ++i) {
             const GroundLift lift = find_lift(local, body, next, 0.1 * kSeparatedLift);
             if (!(lift.lift > 0.1 * kSeparatedLift)) {
-                is_free = true;
+                is_separated = true;
                 break;
             }
             LocalHull hull;
             const LocalShape shape = body.part(lift.part, hull);
             LocalShape moved = shape;
             moved.centre += d;
-            // Of the planes that part the column from where the shape is free, the one nearest to
-            // where the shape comes from.
+            // Of the planes that separate the column from the shape moved by d, the one that asks for the shortest
+            // translation.
             Separation best;
             const auto take = [&](const Eigen::Vector3d& n, double gap) {
                 if (gap < -kSeparatedLift) return;
@@ -100,7 +99,7 @@ Eigen::Vector3d shorten(const LocalGround& local, const LocalBody& body, Eigen::
             if (!find_shortest(spaces, next)) break;
         }
         const double before = length(d);
-        if (!is_free || !(length(next) < before)) return d;
+        if (!is_separated || !(length(next) < before)) return d;
         d = next;
         if (before - length(next) < 1e-13 * before) return d;
     }
@@ -108,14 +107,13 @@ Eigen::Vector3d shorten(const LocalGround& local, const LocalBody& body, Eigen::
 }
 
 bool is_short_enough(const LocalBody& body, double length, double least, double deep_share) {
-    const double deep =
-        kDeep * body.whole().smallest;  // 0 of flat shapes, which are never called deep
+    const double deep = kDeep * body.whole().smallest;  // 0 of flat shapes, which are never deep
     return length <= least * (1.0 + 1e-12) + kSeparatedLift ||
            (deep > 0.0 && deep_share * length > deep && deep_share * length <= least);
 }
 
 MinTranslation find_min_translation(const LocalGround& local, const LocalBody& body, double lift,
-                            const SearchLimits& limits) {
+                                    const SearchLimits& limits) {
     if (!(lift > 0.0)) return {};
     MinTranslation best{Eigen::Vector3d(0.0, 0.0, lift), 0.0};
     Eigen::Vector3d from_inside = Eigen::Vector3d::Zero();

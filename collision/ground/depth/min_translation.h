@@ -5,23 +5,24 @@
 
 namespace terrane::internal {
 
-/// A shape that is moved by less than this into the ground counts as free.
+/// Lifts up to this count as separated, metres.
 inline constexpr double kSeparatedLift = 1e-10;
 
-/// Overlaps above this much of the smallest half extent are deep: a shape is at least twice as thick.
+/// Overlaps above this share of the smallest half extent are deep.
 inline constexpr double kDeep = 0.2;
 
-/// From a free place towards the body: shorter with every round, and free all the way.
+/// Shortens a separating translation: a local minimum by repeated projection onto half-spaces; it separates too.
 Eigen::Vector3d shorten(const LocalGround& local, const LocalBody& body, Eigen::Vector3d d);
 
-/// Whether a translation of a length frees a body by little more than the shortest, which is not shorter than `least`:
-/// by no more than rounding, or, where the shortest is deep, by the share that the caller allows.
+/// Whether a separating translation is long enough to be accepted as the minimum one, whose length is at least `least`:
+/// within rounding, or, where the overlap is deep, within the share that the caller allows.
 bool is_short_enough(const LocalBody& body, double length, double least, double deep_share);
 
-/// The shortest translation after which the body's lift is at most kSeparatedLift; zero where it already is.
+/// The minimum translation: the shortest after which the body's lift is at most kSeparatedLift; zero where it is
+/// already.
 ///
 /// @param lift the body's lift
 MinTranslation find_min_translation(const LocalGround& local, const LocalBody& body, double lift,
-                            const SearchLimits& limits);
+                                    const SearchLimits& limits);
 
 }  // namespace terrane::internal

@@ -3,17 +3,17 @@
 // Sources: A. Land, A. Doig. An automatic method of solving discrete programming problems. Econometrica 1960
 //          (branch and bound).
 //
-// After a sideways offset (x, y) a body is free once it is raised by its lift L(x, y) there, or where that is not
-// positive. So the shortest translation is the point nearest to 0 of {z >= L(x, y)}, and L is the largest of the lifts
+// After a sideways offset (x, y) a body is separated once it is raised by its lift L(x, y) there, or where that is not
+// positive. So the minimum translation is the point nearest to 0 of {z >= L(x, y)}, and L is the largest of the lifts
 // over single columns, each of them concave. Triangles of offsets are bounded by half-spaces (offset_bounds) and
-// halved, the one with the least bound first, until none has a bound below the best translation. A bound is exact
-// where the lifts are linear over its triangle, and its error falls with the square of the triangle's size elsewhere.
+// bisected, the one with the least bound first, until none has a bound below the best translation. A bound is exact
+// where the lifts are linear over its triangle; elsewhere its error falls with the square of the triangle's size.
 #include "ground/depth/min_translation_search.h"
 
-#include "math/vector_math.h"
 #include "ground/depth/min_translation.h"
-#include "math/half_spaces.h"
 #include "ground/depth/offset_bounds.h"
+#include "math/half_spaces.h"
+#include "math/vector_math.h"
 
 #include <algorithm>
 #include <array>
@@ -21,11 +21,10 @@
 namespace terrane::internal {
 namespace {
 
-
 class MinTranslationSearch {
 public:
-    MinTranslationSearch(const LocalGround& local, const LocalBody& body, const MinTranslation& known,
-           const SearchLimits& limits)
+    MinTranslationSearch(const LocalGround& local, const LocalBody& body,
+                         const MinTranslation& known, const SearchLimits& limits)
         : local_(local),
           body_(body),
           best_(known.d),
@@ -35,12 +34,12 @@ public:
 
     MinTranslation run() {
         if (size_ < local_.spacing()) {
-            // A shape smaller than a cell overlaps few columns: enumerating their facets often proves the minimum at once.
+            // A shape smaller than a cell overlaps few columns: enumerating their facets often proves the minimum.
             HalfSpaces none;
             int visits = 0;
             const double proved = bound_by_facets(none, Eigen::Vector3d::Zero(), visits);
             known_bound_ = std::max(known_bound_, proved * (1.0 - 1e-12));
-            if (is_hopeless(known_bound_)) return {best_, std::min(known_bound_, size_)};
+            if (cannot_improve(known_bound_)) return {best_, std::min(known_bound_, size_)};
         }
         const std::uint16_t centre = add_point({0.0, 0.0});
         if (!std::isfinite(points_[centre].lift)) return {best_, known_bound_};
@@ -58,7 +57,7 @@ public:
             std::pop_heap(nodes_.begin(), nodes_.begin() + node_count_, is_after);
             split(nodes_[static_cast<std::size_t>(--node_count_)]);
         }
-        // A hair less, for what rounding does to bounds.
+        // Slightly less, for the rounding of bounds.
         const double proved = lower_bound() * (1.0 - 1e-12) - 1e-12;
         return {best_, std::clamp(proved, std::min(known_bound_, size_), size_)};
     }
@@ -66,15 +65,16 @@ public:
 private:
     static constexpr std::size_t kMost = SearchLimits::kMostSplits + 5;  // points, and nodes
     static constexpr std::size_t kMostColumns = 12;  // that bound a triangle of offsets
-    static constexpr double kSteep = 0.1;            // upwards, of a normal
-    static constexpr double kNear = 0.95;            // of the length: bounds worth a closer look
-    static constexpr int kMostVisits = 32;            // at places on facets
-    static constexpr std::size_t kMostFacets = 12;   // of a column that could be left across
+    static constexpr double kSteep = 0.1;            // z of a normal
+    static constexpr double kNear = 0.95;   // share of the best length: bounds worth tightening
+    static constexpr int kMostVisits = 32;  // of bound_by_facets()
+    static constexpr std::size_t kMostFacets =
+        12;  // of a column through which the body could leave
 
     struct Point {
         Offset at;
         double lift;
-        ColumnName column;  // that decides a finite lift
+        ColumnName column;  // decides a finite lift
     };
     struct Node {
         double bound;
@@ -83,25 +83,25 @@ private:
     struct Column {
         ColumnName name;
         std::array<double, 3> lifts;  // at the corners of a triangle
-        bool is_rim_of_use;
+        bool is_rim_useful;
     };
 
     static bool is_after(const Node& a, const Node& b) {
         return a.bound != b.bound ? a.bound > b.bound : a.corners > b.corners;
     }
-    // Bounds from here on are as good as the best translation.
+    // Bounds from here on prove the best translation.
     double goal() const { return size_ - 1e-7 * size_ - kSeparatedLift; }
-    bool is_hopeless(double bound) const { return bound >= goal(); }
+    bool cannot_improve(double bound) const { return bound >= goal(); }
     double lower_bound() const {
         const double open = node_count_ > 0 ? nodes_[0].bound : kInfinity;
         return std::max(known_bound_, std::min({open, unsplit_, size_}));
     }
     bool is_done() const {
-        return node_count_ == 0 || is_hopeless(nodes_[0].bound) ||
+        return node_count_ == 0 || cannot_improve(nodes_[0].bound) ||
                is_short_enough(body_, size_, lower_bound(), limits_.deep_share);
     }
 
-    // The lift at an offset, and with it a translation that frees.
+    // The lift at an offset; the separating translation there may become the best.
     Point evaluate(const Offset& at) {
         Point point{at, -kInfinity, {}};
         const GroundLift lift = find_lift(local_, body_, {at.x, at.y, 0.0});
@@ -129,14 +129,14 @@ private:
         return static_cast<std::uint16_t>(point_count_++);
     }
 
-    // Keeps a triangle where it may hold a shorter translation than the best.
+    // Adds a triangle that may hold a shorter translation than the best.
     void take_node(Node node) {
         if (!bound(node)) return;
         nodes_[static_cast<std::size_t>(node_count_++)] = node;
         std::push_heap(nodes_.begin(), nodes_.begin() + node_count_, is_after);
     }
 
-    // In the middle of its longest side.
+    // Bisects a triangle at the middle of its longest side.
     void split(const Node node) {
         std::size_t longest = 0;
         double most = -1.0;
@@ -188,8 +188,8 @@ private:
         for (int round = 0; round < kRounds; ++round) {
             if (!solve(spaces, node, p)) return false;
             const Point there = evaluate({p[0], p[1]});
-            if (is_hopeless(node.bound)) return false;
-            if (!(there.lift > p[2])) return true;  // it frees: the bound is as good as can be
+            if (cannot_improve(node.bound)) return false;
+            if (!(there.lift > p[2])) return true;  // p separates: the bound is exact
             if (add_column(triangle, there.column, spaces)) continue;
             HalfSpace top;
             if (make_top_of_neighbour(local_, body_, there.column, triangle, p, top)) {
@@ -201,21 +201,22 @@ private:
             if (!add_rims(triangle, near, spaces)) break;
         }
         if (!solve(spaces, node, p)) return false;
-        // For polyhedra the bound of the planes is loose at the rims of facets: the facets are enumerated too.
+        // For polyhedra this bound is loose at the rims of facets: the facets are enumerated too.
         if (node.bound < kNear * size_) return true;
         int visits = 0;
         node.bound = std::max(node.bound, bound_by_facets(spaces, p, visits));
-        return !is_hopeless(node.bound);
+        return !cannot_improve(node.bound);
     }
 
-    // The shortest translation inside half-spaces, as a bound. False where none is short enough.
+    // Raises a bound to the shortest translation inside half-spaces. False where none is short enough.
     bool solve(const HalfSpaces& spaces, Node& node, Eigen::Vector3d& p_out) const {
         if (!find_shortest(spaces, p_out)) return false;
         node.bound = std::max(node.bound, length(p_out));
-        return !is_hopeless(node.bound);
+        return !cannot_improve(node.bound);
     }
 
-    // Adds the top of a column that is under all of a triangle. False where it is not, or was added before.
+    // Adds the top of a column that overlaps the body in plan over all of a triangle. False where it does not, or was
+    // added before.
     bool add_column(const OffsetTriangle& triangle, const ColumnName& name, HalfSpaces& spaces) {
         for (std::size_t i = 0; i < column_count_; ++i) {
             if (columns_[i].name == name) return false;
@@ -230,20 +231,20 @@ private:
             is_under_all = is_under_all && std::isfinite(column.lifts[i]);
         }
         HalfSpace top;
-        column.is_rim_of_use = true;
+        column.is_rim_useful = true;
         if (!is_under_all || !make_top(triangle, column.lifts, top)) return false;
         spaces.add(top);
         // A steep top cuts off a rim that may be in the triangle.
-        column.is_rim_of_use = top.normal[2] < kSteep;
+        column.is_rim_useful = top.normal[2] < kSteep;
         return true;
     }
 
-    // Where columns are too high to be passed over by a translation that is short enough.
+    // Cuts off offsets at which a column is too high for a translation that is short enough.
     bool add_rims(const OffsetTriangle& triangle, double near, HalfSpaces& spaces) const {
         const double high = std::sqrt(std::max(0.0, size_ * size_ - near * near));
         bool is_any = false;
         for (std::size_t i = 0; i < column_count_; ++i) {
-            if (!columns_[i].is_rim_of_use) continue;
+            if (!columns_[i].is_rim_useful) continue;
             const Obstacle obstacle(local_, body_, columns_[i].name);
             HalfSpace rim;
             if (!make_rim(obstacle, triangle, columns_[i].lifts, high, rim)) continue;
@@ -253,8 +254,8 @@ private:
         return is_any;
     }
 
-    // A lower bound of the length of translations inside the half-spaces that free the body: the body leaves every
-    // overlapped column through one of the facets of their Minkowski sum. Only polyhedra have few of them.
+    // A lower bound of the length of separating translations inside the half-spaces: the body leaves every overlapped
+    // column through one of the facets of their Minkowski difference. Only polyhedra have few of them.
     //
     // @param p the shortest translation inside the half-spaces
     double bound_by_facets(HalfSpaces& spaces, const Eigen::Vector3d& p, int& visits) {
@@ -279,20 +280,20 @@ private:
         const auto take_facet = [&](const Eigen::Vector3d& n, double gap) {
             if (!is_known) return;
             FacetExit exit{{n, -gap}, Eigen::Vector3d::Zero(), 0.0};
-            // Touched: rounding decides on which side of the facet that is.
+            // Where p is on the facet within rounding, its side is unknown.
             is_known = dot(n, p) < exit.facet.depth - 0.1 * kSeparatedLift;
             spaces.planes[spaces.count++] = exit.facet;
             const bool is_possible = find_shortest(spaces, exit.d);
             --spaces.count;
             exit.size = length(exit.d);
-            if (!is_possible || is_hopeless(exit.size)) return;
+            if (!is_possible || cannot_improve(exit.size)) return;
             is_known = is_known && count < kMostFacets;
             if (is_known) exits[count++] = exit;
         };
         visit_tops(shape, lift.triangle, take_facet);
         visit_walls(shape, lift.triangle, take_facet);
         if (!is_known) return here;
-        // By insertion: nothing is allocated, and ties keep their order.
+        // Insertion sort: allocates nothing and is stable.
         for (std::size_t i = 1; i < count; ++i) {
             for (std::size_t j = i; j > 0 && exits[j].size < exits[j - 1].size; --j) {
                 std::swap(exits[j], exits[j - 1]);
@@ -300,7 +301,7 @@ private:
         }
         double least = size_;
         for (std::size_t i = 0; i < count && exits[i].size < least; ++i) {
-            if (is_hopeless(exits[i].size)) break;
+            if (cannot_improve(exits[i].size)) break;
             spaces.planes[spaces.count++] = exits[i].facet;
             least = std::min(least, bound_by_facets(spaces, exits[i].d, visits));
             --spaces.count;
@@ -311,24 +312,24 @@ private:
     const LocalGround& local_;
     const LocalBody& body_;
     Eigen::Vector3d best_;
-    double size_;  // of the best
+    double size_;  // length of the best
     double known_bound_;
     const SearchLimits& limits_;
-    Eigen::Vector3d lowest_;      // point of the part that is deepest
-    double unsplit_ = kInfinity;  // least bound of triangles that are too small to halve
-    // Filled as they are added: the others cost nothing.
+    Eigen::Vector3d lowest_;      // point of the part with the largest lift
+    double unsplit_ = kInfinity;  // least bound of triangles that are too small to bisect
+    // Not initialised: only the first *_count_ are used.
     std::array<Point, kMost> points_;
     std::size_t point_count_ = 0;
     std::array<Node, kMost> nodes_;  // a heap, the least bound first
     std::ptrdiff_t node_count_ = 0;
-    std::array<Column, kMostColumns> columns_;  // that bound the triangle at hand
+    std::array<Column, kMostColumns> columns_;  // that bound the current triangle
     std::size_t column_count_ = 0;
 };
 
 }  // namespace
 
 MinTranslation search_min_translation(const LocalGround& local, const LocalBody& body,
-                                    const MinTranslation& known, const SearchLimits& limits) {
+                                      const MinTranslation& known, const SearchLimits& limits) {
     return MinTranslationSearch(local, body, known, limits).run();
 }
 

@@ -5,33 +5,31 @@
 
 namespace terrane::internal {
 
-/// A translation that frees a body, and how much shorter one could be.
+/// A separating translation of a body, and a lower bound of the length of the minimum one.
 struct MinTranslation {
     Eigen::Vector3d d = Eigen::Vector3d::Zero();
     double lower_bound =
-        0.0;  ///< no translation that is shorter frees the body, metres; at most the length of d
+        0.0;  ///< no shorter translation separates the body, metres; at most the length of d
 };
 
-/// When search_min_translation() stops before it has proved that its answer is the shortest.
+/// When search_min_translation() stops before it has proved that its answer is the minimum.
 struct SearchLimits {
     static constexpr int kMostSplits = 1024;
     double deep_share =
-        1.0;  ///< a deep answer will do if the shortest is at least this share of it
-    int most_splits = kMostSplits;  ///< triangles of offsets that are halved
+        1.0;  ///< a deep answer is accepted if the minimum is at least this share of it
+    int most_splits = kMostSplits;  ///< triangles of offsets that are bisected at most
 };
 
-/// The shortest translation that frees a body, by branch and bound over all of them.
+/// The minimum translation of a body, by branch and bound over all sideways offsets.
 ///
-/// @param known frees the body; the answer is no longer, and its bound no less
+/// The answer is within 1e-7 of its length and 1e-10 m of the minimum, unless a limit ended the search: lower_bound is
+/// what was proved by then. Cells that are not resident count as no ground.
 ///
-/// The answer is within 1e-7 of its length and 1e-10 m of the shortest, unless a limit ended the search: lower_bound says
-/// what was proved by then.
-///
-/// Cells that are not resident count as no ground.
+/// @param known separates the body; the answer is no longer, and its bound no less
 ///
 /// Allocates: nothing; 80 KB of stack
-/// Cost: some lifts for each triangle of offsets
+/// Cost:      some lifts for each triangle of offsets
 MinTranslation search_min_translation(const LocalGround& local, const LocalBody& body,
-                                    const MinTranslation& known, const SearchLimits& limits);
+                                      const MinTranslation& known, const SearchLimits& limits);
 
 }  // namespace terrane::internal

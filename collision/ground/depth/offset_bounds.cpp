@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Sources: R. Horst, H. Tuy. Global optimization. 1996 (a concave function is nowhere below the plane through its
-//          values at the corners of a simplex; where it is above a level is convex).
+//          values at the corners of a simplex; its superlevel sets are convex).
 #include "ground/depth/offset_bounds.h"
 
 #include <algorithm>
@@ -53,17 +53,17 @@ bool make_top(const OffsetTriangle& triangle, const std::array<double, 3>& heigh
 
 bool make_rim(const Obstacle& obstacle, const OffsetTriangle& triangle,
               const std::array<double, 3>& lifts, double high, HalfSpace& rim_out) {
-    constexpr int kSteps = 10;  // a thousandth of a side is what stays undecided
+    constexpr int kSteps = 10;  // bisections: to a thousandth of a side
     std::size_t in_count = 0;
     for (const double lift : lifts) in_count += lift >= high ? 1 : 0;
     if (in_count == 0 || in_count == 3) return false;
-    // The corner that is alone, and its neighbours.
+    // The corner that differs from the other two.
     const bool is_in = in_count == 1;
     std::size_t lone = 0;
     while ((lifts[lone] >= high) != is_in) ++lone;
     const Offset& a = triangle[lone];
     const auto find_rim = [&](const Offset& b) {
-        double low = 0.0, above = 1.0;  // of the way from the corner that is high
+        double low = 0.0, above = 1.0;  // shares of the side, from its high corner
         const Offset& from = is_in ? a : b;
         const Offset& to = is_in ? b : a;
         const auto at = [&](double s) {
@@ -75,7 +75,7 @@ bool make_rim(const Obstacle& obstacle, const OffsetTriangle& triangle,
         }
         return at(low);
     };
-    // Counter-clockwise seen from the lone corner, which is then to the left.
+    // Counter-clockwise around the lone corner.
     const Offset next = find_rim(triangle[(lone + 1) % 3]);
     const Offset last = find_rim(triangle[(lone + 2) % 3]);
     return is_in ? make_side(last, next, rim_out) : make_side(next, last, rim_out);
@@ -114,7 +114,7 @@ double find_range_top(const LocalGround& local, const Eigen::Vector3d& lowest,
     constexpr std::int64_t kMost = 1024;  // cells along a side
     const auto [west, east] = std::minmax({triangle[0].x, triangle[1].x, triangle[2].x});
     const auto [south, north] = std::minmax({triangle[0].y, triangle[1].y, triangle[2].y});
-    // Single columns say more about few cells.
+    // For few cells single columns give better bounds.
     if (east - west < 2.0 * local.spacing() && north - south < 2.0 * local.spacing()) return 0.0;
     const CellRange cells =
         local.cells(lowest[0] + west, lowest[1] + south, lowest[0] + east, lowest[1] + north);

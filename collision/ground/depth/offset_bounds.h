@@ -6,7 +6,7 @@
 
 #include <array>
 
-// What single columns say about the lift of a body over a triangle of sideways offsets. A column and a convex shape
+// Bounds of the lift of a body over a triangle of sideways offsets, from single columns. A column and a convex shape
 // are both convex: the lift of one over the other is concave over the offsets at which they overlap in plan.
 namespace terrane::internal {
 
@@ -15,31 +15,31 @@ struct Offset {
     double x, y;
 };
 
-/// Counter-clockwise.
+/// A triangle of offsets, counter-clockwise.
 using OffsetTriangle = std::array<Offset, 3>;
 
-/// Which column of the ground, and against which part of a body.
+/// A column of the ground and a part of a body.
 struct ColumnName {
     std::int64_t column, row;
     std::uint32_t part;
-    bool is_first;  ///< of the two triangles of the cell
+    bool is_first;  ///< whether it is the first triangle of the cell
 
     bool operator==(const ColumnName&) const = default;
 };
 
-/// Of the column that decides a finite lift.
+/// The column and the part that decide a finite lift.
 ColumnName name_of(const LocalGround& local, const GroundLift& lift);
 
-/// A column and the part of a body that it is against. Stays where it is, because the part may point into it.
+/// A column as an obstacle of a part of a body. Neither copied nor moved, because the part may point into it.
 class Obstacle {
 public:
     Obstacle(const LocalGround& local, const LocalBody& body, const ColumnName& name);
     Obstacle(const Obstacle&) = delete;
     Obstacle& operator=(const Obstacle&) = delete;
 
-    /// Whether the column is ground; else nothing else may be asked.
+    /// Whether the column is ground; required by lift_at().
     bool is_ground() const { return is_ground_; }
-    /// Minus infinity where they do not overlap in plan.
+    /// Lift at an offset, metres; minus infinity where they do not overlap in plan.
     double lift_at(const Offset& at) const {
         LocalShape moved = shape_;
         moved.centre[0] += at.x;
@@ -57,26 +57,26 @@ private:
 /// The half-space of translations whose offset lies to the left of the line from a to b. False where they coincide.
 bool make_side(const Offset& a, const Offset& b, HalfSpace& side_out);
 
-/// The half-space of translations that are above the plane through heights over a triangle's corners. Every translation
-/// over the triangle that frees from a column is in it, where the heights are the lifts over the column, all finite.
+/// The half-space of translations above the plane through heights over a triangle's corners. Where the heights are the
+/// lifts over a column, all finite, every translation over the triangle that separates from the column is in it.
 /// False where rounding leaves no plane.
 bool make_top(const OffsetTriangle& triangle, const std::array<double, 3>& heights,
               HalfSpace& top_out);
 
-/// The half-space that is left of a triangle once the corners at which a column lifts by `high` or more are cut off:
-/// every translation over the triangle that is no higher and frees from the column is in it. False where no corner
-/// is, or all are.
+/// The half-space that cuts off the corners of a triangle at which the lift over a column is `high` or more: every
+/// translation over the triangle that is no higher and separates from the column is in it. False where it would cut off
+/// no corner or all.
 bool make_rim(const Obstacle& obstacle, const OffsetTriangle& triangle,
               const std::array<double, 3>& lifts, double high, HalfSpace& rim_out);
 
-/// Of the columns around one the top that is highest over a point, among columns under all of a triangle. False where
-/// none is above it. A column may end inside a triangle at a wall that is inside the ground: a neighbour goes on.
+/// Among the columns around one that overlap in plan over all of a triangle, the top that is highest over a point p.
+/// False where none is above p. Needed where a column ends inside the triangle at a wall to a neighbour.
 bool make_top_of_neighbour(const LocalGround& local, const LocalBody& body, const ColumnName& name,
                            const OffsetTriangle& triangle, const Eigen::Vector3d& p,
                            HalfSpace& top_out);
 
-/// The height above which every translation over a triangle is that frees a body, from the lowest ground around; 0
-/// where that says nothing.
+/// A lower bound of the z of every translation over a triangle that separates a body, from the lowest ground under it;
+/// 0 where there is none.
 ///
 /// @param lowest a point of the body
 double find_range_top(const LocalGround& local, const Eigen::Vector3d& lowest,

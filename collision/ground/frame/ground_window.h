@@ -11,40 +11,41 @@
 
 namespace terrane::internal {
 
-/// How a triangle of a window rises, metres a cell.
+/// Slopes of a triangle of a window along x and y, metres per cell.
 struct WindowSlopes {
     double x, y;
 };
 
-/// Where in a window something is lifted most: on the triangle on one side of a cell.
+/// The largest lift over a window, and the triangle that it is over: on the southern or northern side of a cell.
 struct WindowLift {
     double lift = -std::numeric_limits<double>::infinity();
     int column = 0, row = 0;
     bool is_south = false;
 };
 
-/// The heights of a few cells, read once: what questions about small shapes look at many times.
+/// The heights of a few cells, read once and used by many queries of small shapes.
 ///
-/// Places are in cells from its south-western corner; heights in metres over its base.
+/// Columns and rows count cells from the south-western corner; heights are metres above `base` of read().
 struct GroundWindow {
     static constexpr int kMostCells = 18;  ///< along a side
     static constexpr int kStride = kMostCells + 1;
 
-    CellRange cells;       ///< lattice; none until it was read
+    CellRange cells;       ///< lattice indices; empty until read()
     int columns = 0;       ///< of cells
     int rows = 0;          ///< of cells
-    bool is_odd = false;   ///< whether the indices of its first corner have an odd sum
-    bool is_full = false;  ///< whether all of its cells are ground
-    double high = 0.0;     ///< of its corners, metres
-    std::array<std::uint32_t, kMostCells> ground;                       ///< a bit a cell
-    std::array<double, static_cast<std::size_t>(kStride) * kStride> z;  ///< of corners, row by row
+    bool is_odd = false;   ///< whether column + row of the south-western corner is odd
+    bool is_full = false;  ///< whether all cells are ground
+    double high = 0.0;     ///< highest corner, metres
+    std::array<std::uint32_t, kMostCells> ground;  ///< a bit per cell: is it ground
+    std::array<double, static_cast<std::size_t>(kStride) * kStride>
+        z;  ///< heights of corners, row by row
 
     static std::size_t index(int column, int row) {
         return static_cast<std::size_t>(row * kStride + column);
     }
-    /// Of the vertex at the corner (column, row).
+    /// Height of the vertex (column, row), metres.
     double at(int column, int row) const { return z[index(column, row)]; }
-    /// Whether a cell inside the window is ground.
+    /// Whether a cell of the window is ground.
     bool is_ground(int column, int row) const {
         return is_full || (ground[static_cast<std::size_t>(row)] >> column & 1u) != 0;
     }
@@ -52,25 +53,29 @@ struct GroundWindow {
     bool is_cut_to_north_east(int column, int row) const {
         return (((column + row) & 1) != 0) == is_odd;
     }
-    /// Of a cell's corners.
+    /// Height of a cell's highest corner, metres.
     double highest(int column, int row) const {
         return std::max(
             {at(column, row), at(column + 1, row), at(column, row + 1), at(column + 1, row + 1)});
     }
-    /// Of a cell's triangle on its southern or northern side.
+    /// Slopes of a cell's southern or northern triangle.
     WindowSlopes slopes(int column, int row, bool is_south) const {
         const int y = is_south ? row : row + 1;
         const int x = is_south == is_cut_to_north_east(column, row) ? column + 1 : column;
         return {at(column + 1, y) - at(column, y), at(x, row + 1) - at(x, row)};
     }
+    /// Whether a range lies inside the window.
     bool holds(const CellRange& range) const {
         return range.west >= cells.west && range.east <= cells.east && range.south >= cells.south &&
                range.north <= cells.north;
     }
-    /// Whether all cells of a range that it holds are ground.
+    /// Whether all cells of a range are ground. Requires holds(range).
     bool is_ground(const CellRange& range) const;
 
-    /// Reads a range of cells. False where there are none or more than it holds.
+    /// Reads the heights of a range of cells. False where it is empty or more than kMostCells along a side.
+    ///
+    /// @param base    height that z is 0 at, quanta
+    /// @param quantum metres
     bool read(GroundReader& reader, const CellRange& range, std::int64_t base, double quantum);
 };
 

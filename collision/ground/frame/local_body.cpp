@@ -8,15 +8,15 @@ namespace terrane::internal {
 LocalBody::LocalBody(const Shape& shape, const Eigen::Matrix3d& rotation,
                      const Eigen::Vector3d& origin)
     : rotation_(rotation), origin_(origin) {
-    const auto place = [&](const auto& each) { whole_ = make_local_shape(each, rotation, hull_); };
+    const auto make = [&](const auto& each) { whole_ = make_local_shape(each, rotation, hull_); };
     if (const Sphere* sphere = std::get_if<Sphere>(&shape)) {
-        place(*sphere);
+        make(*sphere);
     } else if (const Capsule* capsule = std::get_if<Capsule>(&shape)) {
-        place(*capsule);
+        make(*capsule);
     } else if (const Box* box = std::get_if<Box>(&shape)) {
-        place(*box);
+        make(*box);
     } else if (const ConvexHull* hull = std::get_if<ConvexHull>(&shape)) {
-        place(*hull);
+        make(*hull);
     } else {
         compound_ = &compound_data(std::get<Compound>(shape));
         rotation_ = orthonormalized(rotation);
@@ -40,9 +40,9 @@ LocalShape LocalBody::part(std::uint32_t index, LocalHull& hull_out) const {
     rotation = orthonormalized(rotation);
     LocalShape shape = std::visit(
         [&](const auto& each) { return make_local_shape(each, rotation, hull_out); }, part.shape);
-    const Eigen::Vector3d place = rotated(rotation_, part.body_from_part.translation);
-    shape.offset += place;
-    shape.centre += place;
+    const Eigen::Vector3d offset = rotated(rotation_, part.body_from_part.translation);
+    shape.offset += offset;
+    shape.centre += offset;
     shape.centre += origin_;
     return shape;
 }
@@ -53,7 +53,7 @@ Eigen::Vector3d LocalBody::around(const Eigen::Vector3d& half) const {
         bounds[i] = std::abs(rotation_(i, 0)) * half[0] + std::abs(rotation_(i, 1)) * half[1] +
                     std::abs(rotation_(i, 2)) * half[2];
     }
-    // A hair wider, for what rounding does to parts and their bounds.
+    // Slightly wider, for the rounding of parts and their bounds.
     constexpr double kHair = 1e-12;
     return bounds + Eigen::Vector3d::Constant(kHair * (1.0 + compound_->bounding_radius));
 }

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "shapes/compound_data.h"
 #include "ground/frame/local_shape.h"
+#include "shapes/compound_data.h"
 
 namespace terrane::internal {
 
-/// What a question is about, placed in a local frame: one convex shape, or the parts of a compound, which
-/// are made one by one as they are asked for. Stays where it is, because shapes point into it.
+/// The shape of a query in a local frame: one convex shape, or the parts of a compound, which are made one by one on
+/// demand. Neither copied nor moved, because shapes point into it.
 class LocalBody {
 public:
     LocalBody(const Shape& shape, const Eigen::Matrix3d& rotation, const Eigen::Vector3d& origin);
@@ -15,15 +15,15 @@ public:
     LocalBody& operator=(const LocalBody&) = delete;
 
     bool is_compound() const { return compound_ != nullptr; }
-    /// The convex shape. Of a compound only what holds for all parts together is set: centre, bounds and
-    /// the smallest half extent.
+    /// The convex shape. For a compound only the centre, the bounds and the smallest half extent of all parts together
+    /// are set.
     const LocalShape& whole() const { return whole_; }
-    /// @param hull_out where the part points to, if it is a hull of a compound
+    /// @param hull_out storage for a part that is a hull of a compound; outlives the result
     LocalShape part(std::uint32_t index, LocalHull& hull_out) const;
 
-    /// Visits the parts; for a convex shape that is itself, as part 0, whatever `wants` would say.
+    /// Visits the parts whose bounds pass `wants`; a convex shape is its own part 0 and always visited.
     ///
-    /// @param wants bool(centre, bounds) whether anything in a box can matter
+    /// @param wants bool(centre, bounds): whether to visit what is inside this box
     /// @param take  void(const LocalShape&, part)
     template <class Wants, class Take>
     void visit(Wants&& wants, Take&& take) const {
@@ -45,7 +45,7 @@ public:
     }
 
 private:
-    /// Half extents along the world's axes of a box along the body's.
+    /// Half extents along the world's axes of a box with half extents `half` along the body's axes.
     Eigen::Vector3d around(const Eigen::Vector3d& half) const;
 
     const CompoundData* compound_ = nullptr;

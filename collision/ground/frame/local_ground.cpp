@@ -10,13 +10,13 @@ LocalGround::LocalGround(const Ground& ground, const WorldPos& near_world)
       spacing_(ground.spacing()),
       inverse_spacing_(1.0 / ground.spacing()),
       quantum_(ground.lattice().quantum) {
-    // Far outside the extent the nearest lattice point of the extent serves.
+    // Clamped to the extent, whose lattice indices are in range.
     const WorldRect& extent = ground.extent();
     column_ = ground.column_at(std::clamp(near_world.x(), extent.west, extent.east));
     row_ = ground.row_at(std::clamp(near_world.y(), extent.south, extent.north));
     base_ = static_cast<std::int64_t>(
         std::floor(std::clamp(near_world.z() / quantum_, -0x1p52, 0x1p52)));
-    place();
+    set_origin();
 }
 
 LocalGround::LocalGround(const LocalGround& other, const Eigen::Vector3d& near)
@@ -35,10 +35,10 @@ LocalGround::LocalGround(const LocalGround& other, const Eigen::Vector3d& near)
     column_ += steps(near[0], spacing_);
     row_ += steps(near[1], spacing_);
     base_ += steps(near[2], quantum_);
-    place();
+    set_origin();
 }
 
-void LocalGround::place() {
+void LocalGround::set_origin() {
     origin_world_ = {ground().cell_x(column_), ground().cell_y(row_),
                      quantum_ * static_cast<double>(base_)};
 }
@@ -54,7 +54,7 @@ CellRange LocalGround::cells(double west, double south, double east, double nort
           north >= limit_south)) {
         return none;
     }
-    // A rectangle whose western side lies on a line meets the cells to the west of it too.
+    // A rectangle whose western side lies on a lattice line meets the cells to the west of it too.
     const auto first = [this](double p) {
         return static_cast<std::int64_t>(std::ceil(p / spacing_)) - 1;
     };
@@ -74,7 +74,7 @@ const GroundWindow* LocalGround::window(const CellRange& cells, int ring) const 
     const auto widened = [&](int by) {
         return CellRange{cells.west - by, cells.south - by, cells.east + by, cells.north + by};
     };
-    // The ring is read at once: the next question may need it.
+    // Always read with a ring: the next query may need it.
     if (!window_.holds(widened(ring)) && !window_.read(reader_, widened(1), base_, quantum_)) {
         return nullptr;
     }
@@ -112,7 +112,7 @@ bool LocalGround::find_vertex(std::int64_t column, std::int64_t row, Eigen::Vect
 std::array<Eigen::Vector3d, 3> LocalGround::corners(const GroundWindow& window, int column, int row,
                                                     bool is_south) const {
     const auto at = [&](int i, int j) { return vertex(window, i, j); };
-    // From one end of the cut to the other, and the corner on that side.
+    // The two ends of the diagonal, and the corner on that side.
     if (window.is_cut_to_north_east(column, row)) {
         const Eigen::Vector3d from = at(column, row), to = at(column + 1, row + 1);
         if (is_south) return {from, at(column + 1, row), to};

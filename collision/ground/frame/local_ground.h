@@ -13,7 +13,7 @@
 
 namespace terrane::internal {
 
-/// A triangle of the contact surface, counter-clockwise from above; the ground is everything below.
+/// A triangle of the contact surface, counter-clockwise from above; its column is everything on or below it.
 struct Triangle {
     std::array<Eigen::Vector3d, 3> v;
     Eigen::Vector3d normal;  ///< unit, z > 0
@@ -26,8 +26,8 @@ inline Triangle make_triangle(const Eigen::Vector3d& a, const Eigen::Vector3d& b
     return {{a, b, c}, n / length(n)};
 }
 
-/// Whether the foot of the perpendicular on its plane lies in a triangle, or a hair outside, so that a point
-/// over an edge is over one of the two faces.
+/// Whether the projection of a point onto a triangle's plane lies in the triangle, with a tolerance so that a point
+/// over an edge is over at least one of the two faces.
 inline bool is_foot_inside(const Eigen::Vector3d& p, const Triangle& triangle) {
     for (std::size_t i = 0; i < 3; ++i) {
         const Eigen::Vector3d& a = triangle.v[i];
@@ -37,21 +37,21 @@ inline bool is_foot_inside(const Eigen::Vector3d& p, const Triangle& triangle) {
     return true;
 }
 
-/// The vertical prism over a rectangle of cells and under `high`: contains the ground there, whose surface is
-/// nowhere below `low`.
+/// The vertical prism over a rectangle of cells and below `high`: contains the ground there. The surface is nowhere
+/// below `low`. Metres, local frame.
 struct CellPrism {
     double west = 0.0, south = 0.0, east = 0.0, north = 0.0, high = 0.0;
     double low = -std::numeric_limits<double>::infinity();
 };
 
-/// The ground seen from a point of its lattice near the question. Lattice integers are subtracted
-/// before anything becomes a length, so that bits do not depend on where in the world it is asked.
+/// The ground in a local frame whose origin is a lattice point near the query. Lattice integers are subtracted before
+/// they become lengths, so that results do not depend on where in the world the query is.
 ///
-/// Threads: one; each question makes its own
+/// Threads: one; each query makes its own
 class LocalGround {
 public:
     LocalGround(const Ground& ground, const WorldPos& near_world);
-    /// The same ground from near a point of another frame: whole cells and quanta away from it.
+    /// The same ground in a frame near a point of another frame, whole cells and quanta away from it.
     LocalGround(const LocalGround& other, const Eigen::Vector3d& near);
     LocalGround(const LocalGround&) = delete;
     LocalGround& operator=(const LocalGround&) = delete;
@@ -62,15 +62,15 @@ public:
     double inverse_spacing() const { return inverse_spacing_; }
     const Ground& ground() const { return reader_.ground(); }
 
-    /// Cells that a closed rectangle meets, clamped to the ground's extent.
+    /// Cells that a closed rectangle meets, clamped to the ground's extent and one cell around it.
     CellRange cells(double west, double south, double east, double north) const;
 
     CellPrism prism(const CellRange& cells, std::int32_t low, std::int32_t high) const;
     GroundCell cell(std::int64_t column, std::int64_t row) const {
         return reader_.cell(column, row);
     }
-    /// A window that holds a range of cells and `ring` more on each side, until it is asked for another one; null
-    /// where they are too many, or one of the range is no ground or not resident.
+    /// A window that holds a range of cells and `ring` more on each side, valid until the next call; null where they
+    /// are too many, or a cell of the range is not ground or not resident.
     ///
     /// @param ring 0 or 1
     const GroundWindow* window(const CellRange& cells, int ring) const;
@@ -82,13 +82,13 @@ public:
         }
         return cell(column, row).status == GroundStatus::ok;
     }
-    /// Whether all cells of a range are ground and resident. Cost: O(chunks); O(cells) where chunks have other ones
+    /// Whether all cells of a range are ground and resident. Cost: O(chunks); O(cells) in chunks that are partly ground
     bool is_all_ground(const CellRange& cells) const { return reader_.is_all_ground(cells); }
-    /// A corner of the contact surface; false where none of its cells is ground and resident.
+    /// A vertex of the contact surface; false where none of the cells around it is ground and resident.
     bool find_vertex(std::int64_t column, std::int64_t row, Eigen::Vector3d& p_out) const;
     /// Largest error_m of the cells of a range that are ground and resident, metres.
     double error(const CellRange& cells) const;
-    /// The south-western corner of a window, at the height of this frame.
+    /// The south-western corner of a window, at z = 0.
     Eigen::Vector3d corner(const GroundWindow& window) const {
         return {x(window.cells.west), y(window.cells.south), 0.0};
     }
@@ -96,7 +96,7 @@ public:
     Eigen::Vector3d vertex(const GroundWindow& window, int column, int row) const {
         return {x(window.cells.west + column), y(window.cells.south + row), window.at(column, row)};
     }
-    /// The triangle of a window's cell on its southern or northern side, and its corners.
+    /// The southern or northern triangle of a window's cell; corners() is without the normal.
     Triangle triangle(const GroundWindow& window, int column, int row, bool is_south) const {
         const std::array<Eigen::Vector3d, 3> v = corners(window, column, row, is_south);
         return make_triangle(v[0], v[1], v[2]);
@@ -111,7 +111,7 @@ public:
                                       std::int64_t row) const;
     double x(std::int64_t column) const { return spacing_ * static_cast<double>(column - column_); }
     double y(std::int64_t row) const { return spacing_ * static_cast<double>(row - row_); }
-    /// Lattice index of a coordinate that x() or y() made.
+    /// Lattice index of a coordinate from x() or y().
     std::int64_t column_of(double x) const {
         return column_ + static_cast<std::int64_t>(std::floor(x / spacing_ + 0.5));
     }
@@ -121,12 +121,12 @@ public:
     double z(std::int32_t height) const { return quantum_ * static_cast<double>(height - base_); }
 
 private:
-    void place();
+    void set_origin();
 
     mutable GroundReader reader_;
     mutable GroundWindow window_;
-    mutable CellRange error_cells_;  ///< that were asked for last
-    mutable double error_ = 0.0;     ///< theirs
+    mutable CellRange error_cells_;  ///< of the last call of error()
+    mutable double error_ = 0.0;     ///< its result
     double spacing_;
     double inverse_spacing_;
     double quantum_;
@@ -136,19 +136,19 @@ private:
     WorldPos origin_world_;
 };
 
-/// Walks the cells of a range from the blocks down. The visitor has
-///   bool wants(const CellPrism&)                    whether anything inside can matter
+/// Visits the cells of a range, top down through blocks of 2^k cells whose height ranges are known. The visitor has
+///   bool wants(const CellPrism&)                whether to visit what is inside
 ///   void take(const GroundCell&, column, row)   a cell that is ground
-///   bool miss(const CellPrism&)                     a cell that is not resident, under what is known of its
-///                                               height; goes on if true
+///   bool miss(const CellPrism&)                 a cell that is not resident, with the bounds known of its height;
+///                                               the traversal stops if false
 /// and may have
-///   bool take_square(const CellRange&)          some 16 x 16 cells, or fewer; its cells are walked if false
+///   bool take_square(const CellRange&)          at most 16 x 16 cells at once; visited one by one if false
 template <class Visitor>
 void visit_cells(const LocalGround& local, const CellRange& all, Visitor& visitor) {
-    constexpr std::int64_t kFew = 4;  // cells along a side: not worth asking for their range
+    constexpr std::int64_t kFew = 4;  // cells along a side: visited without blocks
     constexpr int kLargest = 7;       // log2 of cells along a side: no more than a chunk
     constexpr int kSmallest = 2;
-    constexpr int kSquare = 4;  // what a window and one more cell on each side hold
+    constexpr int kSquare = 4;  // a window holds it and one more cell on each side
     static_assert((1 << kSquare) + 2 <= GroundWindow::kMostCells);
     if (all.east < all.west || all.north < all.south) return;
     const bool is_small = all.east - all.west < kFew && all.north - all.south < kFew;
@@ -180,7 +180,7 @@ void visit_cells(const LocalGround& local, const CellRange& all, Visitor& visito
         visit_each(all);
         return;
     }
-    // Squares aligned to powers of two, whose ranges chunks know.
+    // Blocks aligned to powers of two, whose height ranges chunks store.
     struct Square {
         std::int64_t west, south;
         int log2_side;

@@ -10,10 +10,10 @@
 namespace terrane::internal {
 namespace {
 
-// Faces less steep than this bound what lies below a hull better than its box does.
+// Least downward component of the normal of a face that bounds the hull from below better than its AABB does.
 constexpr double kSteep = 1e-3;
 
-/// Visits the faces around a vertex, each twice.
+/// Visits the faces around a vertex; each comes up twice.
 template <class Visit>
 void visit_faces_around(const Polyhedron& shape, std::uint32_t vertex, Visit visit) {
     for (std::uint32_t k = shape.first_neighbour[vertex]; k < shape.first_neighbour[vertex + 1];
@@ -26,7 +26,7 @@ void visit_faces_around(const Polyhedron& shape, std::uint32_t vertex, Visit vis
 }
 
 void add_planes(LocalHull& hull) {
-    // The most level faces around the lowest vertex.
+    // The faces around the lowest vertex that are nearest to level.
     constexpr std::size_t kFaces = 4;
     const Polyhedron& shape = *hull.shape;
     const Eigen::Vector3d down = hull.to_body(-Eigen::Vector3d::UnitZ());
@@ -39,12 +39,12 @@ void add_planes(LocalHull& hull) {
     };
     visit_faces_around(shape, find_extreme(shape, down), [&](std::uint32_t face) {
         if (dot(shape.faces[face].normal, down) < kSteep) return;
-        std::size_t place = count;
-        while (place > 0 && is_flatter(face, faces[place - 1])) --place;
-        if (place == kFaces || (place > 0 && faces[place - 1] == face)) return;
+        std::size_t at = count;
+        while (at > 0 && is_flatter(face, faces[at - 1])) --at;
+        if (at == kFaces || (at > 0 && faces[at - 1] == face)) return;
         if (count < kFaces) ++count;
-        for (std::size_t i = count - 1; i > place; --i) faces[i] = faces[i - 1];
-        faces[place] = face;
+        for (std::size_t i = count - 1; i > at; --i) faces[i] = faces[i - 1];
+        faces[at] = face;
     });
     hull.plane_count = 0;
     for (std::size_t i = 0; i < count; ++i) {
@@ -53,9 +53,9 @@ void add_planes(LocalHull& hull) {
         hull.planes[hull.plane_count++] = {n, face.offset + dot(n, hull.middle)};
     }
     hull.face_count = count;
-    // Four slopes, for what is round.
+    // Four fixed slopes, which bound rounded hulls well.
     constexpr double kAcross = 0.36;
-    constexpr double kUp = 0.8606974497462901;  // a unit vector with the former twice
+    constexpr double kUp = 0.8606974497462901;  // so that (kAcross, kAcross, kUp) is a unit vector
     for (const double x : {-kAcross, kAcross}) {
         for (const double y : {-kAcross, kAcross}) {
             const Eigen::Vector3d n(x, y, kUp);
@@ -74,7 +74,7 @@ void make_local_hull(const ConvexHull& hull, const Eigen::Matrix3d& rotation, Lo
         const std::span<const Eigen::Vector3d> vertices = hull_out.shape->vertices;
         const std::uint32_t low = find_extreme(*hull_out.shape, -axis);
         const std::uint32_t high = find_extreme(*hull_out.shape, axis);
-        // As vertex() rounds.
+        // Rounded as in vertex().
         const double low_at = rotated(hull_out.rotation, vertices[low])[i];
         const double high_at = rotated(hull_out.rotation, vertices[high])[i];
         hull_out.middle[i] = 0.5 * (low_at + high_at);
@@ -95,7 +95,7 @@ const Polyhedron::Edge* find_edge(const Polyhedron& shape, std::uint32_t a, std:
 
 ShapeFeature find_deepest(const LocalHull& hull, const Eigen::Vector3d& n,
                           Eigen::Vector3d& middle_out) {
-    // Below this cosine a feature counts as square to the direction.
+    // Below this cosine a feature counts as perpendicular to the direction.
     constexpr double kLevel = 1e-9;
     const Polyhedron& shape = *hull.shape;
     const std::uint32_t lowest = hull.lowest(n);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "shapes/extremes.h"
 #include "math/vector_math.h"
+#include "shapes/extremes.h"
 
 #include <terrane/collision/convex_hull.h>
 #include <terrane/collision/shape_feature.h>
@@ -11,9 +11,9 @@
 
 namespace terrane::internal {
 
-/// A hull in the axes of the world, seen from the middle of its bounding box.
+/// A hull in world axes, relative to the middle of its bounding box.
 struct LocalHull {
-    /// Its points p have normal . p >= -drop.
+    /// All points p of the hull have normal . p >= -drop.
     struct Plane {
         Eigen::Vector3d normal;
         double drop;
@@ -24,18 +24,19 @@ struct LocalHull {
     Eigen::Vector3d middle;  ///< from the body's origin
     Eigen::Vector3d bounds;  ///< half extents of the bounding box
     static constexpr std::size_t kMostPlanes = 8;
-    std::array<Plane, kMostPlanes> planes;  ///< faces around the lowest vertex, and some slopes
+    std::array<Plane, kMostPlanes> planes;  ///< faces around the lowest vertex, then fixed slopes
     std::size_t plane_count = 0;
-    std::size_t face_count = 0;  ///< that come first among the planes
+    std::size_t face_count = 0;  ///< planes that are faces; they come first
 
     Eigen::Vector3d to_body(const Eigen::Vector3d& n) const { return rotated_back(rotation, n); }
     Eigen::Vector3d vertex(std::uint32_t i) const {
         return rotated(rotation, shape->vertices[i]) - middle;
     }
-    /// The vertex that is deepest against a direction of any length.
+    /// The vertex that is farthest against a direction of any length.
     std::uint32_t lowest(const Eigen::Vector3d& n) const {
         return find_extreme(*shape, -to_body(n));
     }
+    /// How far the hull reaches against a direction from its middle, times the direction's length.
     double drop(const Eigen::Vector3d& n) const { return -dot(n, vertex(lowest(n))); }
 };
 
@@ -45,8 +46,10 @@ void make_local_hull(const ConvexHull& hull, const Eigen::Matrix3d& rotation, Lo
 /// The edge between two vertices; null where they share none. Cost: O(log edges)
 const Polyhedron::Edge* find_edge(const Polyhedron& shape, std::uint32_t a, std::uint32_t b);
 
-/// The feature that is deepest against a unit direction and its middle, seen from the hull's; edges and
-/// faces count where they are square to the direction within 1e-9.
+/// The feature that is farthest against a unit direction; an edge or a face where it is perpendicular to the direction
+/// within 1e-9.
+///
+/// @param middle_out of the feature, relative to the hull's middle
 ShapeFeature find_deepest(const LocalHull& hull, const Eigen::Vector3d& n,
                           Eigen::Vector3d& middle_out);
 

@@ -8,7 +8,7 @@
 namespace terrane::internal {
 namespace {
 
-// Below this cosine a feature counts as square to the direction.
+// Below this cosine a feature counts as perpendicular to the direction.
 constexpr double kLevel = 1e-9;
 
 DeepestPoint deepest_of_round(const LocalShape& shape, const Eigen::Vector3d& n) {
@@ -92,7 +92,7 @@ DeepestPoint LocalShape::deepest(const Eigen::Vector3d& n) const {
 }
 
 ShapeFeature LocalShape::core_feature(const Eigen::Vector3d& on_core) const {
-    constexpr double kEnd = 1.0 - 1e-9;  // of the way from the centre
+    constexpr double kEnd = 1.0 - 1e-9;  // share of the distance from the centre to an end
     if (!has_core()) return {0, 0};
     const double along = dot(on_core - centre, core) / dot(core, core);
     if (along >= kEnd) return {1, 1};

@@ -9,13 +9,13 @@
 
 namespace terrane::internal {
 
-/// Indices of a vertex of a window.
+/// Column and row of a vertex of a window.
 struct WindowVertex {
     int column = 0;
     int row = 0;
 };
 
-/// Cells of a window, by what is counted from its south-western one: both ends belong to them.
+/// A range of cells of a window, counted from its south-western cell, ends included.
 struct WindowCells {
     int west = 0, south = 0, east = -1, north = -1;
 
@@ -26,29 +26,31 @@ struct WindowCells {
           north(static_cast<int>(cells.north - window.cells.south)) {}
 };
 
-/// The plane of one of the two triangles of a window's cell, and what lies square to it.
+/// The plane of one of the two triangles of a window's cell.
 struct WindowFace {
-    Eigen::Vector3d start;  ///< where the cell's cut starts in the south
+    Eigen::Vector3d start;  ///< southern end of the cell's diagonal
     double x, y;            ///< slopes
-    double square;          ///< of a length along the vertical over the same square to the plane
-    bool is_even;           ///< whether the cut runs to the north-east
+    double square;  ///< 1 + x^2 + y^2: (vertical distance to the plane / perpendicular distance)^2
+    bool is_even;   ///< whether the diagonal runs to the north-east
 
-    /// How high a point is over the plane, along the vertical.
+    /// Height of a point over the plane, along the vertical, metres.
     double above(const Eigen::Vector3d& p) const {
         return (p[2] - start[2]) - (x * (p[0] - start[0]) + y * (p[1] - start[1]));
     }
-    /// False where the foot of the perpendicular from a point that is so high above lies outside of the cell by
-    /// more than a hair.
+    /// False where the projection of a point onto the plane lies outside the cell by more than rounding.
+    ///
+    /// @param above of the point, from above()
     bool may_have_foot(const Eigen::Vector3d& p, double above, double spacing) const {
-        const double hair = 1e-9 * spacing;
+        const double slack = 1e-9 * spacing;
         const double along = above / square;
         const double east = p[0] - start[0] + x * along + (is_even ? 0.0 : spacing);
         const double north = p[1] - start[1] + y * along;
-        return east >= -hair && east <= spacing + hair && north >= -hair && north <= spacing + hair;
+        return east >= -slack && east <= spacing + slack && north >= -slack &&
+               north <= spacing + slack;
     }
 };
 
-/// The face of a window's cell on its southern or northern side.
+/// The southern or northern face of a window's cell.
 inline WindowFace make_window_face(const LocalGround& local, const GroundWindow& window, int column,
                                    int row, bool is_south) {
     const bool is_even = window.is_cut_to_north_east(column, row);
@@ -59,8 +61,8 @@ inline WindowFace make_window_face(const LocalGround& local, const GroundWindow&
             is_even};
 }
 
-/// Bits of a window's vertices: each says that a vertex lies on the far side of something. What joins two
-/// vertices that share one lies there too.
+/// Outcodes of a window's vertices: each bit says that a vertex is beyond a plane. An edge or triangle whose vertices
+/// share a bit is beyond that plane.
 struct WindowCodes {
     std::array<std::uint8_t,
                static_cast<std::size_t>(GroundWindow::kStride) * GroundWindow::kStride>
@@ -70,9 +72,9 @@ struct WindowCodes {
     std::uint8_t at(int column, int row) const { return bits[GroundWindow::index(column, row)]; }
 };
 
-/// Visits the southern and western sides and the diagonals of a rectangle of cells where the ground is convex
-/// and the two ends share no bit; sides where the ground ends are none. One more cell on each side lies in the
-/// window.
+/// Visits the southern and western sides and the diagonals of a rectangle of cells where the ground is convex and the
+/// outcodes of the two ends share no bit; sides where the ground ends are left out. The window must hold one more cell
+/// on each side.
 ///
 /// @param take void(from, to, left, right), with the third corners of the edge's two triangles
 template <class Take>
@@ -86,7 +88,7 @@ void visit_convex_edges(const GroundWindow& window, const WindowCells& cells,
         for (int column = cells.west; column <= cells.east; ++column) {
             const unsigned here = codes.at(column, row);
             const bool is_even = window.is_cut_to_north_east(column, row);
-            // A side lies between the third corners at its odd end, a diagonal in its middle.
+            // The third corners are opposite each other across a side's odd end, and across a diagonal's middle.
             if ((here & codes.at(column + 1, row)) == 0) {
                 const int odd = is_even ? column + 1 : column;
                 const double across = window.at(odd, row + 1) + window.at(odd, row - 1);
@@ -118,8 +120,8 @@ void visit_convex_edges(const GroundWindow& window, const WindowCells& cells,
     }
 }
 
-/// Whether no neighbour of a vertex is higher along a direction by more than a slack. Where the ground ends
-/// only faces count: no.
+/// Whether no neighbour of a vertex is higher along a direction by more than `slack` metres. False where the ground
+/// ends, because only faces have contacts there.
 ///
 /// @param spacing of the window's cells, metres
 inline bool is_top(const GroundWindow& window, const WindowVertex& at, double spacing,

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// The height of the ground over a box changes its slope only where edges of the ground run, and the box
-// only at its corners and edges. So the lift is that of a vertex of the ground in the box, of a corner of
-// the box, or of an edge of the box over an edge of the ground. Those run along four families of lines: of
-// constant x, y, and, two cells apart, x - y and x + y (see cut_to_north_east).
+// Ground minus underside of the box is piecewise linear in x and y, so that its largest value is at a vertex of the
+// ground, at a corner of the box, or where an edge of the box crosses an edge of the ground seen from above. Edges of
+// the ground lie on four families of lines: of constant x, of constant y, and, two cells apart, of constant x - y and
+// x + y (see cut_to_north_east).
 #include "ground/lift/box_lift.h"
 
 #include "ground/lift/box_slabs.h"
@@ -14,15 +14,16 @@
 namespace terrane::internal {
 namespace {
 
+// A point in the coordinates of a window.
 struct WindowPoint {
-    double x, y;  // cells of the window
+    double x, y;  // cells
     double z;     // metres
 };
 
 class BoxScan {
 public:
     BoxScan(const GroundWindow& window, const Eigen::Vector3d& corner, double spacing,
-         const LocalShape& box, double floor, double enough)
+            const LocalShape& box, double floor, double enough)
         : window_(window), box_(box), limit_(floor), enough_(enough), slabs_(box, corner, spacing) {
         const double cells = 1.0 / spacing;
         for (std::size_t k = 0; k < 8; ++k) {
@@ -56,7 +57,7 @@ private:
         y_ = y;
     }
 
-    // Vertices of the cells that the box is over; those straight under it, and one more on each side.
+    // Vertices of the cells under or over the box.
     void make_ranges() {
         double west = corners_[0].x, east = west, south = corners_[0].y, north = south;
         for (const WindowPoint& point : corners_) {
@@ -71,7 +72,7 @@ private:
         last_row_ = cell_of(north, window_.rows) + 1;
     }
 
-    // Vertices of the ground, seen straight up from below the box.
+    // Lift at vertices of the ground: the vertical through each, cut by the box's slabs.
     void take_vertices() {
         const double lowest = box_.centre[2] - box_.bounds[2];
         for (int row = first_row_; row <= last_row_ && limit_ <= enough_; ++row) {
@@ -116,7 +117,7 @@ private:
 
     void take_edges() {
         for (int i = 0; i < 3; ++i) {
-            // bits of the corners whose face of an axis looks up
+            // bits of the corners that are on the upper face of an axis
             const auto up_of = [&](int j) {
                 const double z = box_.axes[static_cast<std::size_t>(j)][2];
                 return z > 0.0 ? 1 << j : (z < 0.0 ? 0 : -1);
@@ -127,7 +128,7 @@ private:
             const int up1 = up_of(j1);
             for (int k = 0; k < 8; ++k) {
                 if ((k >> i & 1) != 0) continue;
-                // An edge between two faces that look up has the box below it.
+                // An edge between two faces that point up is not on the underside.
                 if ((k & 1 << j0) == up0 && (k & 1 << j1) == up1) continue;
                 const WindowPoint& from = corners_[static_cast<std::size_t>(k)];
                 const WindowPoint& to = corners_[static_cast<std::size_t>(k | 1 << i)];
@@ -136,7 +137,7 @@ private:
         }
     }
 
-    // What of an edge is higher than all of the ground, less the lift so far, is passed over.
+    // Only the part of an edge that is low enough to give more than the lift so far.
     void take_low_part(WindowPoint from, WindowPoint to) {
         if (from.z > to.z) std::swap(from, to);
         const double rise = window_.high - limit_ - from.z;
@@ -197,7 +198,7 @@ private:
         });
     }
 
-    // Calls cross(line, t) for the whole numbers between a and b that leave `odd` when divided by `step`.
+    // Calls cross(line, t) for the integers between a and b that are `odd` modulo `step`.
     template <class Cross>
     static void cross_lines(double a, double b, int step, int odd, Cross cross) {
         const double low = std::min(a, b);
@@ -206,7 +207,7 @@ private:
         if (static_cast<double>(line) < low) ++line;
         if (step == 2 && ((line & 1) != odd)) ++line;
         if (static_cast<double>(line) > high) return;
-        // Along a line there are no crossings: what lies beside it says the same.
+        // An edge that runs along a line has no crossings with it; its ends cross the other families.
         if (!(high - low > 1e-300)) return;
         const double share = 1.0 / (b - a);
         for (; static_cast<double>(line) <= high; line += step) {
@@ -220,13 +221,13 @@ private:
 
     const GroundWindow& window_;
     const LocalShape& box_;
-    double limit_;   // lifts up to it are not looked for
-    double enough_;  // nor others where one is above this
+    double limit_;   // lifts up to it are ignored
+    double enough_;  // the search stops at a lift above this
     std::array<WindowPoint, 8> corners_;
     BoxSlabs slabs_;
     int first_column_ = 0, last_column_ = 0, first_row_ = 0, last_row_ = 0;
     WindowLift best_;
-    double x_ = 0.0, y_ = 0.0;  // where, in cells
+    double x_ = 0.0, y_ = 0.0;  // where the best lift is, in cells
 };
 
 }  // namespace

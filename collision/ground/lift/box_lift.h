@@ -6,11 +6,11 @@
 
 namespace terrane::internal {
 
-/// Largest of surface minus z over a box whose bounds lie within a window. Lifts at or below `floor` need
-/// not be found, nor others where one is above `enough`.
+/// Lift of a box whose bounds lie within a window. Lifts up to `floor` need not be found; any lift above `enough` may
+/// be returned.
 ///
-/// @param corner  south-western corner of the window, in the frame of the box; z is not looked at
-/// @param spacing of its cells, metres
+/// @param corner  south-western corner of the window, in the frame of the box; z is not used
+/// @param spacing of the window's cells, metres
 WindowLift find_box_lift(const GroundWindow& window, const Eigen::Vector3d& corner, double spacing,
                          const LocalShape& box, double floor, double enough);
 

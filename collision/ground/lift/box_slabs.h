@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "math/vector_math.h"
 #include "ground/frame/local_shape.h"
+#include "math/vector_math.h"
 
 #include <algorithm>
 #include <array>
@@ -12,16 +12,16 @@
 
 namespace terrane::internal {
 
-/// What the faces of a box leave of a vertical: what lies between each two planes of a slab. Faces that stand
-/// upright, or nearly, are sides and leave all of it or nothing.
+/// The intersection of verticals with a box, as that of three slabs between opposite faces. Faces that are upright
+/// within rounding are sides: they contain all of a vertical or nothing.
 class BoxSlabs {
 public:
     struct Slab {
-        double low, high;  ///< z of its planes over x = 0, metres
-        double x, y;       ///< their slopes, metres a unit
+        double low, high;  ///< z of its planes at x = 0, metres
+        double x, y;       ///< slopes of the planes, metres per unit
     };
 
-    /// @param origin where x and y are counted from; its z is not looked at
+    /// @param origin of x and y; its z is not used
     /// @param unit   of x and y, metres
     BoxSlabs(const LocalShape& box, const Eigen::Vector3d& origin, double unit) {
         const Eigen::Vector3d centre = box.centre - origin;
@@ -41,7 +41,7 @@ public:
         }
     }
 
-    /// The slabs along a line of constant y.
+    /// The slabs cut by the line of constant y: slopes along x.
     std::array<Slab, 3> along(double y) const {
         std::array<Slab, 3> slabs = slabs_;
         for (Slab& slab : slabs) {
@@ -50,7 +50,7 @@ public:
         }
         return slabs;
     }
-    /// Where the box begins above x of such a line, if it does, and where it ends.
+    /// Lowest and highest z of the box at x of such a line; it is missed where low > high.
     static double low(const std::array<Slab, 3>& slabs, double x) {
         return std::max({slabs[0].low + slabs[0].x * x, slabs[1].low + slabs[1].x * x,
                          slabs[2].low + slabs[2].x * x});
@@ -59,6 +59,7 @@ public:
         return std::min({slabs[0].high + slabs[0].x * x, slabs[1].high + slabs[1].x * x,
                          slabs[2].high + slabs[2].x * x});
     }
+    /// Whether a vertical is inside all upright slabs.
     bool is_between_sides(double x, double y) const {
         for (std::size_t i = 0; i < side_count_; ++i) {
             const Side& side = sides_[i];

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "ground/lift/ground_lift.h"
 
-#include "math/vector_math.h"
 #include "ground/lift/box_lift.h"
 #include "ground/lift/box_slabs.h"
 #include "ground/lift/round_lift.h"
 #include "ground/lift/underside.h"
+#include "math/vector_math.h"
 
 #include <optional>
 
@@ -30,9 +30,9 @@ public:
         }
         const double best = std::max(floor_, result_.lift);
         if (prism.high - (c[2] - shape_.bounds[2]) <= best) return false;
-        // A hair lower, for what rounding does to the bound.
-        const double hair = 1e-12 * (1.0 + std::abs(prism.high) + std::abs(c[2]));
-        return underside_.may_reach(prism, prism.high - std::max(best, -1e300) + hair);
+        // Slightly lower, for the rounding of the bound.
+        const double slack = 1e-12 * (1.0 + std::abs(prism.high) + std::abs(c[2]));
+        return underside_.may_reach(prism, prism.high - std::max(best, -1e300) + slack);
     }
     void take(const GroundCell& cell, std::int64_t column, std::int64_t row) {
         result_.error_m = std::max(result_.error_m, static_cast<double>(cell.error_m));
@@ -57,8 +57,8 @@ public:
     bool has_enough() const { return result_.lift > enough_; }
 
 private:
-    // The lift at the corners of a cell: true where no more is to be found between them, because the same face of a
-    // box is over all of the cell.
+    // Tests the corners of a cell against a box. True where that is exact for the whole cell, because one face of the
+    // box is over all of it.
     bool take_corners(const GroundCell& cell, std::int64_t column, std::int64_t row) {
         const std::array<std::int32_t, 4> heights{cell.south_west, cell.south_east, cell.north_west,
                                                   cell.north_east};
@@ -86,7 +86,7 @@ private:
         }
         if (most > std::max(floor_, result_.lift)) {
             result_.lift = most;
-            // that of the southern corners is the first one
+            // the first triangle has both southern corners
             result_.triangle = local_.triangles(cell, column, row)[which < 2 ? 0 : 1];
         }
         return is_over_all && (faces & (faces - 1)) == 0;
@@ -101,7 +101,7 @@ private:
     GroundLift result_;
 };
 
-// Over a window that holds the cells under a box or a round shape.
+// Lift of a box or a round shape over a window that holds the cells under it.
 GroundLift find_lift(const LocalGround& local, const GroundWindow& window, const CellRange& cells,
                      const LocalShape& shape, double floor, double enough) {
     GroundLift result;
@@ -115,7 +115,7 @@ GroundLift find_lift(const LocalGround& local, const GroundWindow& window, const
     return result;
 }
 
-// Of a shape over the cells of a range that a window holds.
+// Visits the triangles of the cells of a range that a window holds.
 void visit_window(const LocalGround& local, const GroundWindow& window, const CellRange& cells,
                   const LocalShape& shape, LiftVisitor& visitor) {
     const auto west = static_cast<int>(cells.west - window.cells.west);
@@ -130,7 +130,7 @@ void visit_window(const LocalGround& local, const GroundWindow& window, const Ce
         visitor.take(local.triangle(window, column, row, true));
         visitor.take(local.triangle(window, column, row, false));
     };
-    // The cell under the lowest point first: most others need only be bounded after it.
+    // The cell under the lowest point first, so that bounds exclude most others.
     const Eigen::Vector3d lowest =
         shape.deepest_point(Eigen::Vector3d::UnitZ()) - local.corner(window);
     const int first_column =
@@ -167,7 +167,7 @@ GroundLift find_lift(const LocalGround& local, const LocalShape& shape, const Ei
         if (error == LiftError::requested) lift.error_m = local.error(cells);
         return lift;
     }
-    // Some places first, that under the lowest point among them: most others need only be bounded after them.
+    // The cell under the lowest point and a few samples first, so that bounds exclude most others.
     const auto take_at = [&](double x, double y) {
         const CellRange at = local.cells(x, y, x, y);
         if (at.west > at.east || at.south > at.north) return;
@@ -176,12 +176,12 @@ GroundLift find_lift(const LocalGround& local, const LocalShape& shape, const Ei
     };
     const Eigen::Vector3d lowest = moved.deepest_point(Eigen::Vector3d::UnitZ());
     take_at(lowest[0], lowest[1]);
-    constexpr int kPlaces = 8;  // along a side
-    constexpr std::int64_t kMany = 4 * kPlaces;
+    constexpr int kSamples = 8;  // along a side
+    constexpr std::int64_t kMany = 4 * kSamples;
     if (cells.east - cells.west > kMany && cells.north - cells.south > kMany) {
-        for (int i = 0; i < kPlaces * kPlaces && !visitor.has_enough(); ++i) {
-            const double u = (i % kPlaces + 0.5) / kPlaces;
-            const double v = (i / kPlaces + 0.5) / kPlaces;
+        for (int i = 0; i < kSamples * kSamples && !visitor.has_enough(); ++i) {
+            const double u = (i % kSamples + 0.5) / kSamples;
+            const double v = (i / kSamples + 0.5) / kSamples;
             take_at(low[0] + u * (high[0] - low[0]), low[1] + v * (high[1] - low[1]));
         }
     }
@@ -197,9 +197,9 @@ GroundLift find_lift(const LocalGround& local, const LocalBody& body, const Eige
         [&](const Eigen::Vector3d& centre, const Eigen::Vector3d& bounds) {
             if (all.lift > enough || all.is_missing) return false;
             const double bottom = centre[2] + d[2] - bounds[2];
-            // A hair below, for what rounding does to the bound.
-            const double hair = 1e-12 * (1.0 + std::abs(bottom));
-            return bound_ground(local, centre + d, bounds) + hair >
+            // Slightly higher, for the rounding of the bound.
+            const double slack = 1e-12 * (1.0 + std::abs(bottom));
+            return bound_ground(local, centre + d, bounds) + slack >
                    bottom + std::max(floor, all.lift);
         },
         [&](const LocalShape& shape, std::uint32_t part) {

@@ -6,7 +6,7 @@
 
 namespace terrane::internal {
 
-/// Gaps up to this are touches: what rounding leaves of none, metres.
+/// Gaps up to this count as touching, for rounding; metres.
 inline constexpr double kTouch = 1e-9;
 
 /// A limit that no lift reaches.
@@ -15,18 +15,19 @@ inline constexpr double kAnyLift = std::numeric_limits<double>::infinity();
 /// The lift of a shape and the triangle that decides it.
 struct GroundLift {
     double lift = -std::numeric_limits<double>::infinity();
-    Triangle triangle;        ///< set where lift is finite
-    std::uint32_t part = 0;   ///< of a compound, that decides it
+    Triangle triangle;        ///< that decides it; set where lift is finite
+    std::uint32_t part = 0;   ///< of a compound: the one that decides it
     bool is_missing = false;  ///< a cell that the shape's bounds meet is not resident
-    double error_m = 0.0;     ///< largest of the cells that were looked at, where it is asked for
+    double error_m = 0.0;     ///< largest of the cells tested, where LiftError::requested
 };
 
-/// The error of ground costs reading it: most lifts are only steps to an answer.
+/// Whether find_lift() reads the error of the ground, which most callers do not need.
 enum class LiftError { skipped, requested };
 
-/// Largest of surface minus z over the shape moved by `d`. Lifts at or below `floor` need not be
-/// found exactly: they come back as minus infinity or as what they are. Nor need those above `enough`: any
-/// lift above it may come back.
+/// Lift of a shape moved by `d`: largest of surface minus z over the shape, metres; minus infinity over no ground.
+///
+/// @param floor  a lift up to it may be returned as minus infinity
+/// @param enough the search may stop at any lift above it
 GroundLift find_lift(const LocalGround& local, const LocalShape& shape, const Eigen::Vector3d& d,
                      double floor = -kAnyLift, double enough = kAnyLift,
                      LiftError error = LiftError::skipped);
@@ -36,12 +37,12 @@ GroundLift find_lift(const LocalGround& local, const LocalBody& body, const Eige
                      double floor = -kAnyLift, double enough = kAnyLift,
                      LiftError error = LiftError::skipped);
 
-/// The highest that the ground could be over or beside a box, metres: minus infinity where there is none,
-/// infinity where that is not known or would cost more than looking at less.
+/// An upper bound of the height of the ground in the cells that an AABB meets, metres: minus infinity where there is no
+/// ground, infinity where it is not known or the range is too large to read.
 double bound_ground(const LocalGround& local, const Eigen::Vector3d& centre,
                     const Eigen::Vector3d& bounds);
 
-/// A lower bound of the distance between a box with sides along the axes and a prism.
+/// The distance between an AABB and a prism, metres.
 inline double bound_distance(const Eigen::Vector3d& centre, const Eigen::Vector3d& bounds,
                              const CellPrism& prism) {
     const double x =
@@ -52,7 +53,7 @@ inline double bound_distance(const Eigen::Vector3d& centre, const Eigen::Vector3
     return std::sqrt(x * x + y * y + z * z);
 }
 
-/// The same for a shape, which looks along the sides of corners too.
+/// A lower bound of the distance between a shape and a prism, by its AABB and the planes below it, metres.
 inline double bound_distance(const LocalShape& shape, const CellPrism& prism) {
     double bound = bound_distance(shape.centre, shape.bounds, prism);
     visit_down_planes(shape, [&](const Eigen::Vector3d& n, double drop) {

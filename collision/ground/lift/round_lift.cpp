@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// A face bounds the lift by its plane, which costs least; the rims of the faces that could still give more come last.
+// The lift over a face is bounded by that over its plane, which is cheap; the rims of faces whose bounds exceed the
+// best lift come last.
 #include "ground/lift/round_lift.h"
 
 #include "ground/column/round_column.h"
@@ -15,7 +16,7 @@ namespace {
 class RoundScan {
 public:
     RoundScan(const LocalGround& local, const GroundWindow& window, const CellRange& cells,
-         const LocalShape& shape, double floor, double enough)
+              const LocalShape& shape, double floor, double enough)
         : local_(local),
           window_(window),
           shape_(shape),
@@ -30,7 +31,7 @@ public:
           north_(static_cast<int>(cells.north - window.cells.south)) {}
 
     WindowLift run() {
-        // The cell under the lowest point first: most others need only be bounded after it.
+        // The cell under the lowest point first, so that bounds exclude most others.
         const Eigen::Vector3d p =
             shape_.deepest_point(Eigen::Vector3d::UnitZ()) - local_.corner(window_);
         const int first_column = std::clamp(static_cast<int>(p[0] / spacing_), west_, east_);
@@ -53,10 +54,10 @@ public:
     }
 
 private:
-    // A face whose plane would lift the shape by more than itself does.
+    // A face beside the point where the lift over its plane is largest.
     struct OpenFace {
         double bound;
-        double most_x, most_y;  // where the plane does
+        double most_x, most_y;  // that point
         int column, row;
         bool is_south;
     };
@@ -72,7 +73,7 @@ private:
         const bool is_even = window_.is_cut_to_north_east(column, row);
         const double west = local_.x(window_.cells.west + column);
         const double south = local_.y(window_.cells.south + row);
-        // seen from where the cell's cut starts in the south
+        // relative to the southern end of the cell's diagonal
         const double start_x = is_even ? west : west + spacing_;
         const double start_z = window_.at(is_even ? column : column + 1, row);
         for (const bool is_south : {true, false}) {
@@ -81,7 +82,7 @@ private:
             const double y = slopes.y * per_metre_;
             const double up = std::sqrt(1.0 + x * x + y * y);
             const double along = x * shape_.core[0] + y * shape_.core[1] - shape_.core[2];
-            // the lowest point of the end that the plane lifts more
+            // the end of the core with the larger lift over the plane
             const double sign = along < 0.0 ? -1.0 : 1.0;
             const Eigen::Vector3d end(shape_.centre[0] + sign * shape_.core[0] - start_x,
                                       shape_.centre[1] + sign * shape_.core[1] - south,
@@ -100,7 +101,7 @@ private:
         }
     }
 
-    // Whether a place, from the south-western corner of a cell, lies on one of its triangles.
+    // Whether a point, relative to the south-western corner of a cell, lies on one of its triangles.
     bool is_over(bool is_even, bool is_south, double u, double v) const {
         if (u < 0.0 || u > spacing_ || v < 0.0 || v > spacing_) return false;
         const double north = is_even ? v - u : (u + v) - spacing_;
@@ -113,7 +114,7 @@ private:
     double floor_;
     double enough_;
     double spacing_;
-    double per_metre_;  // cells
+    double per_metre_;  // cells per metre
     double lowest_;
     int west_, south_, east_, north_;
     std::array<OpenFace, 2 * GroundWindow::kMostCells * GroundWindow::kMostCells> open_;

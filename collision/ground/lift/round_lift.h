@@ -7,8 +7,8 @@
 
 namespace terrane::internal {
 
-/// The lift of a sphere or capsule over the cells of a range, none of them more than one cell from the end
-/// of the window. Lifts at or below `floor` need not be found, nor others where one is above `enough`.
+/// Lift of a sphere or capsule over the cells of a range inside a window. Lifts up to `floor` need not be found; any
+/// lift above `enough` may be returned.
 WindowLift find_round_lift(const LocalGround& local, const GroundWindow& window,
                            const CellRange& cells, const LocalShape& shape, double floor,
                            double enough);

@@ -26,10 +26,10 @@ Underside::Underside(const LocalShape& shape) : shape_(shape) {
 }
 
 void Underside::add_side(double x, double y) {
-    constexpr double kHair = 1e-9;  // metres
+    constexpr double kSlack = 1e-9;  // metres
     const double size = std::sqrt(x * x + y * y);
-    if (!(size > 1e-9)) return;  // an upright axis: the others say it
-    double reach = kHair * size;
+    if (!(size > 1e-9)) return;  // an upright axis: the others have the outline's normals
+    double reach = kSlack * size;
     for (std::size_t i = 0; i < 3; ++i) {
         const Eigen::Vector3d& axis = shape_.axes[i];
         reach += std::abs(x * axis[0] + y * axis[1]) * shape_.half[static_cast<Eigen::Index>(i)];
@@ -38,7 +38,7 @@ void Underside::add_side(double x, double y) {
 }
 
 double Underside::round_bottom(const CellPrism& prism) const {
-    constexpr double kHair = 1e-9;  // metres
+    constexpr double kSlack = 1e-9;  // metres
     const LocalShape& shape = shape_;
     const Eigen::Vector3d& c = shape.centre;
     double bottom = c[2] - shape.bounds[2];
@@ -48,15 +48,15 @@ double Underside::round_bottom(const CellPrism& prism) const {
     const double north = std::min(prism.north, c[1] + shape.bounds[1]) - c[1];
     const double run = run_;
     if (run > 1e-3 * core_length_) {
-        // The endless cylinder around the core: lowest where the rectangle comes nearest to its axis.
+        // The infinite cylinder around the core: lowest where the rectangle is nearest to its axis.
         const double ux = shape.core[0] / run;
         const double uy = shape.core[1] / run;
         const double across_low =
             std::min(-uy * west, -uy * east) + std::min(ux * south, ux * north);
         const double across_high =
             std::max(-uy * west, -uy * east) + std::max(ux * south, ux * north);
-        // A hair nearer, so that rounding loses nothing on a seam.
-        const double across = std::max({0.0, across_low - kHair, -across_high - kHair});
+        // Slightly nearer, so that rounding loses nothing at a seam.
+        const double across = std::max({0.0, across_low - kSlack, -across_high - kSlack});
         if (across > shape.radius) return std::numeric_limits<double>::infinity();
         const double slope = shape.core[2] / run;
         const double along_low = std::min(ux * west, ux * east) + std::min(uy * south, uy * north);
@@ -65,7 +65,7 @@ double Underside::round_bottom(const CellPrism& prism) const {
             std::sqrt(shape.radius * shape.radius - across * across) * (core_length_ / run);
         bottom = std::max(bottom, c[2] + std::min(slope * along_low, slope * along_high) - drop);
     }
-    // The ball around the whole core, from the rectangle's nearest point.
+    // The sphere around the whole core, at the rectangle's nearest point.
     const double x = std::max({0.0, west, -east});
     const double y = std::max({0.0, south, -north});
     const double reach = shape.radius + core_length_;

@@ -11,7 +11,7 @@
 
 namespace terrane::internal {
 
-/// Bounds of how low a shape reaches over a rectangle, from what is the same for all rectangles.
+/// Lower bounds of a shape's z over rectangles, from planes and sides that are computed once.
 class Underside {
 public:
     explicit Underside(const LocalShape& shape);
@@ -36,15 +36,15 @@ private:
         double x, y, z;  // z = plane.z + plane.x x + plane.y y
     };
 
-    // A direction in the plane that a box's outline, seen from above, ends in.
+    // A normal of the outline of a box seen from above.
     struct Side {
-        double x, y;   // as long as they come
-        double reach;  // of the box from its centre, a hair added
+        double x, y;   // not normalised
+        double reach;  // of the box from its centre, times the normal's length, and some slack
     };
 
     void add_side(double x, double y);
     double round_bottom(const CellPrism& prism) const;
-    // Whether an edge of a box, seen from above, parts it from a rectangle.
+    // Whether an edge of a box's outline separates it from a rectangle, seen from above.
     bool is_beside(const CellPrism& prism) const {
         const double x = 0.5 * (prism.west + prism.east) - shape_.centre[0];
         const double y = 0.5 * (prism.south + prism.north) - shape_.centre[1];
