@@ -5,27 +5,28 @@
 
 namespace terrane {
 
-/// How complete an answer is. Physics must not run on `not_resident`.
+/// How complete an answer is. An answer that is `not_resident` must not be used to move a body.
 enum class QueryStatus {
-    complete,      ///< everything was answered; ground that is outside the extent is no ground
-    truncated,     ///< contacts_out was too small: the deepest ones were kept
-    not_resident,  ///< part of the ground that decides is not loaded
-    invalid,       ///< shape or pose is not finite, out of range, or the rotation not orthonormal
+    complete,      ///< the answer is complete; cells outside the extent count as no ground
+    truncated,     ///< contacts_out was too small: it has the deepest contacts
+    not_resident,  ///< ground that the answer depends on is not loaded
+    invalid,       ///< an argument is not finite or out of range, or a rotation is not orthonormal
 };
 
-/// Whether a shape touches something.
+/// Answer of test_contact(): whether a shape touches the ground or another shape.
 struct TestAnswer {
-    QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
+    QueryStatus status = QueryStatus::invalid;
     bool is_touching = false;  ///< touch or overlap
-    double error_m = 0.0;  ///< largest bound of the cells that were evaluated
+    double error_m = 0.0;      ///< largest error_m of the cells tested, metres; 0 between shapes
 };
 
-/// A measure with the sign of the signed distance, which costs less.
+/// Answer of pseudodistance(): a measure with the sign of the signed distance that costs less.
 struct PseudodistanceAnswer {
-    QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
-    double pseudodistance = 0.0;                        ///< metres
-    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< moving apart along it adds to it
-    double error_m = 0.0;
+    QueryStatus status = QueryStatus::invalid;
+    double pseudodistance = 0.0;  ///< metres
+    Eigen::Vector3d normal =
+        Eigen::Vector3d::UnitZ();  ///< unit; moving along it increases the measure
+    double error_m = 0.0;          ///< as in TestAnswer
 };
 
 }  // namespace terrane
