@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What opening a raster costs: work in proportion to its samples, counted, not timed; memory below a
-// limit; progress that is told; an end, where a reader gives no answer.
+// Cost of opening a raster: work proportional to its samples, counted, not timed; memory below the limit; progress
+// reports; timeouts of blocked readers.
 #include "bounds/bound_tiers.h"
 #include "opening_memory.h"
 #include "raster_files.h"
@@ -26,7 +26,7 @@ RasterSpec rough(int columns, int rows) {
     return spec;
 }
 
-/// Tiles visited while the bounds of a raster were made; -1 where it does not open.
+/// Tiles visited while the bounds of a raster are computed; -1 if it does not open.
 std::int64_t tile_visits(const RasterSpec& spec) {
     const TemporaryFolder folder;
     const std::string path = folder.file("raster.tif");
@@ -156,7 +156,7 @@ TEST(DemOpening, AReaderThatGivesNoAnswerIsGivenUp) {
     EXPECT_EQ(source.error().code, ErrorCode::timed_out) << source.error().message;
     EXPECT_NE(source.error().message.find(path), std::string::npos) << source.error().message;
     EXPECT_NE(source.error().message.find("0.3 s"), std::string::npos) << source.error().message;
-    // Lets the thread go that waits for the pipe.
+    // Releases the thread that waits for the pipe.
     const int writer = open(pipe.c_str(), O_RDWR | O_NONBLOCK);
     ASSERT_GE(writer, 0);
     close(writer);

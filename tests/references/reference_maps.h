@@ -25,18 +25,18 @@ struct HeightTable {
     double range() const;
 };
 
-/// The fractal maps that figures of triangulation are quoted for, 513 to 4097 samples a side: ten
+/// The fractal maps of published triangulation figures, 513 to 4097 samples a side: ten
 /// octaves of gradient noise, the first of amplitude 100 m and wavelength 512 m, 1 m between
 /// samples.
 HeightTable make_fbm_table(int side);
 
-/// The map that figures of contact are quoted for, 1025 samples a side at 1 m: ten octaves of value
+/// The map of published contact figures, 1025 samples a side at 1 m: ten octaves of value
 /// noise, the first of amplitude 30 m and wavelength 256 m; mean slope 0.375, steepest 1.59. Another
-/// `spacing`, metres, looks at the same hills more or less finely.
+/// `spacing`, metres, samples the same hills more or less finely.
 HeightTable make_contact_table(int side, double spacing);
 
 /// A square of a source's lattice points: south-west corner `corner`, a step of the finest spacing.
-/// Fails with io where the source does.
+/// Fails: io if the source does
 Result<HeightTable> read_table(const HeightSource& source, const LatticePoint& corner, int side);
 
 /// The bilinear surface of a table, repeated beyond its edge, with exact bounds of all vertices
@@ -81,7 +81,7 @@ private:
     std::vector<double> rises_;  ///< by n: over distances up to 2^n cells
 };
 
-/// What TableHeights holds. Largest deviation of the bilinear surface of a table from the two
+/// Bounds of TableHeights: the largest deviation of the bilinear surface of a table from the two
 /// triangles of each vertex's diamond, alone and with all that lies below the vertex.
 struct DiamondBounds {
     std::vector<float> own;     ///< [columns * rows]

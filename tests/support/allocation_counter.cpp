@@ -20,7 +20,7 @@ void* try_allocate(std::size_t size, std::size_t alignment) noexcept {
     of_all_threads.fetch_add(1, std::memory_order_relaxed);
     ++of_this_thread;
     if (size == 0) size = 1;
-    // aligned_alloc() wants a multiple of the alignment
+    // aligned_alloc() requires a multiple of the alignment
     return alignment <= alignof(std::max_align_t)
                ? std::malloc(size)
                : std::aligned_alloc(alignment, (size + alignment - 1) & ~(alignment - 1));
@@ -34,7 +34,7 @@ void* allocate(std::size_t size, std::size_t alignment) {
 
 }  // namespace
 
-// All forms, since sanitizers bring their own of those that a program leaves out.
+// All forms, because sanitizers define those that a program does not.
 void* operator new(std::size_t size) { return allocate(size, 1); }
 void* operator new[](std::size_t size) { return allocate(size, 1); }
 void* operator new(std::size_t size, std::align_val_t alignment) {

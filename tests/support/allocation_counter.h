@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-// ThreadSanitizer brings operators new of its own that no program may replace.
+// ThreadSanitizer has its own operators new, which programs cannot replace.
 #if defined(__SANITIZE_THREAD__)
 #define TERRANE_COUNTS_ALLOCATIONS 0
 #elif defined(__has_feature)
@@ -17,10 +17,10 @@
 
 namespace terrane::test {
 
-/// Counts what operator new gives out while it lives. A program that compiles allocation_counter.cpp has
-/// its global operators new and delete replaced; link it into a test program of its own.
+/// Counts calls of operator new during its lifetime. Compiling allocation_counter.cpp replaces a program's global
+/// operators new and delete: link it into a separate test program.
 ///
-/// What calls malloc() itself is not seen. Under ThreadSanitizer nothing is: see `kCounts`.
+/// Direct calls of malloc() are not counted. Under ThreadSanitizer nothing is: see `kCounts`.
 class AllocationCounter {
 public:
     enum class Of { this_thread, all_threads };
@@ -28,7 +28,7 @@ public:
 
     explicit AllocationCounter(Of of = Of::all_threads);
 
-    /// Since the counter was made.
+    /// Since construction.
     std::uint64_t count() const;
 
 private:

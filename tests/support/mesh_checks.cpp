@@ -27,7 +27,7 @@ std::uint64_t hash(const LatticePoint& point) {
     return h ^ (h >> 32);
 }
 
-// Adding zero makes the two zeros one: they display the same.
+// Adding zero turns -0 into +0: both display the same.
 std::uint32_t offset_bits(const SoupVertex& v) {
     return std::bit_cast<std::uint32_t>(v.offset + 0.0f);
 }

@@ -10,7 +10,7 @@
 
 namespace terrane::test {
 
-/// A vertex as the integers that name it, and what is added to its height while it morphs.
+/// A vertex: integer address, height and morphing offset.
 struct SoupVertex {
     LatticePoint point;
     std::int32_t height = 0;  ///< quanta
@@ -18,13 +18,13 @@ struct SoupVertex {
 };
 using SoupTriangle = std::array<SoupVertex, 3>;
 
-/// Where a vertex is displayed, world: the same bits as MeshChunk::displayed_height().
+/// Displayed position of a vertex, world: the bits of MeshChunk::displayed_height().
 WorldPos displayed(const SoupVertex& vertex, const Lattice& lattice);
 
 /// All triangles of a mesh, whatever chunks they are drawn with.
 std::vector<SoupTriangle> make_soup(const TerrainMesh& mesh);
 
-/// What is wrong with a mesh of a whole world, in one line, or "" where nothing is: each inner edge
+/// The first flaw of a mesh of a whole world, in one line; "" if there is none. Checks: each inner edge
 /// in exactly two triangles (in opposite directions), each border edge in one, one height and one
 /// offset, bit for bit, for each lattice point, no point outside the world, triangles
 /// counter-clockwise from above, and their areas, as integers, sum to the world's.
@@ -35,8 +35,8 @@ std::string find_flaw(const std::vector<SoupTriangle>& soup, const Lattice& latt
 /// The same for a frame, without a copy of its triangles; and its counts and ranges must agree.
 std::string find_flaw(const TerrainMesh& mesh);
 
-/// Largest screen error of what is displayed over points of the true surface in the view's side
-/// planes, by brute force: `per_triangle` points in each triangle (corners apart), against
+/// Largest screen error of the displayed surface at points of the true surface inside the view's side planes, by
+/// brute force: `per_triangle` points in each triangle (corners apart), against
 /// source.height().
 double measure_error_px(const std::vector<SoupTriangle>& soup, const HeightSource& source,
                         const View& view, int per_triangle);

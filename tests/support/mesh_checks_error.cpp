@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What meshes really show, by brute force.
+// Measures the displayed error of meshes by brute force.
 // Sources: M. Roberts. The unreasonable effectiveness of quasirandom sequences. 2018 (R2).
 #include "mesh_checks.h"
 
@@ -21,7 +21,7 @@ public:
           pixels_(view.pixels_per_radian()),
           frustum_(make_frustum(view)) {}
 
-    // Holds a displayed point against the true surface.
+    // Compares a displayed point with the true surface.
     void add(const WorldPos& shown_world) {
         if (!source_.extent().contains(shown_world.x(), shown_world.y())) return;
         const double truth = source_.height(shown_world.x(), shown_world.y());
@@ -106,7 +106,7 @@ double measure_error_px(const std::vector<SoupTriangle>& soup, const HeightSourc
     for (std::size_t t = 0; t < soup.size(); ++t) {
         const Corners corners = corners_of(soup[t], source.lattice());
         for (int i = 0; i < per_triangle; ++i) {
-            // another stretch of the sequence in each triangle, folded into it
+            // another part of the sequence for each triangle, folded into it
             const double k = static_cast<double>(i) + 0.5 + 0.137 * static_cast<double>(t % 97);
             double u = k * 0.7548776662466927;
             double v = k * 0.5698402909980532;

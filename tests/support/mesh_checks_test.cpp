@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A check that cannot fail proves nothing: each is shown a mesh that is broken in its own way.
+// Tests of the checks: each must detect a mesh with its flaw.
 #include "mesh_checks.h"
 
 #include "support/heights/wave_heights.h"

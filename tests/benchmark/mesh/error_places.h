@@ -25,10 +25,10 @@ struct Places {
     std::vector<Place> tables;  ///< fBm maps, and squares cut out of the rasters
 };
 
-/// fBm maps, real rasters where they are there (a line says which are not), fractals of every kind.
+/// fBm maps, real rasters if present (a line names absent ones), fractals of every kind.
 Places make_places(bool quick);
 
-/// Views from three places towards the middle of the extent, `altitude` over the ground.
+/// Views from three positions towards the middle of the extent, `altitude` over the ground.
 std::vector<View> views_of(const Place& place);
 
 }  // namespace terrane::bench

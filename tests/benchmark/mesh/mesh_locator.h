@@ -11,7 +11,7 @@
 namespace terrane::bench {
 
 /// Finds the triangle over a point of a mesh by walking down the bisection from the roots until it
-/// meets a triangle that the mesh has. Owes nothing to how the mesh was made but that rule.
+/// reaches a triangle of the mesh. Independent of the triangulator except for the bisection rule.
 class MeshLocator {
 public:
     /// @param mesh  must outlive the locator

@@ -9,15 +9,15 @@
 
 namespace terrane::bench {
 
-/// What brute force finds.
+/// Result of a measurement by brute force.
 struct Measured {
     double error_px = 0.0;   ///< largest screen error of a ground point inside the side planes
-    std::size_t points = 0;  ///< that were inside
+    std::size_t points = 0;  ///< inside the side planes
 };
 
-/// Looks at 4 x 4 points a cell of the finest level in triangles up to 8 cells wide, at the corners
-/// of up to 64 x 64 parts of larger ones; on fractal ground, whose finest cells are too many, at
-/// those of 12 x 12 parts. The worst 256 triangles get four times as many each way, on fractal
+/// Samples 4 x 4 points a cell of the finest level in triangles up to 8 cells wide, the corners
+/// of up to 64 x 64 parts of larger ones; on fractal ground, whose finest cells are too many,
+/// those of 12 x 12 parts. The worst 256 triangles get four times as many along each axis, on fractal
 /// ground eight times.
 Measured measure_densely(const TerrainMesh& mesh, const HeightSource& source, const View& view,
                          bool is_fractal);

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
-// How long a frame's mesh takes, beside a plain loop that stores as many indices and beside
-// top-down refinement at the same budget and view. Then the same flights again, untimed, to check
-// every frame. Figures are printed, never judged; a frame that breaks a promise ends the program
-// with 1.
+// Time of a frame's mesh, compared with a plain loop that stores as many indices and with top-down refinement at the
+// same budget and view. Then the same flights again, untimed, to check every frame. Figures are only printed; a
+// frame that violates a guarantee ends the program with 1.
 #include "benchmark/flight.h"
 #include "benchmark/machine.h"
 #include "benchmark/replay.h"

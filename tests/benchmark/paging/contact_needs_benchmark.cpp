@@ -26,7 +26,7 @@ constexpr double kHorizon = 4.0;
 constexpr double kStep = 1.0 / 60.0;
 constexpr int kWarmUp = 120;
 
-/// Bodies that go to and fro in a square, on the ground.
+/// Bodies that move back and forth in a square, on the ground.
 class Herd {
 public:
     Herd(const HeightSource& source, double half_side, double most_speed)

@@ -61,7 +61,7 @@ void leave_the_caches() {
 
 enum class Caches { warm, cold };
 
-// Times `make`, or letting go of what it made: a frame pays for both, but not at once.
+// Times `make`, or the destruction of its result: a frame pays for both, but separately.
 template <typename Make>
 void measure(benchmark::State& state, Caches caches, bool is_letting_go, const Make& make) {
     for (auto _ : state) {

@@ -18,7 +18,7 @@ struct Point {
 };
 using Triangle = std::array<Point, 3>;
 
-/// Brute force: how far the surface leaves a triangle, at `resolution` steps along each side.
+/// Brute force: largest deviation of the surface from a triangle, at `resolution` steps along each side.
 double deviation(const HeightSource& source, const Triangle& t, int resolution) {
     const Lattice& l = source.lattice();
     std::array<double, 3> x{}, y{}, z{};
@@ -99,7 +99,7 @@ private:
     std::mt19937 random_;
 };
 
-/// All steps that chunks and roots ask for.
+/// All steps that chunks and roots use.
 std::vector<std::int64_t> steps_of(const HeightSource& source) {
     std::vector<std::int64_t> steps;
     for (std::int64_t s = 1; s <= source.lattice().chunk_side(0) / 2; s *= 2) steps.push_back(s);
@@ -253,7 +253,7 @@ std::shared_ptr<const HeightSource> open_raster(int columns, int rows, double ce
     return source ? *source : nullptr;
 }
 
-/// White noise is the worst ground there is.
+/// White noise is the worst case.
 std::shared_ptr<const HeightSource> noise(int columns, int rows, double cell_y, double spacing) {
     std::mt19937 random(4);
     return open_raster(columns, rows, cell_y, spacing, [&random](int, int) {
@@ -325,10 +325,10 @@ TEST(DemBoundsOffTheLattice, AreTheGreatestDeviationNotASumOfKinks) {
     for (const std::int64_t step : {1, 2, 4, 8}) expect_cell_bounds_tight(*source, 41, step);
 }
 
-/// Bounds of the vertices and cells over the raster are what dense sampling finds, or what a child has.
+/// Bounds of the vertices and cells over the raster equal the densely sampled deviation, or a child's bound.
 ///
-/// @param points  looked at along the sides of triangles for each spacing of the step
-/// @param slack   what dense sampling may miss
+/// @param points  sampled along the sides of triangles for each spacing of the step
+/// @param slack   error of dense sampling
 void expect_coarse_bounds_tight(const HeightSource& source, std::int64_t step, int points,
                                 double slack) {
     SCOPED_TRACE("step " + std::to_string(step));
@@ -385,7 +385,7 @@ void expect_coarse_bounds_tight(const HeightSource& source, std::int64_t step, i
 TEST(DemBoundsOfCoarseSpacings, AreTheGreatestDeviationWhereSamplesAreLatticePoints) {
     const auto source = noise(520, 460, 10.0, 0.0);
     ASSERT_NE(source, nullptr);
-    // Every sample is looked at; only a bow on the longest side may be missed.
+    // Every sample is tested; only a bow on the longest side may be missed.
     for (const std::int64_t step : {8, 16, 32, 64}) {
         expect_coarse_bounds_tight(*source, step, 2, 1.005);
     }

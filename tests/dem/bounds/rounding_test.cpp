@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Answers against the file's own numbers, in extended precision: their error is at most what they say,
-// whatever the band holds.
+// Answers against the file's own numbers, in extended precision: errors are within the bounds for every band type.
 #include "dem/raster_files.h"
 #include "support/mesh_checks.h"
 
@@ -21,7 +20,7 @@
 namespace terrane::test {
 namespace rounding_test {
 
-/// What a file says: its band's numbers, read as the type that they have, and what they mean.
+/// The content of a file: its band's numbers in their own type, scale and offset.
 struct FileTruth {
     int columns = 0, rows = 0;
     long double cell_x = 1.0L, cell_y = 1.0L;
@@ -114,7 +113,7 @@ std::shared_ptr<const ResidentSet> everything(const HeightSource& source) {
     return std::make_shared<const ResidentSet>(l, source.extent(), std::move(chunks), 1);
 }
 
-/// The largest error bound of all answers; every one holds.
+/// Checks all answers, and returns the largest error bound.
 double check_answers(const std::string& path, const FileTruth& truth, std::mt19937& random) {
     DemInfo info;
     const auto opened = DemHeights::open(path, {}, &info);

@@ -102,7 +102,7 @@ FaultRule FaultyHeights::find_rule(Question question, const SampleGrid& grid) co
     return {};
 }
 
-// What is left to do wrong with the values.
+// Applies the faults that change values.
 Result<Fault> FaultyHeights::meet(Question question, const SampleGrid& grid) const {
     std::unique_lock lock(mutex_);
     ++question_count_;

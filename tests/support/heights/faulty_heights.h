@@ -16,21 +16,21 @@
 
 namespace terrane::test {
 
-/// What goes wrong with a question to a source.
+/// A fault of a call of a source.
 enum class Fault {
     none,
     read_error,         ///< fails with io
     permission_denied,  ///< fails with io
     truncated,          ///< fails with bad_data
     nan,                ///< one value is NaN
-    too_high,       ///< one height has more quanta than a chunk takes; bounds and flags are right
-    no_memory,      ///< throws std::bad_alloc
-    exception,      ///< throws std::runtime_error
-    odd_exception,  ///< throws what is no std::exception
-    hang,           ///< no answer before release(); then the right one
+    too_high,           ///< one height exceeds kMostQuanta; bounds and flags are right
+    no_memory,          ///< throws std::bad_alloc
+    exception,          ///< throws std::runtime_error
+    odd_exception,      ///< throws something that is no std::exception
+    hang,               ///< blocks until release(), then answers correctly
 };
 
-/// What a source can be asked for a grid.
+/// The calls of a source for a grid.
 enum class Question {
     any,
     sample,
@@ -38,38 +38,37 @@ enum class Question {
     flags,
 };
 
-/// Which questions meet a fault. A question has to match all of it.
+/// A rule for the calls with a fault. A call must match all of its fields.
 struct FaultRule {
     Fault fault = Fault::none;
-    std::chrono::milliseconds delay{0};  ///< before it, also where nothing goes wrong
+    std::chrono::milliseconds delay{0};  ///< before the call, also without a fault
     Question question = Question::any;
     std::optional<WorldRect> area = std::nullopt;  ///< of grids that touch it
     std::optional<ChunkKey> chunk =
-        std::nullopt;  ///< of grids that make_chunk() asks for to make it
-    int passes = 0;    ///< so many of those are let through
-    int times = std::numeric_limits<int>::max();  ///< and then so many meet it
-    /// Of those; chosen by seed, question, grid and how often it was asked: the same ones whatever the
-    /// order in which threads ask.
+        std::nullopt;  ///< of grids that make_chunk() reads for this chunk
+    int passes = 0;    ///< number of matching calls without the fault
+    int times = std::numeric_limits<int>::max();  ///< then the number of calls with it
+    /// Share of those; chosen by seed, call, grid and the number of repetitions, independent of the order of threads.
     double share = 1.0;
     std::uint64_t seed = 1;
 };
 
-/// A source in whose way faults are put by plan. Threads: any, for everything.
+/// A source with planned faults. Threads: any, for all functions.
 class FaultyHeights final : public HeightSource {
 public:
-    /// The first rule of a plan that holds for a question counts.
+    /// The first matching rule of a plan applies.
     explicit FaultyHeights(std::shared_ptr<const HeightSource> ground,
                            std::vector<FaultRule> plan = {});
 
-    /// What rules count begins anew, and what hangs from now on waits for another release().
+    /// Resets the counts of rules; calls that hang from now on wait for another release().
     void set_plan(std::vector<FaultRule> plan);
-    /// Lets calls that hang go, and those that would.
+    /// Releases hanging calls, and future ones.
     void release();
-    /// Waits until so many calls hang.
+    /// Waits until a number of calls hang.
     void wait_for_hung(int count) const;
-    /// Questions for grids so far.
+    /// Number of calls for grids so far.
     int question_count() const;
-    /// The chunks that samples were asked for, in that order.
+    /// The chunks whose samples were read, in order.
     std::vector<ChunkKey> sampled() const;
 
     double height(double x, double y) const override;
@@ -106,7 +105,7 @@ private:
     std::uint64_t released_plans_ = 0;
 };
 
-/// The chunk that asks for a grid of its own spacing or, a root, a coarser one; by the grid's middle.
+/// The chunk that reads a grid of its own spacing or, for a root, a coarser one; by the grid's middle.
 ChunkKey chunk_of(const Lattice& lattice, const SampleGrid& grid);
 
 }  // namespace terrane::test

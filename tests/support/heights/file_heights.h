@@ -13,19 +13,19 @@
 
 namespace terrane::test {
 
-/// A source whose samples stand in a file that is opened, read and closed for every question: for tests
-/// that cut it short, change a byte, or take it away. Bounds, and samples beyond the world, come from
-/// the ground that it was written from.
+/// A source whose samples are in a file that is opened, read and closed in every call: for tests that truncate it,
+/// change a byte, or remove it. Bounds, and samples beyond the world, are those of the ground that it was
+/// written from.
 ///
 /// The file: row by row from the south of the world's lattice points, eight bytes each, and behind each row a
 /// checksum of eight bytes.
 class FileHeights final : public HeightSource {
 public:
-    /// Writes the samples of a ground, over what is there.
+    /// Writes the samples of a ground, replacing the file.
     ///
-    /// Fails: io where it cannot be written
+    /// Fails: io if it cannot be written
     static Result<void> write(const std::string& path, const HeightSource& ground);
-    /// Where in the file the record of a row of lattice points begins.
+    /// Offset of the record of a row of lattice points.
     static std::size_t row_offset(const Lattice& lattice, std::int64_t y);
 
     FileHeights(std::string path, std::shared_ptr<const HeightSource> ground);
@@ -40,8 +40,7 @@ public:
     HeightInterval interval(const WorldRect& rect) const override;
     double rise_bound(double distance) const override;
 
-    /// Opens the file as a user who owns nothing, where this process may: root would read it in spite of
-    /// its permissions.
+    /// Opens the file as an unprivileged user, if this process may change its user: root ignores permissions.
     std::atomic<bool> opens_as_nobody{false};
 
 private:
@@ -49,7 +48,7 @@ private:
     std::shared_ptr<const HeightSource> ground_;
 };
 
-/// While it lives, this process can open no file: it is out of handles.
+/// While it lives, this process has no free file handles.
 class NoFileHandles {
 public:
     NoFileHandles();

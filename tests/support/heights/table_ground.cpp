@@ -48,7 +48,7 @@ public:
         return {};
     }
 
-    // Of no use on a level that nothing is drawn from: all that heights can be apart.
+    // The range of heights: bounds of vertices are not used by contact.
     Result<void> vertex_bounds(const SampleGrid&, std::span<float> bounds_out) const override {
         std::fill(bounds_out.begin(), bounds_out.end(), static_cast<float>(rise_bound(0.0)));
         return {};

@@ -9,15 +9,15 @@
 
 namespace terrane::test {
 
-/// Where a test ground lies and how it is cut.
+/// Position and lattice of a test ground.
 struct TableGroundSettings {
     double spacing = 1.0;         ///< between samples, metres
     int roots = 1;                ///< root squares along a side; their 128 cells are the chunks
     double origin_x = 0.0;        ///< world x of lattice point (0, 0), metres
     double origin_y = 0.0;        ///< world y of lattice point (0, 0), metres
-    std::int32_t first_root = 0;  ///< key of the south-western root square, both ways
+    std::int32_t first_root = 0;  ///< x and y of the south-western root square's key
     double quantum = 0x1p-12;     ///< metres
-    float bound = 0.0f;           ///< what every bound of the source says
+    float bound = 0.0f;           ///< every bound of the source
     std::function<bool(double, double)> is_outside{};  ///< of a cell's centre; none: all is ground
     std::function<bool(int, int)> is_resident{};  ///< of a root by column and row; none: all are
 };
@@ -27,7 +27,7 @@ struct TableGroundSettings {
 Ground make_test_ground(std::function<double(double, double)> height,
                         const TableGroundSettings& settings = {});
 
-/// The same with the two numbers that most tests care about.
+/// The same with the two settings that most tests use.
 Ground make_test_ground(std::function<double(double, double)> height, double spacing, int roots);
 
 }  // namespace terrane::test

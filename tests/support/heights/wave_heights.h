@@ -10,9 +10,8 @@
 
 namespace terrane::test {
 
-/// A smooth quilt of hills and hollows whose bounds follow from its formula: z = A w(x / L) w(y / L),
-/// where w is a wave of parabolas. For tests of what stands on a source, with hooks to make it late or
-/// broken.
+/// Smooth periodic hills and hollows with bounds by their formula: z = A w(x / L) w(y / L), where w is a wave of
+/// parabolas. For tests of users of a source, with hooks to delay it or make it fail.
 class WaveHeights final : public HeightSource {
 public:
     WaveHeights(const Lattice& lattice, double amplitude, double wavelength);

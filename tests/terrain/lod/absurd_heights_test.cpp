@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Sources whose answers make no sense: heights, bounds, intervals and rises that are huge, infinite or
-// no numbers. What of it could spoil a mesh is refused and counted; a mesh is watertight and within its
-// budget whatever they say.
-#include "support/mesh_checks.h"
+// Sources with invalid answers: heights, bounds, intervals and rise bounds that are huge, infinite or NaN. Chunks that
+// would break a mesh are refused and counted; meshes are always watertight and within their budget.
 #include "support/heights/wave_heights.h"
+#include "support/mesh_checks.h"
 
 #include <terrane/terrain/pager.h>
 #include <terrane/terrain/triangulator.h>
@@ -22,7 +21,7 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t kBudget = 600;
 
-// Waves, but for some of the answers.
+// Waves with some wrong answers.
 class AbsurdHeights final : public HeightSource {
 public:
     enum class Answer { height, vertex_bound, cell_bound, interval, rise };
@@ -111,7 +110,7 @@ TEST(AbsurdHeights, NeverSpoilAMesh) {
         for (const double value : {1e6, 1e11, 1e15, 1e19, 1e20, 1e28, 1e30, 1e33, 3.4e38, -1.0,
                                    -1e30, 1e300, kInfinity, -kInfinity, kNaN}) {
             SCOPED_TRACE(std::string(name_of(answer)) + " of " + std::to_string(value));
-            // Coarse quanta, so that they are no limit.
+            // Coarse quanta, so that they do not limit heights.
             Lattice lattice = test::small_world(1, 2.0);
             lattice.quantum = 0x1p10;
             const auto source = std::make_shared<AbsurdHeights>(lattice, answer, value);
@@ -138,7 +137,7 @@ TEST(AbsurdHeights, NeverSpoilAMesh) {
             const bool is_possible =
                 value >= (answer == Answer::height ? -kMostHeight : 0.0) && value <= kMostHeight;
             if (is_of_chunks) {
-                // Refused and counted, and what is absent is no ground.
+                // Refused and counted, and absent chunks are no ground.
                 EXPECT_EQ(pager.stats().failed == 0, is_possible);
             }
         }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What nobody should ask for, and somebody will: each row has a defined answer, which is a clear error
-// or a mesh that is watertight, within its budget and certified.
+// Invalid and extreme inputs: each has a defined result, an error or a mesh that is watertight, within its budget and
+// certified.
 #include "support/heights/wave_heights.h"
 #include "support/mesh_checks.h"
 
@@ -204,7 +204,7 @@ TEST(OddView, GetsAWholeMeshWithinBudgetAndCertificate) {
                     SCOPED_TRACE(testing::Message()
                                  << where << ", looking " << whither << ", field of view " << fov
                                  << ", budget " << budget);
-                    // far enough to be another place in double precision
+                    // far enough to be another position in double precision
                     const double reach = std::max(100.0, 1e-3 * eye.norm());
                     const View view = look_at(eye, eye + reach * direction, fov, 64, 48).value();
                     Triangulator triangulator =

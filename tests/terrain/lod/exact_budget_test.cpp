@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// P1 from below: where the error target is out of reach, what the budget buys is used.
+// P1 from below: if the error target is out of reach, the whole budget is used.
 #include "support/mesh_checks.h"
 #include "support/random.h"
 

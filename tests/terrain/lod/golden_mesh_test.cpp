@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The bits of meshes along a flight. They may change only together with an entry in CHANGELOG.md
-// ("Terrain changes" where heights changed); the failure prints what is made now. Built with both
+// ("Terrain changes" where heights changed); the failure prints the present hashes. Built with both
 // compilers at more than one optimisation level: all must agree.
 #include "support/hash.h"
 

@@ -13,14 +13,14 @@ namespace morph_test {
 
 constexpr std::uint64_t kSeed = 31;
 
-// How far a vertex of a priority, in thresholds, has slid in.
+// Share of a vertex of a priority in thresholds.
 double share_of(double ratio, double priority) {
     const double full = ratio * ratio / (ratio * ratio - 1.0);
     return std::clamp(full * (1.0 - 1.0 / (priority * priority)), 0.0, 1.0);
 }
 
-// The mean over all shares of the largest error of the mesh of vertices that have slid in further: the
-// priority whose share that is; but that of a vertex of `excess` where it is wanted and not there yet.
+// The average over all shares of the error of the mesh of vertices with a larger share: the priority of that share, but
+// `excess` where the vertex of that priority should be in the mesh and is not.
 double mean_error(double ratio, double excess, double shown) {
     constexpr int kSteps = 200'000;
     const double full = ratio * ratio / (ratio * ratio - 1.0);
@@ -34,7 +34,7 @@ double mean_error(double ratio, double excess, double shown) {
     return sum / kSteps;
 }
 
-TEST(Morph, BoundsWhatSlidesLateByTheMeanOfItsMeshes) {
+TEST(Morph, BoundsHeldVerticesByTheAverageOfTheirMeshes) {
     test::Random random(kSeed);
     for (int i = 0; i < 40; ++i) {
         const double ratio = random.between(1.05, 3.0);
@@ -47,14 +47,14 @@ TEST(Morph, BoundsWhatSlidesLateByTheMeanOfItsMeshes) {
     }
 }
 
-TEST(Morph, BoundsWhatIsOnTimeByTheSpread) {
+TEST(Morph, BoundsOtherVerticesByTheErrorFactor) {
     const Morph morph(kDefaultMorphRatio, 1.0f);
     EXPECT_NEAR(morph.error_factor(), mean_error(kDefaultMorphRatio, 1.0, 1.0), 1e-4);
     EXPECT_EQ(morph.error_with_held(1.1, 1.1), morph.error_factor());
     EXPECT_EQ(morph.error_with_held(0.5, 1.1), morph.error_factor());
 }
 
-// A vertex that shows nothing yet is as good as missing; one that shows something is better.
+// A vertex with a share of 0 is equivalent to a missing one; a larger share reduces the error.
 TEST(Morph, IsBetweenInPlaceAndMissing) {
     const Morph morph(kDefaultMorphRatio, 1.0f);
     for (const double excess : {1.01, 1.1, kDefaultMorphRatio, 1.5, 3.0}) {

@@ -39,7 +39,7 @@ ScreenError::Triangle any_triangle(test::Random& random, const WorldPos& around)
             around + anywhere(random, 30.0)};
 }
 
-// Errors of a deviation up or down by `bound` at a point, where what it makes is in view.
+// Largest error of a deviation up or down by `bound` at a point, if the deviated point is in view.
 double error_at(const WorldPos& point, double deviation, const View& view, const Frustum& frustum) {
     const Eigen::Vector3d from_eye = point + WorldPos(0.0, 0.0, deviation) - view.eye_world;
     for (const Eigen::Vector3d& normal : frustum.normals) {
@@ -100,7 +100,7 @@ TEST(ScreenError, OfATriangleIsNotAboveThatOfTheBoxAroundIt) {
     EXPECT_GT(smaller, 100);
 }
 
-// How many of the clearances of eyes over a ground are not small.
+// Number of eyes over a ground with a clearance that is not small.
 int check_clearances(const HeightSource& source, double most_over) {
     test::Random random(kSeed);
     int useful = 0;
@@ -124,14 +124,14 @@ int check_clearances(const HeightSource& source, double most_over) {
 
 TEST(Clearance, IsBelowTheDistanceToEveryPointOfTheGround) {
     EXPECT_GT(check_clearances(*hills(), 200.0), 25);
-    // walls beside the eye are nearer than what is below it
+    // walls beside the eye are nearer than the ground below
     const auto walls = FractalHeights::create(
                            {.seed = 4, .octave_count = 4, .amplitude = 300.0, .wavelength_log2 = 6})
                            .value();
     check_clearances(*walls, 100.0);
 }
 
-TEST(Clearance, IsNoneBelowTheGround) {
+TEST(Clearance, IsZeroBelowTheGround) {
     const auto source = hills();
     EXPECT_EQ(clearance_of(*source, {10.0, 20.0, source->height(10.0, 20.0)}), 0.0);
     EXPECT_GE(clearance_of(*source, {10.0, 20.0, -1e7}), 0.0);

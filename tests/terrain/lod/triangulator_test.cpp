@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
+#include "support/heights/wave_heights.h"
 #include "support/mesh_checks.h"
 #include "support/random.h"
-#include "support/heights/wave_heights.h"
 
 #include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/pager.h>
@@ -43,7 +43,7 @@ View random_view(Random& random, const HeightSource& source) {
     return look_at(above, target, random.between(0.3, 1.8), 640, 360).value();
 }
 
-// Any set of chunks whose parents are in it: random subtrees, as loads may arrive in any order.
+// Random sets of chunks that contain the parents: loads may arrive in any order.
 class RandomSets {
 public:
     RandomSets(const HeightSource& source, std::uint64_t seed) : source_(source), random_(seed) {}
@@ -172,7 +172,7 @@ TEST(Triangulator, GivesTheSameBytesWhateverItDidBefore) {
     }
 }
 
-TEST(Triangulator, HasAnAnswerForExtremeViews) {
+TEST(Triangulator, HandlesExtremeViews) {
     const auto source = small_fractal(8);
     ASSERT_NE(source, nullptr);
     Pager pager = Pager::create(source, {.worker_count = 0}).value();
@@ -220,7 +220,7 @@ TEST(Triangulator, RefusesAViewThatIsNotFiniteAndKeepsTheLastMesh) {
     EXPECT_EQ(triangulator.update(pager.resident(), view).triangle_count, count);
 }
 
-TEST(Triangulator, SaysThatNothingIsThereBeforeTheRootsAre) {
+TEST(Triangulator, ReportsNotResidentWithoutRoots) {
     const auto source = small_fractal(10);
     ASSERT_NE(source, nullptr);
     Triangulator triangulator = Triangulator::create(*source, {}).value();

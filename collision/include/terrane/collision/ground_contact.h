@@ -23,7 +23,7 @@ struct Contact {
 
 /// Answer of find_contacts().
 struct ContactAnswer {
-    QueryStatus status = QueryStatus::invalid;
+    QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
     std::size_t count = 0;  ///< written to contacts_out, deepest first
     /// Vertical overlap, metres: largest of surface minus z over the shape; moving up by it always separates; <= 0 apart.
     double lift = 0.0;
@@ -49,7 +49,7 @@ ContactAnswer find_contacts(const Shape& shape, const Pose& world_from_shape, co
 
 /// Answer of signed_distance().
 struct DistanceAnswer {
-    QueryStatus status = QueryStatus::invalid;
+    QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
     bool has_ground = false;  ///< false where there is no ground within max_distance
     /// Metres. Apart: the gap. Overlapping: minus the length of a translation that separates.
     double distance = 0.0;
@@ -91,7 +91,7 @@ DistanceAnswer signed_distance(const Shape& shape, const Pose& world_from_shape,
 
 /// Answer of compute_lift().
 struct LiftAnswer {
-    QueryStatus status = QueryStatus::invalid;
+    QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
     double lift = 0.0;     ///< metres; minus infinity where no ground is below or above the shape
     double error_m = 0.0;  ///< largest error_m of the cells tested
 };

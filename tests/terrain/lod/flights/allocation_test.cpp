@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// update() never allocates: no frame of a flight waits for the heap.
+// update() does not allocate in any frame of a flight.
 #include "support/allocation_counter.h"
 
 #include <terrane/terrain/fractal_heights.h>
@@ -23,7 +23,7 @@ constexpr int kFrames = 200;
 TEST(AllocationCounter, CountsEveryFormOfNew) {
     if (!AllocationCounter::kCounts) GTEST_SKIP() << "this sanitizer has operators new of its own";
     const AllocationCounter counter;
-    // kept where the compiler cannot prove that nobody looks
+    // stored so that the compiler cannot remove the allocations
     static void* volatile kept = nullptr;
     auto* one = new int(1);
     kept = one;
@@ -58,7 +58,7 @@ TEST(AllocationCounter, TellsThreadsApart) {
     const AllocationCounter everywhere(AllocationCounter::Of::all_threads);
     std::thread other([] { std::make_shared<int>(3).reset(); });
     other.join();
-    const std::uint64_t of_this_thread = here.count();  // making a thread takes some
+    const std::uint64_t of_this_thread = here.count();  // starting a thread allocates
     EXPECT_GT(everywhere.count(), of_this_thread);
 }
 
@@ -77,7 +77,7 @@ View view_at(int frame) {
     return look_at(eye, eye + displacement, 1.0, 1280, 720).value();
 }
 
-// Allocations inside update() over a flight, the first frame apart.
+// Allocations inside update() over a flight, without the first frame.
 std::uint64_t count_in_updates(
     Triangulator& triangulator,
     const std::function<std::shared_ptr<const ResidentSet>(int frame, double threshold_px)>&

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // P4: level of detail changes without a pop. Flies slowly and fast, turns on the spot and in motion,
-// with memory to spare and with so little that chunks come and go all the time, and judges every frame
+// with ample memory and with so little that chunks are evicted all the time, and checks every frame
 // with the verifier of `terrane fly --verify`.
 #include "frames/verify.h"
 
@@ -31,7 +31,7 @@ struct Flight {
     const char* ground;       // fractal, jacksboro, tyrol
     double speed;             // metres a second
     double turn_deg;          // a second
-    double memory;            // ceiling over what the first view wants; 0: none
+    double memory;            // ceiling over the needs of the first view; 0: none
     double altitude = 140.0;  // metres above the ground at the start
     Eigen::Vector2d start{-300.0, -200.0};
     Eigen::Vector2d heading{0.8, 0.6};  // unit length
@@ -84,7 +84,7 @@ std::shared_ptr<const HeightSource> open_ground(const std::string& name) {
         .value();
 }
 
-// Turned about the vertical by steps that no sine of a C library decides about.
+// Rotates about the vertical without the sine of the C library.
 Eigen::Vector3d heading_at(const Flight& flight, int frame) {
     constexpr double kRadian = 0.017453292519943295;
     const double half = 0.5 * flight.turn_deg * kRadian * kFrameTime;
@@ -99,7 +99,7 @@ Eigen::Vector3d heading_at(const Flight& flight, int frame) {
 }
 
 struct Outcome {
-    int limited_frames = 0;  // that the limit holds for
+    int limited_frames = 0;  // frames that the limit applies to
     int uncertified_frames = 0;
     int over_budget_frames = 0;
     std::size_t holes = 0;
@@ -122,7 +122,7 @@ private:
         return look_at(eye_, eye_ + displacement, 1.0, 640, 360).value();
     }
 
-    // Loads what the first view can use, as programs do before they fly.
+    // Loads the needs of the first view, as programs do before a flight.
     double settle(Pager& pager, Triangulator& triangulator) const {
         double threshold_px = 1024.0;
         for (int round = 0; round < 32; ++round) {
@@ -204,7 +204,7 @@ TEST_P(Flights, ShowNoPops) {
     EXPECT_EQ(outcome.holes, 0u);
 }
 
-// What the others would look like if the judge were blind.
+// Shows that the verifier detects pops.
 TEST(Flight, WithoutMorphingPops) {
     const Outcome outcome = Plane({"fractal", 300.0, 0.0, 0.0}).fly(1.0);
     EXPECT_GT(outcome.max_pop_px, tools::kPopLimit_px);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A certificate is worth what it costs: error_px is held against the error that is really there, looked
-// for at 4 x 4 points of every cell in view, with everything resident and with half of it withheld.
+// Tightness of certificates: error_px against the error measured at 4 x 4 points of every cell in view, with all chunks
+// resident and with half of them withheld.
 #include "support/mesh_checks.h"
 #include "support/random.h"
 
@@ -23,12 +23,12 @@ using test::Random;
 
 constexpr std::uint64_t kSeed = 71;
 constexpr int kViews = TERRANE_VIEW_FACTOR;
-constexpr double kLeast_px = 0.5;  // below it nobody asks
+constexpr double kLeast_px = 0.5;  // smaller errors are not compared
 
 struct Ground {
     const char* name;
     std::function<std::shared_ptr<const HeightSource>()> open;
-    double largest_ratio;  // of certified and measured, that is published
+    double largest_ratio;  // published limit of certified over measured
 };
 
 void PrintTo(const Ground& ground, std::ostream* out) { *out << ground.name; }

@@ -138,7 +138,7 @@ void RandomResidence::step(Random& random) {
         has_same_chunks = false;
         is_in_[i] = !is_in_[i];
         fades_[i] = random_fade(random);
-        // what hangs below goes with it
+        // evicts its descendants, too
         for (std::size_t k = i + 1; k < is_in_.size(); ++k) {
             if (!is_in_[world_.parent(k)]) is_in_[k] = false;
         }

@@ -17,14 +17,14 @@ namespace terrane::test {
 /// its chunks, made once: roots and random branches, so that all levels occur.
 class RandomWorld {
 public:
-    /// @param chunk_count that there are at most, roots apart
+    /// @param chunk_count most chunks besides the roots
     RandomWorld(Random& random, int chunk_count);
 
     const HeightSource& source() const { return *source_; }
     const Lattice& lattice() const { return source_->lattice(); }
     /// Parents come before their children.
     const std::vector<std::shared_ptr<const Chunk>>& chunks() const { return chunks_; }
-    /// Place of a chunk's parent in chunks(); of a root its own.
+    /// Index of a chunk's parent in chunks(); of a root its own.
     std::size_t parent(std::size_t i) const { return parents_[i]; }
     /// Triangles of a mesh of bare roots.
     std::size_t root_triangles() const;
@@ -36,8 +36,8 @@ private:
     std::vector<std::size_t> parents_;
 };
 
-/// What of a random world is resident at one moment: any chunks, as long as their parents are there,
-/// each faded in by its own share. Moments follow each other as in a flight, or jump.
+/// A resident set of a random world: any chunks with resident parents, each with its own fade. Consecutive states are
+/// similar, as in a flight, or unrelated.
 class RandomResidence {
 public:
     explicit RandomResidence(const RandomWorld& world);
@@ -58,8 +58,8 @@ private:
     std::uint64_t epoch_ = 0;
 };
 
-/// Any view that check() lets pass: ordinary ones, and one in three from where nobody flies: under the
-/// ground, in a vertex, 1e9 m away, straight up and down, fields of view of 1e-3 to 3.1.
+/// Any valid view: ordinary ones, and one in three extreme: under the ground, in a vertex, 1e9 m away, straight up
+/// and down, fields of view of 1e-3 to 3.1.
 View random_view(Random& random, const RandomWorld& world);
 
 /// A view a little further on.
@@ -68,7 +68,7 @@ View moved_view(Random& random, const RandomWorld& world, const View& view);
 /// Sizes of any order of magnitude between two.
 double random_magnitude(Random& random, double low, double high);
 
-/// In what two frames differ, "" where each triangle, offset and bit of both is the same.
+/// The difference of two frames; "" if every triangle and offset has the same bits.
 std::string find_difference(const TerrainMesh& a, const TerrainMesh& b);
 
 }  // namespace terrane::test

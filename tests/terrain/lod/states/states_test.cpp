@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// P1 to P3 and P9 in every state that a mesh can be in: random worlds, resident sets, fades, views,
+// P1 to P3 and P9 in random states: worlds, resident sets, fades, views,
 // budgets and targets. 10,000 states; TERRANE_STATES_FACTOR times as many in the long variant.
 #include "random_world.h"
 #include "support/mesh_checks.h"
@@ -16,7 +16,7 @@ constexpr int kShards = 10;
 constexpr int kWorlds = 8 * TERRANE_STATES_FACTOR;  // of a shard
 constexpr int kFlights = 5;                         // of a world
 constexpr int kFrames = 25;                         // of a flight
-constexpr int kPoints = 2000;                       // that a frame is measured with
+constexpr int kPoints = 2000;                       // measured in a frame
 
 TriangulatorSettings random_settings(Random& random, const RandomWorld& world) {
     TriangulatorSettings settings;
@@ -41,7 +41,7 @@ TriangulatorSettings random_settings(Random& random, const RandomWorld& world) {
     return settings;
 }
 
-// What is wrong with a frame, "" where nothing is.
+// Describes the first violation in a frame; "" if there is none.
 std::string find_fault(const TerrainMesh& mesh, const RandomWorld& world, const View& view,
                        const TriangulatorSettings& settings) {
     std::ostringstream out;
