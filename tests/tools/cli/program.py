@@ -22,7 +22,7 @@ except ImportError:
     sys.exit(77)
 
 PROGRAM = os.path.abspath(sys.argv[1]) if len(sys.argv) > 1 else "terrane"
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+ROOT = os.path.abspath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", ".."))
 DATA = os.environ.get("TERRANE_DATA", os.path.join(ROOT, "..", "shared", "data"))
 SEED = 20240501
 
