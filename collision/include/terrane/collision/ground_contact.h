@@ -25,7 +25,8 @@ struct Contact {
 struct ContactAnswer {
     QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
     std::size_t count = 0;  ///< written to contacts_out, deepest first
-    /// Vertical overlap, metres: largest of surface minus z over the shape; moving up by it always separates; <= 0 apart.
+    /// Vertical overlap, metres: largest of surface minus z over the shape; moving up by it always separates;
+    /// <= 0 apart.
     double lift = 0.0;
     double error_m = 0.0;  ///< largest error_m of the cells tested
 };
