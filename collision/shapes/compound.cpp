@@ -49,33 +49,15 @@ double visit_core(const ConvexShape& shape, Visit visit) {
     return 0.0;
 }
 
-Result<void> check_shape(const ConvexShape& shape) {
-    if (const Sphere* sphere = std::get_if<Sphere>(&shape)) return check(Shape(*sphere));
-    if (const Capsule* capsule = std::get_if<Capsule>(&shape)) return check(Shape(*capsule));
-    if (const Box* box = std::get_if<Box>(&shape)) return check(Shape(*box));
-    return check(std::get<ConvexHull>(shape));
-}
-
-double smallest_of(const ConvexShape& shape) {
-    if (const Sphere* sphere = std::get_if<Sphere>(&shape)) return sphere->radius;
-    if (const Capsule* capsule = std::get_if<Capsule>(&shape)) return capsule->radius;
-    if (const Box* box = std::get_if<Box>(&shape)) return smallest_half_extent(Shape(*box));
-    return smallest_half_extent(std::get<ConvexHull>(shape));
-}
-
 double support_of(const ConvexShape& shape, const Eigen::Vector3d& direction) {
-    if (const Sphere* sphere = std::get_if<Sphere>(&shape)) return sphere->radius;
-    if (const Capsule* capsule = std::get_if<Capsule>(&shape)) {
-        return support_distance(Shape(*capsule), direction);
-    }
-    if (const Box* box = std::get_if<Box>(&shape)) return support_distance(Shape(*box), direction);
-    return support_distance(std::get<ConvexHull>(shape), direction);
+    return std::visit([&](const auto& each) { return support_distance(each, direction); }, shape);
 }
 
 Result<void> check_part(const CompoundPart& part, std::size_t index) {
     constexpr double kOrthonormal = 1e-6;
     char text[240];
-    if (Result<void> shape = check_shape(part.shape); !shape) {
+    const auto check_each = [](const auto& each) { return check(each); };
+    if (Result<void> shape = std::visit(check_each, part.shape); !shape) {
         return fail(ErrorCode::invalid_argument,
                     "compound part " + std::to_string(index) + ": " + shape.error().message);
     }
@@ -122,8 +104,9 @@ void add_part(const CompoundPart& part, internal::CompoundData& data_out) {
     data_out.parts.push_back(part);
     data_out.bounds.push_back(bounds);
     data_out.bounding_radius = std::max(data_out.bounding_radius, farthest + radius);
-    data_out.smallest_half_extent =
-        std::min(data_out.smallest_half_extent, smallest_of(part.shape));
+    const double half_extent =
+        std::visit([](const auto& each) { return smallest_half_extent(each); }, part.shape);
+    data_out.smallest_half_extent = std::min(data_out.smallest_half_extent, half_extent);
 }
 
 Result<void> check_count(std::size_t count, const char* what) {

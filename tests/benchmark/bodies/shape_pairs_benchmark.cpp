@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Nanoseconds a query for every pair of shapes and query; about half of the poses overlap.
+// Nanoseconds a query, for every pair of shapes and kind of query; about half of the poses overlap.
 //
 //   shape_pairs_benchmark [rounds]
 #include "support/random.h"
@@ -42,12 +42,12 @@ struct MotionPair {
 };
 
 template <typename Question>
-double time_ns(const std::vector<MotionPair>& poses, int rounds, const Question& question) {
+double time_ns(const std::vector<MotionPair>& poses, int rounds, const Question& query) {
     double best = 1e300;
     double sum = 0.0;
     for (int round = 0; round < rounds; ++round) {
         const auto start = std::chrono::steady_clock::now();
-        for (const MotionPair& pair : poses) sum += question(pair);
+        for (const MotionPair& pair : poses) sum += query(pair);
         const std::chrono::duration<double, std::nano> time =
             std::chrono::steady_clock::now() - start;
         best = std::min(best, time.count() / static_cast<double>(poses.size()));
