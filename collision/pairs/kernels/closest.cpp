@@ -22,7 +22,7 @@ struct Corner {
 };
 
 // A point of the simplex in barycentric coordinates.
-struct Mix {
+struct BarycentricPoint {
     std::array<std::size_t, 3> which{};
     std::array<double, 3> share{};
     std::size_t count = 0;
@@ -37,15 +37,15 @@ Eigen::Vector3d edge_between(const Simplex& y, std::size_t i, std::size_t j) {
     return (y[j].on_a - y[i].on_a) - (y[j].on_b - y[i].on_b);
 }
 
-void take(const Mix& mix, Mix& best) {
+void take(const BarycentricPoint& mix, BarycentricPoint& best) {
     if (mix.square < best.square) best = mix;
 }
 
-Mix nearest_of_corner(const Simplex& y, std::size_t i) {
+BarycentricPoint nearest_of_corner(const Simplex& y, std::size_t i) {
     return {{i}, {1.0}, 1, y[i].w, dot(y[i].w, y[i].w)};
 }
 
-Mix nearest_of_edge(const Simplex& y, std::size_t i, std::size_t j) {
+BarycentricPoint nearest_of_edge(const Simplex& y, std::size_t i, std::size_t j) {
     const Eigen::Vector3d e = edge_between(y, i, j);
     const double square = dot(e, e);
     const double along = -dot(y[i].w, e);
@@ -57,8 +57,8 @@ Mix nearest_of_edge(const Simplex& y, std::size_t i, std::size_t j) {
     return {{i, j}, {1.0 - s, s}, 2, v, dot(v, v)};
 }
 
-Mix nearest_of_face(const Simplex& y, std::size_t i, std::size_t j, std::size_t k) {
-    Mix best = nearest_of_edge(y, i, j);
+BarycentricPoint nearest_of_face(const Simplex& y, std::size_t i, std::size_t j, std::size_t k) {
+    BarycentricPoint best = nearest_of_edge(y, i, j);
     take(nearest_of_edge(y, j, k), best);
     take(nearest_of_edge(y, k, i), best);
     // From the two shorter edges: the longer ones of a sliver are nearly parallel.
@@ -83,7 +83,8 @@ Mix nearest_of_face(const Simplex& y, std::size_t i, std::size_t j, std::size_t 
     const Eigen::Vector3d step = foot - best.v;
     const double along_u = dot(cross(step, v), n) / square;
     const double along_v = dot(cross(u, step), n) / square;
-    Mix inside{which, {-along_u - along_v, along_u, along_v}, 3, foot, dot(foot, foot)};
+    BarycentricPoint inside{
+        which, {-along_u - along_v, along_u, along_v}, 3, foot, dot(foot, foot)};
     for (std::size_t a = 0; a < 3; ++a) {
         for (std::size_t b = 0; b < best.count; ++b) {
             if (best.which[b] == which[a]) inside.share[a] += best.share[b];
@@ -105,7 +106,7 @@ bool is_outside(const Simplex& y, std::size_t i, std::size_t j, std::size_t k, s
 }
 
 // Nearest point of a simplex to the origin. False where the origin is inside a tetrahedron.
-bool find_nearest(const Simplex& y, std::size_t count, double rounding, Mix& best) {
+bool find_nearest(const Simplex& y, std::size_t count, double rounding, BarycentricPoint& best) {
     if (count == 1) {
         best = nearest_of_corner(y, 0);
     } else if (count == 2) {
@@ -142,7 +143,7 @@ Closest find_closest(const Core& a, const Core& b, double enough) {
         corner.w = (corner.on_a - corner.on_b) + offset;
     };
     place(y[0]);
-    Mix best = nearest_of_corner(y, 0);
+    BarycentricPoint best = nearest_of_corner(y, 0);
     Simplex of_best = y;
     std::size_t count = 1;
     double lower = 0.0;
@@ -161,7 +162,7 @@ Closest find_closest(const Core& a, const Core& b, double enough) {
         }
         if (is_known) break;
         y[count++] = next;
-        Mix mix;
+        BarycentricPoint mix;
         if (!find_nearest(y, count, 10.0 * exact, mix)) {
             // The cores overlap; a common point is not computed.
             return {a.vertex(y[0].a), b.vertex(y[0].b), Eigen::Vector3d::UnitZ(), 0.0, 0.0};
