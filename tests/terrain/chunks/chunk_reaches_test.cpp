@@ -23,7 +23,7 @@ std::shared_ptr<const HeightSource> rough_ground() {
         .value();
 }
 
-// Calls use(column, row) for every own vertex of a chunk that it is the first sample of.
+// Calls use(column, row) for every own vertex of a chunk that is not on its eastern or northern side.
 template <typename Use>
 void for_each_vertex(const Use& use) {
     for (int row = 0; row < kChunkCells; ++row) {
@@ -33,7 +33,7 @@ void for_each_vertex(const Use& use) {
     }
 }
 
-TEST(Reaches, HoldTheTrueSurfaceOverTheVertexsDiamond) {
+TEST(Reaches, EncloseTheTrueSurfaceOverTheVertexsDiamond) {
     constexpr std::uint64_t kSeed = 11;
     test::Random random(kSeed);
     const auto source = rough_ground();
@@ -47,7 +47,7 @@ TEST(Reaches, HoldTheTrueSurfaceOverTheVertexsDiamond) {
             const double unit = static_cast<double>(chunk->vertices->reach_unit);
             const double low = chunk->vertices->reach_base + unit * vertices.low[kind][square];
             const double high = chunk->vertices->reach_base + unit * vertices.high[kind][square];
-            // a centre's diamond is its square; a midpoint's stands on a corner
+            // a centre's diamond is its square, a midpoint's is rotated by 45 degrees
             double x = random.between(-1.0, 1.0), y = random.between(-1.0, 1.0);
             if (kind != AreaVertices::centre) {
                 const double turned = 0.5 * (x + y);
@@ -63,7 +63,7 @@ TEST(Reaches, HoldTheTrueSurfaceOverTheVertexsDiamond) {
     }
 }
 
-TEST(Reaches, AreHeldByThoseOfTheirAreaAndChunk) {
+TEST(Reaches, AreEnclosedByThoseOfTheirAreaAndChunk) {
     const auto chunk = make_chunk(*rough_ground(), {1, 0, 2}).value();
     for_each_vertex([&](int column, int row) {
         const auto [area, kind, square] = AreaVertices::address_of(column, row);
@@ -77,8 +77,8 @@ TEST(Reaches, AreHeldByThoseOfTheirAreaAndChunk) {
     });
 }
 
-// Neighbours keep the same midpoints, one on its side, one as its own.
-TEST(Reaches, AreTheSameOnBothSidesUpToUnits) {
+// Both neighbours store the midpoints on their common side.
+TEST(Reaches, AgreeBetweenNeighboursToAFewUnits) {
     const auto source = rough_ground();
     const auto west = make_chunk(*source, {0, 1, 2}).value();
     const auto east = make_chunk(*source, {1, 1, 2}).value();
@@ -98,7 +98,7 @@ TEST(Reaches, AreTheSameOnBothSidesUpToUnits) {
     }
 }
 
-TEST(Rises, AreTheHeightsOverTheMiddleOfTheSplitEdge) {
+TEST(Rises, AreTheHeightsAboveTheMiddleOfTheSplitEdge) {
     const auto source = rough_ground();
     const auto chunk = make_chunk(*source, {2, 1, 2}).value();
     const auto height = [&](int column, int row) {

@@ -23,7 +23,7 @@ std::shared_ptr<const HeightSource> fractal_at(std::int32_t first_root) {
     return source ? *source : nullptr;
 }
 
-// The samples of two chunks at every lattice point that both hold.
+// Compares the samples of two chunks at their common lattice points.
 void expect_shared_samples_equal(const Chunk& a, const Chunk& b) {
     int shared = 0;
     for (int row = 0; row < kChunkSamples; ++row) {
@@ -46,7 +46,7 @@ TEST(MakeChunk, GivesNeighboursOfAllLevelPairsTheSameEdge) {
         const auto source = fractal_at(first_root);
         ASSERT_NE(source, nullptr);
         const int finest = source->lattice().finest_level;
-        // chunks that meet at the middle of the world, from the west and from the east
+        // chunks west and east of the middle of the world
         for (int west = 0; west <= finest; ++west) {
             for (int east = 0; east <= finest; ++east) {
                 SCOPED_TRACE(testing::Message()
@@ -88,7 +88,7 @@ TEST(MakeChunk, RoundsHeightsToTheNearestQuantum) {
     }
 }
 
-TEST(MakeChunk, KnowsTheLowestAndHighestSamplesOfItsSquares) {
+TEST(MakeChunk, StoresTheLowestAndHighestSamplesOfItsSquares) {
     const auto source = fractal_at(-1);
     ASSERT_NE(source, nullptr);
     const auto chunk = make_chunk(*source, {0, 0, 1}).value();
@@ -132,7 +132,7 @@ TEST(MakeChunk, BoundsQuadrantsByTheirCells) {
     EXPECT_LE(chunk->bytes(), Chunk::max_bytes());
 }
 
-TEST(MakeChunk, RefusesHeightsThatAreNoNumbers) {
+TEST(MakeChunk, RefusesHeightsThatAreNaN) {
     test::WaveHeights source(test::small_world(2, 1.0), 17.0, 90.0);
     source.gives_nan = true;
     const auto refused = make_chunk(source, {0, 0, 0});

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "support/random.h"
 #include "support/heights/wave_heights.h"
+#include "support/random.h"
 
 #include <terrane/terrain/resident_set.h>
 
@@ -17,7 +17,7 @@ namespace resident_set_test {
 using Chunks = std::vector<std::shared_ptr<const Chunk>>;
 using test::Random;
 
-// The four roots and two children of the first, not in the order of a set.
+// The four roots and two children of the first, in another order than a set's.
 Chunks some_chunks(const HeightSource& source) {
     Chunks chunks;
     const ChunkKey first{-1, -1, 0};
@@ -28,7 +28,7 @@ Chunks some_chunks(const HeightSource& source) {
     return chunks;
 }
 
-TEST(ResidentSet, PutsTheFadesWhereItPutsTheChunks) {
+TEST(ResidentSet, OrdersFadesAsItsChunks) {
     const test::WaveHeights source(test::small_world(2, 1.0), 20.0, 70.0);
     const Chunks chunks = some_chunks(source);
     const std::vector<float> fades{0.1f, 0.2f, 0.3f, 0.4f, 0.5f, 0.0f};
@@ -42,7 +42,7 @@ TEST(ResidentSet, PutsTheFadesWhereItPutsTheChunks) {
     }
 }
 
-TEST(ResidentSet, IsFadedInWhereNothingElseIsSaid) {
+TEST(ResidentSet, HasFadesOfOneByDefault) {
     const test::WaveHeights source(test::small_world(2, 1.0), 20.0, 70.0);
     const ResidentSet set(source.lattice(), source.extent(), some_chunks(source), 1);
     for (std::size_t i = 0; i < set.chunks().size(); ++i) EXPECT_EQ(set.fade(i), 1.0f);
@@ -64,19 +64,18 @@ TEST(ResidentSet, SharesItsChunksWithASetOfOtherFades) {
     const ResidentSet apart(source.lattice(), source.extent(), chunks, 1);
     EXPECT_FALSE(apart.has_same_chunks(*first));
 
-    first.reset();  // the shared part outlives the set that it came from
+    first.reset();  // the shared part outlives its first set
     EXPECT_TRUE(second.has_roots());
     EXPECT_EQ(second.links(static_cast<std::size_t>(second.find({-2, -2, 1}))).parent,
               second.find({-1, -1, 0}));
 }
 
-// What a set says is compared with what follows from this: keys in order, each with its chunk and its
-// fade. Everything is looked for here by its key alone.
+// Reference model of a set: keys in order, each with its chunk and fade, looked up by key alone.
 struct Held {
     std::shared_ptr<const Chunk> chunk;
     float fade = 1.0f;
 };
-struct GoesBefore {  // in its own words, not in those of ResidentSet::Order
+struct GoesBefore {  // independent of ResidentSet::Order
     bool operator()(const ChunkKey& a, const ChunkKey& b) const {
         return std::tie(a.level, a.y, a.x) < std::tie(b.level, b.y, b.x);
     }
@@ -110,7 +109,7 @@ ResidentSet from_scratch(const Lattice& lattice, const Expected& expected, Rando
     return {lattice, test::whole_extent(lattice), std::move(chunks), fades, 7};
 }
 
-// By the first thing that differs; empty where nothing does.
+// Names the first difference; empty if there is none.
 std::string difference(const ResidentSet& set, const Lattice& lattice, const Expected& expected) {
     if (!(set.lattice() == lattice)) return "lattice";
     const WorldRect extent = test::whole_extent(lattice);
@@ -134,7 +133,7 @@ std::string difference(const ResidentSet& set, const Lattice& lattice, const Exp
         if (owner != held.chunk || set.chunks()[i]->key != key) return "chunk" + name;
         if (set.fade(i) != held.fade || set.fades()[i] != held.fade) return "fade" + name;
 
-        // near in the tree, and near in number
+        // relatives in the tree, and neighbours in the order
         std::vector<ChunkKey> near{key,
                                    {key.x - 1, key.y, key.level},
                                    {key.x + 1, key.y, key.level},
@@ -169,7 +168,7 @@ std::string difference(const ResidentSet& set, const Lattice& lattice, const Exp
     return "";
 }
 
-// A change of a set, and what then is expected of it.
+// A change of a set, and the expected result.
 struct Step {
     std::vector<ChunkKey> gone;
     Chunks come;
@@ -198,7 +197,7 @@ class RandomChange {
 public:
     RandomChange(std::uint64_t seed, const Lattice& lattice) : random_(seed), lattice_(lattice) {}
 
-    // What was there when it began can go, be replaced, or stay with another fade; what comes stays.
+    // Chunks of the set before are evicted, replaced, or kept with another fade; arrived ones stay.
     Step step(Expected& expected, int change_count) {
         Step step;
         std::vector<ChunkKey> old;
@@ -208,14 +207,14 @@ public:
             if (old.empty() || (kind == 0 && !expected.empty())) {
                 add(step, expected, some_root());
             } else if (const std::size_t i = below(old.size()); kind < 4) {
-                // a leaf goes, or a chunk with others below is replaced
+                // evicts a leaf, or replaces an inner chunk
                 const ChunkKey key = old[i];
                 const bool is_replaced = has_child(expected, key) || kind == 1;
                 step.remove(expected, key);
                 if (is_replaced) add(step, expected, key);
                 old.erase(old.begin() + static_cast<std::ptrdiff_t>(i));
             } else {
-                // down a random way: several that hang on each other come at once
+                // along a random path down: several descendants arrive at once
                 ChunkKey key = old[i];
                 for (int depth = 1 + random_.below(3); depth > 0; --depth) {
                     if (!expected.contains(key) || key.level == lattice_.finest_level) break;
@@ -259,7 +258,7 @@ Lattice random_lattice(Random& random) {
     return lattice;
 }
 
-TEST(ResidentSet, IsTheOneFromScratchWhateverChanged) {
+TEST(ResidentSet, EqualsTheSetConstructedFromScratchAfterAnyChange) {
     for (std::uint64_t seed = 1; seed <= 60; ++seed) {
         SCOPED_TRACE(testing::Message() << "seed " << seed);
         Random first(seed);
@@ -284,7 +283,7 @@ TEST(ResidentSet, IsTheOneFromScratchWhateverChanged) {
     }
 }
 
-TEST(ResidentSet, LosesThousandsOfChunksAndGetsThemBack) {
+TEST(ResidentSet, SurvivesTheEvictionAndReturnOfThousandsOfChunks) {
     constexpr std::uint64_t kSeed = 5;
     SCOPED_TRACE(testing::Message() << "seed " << kSeed);
     Lattice lattice = test::small_world(16, 1.0);
@@ -297,7 +296,7 @@ TEST(ResidentSet, LosesThousandsOfChunksAndGetsThemBack) {
         ASSERT_EQ(difference(set, lattice, expected), "") << expected.size() << " chunks";
     }
 
-    // all goes but the roots, then these, and all comes again
+    // evicts all but the roots, then these, and inserts all again
     const Expected all = expected;
     Step fall;
     for (const auto& [key, held] : all) {
@@ -319,7 +318,7 @@ TEST(ResidentSet, LosesThousandsOfChunksAndGetsThemBack) {
     EXPECT_EQ(difference(set, lattice, all), "");
 }
 
-TEST(ResidentSet, IsEqualButApartAfterNoChange) {
+TEST(ResidentSet, IsEqualButSharesNothingAfterAnEmptyChange) {
     const Lattice lattice = test::small_world(3, 1.0);
     Random random(1);
     Expected expected;
@@ -332,8 +331,8 @@ TEST(ResidentSet, IsEqualButApartAfterNoChange) {
     EXPECT_FALSE(same.has_same_chunks(set));
 }
 
-// The bytes of what went come free with the last set that holds it, whatever later sets share with it.
-TEST(ResidentSet, LetsGoOfWhatWentWithTheLastSetThatHeldIt) {
+// Evicted chunks are freed with the last set that contains them, whatever later sets share with it.
+TEST(ResidentSet, FreesEvictedChunksWithTheLastSetThatContainsThem) {
     const Lattice lattice = test::small_world(12, 1.0);
     RandomChange change(3, lattice);
     Expected expected;
@@ -342,7 +341,7 @@ TEST(ResidentSet, LetsGoOfWhatWentWithTheLastSetThatHeldIt) {
     for (int round = 0; round < 12; ++round) {
         Step step = change.step(expected, round % 3 == 0 ? 100 : 6);
         sets.push_back(std::make_shared<const ResidentSet>(step.make(*sets.back(), expected)));
-        // nothing takes the place of these
+        // these are not replaced
         step = {};
         for (const auto& [key, held] : Expected(expected)) {
             if (!has_child(expected, key)) step.remove(expected, key);
@@ -351,7 +350,7 @@ TEST(ResidentSet, LetsGoOfWhatWentWithTheLastSetThatHeldIt) {
     }
     expected.clear();
     while (!sets.empty()) {
-        // the oldest goes, or the newest, in turns
+        // destroys the oldest or the newest, alternately
         const bool is_oldest = sets.size() % 2 == 0;
         const auto going = is_oldest ? sets.begin() : std::prev(sets.end());
         std::vector<std::weak_ptr<const Chunk>> chunks;

@@ -74,8 +74,7 @@ std::vector<Triangle> triangles_of(const Ground& ground, const CellRange& cells)
     return triangles;
 }
 
-// Slow and obviously right: solve for the plane and test the sides. Nothing where the point is not
-// over the triangle.
+// Reference: solves for the plane and tests the sides. Nothing if the point is not over the triangle.
 std::optional<double> height_over(const Triangle& t, double x, double y) {
     const double det =
         (t.b.x() - t.a.x()) * (t.c.y() - t.a.y()) - (t.c.x() - t.a.x()) * (t.b.y() - t.a.y());
@@ -132,7 +131,7 @@ TEST(Ground, StaysWithinItsErrorOfTheTrueSurface) {
     }
 }
 
-// Every edge and corner belongs to the closed ground, the extent's own edge too.
+// Every edge and corner belongs to the closed ground, including the extent's edge.
 TEST(Ground, AnswersOnGridLinesAndOnTheEdgeOfTheExtent) {
     const World world = rough_world();
     ASSERT_NE(world.set, nullptr);
@@ -151,7 +150,7 @@ TEST(Ground, AnswersOnGridLinesAndOnTheEdgeOfTheExtent) {
               GroundStatus::invalid);
 }
 
-TEST(Ground, SaysNotResidentInsteadOfAHeight) {
+TEST(Ground, AnswersNotResidentOverAbsentChunks) {
     const auto source = std::make_shared<test::WaveHeights>(test::small_world(3, 1.0), 20.0, 200.0);
     Pager pager = Pager::create(source, {.worker_count = 0}).value();
     pager.require({10, 10, 20, 20}, 0.0);
@@ -167,8 +166,8 @@ TEST(Ground, SaysNotResidentInsteadOfAHeight) {
     EXPECT_EQ(ground.ray({5000, 15, 10}, {6000, 15, -100}).status, GroundStatus::miss);
 }
 
-// From chunk to chunk, to what is absent, and beyond the extent: as if each were asked for alone.
-TEST(GroundReader, FindsWhatTheGroundAnswers) {
+// Across chunks, into absent ones and beyond the extent: as single calls.
+TEST(GroundReader, GivesTheAnswersOfTheGround) {
     constexpr std::uint64_t kSeed = 12;
     const auto source = std::make_shared<test::WaveHeights>(test::small_world(3, 1.0), 20.0, 200.0);
     Pager pager = Pager::create(source, {.worker_count = 0}).value();
@@ -230,8 +229,8 @@ TEST(Ground, AnswersTheSameWhileACameraFliesAndWhateverIsDrawn) {
     }
 }
 
-// What is not loaded is still bounded, by what is known more coarsely: a body high above need not wait.
-TEST(Ground, BoundsWhatIsNotResidentByItsAncestors) {
+// Coarser chunks bound absent ones, so that a body high above need not wait.
+TEST(Ground, BoundsAbsentChunksByTheirAncestors) {
     const World world = rough_world();
     ASSERT_NE(world.set, nullptr);
     std::vector<std::shared_ptr<const Chunk>> coarse;
@@ -256,7 +255,7 @@ TEST(Ground, BoundsWhatIsNotResidentByItsAncestors) {
     }
 }
 
-// First crossing found by looking at every triangle of the area.
+// Reference: first intersection over all triangles of the area.
 std::optional<double> slow_ray(const std::vector<Triangle>& triangles, const WorldPos& from,
                                const WorldPos& to) {
     std::optional<double> best;
@@ -280,7 +279,7 @@ std::optional<double> slow_ray(const std::vector<Triangle>& triangles, const Wor
     return best;
 }
 
-TEST(Ground, MeetsRaysWhereBruteForceDoes) {
+TEST(Ground, HitsRaysWhereBruteForceDoes) {
     const World world = rough_world();
     ASSERT_NE(world.set, nullptr);
     const Ground ground = world.ground();
@@ -311,7 +310,7 @@ TEST(Ground, MeetsRaysWhereBruteForceDoes) {
     EXPECT_GT(hits, 500);
 }
 
-TEST(Ground, MeetsVerticalRaysOverEveryVertexOfAPatch) {
+TEST(Ground, HitsVerticalRaysOverEveryVertexOfAPatch) {
     const World world = rough_world();
     ASSERT_NE(world.set, nullptr);
     const Ground ground = world.ground();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "support/random.h"
 #include "support/heights/table_ground.h"
+#include "support/random.h"
 
 #include <terrane/terrain/ground.h>
 
@@ -31,7 +31,7 @@ bool has_hole(double x, double y) {
     return random.below(4) == 0;
 }
 
-// One cell's answer, triangle by triangle as CONVENTIONS.md cuts them. Every operation in the order that
+// Reference: one cell's answer, triangle by triangle as CONVENTIONS.md cuts them, in the order of operations that
 // defines the bits.
 HeightAnswer plain_height(const Ground& ground, const GroundCell& cell, std::int64_t column,
                           std::int64_t row, double x, double y) {
@@ -65,7 +65,7 @@ HeightAnswer plain_height(const Ground& ground, const GroundCell& cell, std::int
     return answer;
 }
 
-// Of the cells that hold a point, the first that is ground: from the east and the north.
+// Of the closed cells that contain a point, the first that is ground: from the east and the north.
 HeightAnswer slow_height(const Ground& ground, double x, double y) {
     HeightAnswer answer;
     answer.status = GroundStatus::outside;
@@ -108,7 +108,7 @@ TEST(GroundHeight, HasTheBitsOfThePlainFormula) {
                                                 << ", origin " << origin << ", place " << i);
                 const int column = random.below(386) - 1, row = random.below(386) - 1;
                 double x = ground.cell_x(column), y = ground.cell_y(row);
-                // between lines, on them, and as near to them as can be
+                // between lines, on them, and one ulp beside them
                 if (i % 2 == 0) x += spacing * random.between(0.0, 1.0);
                 if (i % 3 == 0) y += spacing * random.between(0.0, 1.0);
                 if (i % 5 == 0) x = std::nextafter(x, i % 10 == 0 ? -1e9 : 1e9);
@@ -180,7 +180,7 @@ TEST(GroundReader, BoundsSquaresByTheirLowestAndHighestSamples) {
     }
 }
 
-// Ranges come from the blocks of 8 x 8 cells that they meet, and from nothing else.
+// Ranges are exactly those of the overlapping blocks of 8 x 8 cells.
 TEST(Ground, BoundsRangesByTheirBlocks) {
     constexpr std::uint64_t kSeed = 9;
     const Ground ground = make_test_ground(rough, {.roots = 3});

@@ -19,7 +19,7 @@ using test::make_test_ground;
 using test::Random;
 using test::TableGroundSettings;
 
-// Steep and rough, and the same on every machine.
+// Steep and rough ground, the same on every machine.
 double rough(double x, double y) {
     const auto hash = [](double p, double q) {
         Random random(static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(p * 64.0))) *
@@ -36,7 +36,7 @@ bool has_hole(double x, double y) {
     return random.below(4) == 0;
 }
 
-// Of the ray with one triangle after the other, of all cells that its bounds meet.
+// Reference: intersects the ray with every triangle of the cells in its bounding box.
 std::optional<double> slow_ray(const Ground& ground, const WorldPos& from, const WorldPos& to) {
     std::optional<double> best;
     const Eigen::Vector3d displacement = to - from;
@@ -125,16 +125,16 @@ void expect_slow_answers(const Ground& ground, double side, std::uint64_t seed, 
     EXPECT_GT(misses, rays / 10);
 }
 
-TEST(GroundRay, MeetsRoughGroundWhereBruteForceDoes) {
+TEST(GroundRay, HitsRoughGroundWhereBruteForceDoes) {
     expect_slow_answers(make_test_ground(rough, {.roots = 2}), 256.0, 1, 10000);
 }
 
-TEST(GroundRay, MeetsGroundWithHolesWhereBruteForceDoes) {
+TEST(GroundRay, HitsGroundWithHolesWhereBruteForceDoes) {
     expect_slow_answers(make_test_ground(rough, {.roots = 2, .is_outside = has_hole}), 256.0, 2,
                         10000);
 }
 
-// Where it comes to a chunk that is absent before it meets anything, it says so.
+// An absent chunk before any hit gives not_resident.
 TEST(GroundRay, EndsAtChunksThatAreNotResident) {
     constexpr std::uint64_t kSeed = 3;
     const Ground ground = make_test_ground(
@@ -164,7 +164,7 @@ TEST(GroundRay, EndsAtChunksThatAreNotResident) {
         }
         const std::optional<double> hit = slow_ray(ground, from, to);
         const double first = hit.value_or(2.0);
-        // an edge of what is absent may be met or not
+        // the edge of an absent chunk may be hit or not
         if (std::abs(first - absent) < 1e-9 || std::abs(absent - 1.0) < 1e-9 || absent == 0.0)
             continue;
         const GroundStatus expected = absent < first && absent <= 1.0 ? GroundStatus::not_resident
@@ -182,7 +182,7 @@ TEST(GroundRay, EndsAtChunksThatAreNotResident) {
     }
 }
 
-TEST(GroundRay, MeetsTheSurfaceThatItLiesIn) {
+TEST(GroundRay, HitsASurfaceThatItLiesIn) {
     const Ground flat = make_test_ground([](double, double) { return 5.0; }, {.roots = 2});
     const Ground slope =
         make_test_ground([](double x, double y) { return 0.5 * x - 0.25 * y; }, {.roots = 2});
@@ -198,7 +198,7 @@ TEST(GroundRay, MeetsTheSurfaceThatItLiesIn) {
             from.z() = to.z() = 5.0 + off;
             EXPECT_EQ(flat.ray(from, to).status, GroundStatus::miss);
         }
-        // exact places on the slope
+        // exact points on the slope
         const auto place = [&] {
             const double x = random.below(2049) / 8.0, y = random.below(2049) / 8.0;
             return WorldPos(x, y, 0.5 * x - 0.25 * y);
@@ -218,12 +218,12 @@ TEST(GroundRay, MeetsTheSurfaceThatItLiesIn) {
     }
 }
 
-// Where one square ends and the next begins: neither may leave the crossing to the other.
-TEST(GroundRay, MeetsTheSurfaceOnTheLinesBetweenSquares) {
+// Crossings on the lines between squares must not be missed by both.
+TEST(GroundRay, HitsTheSurfaceOnTheLinesBetweenSquares) {
     constexpr std::uint64_t kSeed = 10;
     Random random(kSeed);
     for (const double slope : {0.0, -1.0 / 3.0, 0.7, -2.1}) {
-        // the same along y: its highest places are lines
+        // constant along y: its crests are lines
         const Ground ground =
             make_test_ground([=](double x, double) { return slope * x; }, {.roots = 2});
         for (int i = 0; i < 20000; ++i) {
@@ -237,14 +237,14 @@ TEST(GroundRay, MeetsTheSurfaceOnTheLinesBetweenSquares) {
                 slope * ahead + (i % 2 == 0 ? 1.0 : -1.0) * random.between(0.5, 9.0));
             const RayAnswer answer = ground.ray(on - displacement, on + displacement);
             ASSERT_EQ(answer.status, GroundStatus::ok);
-            // heights are rounded to quanta: the slope is not quite even
+            // heights are rounded to quanta: the slope is not exactly constant
             ASSERT_NEAR(answer.fraction, 0.5, 1e-2);
         }
     }
 }
 
-// The height field tests of Jolt Physics: an even grid with an offset and a scale.
-TEST(GroundRay, MeetsEveryStoredPointFromAboveAndNoHole) {
+// As the height field tests of Jolt Physics: a regular grid with an offset and a scale.
+TEST(GroundRay, HitsEveryStoredPointFromAboveAndNoHole) {
     const auto is_hole = [](double x, double y) {
         return static_cast<int>((x - 0.3) / 1.1) == 7 && static_cast<int>((y - 0.5) / 1.1) == 9;
     };
@@ -286,7 +286,7 @@ TEST(GroundRay, AnswersTheSameTenThousandKilometresAway) {
     }
 }
 
-TEST(GroundRay, TakesNoLengthAndAMillionMetres) {
+TEST(GroundRay, AcceptsALengthOfZeroAndOfAMillionMetres) {
     const Ground ground = make_test_ground(rough, {.roots = 2});
     Random random(6);
     int hits = 0;
@@ -316,7 +316,7 @@ TEST(GroundRay, TakesNoLengthAndAMillionMetres) {
     EXPECT_GT(hits, 50);
 }
 
-TEST(GroundRay, RefusesWhatIsNotFinite) {
+TEST(GroundRay, AnswersInvalidForArgumentsThatAreNotFinite) {
     const Ground ground = make_test_ground(rough, {.roots = 2});
     constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
     constexpr double kInfinity = std::numeric_limits<double>::infinity();

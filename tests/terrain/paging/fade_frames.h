@@ -11,17 +11,17 @@
 #include <utility>
 #include <vector>
 
-// What can be seen of fades: how far a picture moves from one resident set to the next.
+// Measures the visible effect of fades: the displacement of the picture between consecutive resident sets.
 namespace terrane::test {
 
 using Set = std::shared_ptr<const ResidentSet>;
 
-/// What pager.h promises.
+/// Limits stated in pager.h.
 inline constexpr double kMorphGain = 2.0 * 1.3 * 1.3 / (1.3 * 1.3 - 1.0);
 static_assert(kDefaultMorphRatio == 1.3);
 inline constexpr double kMostMove_px = 0.25;
 inline constexpr double kPromised_px = 1.5;
-inline constexpr double kMostHeld_px = 1.55;  // of what comes late
+inline constexpr double kMostHeld_px = 1.55;  // of late chunks
 inline constexpr double kSlack = 1.0 + 1e-5;  // fades are single precision
 
 inline std::shared_ptr<WaveHeights> hills(double wavelength = 700.0) {
@@ -46,9 +46,9 @@ inline bool is_in_view(const Frustum& frustum, const View& view, const Eigen::Ve
         [&](const Eigen::Vector3d& normal) { return normal.dot(point - view.eye_world) >= 0.0; });
 }
 
-/// Largest screen error, pixels, of the vertices of the areas of a chunk whose middles both views hold,
+/// Largest screen error, pixels, of the vertices of the areas of a chunk whose middles both views contain,
 /// at least ten times the displacement of the eye away. Measured to the area, not to the boxes around
-/// vertices: less than what the pager reckons with.
+/// vertices: less than the pager's bound.
 inline double seen_px(const Lattice& lattice, const Chunk& chunk, const View& before,
                       const View& now) {
     const Frustum frustum_before = make_frustum(before);
@@ -76,11 +76,11 @@ inline double seen_px(const Lattice& lattice, const Chunk& chunk, const View& be
     return largest;
 }
 
-/// What can be seen to change between two sets, each the picture of a frame.
+/// The visible changes between the sets of two frames.
 struct Change {
-    int jump_count = 0;    // chunks that move the picture further than promised
-    double most_px = 0.0;  // ... of chunks that hold back no more than what is promised for
-    int coming_count = 0;  // chunks whose fades rise, arrive, fall and that go
+    int jump_count = 0;    // chunks that move the picture by more than the limit
+    double most_px = 0.0;  // largest movement by chunks within the limit of held-back error
+    int coming_count = 0;  // chunks that fade in, arrive, fade out, are evicted
     int arrival_count = 0;
     int leaving_count = 0;
     int eviction_count = 0;
@@ -108,14 +108,14 @@ inline Change compare(const Set& before, const View& view_before, const Set& now
         change.arrival_count += to < from && std::isinf(from) ? 1 : 0;
         change.leaving_count += to > from && std::isfinite(to) ? 1 : 0;
         change.eviction_count += std::isinf(to) ? 1 : 0;
-        // a fade below what hides all of it hides no more
+        // a smaller fade than the one that hides it completely has no further effect
         const double hidden =
             std::max(1.0, seen_px(lattice, *chunk, view_before, camera.view) / camera.threshold_px);
         const double first = std::min(from, hidden);
         const double last = std::min(to, hidden);
         const double moved_px = kMorphGain * camera.threshold_px * std::abs(last - first);
         const double held_px = camera.threshold_px * std::max(first, last);
-        // more than is promised for may come and go at once
+        // beyond the limit of held-back error chunks may change at once
         if (held_px > kPromised_px) continue;
         change.most_px = std::max(change.most_px, moved_px);
         change.jump_count += moved_px > kMostMove_px * kSlack ? 1 : 0;
@@ -130,7 +130,7 @@ struct Flight {
     int fading_frames = 0;
 };
 
-/// Plays the frames after the first and adds up what changed.
+/// Runs the frames after the first and adds up the changes.
 template <typename CameraOfFrame>
 Flight fly(Pager& pager, int frame_count, CameraOfFrame camera_of_frame, double begin_s = 0.0) {
     Flight flight;
@@ -156,7 +156,7 @@ Flight fly(Pager& pager, int frame_count, CameraOfFrame camera_of_frame, double 
     return flight;
 }
 
-/// A pager that has only roots, and a camera that has been there before: all else comes late.
+/// A pager with only the roots resident and a camera that is not new: all other chunks arrive late.
 inline Pager make_late(const std::shared_ptr<WaveHeights>& source,
                        const std::vector<CameraNeed>& cameras) {
     Pager pager = Pager::create(source, {.worker_count = 0}).value();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What goes fades out first, under a ceiling of memory.
+// Chunks in view fade out before they are evicted at the memory ceiling.
 #include "fade_frames.h"
 #include "support/random.h"
 
@@ -10,11 +10,11 @@ namespace fade_out_test {
 
 using namespace test;
 
-TEST(Fade, LeavesNoJumpInAFlightUnderPressure) {
+TEST(Fade, LeavesNoJumpInAFlightAtTheMemoryCeiling) {
     const std::size_t ceiling = 60 * Chunk::max_bytes();
     const auto source = hills(250.0);
     Pager pager = Pager::create(source, {.memory_bytes = ceiling, .worker_count = 0}).value();
-    // backwards: what goes is in view; and now and then nothing comes for a while
+    // backwards, so that evicted chunks are in view; with pauses of the loader
     const Flight flight = fly(pager, 300, [&](int frame) {
         source->is_broken = frame % 100 > 70;
         const WorldPos eye(200.0 + 1.5 * frame, 100.0, 120.0);
@@ -32,8 +32,8 @@ TEST(Fade, LeavesNoJumpInAFlightUnderPressure) {
     EXPECT_LE(stats.peak_bytes, ceiling);
 }
 
-// One camera fills the memory, a second one wants some of it and goes away again.
-TEST(Fade, ComesBackWhereAVictimIsWantedAgain) {
+// One camera fills the memory; a second one needs some of it and is removed again.
+TEST(Fade, RisesAgainForAVictimThatIsNeededAgain) {
     const CameraNeed first = camera_at({0, 0, 300}, {500, 300, 0}, 0.2);
     const CameraNeed second = camera_at({-900, -900, 60}, {-500, -700, 0}, 0.1);
     Pager pager =
@@ -63,8 +63,8 @@ TEST(Fade, ComesBackWhereAVictimIsWantedAgain) {
     EXPECT_LT(pager.stats().evicted - evicted, 60u);
 }
 
-// Taking turns, none of the victims would ever be out.
-TEST(Fade, StaysWithTheVictimItBeganWith) {
+// If victims alternated, none would ever be evicted.
+TEST(Fade, ContinuesWithTheSameVictims) {
     Pager pager =
         Pager::create(hills(250.0), {.memory_bytes = 150 * Chunk::max_bytes(), .worker_count = 0})
             .value();
@@ -104,7 +104,7 @@ TEST(Fade, TakesAtMostSixteenChunksOutAtATime) {
     }
 }
 
-TEST(Fade, LetsGroundEvictAtOnceAndCountsIt) {
+TEST(Fade, IsSkippedForGroundAndCounted) {
     const std::size_t ceiling = 60 * Chunk::max_bytes();
     Pager pager = Pager::create(hills(), {.memory_bytes = ceiling, .worker_count = 0}).value();
     const std::vector<CameraNeed> cameras{camera_at({0, 0, 300}, {500, 300, 0}, 0.05)};
@@ -117,8 +117,8 @@ TEST(Fade, LetsGroundEvictAtOnceAndCountsIt) {
     EXPECT_LE(pager.stats().peak_bytes, ceiling);
 }
 
-// finish() does not wait for fades either.
-TEST(Fade, DoesNotKeepFinishFromMakingRoom) {
+// finish() does not wait for fades.
+TEST(Fade, DoesNotDelayEvictionsOfFinish) {
     const std::size_t ceiling = 60 * Chunk::max_bytes();
     Pager pager = Pager::create(hills(250.0), {.memory_bytes = ceiling, .worker_count = 0}).value();
     const CameraNeed first = camera_at({0, 0, 300}, {500, 300, 0}, 0.2);
@@ -161,9 +161,9 @@ TEST(Fade, IsTheSameForTheSameUpdates) {
     }
 }
 
-// A set that somebody keeps for two frames, as a triangulator does, holds evicted bytes.
-TEST(Fade, EvictsNoMoreForBytesThatAreAboutToComeFree) {
-    // what chunks of hills take, which have no flags, and what one more may take: it has to be full
+// A set that is kept for two frames, as by a triangulator, holds evicted bytes.
+TEST(Fade, EvictsNoMoreWhileBytesAreAboutToBeReleased) {
+    // bytes of chunks of hills, which have no flags, plus a maximal one: the memory must be full
     const std::size_t each = make_chunk(*hills(), {0, 0, 1}).value()->bytes();
     const std::size_t ceiling = 56 * each + Chunk::max_bytes();
     Pager pager = Pager::create(hills(), {.memory_bytes = ceiling, .worker_count = 0}).value();

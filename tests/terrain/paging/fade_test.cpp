@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What arrives in view fades in; all else is there at once.
+// Chunks that arrive in view fade in; others appear at once.
 #include "fade_frames.h"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ TEST(Fade, IsOneInTheFirstUpdate) {
     EXPECT_EQ(pager.stats().fading_chunks, 0u);
 }
 
-TEST(Fade, HidesWhatArrivesInView) {
+TEST(Fade, HidesChunksThatArriveInView) {
     for (const double threshold_px : {0.1, 0.5, 1.2}) {
         const std::vector<CameraNeed> cameras{camera_at({0, 0, 300}, {500, 300, 0}, threshold_px)};
         Pager pager = make_late(hills(), cameras);
@@ -40,8 +40,8 @@ TEST(Fade, HidesWhatArrivesInView) {
     }
 }
 
-// Detail below the threshold is of no use, and more than is held back at most would be.
-TEST(Fade, HidesNothingWhereNothingIsPromised) {
+// At a threshold of 1.55 pixels nothing above it is held back.
+TEST(Fade, IsOneWhereTheErrorExceedsWhatFadesHoldBack) {
     Pager pager = make_late(hills(), {camera_at({0, 0, 300}, {500, 300, 0}, 3.0)});
     EXPECT_GT(pager.resident()->chunks().size(), 4u);
     EXPECT_EQ(pager.stats().fading_chunks, 0u);
@@ -107,7 +107,7 @@ TEST(Fade, IsOneAtOnceAfterATeleport) {
     EXPECT_EQ(least_fade(*pager.resident()), 1.0f);
 }
 
-TEST(Fade, IsOneAtOnceForACameraThatWasNotThere) {
+TEST(Fade, IsOneAtOnceForANewCamera) {
     const std::vector<CameraNeed> cameras{camera_at({0, 0, 300}, {500, 300, 0}, 0.5)};
     std::vector<CameraNeed> refused = cameras;
     refused[0].view.near_distance = 0.0;
@@ -124,7 +124,7 @@ TEST(Fade, IsOneAtOnceForACameraThatWasNotThere) {
     }
 }
 
-TEST(Fade, IsOneAtOnceForWhatEntersTheView) {
+TEST(Fade, IsOneAtOnceForChunksThatEnterTheView) {
     const WorldPos eye(0, 0, 150);
     const auto look = [&](double x, double y) {
         return std::vector<CameraNeed>{camera_at(eye, eye + WorldPos(x, y, -0.3), 0.3)};
@@ -137,7 +137,7 @@ TEST(Fade, IsOneAtOnceForWhatEntersTheView) {
     EXPECT_EQ(least_fade(*pager.resident()), 1.0f);
 }
 
-TEST(Fade, HidesWhatATurningCameraWouldSeeAppear) {
+TEST(Fade, HidesChunksThatATurningCameraWouldSeeAppear) {
     Pager pager = Pager::create(hills(), {.worker_count = 0}).value();
     const WorldPos eye(0, 0, 150);
     const Flight flight = fly(pager, 120, [&](int frame) {

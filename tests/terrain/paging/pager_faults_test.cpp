@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// A pager before storage that fails: what is there stays, what is absent is tried again.
+// A pager with failing storage: resident chunks stay, absent ones are retried.
 #include "pager_scene.h"
 #include "support/heights/faulty_heights.h"
 #include "support/heights/file_heights.h"
@@ -25,7 +25,7 @@ using test::FileHeights;
 using test::WaveHeights;
 
 constexpr double kTarget_px = 6.0;
-// Which fails, of a world of levels 0 to 3; right below the camera.
+// The chunk that fails, directly below the camera, in a world of levels 0 to 3.
 constexpr ChunkKey kBad{0, 0, 2}, kGood{1, 0, 2};
 
 std::shared_ptr<const HeightSource> hills(int finest_level) {
@@ -36,7 +36,7 @@ std::vector<CameraNeed> cameras() {
     return {test::camera_at({60, 50, 150}, {260, 240, 0}, kTarget_px)};
 }
 
-// One update, and all loads that it leads to.
+// One update, and all loads that it causes.
 void play(Pager& pager, double time_s) {
     pager.update(cameras(), {}, time_s);
     pager.finish();
@@ -83,7 +83,7 @@ constexpr Trouble kTroubles[] = {
     {"odd exception", Fault::odd_exception, test::Question::flags},
 };
 
-TEST(PagerFaults, AreCountedDrawnCoarserAndMended) {
+TEST(PagerFaults, AreCountedDrawnCoarserAndRetried) {
     for (const Trouble& trouble : kTroubles) {
         for (const int workers : {0, 2}) {
             SCOPED_TRACE(testing::Message() << trouble.name << ", " << workers << " workers");
@@ -113,7 +113,7 @@ TEST(PagerFaults, AreCountedDrawnCoarserAndMended) {
 }
 
 // 0.1 s after the first failure, then twice as long each time, 10 s at most; by the pager's clock.
-TEST(PagerFaults, AreTriedAgainWithBackOff) {
+TEST(PagerFaults, AreRetriedWithBackOff) {
     for (const int workers : {0, 2}) {
         SCOPED_TRACE(testing::Message() << workers << " workers");
         const auto source = std::make_shared<FaultyHeights>(
@@ -166,8 +166,8 @@ TEST(PagerFaults, OfTheRootsLeaveAnEmptyPictureUntilTheyArrive) {
     }
 }
 
-// A third of all questions fail in some way, over and over: everything is there in the end.
-TEST(PagerFaults, OfManyKindsAtOnceEndWithEverythingThere) {
+// A third of all calls fail in different ways, repeatedly: in the end everything is resident.
+TEST(PagerFaults, OfManyKindsAtOnceEndWithEverythingResident) {
     for (const int workers : {0, 2}) {
         SCOPED_TRACE(testing::Message() << workers << " workers, seeds 1 to 3");
         const auto ground = hills(2);
@@ -188,7 +188,7 @@ TEST(PagerFaults, OfManyKindsAtOnceEndWithEverythingThere) {
     }
 }
 
-// Whatever befalls the file: the roots stay, all else fails until it is as it was.
+// After any damage to the file: roots stay, other loads fail until it is restored.
 class PagerOverAFile : public testing::TestWithParam<int> {
 protected:
     void SetUp() override { ASSERT_TRUE(FileHeights::write(path_, *ground_)); }
@@ -222,7 +222,7 @@ protected:
     const std::shared_ptr<FileHeights> source_ = std::make_shared<FileHeights>(path_, ground_);
 };
 
-TEST_P(PagerOverAFile, IsMendedWhereItIsTruncated) {
+TEST_P(PagerOverAFile, RecoversFromTruncation) {
     expect_mended(
         [&] {
             std::filesystem::resize_file(path_, FileHeights::row_offset(ground_->lattice(), 100));
@@ -230,7 +230,7 @@ TEST_P(PagerOverAFile, IsMendedWhereItIsTruncated) {
         [&] { write(); });
 }
 
-TEST_P(PagerOverAFile, IsMendedWhereAByteIsCorrupt) {
+TEST_P(PagerOverAFile, RecoversFromACorruptByte) {
     expect_mended(
         [&] {
             std::fstream file(path_, std::ios::binary | std::ios::in | std::ios::out);
@@ -244,7 +244,7 @@ TEST_P(PagerOverAFile, IsMendedWhereAByteIsCorrupt) {
         [&] { write(); });
 }
 
-TEST_P(PagerOverAFile, IsMendedWherePermissionIsDenied) {
+TEST_P(PagerOverAFile, RecoversFromDeniedPermission) {
     using std::filesystem::perms;
     expect_mended(
         [&] {
@@ -257,22 +257,21 @@ TEST_P(PagerOverAFile, IsMendedWherePermissionIsDenied) {
         });
 }
 
-TEST_P(PagerOverAFile, IsMendedWhereItIsDeletedAndPutBack) {
+TEST_P(PagerOverAFile, RecoversFromDeletion) {
     const std::string away = path_ + "_away";
     expect_mended([&] { std::filesystem::rename(path_, away); },
                   [&] { std::filesystem::rename(away, path_); });
 }
 
-TEST_P(PagerOverAFile, IsMendedWhereThereAreNoHandles) {
+TEST_P(PagerOverAFile, RecoversFromALackOfFileHandles) {
     std::unique_ptr<test::NoFileHandles> none;
     expect_mended([&] { none = std::make_unique<test::NoFileHandles>(); }, [&] { none.reset(); });
 }
 
 INSTANTIATE_TEST_SUITE_P(Workers, PagerOverAFile, testing::Values(0, 2));
 
-// Storage that fails and hangs for a share of all loads, by the clock: what is needed is there when
-// the camera has stood for a while.
-TEST(PagerFaults, OfVirtualStorageDelayAFlightAndEndWithEverythingThere) {
+// A share of all loads fails or hangs: all needs are resident after the camera has been at rest for a while.
+TEST(PagerFaults, OfVirtualStorageDelayAFlightAndEndWithEverythingResident) {
     for (const std::uint64_t seed : {1u, 2u, 3u}) {
         SCOPED_TRACE(testing::Message() << "seed " << seed);
         const auto ground = hills(3);

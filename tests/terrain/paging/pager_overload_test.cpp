@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// When storage or memory cannot give all that is needed.
+// Storage or memory does not suffice for all needs.
 #include "pager_scene.h"
 
 #include <terrane/terrain/virtual_loader.h>
@@ -39,8 +39,7 @@ ChunkKey key_at(const HeightSource& ground, int level, double x, double y) {
             static_cast<std::uint8_t>(level)};
 }
 
-// Four bodies in a row, faster than storage can lay ground before them: of ten chunks it has time for
-// four.
+// Four bodies in a row, faster than storage can load ground ahead of them: four of ten chunks.
 PagerStats race(double speed) {
     const auto ground = std::make_shared<test::WaveHeights>(kWorld, 200.0, 700.0);
     const double chunk_s = 1.0 / 64.0;
@@ -62,7 +61,7 @@ PagerStats race(double speed) {
     return pager.stats();
 }
 
-TEST(PagerOverload, BeginsNoGroundThatABodyWillHavePassed) {
+TEST(PagerOverload, BeginsNoLoadOfGroundThatABodyWillHavePassed) {
     for (const double speed : {100.0, 1000.0, 3000.0}) {
         const PagerStats stats = race(speed);
         const double wasted =
@@ -81,13 +80,13 @@ bool asks_for_ground(Pager& pager, const HeightSource& ground, double x, double 
     return test::holds(*pager.resident(), key_at(ground, pager.contact_level(), x, 10.0));
 }
 
-// They wait where they are, and still tell their speed: what they should have passed comes nevertheless.
-TEST(PagerOverload, BringsTheGroundOfABodyThatWaits) {
+// Bodies are parked and keep their velocity: the ground that they should have passed is loaded nevertheless.
+TEST(PagerOverload, LoadsTheGroundOfAParkedBody) {
     const auto ground = std::make_shared<test::WaveHeights>(kWorld, 200.0, 700.0);
     const VirtualStorage slow{.latency = 0.4, .bandwidth = 1e9, .slots = 4};
     Pager pager = Pager::create(ground, {}, storage(slow, *ground)).value();
     int frame = 0;
-    // it learns how slow storage is
+    // measures the load times
     for (; frame < 100; ++frame) asks_for_ground(pager, *ground, -3000.0, kFrame_s * frame);
     const int begin = frame;
     while (frame < begin + 60 && !asks_for_ground(pager, *ground, 2000.0, kFrame_s * frame)) {
@@ -96,7 +95,7 @@ TEST(PagerOverload, BringsTheGroundOfABodyThatWaits) {
     EXPECT_LT(frame, begin + 60);
 }
 
-TEST(PagerOverload, BringsTheGroundOfABodyThatWaitsWithItsClock) {
+TEST(PagerOverload, LoadsTheGroundOfAParkedBodyOnAStoppedClock) {
     const auto ground = std::make_shared<test::WaveHeights>(kWorld, 200.0, 700.0);
     ground->delay_ms = 40;
     Pager pager = Pager::create(ground, {.worker_count = 2}).value();
@@ -111,7 +110,7 @@ TEST(PagerOverload, BringsTheGroundOfABodyThatWaitsWithItsClock) {
     EXPECT_GT(updates, 0);
 }
 
-// What is foreseen wavers with the way up and down.
+// Predictions vary with a vertical oscillation.
 PagerStats fly_low(std::size_t chunks) {
     const auto ground = std::make_shared<test::WaveHeights>(kWorld, 200.0, 700.0);
     const VirtualStorage quick{.latency = 0.005, .bandwidth = 100e6, .slots = 16};
@@ -132,7 +131,7 @@ PagerStats fly_low(std::size_t chunks) {
     return pager.stats();
 }
 
-TEST(PagerOverload, HoldsWhatIsAlmostNeeded) {
+TEST(PagerOverload, KeepsChunksThatAreAlmostNeeded) {
     const PagerStats stats = fly_low(70);
     EXPECT_GT(stats.evicted, 100u);
     EXPECT_LE(50 * stats.reloaded, stats.loaded);

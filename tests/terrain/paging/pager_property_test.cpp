@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// What holds at every update, whatever is asked of a pager and however its storage behaves: random
-// flights, on a virtual clock.
+// Properties of every update on random flights with random storage, on a virtual clock.
 #include "pager_scene.h"
 #include "support/hash.h"
 #include "support/random.h"
@@ -33,7 +32,7 @@ std::shared_ptr<const Chunk> chunk_of(const ChunkKey& key) {
     return chunk;
 }
 
-// Flies, turns, stops, and now and then is elsewhere.
+// Flies, turns, stops, and sometimes jumps.
 class Mover {
 public:
     explicit Mover(Random& random) { jump(random); }
@@ -46,7 +45,7 @@ public:
         velocity_ = WorldPos(cosine * velocity_.x() - angle * velocity_.y(),
                              angle * velocity_.x() + cosine * velocity_.y(), velocity_.z());
         place_ += step_s * velocity_;
-        // it turns round beyond the world, and stays above ground
+        // turns back at the world's border, and stays above ground
         for (const int axis : {0, 1}) {
             if (std::abs(place_[axis]) > 1200.0 && place_[axis] * velocity_[axis] > 0.0) {
                 velocity_[axis] = -velocity_[axis];
@@ -97,7 +96,7 @@ private:
     double left_s_ = 0.0;
 };
 
-// A pager with storage that looks at what it is asked for.
+// A pager with storage that checks its requests.
 class Flight {
 public:
     explicit Flight(std::uint64_t seed) : random_(seed) {
@@ -140,7 +139,7 @@ public:
         }
     }
 
-    // Nobody moves any more, and storage has time.
+    // All clients at rest, for long enough.
     void stand() {
         held_ = {};
         for (int i = 0; i < 300 && !testing::Test::HasFailure(); ++i) update(0.25);
@@ -154,7 +153,7 @@ public:
         }
     }
 
-    // One number for each update, of the set after it.
+    // A hash of the set after each update.
     const std::vector<std::uint64_t>& log() const { return log_; }
     PagerStats stats() const { return pager_->stats(); }
 
@@ -162,7 +161,7 @@ private:
     Result<std::shared_ptr<const Chunk>> make(const ChunkKey& key) {
         EXPECT_LE(key.level, kFinest);
         EXPECT_FALSE(test::holds(*pager_->resident(), key)) << "it is resident already";
-        // else finish() might go on for ever
+        // else finish() might not terminate
         if (!made_now_.insert(key).second) {
             ADD_FAILURE() << "it came twice";
             return fail(ErrorCode::io, "it came twice");
@@ -247,7 +246,7 @@ private:
         check_stands(*set);
     }
 
-    // What a body stands on stays from when it is there.
+    // Chunks under a body stay resident once they are.
     void check_stands(const ResidentSet& set) {
         std::set<ChunkKey> stood_on;
         for (const BodyNeed& body : bodies_) {
@@ -274,7 +273,7 @@ private:
     std::vector<CameraNeed> cameras_;
     std::vector<BodyNeed> bodies_;
     std::vector<Pager::Ticket> tickets_;
-    std::array<std::shared_ptr<const ResidentSet>, 2> held_;  // as drawing and contact may
+    std::array<std::shared_ptr<const ResidentSet>, 2> held_;  // as drawing and contact hold them
     std::set<ChunkKey> stood_on_;
     std::set<ChunkKey> made_now_;
     std::size_t made_count_ = 0;
@@ -302,7 +301,7 @@ TEST_P(PagerProperty, HoldsOnARandomFlightAndTheSameFlightGivesTheSameBits) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Seeds, PagerProperty, testing::Range(0, 30));
-// Where finish() once went on for ever.
+// Seeds for which finish() did not terminate once.
 INSTANTIATE_TEST_SUITE_P(Others, PagerProperty, testing::Values(80, 207, 291));
 
 }  // namespace pager_property_test

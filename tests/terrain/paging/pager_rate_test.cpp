@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// What a pager asks for goes by the clock, not by how often it is asked.
+// The requests of a pager depend on the clock, not on the rate of updates.
 #include "pager_scene.h"
 
 #include <terrane/terrain/virtual_loader.h>
@@ -17,8 +17,7 @@ namespace pager_rate_test {
 
 using Keys = std::set<ChunkKey>;
 
-// What is needed, or guessed at, for less than the time between two updates is seen at one rate only:
-// up to two chunks of forty.
+// Needs that last for less than the time between two updates may be found at one rate only: up to two chunks of forty.
 constexpr double kMostApart = 0.07;
 
 const test::WaveHeights kGround(test::small_world(5, 1.0), 200.0, 700.0);
@@ -39,9 +38,8 @@ CameraNeed camera(const WorldPos& eye, const Eigen::Vector3d& velocity,
     return need;
 }
 
-// What is loaded on eight seconds of a trajectory at a rate of updates. It begins and ends with a while at one
-// rate: how long the first levels take one after the other, and what is asked for just before the end,
-// depends on the rate.
+// Chunks loaded in eight seconds of a trajectory at a rate of updates. It starts and ends with a time at one fixed
+// rate: the duration of loading the first levels, and the last requests, depend on the rate.
 Keys loaded(const Trajectory& trajectory, int rate) {
     constexpr int kSeconds = 8;
     constexpr int kCommonRate = 240;
@@ -94,7 +92,7 @@ Trajectory turning(double speed, double rate) {
     };
 }
 
-// Now to one side, now to the other.
+// Alternating turns.
 Trajectory weaving(double speed) {
     return [speed](double t) {
         constexpr int kSteps_a_s = 480;
@@ -110,8 +108,8 @@ Trajectory weaving(double speed) {
     };
 }
 
-// Measured: 0 of 38 to 98 chunks apart, but on the trajectory that weaves, 2 of 40.
-TEST(PagerRate, OfUpdatesDoesNotChangeWhatIsLoaded) {
+// Measured: 0 of 38 to 98 chunks apart, but 2 of 40 on the weaving trajectory.
+TEST(PagerRate, OfUpdatesDoesNotChangeTheLoadedChunks) {
     const std::pair<const char*, Trajectory> trajectories[] = {
         {"straight at 50 m/s", straight(50)},       {"straight at 250 m/s", straight(250)},
         {"turning at 0.1 /s", turning(150, 0.1)},   {"turning at 0.4 /s", turning(250, 0.4)},

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "support/mesh_checks.h"
 #include "support/heights/wave_heights.h"
+#include "support/mesh_checks.h"
 
 #include <terrane/terrain/pager.h>
 #include <terrane/terrain/triangulator.h>
@@ -23,7 +23,7 @@ inline bool holds(const ResidentSet& set, const ChunkKey& key) {
     return set.find(key) != ResidentSet::kNone;
 }
 
-/// A frame over what is resident: its certificate must hold, and its mesh be whole.
+/// Makes a frame of the resident chunks, and checks its mesh and its certificate.
 struct Frame {
     MeshStatus status = MeshStatus::not_resident;
     double error_px = 0.0;

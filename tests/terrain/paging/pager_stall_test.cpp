@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// A pager before storage that is slow or hangs: update() never waits for it, and it can be shut down.
-// What would wait here would wait for ever.
+// A pager with slow or hanging storage: update() never blocks, and the pager can be destroyed. Any wait here would be
+// infinite.
 #include "pager_scene.h"
 #include "support/heights/faulty_heights.h"
 
@@ -36,12 +36,12 @@ std::vector<CameraNeed> cameras() {
 
 void wait_a_bit() { std::this_thread::sleep_for(std::chrono::milliseconds(1)); }
 
-// The threads that were left behind let go of the source.
+// The detached threads release the source.
 void expect_released(const std::shared_ptr<FaultyHeights>& source) {
     while (source.use_count() > 1) std::this_thread::yield();
 }
 
-TEST(PagerStall, DoesNotHoldUpAnUpdateHoweverLongStorageTakes) {
+TEST(PagerStall, DoesNotBlockAnUpdateHoweverLongStorageTakes) {
     for (const int delay_ms : {0, 10, 1000}) {
         SCOPED_TRACE(testing::Message() << delay_ms << " ms, then for ever");
         const auto source = std::make_shared<FaultyHeights>(
@@ -65,8 +65,8 @@ TEST(PagerStall, DoesNotHoldUpAnUpdateHoweverLongStorageTakes) {
     }
 }
 
-// With chunks there already, and loads beyond them under way for ever.
-TEST(PagerStall, DoesNotHoldUpAnUpdateInMidFlight) {
+// With resident chunks, and loads that never finish.
+TEST(PagerStall, DoesNotBlockAnUpdateDuringAFlight) {
     const auto source = std::make_shared<FaultyHeights>(hills());
     Pager pager = Pager::create(source, {.worker_count = 2}).value();
     pager.update(cameras(), {}, 0.0);
@@ -98,7 +98,7 @@ TEST(PagerStall, OfOneLoadTimesOutAndTheOthersGoOn) {
         const auto hung_only = [&] {
             return test::holds(*pager.resident(), kGood) && pager.stats().timed_out > 0;
         };
-        // the clock stands: it is not tried again
+        // the clock does not advance: no retry
         while (!hung_only()) {
             pager.update(cameras(), {}, 0.0);
             wait_a_bit();
@@ -125,7 +125,7 @@ TEST(PagerStall, OfEverythingEndsWhenStorageComesBack) {
         std::make_shared<FaultyHeights>(hills(), std::vector<FaultRule>{{.fault = Fault::hang}});
     Pager pager = Pager::create(source, {.worker_count = 2, .load_timeout = 0.05}).value();
     double time_s = 0.0;
-    // as many threads as there are workers are replaced
+    // each worker's thread is replaced once
     while (pager.stats().timed_out < 4) {
         pager.update(cameras(), {}, time_s += 0.01);
         wait_a_bit();
@@ -155,7 +155,7 @@ TEST(PagerStall, OfEverythingIsNotWaitedForByFinish) {
     EXPECT_EQ(pager.stats().late_chunks, 4u);
     source->set_plan({});
     source->release();
-    // a slow machine may have loads time out that do not hang
+    // on a slow machine loads may time out without hanging
     for (double time_s = 20.0; pager.stats().late_chunks > 0; time_s += 10.0) {
         pager.update(cameras(), {}, time_s);
         pager.finish();
@@ -163,7 +163,7 @@ TEST(PagerStall, OfEverythingIsNotWaitedForByFinish) {
     EXPECT_GT(pager.stats().resident_chunks, 4u);
 }
 
-TEST(PagerStall, IsLeftBehindByAPagerThatGoes) {
+TEST(PagerStall, IsDetachedWhenThePagerIsDestroyed) {
     const auto source =
         std::make_shared<FaultyHeights>(hills(), std::vector<FaultRule>{{.fault = Fault::hang}});
     std::shared_ptr<const ResidentSet> set;
@@ -178,7 +178,7 @@ TEST(PagerStall, IsLeftBehindByAPagerThatGoes) {
     expect_released(source);
 }
 
-TEST(PagerStall, StopsAtAnyMomentOfALoad) {
+TEST(PagerStall, AllowsDestructionAtAnyTimeOfALoad) {
     for (int questions = 0; questions < 30; questions += 3) {
         const auto source = std::make_shared<FaultyHeights>(
             hills(), std::vector<FaultRule>{{.delay = std::chrono::milliseconds(1)}});
@@ -196,11 +196,11 @@ TEST(PagerStall, StopsAtAnyMomentOfALoad) {
     }
 }
 
-// Readers ask one set over and over, while its owner evicts and loads what it is made of.
-TEST(PagerReaders, HaveTheSameAnswersFromASetWhateverItsOwnerEvicts) {
+// Readers query one set repeatedly, while the pager evicts and loads its chunks.
+TEST(PagerReaders, GetTheSameAnswersFromASetWhileThePagerEvicts) {
     const auto ground = hills();
     std::mutex mutex;
-    std::shared_ptr<const ResidentSet> latest;  // by the mutex
+    std::shared_ptr<const ResidentSet> latest;  // guarded by the mutex
     std::atomic<bool> is_over{false};
     std::atomic<int> rounds{0};
     Pager pager =
@@ -248,7 +248,7 @@ TEST(PagerReaders, HaveTheSameAnswersFromASetWhateverItsOwnerEvicts) {
             {.centre_world = place, .velocity = {300, 210, 0}, .radius = 30.0}};
         pager.update(std::vector{test::camera_at(place, place + WorldPos(50, 35, -9), 1.0)}, bodies,
                      0.1 * frame);
-        if (frame % 10 == 0) pager.finish();  // also where loads are slow
+        if (frame % 10 == 0) pager.finish();  // also with slow loads
         found += test::holds(*pager.resident(), {0, 0, 3}) ? 1 : 0;
         {
             const std::lock_guard lock(mutex);

@@ -54,20 +54,20 @@ TEST(Pager, LoadsTheSameSetWithWorkersAsWithout) {
     EXPECT_GT(synchronous.resident()->chunks().size(), 20u);
 }
 
-TEST(Pager, NeverHoldsMoreThanItsCeiling) {
+TEST(Pager, NeverExceedsItsCeiling) {
     Random random(5);
     for (const int workers : {0, 2}) {
         SCOPED_TRACE(testing::Message() << workers << " workers, seed 5");
         const std::size_t ceiling = 40 * Chunk::max_bytes();
         Pager pager =
             Pager::create(hills(), {.memory_bytes = ceiling, .worker_count = workers}).value();
-        std::shared_ptr<const ResidentSet> held;  // as a triangulator does
+        std::shared_ptr<const ResidentSet> held;  // as by a triangulator
         for (int frame = 0; frame < 150; ++frame) {
             const WorldPos eye(random.between(-900, 900), random.between(-900, 900), 40.0);
             pager.update(std::vector<CameraNeed>{camera_at(eye, eye + WorldPos(50, 10, -5))}, {},
                          0.02 * frame);
             if (workers > 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-            // however slow the machine, workers reach the ceiling too
+            // workers reach the ceiling also on a slow machine
             if (workers > 0 && frame % 10 == 9) pager.finish();
             held = pager.resident();
             const PagerStats stats = pager.stats();
@@ -90,7 +90,7 @@ TEST(Pager, RefusesACeilingBelowTheRoots) {
     EXPECT_TRUE(Pager::create(hills(), {.memory_bytes = 4 * Chunk::max_bytes()}).has_value());
 }
 
-// If it waited at all, it would wait for ever.
+// Any wait would be infinite.
 TEST(Pager, DoesNotWaitForASourceThatNeverAnswers) {
     const auto source = hills();
     source->is_held = true;
@@ -105,7 +105,7 @@ TEST(Pager, DoesNotWaitForASourceThatNeverAnswers) {
     EXPECT_EQ(pager.stats().late_chunks, 0u);
 }
 
-TEST(Pager, StopsInMidLoadWithoutLosingAnything) {
+TEST(Pager, StopsDuringALoadWithoutLeaks) {
     for (int i = 0; i < 10; ++i) {
         const auto source = hills();
         source->delay_ms = 5;
@@ -136,7 +136,7 @@ TEST(Pager, CountsASourceThatFailsRetriesItAndRecovers) {
     EXPECT_GT(pager.stats().resident_chunks, 4u);
 }
 
-TEST(Pager, DropsFromItsQueueWhatATeleportLeavesBehind) {
+TEST(Pager, CancelsQueuedLoadsAfterATeleport) {
     const auto source = hills();
     source->delay_ms = 2;
     Pager pager = Pager::create(source, {.worker_count = 1}).value();
@@ -153,7 +153,7 @@ TEST(Pager, DropsFromItsQueueWhatATeleportLeavesBehind) {
     EXPECT_GE(settle(pager, look(-100.0)), 0);
 }
 
-TEST(Pager, BringsARequiredRegionAtContactLevelAndPinsIt) {
+TEST(Pager, LoadsARequiredRegionAtContactLevelAndKeepsIt) {
     Pager pager =
         Pager::create(hills(), {.memory_bytes = 30 * Chunk::max_bytes(), .worker_count = 0})
             .value();
@@ -162,7 +162,7 @@ TEST(Pager, BringsARequiredRegionAtContactLevelAndPinsIt) {
     EXPECT_FALSE(pager.is_ready(ticket));
     pager.update({}, {}, 0.0);
     EXPECT_TRUE(pager.is_ready(ticket));
-    // cameras elsewhere that want more than fits do not push it out
+    // cameras elsewhere with more needs than fit do not evict it
     for (int frame = 0; frame < 30; ++frame) {
         const WorldPos eye(1000.0 - 20.0 * frame, -1000.0, 30.0);
         pager.update(std::vector<CameraNeed>{camera_at(eye, eye + WorldPos(30, -30, -3))}, {},
@@ -179,7 +179,7 @@ TEST(Pager, BringsARequiredRegionAtContactLevelAndPinsIt) {
     EXPECT_FALSE(pager.is_ready(pager.require(region, 1.0)));
 }
 
-TEST(Pager, BringsTheGroundOnABodysWay) {
+TEST(Pager, LoadsTheGroundAlongABodysTrajectory) {
     Pager pager = Pager::create(hills(), {.worker_count = 0, .horizon = 2.0}).value();
     const std::vector<BodyNeed> bodies{
         {.centre_world = {0, 0, 100}, .velocity = {400, 0, -50}, .radius = 1.0}};
@@ -206,14 +206,14 @@ TEST(Pager, CountsBodiesWithoutGround) {
     pager.finish();
     EXPECT_EQ(pager.stats().groundless_bodies, 0u);
     EXPECT_EQ(pager.stats().cut_needs, 0u);
-    // more than may be looked at
+    // more than the work limit
     bodies.assign(2000, {.centre_world = {0, 0, z}, .radius = 1e7});
     pager.update({}, bodies, 1.0);
     EXPECT_GT(pager.stats().cut_needs, 0u);
 }
 
-// A trajectory belongs to its caller again when update() returns.
-TEST(Pager, RemembersTheWayOfABodyUntilItHasFinished) {
+// The caller may change a trajectory after update().
+TEST(Pager, CopiesTrajectoriesForFinish) {
     Pager pager = Pager::create(hills(), {.worker_count = 1}).value();
     std::vector<BodyMoment> trajectory{
         {0.1, {0, 0, 0}}, {0.1, {900, 900, 0}}, {0.2, {900, 900, 0}}};
@@ -226,7 +226,7 @@ TEST(Pager, RemembersTheWayOfABodyUntilItHasFinished) {
     EXPECT_EQ(pager.resident()->find({-8, -8, 4}), ResidentSet::kNone);
 }
 
-TEST(Pager, LooksAheadOfAFastCamera) {
+TEST(Pager, LoadsAheadOfAFastCamera) {
     const auto far_child = [](const Eigen::Vector3d& velocity) {
         Pager pager = Pager::create(hills(), {.worker_count = 0, .horizon = 3.0}).value();
         CameraNeed camera = camera_at({-1500, -1500, 50}, {-1400, -1500, 0});

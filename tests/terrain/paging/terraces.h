@@ -9,10 +9,10 @@
 #include <set>
 #include <vector>
 
-// Worlds to look for what contact needs in.
+// Worlds for tests of contact needs.
 namespace terrane::test {
 
-/// Each chunk of one level is flat, at a height of its own.
+/// Each chunk of one level is flat, at its own height.
 class Terraces final : public HeightSource {
 public:
     Terraces(const Lattice& lattice, const WorldRect& extent, int level)
@@ -25,7 +25,7 @@ public:
         return terrace(index((x - lattice().origin_x) / side_),
                        index((y - lattice().origin_y) / side_));
     }
-    /// The edges of a rectangle belong to it, not to its neighbours.
+    /// The edges of a rectangle belong to it alone.
     HeightInterval interval(const WorldRect& rect) const override {
         if (rect.east - rect.west > 1.5 * side_) return {0.0, 35.0};
         const double middle =
@@ -66,7 +66,7 @@ inline std::vector<ChunkKey> all_small_chunks() {
     return keys;
 }
 
-/// The chunks of a level that are needed.
+/// The needed chunks of a level.
 inline std::set<ChunkKey> keys_of(const internal::ContactNeeds& needs, int level) {
     std::set<ChunkKey> keys;
     for (const internal::ContactNeeds::Entry& entry : needs.entries()) {

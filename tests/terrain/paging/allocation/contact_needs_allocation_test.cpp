@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// find() allocates only while it grows: bodies that go round and round do not wait for the heap.
+// find() allocates only when it needs more memory than before: bodies on a closed path cause no allocation.
 #include "paging/demand/contact_needs.h"
 #include "support/allocation_counter.h"
-#include "support/random.h"
 #include "support/heights/wave_heights.h"
+#include "support/random.h"
 
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@
 namespace terrane::internal {
 namespace contact_needs_allocation_test {
 
-TEST(Allocation, NeverHappensInContactNeedsOnceItHasSeenTheWay) {
+TEST(Allocation, NeverHappensInContactNeedsOnARepeatedTrajectory) {
     constexpr std::uint64_t kSeed = 3;
     constexpr int kFramesARound = 120, kRounds = 4;
     test::Random random(kSeed);

@@ -45,7 +45,7 @@ TEST(ChunkGrid, HasTheEdgesOfTheLattice) {
     }
 }
 
-TEST(ChunkGrid, FindsWhatSharesAPointWithAnInterval) {
+TEST(ChunkGrid, FindsTheChunksThatShareAPointWithAnInterval) {
     constexpr std::uint64_t kSeed = 32;
     Random random(kSeed);
     constexpr double kInfinity = std::numeric_limits<double>::infinity();

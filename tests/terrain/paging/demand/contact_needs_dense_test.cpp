@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// What contact needs, beside a look at every chunk at many moments of every body's way.
+// ContactNeeds against a dense sampling of every body's trajectory over all chunks.
 #include "paging/demand/contact_needs.h"
 #include "support/random.h"
 #include "terrain/paging/terraces.h"
@@ -33,7 +33,7 @@ WorldRect square_of(const ChunkKey& key) {
     return {kSide * key.x, kSide * key.y, kSide * (key.x + 1), kSide * (key.y + 1)};
 }
 
-// How far a point is from what lies in the chunk's square and not above its ground.
+// Distance of a point to the column of the chunk's square below its highest ground.
 double distance_to(const Terraces& source, const ChunkKey& key, const WorldPos& point) {
     const WorldRect square = square_of(key);
     const double x = std::clamp(point.x(), square.west, square.east) - point.x();
@@ -42,7 +42,7 @@ double distance_to(const Terraces& source, const ChunkKey& key, const WorldPos& 
     return std::sqrt(x * x + y * y + z * z);
 }
 
-// Calls use(seconds from now, centre, reach) at many moments of a body's way, in order of time.
+// Calls use(seconds from now, centre, reach) at dense times of a body's trajectory, increasing.
 template <class Use>
 void sample_way(const BodyNeed& body, double now, double horizon, const Use& use) {
     constexpr double kStep = 2.0;  // metres
@@ -80,7 +80,7 @@ struct Touched {
     double last = 0.0;
 };
 
-// When chunks are touched, by looking densely; `wider` metres around the body.
+// Touches of chunks by dense sampling, with the body enlarged by `wider` metres.
 std::map<ChunkKey, Touched> look_densely(const Terraces& source, std::span<const BodyNeed> bodies,
                                          double now, double horizon, double wider) {
     std::map<ChunkKey, Touched> times;
@@ -143,7 +143,7 @@ ContactNeeds find(const Terraces& source, const Scene& scene) {
     return needs;
 }
 
-TEST(ContactNeeds, NeverMissComeLaterOrEndEarlierThanADenseLook) {
+TEST(ContactNeeds, ContainEveryTouchOfADenseSampling) {
     constexpr std::uint64_t kSeed = 21;
     Random random(kSeed);
     const Terraces source = small_terraces();
@@ -160,7 +160,7 @@ TEST(ContactNeeds, NeverMissComeLaterOrEndEarlierThanADenseLook) {
     }
 }
 
-TEST(ContactNeeds, AddFewChunksThatASlightlyLargerBodyMisses) {
+TEST(ContactNeeds, AddFewChunksThatASlightlyLargerBodyDoesNotTouch) {
     constexpr std::uint64_t kSeed = 22;
     Random random(kSeed);
     const Terraces source = small_terraces();
@@ -181,7 +181,7 @@ TEST(ContactNeeds, AddFewChunksThatASlightlyLargerBodyMisses) {
                 const Touched& touched = exact.at(key);
                 early += touched.first - needs.time_until(key);
                 horizons += scene.horizon;
-                // where the horizon ends nobody knows
+                // infinite at the end of the horizon
                 if (needs.end_of(key) == kInfinity) continue;
                 ++ends;
                 late += needs.end_of(key) - touched.last;
@@ -190,7 +190,8 @@ TEST(ContactNeeds, AddFewChunksThatASlightlyLargerBodyMisses) {
         SCOPED_TRACE("seed " + std::to_string(kSeed) +
                      (has_trajectories ? ", trajectories" : ", no trajectories"));
         EXPECT_GT(count, 2000u);
-        // 0.12 without trajectories, where most is in the air and a box's edges are lower than a ball's; 0.05 with
+        // 0.12 without trajectories, where most bodies are in the air and a box is lower than its sphere at the
+        // edges; 0.05 with
         EXPECT_LT(static_cast<double>(missed), 0.15 * static_cast<double>(count));
         EXPECT_LT(early, 0.05 * horizons);
         EXPECT_GT(ends, 200u);
@@ -198,7 +199,7 @@ TEST(ContactNeeds, AddFewChunksThatASlightlyLargerBodyMisses) {
     }
 }
 
-TEST(ContactNeeds, OrderByTimeThenLevelThenKeyAndGiveAncestorsTheWholeTimeBelow) {
+TEST(ContactNeeds, AreOrderedByTimeLevelAndKeyAndAncestorsSpanTheTimesOfDescendants) {
     constexpr std::uint64_t kSeed = 23;
     Random random(kSeed);
     const Terraces source = small_terraces();
@@ -233,7 +234,7 @@ TEST(ContactNeeds, OrderByTimeThenLevelThenKeyAndGiveAncestorsTheWholeTimeBelow)
     }
 }
 
-TEST(ContactNeeds, TellWhoTouchesWhatNow) {
+TEST(ContactNeeds, ListTheCurrentContactsOfBodies) {
     constexpr std::uint64_t kSeed = 24;
     Random random(kSeed);
     const Terraces source = small_terraces();
@@ -254,7 +255,7 @@ TEST(ContactNeeds, TellWhoTouchesWhatNow) {
             for (const ChunkKey& key : all_small_chunks()) {
                 const double distance = distance_to(source, key, need.centre_world);
                 if (distance <= need.radius) expected.emplace_back(body, key);
-                // none is so near to a border that a quantum decides
+                // no body is within a quantum of a border
                 ASSERT_TRUE(distance == 0.0 || std::abs(distance - need.radius) > 1e-3);
             }
         }

@@ -45,16 +45,16 @@ std::set<ChunkKey> find_keys(const Terraces& source, const BodyNeed& body, doubl
     return keys_of(needs, kLevel);
 }
 
-TEST(ContactNeeds, CountEdgesAndCorners) {
+TEST(ContactNeeds, IncludeChunksTouchedAtEdgesAndCorners) {
     const Terraces source = small_terraces();
     const auto key = [](int x, int y) { return ChunkKey{x, y, kLevel}; };
     using Keys = std::set<ChunkKey>;
-    // a point, with no time to move
+    // a point at rest: horizon 0
     EXPECT_EQ(find_keys(source, body_at({10, 10, 0}, 0.0), 0.0), Keys{key(0, 0)});
     EXPECT_EQ(find_keys(source, body_at({64, 10, 0}, 0.0), 0.0), (Keys{key(0, 0), key(1, 0)}));
     EXPECT_EQ(find_keys(source, body_at({-64, -64, 0}, 0.0), 0.0),
               (Keys{key(-2, -2), key(-2, -1), key(-1, -2), key(-1, -1)}));
-    // a ball that just reaches an edge, and one that reaches its line but not the corner
+    // a sphere that just touches an edge, and one that touches the edge's line but not the corner
     EXPECT_EQ(find_keys(source, body_at({60, 10, 0}, 4.0), 0.0), (Keys{key(0, 0), key(1, 0)}));
     EXPECT_EQ(find_keys(source, body_at({60, 10, 0}, 3.999), 0.0), Keys{key(0, 0)});
     EXPECT_EQ(find_keys(source, body_at({60, 60, 0}, 5.0), 0.0),
@@ -64,7 +64,7 @@ TEST(ContactNeeds, CountEdgesAndCorners) {
     EXPECT_EQ(find_keys(source, body_at({-512, 10, 0}, 0.0), 0.0), Keys{key(-8, 0)});
 }
 
-TEST(ContactNeeds, AskForNothingBesideOrAboveTheGround) {
+TEST(ContactNeeds, AreEmptyBesideAndAboveTheGround) {
     const Terraces source = small_terraces();
     EXPECT_TRUE(find_keys(source, body_at({513.5, 0, 0}), 0.0).empty());
     EXPECT_TRUE(find_keys(source, body_at({1e7, 1e7, 0}), 4.0).empty());
@@ -74,20 +74,20 @@ TEST(ContactNeeds, AskForNothingBesideOrAboveTheGround) {
     EXPECT_TRUE(find_keys(source, body_at({10, 10, 120.0}), 4.0).empty());
     EXPECT_FALSE(find_keys(source, body_at({10, 10, 110.0}), 4.0).empty());
     EXPECT_TRUE(find_keys(source, body_at({10, 10, 50}, 1.0, {0, 0, 500.0}), 4.0).empty());
-    // under the ground, however deep
+    // below the ground, at any depth
     EXPECT_TRUE(find_keys(source, body_at({10, 10, -1e9}), 0.0).contains({0, 0, kLevel}));
 }
 
-TEST(ContactNeeds, AskForNothingBeyondTheExtent) {
+TEST(ContactNeeds, AreEmptyBeyondTheExtent) {
     const Lattice lattice = test::small_world(kLevel + 1, 0.25);
     const Terraces source(lattice, {-512.0, -512.0, 64.0, 100.0}, kLevel);
-    // the chunk that only touches the extent's edge holds no ground
+    // the chunk that only touches the extent's edge contains no ground
     EXPECT_EQ(find_keys(source, body_at({64, 100, 0}, 10.0), 0.0),
               (std::set<ChunkKey>{{0, 1, kLevel}}));
     EXPECT_TRUE(find_keys(source, body_at({90, 10, 0}, 10.0), 0.0).empty());
 }
 
-TEST(ContactNeeds, FollowAKnownWay) {
+TEST(ContactNeeds, FollowAGivenTrajectory) {
     const Terraces source = small_terraces();
     const double now = 100.0;
     const auto time_until = [&](const BodyNeed& body, int x, int y) {
@@ -97,7 +97,7 @@ TEST(ContactNeeds, FollowAKnownWay) {
     };
     constexpr double kStep = 4.0 / ContactNeeds::kSteps;
     BodyNeed body = body_at({32, 32, 0}, 1.0, {0, 300, 0});
-    // a jump to (-2, -2) at 102, after a second on the way to (1, 0); what is past does not matter
+    // a jump to (-2, -2) at 102, after a second of motion towards (1, 0); past moments do not matter
     const std::vector<BodyMoment> trajectory{{98.0, {-300, 32, 0}},
                                              {99.0, {-300, 300, 0}},
                                              {101.0, {96, 32, 0}},
@@ -110,18 +110,18 @@ TEST(ContactNeeds, FollowAKnownWay) {
     EXPECT_EQ(time_until(body, 0, 1), kInfinity);    // where its velocity points
     EXPECT_EQ(time_until(body, -1, -1), kInfinity);  // between the ends of the jump
     EXPECT_EQ(time_until(body, -5, 0), kInfinity);   // where it was
-    // all of it is past: it stands, and does not fall
+    // all moments are past: the body is at rest, and does not fall
     const std::vector<BodyMoment> past{{98.0, {-300, 32, 0}}, {99.0, {-300, 300, 0}}};
     body.trajectory = past;
     EXPECT_EQ(time_until(body, 0, 0), 0.0);
     EXPECT_EQ(time_until(body, 1, 0), kInfinity);
     EXPECT_EQ(time_until(body, 0, 1), kInfinity);
-    // beyond the horizon it goes only part of the way
+    // the horizon cuts the trajectory
     const std::vector<BodyMoment> late{{108.0, {32.0 + 8.0 * 32.0, 32, 0}}};
     body.trajectory = late;
     EXPECT_NEAR(time_until(body, 2, 0), 95.0 / 32.0, kStep);
     EXPECT_EQ(time_until(body, 3, 0), kInfinity);
-    // a jump at this moment: both ends, but it stands on one of them
+    // a jump now: both ends are needed, one is a current contact
     const std::vector<BodyMoment> jump{{100.0, {32, 32, 0}}, {100.0, {-96, -96, 0}}};
     body.trajectory = jump;
     EXPECT_EQ(time_until(body, 0, 0), 0.0);
@@ -132,7 +132,7 @@ TEST(ContactNeeds, FollowAKnownWay) {
     EXPECT_EQ(needs.current_contacts()[0].key, (ChunkKey{0, 0, kLevel}));
 }
 
-TEST(ContactNeeds, TakeRegionsAtTheirDeadlines) {
+TEST(ContactNeeds, IncludeRegionsAtTheirDeadlines) {
     const Terraces source = small_terraces();
     ContactNeeds needs(source, kLevel);
     const auto find = [&](const WorldRect& region, double deadline_s) {
@@ -159,7 +159,7 @@ TEST(ContactNeeds, TakeRegionsAtTheirDeadlines) {
     EXPECT_FALSE(needs.is_cut());
 }
 
-TEST(ContactNeeds, MixRegionsAndBodies) {
+TEST(ContactNeeds, CombineRegionsAndBodies) {
     const Terraces source = small_terraces();
     const BodyNeed body = body_at({-500, 32, 0}, 1.0, {100, 0, 0});
     const std::vector<RegionNeed> regions{{{-400, 32, -300, 32}, 2.0}, {{300, 0, 400, 0}, 1.0 / 3}};
@@ -186,7 +186,7 @@ TEST(ContactNeeds, GiveTheSameBitsWhateverTheyDidBefore) {
     std::vector<BodyNeed> bodies;
     for (int run = 0; run < 60; ++run) {
         SCOPED_TRACE("seed " + std::to_string(kSeed) + ", run " + std::to_string(run));
-        // a few times the same place, so that what is kept is of use
+        // some positions several times, so that the cache is used
         if (run % 3 == 0) bodies.clear();
         for (int i = random.below(6); i >= 0 && run % 3 == 0; --i) {
             bodies.push_back(body_at(
@@ -219,7 +219,7 @@ TEST(ContactNeeds, FollowTheFastestBodiesOverTheSmallestChunks) {
             EXPECT_LE(static_cast<double>(keys_of(needs, kDeepLevel).size()),
                       2.0 * ContactNeeds::kMostSquares);
             EXPECT_EQ(needs.is_cut(), speed > 1e5) << speed;
-            const double until = std::min(0.1, 1e3 / speed);  // it is cut later
+            const double until = std::min(0.1, 1e3 / speed);  // it is truncated later
             for (double time = 0.0; time < until; time += 1e-4 * until) {
                 const WorldPos place = body.centre_world + time * body.velocity;
                 ASSERT_LE(needs.time_until({static_cast<int>(std::floor(place.x())),
@@ -230,7 +230,7 @@ TEST(ContactNeeds, FollowTheFastestBodiesOverTheSmallestChunks) {
     }
 }
 
-TEST(ContactNeeds, LetNoBodyOrRegionTakeTheShareOfTheOthers) {
+TEST(ContactNeeds, LimitTheWorkOfEachBodyAndOfRegions) {
     const Terraces source = deep_terraces();
     const WorldRect world = test::whole_extent(source.lattice());
     const BodyNeed good = body_at({-500.3, 40.4, 30.0}, 1.0, {8, 3, -2});
@@ -247,13 +247,13 @@ TEST(ContactNeeds, LetNoBodyOrRegionTakeTheShareOfTheOthers) {
     for (const ContactNeeds::Entry& entry : alone.entries()) {
         ASSERT_LE(all.time_until(entry.key), entry.time);
     }
-    // what is kept of the ball is around its middle
+    // the truncated sphere is its middle
     EXPECT_EQ(all.time_until({-50, 50, kDeepLevel}), 0.0);
     EXPECT_EQ(all.current_contacts()[0].body, 0u);
 }
 
-// Each falls over a dozen chunks or more: alone that is little, and in a crowd no less.
-TEST(ContactNeeds, OfACrowdAreThoseOfEachOfIt) {
+// Each body falls over a dozen chunks or more, which kLeastShare allows also in a crowd.
+TEST(ContactNeeds, OfACrowdAreTheUnionOfItsBodies) {
     const Terraces source = deep_terraces();
     std::vector<BodyNeed> bodies;
     for (int i = 0; i < 20'000; ++i) {
@@ -273,7 +273,7 @@ TEST(ContactNeeds, OfACrowdAreThoseOfEachOfIt) {
     }
 }
 
-TEST(ContactNeeds, ForgetWhatIsGone) {
+TEST(ContactNeeds, ContainNothingOfRemovedBodiesAndRegions) {
     const Terraces source = small_terraces();
     const BodyNeed body = body_at({0, 0, 0});
     ContactNeeds needs(source, kLevel);

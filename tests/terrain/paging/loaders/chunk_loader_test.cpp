@@ -24,7 +24,7 @@ std::shared_ptr<const Chunk> some_chunk() {
     return chunk;
 }
 
-TEST(ByteClaim, TakesItsBytesOnceAndGivesThemBackOnce) {
+TEST(ByteClaim, AddsItsBytesOnceAndReleasesThemOnce) {
     const auto count = std::make_shared<ByteCount>(5);
     {
         ByteClaim claim(count, 100);
@@ -48,7 +48,7 @@ TEST(ByteClaim, MovesWithoutChangingTheCount) {
     EXPECT_EQ(*count, 100u);
     EXPECT_EQ(second.bytes(), 100u);
     ByteClaim third(other, 30);
-    third = std::move(second);  // gives back its own
+    third = std::move(second);  // releases its own
     EXPECT_EQ(*count, 100u);
     EXPECT_EQ(*other, 0u);
     ByteClaim& same = third;
@@ -59,7 +59,7 @@ TEST(ByteClaim, MovesWithoutChangingTheCount) {
     EXPECT_EQ(*count, 0u);
 }
 
-// As a pager's owner keeps the ceiling: sums that any other order of the same moves would give.
+// The count is the sum of all claims after any sequence of moves.
 TEST(ByteClaim, KeepsTheSumOfAllClaimsThroughRandomMoves) {
     SCOPED_TRACE("seed 11");
     test::Random random(11);
@@ -90,7 +90,7 @@ TEST(ByteClaim, KeepsTheSumOfAllClaimsThroughRandomMoves) {
     EXPECT_EQ(*count, 0u);
 }
 
-TEST(Claimed, KeepsTheBytesOfTheChunkUntilTheLastHolderLetsGo) {
+TEST(Claimed, HoldsTheBytesOfTheChunkUntilItsLastOwnerReleasesIt) {
     const auto count = std::make_shared<ByteCount>(0);
     const auto chunk = some_chunk();
     auto held = claimed(chunk, ByteClaim(count, Chunk::max_bytes()));
@@ -104,15 +104,15 @@ TEST(Claimed, KeepsTheBytesOfTheChunkUntilTheLastHolderLetsGo) {
     EXPECT_EQ(*count, 0u);
     EXPECT_TRUE(watch.expired());
     EXPECT_EQ(chunk.use_count(), 1);
-    // a claim that is too small, as that of somebody who does not count
+    // a claim below the chunk's bytes, as of an owner without a ceiling
     held = claimed(chunk, ByteClaim(count, 10));
     EXPECT_EQ(*count, 10u);
     held = claimed(chunk, {});
     EXPECT_EQ(*count, 0u);
 }
 
-// Whoever lets go last gives back: on any thread, after the chunk's own memory.
-TEST(Claimed, GivesBackOnWhicheverThreadLetsGoLast) {
+// Released by the last owner, on any thread, after the chunk's own memory.
+TEST(Claimed, IsReleasedOnTheThreadOfTheLastOwner) {
     const auto count = std::make_shared<ByteCount>(0);
     for (int round = 0; round < 50; ++round) {
         std::vector<std::thread> threads;
@@ -127,7 +127,7 @@ TEST(Claimed, GivesBackOnWhicheverThreadLetsGoLast) {
     }
 }
 
-TEST(LoadClaimed, TurnsWhatIsThrownIntoErrorsAndGivesTheClaimBack) {
+TEST(LoadClaimed, TurnsExceptionsIntoErrorsAndReleasesTheClaim) {
     const auto count = std::make_shared<ByteCount>(0);
     const auto load = [&](auto make) {
         ChunkResult got = internal::load_claimed(kKey, ByteClaim(count, Chunk::max_bytes()), make);

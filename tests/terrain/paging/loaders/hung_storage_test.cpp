@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// What a ThreadLoader does where its storage does not answer. A load that does not hang is far quicker
-// than the timeout.
+// ThreadLoader with storage that hangs. Loads that do not hang are much faster than the timeout.
 #include "loads.h"
 #include "support/heights/faulty_heights.h"
 #include "support/heights/wave_heights.h"
@@ -44,7 +43,7 @@ void expect_timed_out(const FinishedLoad& load, const ChunkKey& key) {
     EXPECT_EQ(load.bytes_read, 0u);
 }
 
-// The thread that was left behind lets go of its claim and then of the source.
+// The detached thread releases its claim and then the source.
 void expect_all_back(const Loads& loads, const std::shared_ptr<FaultyHeights>& source) {
     loads.wait_for_bytes(0);
     while (source.use_count() > 1) std::this_thread::yield();
@@ -57,24 +56,23 @@ TEST(HungStorage, IsReportedAndItsThreadReplaced) {
     loader->queue(loads.requests({kA, kB}));
     const std::vector<FinishedLoad> finished = Loads::take(*loader, 2);
     expect_timed_out(finished[0], kA);
-    EXPECT_EQ(finished[0].chunk.error().message,
-              "chunk (0, 0) of level 3 was not read in 0.5 s");
+    EXPECT_EQ(finished[0].chunk.error().message, "chunk (0, 0) of level 3 was not read in 0.5 s");
     EXPECT_GE(finished[0].seconds, 0.5);
     EXPECT_EQ(finished[1].key, kB);
     ASSERT_TRUE(finished[1].chunk);
-    // its claim is still out, and comes back when the storage answers
+    // its claim is held until the storage answers
     const std::size_t own = (*finished[1].chunk)->bytes();
     EXPECT_EQ(loads.bytes(), Loads::waiting_bytes(1) + own);
     source->release();
     loads.wait_for_bytes(own);
     EXPECT_TRUE(loader->take_finished().empty());
-    // the same key again, while there is one thread only: it works
+    // the same key again, on the remaining thread
     loader->queue(loads.requests({kA}));
     EXPECT_TRUE(Loads::take(*loader, 1).front().chunk);
     loader.reset();
 }
 
-TEST(HungStorage, TakesAsManyThreadsAsThereAreWorkersThenLoadsWait) {
+TEST(HungStorage, BlocksAtMostTwiceTheWorkersThenLoadsWait) {
     const auto source = hills({{.fault = Fault::hang}});
     Loads loads;
     auto loader = loader_of(source, 2, 0.05);
@@ -82,7 +80,7 @@ TEST(HungStorage, TakesAsManyThreadsAsThereAreWorkersThenLoadsWait) {
     const std::vector<FinishedLoad> hung = Loads::take(*loader, 4);
     for (const FinishedLoad& load : hung) expect_timed_out(load, load.key);
     source->wait_for_hung(4);
-    for (int i = 0; i < 100; ++i) {  // nothing can begin: nobody waits
+    for (int i = 0; i < 100; ++i) {  // nothing can begin, so wait() returns
         loader->wait();
         EXPECT_TRUE(loader->take_finished().empty());
     }
@@ -92,13 +90,13 @@ TEST(HungStorage, TakesAsManyThreadsAsThereAreWorkersThenLoadsWait) {
     loader->queue(std::move(waiting));
     source->release();
     loads.wait_for_bytes(Loads::waiting_bytes(2));
-    // there may be threads again; a machine that stands still may have them time out
+    // threads may be replaced again; on a stalled machine they may time out
     EXPECT_EQ(Loads::take(*loader, 2).size(), 2u);
     loader.reset();
     expect_all_back(loads, source);
 }
 
-TEST(HungStorage, DoesNotHoldUpItsOwner) {
+TEST(HungStorage, DoesNotBlockItsOwner) {
     const auto source = hills({{.fault = Fault::hang}});
     Loads loads;
     const auto loader = loader_of(source, 2, 1000.0);
@@ -115,7 +113,7 @@ TEST(HungStorage, DoesNotHoldUpItsOwner) {
     EXPECT_EQ(loads.bytes(), 0u);
 }
 
-TEST(HungStorage, TimesOutAlsoWhereTheLoadWasGivenUp) {
+TEST(HungStorage, TimesOutCancelledLoads) {
     const auto source = hills({{.fault = Fault::hang}});
     Loads loads;
     auto loader = loader_of(source, 1, 0.05);
@@ -129,18 +127,18 @@ TEST(HungStorage, TimesOutAlsoWhereTheLoadWasGivenUp) {
     EXPECT_TRUE(loader->take_finished().empty());
 }
 
-TEST(HungStorage, IsLeftBehindWhenItsLoaderGoes) {
+TEST(HungStorage, IsDetachedWhenItsLoaderIsDestroyed) {
     const auto source = hills({{.fault = Fault::hang}});
     Loads loads;
     auto loader = loader_of(source, 2, 1000.0);
     loader->queue(loads.requests({kA, kB, kC, kD}));
     source->wait_for_hung(2);
     loader.reset();
-    EXPECT_EQ(loads.bytes(), Loads::waiting_bytes(2));  // those that wait were given back
+    EXPECT_EQ(loads.bytes(), Loads::waiting_bytes(2));  // queued claims were released
     const int questions = source->question_count();
     source->release();
     expect_all_back(loads, source);
-    EXPECT_EQ(source->question_count(), questions);  // it was told to stop
+    EXPECT_EQ(source->question_count(), questions);  // it was cancelled
 }
 
 TEST(HungStorage, IsNotWaitedForTwice) {
@@ -155,8 +153,8 @@ TEST(HungStorage, IsNotWaitedForTwice) {
     expect_all_back(loads, source);
 }
 
-// Answers within the second that a loader waits when it goes.
-TEST(HungStorage, IsWaitedForABit) {
+// Answers within the second that the destructor waits.
+TEST(HungStorage, IsWaitedForUpToASecond) {
     const auto source = hills({{.fault = Fault::hang}});
     Loads loads;
     auto loader = loader_of(source, 3, 1000.0);
@@ -168,7 +166,7 @@ TEST(HungStorage, IsWaitedForABit) {
     expect_all_back(loads, source);
 }
 
-TEST(HungStorage, MayEndOneByOne) {
+TEST(HungStorage, MayReturnInAnyOrder) {
     const auto source = hills({{.fault = Fault::hang, .share = 0.4}});
     Loads loads;
     auto loader = loader_of(source, 3, 0.1);
@@ -180,7 +178,7 @@ TEST(HungStorage, MayEndOneByOne) {
         loader->wait();
         const std::vector<FinishedLoad> finished = loader->take_finished();
         ended += finished.size();
-        // stuck: let go what hangs, and what comes next hang again
+        // all hang: releases them, and the next ones hang again
         if (finished.empty()) {
             source->release();
             source->set_plan({{.fault = Fault::hang, .share = 0.4, .seed = ended}});
@@ -192,7 +190,7 @@ TEST(HungStorage, MayEndOneByOne) {
     expect_all_back(loads, source);
 }
 
-// While it lives, no thread can start: its stack would be larger than any memory.
+// While it lives, no thread can start: its stack size exceeds all memory.
 class NoThreads {
 public:
     NoThreads() {
@@ -214,7 +212,7 @@ private:
     pthread_attr_t before_{};
 };
 
-TEST(HungStorage, IsNoReasonToFailWhereNoThreadCanStart) {
+TEST(HungStorage, DoesNotFailIfNoThreadCanStart) {
     const auto source = hills({{.fault = Fault::hang, .chunk = kA}});
     Loads loads;
     auto loader = loader_of(source, 2);
@@ -226,10 +224,10 @@ TEST(HungStorage, IsNoReasonToFailWhereNoThreadCanStart) {
         EXPECT_EQ(refused.error().message.find("loader thread 1 of 3 cannot start: "), 0u);
         loader->queue(loads.requests({kA}));
         expect_timed_out(Loads::take(*loader, 1).front(), kA);
-        loader->queue(loads.requests({kB, kC}));  // there is another thread
+        loader->queue(loads.requests({kB, kC}));  // another thread is left
         for (const FinishedLoad& load : Loads::take(*loader, 2)) EXPECT_TRUE(load.chunk);
     }
-    // the lost one is replaced as soon as it can be: two at once again
+    // the lost one is replaced as soon as a thread can start: two at once again
     source->set_plan({{.fault = Fault::hang, .chunk = kC}});
     loader->queue(loads.requests({kC, kB}));
     std::vector<FinishedLoad> finished = Loads::take(*loader, 2);

@@ -14,11 +14,11 @@
 
 namespace terrane::test {
 
-/// Asks loaders for chunks, and counts what they claim.
+/// Makes load requests, and counts their claims.
 class Loads {
 public:
     std::size_t bytes() const { return *count_; }
-    /// What is claimed while so many loads wait.
+    /// Bytes claimed by a number of waiting loads.
     static std::size_t waiting_bytes(std::size_t count) { return count * Chunk::max_bytes(); }
 
     LoadRequest request(const ChunkKey& key) const {
@@ -30,7 +30,7 @@ public:
         return requests;
     }
 
-    /// Waits for so many loads, and takes them in the order in which they came.
+    /// Waits for a number of loads, and returns them in the order of completion.
     static std::vector<FinishedLoad> take(ChunkLoader& loader, std::size_t count) {
         std::vector<FinishedLoad> taken;
         while (taken.size() < count) {
@@ -41,7 +41,7 @@ public:
         return taken;
     }
 
-    /// Waits until no more than so much is claimed.
+    /// Waits until at most `bytes` are claimed.
     void wait_for_bytes(std::size_t most) const {
         while (bytes() > most) std::this_thread::yield();
     }

@@ -13,14 +13,13 @@
 
 namespace terrane::test {
 
-/// What is known of one request before it begins.
+/// The drawn outcome of one request.
 struct KnownRequest {
-    ErrorCode fate = ErrorCode::invalid_argument;  ///< that: it is delivered
-    double seconds = 0.0;                          ///< before it moves, or fails, or is timed out
+    ErrorCode fate = ErrorCode::invalid_argument;  ///< invalid_argument: delivered
+    double seconds = 0.0;                          ///< until its transfer, failure or timeout
 };
 
-/// The storage of a VirtualLoader the slow and obvious way: in equal steps of time, so short that what
-/// happens within one does not matter much.
+/// Reference of a VirtualLoader's storage: a simulation in small equal time steps.
 class StorageOracle {
 public:
     struct End {
@@ -36,7 +35,7 @@ public:
 
     double now() const { return now_s_; }
     bool is_idle() const { return requests_.empty() && queue_.empty(); }
-    /// The last end of each key.
+    /// Last completion of each key.
     const std::map<ChunkKey, End>& ends() const { return ends_; }
 
     void queue(const std::vector<ChunkKey>& keys) {

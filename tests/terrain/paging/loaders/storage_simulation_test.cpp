@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// A VirtualLoader on random schedules: against storage in small steps of time, and against itself.
+// VirtualLoader on random schedules, against a time-stepped simulation and against itself.
 #include "loads.h"
 #include "storage_oracle.h"
 #include "support/hash.h"
@@ -22,7 +22,7 @@ using test::Random;
 using test::StorageOracle;
 
 constexpr double kStep = 0x1p-19;  // of the oracle
-constexpr double kLook = 0x1p-9;   // how often a loader is looked at
+constexpr double kLook = 0x1p-9;   // interval of take_finished()
 constexpr int kKeys = 40;
 
 Result<std::shared_ptr<const Chunk>> make(const ChunkKey& key) {
@@ -42,11 +42,11 @@ VirtualStorage random_storage(Random& random) {
             .seed = random.bits()};
 }
 
-// What a pager does at a time.
+// A pager's calls at one time.
 struct Call {
     double time_s = 0.0;
     std::vector<ChunkKey> cancelled;
-    std::vector<ChunkKey> queued;  // in place of what is
+    std::vector<ChunkKey> queued;  // replace the queue
 };
 
 std::vector<Call> random_calls(Random& random) {
@@ -65,7 +65,7 @@ std::vector<Call> random_calls(Random& random) {
     return calls;
 }
 
-// How long a request takes where nothing else moves, and in no time once it does.
+// Outcome of a request on its own, with infinite bandwidth.
 KnownRequest probe(VirtualStorage storage, const ChunkKey& key, int times_begun) {
     storage.bandwidth = std::numeric_limits<double>::infinity();
     const auto loader = VirtualLoader::create(storage, make).value();
@@ -84,7 +84,7 @@ struct Seen {
     double after_s = 0.0, until_s = 0.0;
 };
 
-// Plays the calls; `look` says how far to go at a time.
+// Makes the calls; `look` gives the step size.
 template <class Look>
 std::map<ChunkKey, Seen> play(ChunkLoader& loader, const Loads& loads,
                               const std::vector<Call>& calls, double end_s, const Look& look) {
@@ -112,7 +112,7 @@ std::map<ChunkKey, Seen> play(ChunkLoader& loader, const Loads& loads,
     return seen;
 }
 
-TEST(VirtualLoaderSchedule, IsThatOfStorageInSmallStepsOfTime) {
+TEST(VirtualLoaderSchedule, EqualsThatOfATimeSteppedSimulation) {
     for (std::uint64_t seed = 1; seed <= 24; ++seed) {
         SCOPED_TRACE(testing::Message() << "seed " << seed);
         Random random(seed);
@@ -134,7 +134,7 @@ TEST(VirtualLoaderSchedule, IsThatOfStorageInSmallStepsOfTime) {
         const auto loader = VirtualLoader::create(storage, make).value();
         const auto seen = play(*loader, loads, calls, oracle.now() + 1.0, [] { return kLook; });
 
-        // each event of the oracle is up to a step late, and what comes after it
+        // each event of the oracle is up to a step late, and so are later ones
         const double tolerance_s = 3.0 * kKeys * kStep;
         ASSERT_EQ(seen.size(), oracle.ends().size());
         for (const auto& [key, end] : oracle.ends()) {
@@ -151,8 +151,8 @@ TEST(VirtualLoaderSchedule, IsThatOfStorageInSmallStepsOfTime) {
     }
 }
 
-// Bit for bit, but for the moment in which a load is seen.
-TEST(VirtualLoaderSchedule, IsTheSameInOneStepAndInMany) {
+// Bit for bit, except for the time at which a load is taken.
+TEST(VirtualLoaderSchedule, IsIndependentOfTheStepSize) {
     for (std::uint64_t seed = 1; seed <= 40; ++seed) {
         SCOPED_TRACE(testing::Message() << "seed " << seed);
         Random random(seed);
@@ -169,7 +169,7 @@ TEST(VirtualLoaderSchedule, IsTheSameInOneStepAndInMany) {
                 hash.add(seen.load.chunk ? ErrorCode::invalid_argument
                                          : seen.load.chunk.error().code);
             }
-            loader->advance(0.0);  // goes nowhere
+            loader->advance(0.0);  // no effect
             EXPECT_EQ(loads.bytes(), 0u);
             return hash.value();
         };

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "loads.h"
 #include "support/heights/faulty_heights.h"
-#include "support/random.h"
 #include "support/heights/wave_heights.h"
+#include "support/random.h"
 
 #include <terrane/terrain/thread_loader.h>
 
@@ -35,7 +35,7 @@ std::unique_ptr<ThreadLoader> loader_of(std::shared_ptr<const HeightSource> sour
         .value();
 }
 
-TEST(ThreadLoader, LoadsWhatMakeChunkGivesInTheOrderOfTheQueue) {
+TEST(ThreadLoader, LoadsTheChunksOfMakeChunkInTheOrderOfTheQueue) {
     const auto source = hills();
     Loads loads;
     const auto loader = loader_of(source);
@@ -59,7 +59,7 @@ TEST(ThreadLoader, LoadsWhatMakeChunkGivesInTheOrderOfTheQueue) {
     EXPECT_EQ(loads.bytes(), 0u);
 }
 
-TEST(ThreadLoader, HandsOutWhatIsFinishedInTheOrderOfKeys) {
+TEST(ThreadLoader, ReturnsFinishedLoadsInTheOrderOfKeys) {
     const auto source = hills({{.fault = Fault::hang, .chunk = kRoot}});
     Loads loads;
     const auto loader = loader_of(source);
@@ -85,7 +85,7 @@ TEST(ThreadLoader, RunsAsManyLoadsAtOnceAsItHasThreads) {
     EXPECT_EQ(loads.bytes(), 0u);
 }
 
-TEST(ThreadLoader, TellsEachFaultAndGivesItsBytesBack) {
+TEST(ThreadLoader, ReportsEachFaultAndReleasesItsBytes) {
     const std::vector<std::pair<Fault, ErrorCode>> faults{
         {Fault::read_error, ErrorCode::io},      {Fault::permission_denied, ErrorCode::io},
         {Fault::truncated, ErrorCode::bad_data}, {Fault::nan, ErrorCode::bad_data},
@@ -111,18 +111,18 @@ TEST(ThreadLoader, TellsEachFaultAndGivesItsBytesBack) {
     EXPECT_TRUE(Loads::take(*loader, 1).front().chunk);
 }
 
-TEST(ThreadLoader, BeginsNothingThatWasTakenBack) {
+TEST(ThreadLoader, BeginsNoLoadThatWasTakenBack) {
     const auto source = hills({{.fault = Fault::hang, .times = 1}});
     Loads loads;
     const auto loader = loader_of(source);
     loader->queue(loads.requests({kA, kC, kB}));
     source->wait_for_hung(1);
-    loader->cancel(kB);  // has not begun: of no account
+    loader->cancel(kB);  // has not begun: ignored
     std::vector<LoadRequest> queued = loader->take_queue();
     EXPECT_EQ(keys_of(queued), (std::vector<ChunkKey>{kC, kB}));
     source->release();
     EXPECT_EQ(keys_of(Loads::take(*loader, 1)), std::vector<ChunkKey>{kA});
-    loader->wait();  // for nothing
+    loader->wait();  // returns at once
     EXPECT_EQ(source->sampled().size(), 1u);
     EXPECT_EQ(loads.bytes(), Loads::waiting_bytes(2));
     loader->queue(std::move(queued));
@@ -130,8 +130,8 @@ TEST(ThreadLoader, BeginsNothingThatWasTakenBack) {
     EXPECT_EQ(loads.bytes(), 0u);
 }
 
-// Between two questions to the source: it is not asked any further.
-TEST(ThreadLoader, GivesUpALoadThatHasBegun) {
+// Between two calls of the source: it is not called any further.
+TEST(ThreadLoader, CancelsALoadThatHasBegun) {
     for (const Question question : {Question::sample, Question::bounds, Question::flags}) {
         const auto source = hills({{.fault = Fault::hang, .question = question, .chunk = kA}});
         Loads loads;
@@ -154,7 +154,7 @@ TEST(ThreadLoader, GivesUpALoadThatHasBegun) {
     }
 }
 
-TEST(ThreadLoader, GivesUpNothingThatIsFinishedOrUnknown) {
+TEST(ThreadLoader, IgnoresCancellingFinishedOrUnknownLoads) {
     const auto source = hills({{.fault = Fault::hang, .chunk = kB}});
     Loads loads;
     const auto loader = loader_of(source);
@@ -171,7 +171,7 @@ TEST(ThreadLoader, GivesUpNothingThatIsFinishedOrUnknown) {
     EXPECT_TRUE(Loads::take(*loader, 1).front().chunk);
 }
 
-TEST(ThreadLoader, WaitsForNothingWhereThereIsNothing) {
+TEST(ThreadLoader, DoesNotWaitWithoutLoads) {
     const auto loader = loader_of(hills(), 4);
     loader->wait();
     loader->queue({});
@@ -181,7 +181,7 @@ TEST(ThreadLoader, WaitsForNothingWhereThereIsNothing) {
     loader->advance(std::numeric_limits<double>::quiet_NaN());
 }
 
-TEST(ThreadLoader, StopsInMidLoadAndGivesEverythingBack) {
+TEST(ThreadLoader, StopsDuringALoadAndReleasesAllClaims) {
     for (int round = 0; round < 40; ++round) {
         const auto source = hills({{.delay = std::chrono::milliseconds(round % 3)}});
         Loads loads;
@@ -212,8 +212,8 @@ TEST(ThreadLoader, RefusesSettingsOutOfRange) {
     EXPECT_FALSE(refuses(hills(), {.worker_count = 64, .timeout = infinite}));
 }
 
-// What an owner does, in any order: each load ends once, as what it is, and all bytes come back.
-TEST(ThreadLoader, LosesNothingThroughRandomCalls) {
+// Random sequences of calls: each load finishes once with its outcome, and all bytes are released.
+TEST(ThreadLoader, FinishesEveryLoadOnceUnderRandomCalls) {
     for (const std::uint64_t seed : {1u, 2u, 3u, 4u}) {
         SCOPED_TRACE(testing::Message() << "seed " << seed);
         test::Random random(seed);

@@ -28,7 +28,7 @@ Result<std::shared_ptr<const Chunk>> make(const ChunkKey& key) {
     return std::shared_ptr<const Chunk>(chunk);
 }
 
-// One chunk takes a second where it has all the bandwidth.
+// One chunk takes a second at the full bandwidth.
 double chunk_a_second() { return static_cast<double>(Chunk::max_bytes()); }
 
 class VirtualLoaderTest : public testing::Test {
@@ -41,7 +41,7 @@ protected:
         for (const std::int32_t x : places) keys.push_back(key(x));
         loader_->queue(loads_.requests(keys));
     }
-    // What has been finished when it is this late.
+    // Loads finished up to a time.
     std::vector<FinishedLoad> at(double time_s) {
         loader_->advance(time_s);
         return loader_->take_finished();
@@ -67,7 +67,7 @@ protected:
     std::unique_ptr<VirtualLoader> loader_;
 };
 
-TEST_F(VirtualLoaderTest, TakesItsLatencyAndThenItsShareOfTheBandwidth) {
+TEST_F(VirtualLoaderTest, DeliversAfterTheLatencyAtItsShareOfTheBandwidth) {
     create({.latency = 0.25, .bandwidth = chunk_a_second(), .slots = 2});
     queue({1});
     EXPECT_EQ(loads_.bytes(), Loads::waiting_bytes(1));
@@ -76,8 +76,8 @@ TEST_F(VirtualLoaderTest, TakesItsLatencyAndThenItsShareOfTheBandwidth) {
     ASSERT_EQ(finished.size(), 1u);
     expect(finished[0], 1, 1.25);
     EXPECT_EQ(loads_.bytes(), (*finished[0].chunk)->bytes());
-    // 2 is alone for half a second, then they share: it has its second half a second later than alone,
-    // and 3, which has moved half by then, is alone again
+    // 2 is alone for half a second, then shares with 3, so its second half takes a second;
+    // then 3, half transferred, is alone
     at(10.0);
     queue({2});
     at(10.5);
@@ -97,7 +97,7 @@ TEST_F(VirtualLoaderTest, TakesItsLatencyAndThenItsShareOfTheBandwidth) {
 TEST_F(VirtualLoaderTest, BeginsTheNextInTheQueueAtTheMomentASlotIsFree) {
     create({.latency = 0.5, .bandwidth = kInfinite, .slots = 2});
     queue({4, 3, 2, 1, 0});
-    auto finished = at(100.0);  // in one go
+    auto finished = at(100.0);  // in one step
     ASSERT_EQ(finished.size(), 5u);
     for (int x = 0; x < 5; ++x) expect(finished[static_cast<std::size_t>(x)], x, 0.5);
     queue({9, 8, 7, 6, 5});
@@ -107,10 +107,10 @@ TEST_F(VirtualLoaderTest, BeginsTheNextInTheQueueAtTheMomentASlotIsFree) {
     EXPECT_EQ(keys_of(at(101.5)), (std::vector<ChunkKey>{key(5)}));
 }
 
-TEST_F(VirtualLoaderTest, BeginsNothingThatWasTakenBack) {
+TEST_F(VirtualLoaderTest, BeginsNoLoadThatWasTakenBack) {
     create({.latency = 1.0, .slots = 2});
     queue({1, 2, 3, 4});
-    loader_->cancel(key(4));  // has not begun: of no account
+    loader_->cancel(key(4));  // has not begun: ignored
     std::vector<LoadRequest> queued = loader_->take_queue();
     EXPECT_EQ(keys_of(queued), (std::vector<ChunkKey>{key(3), key(4)}));
     EXPECT_EQ(keys_of(at(50.0)), (std::vector<ChunkKey>{key(1), key(2)}));
@@ -122,7 +122,7 @@ TEST_F(VirtualLoaderTest, BeginsNothingThatWasTakenBack) {
     EXPECT_EQ(loads_.bytes(), 0u);
 }
 
-TEST_F(VirtualLoaderTest, GivesUpWhatHasBegunAndFreesItsSlotAtOnce) {
+TEST_F(VirtualLoaderTest, CancelsALoadAndFreesItsSlotAtOnce) {
     create({.latency = 0.5, .bandwidth = chunk_a_second(), .slots = 2});
     queue({1, 2, 3, 4});
     at(1.0);  // half a second has been shared
@@ -143,7 +143,7 @@ TEST_F(VirtualLoaderTest, GivesUpWhatHasBegunAndFreesItsSlotAtOnce) {
     finished = at(1.75);
     ASSERT_EQ(finished.size(), 1u);
     expect(finished[0], 2, 1.75);
-    loader_->cancel(key(2));  // done already
+    loader_->cancel(key(2));  // finished already
     finished = at(2.75);
     ASSERT_EQ(finished.size(), 1u);
     expect(finished[0], 4, 1.5);
@@ -169,8 +169,7 @@ TEST_F(VirtualLoaderTest, FailsAfterTheLatencyAndHangsUntilTheTimeout) {
     finished = at(1e9);
     ASSERT_EQ(finished.size(), 2u);
     expect(finished[0], 1, 3.0, ErrorCode::timed_out, 0);
-    EXPECT_EQ(finished[0].chunk.error().message,
-              "chunk (1, 0) of level 3 was not read in 3 s");
+    EXPECT_EQ(finished[0].chunk.error().message, "chunk (1, 0) of level 3 was not read in 3 s");
     expect(finished[1], 2, 3.0, ErrorCode::timed_out, 0);
     queue({3});
     at(1e9 + 1.0);
@@ -179,7 +178,7 @@ TEST_F(VirtualLoaderTest, FailsAfterTheLatencyAndHangsUntilTheTimeout) {
     EXPECT_EQ(loads_.bytes(), 0u);
 }
 
-TEST_F(VirtualLoaderTest, TakesItsChancesBySeedKeyAndHowOftenAKeyWasBegun) {
+TEST_F(VirtualLoaderTest, DrawsFailuresBySeedKeyAndNumberOfAttempts) {
     const auto fates = [&](std::uint64_t seed) {
         create({.latency = 1.0,
                 .bandwidth = kInfinite,
@@ -226,7 +225,7 @@ TEST_F(VirtualLoaderTest, SpreadsLatenciesEvenlyInPowersOfTwo) {
     std::vector<int> counts(10);
     for (std::size_t i = 0; i < 1000; ++i) {
         const double s = std::log2(wide[i] / 3.0) / 2.5;
-        EXPECT_NEAR(std::log2(narrow[i] / 3.0), s, 1e-14);  // the chances are the same
+        EXPECT_NEAR(std::log2(narrow[i] / 3.0), s, 1e-14);  // the same random numbers
         EXPECT_EQ(none[i], 3.0);
         ASSERT_GE(s, -1.0 - 1e-14);
         ASSERT_LT(s, 1.0 + 1e-14);
@@ -235,7 +234,7 @@ TEST_F(VirtualLoaderTest, SpreadsLatenciesEvenlyInPowersOfTwo) {
     for (const int count : counts) EXPECT_NEAR(count, 100, 48);  // 5 standard deviations
 }
 
-TEST_F(VirtualLoaderTest, IsDoneAtOnceWhereNothingTakesTime) {
+TEST_F(VirtualLoaderTest, FinishesAtOnceWithoutLatencyAndTransferTime) {
     create({.latency = 0.0, .bandwidth = kInfinite, .slots = 1});
     queue({3, 1, 2});
     EXPECT_TRUE(loader_->take_finished().empty());  // its clock has not moved
@@ -244,7 +243,7 @@ TEST_F(VirtualLoaderTest, IsDoneAtOnceWhereNothingTakesTime) {
     for (int x = 1; x <= 3; ++x) expect(finished[static_cast<std::size_t>(x - 1)], x, 0.0);
 }
 
-TEST_F(VirtualLoaderTest, SharesAmongAThousandSlots) {
+TEST_F(VirtualLoaderTest, SharesBandwidthAmongAThousandSlots) {
     create({.latency = 0.0, .bandwidth = chunk_a_second(), .slots = 1024});
     std::vector<std::int32_t> places(1500);
     for (int i = 0; i < 1500; ++i) places[static_cast<std::size_t>(i)] = i;
@@ -258,7 +257,7 @@ TEST_F(VirtualLoaderTest, SharesAmongAThousandSlots) {
     for (const FinishedLoad& load : finished) EXPECT_EQ(load.seconds, 476.0);
 }
 
-TEST_F(VirtualLoaderTest, RefusesTimesThatAreNotFiniteAndNeverGoesBack) {
+TEST_F(VirtualLoaderTest, IgnoresTimesThatAreNotFiniteOrGoBack) {
     create({.latency = 1.0, .bandwidth = kInfinite, .slots = 1});
     queue({1, 2});
     for (const double time_s : {kNan, kInfinite, -kInfinite, -1.0, 0.0}) expect_nothing(time_s);
@@ -273,13 +272,13 @@ TEST_F(VirtualLoaderTest, RefusesTimesThatAreNotFiniteAndNeverGoesBack) {
     expect(finished[0], 3, 1.0);
 }
 
-TEST_F(VirtualLoaderTest, GoesOnToTheNextEndWhenItIsWaitedFor) {
+TEST_F(VirtualLoaderTest, AdvancesToTheNextCompletionInWait) {
     create({.latency = 1.0, .bandwidth = kInfinite, .slots = 2, .hang_share = 0.0});
-    loader_->wait();  // for nothing
+    loader_->wait();  // returns at once
     queue({1, 2, 3});
     at(0.25);
     loader_->wait();
-    loader_->wait();  // something is finished
+    loader_->wait();  // a load is finished
     EXPECT_EQ(keys_of(loader_->take_finished()), (std::vector<ChunkKey>{key(1), key(2)}));
     expect_nothing(0.5);  // its clock is 0.75 s ahead
     expect_nothing(1.0);
@@ -296,7 +295,7 @@ TEST_F(VirtualLoaderTest, GoesOnToTheNextEndWhenItIsWaitedFor) {
     EXPECT_EQ(loader_->take_finished().front().chunk.error().code, ErrorCode::timed_out);
 }
 
-TEST_F(VirtualLoaderTest, MakesEachChunkOnceWhenItIsThere) {
+TEST_F(VirtualLoaderTest, MakesEachChunkOnceWhenItsLoadFinishes) {
     std::vector<ChunkKey> made;
     loader_ =
         VirtualLoader::create({.latency = 1.0, .bandwidth = kInfinite, .slots = 2},
@@ -323,7 +322,7 @@ TEST_F(VirtualLoaderTest, MakesEachChunkOnceWhenItIsThere) {
     EXPECT_EQ(loads_.bytes(), (*finished[0].chunk)->bytes());
 }
 
-TEST_F(VirtualLoaderTest, GivesAllBytesBackWhenItGoes) {
+TEST_F(VirtualLoaderTest, ReleasesAllBytesWhenDestroyed) {
     create({.latency = 0.5, .bandwidth = chunk_a_second(), .slots = 2, .hang_share = 0.3});
     queue({1, 2, 3, 4, 5, 6, 7, 8});
     loader_->advance(4.0);
@@ -332,7 +331,7 @@ TEST_F(VirtualLoaderTest, GivesAllBytesBackWhenItGoes) {
     EXPECT_EQ(loads_.bytes(), 0u);
 }
 
-TEST_F(VirtualLoaderTest, RefusesStorageThatCannotBe) {
+TEST_F(VirtualLoaderTest, RefusesSettingsOutOfRange) {
     const auto refuses = [](const VirtualStorage& storage) {
         const auto loader = VirtualLoader::create(storage, make);
         return !loader && loader.error().code == ErrorCode::invalid_argument;
