@@ -204,9 +204,9 @@ Result<void> DemSource::cell_flags(const SampleGrid& grid,
 }
 
 HeightInterval DemSource::interval(const WorldRect& rect) const {
-    const HeightInterval held = pyramid_.interval(rect);
-    return {store_->base() + held.low - store_->rounding(),
-            store_->base() + held.high + store_->rounding()};
+    const HeightInterval relative = pyramid_.interval(rect);
+    return {store_->base() + relative.low - store_->rounding(),
+            store_->base() + relative.high + store_->rounding()};
 }
 
 double DemSource::rise_bound(double distance) const {

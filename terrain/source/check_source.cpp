@@ -120,10 +120,10 @@ void check_ranges(SourceChecks& checks, const Lattice& lattice, const WorldRect&
 
 // All grids again, in the other direction; then on several threads at once, each in an order of its own.
 void check_repeats(const HeightSource& source, const SourceCheckSettings& settings,
-                   const WorldRect& region, const std::vector<GridAnswers>& asked,
+                   const WorldRect& region, const std::vector<GridAnswers>& answered,
                    SourceChecks& checks) {
-    for (std::size_t i = asked.size(); i-- > 0;) {
-        checks.check_again(asked[i], SourceLaw::repeatable);
+    for (std::size_t i = answered.size(); i-- > 0;) {
+        checks.check_again(answered[i], SourceLaw::repeatable);
     }
     // violations of repeatability are not reported for threads, too
     if (settings.threads < 2 || checks.report().of(SourceLaw::repeatable).broken > 0) return;
@@ -133,12 +133,12 @@ void check_repeats(const HeightSource& source, const SourceCheckSettings& settin
         std::vector<std::jthread> threads;
         for (std::size_t thread = 0; thread < thread_count; ++thread) {
             threads.emplace_back([&, thread] {
-                const std::size_t count = std::min(asked.size(), kThreadGrids);
+                const std::size_t count = std::min(answered.size(), kThreadGrids);
                 for (std::size_t i = 0; i < count; ++i) {
                     // 37 is coprime to 64, so that every grid of a full list occurs once
                     const std::size_t next = (37 * i + 11 * thread) % count;
-                    const std::size_t spread = next * asked.size() / count;
-                    parts[thread].check_again(asked[spread], SourceLaw::threads);
+                    const std::size_t spread = next * answered.size() / count;
+                    parts[thread].check_again(answered[spread], SourceLaw::threads);
                 }
             });
         }
@@ -174,7 +174,7 @@ Result<SourceReport> check_source(const HeightSource& source, const SourceCheckS
     checks.add(nothing.report());
     Places places(lattice, region, settings.seed);
     CheckRandom random(settings.seed ^ 0x5bd1e995u);
-    std::vector<GridAnswers> asked;
+    std::vector<GridAnswers> answered;
     const int first = std::min(settings.first_level, lattice.finest_level);
     const int last = std::min(settings.last_level, lattice.finest_level);
     const std::int64_t coarsest = first == 0 ? lattice.chunk_side(0) / 2 : lattice.step(first);
@@ -189,11 +189,11 @@ Result<SourceReport> check_source(const HeightSource& source, const SourceCheckS
             checks.check_mesh_bounds(answers);
             checks.check_levels(answers);
             checks.check_nesting_below(answers);
-            asked.push_back(std::move(answers));
+            answered.push_back(std::move(answers));
         }
         check_ranges(checks, lattice, region, step, std::min(settings.places, 32), random);
     }
-    check_repeats(source, settings, region, asked, checks);
+    check_repeats(source, settings, region, answered, checks);
     return checks.report();
 }
 

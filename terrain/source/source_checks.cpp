@@ -99,10 +99,10 @@ bool SourceChecks::ask(const SampleGrid& grid, GridAnswers& answers_out) {
     answers_out.vertices.assign(grid.size(), -1.0f);
     answers_out.cells.assign(cells, -1.0f);
     answers_out.flags.assign(cells, std::uint8_t{0xff});
-    const auto read = [&](const char* question, const std::function<Result<void>()>& asked) {
+    const auto read = [&](const char* name, const std::function<Result<void>()>& call) {
         std::string message;
         try {
-            if (const Result<void> answer = asked(); !answer) message = answer.error().message;
+            if (const Result<void> answer = call(); !answer) message = answer.error().message;
         } catch (const std::exception& thrown) {
             message = std::string("it threw ") + thrown.what();
         } catch (...) {
@@ -110,7 +110,7 @@ bool SourceChecks::ask(const SampleGrid& grid, GridAnswers& answers_out) {
         }
         count(SourceLaw::answers, message.empty(), [&] {
             SourceViolation violation = at(answers_out, grid.corner);
-            violation.what = std::string(question) + " of " + std::to_string(grid.columns) + " x " +
+            violation.what = std::string(name) + " of " + std::to_string(grid.columns) + " x " +
                              std::to_string(grid.rows) + " points: " + message;
             return violation;
         });

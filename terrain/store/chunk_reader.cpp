@@ -34,16 +34,16 @@ Result<std::shared_ptr<const Chunk>> ChunkReader::read(const ChunkKey& key) cons
 Result<std::shared_ptr<const Chunk>> ChunkReader::find(const ChunkKey& key) const {
     {
         const std::lock_guard lock(mutex_);
-        for (Held& held : held_) {
-            if (held.chunk == nullptr || held.chunk->key != key) continue;
-            held.used = ++clock_;
-            return held.chunk;
+        for (CachedChunk& cached : cache_) {
+            if (cached.chunk == nullptr || cached.chunk->key != key) continue;
+            cached.used = ++clock_;
+            return cached.chunk;
         }
     }
     auto chunk = read(key);
     if (!chunk) return chunk;
     const std::lock_guard lock(mutex_);
-    Held& oldest = *std::ranges::min_element(held_, {}, &Held::used);
+    CachedChunk& oldest = *std::ranges::min_element(cache_, {}, &CachedChunk::used);
     oldest = {*chunk, ++clock_};
     return chunk;
 }

@@ -27,15 +27,15 @@ public:
     Result<std::shared_ptr<const Chunk>> find(const ChunkKey& key) const;
 
 private:
-    struct Held {
+    struct CachedChunk {
         std::shared_ptr<const Chunk> chunk;
         std::uint64_t used = 0;
     };
 
     SealedReader file_;
     StoreDirectory directory_;
-    mutable std::mutex mutex_;  ///< of what is held
-    mutable std::array<Held, 32> held_;
+    mutable std::mutex mutex_;  ///< of the cache
+    mutable std::array<CachedChunk, 32> cache_;
     mutable std::uint64_t clock_ = 0;
 };
 

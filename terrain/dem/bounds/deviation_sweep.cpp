@@ -81,7 +81,7 @@ private:
     template <typename Visit>
     void for_each_square(const Block& block, Visit&& visit) const;
     void add_corners(const Block& block) const;
-    Result<void> look_closely(Block& block) const;
+    Result<void> evaluate_block(Block& block) const;
     /// Adds the bounds of the tiles beyond the core to the squares of a row of a level.
     void add_beyond(std::size_t level, std::int64_t row) const;
     /// Upper bound of surface minus plane over a whole tile: at its corners, plus the deviation between them.
@@ -209,7 +209,7 @@ bool Sweep::is_beyond(std::int64_t column, std::int64_t row) const {
            is_off(row, first_.first_y, first_.rows);
 }
 
-Result<void> Sweep::look_closely(Block& block) const {
+Result<void> Sweep::evaluate_block(Block& block) const {
     Result<void> done;
     std::int64_t visits = 0;
     for_each_square(block, [&](Square square) {
@@ -308,7 +308,7 @@ Result<std::int64_t> Sweep::run(OpeningProgress& progress) {
         done = in_parallel(rows, [&](int row) -> Result<void> {
             for (int column = 0; column < across; ++column) {
                 Block block = block_at(row, column);
-                if (auto looked = look_closely(block); !looked) return looked;
+                if (auto evaluated = evaluate_block(block); !evaluated) return evaluated;
             }
             return progress.step();
         });

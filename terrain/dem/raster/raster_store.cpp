@@ -285,15 +285,15 @@ Result<void> RasterStore::read(std::int64_t column, std::int64_t row, int column
                 const int at = static_cast<int>(from) + done - begin;
                 const int square_x = at / kSquareSide;
                 const int square_y = static_cast<int>(source_row) / kSquareSide;
-                const auto held = square(square_x, square_y);
-                if (!held) return tl::unexpected(held.error());
+                const auto samples_of_square = square(square_x, square_y);
+                if (!samples_of_square) return tl::unexpected(samples_of_square.error());
                 const int square_columns =
                     std::min(kSquareSide, info_.columns - square_x * kSquareSide);
                 const int in_square = at - square_x * kSquareSide;
                 const int count = std::min(end - done, square_columns - in_square);
                 const int square_row = static_cast<int>(source_row) - square_y * kSquareSide;
                 const std::uint32_t* source =
-                    (*held)->data() + square_row * square_columns + in_square;
+                    (*samples_of_square)->data() + square_row * square_columns + in_square;
                 packing_.unpack({source, static_cast<std::size_t>(count)}, line + done);
                 done += count;
             }

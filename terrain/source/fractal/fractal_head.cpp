@@ -26,7 +26,7 @@
 #include <span>
 
 namespace terrane {
-/// What the octaves beyond the head can add.
+/// Interval of the tail.
 void FractalBounds::add_tail(FractalHead& head) const {
     const auto tail = std::span(octaves_).subspan(static_cast<std::size_t>(head.octave_count));
     if (is_sum()) {
@@ -64,7 +64,7 @@ FractalHead FractalBounds::make_head(double hypotenuse, std::size_t octave_count
     return head;
 }
 
-/// How far the head's centre and radius are off, together, where its first octaves are interpolated.
+/// Error bound of the head's centre plus radius if its first octaves are interpolated.
 double FractalBounds::coarse_error(double hypotenuse, const FractalHead& head,
                                    int coarse_count) const {
     const double radius = 0.5 * hypotenuse;
@@ -80,7 +80,7 @@ double FractalBounds::coarse_error(double hypotenuse, const FractalHead& head,
 }
 
 FractalHead FractalBounds::head(double hypotenuse) const {
-    // of what an octave takes from the radius, its bend may take back this much
+    // largest bend of an octave, as a share of the radius that it removes
     constexpr double kWorthwhile = 0.75;
     const auto radius_of = [](const FractalHead& head) { return head.radius + head.radius_slope; };
     FractalHead best = make_head(hypotenuse, 0);
@@ -91,7 +91,7 @@ FractalHead FractalBounds::head(double hypotenuse) const {
         if (longer.bend - best.bend > kWorthwhile * gain) break;
         best = longer;
     }
-    constexpr double kShare = 0.125;  // of the bound, that fewer samples may cost
+    constexpr double kShare = 0.125;  // of the bound, accepted for fewer samples
     const double most = kShare * (best.bend + radius_of(best));
     double error = 0.0;
     while (best.coarse_count < best.octave_count) {

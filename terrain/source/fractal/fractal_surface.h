@@ -15,7 +15,7 @@ namespace terrane {
 /// fraction has as many bits as beside it. Beyond 2^39 m the ground repeats itself.
 inline constexpr int kUnitLog2 = -24;
 
-/// A rectangle of places, `step` units apart.
+/// A grid of positions, `step` units apart.
 struct UnitGrid {
     std::uint64_t x = 0, y = 0;  ///< of the south-western one
     std::uint64_t step = 1;
@@ -23,7 +23,7 @@ struct UnitGrid {
     int rows = 0;
 };
 
-/// The function that a fractal's heights are: what FractalSettings says, without a lattice.
+/// The height function of FractalSettings, without a lattice.
 ///
 /// fbm:     h = sum a_i n_i
 /// warped:  the same at (x + wx, y + wy), both of them sums of kWarpOctaves octaves
@@ -56,8 +56,8 @@ public:
     /// Adds the octaves from `first` up to `last` to the sums of those before them: from zeros and
     /// weights of one, that of all octaves in any number of pieces gives the heights' bits.
     ///
-    /// @param weights  of octave `first`, then of octave `last`. May be empty where the kind has
-    /// none, and where `first` is 0 and nobody asks
+    /// @param weights  of octave `first`, then of octave `last`. May be empty if the kind has
+    /// none, and if `first` is 0 and weights are not needed
     void add_octaves(const UnitGrid& grid, int first, int last, internal::SimdLevel level,
                      std::span<double> sums, std::span<double> weights) const;
 

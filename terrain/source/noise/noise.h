@@ -25,18 +25,18 @@ struct NoiseKeys {
     static NoiseKeys make(std::uint64_t seed, int octave);
 };
 
-/// A place on one axis of the noise's lattice of nodes.
+/// A coordinate relative to the noise's lattice of nodes.
 struct NoiseCoordinate {
     std::uint64_t cell = 0;  ///< index of the node below, modulo 2^64
     double fraction = 0.0;   ///< from there, in cells, 0 to 1
 };
 
-/// Where a coordinate lies on an octave over integer units.
+/// The cell and fraction of an integer coordinate on an octave.
 ///
 /// @param rest  beyond the whole units, 0 to 1
 NoiseCoordinate noise_coordinate(const internal::NoiseAxis& axis, std::uint64_t units, double rest);
 
-/// A coordinate with all that the noise wants to know about it, for one octave and axis.
+/// A coordinate with the hashes of its nodes, for one octave and axis.
 struct NoisePlace {
     std::uint64_t cell = 0;
     std::uint64_t low_hash = 0;   ///< of the node below

@@ -9,9 +9,9 @@
 
 namespace terrane::internal {
 
-/// Columns that kernels take at once, a multiple of the widest lanes: a chunk's side in one go.
+/// Columns that kernels process at once, a multiple of the widest lanes: at least a chunk's side.
 inline constexpr int kMaxNoiseColumns = 136;
-/// Columns come in whole groups: the lanes of the widest level.
+/// Columns are processed in whole groups: the lanes of the widest level.
 inline constexpr int kNoiseGroup = 8;
 /// Rounded values of the cosine, the directions of gradients: cos((2 k + 1) pi / 64) for 16 k.
 /// None lies along an axis or a diagonal; the other three quarters are mirrored.
@@ -56,7 +56,7 @@ struct NoiseRun {
     bool is_near;  ///< lower and upper nodes are among as many as there are lanes, else anywhere
 };
 
-/// What kernels keep about the columns of a grid on one octave. Written before it is read.
+/// The kernels' data of a grid's columns on one octave. Written before it is read.
 struct NoiseColumnData {
     int column_count;  ///< arrange() rounds it up to whole vectors
     int node_count;    ///< a multiple of two vectors, or of one of eight lanes
@@ -71,7 +71,8 @@ struct NoiseColumnData {
     bool is_picked;  ///< else, whether each group is a near run
     int run_count;   ///< else, runs from the first column to the last
     NoiseRun runs[kMaxNoiseColumns];
-    alignas(64) uint64_t lanes[kMaxNoiseColumns];  ///< lower nodes, as the level's kernel likes it
+    alignas(
+        64) uint64_t lanes[kMaxNoiseColumns];  ///< lower nodes, in the layout of the level's kernel
     alignas(64) uint64_t hashes[NoiseNodes::kMax];
     NoiseNodes nodes[2];  ///< of the rows of nodes below and above a row of samples
 };
@@ -91,7 +92,7 @@ struct MultifractalShape {
     double homogeneity = 1.0;  ///< 1 - heterogeneity
 };
 
-/// Points that kernels take at once: a patch of a grid whose places are moved about.
+/// Points that kernels process at once: a patch of a warped grid.
 inline constexpr int kMaxNoisePoints = 768;
 
 /// Points anywhere in the plane, in units.

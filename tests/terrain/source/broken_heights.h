@@ -26,7 +26,7 @@ enum class Breach {
     neighbour,      ///< sample() gives the height of the next column
     wide_windows,   ///< grids with more than 12 columns have another last bit
     coarse_levels,  ///< samples of step 16 and more have another last bit
-    mesh_bounds,    ///< mesh_bounds() rounds in another way than vertex_bounds()
+    mesh_bounds,    ///< mesh_bounds() rounds differently from vertex_bounds()
     second_time,    ///< a grid that was asked for before has another last bit
     other_threads,  ///< only the thread that made the source gets the right answer
     nan_sample,     ///< one of the samples beyond 30 km
