@@ -1,14 +1,29 @@
 # SPDX-License-Identifier: MIT
 """Figures of contact.md."""
 import math
+import pathlib
+import re
 
 from svg import Axes, Figure
 
-# Heights of the offset surfaces below the contact surface, in tolerances: collision/bodies/step.
-FIRST_OFFSET, OFFSET_RATIO, OFFSET_COUNT = 0.25, 0.85, 48
-OFFSETS = [1.0 - (1.0 - FIRST_OFFSET) * OFFSET_RATIO ** i for i in range(OFFSET_COUNT)]
-STOP_GAP = 1.0 / 256.0
+STEP = pathlib.Path(__file__).resolve().parents[2] / "collision/bodies/step"
+
+
+def constant(file, name):
+    """A constant of the code: a number, or a quotient of two."""
+    found = re.search(rf"constexpr \w+ {name} = ([\d.]+)(?: / ([\d.]+))?;", (STEP / file).read_text())
+    if not found:
+        raise ValueError(f"{file} has no constant {name}")
+    return float(found[1]) / float(found[2] or 1.0)
+
+
+# Heights of the offset surfaces below the contact surface, and gaps, in tolerances.
+FIRST_OFFSET = constant("ground_contact_cache.h", "kFirstOffset")
+OFFSET_RATIO = constant("ground_contact_cache.cpp", "kOffsetRatio")
+OFFSET_COUNT = int(constant("ground_contact_cache.h", "kOffsetCount"))
+STOP_GAP = constant("ground_contact_cache.h", "kStopGap")
 SEPARATION_GAP = 0.5 * FIRST_OFFSET
+OFFSETS = [1.0 - (1.0 - FIRST_OFFSET) * OFFSET_RATIO ** i for i in range(OFFSET_COUNT)]
 
 
 def closest_on_segment(p, a, b):
