@@ -52,9 +52,9 @@ FileTruth write_numbers(const std::string& path, const RasterSpec& spec,
     write_raster(path, blank);
     GDALDataset* file = GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_UPDATE);
     std::vector<Number> copy = numbers;
-    const auto transfer = [&](GDALRWFlag way) {
+    const auto transfer = [&](GDALRWFlag direction) {
         ASSERT_EQ(
-            file->GetRasterBand(1)->RasterIO(way, 0, 0, spec.columns, spec.rows, copy.data(),
+            file->GetRasterBand(1)->RasterIO(direction, 0, 0, spec.columns, spec.rows, copy.data(),
                                              spec.columns, spec.rows, spec.type, 0, 0, nullptr),
             CE_None);
     };
