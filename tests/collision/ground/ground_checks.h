@@ -7,11 +7,12 @@
 
 #include <cstring>
 
-// What holds for every kind of shape.
+// Expectations about queries that hold for every kind of shape.
 namespace terrane::test {
 
-/// Contacts come deepest first, and moving by what resolves them frees the shape.
-inline void expect_freed_by_contacts(const Shape& shape, const Pose& pose, const Ground& ground) {
+/// Contacts are sorted, deepest first, and the shortest translation that resolves them all separates the shape.
+inline void expect_separated_by_contacts(const Shape& shape, const Pose& pose,
+                                         const Ground& ground) {
     std::array<Contact, 256> contacts;
     const ContactAnswer answer = find_contacts(shape, pose, ground, 0.0, contacts);
     ASSERT_EQ(answer.status, QueryStatus::complete);
@@ -32,13 +33,15 @@ inline void expect_freed_by_contacts(const Shape& shape, const Pose& pose, const
     }
 }
 
-/// The translation that the distance names frees the shape.
-inline void expect_freed_by_distance(const Shape& shape, const Pose& pose, const Ground& ground) {
+/// The translation of signed_distance() separates the shape.
+inline void expect_separated_by_distance(const Shape& shape, const Pose& pose,
+                                         const Ground& ground) {
     const DistanceAnswer answer = signed_distance(shape, pose, ground, 1.0);
     EXPECT_LE(compute_lift(shape, moved(pose, -answer.distance * answer.normal), ground).lift,
               1e-9);
 }
 
+/// A kilometre below the ground there is a contact, and the minimum translation separates.
 inline void expect_pushed_up_from_a_kilometre_below(const Shape& shape) {
     const Ground ground = make_test_ground(hash_height, 1.0, 1);
     const Pose pose = pose_at(64.3, 64.4, -1000.0);
@@ -48,10 +51,10 @@ inline void expect_pushed_up_from_a_kilometre_below(const Shape& shape) {
     EXPECT_GE(answer.lift, 1000.0 + support_distance(shape, -Eigen::Vector3d::UnitZ()) - 1e-9);
     ASSERT_GE(answer.count, 1u);
     EXPECT_LT(signed_distance(shape, pose, ground, 1.0).distance, 0.0);
-    expect_freed_by_distance(shape, pose, ground);
+    expect_separated_by_distance(shape, pose, ground);
 }
 
-/// A shape that is no larger than a point, at, below and above a slope.
+/// For a shape that is a point: at, below and above a slope.
 inline void expect_answers_of_a_point(const Shape& shape) {
     const Ground ground =
         make_test_ground([](double x, double y) { return 0.25 * x + 0.5 * y; }, 1.0, 1);
@@ -67,7 +70,7 @@ inline void expect_answers_of_a_point(const Shape& shape) {
                 0.5 * upright, 1e-9);
 }
 
-/// A box of half extents 3 x 3 x 0.5 m, or a hull that is one, over a spike.
+/// For a box of half extents 3 x 3 x 0.5 m, or a hull that is one: over a spike.
 inline void expect_spike_under_the_middle(const Shape& box, Contact& contact_out) {
     const Ground ground = make_test_ground(
         [](double x, double y) { return x == 64.0 && y == 64.0 ? 1.0 : 0.0; }, 1.0, 1);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "ground_checks.h"
+#include "hull_cases.h"
 
-#include <terrane/collision/ground_contact.h>
+#include <terrane/collision/ground_cast.h>
 
 #include <gtest/gtest.h>
 
@@ -12,7 +13,163 @@ using namespace test;
 
 constexpr std::uint64_t kSeed = 20260101;
 
-TEST(ComputeLift, OfBoxesIsThatOfClippedFaces) {
+class ShapeContacts : public EveryShape {};
+INSTANTIATE_TEST_SUITE_P(All, ShapeContacts, testing::ValuesIn(make_named_shapes()), shape_name);
+
+class ShapeDistances : public EveryShape {};
+INSTANTIATE_TEST_SUITE_P(All, ShapeDistances, testing::ValuesIn(make_named_shapes()), shape_name);
+
+TEST_P(ShapeDistances, LiftIsMinusInfinityOverNoGround) {
+    const Ground ground = make_test_ground([](double, double) { return 0.0; }, 1.0, 1);
+    const LiftAnswer answer = compute_lift(shape(), pose_at(-50.0, 60.0, 0.0), ground);
+    EXPECT_EQ(answer.status, QueryStatus::complete);
+    EXPECT_EQ(answer.lift, -std::numeric_limits<double>::infinity());
+}
+
+TEST_P(ShapeContacts, SeparateTheShapeWhenResolved) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    Random random(kSeed);
+    for (const Scene& scene : make_scenes()) {
+        SCOPED_TRACE(scene.name);
+        const Ground ground = make_test_ground(scene.height, 1.0, 1);
+        for (int i = 0; i < 30; ++i) {
+            const Pose pose = random_pose(random, ground, -1.0, 1.5);
+            expect_separated_by_contacts(shape(), pose, ground);
+        }
+    }
+}
+
+TEST_P(ShapeContacts, HaveNoDepthWhereTheShapeIsApart) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 1);
+    Random random(kSeed + 1);
+    for (const Scene& scene : make_scenes()) {
+        SCOPED_TRACE(scene.name);
+        const Ground ground = make_test_ground(scene.height, 1.0, 1);
+        for (int i = 0; i < 30; ++i) {
+            const Pose pose = random_pose(random, ground, 0.0, 3.0);
+            if (compute_lift(shape(), pose, ground).lift > -1e-6) continue;
+            std::array<Contact, 64> contacts;
+            const ContactAnswer touching = find_contacts(shape(), pose, ground, 0.0, contacts);
+            for (std::size_t k = 0; k < touching.count; ++k) EXPECT_LE(contacts[k].depth, 1e-8);
+            // With a margin just above the gap no contact is nearer than the gap.
+            const double gap = signed_distance(shape(), pose, ground, 5.0).distance;
+            const ContactAnswer near = find_contacts(shape(), pose, ground, gap + 1e-6, contacts);
+            if (near.count == 0) continue;  // its direction is not in the ground's normal cone
+            EXPECT_LE(contacts[0].depth, -gap + 1e-9);
+        }
+    }
+}
+
+TEST_P(ShapeContacts, HaveTheFaceNormalOnFlatSeams) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    Random random(kSeed);
+    const Ground ground = make_test_ground([](double, double) { return 0.0; }, 1.0, 2);
+    for (int i = 0; i < 100; ++i) {
+        Pose pose;
+        pose.rotation = random.rotation();
+        // Over corners, edges and the seam of two root squares.
+        pose.translation = {128.0 + random.between(-2.0, 2.0), 128.0, 0.0};
+        const double lift = compute_lift(shape(), pose, ground).lift;
+        pose.translation.z() = lift - 0.001;
+        std::array<Contact, 64> contacts;
+        const ContactAnswer answer = find_contacts(shape(), pose, ground, 0.01, contacts);
+        ASSERT_GE(answer.count, 1u);
+        for (std::size_t k = 0; k < answer.count; ++k) {
+            EXPECT_NEAR(contacts[k].normal.z(), 1.0, 1e-9);
+        }
+        EXPECT_NEAR(contacts[0].depth, 0.001, 1e-9);
+    }
+}
+
+TEST_P(ShapeContacts, PushUpAShapeAKilometreBelow) {
+    expect_pushed_up_from_a_kilometre_below(shape());
+}
+
+TEST_P(ShapeContacts, GiveTheSameBitsTenThousandKilometresOut) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    Random random(kSeed);
+    const FarGround grounds;
+    for (int i = 0; i < 50; ++i) {
+        const Pose pose = random_pose(random, grounds.near, -0.5, 1.5);
+        expect_the_same_contacts_far_out(shape(), FarGround::rounded(pose), grounds);
+    }
+}
+
+TEST_P(ShapeContacts, RejectPosesThatAreNotFiniteOrNotRotations) {
+    const Ground ground = make_test_ground([](double, double) { return 0.0; }, 1.0, 1);
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    Pose skewed;
+    skewed.rotation(0, 1) = 1e-3;
+    Pose mirrored;
+    mirrored.rotation(2, 2) = -1.0;
+    std::array<Contact, 4> contacts;
+    for (const Pose& pose : {pose_at(nan, 0, 0), pose_at(0, 0, nan), skewed, mirrored}) {
+        EXPECT_EQ(find_contacts(shape(), pose, ground, 0.0, contacts).status, QueryStatus::invalid);
+        EXPECT_EQ(signed_distance(shape(), pose, ground, 1.0).status, QueryStatus::invalid);
+        EXPECT_EQ(compute_lift(shape(), pose, ground).status, QueryStatus::invalid);
+        EXPECT_EQ(test_contact(shape(), pose, ground).status, QueryStatus::invalid);
+        EXPECT_EQ(pseudodistance(shape(), pose, ground).status, QueryStatus::invalid);
+        Motion motion;
+        motion.start = pose;
+        EXPECT_EQ(cast(shape(), motion, ground).status, QueryStatus::invalid);
+    }
+}
+
+TEST_P(ShapeDistances, OverlappingAreMinusTheShortestOfManyTranslations) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    Random random(kSeed);
+    int overlap_count = 0;
+    for (const Scene& scene : make_scenes()) {
+        SCOPED_TRACE(scene.name);
+        const Ground ground = make_test_ground(scene.height, 1.0, 1);
+        for (int i = 0; i < 30; ++i) {
+            Pose pose = random_pose(random, ground, -0.5, 1.5);
+            // Half of them overlap slightly.
+            if (i % 2 == 0) {
+                pose.translation.z() +=
+                    compute_lift(shape(), pose, ground).lift - 0.02 * smallest_half_extent(shape());
+            }
+            const DistanceAnswer answer = signed_distance(shape(), pose, ground, 5.0);
+            if (answer.distance >= 0.0) continue;
+            const double depth = -answer.distance;
+            EXPECT_LE(compute_lift(shape(), moved(pose, depth * answer.normal), ground).lift, 1e-9);
+            ++overlap_count;
+            const bool is_shallow = depth <= 0.2 * smallest_half_extent(shape());
+            const double shorter = is_shallow ? depth - 1e-9 : 0.8 * depth;
+            for (int k = 0; k < 100; ++k) {
+                Eigen::Vector3d n = random.direction();
+                if (k >= 50) n = (answer.normal + random.between(0.0, 0.3) * n).normalized();
+                EXPECT_GT(compute_lift(shape(), moved(pose, shorter * n), ground).lift, 0.0)
+                    << "depth " << depth;
+            }
+        }
+    }
+    EXPECT_GT(overlap_count, 20);
+}
+
+TEST_P(ShapeDistances, ApartAreTheLargestDisplacementWithoutOverlap) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    Random random(kSeed);
+    for (const Scene& scene : make_scenes()) {
+        SCOPED_TRACE(scene.name);
+        const Ground ground = make_test_ground(scene.height, 1.0, 1);
+        for (int i = 0; i < 20; ++i) {
+            const Pose pose = random_pose(random, ground, 0.5, 4.0);
+            const DistanceAnswer answer = signed_distance(shape(), pose, ground, 8.0);
+            if (answer.distance <= 0.0) continue;
+            ASSERT_TRUE(answer.has_ground);
+            const double gap = answer.distance;
+            const Pose touching = moved(pose, -gap * answer.normal);
+            EXPECT_NEAR(compute_lift(shape(), touching, ground).lift, 0.0, 1e-8);
+            for (int k = 0; k < 50; ++k) {
+                const Pose there = moved(pose, (gap - 1e-9) * random.direction());
+                EXPECT_LE(compute_lift(shape(), there, ground).lift, 0.0);
+            }
+        }
+    }
+}
+
+TEST(ComputeLift, OfBoxesIsThatOfTheirClippedFaces) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed);
     Random random(kSeed);
     for (const Scene& scene : make_scenes()) {
@@ -33,7 +190,7 @@ TEST(ComputeLift, OfBoxesIsThatOfClippedFaces) {
     }
 }
 
-TEST(ComputeLift, OfRoundShapesIsTheLargestOverTheirPoints) {
+TEST(ComputeLift, OfRoundShapesIsTheLargestOverSampledPoints) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed);
     Random random(kSeed);
     const std::vector<Scene> scenes = make_scenes();
@@ -52,103 +209,7 @@ TEST(ComputeLift, OfRoundShapesIsTheLargestOverTheirPoints) {
     }
 }
 
-TEST(ComputeLift, IsMinusInfinityOverNoGround) {
-    const Ground ground = make_test_ground([](double, double) { return 0.0; }, 1.0, 1);
-    for (const Shape& shape : make_shapes()) {
-        const LiftAnswer answer = compute_lift(shape, pose_at(-50.0, 60.0, 0.0), ground);
-        EXPECT_EQ(answer.status, QueryStatus::complete);
-        EXPECT_EQ(answer.lift, -std::numeric_limits<double>::infinity());
-    }
-}
-
-TEST(FindContacts, FreeTheShapeWhenResolved) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    Random random(kSeed);
-    for (const Scene& scene : make_scenes()) {
-        SCOPED_TRACE(scene.name);
-        const Ground ground = make_test_ground(scene.height, 1.0, 1);
-        for (const Shape& shape : make_shapes()) {
-            for (int i = 0; i < 40; ++i) {
-                const Pose pose = random_pose(random, ground, -1.0, 1.5);
-                expect_freed_by_contacts(shape, pose, ground);
-            }
-        }
-    }
-}
-
-TEST(FindContacts, ReportsNothingApart) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    Random random(kSeed + 1);
-    for (const Scene& scene : make_scenes()) {
-        SCOPED_TRACE(scene.name);
-        const Ground ground = make_test_ground(scene.height, 1.0, 1);
-        for (const Shape& shape : make_shapes()) {
-            for (int i = 0; i < 60; ++i) {
-                const Pose pose = random_pose(random, ground, 0.0, 3.0);
-                if (compute_lift(shape, pose, ground).lift > -1e-6) continue;
-                std::array<Contact, 8> contacts;
-                const ContactAnswer answer = find_contacts(shape, pose, ground, 0.0, contacts);
-                for (std::size_t k = 0; k < answer.count; ++k) EXPECT_LE(contacts[k].depth, 1e-8);
-            }
-        }
-    }
-}
-
-TEST(SignedDistance, IsTheShortestOfManyDirectionsWhereShallow) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    Random random(kSeed);
-    for (const Scene& scene : make_scenes()) {
-        SCOPED_TRACE(scene.name);
-        const Ground ground = make_test_ground(scene.height, 1.0, 1);
-        for (const Shape& shape : make_shapes()) {
-            for (int i = 0; i < 30; ++i) {
-                const Pose pose = random_pose(random, ground, -0.5, 1.5);
-                const DistanceAnswer answer = signed_distance(shape, pose, ground, 5.0);
-                if (answer.distance >= 0.0) continue;
-                const double depth = -answer.distance;
-                EXPECT_LE(compute_lift(shape, moved(pose, depth * answer.normal), ground).lift,
-                          1e-9);
-                const bool is_shallow = depth <= 0.2 * smallest_half_extent(shape);
-                const double shorter = is_shallow ? depth - 1e-9 : 0.8 * depth;
-                for (int k = 0; k < 100; ++k) {
-                    Eigen::Vector3d n = random.direction();
-                    if (k >= 50) n = (answer.normal + random.between(0.0, 0.3) * n).normalized();
-                    EXPECT_GT(compute_lift(shape, moved(pose, shorter * n), ground).lift, 0.0)
-                        << "depth " << depth;
-                }
-            }
-        }
-    }
-}
-
-TEST(SignedDistance, ApartIsTheLargestMoveThatStaysFree) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    Random random(kSeed);
-    for (const Scene& scene : make_scenes()) {
-        SCOPED_TRACE(scene.name);
-        const Ground ground = make_test_ground(scene.height, 1.0, 1);
-        for (const Shape& shape : make_shapes()) {
-            for (int i = 0; i < 30; ++i) {
-                const Pose pose = random_pose(random, ground, 0.5, 4.0);
-                const DistanceAnswer answer = signed_distance(shape, pose, ground, 8.0);
-                if (answer.distance <= 0.0) continue;
-                ASSERT_TRUE(answer.has_ground);
-                const double gap = answer.distance;
-                EXPECT_GT(
-                    compute_lift(shape, moved(pose, -(gap + 1e-6) * answer.normal), ground).lift,
-                    0.0);
-                for (int k = 0; k < 100; ++k) {
-                    EXPECT_LE(
-                        compute_lift(shape, moved(pose, (gap - 1e-9) * random.direction()), ground)
-                            .lift,
-                        0.0);
-                }
-            }
-        }
-    }
-}
-
-TEST(SignedDistance, OfASphereOverASlopeIsThatOfItsPlane) {
+TEST(SignedDistance, OfASphereOverASlopeIsTheDistanceToItsPlane) {
     const Ground ground = make_test_ground([](double x, double) { return 0.75 * x; }, 1.0, 1);
     for (const double height : {-20.0, -0.1, 0.3, 0.625, 2.0}) {
         const DistanceAnswer answer =
@@ -158,7 +219,7 @@ TEST(SignedDistance, OfASphereOverASlopeIsThatOfItsPlane) {
     }
 }
 
-TEST(FindContacts, OfAFlatBoxOnFlatGroundAreItsFourCorners) {
+TEST(FindContacts, OfALevelBoxOnLevelGroundAreItsFourCorners) {
     const Ground ground = make_test_ground([](double, double) { return 2.0; }, 1.0, 1);
     std::array<Contact, 8> contacts;
     const ContactAnswer answer =
@@ -172,18 +233,19 @@ TEST(FindContacts, OfAFlatBoxOnFlatGroundAreItsFourCorners) {
     }
 }
 
-TEST(FindContacts, SeeASpikeUnderTheMiddleOfABoxFace) {
+TEST(FindContacts, FindASpikeUnderTheMiddleOfABoxFace) {
     Contact contact;
     expect_spike_under_the_middle(Box{{3.0, 3.0, 0.5}}, contact);
 }
 
-// What is too large for one window is read square by square: none of their seams hides anything.
-TEST(FindContacts, SeeASpikeUnderALargeShapeWhereverItStands) {
-    constexpr double kApart = 37.0;  // cells, so that each column and row of a square gets a spike
+// Shapes too large for one window are tested square by square: contacts at the seams must be found too.
+TEST(FindContacts, FindASpikeUnderALargeShapeAtEveryCellOfASquare) {
+    constexpr double kApart =
+        37.0;  // cells: one spike in each column and row of a square, modulo its size
     const auto is_on_line = [](double p) { return p == kApart * std::floor(p / kApart); };
     const Ground ground = make_test_ground(
         [&](double x, double y) { return is_on_line(x) && is_on_line(y) ? 5.0 : 0.0; }, 1.0, 5);
-    // over one spike each: flat on it, on an edge, which leaves it by its sides, and round
+    // over one spike each: a level face, an edge, and a round shape
     struct Case {
         Shape shape;
         Pose pose;
@@ -212,7 +274,7 @@ TEST(FindContacts, SeeASpikeUnderALargeShapeWhereverItStands) {
     }
 }
 
-TEST(FindContacts, SeeARidgeUnderTheEdgeOfABox) {
+TEST(FindContacts, FindARidgeUnderTheEdgeOfABox) {
     const Ground ground =
         make_test_ground([](double x, double) { return -std::abs(x - 64.0); }, 1.0, 1);
     Motion turn;
@@ -226,39 +288,13 @@ TEST(FindContacts, SeeARidgeUnderTheEdgeOfABox) {
     EXPECT_NEAR(contacts[0].normal.z(), 1.0, 1e-9);
 }
 
-TEST(FindContacts, HaveTheFacesNormalOnFlatSeams) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    Random random(kSeed);
-    const Ground ground = make_test_ground([](double, double) { return 0.0; }, 1.0, 2);
-    for (const Shape& shape : make_shapes()) {
-        for (int i = 0; i < 200; ++i) {
-            Pose pose;
-            pose.rotation = random.rotation();
-            // Over corners, edges and the seam of two roots.
-            pose.translation = {128.0 + random.between(-2.0, 2.0), 128.0, 0.0};
-            const double lift = compute_lift(shape, pose, ground).lift;
-            pose.translation.z() = lift - 0.001;
-            std::array<Contact, 64> contacts;
-            const ContactAnswer answer = find_contacts(shape, pose, ground, 0.01, contacts);
-            ASSERT_GE(answer.count, 1u);
-            for (std::size_t k = 0; k < answer.count; ++k) {
-                EXPECT_NEAR(contacts[k].normal.z(), 1.0, 1e-9);
-            }
-            EXPECT_NEAR(contacts[0].depth, 0.001, 1e-9);
-        }
-    }
-}
-
-TEST(FindContacts, PushUpWhatLiesAKilometreBelow) {
-    for (const Shape& shape : make_shapes()) expect_pushed_up_from_a_kilometre_below(shape);
-}
-
-TEST(FindContacts, AnswerWhereAShapeHasNoThickness) {
+TEST(FindContacts, AnswerForShapesWithoutThickness) {
     const Ground ground =
         make_test_ground([](double x, double y) { return 0.25 * x + 0.5 * y; }, 1.0, 1);
     const double surface = 0.25 * 64.3 + 0.5 * 64.4;
     for (const Shape& shape :
-         {Shape(Sphere{0.0}), Shape(Capsule{0.0, 0.0}), Shape(Box{{0.0, 0.0, 0.0}})}) {
+         {Shape(Sphere{0.0}), Shape(Capsule{0.0, 0.0}), Shape(Box{{0.0, 0.0, 0.0}}),
+          Shape(make_hull({{0, 0, 0}})), Shape(make_hull({{0, 0, 0}, {0, 0, 0}}))}) {
         expect_answers_of_a_point(shape);
     }
     std::array<Contact, 8> contacts;
@@ -271,7 +307,7 @@ TEST(FindContacts, AnswerWhereAShapeHasNoThickness) {
     }
 }
 
-TEST(FindContacts, CountExactTouchAsAContactOfDepthZero) {
+TEST(FindContacts, ReportExactTouchAsAContactOfDepthZero) {
     const Ground ground = make_test_ground([](double, double) { return 1.0; }, 1.0, 1);
     std::array<Contact, 8> contacts;
     for (const Shape& shape :
@@ -286,7 +322,7 @@ TEST(FindContacts, CountExactTouchAsAContactOfDepthZero) {
     }
 }
 
-TEST(FindContacts, SayTruncatedAndKeepTheDeepest) {
+TEST(FindContacts, ReportTruncatedAndKeepTheDeepest) {
     const Ground ground = make_test_ground([](double, double) { return 0.0; }, 1.0, 1);
     Motion turn;
     turn.rotation_vector = 0.001 * Eigen::Vector3d(1.0, 0.5, 0.0);
@@ -304,31 +340,20 @@ TEST(FindContacts, SayTruncatedAndKeepTheDeepest) {
     EXPECT_EQ(few[1].depth, all[1].depth);
 }
 
-TEST(FindContacts, RefuseWhatIsNotFiniteOrNotARotation) {
+TEST(FindContacts, RejectNonFiniteAndNegativeArguments) {
     const Ground ground = make_test_ground([](double, double) { return 0.0; }, 1.0, 1);
     const double nan = std::numeric_limits<double>::quiet_NaN();
     std::array<Contact, 4> contacts;
-    Pose skewed;
-    skewed.rotation(0, 1) = 1e-3;
-    Pose mirrored;
-    mirrored.rotation(2, 2) = -1.0;
-    EXPECT_EQ(find_contacts(Sphere{}, pose_at(nan, 0, 0), ground, 0.0, contacts).status,
-              QueryStatus::invalid);
     EXPECT_EQ(find_contacts(Sphere{nan}, Pose{}, ground, 0.0, contacts).status,
               QueryStatus::invalid);
     EXPECT_EQ(find_contacts(Sphere{-1.0}, Pose{}, ground, 0.0, contacts).status,
               QueryStatus::invalid);
-    EXPECT_EQ(find_contacts(Box{}, skewed, ground, 0.0, contacts).status, QueryStatus::invalid);
-    EXPECT_EQ(find_contacts(Box{}, mirrored, ground, 0.0, contacts).status, QueryStatus::invalid);
     EXPECT_EQ(find_contacts(Box{}, Pose{}, ground, nan, contacts).status, QueryStatus::invalid);
     EXPECT_EQ(find_contacts(Box{}, Pose{}, ground, -1.0, contacts).status, QueryStatus::invalid);
-    EXPECT_EQ(signed_distance(Box{}, pose_at(0, 0, nan), ground, 1.0).status,
-              QueryStatus::invalid);
     EXPECT_EQ(signed_distance(Box{}, Pose{}, ground, nan).status, QueryStatus::invalid);
-    EXPECT_EQ(compute_lift(Box{}, pose_at(0, nan, 0), ground).status, QueryStatus::invalid);
 }
 
-TEST(FindContacts, SayNotResidentWhereAChunkIsMissing) {
+TEST(FindContacts, ReportNotResidentWhereAChunkIsMissing) {
     TableGroundSettings settings;
     settings.roots = 2;
     settings.is_resident = [](int column, int) { return column == 0; };
@@ -342,7 +367,7 @@ TEST(FindContacts, SayNotResidentWhereAChunkIsMissing) {
               QueryStatus::not_resident);
 }
 
-TEST(FindContacts, MeetNoGroundInCellsThatLieOutside) {
+TEST(FindContacts, FindNoGroundInCellsOutside) {
     TableGroundSettings settings;
     settings.is_outside = [](double x, double) { return x > 64.0; };
     const Ground ground = make_test_ground([](double, double) { return 0.0; }, settings);
@@ -354,18 +379,6 @@ TEST(FindContacts, MeetNoGroundInCellsThatLieOutside) {
     ASSERT_GE(rim.count, 1u);
     EXPECT_NEAR(contacts[0].depth, 0.01, 1e-9);
     EXPECT_NEAR(contacts[0].normal.z(), 1.0, 1e-9);
-}
-
-TEST(FindContacts, GiveTheSameBitsTenThousandKilometresOut) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    Random random(kSeed);
-    const FarGround grounds;
-    for (const Shape& shape : make_shapes()) {
-        for (int i = 0; i < 100; ++i) {
-            const Pose pose = random_pose(random, grounds.near, -0.5, 1.5);
-            expect_the_same_contacts_far_out(shape, FarGround::rounded(pose), grounds);
-        }
-    }
 }
 
 TEST(FindContacts, AnswerForABoxOverAHundredThousandCells) {

@@ -1,17 +1,20 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "ground_cases.h"
 #include "collision/shapes/point_clouds.h"
+#include "ground_cases.h"
 
 #include <terrane/collision/ground_contact.h>
 
+#include <gtest/gtest.h>
+
+#include <ostream>
 #include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
-// Hulls and compounds for questions against the ground, with answers that share no method with the library.
+// Hulls and compounds for queries against the ground, and oracles that share no method with the library.
 namespace terrane::test {
 
 inline ConvexHull make_hull(const Points& points) { return ConvexHull::create(points).value(); }
@@ -31,7 +34,7 @@ struct NamedHull {
     Points points;
 };
 
-/// Hulls of every dimension, none of them around its origin.
+/// Hulls of every dimension, none of them centred on its origin.
 inline std::vector<NamedHull> make_hulls(Random& random) {
     const Eigen::Vector3d off(0.3, -0.2, 0.4);
     const auto turned = [&](const Points& points) {
@@ -49,8 +52,8 @@ inline std::vector<NamedHull> make_hulls(Random& random) {
     };
 }
 
-/// Triangles that cover the surface of the hull of a few points: every three with all others on one
-/// side. Of flat points all three; of fewer than three the points themselves.
+/// Triangles that cover the surface of the hull of a few points: every triple with all others on one side. For fewer than
+/// three points, the points themselves.
 inline std::vector<Points> cover_hull(const Points& points) {
     if (points.size() < 3) return {points};
     std::vector<Points> cover;
@@ -71,6 +74,7 @@ inline std::vector<Points> cover_hull(const Points& points) {
     return cover;
 }
 
+/// Lift of a surface of polygons over triangles, by clipping.
 inline double clip_hull_lift(const std::vector<Points>& cover, const Pose& pose,
                              std::span<const Corners> soup) {
     double lift = -std::numeric_limits<double>::infinity();
@@ -84,10 +88,54 @@ inline double clip_hull_lift(const std::vector<Points>& cover, const Pose& pose,
     return lift;
 }
 
-/// The triangles under a ball around a pose.
+/// The triangles of the ground under the AABB of a sphere around a pose.
 inline std::vector<Corners> soup_around(const Ground& ground, const Pose& pose, double radius) {
     const Eigen::Vector3d& p = pose.translation;
     return make_soup(ground, p.x() - radius, p.y() - radius, p.x() + radius, p.y() + radius);
+}
+
+/// A shape of parametrised tests.
+struct NamedShape {
+    std::string name;  ///< letters, digits and underscores
+    Shape shape;
+};
+
+inline std::ostream& operator<<(std::ostream& out, const NamedShape& named) {
+    return out << named.name;
+}
+
+/// A shape of every kind: make_shapes(), make_hulls(), those hulls side by side, and a compound of every kind.
+inline std::vector<NamedShape> make_named_shapes() {
+    Random random(20261102);
+    std::vector<NamedShape> shapes;
+    const std::array<const char*, 3> names{"sphere", "capsule", "box"};
+    for (const Shape& shape : make_shapes()) shapes.push_back({names[shapes.size()], shape});
+    std::vector<CompoundPart> side_by_side;
+    for (NamedHull& named : make_hulls(random)) {
+        const ConvexHull hull = make_hull(named.points);
+        std::replace(named.name.begin(), named.name.end(), ' ', '_');
+        shapes.push_back({"hull_" + named.name, hull});
+        side_by_side.push_back({hull, pose_at(random.between(-2.0, 2.0), 0.0, 0.0)});
+    }
+    shapes.push_back({"compound_of_hulls", Compound::create(side_by_side).value()});
+    const std::vector<CompoundPart> parts{
+        {make_hull(sphere(random, 20)), pose_at(2.0, 0.0, 0.3)},
+        {Box{{0.5, 1.0, 0.2}}, pose_at(-1.5, 1.0, 0.0)},
+        {Capsule{0.3, 0.6}, pose_at(0.0, -2.0, 0.5)},
+        {Sphere{0.4}, pose_at(0.5, 0.5, -1.0)},
+    };
+    shapes.push_back({"compound", Compound::create(parts).value()});
+    return shapes;
+}
+
+/// Tests that run once for each of make_named_shapes().
+class EveryShape : public testing::TestWithParam<NamedShape> {
+protected:
+    const Shape& shape() const { return GetParam().shape; }
+};
+
+inline std::string shape_name(const testing::TestParamInfo<NamedShape>& info) {
+    return info.param.name;
 }
 
 }  // namespace terrane::test

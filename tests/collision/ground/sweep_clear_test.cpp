@@ -18,9 +18,9 @@ using internal::is_sweep_clear;
 
 constexpr std::uint64_t kSeed = 20261123;
 constexpr double kMargin = 1e-3;
-constexpr int kSamples = 48;  // of a way
+constexpr int kSamples = 48;  // of a motion
 
-/// Hulls and compounds are off their origins, which they turn about.
+/// Hulls and compounds are off their origins, so that turning moves them.
 std::vector<Shape> make_shapes() {
     std::vector<Shape> shapes{Sphere{0.5},          Capsule{0.4, 0.8},     Capsule{0.1, 0.0},
                               Box{{1.0, 2.0, 0.5}}, Box{{0.3, 0.2, 0.01}}, Box{{2.0, 0.0, 0.0}}};
@@ -42,15 +42,15 @@ std::vector<Shape> make_shapes() {
     return shapes;
 }
 
-/// A short motion that starts just above the ground, as those of bodies do.
+/// A short motion that starts just above the ground, like those of bodies in a substep.
 Motion random_short_motion(Random& random, const Shape& shape, const Ground& ground) {
     Motion motion;
     motion.start = random_pose(random, ground, 0.0, 1.0);
     const double above = random.below(2) == 0 ? 2.5e-3 : random.between(0.0, 0.3);
     motion.start.translation.z() += compute_lift(shape, motion.start, ground).lift + above;
-    const double way = std::exp(random.between(std::log(1e-4), std::log(0.3)));
+    const double distance = std::exp(random.between(std::log(1e-4), std::log(0.3)));
     const double turn = std::exp(random.between(std::log(1e-4), std::log(0.5)));
-    motion.translation = way * random.direction();
+    motion.translation = distance * random.direction();
     motion.rotation_vector = turn * random.direction();
     return motion;
 }
@@ -65,7 +65,7 @@ double least_distance(const Shape& shape, const Motion& motion, const Ground& gr
     return least;
 }
 
-TEST(ClearWay, IsFurtherThanTheMarginAllAlong) {
+TEST(SweepClear, ProvedMotionsKeepTheMargin) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed);
     Random random(kSeed);
     int clear = 0, proved = 0, met = 0;
@@ -84,13 +84,13 @@ TEST(ClearWay, IsFurtherThanTheMarginAllAlong) {
             }
         }
     }
-    // Else this says nothing.
+    // Enough cases of each kind.
     EXPECT_GT(met, 500);
     EXPECT_GT(clear, 500);
     EXPECT_GT(proved, clear / 2) << "of " << clear;
 }
 
-TEST(ClearWay, OfWhatTheCastStopsIsNever) {
+TEST(SweepClear, NeverProvesAMotionThatACastHits) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed);
     Random random(kSeed);
     int hits = 0;
@@ -106,22 +106,25 @@ TEST(ClearWay, OfWhatTheCastStopsIsNever) {
     EXPECT_GT(hits, 500);
 }
 
-TEST(ClearWay, IsProvedForAFallOntoNothingAndOffTheGround) {
+TEST(SweepClear, ProvesAFallThatEndsAboveOrBesideTheGround) {
     const Ground ground = make_test_ground([](double, double) { return 0.0; }, 1.0, 1);
     const Box box{{1.0, 2.0, 0.5}};
-    EXPECT_TRUE(is_sweep_clear(box, straight({64.0, 64.0, 2.0}, {0.3, 0.0, -1.4}), ground, kMargin));
-    EXPECT_FALSE(is_sweep_clear(box, straight({64.0, 64.0, 2.0}, {0.3, 0.0, -1.5}), ground, kMargin));
+    EXPECT_TRUE(
+        is_sweep_clear(box, straight({64.0, 64.0, 2.0}, {0.3, 0.0, -1.4}), ground, kMargin));
+    EXPECT_FALSE(
+        is_sweep_clear(box, straight({64.0, 64.0, 2.0}, {0.3, 0.0, -1.5}), ground, kMargin));
     const Compound pair =
         Compound::create(std::vector<CompoundPart>{{Sphere{0.5}, {}}, {Box{{1.0, 2.0, 0.5}}, {}}})
             .value();
-    EXPECT_TRUE(is_sweep_clear(pair, straight({64.0, 64.0, 2.0}, {0.3, 0.0, -1.4}), ground, kMargin));
+    EXPECT_TRUE(
+        is_sweep_clear(pair, straight({64.0, 64.0, 2.0}, {0.3, 0.0, -1.4}), ground, kMargin));
     EXPECT_FALSE(
         is_sweep_clear(pair, straight({64.0, 64.0, 2.0}, {0.3, 0.0, -1.5}), ground, kMargin));
     EXPECT_TRUE(
         is_sweep_clear(box, straight({-50.0, 64.0, -2.0}, {0.3, 0.0, -1.4}), ground, kMargin));
 }
 
-TEST(ClearWay, IsNotKnownWhereItIsNotLookedAt) {
+TEST(SweepClear, ProvesNothingForLargeTurnsInvalidInputOrMissingGround) {
     const Ground flat = make_test_ground([](double, double) { return 0.0; }, 1.0, 1);
     Motion high = straight({64.0, 64.0, 1000.0}, {0.1, 0.0, 0.0});
     ASSERT_TRUE(is_sweep_clear(Box{{1.0, 1.0, 1.0}}, high, flat, kMargin));
@@ -138,9 +141,9 @@ TEST(ClearWay, IsNotKnownWhereItIsNotLookedAt) {
     settings.is_resident = [](int column, int) { return column == 0; };
     settings.bound = 100.0f;
     const Ground half = make_test_ground([](double, double) { return 0.0; }, settings);
-    const Eigen::Vector3d way(0.0, 0.0, 0.1);
-    EXPECT_TRUE(is_sweep_clear(Sphere{1.0}, straight({120.0, 64.0, 2.0}, way), half, kMargin));
-    EXPECT_FALSE(is_sweep_clear(Sphere{1.0}, straight({127.5, 64.0, 2.0}, way), half, kMargin));
+    const Eigen::Vector3d up(0.0, 0.0, 0.1);
+    EXPECT_TRUE(is_sweep_clear(Sphere{1.0}, straight({120.0, 64.0, 2.0}, up), half, kMargin));
+    EXPECT_FALSE(is_sweep_clear(Sphere{1.0}, straight({127.5, 64.0, 2.0}, up), half, kMargin));
 }
 
 }  // namespace clear_way_test
