@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "shapes/hull_data.h"
 #include "math/vector_math.h"
+#include "shapes/hull_data.h"
 
 #include <terrane/collision/convex_hull.h>
 

@@ -2,10 +2,10 @@
 // The checks of the benchmark find what they look for.
 #include "replay.h"
 
-#include "flight.h"
 #include "benchmark/mesh/mesh_copy.h"
 #include "benchmark/mesh/mesh_locator.h"
 #include "benchmark/mesh/mesh_measure.h"
+#include "flight.h"
 #include "support/random.h"
 
 #include <terrane/terrain/fractal_heights.h>

@@ -95,7 +95,8 @@ void IslandSolver::collect_pairs(std::span<const RigidBody> bodies,
                              duration * length(a.velocity.linear - b.velocity.linear);
         const Eigen::Vector3d between = a.pose.translation - b.pose.translation;
         if (dot(between, between) > reach * reach) continue;
-        while (old < previous_manifolds_.size() && is_earlier(previous_manifolds_[old].pair, pair)) {
+        while (old < previous_manifolds_.size() &&
+               is_earlier(previous_manifolds_[old].pair, pair)) {
             ++old;
         }
         const bool was = old < previous_manifolds_.size() && previous_manifolds_[old].pair == pair;

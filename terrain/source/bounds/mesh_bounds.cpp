@@ -24,8 +24,8 @@
 // midpoint's.
 #include "source/bounds/mesh_bounds.h"
 
-#include "source/bounds/cell_deviation.h"
 #include "base/simd_level.h"
+#include "source/bounds/cell_deviation.h"
 #include "source/bounds/split_rows.h"
 
 #include <terrane/terrain/assert.h>

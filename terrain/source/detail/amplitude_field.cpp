@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "source/detail/amplitude_field.h"
 
-#include "source/bounds/rounding.h"
 #include "source/bounds/mesh_bounds.h"
+#include "source/bounds/rounding.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "source/fractal/fractal_bounds.h"
-#include "source/bounds/rounding.h"
-#include "source/fractal/fractal_surface.h"
-#include "source/fractal/head_samples.h"
-#include "source/bounds/mesh_bounds.h"
 #include "base/settings_check.h"
 #include "base/simd_level.h"
+#include "source/bounds/mesh_bounds.h"
+#include "source/bounds/rounding.h"
+#include "source/fractal/fractal_bounds.h"
+#include "source/fractal/fractal_surface.h"
+#include "source/fractal/head_samples.h"
 
 #include <terrane/terrain/assert.h>
 #include <terrane/terrain/fractal_heights.h>
@@ -23,7 +23,6 @@ namespace {
 
 /// The world's edges must lie within 2^38 m: half of what 64 bits hold, so that margins fit too.
 constexpr int kMaxExtentLog2 = 38;
-
 
 class Fractal final : public HeightSource {
 public:
@@ -65,7 +64,8 @@ public:
             fine.sample(units(wanted, 2), centres_out, radii_out);
         };
         const double error = fine.has_radii() ? head.bend : head.bend + head.radius;
-        compute_mesh_bounds(grid, samples, spacing_bounds(spacing, error), vertex_bounds_out, cell_bounds_out);
+        compute_mesh_bounds(grid, samples, spacing_bounds(spacing, error), vertex_bounds_out,
+                            cell_bounds_out);
         return {};
     }
 

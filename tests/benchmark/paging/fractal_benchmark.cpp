@@ -3,8 +3,8 @@
 // Samples a second of fractals, on one thread, at every level of vector instructions that the
 // machine has. Names: kind, level, grid, octaves, and the spacing as a share of the coarsest
 // wavelength: 512 m, so that 1/512 is a grid of 1 m.
-#include "source/fractal/fractal_surface.h"
 #include "base/simd_level.h"
+#include "source/fractal/fractal_surface.h"
 
 #include <terrane/terrain/fractal_heights.h>
 

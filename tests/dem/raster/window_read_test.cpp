@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "dem_source.h"
 #include "dem/raster_files.h"
+#include "dem_source.h"
 
 #include <gtest/gtest.h>
 

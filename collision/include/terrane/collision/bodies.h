@@ -51,10 +51,10 @@ struct BodyWorldSettings {
 
 /// Counts and limits of one step. Times are summed over bodies, seconds.
 struct StepReport {
-    std::uint64_t awake = 0;  ///< bodies that were simulated
-    std::uint64_t parked = 0;  ///< BodyCondition::parked
-    std::uint64_t left_world = 0;  ///< BodyCondition::left_world
-    std::uint64_t asleep = 0;  ///< BodyCondition::asleep
+    std::uint64_t awake = 0;           ///< bodies that were simulated
+    std::uint64_t parked = 0;          ///< BodyCondition::parked
+    std::uint64_t left_world = 0;      ///< BodyCondition::left_world
+    std::uint64_t asleep = 0;          ///< BodyCondition::asleep
     std::uint64_t touching_pairs = 0;  ///< touching, at least one moving, in the last substep
     std::uint64_t islands = 0;         ///< groups of touching bodies in the last substep
     std::uint64_t impacts = 0;         ///< on the ground
@@ -70,9 +70,9 @@ struct WorldCastAnswer {
     static constexpr std::size_t kGround = ~std::size_t{0};
 
     QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
-    bool hit = false;  ///< whether anything is met
-    double fraction = 1.0;       ///< of the motion, up to the hit
-    std::size_t body = kGround;  ///< index of the body that was hit, or kGround
+    bool hit = false;                           ///< whether anything is met
+    double fraction = 1.0;                      ///< of the motion, up to the hit
+    std::size_t body = kGround;                 ///< index of the body that was hit, or kGround
     WorldPos point_world = WorldPos::Zero();
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, towards the moving shape
 };

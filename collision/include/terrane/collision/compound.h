@@ -21,7 +21,7 @@ using ConvexShape = std::variant<Sphere, Capsule, Box, ConvexHull>;
 
 /// A convex shape and its pose in the compound.
 struct CompoundPart {
-    ConvexShape shape;  ///< in the part's own frame
+    ConvexShape shape;    ///< in the part's own frame
     Pose body_from_part;  ///< the rotation must be orthonormal to 1e-6
 };
 

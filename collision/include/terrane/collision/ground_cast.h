@@ -9,8 +9,8 @@ namespace terrane {
 /// Answer of cast().
 struct CastAnswer {
     QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
-    bool hit = false;  ///< whether the ground is met
-    double fraction = 1.0;            ///< of the motion, in [0, 1]: no overlap before it
+    bool hit = false;                           ///< whether the ground is met
+    double fraction = 1.0;                      ///< of the motion, in [0, 1]: no overlap before it
     bool started_in_contact = false;  ///< touch or overlap at t = 0; fraction is 0 unless skipped
     Contact contact;                  ///< the deepest at `fraction`; set where `hit`
     double error_m = 0.0;             ///< largest error_m of the cells tested

@@ -24,7 +24,7 @@ struct Contact {
 /// Answer of find_contacts().
 struct ContactAnswer {
     QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
-    std::size_t count = 0;  ///< written to contacts_out, deepest first
+    std::size_t count = 0;                      ///< written to contacts_out, deepest first
     /// Vertical overlap, metres: largest of surface minus z over the shape; moving up by it always separates;
     /// <= 0 apart.
     double lift = 0.0;

@@ -19,7 +19,7 @@ struct PathDriverSettings {
 
 /// What a driver is doing.
 enum class DriverStatus : std::uint8_t {
-    driving,  ///< follows the path
+    driving,      ///< follows the path
     rolled_over,  ///< the truck lies on its side or roof: throttle 0, brakes on
     finished,     ///< the end of the path was reached: brakes on; final
 };

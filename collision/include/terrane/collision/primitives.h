@@ -12,7 +12,7 @@ struct Sphere {
 
 /// Everything within `radius` of the segment from (0, 0, -half_height) to (0, 0, half_height).
 struct Capsule {
-    double radius = 0.4;  ///< metres, >= 0
+    double radius = 0.4;       ///< metres, >= 0
     double half_height = 0.8;  ///< from the centre to the middle of a cap, metres, >= 0
 };
 

@@ -16,14 +16,14 @@ enum class QueryStatus {
 /// Answer of test_contact(): whether a shape touches the ground or another shape.
 struct TestAnswer {
     QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
-    bool is_touching = false;  ///< touch or overlap
-    double error_m = 0.0;      ///< largest error_m of the cells tested, metres; 0 between shapes
+    bool is_touching = false;                   ///< touch or overlap
+    double error_m = 0.0;  ///< largest error_m of the cells tested, metres; 0 between shapes
 };
 
 /// Answer of pseudodistance(): a measure with the sign of the signed distance that costs less.
 struct PseudodistanceAnswer {
     QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
-    double pseudodistance = 0.0;  ///< metres
+    double pseudodistance = 0.0;                ///< metres
     Eigen::Vector3d normal =
         Eigen::Vector3d::UnitZ();  ///< unit; moving along it increases the measure
     double error_m = 0.0;          ///< as in TestAnswer

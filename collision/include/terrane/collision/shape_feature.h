@@ -12,7 +12,7 @@ namespace terrane {
 struct ShapeFeature {
     static constexpr std::uint32_t kFace = ~std::uint32_t{0};  ///< value of `second` for a face
 
-    std::uint32_t first = 0;  ///< vertex, lower end of an edge, or face
+    std::uint32_t first = 0;   ///< vertex, lower end of an edge, or face
     std::uint32_t second = 0;  ///< the same vertex, upper end of the edge, or kFace
     bool operator==(const ShapeFeature&) const = default;
 };

@@ -97,7 +97,7 @@ PseudodistanceAnswer pseudodistance(const Shape& a, const Pose& world_from_a, co
 /// The first contact of a cast.
 struct PairCastAnswer {
     QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
-    bool hit = false;  ///< whether the shape is met
+    bool hit = false;                           ///< whether the shape is met
     double fraction = 1.0;                ///< of both motions; before it the shapes do not overlap
     bool started_in_contact = false;      ///< touching or overlapping at t = 0
     std::size_t count = 0;                ///< of contacts at `fraction`, deepest first
@@ -115,8 +115,8 @@ PairCastAnswer cast(const Shape& a, const Motion& motion_a, const Shape& b, cons
 /// Where a ray first meets a shape.
 struct ShapeRayAnswer {
     QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
-    bool hit = false;  ///< whether the shape is met
-    double fraction = 1.0;  ///< of the segment; 0 where `from` is inside
+    bool hit = false;                           ///< whether the shape is met
+    double fraction = 1.0;                      ///< of the segment; 0 where `from` is inside
     WorldPos point_world = WorldPos::Zero();
     /// Unit, out of the shape at the point; against the ray where `from` is inside.
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();

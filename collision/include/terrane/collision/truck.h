@@ -47,7 +47,7 @@ struct TruckControls {
 /// One wheel after a step.
 struct WheelState {
     WorldPos centre_world = WorldPos::Zero();  ///< centre of the wheel
-    double compression = 0.0;  ///< 0 (hanging) to suspension_travel, metres
+    double compression = 0.0;                  ///< 0 (hanging) to suspension_travel, metres
     /// Angle turned about the wheel's axle, radians, unbounded; positive rolls forward, which is right-handed about
     /// the body's y axis. For drawing.
     double spin = 0.0;

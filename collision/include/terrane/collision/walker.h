@@ -28,7 +28,7 @@ struct WalkerControls {
 /// it.
 struct Obstacle {
     Shape shape = Box{};  ///< of the obstacle
-    Pose pose;  ///< world_from_shape
+    Pose pose;            ///< world_from_shape
 };
 
 /// Where a walker is and how it moves.

@@ -9,15 +9,15 @@ namespace terrane {
 
 /// A future position of a body.
 struct BodyMoment {
-    double time_s = 0.0;  ///< on the clock of Pager::update()
+    double time_s = 0.0;                       ///< on the clock of Pager::update()
     WorldPos centre_world = WorldPos::Zero();  ///< of the bounding sphere
 };
 
 /// A body that touches ground, or may soon; the pager keeps that ground resident.
 struct BodyNeed {
-    WorldPos centre_world = WorldPos::Zero();  ///< of the bounding sphere
+    WorldPos centre_world = WorldPos::Zero();            ///< of the bounding sphere
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< m/s, world axes
-    double radius = 1.0;  ///< bounding, metres
+    double radius = 1.0;                                 ///< bounding, metres
     /// Its future trajectory, if known; rules as of CameraNeed::trajectory.
     std::span<const BodyMoment> trajectory = {};
 };

@@ -58,7 +58,7 @@ struct SourceCheckSettings {
 /// A violation of a law.
 struct SourceViolation {
     SourceLaw law = SourceLaw::answers;  ///< that is broken
-    double x = 0.0, y = 0.0;  ///< world position, metres
+    double x = 0.0, y = 0.0;             ///< world position, metres
     /// Level of the grid's spacing; -6 to -1 for spacings of vertices coarser than a root's samples.
     int level = 0;
     double claimed = 0.0;   ///< the source's answer, metres: for a bound the bound
@@ -68,14 +68,14 @@ struct SourceViolation {
 
 /// The result of checking one law.
 struct SourceLawReport {
-    std::uint64_t checks = 0;  ///< answers that were checked
-    std::uint64_t broken = 0;  ///< of these, broken
+    std::uint64_t checks = 0;            ///< answers that were checked
+    std::uint64_t broken = 0;            ///< of these, broken
     std::vector<SourceViolation> worst;  ///< at most `kept`; largest measured - claimed first
 };
 
 /// What check_source() found.
 struct SourceReport {
-    std::uint64_t seed = 0;  ///< of the random places
+    std::uint64_t seed = 0;                             ///< of the random places
     std::array<SourceLawReport, kSourceLawCount> laws;  ///< by SourceLaw
     /// Largest ratio of a measured deviation to the bound of its triangle. Far below 1: the bounds are looser than
     /// necessary, which costs triangles.

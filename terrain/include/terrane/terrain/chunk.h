@@ -27,7 +27,7 @@ struct ChunkVertices;
 /// Index of a sample: row * kChunkSamples + column, row 0 south, column 0 west. Index of a cell:
 /// row * kChunkCells + column.
 struct Chunk {
-    ChunkKey key;  ///< level and position
+    ChunkKey key;           ///< level and position
     LatticePoint corner;    ///< south-west corner
     std::int64_t step = 1;  ///< finest spacings between samples
 
@@ -55,10 +55,10 @@ struct Chunk {
     float max_vertex_bound = 0.0f;  ///< metres
     /// A square of 16 x 16 cells, edges included.
     struct Area {
-        std::int32_t low = 0;  ///< lowest sample
-        std::int32_t high = 0;  ///< highest sample
+        std::int32_t low = 0;           ///< lowest sample
+        std::int32_t high = 0;          ///< highest sample
         float max_vertex_bound = 0.0f;  ///< largest bound of its vertices, metres
-        float max_cell_bound = 0.0f;  ///< largest bound of its cells, metres
+        float max_cell_bound = 0.0f;    ///< largest bound of its cells, metres
     };
     std::array<Area, kChunkAreas * kChunkAreas> areas{};  ///< row by row from the south-west
     /// Largest cell bound of each quadrant, metres: the error that the child there can improve on.

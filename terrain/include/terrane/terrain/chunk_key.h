@@ -10,8 +10,8 @@ namespace terrane {
 /// Names one square chunk: level 0 is a root square, the coarsest; a chunk of level n + 1 has half
 /// the side. x grows east, y grows north; (0, 0) has its south-west corner at lattice point (0, 0).
 struct ChunkKey {
-    std::int32_t x = 0;  ///< column, counted in chunks of the level from lattice point (0, 0)
-    std::int32_t y = 0;  ///< row
+    std::int32_t x = 0;      ///< column, counted in chunks of the level from lattice point (0, 0)
+    std::int32_t y = 0;      ///< row
     std::uint8_t level = 0;  ///< 0: a root square
 
     friend constexpr auto operator<=>(const ChunkKey&, const ChunkKey&) = default;

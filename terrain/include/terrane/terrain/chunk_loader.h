@@ -36,7 +36,7 @@ private:
 
 /// A chunk to load, and its claim of Chunk::max_bytes().
 struct LoadRequest {
-    ChunkKey key;  ///< of the chunk
+    ChunkKey key;     ///< of the chunk
     ByteClaim claim;  ///< bytes of the ceiling, held until the load ends
 };
 

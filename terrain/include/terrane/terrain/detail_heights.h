@@ -24,8 +24,8 @@ struct DetailField {
 /// Settings of DetailHeights. Fixed once it is created.
 struct DetailSettings {
     std::uint64_t seed = 1;  ///< of the noise
-    int octave_count = 6;  ///< 1 to 24
-    double gain = 0.5;     ///< amplitude ratio of successive octaves, > 0 to 1
+    int octave_count = 6;    ///< 1 to 24
+    double gain = 0.5;       ///< amplitude ratio of successive octaves, > 0 to 1
 };
 
 /// A source plus fractal detail; its bounds are the sums of both.

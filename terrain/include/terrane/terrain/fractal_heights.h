@@ -19,10 +19,10 @@ enum class FractalKind : std::uint8_t {
 /// Settings of FractalHeights. Plain data with usable defaults; change what you need:
 /// `FractalSettings{.seed = 7, .octave_count = 12}`.
 struct FractalSettings {
-    std::uint64_t seed = 1;  ///< of the noise
+    std::uint64_t seed = 1;               ///< of the noise
     FractalKind kind = FractalKind::fbm;  ///< how octaves make heights
-    int octave_count = 12;     ///< 1 to 24
-    double amplitude = 800.0;  ///< of the first octave, metres, 0 to 1e5
+    int octave_count = 12;                ///< 1 to 24
+    double amplitude = 800.0;             ///< of the first octave, metres, 0 to 1e5
     int wavelength_log2 = 12;  ///< the first octave's wavelength is 2^this metres; 0 to 24
     double gain = 0.5;         ///< amplitude ratio of successive octaves, > 0 to 1
     /// Ridged and hybrid: how much of an octave's amplitude hangs on the height of the octave

@@ -14,13 +14,13 @@ struct Chunk;
 
 /// A closed interval of heights, metres.
 struct HeightInterval {
-    double low = 0.0;  ///< metres
+    double low = 0.0;   ///< metres
     double high = 0.0;  ///< metres, >= low
 };
 
 /// Kind of a cell of the ground. Bits, because a cell may touch both a filled void and the outside.
 enum CellFlag : std::uint8_t {
-    cell_ground = 0,  ///< valid ground
+    cell_ground = 0,   ///< valid ground
     cell_outside = 1,  ///< beyond the surveyed area, or nodata connected to its border
     cell_filled = 2,   ///< an enclosed void that was filled smoothly
 };

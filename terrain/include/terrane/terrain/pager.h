@@ -24,7 +24,7 @@ struct CameraMoment {
 
 /// A camera that draws. It is identified from update to update by its index in the list.
 struct CameraNeed {
-    View view;  ///< where it is, and what it sees
+    View view;                                           ///< where it is, and what it sees
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< metres a second, world axes
     /// Screen error below which no detail is needed, pixels: TerrainMesh::threshold_px of the last frame.
     double threshold_px = 1.0;
@@ -67,9 +67,8 @@ struct PagerSettings {
 
 /// Counts since creation, except the first six and bytes_awaited, which are present values.
 struct PagerStats {
-    std::size_t resident_bytes = 0;  ///< of live chunks, including those that only old sets hold
-    std::size_t in_flight_bytes =
-        0;  ///< claimed for loads; cancelled ones count until they end
+    std::size_t resident_bytes = 0;   ///< of live chunks, including those that only old sets hold
+    std::size_t in_flight_bytes = 0;  ///< claimed for loads; cancelled ones count until they end
     std::size_t resident_chunks = 0;
     std::size_t late_chunks = 0;    ///< needed at the last update(), and absent
     std::size_t fading_chunks = 0;  ///< with a fade below 1
@@ -84,9 +83,10 @@ struct PagerStats {
     std::uint64_t failed = 0;
     std::uint64_t timed_out = 0;      ///< failed loads that timed out
     std::uint64_t refused_needs = 0;  ///< cameras, bodies or regions that were not finite
-    std::uint64_t cut_needs = 0;  ///< plans whose bodies and regions exceeded the work limit
-    std::uint64_t over_ceiling = 0;    ///< loads postponed because the ceiling was reached
-    std::uint64_t hard_evictions = 0;  ///< evictions in view without a fade, for urgent contact or roots
+    std::uint64_t cut_needs = 0;      ///< plans whose bodies and regions exceeded the work limit
+    std::uint64_t over_ceiling = 0;   ///< loads postponed because the ceiling was reached
+    std::uint64_t hard_evictions =
+        0;  ///< evictions in view without a fade, for urgent contact or roots
     /// From storage, including cancelled loads, excluding those of finish().
     std::uint64_t bytes_read = 0;
     std::uint64_t bytes_used = 0;  ///< part of bytes_read: of chunks that were needed then

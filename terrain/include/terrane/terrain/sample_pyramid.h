@@ -12,7 +12,7 @@ namespace terrane {
 
 /// Lowest and highest of some samples, quanta.
 struct SampleRange {
-    std::int32_t low = 0;  ///< lowest sample
+    std::int32_t low = 0;   ///< lowest sample
     std::int32_t high = 0;  ///< highest sample
     friend constexpr bool operator==(const SampleRange&, const SampleRange&) = default;
 };

@@ -25,7 +25,7 @@ const char* name_of(MeshStatus status);
 
 /// The triangles that are drawn with the samples of one chunk.
 struct MeshChunk {
-    const Chunk* chunk = nullptr;  ///< whose samples the indices name
+    const Chunk* chunk = nullptr;   ///< whose samples the indices name
     std::uint32_t first_index = 0;  ///< into TerrainMesh::indices
     std::uint32_t index_count = 0;  ///< 3 a triangle
     /// [kChunkSamples^2] metres, added to the heights of the samples that the triangles use: morphing. Undefined

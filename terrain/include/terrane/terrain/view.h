@@ -10,7 +10,7 @@ namespace terrane {
 
 /// What a camera sees.
 struct View {
-    WorldPos eye_world = WorldPos::Zero();  ///< viewpoint
+    WorldPos eye_world = WorldPos::Zero();               ///< viewpoint
     Eigen::Vector3d forward = Eigen::Vector3d::UnitY();  ///< unit length
     Eigen::Vector3d up = Eigen::Vector3d::UnitZ();       ///< unit length, square to forward
     double vertical_fov = 1.0471975511965976;            ///< radians, between 0 and pi

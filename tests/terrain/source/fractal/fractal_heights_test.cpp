@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "terrain/source/bound_checks.h"
 #include "support/random.h"
+#include "terrain/source/bound_checks.h"
 
 #include <terrane/terrain/fractal_heights.h>
 

@@ -28,7 +28,7 @@ struct BakeSettings {
 /// Information about a store.
 struct StoreInfo {
     std::int64_t chunk_count = 0;  ///< chunks in the file
-    std::uint64_t bytes = 0;  ///< of the file
+    std::uint64_t bytes = 0;       ///< of the file
     /// Certified bound of the vertical distance between the surface of the finest baked level and the true surface of
     /// the baked source, over all ground, metres.
     double max_error_m = 0.0;

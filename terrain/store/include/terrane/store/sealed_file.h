@@ -44,7 +44,7 @@ private:
 /// The kind of a sealed file: four characters and a version, which changes with the meaning of its bytes.
 struct SealedKind {
     std::array<char, 4> name{};  ///< first bytes of the file
-    std::uint32_t version = 0;  ///< of the format
+    std::uint32_t version = 0;   ///< of the format
     friend bool operator==(const SealedKind&, const SealedKind&) = default;
 };
 
