@@ -137,8 +137,8 @@ inline double clip_box_lift(const Eigen::Vector3d& half, const Pose& pose,
     return lift;
 }
 
-/// Largest of surface minus z over sampled points of a round shape: at most the lift, and less by at most the slope times
-/// the distance between samples.
+/// Largest of surface minus z over sampled points of a round shape: at most the lift, and less by at most the slope
+/// times the distance between samples.
 inline double sample_round_lift(const Shape& shape, const Pose& pose, const Ground& ground,
                                 int steps) {
     double radius = 0.0, half = 0.0;

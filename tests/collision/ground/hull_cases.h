@@ -52,8 +52,8 @@ inline std::vector<NamedHull> make_hulls(Random& random) {
     };
 }
 
-/// Triangles that cover the surface of the hull of a few points: every triple with all others on one side. For fewer than
-/// three points, the points themselves.
+/// Triangles that cover the surface of the hull of a few points: every triple with all others on one side. For fewer
+/// than three points, the points themselves.
 inline std::vector<Points> cover_hull(const Points& points) {
     if (points.size() < 3) return {points};
     std::vector<Points> cover;

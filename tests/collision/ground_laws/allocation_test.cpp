@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// No question allocates.
+// No query allocates memory.
 #include "law_cases.h"
 #include "support/allocation_counter.h"
 
@@ -14,7 +14,7 @@ using namespace test;
 
 constexpr std::uint64_t kSeed = 20260309;
 
-TEST(LawsOfMemory, NoQuestionAllocates) {
+TEST(LawsOfMemory, NoQueryAllocates) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed);
     Random random(kSeed);
     std::array<Contact, 256> contacts;
@@ -43,7 +43,7 @@ TEST(LawsOfMemory, NoQuestionAllocates) {
 }
 
 TEST(LawsOfMemory, TheCounterCounts) {
-    if (!AllocationCounter::kCounts) GTEST_SKIP() << "this sanitizer has operators new of its own";
+    if (!AllocationCounter::kCounts) GTEST_SKIP() << "this sanitizer replaces operator new";
     const AllocationCounter counter;
     const std::vector<double> some(3, 1.0);
     EXPECT_EQ(counter.count(), 1u) << some[0];

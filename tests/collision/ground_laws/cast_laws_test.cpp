@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Casts: never through, never late, against the brute-force lift along the way.
+// Casts against brute-force lifts along the motion: never through the ground, never a hit too early.
 #include "law_cases.h"
 
 #include <terrane/collision/ground_cast.h>
@@ -15,14 +15,15 @@ using namespace test;
 
 constexpr std::uint64_t kSeed = 20260306;
 
-// Starts clear, 0.01 to 8 m up; steep, flat or grazing ways of up to 200 m, half of them turning.
+// Starts separated, 0.01 to 8 m up; steep, level or grazing translations of up to 200 m, half of them with rotation.
 Motion random_motion(Random& random, const LawScene& scene, const LawShape& shape) {
     Motion motion;
     const double up = std::pow(10.0, random.between(-2.0, 0.9));
     motion.start = random_pose(random, scene, shape, -up);
-    Eigen::Vector3d way = random.direction();
-    if (random.below(2) == 0) way.z() = -0.05 * random.between(0.0, 1.0);
-    motion.translation = std::pow(10.0, random.between(-1.0, std::log10(200.0))) * way.normalized();
+    Eigen::Vector3d direction = random.direction();
+    if (random.below(2) == 0) direction.z() = -0.05 * random.between(0.0, 1.0);
+    motion.translation =
+        std::pow(10.0, random.between(-1.0, std::log10(200.0))) * direction.normalized();
     constexpr std::array<double, 4> kSpins{0.0, 0.0, 1.0, 20.0};
     motion.rotation_vector = kSpins[static_cast<std::size_t>(random.below(4))] *
                              random.between(0.0, 1.0) * random.direction();
@@ -30,7 +31,8 @@ Motion random_motion(Random& random, const LawScene& scene, const LawShape& shap
 }
 
 std::string describe(const LawScene& scene, const LawShape& shape, const Motion& motion) {
-    std::string text = test::describe(scene, shape, motion.start) + ", way and turn";
+    std::string text =
+        test::describe(scene, shape, motion.start) + ", translation and rotation vector";
     char number[32];
     for (const Eigen::Vector3d& v : {motion.translation, motion.rotation_vector}) {
         for (int i = 0; i < 3; ++i) {
@@ -41,7 +43,7 @@ std::string describe(const LawScene& scene, const LawShape& shape, const Motion&
     return text;
 }
 
-// The first of many places on the way up to a fraction that is deeper than 1e-9; -1: none is.
+// The first of many samples of the motion up to a fraction with a lift above 1e-8; -1 where there is none.
 double find_overlap(const LawScene& scene, const LawShape& shape, const Motion& motion,
                     double fraction, int steps) {
     for (int k = 0; k <= steps; ++k) {
@@ -68,11 +70,10 @@ void judge(const LawScene& scene, const LawShape& shape, const Motion& motion, C
         ADD_FAILURE() << "status or start: " << describe(scene, shape, motion);
         return;
     }
-    // Places at most a cell apart, or a fifth of a radian.
-    // no scene is wider than 400 m
-    const double way = std::min(1e3, answer.fraction * motion.translation.norm());
+    // Samples at most half a metre and a fifth of a radian apart; no scene is wider than 400 m.
+    const double distance_moved = std::min(1e3, answer.fraction * motion.translation.norm());
     const double turn = answer.fraction * motion.rotation_vector.norm();
-    const int steps = 16 + static_cast<int>(std::max(2.0 * way, 5.0 * turn));
+    const int steps = 16 + static_cast<int>(std::max(2.0 * distance_moved, 5.0 * turn));
     const double inside = find_overlap(scene, shape, motion, answer.fraction, steps);
     if (inside >= 0.0) {
         ++score.through;
@@ -80,8 +81,8 @@ void judge(const LawScene& scene, const LawShape& shape, const Motion& motion, C
                       << (answer.hit ? "hit" : "no hit") << ": " << describe(scene, shape, motion);
     }
     if (!answer.hit) return;
-    // Touching within the tolerance. The sides of the ground are no surface that a distance counts to: there a
-    // hair more overlaps.
+    // Touching within the tolerance. signed_distance() ignores the sides of the ground: there twice the tolerance
+    // further must overlap.
     const Pose there = motion.at(answer.fraction);
     const double distance = signed_distance(shape.shape, there, scene.ground, 1.0).distance;
     const Eigen::Vector3d& n = answer.contact.normal;
@@ -99,7 +100,7 @@ TEST(LawsOfCasts, NeverThroughTheGroundAndNeverLate) {
     Random random(kSeed);
     const long count = count_of_cases(20'000, 10'000'000);
     CastScore score;
-    constexpr long kMany = 20;  // failures: more say nothing new
+    constexpr long kMany = 20;  // failures, after which the test ends
     for (long i = 0; i < count && score.through + score.late < kMany; ++i) {
         const LawScene& scene = law_scenes()[static_cast<std::size_t>(
             random.below(static_cast<int>(law_scenes().size())))];
@@ -116,14 +117,14 @@ TEST(LawsOfCasts, NeverThroughTheGroundAndNeverLate) {
     EXPECT_LT(score.hits, score.casts);
 }
 
-// What long runs found, all hit too early: the way out of a column that a rounding pointed down, and on a cliff a
-// kilometre high the last digit of a way.
-TEST(LawsOfCasts, HullsAreNotHitBeforeTheyTouch) {
+// Regressions from long runs, all hit too early: an escape direction that rounding pointed down, and on a high cliff
+// the rounding of a direction.
+TEST(LawsOfCasts, HullsHitNoEarlierThanTheyTouch) {
     struct Case {
         const char *scene, *shape;
-        Eigen::Vector3d place;
+        Eigen::Vector3d position;
         std::array<double, 9> rotation_by_rows;
-        Eigen::Vector3d way, turn;
+        Eigen::Vector3d translation, rotation_vector;
     };
     const Case cases[] = {
         {"rough",
@@ -162,21 +163,21 @@ TEST(LawsOfCasts, HullsAreNotHitBeforeTheyTouch) {
     CastScore score;
     for (const Case& each : cases) {
         Motion motion;
-        motion.start.translation = each.place;
+        motion.start.translation = each.position;
         for (int i = 0; i < 9; ++i) {
             motion.start.rotation(i / 3, i % 3) =
                 each.rotation_by_rows[static_cast<std::size_t>(i)];
         }
-        motion.translation = each.way;
-        motion.rotation_vector = each.turn;
+        motion.translation = each.translation;
+        motion.rotation_vector = each.rotation_vector;
         judge(scene_named(each.scene), shape_named(each.shape), motion, score);
     }
     EXPECT_EQ(score.late, 0);
     EXPECT_GE(score.hits, 3);
 }
 
-// What a long run found: its corner comes by below the rim.
-TEST(LawsOfCasts, ATurningRodMeetsTheSideOfTheGround) {
+// Regression from a long run: the rod's corner passes below the rim.
+TEST(LawsOfCasts, ATurningRodHitsTheSideOfTheGround) {
     const LawScene& scene = scene_named("sloped plane");
     Motion motion;
     motion.start.rotation << 0.0, 1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 1.0;
@@ -188,7 +189,7 @@ TEST(LawsOfCasts, ATurningRodMeetsTheSideOfTheGround) {
     EXPECT_EQ(score.hits, 1);
 }
 
-TEST(LawsOfCasts, AFlatHullMeetsACliffNoSoonerThanItTouches) {
+TEST(LawsOfCasts, AFlatHullHitsACliffNoEarlierThanItTouches) {
     Motion motion;
     motion.start.rotation << -0x1.129003a1de7ecp-2, 0x1.ad4acb4368918p-1, 0x1.e5d2c8e7f681p-2,
         0x1.53bbf6a40c8e1p-2, -0x1.8725d2741e3acp-2, 0x1.b9a223d028654p-1, 0x1.cf1475bb98228p-1,
@@ -201,7 +202,7 @@ TEST(LawsOfCasts, AFlatHullMeetsACliffNoSoonerThanItTouches) {
     EXPECT_EQ(score.hits, 1);
 }
 
-TEST(LawsOfCasts, ABoxAtThreeHundredMetresASecondMeetsAWallOneCellThick) {
+TEST(LawsOfCasts, ABoxAtThreeHundredMetresASecondHitsAWallOneCellThick) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed + 1);
     Random random(kSeed + 1);
     const LawScene& walls = scene_named("walls");
@@ -242,7 +243,7 @@ TEST(LawsOfCasts, OfNoLengthAndOfAThousandKilometresAnswer) {
             EXPECT_LE(signed_distance(shape.shape, at, scene.ground, 1.0).distance, 1e-4 + 1e-9);
             motion.translation = {0.0, 0.0, 1e6};
             EXPECT_FALSE(cast(shape.shape, motion, scene.ground).hit);
-            // along the ground and off it: as far as the same way cut off where the ground ends
+            // level, beyond the ground's border: the same hit as with a motion of a thousandth of the length
             motion.translation = 1e6 * Eigen::Vector3d(0.6, 0.8, 0.0);
             const CastAnswer far = cast(shape.shape, motion, scene.ground);
             motion.translation *= 1e-3;
@@ -257,7 +258,7 @@ TEST(LawsOfCasts, OfNoLengthAndOfAThousandKilometresAnswer) {
     }
 }
 
-TEST(LawsOfCasts, StartingInContactOrAKilometreBelowHitAtOnce) {
+TEST(LawsOfCasts, StartingInContactOrAKilometreBelowHitAtFractionZero) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed + 3);
     Random random(kSeed + 3);
     for (const LawScene& scene : law_scenes()) {
@@ -280,7 +281,7 @@ TEST(LawsOfCasts, StartingInContactOrAKilometreBelowHitAtOnce) {
     }
 }
 
-TEST(LawsOfCasts, SkippedContactsArePassedUpwardsAndHitDownwards) {
+TEST(LawsOfCasts, SkippedContactsAreIgnoredUpwardsAndHitDownwards) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed + 4);
     Random random(kSeed + 4);
     CastSettings settings;
@@ -302,7 +303,7 @@ TEST(LawsOfCasts, SkippedContactsArePassedUpwardsAndHitDownwards) {
     }
 }
 
-TEST(LawsOfCasts, AgreeWithDistanceAlongTheWay) {
+TEST(LawsOfCasts, AgreeWithDistanceAlongTheMotion) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed + 5);
     Random random(kSeed + 5);
     const long count = count_of_cases(400, 40'000);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Contacts: never none where brute force overlaps, normals in the ground's cone, depths along them.
+// Contacts: present wherever brute force overlaps, with normals in the ground's normal cones and depths along them.
 #include "law_cases.h"
 
 #include <terrane/collision/ground_contact.h>
@@ -17,7 +17,7 @@ using namespace test;
 
 constexpr std::uint64_t kSeed = 20260304;
 
-TEST(LawsOfContacts, AreThereWhereverBruteForceOverlaps) {
+TEST(LawsOfContacts, ExistWhereverBruteForceOverlaps) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed);
     Random random(kSeed);
     const long count = count_of_cases(3'000, 100'000);
@@ -38,8 +38,8 @@ TEST(LawsOfContacts, AreThereWhereverBruteForceOverlaps) {
     }
 }
 
-// Whether a direction is in the normal cone of the surface at a feature within reach of a point, and its
-// plane there is `depth` over the point.
+// Whether a contact's normal is in the normal cone of the surface at a feature within reach of its point, and the plane
+// there is `depth` above the point.
 bool is_normal_of_ground(const Soup& soup, const Contact& contact, double reach) {
     constexpr double kSlack = 1e-9;
     const Eigen::Vector3d& n = contact.normal;
@@ -72,7 +72,7 @@ bool is_normal_of_ground(const Soup& soup, const Contact& contact, double reach)
         for (std::size_t k = 0; k < 3 && !is_found; ++k) {
             const Eigen::Vector3d &a = t.v[k], &b = t.v[(k + 1) % 3];
             if (!is_through(a)) continue;
-            // the edge that rises across n is no support
+            // an edge that is not level along n is not its support
             if (is_through(b) && all_below(a, &b)) is_found = true;
             if (all_below(a, nullptr)) is_found = true;
         }
@@ -81,7 +81,7 @@ bool is_normal_of_ground(const Soup& soup, const Contact& contact, double reach)
     return false;
 }
 
-// Within a hair of the feature that a contact names.
+// Tolerance for a contact point to lie on the contact's feature, metres.
 constexpr double kOnFeature = 1e-7;
 
 bool lies_in_some_face(const OraclePart& part, const Eigen::Vector3d& p) {
@@ -191,7 +191,7 @@ TEST(LawsOfContacts, AgreeWithTestAndDistance) {
             const double distance = signed_distance(shape.shape, pose, scene.ground, 1.0).distance;
             const bool is_touching = test_contact(shape.shape, pose, scene.ground).is_touching;
             ASSERT_EQ(is_touching, lift > 0.0);
-            // what is nearer than this may count as touching
+            // smaller distances may count as touching
             if (std::abs(distance) > 1e-9) {
                 ASSERT_EQ(answer.count > 0, is_touching);
             }
@@ -202,7 +202,7 @@ TEST(LawsOfContacts, AgreeWithTestAndDistance) {
     }
 }
 
-TEST(LawsOfContacts, NoneIsDeeperThanTheTranslationThatFrees) {
+TEST(LawsOfContacts, NoneIsDeeperThanTheMinimumTranslation) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed + 2);
     Random random(kSeed + 2);
     const long count = count_of_cases(2'000, 100'000);
@@ -233,13 +233,13 @@ TEST(LawsOfContacts, NoneIsDeeperThanTheTranslationThatFrees) {
     }
 }
 
-TEST(LawsOfContacts, OneContactIsAsDeepAsTheDistanceSays) {
+TEST(LawsOfContacts, ASingleContactIsAsDeepAsTheDistance) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed + 2);
     Random random(kSeed + 2);
     const long count = count_of_cases(1'200, 100'000);
     std::array<Contact, 256> contacts;
     for (const LawShape& shape : law_shapes()) {
-        // Whatever is flat is deep at once, and then out sooner by another way than along its contact.
+        // A flat shape is deep at any overlap: the minimum translation may be shorter than the contact's depth.
         if (shape.name == "flat hull") continue;
         for (long i = 0; i < count; ++i) {
             const LawScene& scene = scene_of(i);
@@ -255,8 +255,8 @@ TEST(LawsOfContacts, OneContactIsAsDeepAsTheDistanceSays) {
     }
 }
 
-// Of round shapes, whose gap is that of a core: every feature that can be nearest is one that contacts know.
-TEST(LawsOfContacts, TheFirstOfARoundShapeApartIsItsGap) {
+// For round shapes, whose gap is that of the core: the closest feature has a contact.
+TEST(LawsOfContacts, TheFirstOfASeparatedRoundShapeIsItsGap) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed + 4);
     Random random(kSeed + 4);
     const long count = count_of_cases(2'000, 100'000);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Depths whose answer is known from the ground's shape.
-#include "law_cases.h"
+// Depths that are known from the shape of the ground.
 #include "collision/ground_laws/oracles/sampled_depth.h"
+#include "law_cases.h"
 
 #include <terrane/collision/ground_contact.h>
 
@@ -23,7 +23,7 @@ Pose pose_at(double x, double y, double z) {
     return pose;
 }
 
-// That the answer is this depth, and proved to be.
+// Expects this depth, and a lower bound that proves it.
 void expect_depth(const Shape& shape, const Pose& pose, const Ground& ground, double depth) {
     const DistanceAnswer answer = signed_distance(shape, pose, ground, 1.0);
     ASSERT_EQ(answer.status, QueryStatus::complete);
@@ -46,18 +46,18 @@ TEST(ShortestTranslation, OverFlatGroundIsStraightUpAtAnyDepth) {
 TEST(ShortestTranslation, OverARampIsAlongItsNormal) {
     const LawScene ramp = make_scene(
         "ramp", [](double x, double) { return 0.75 * x; }, TableGroundSettings{});
-    const double up = 1.25;  // along the vertical for each metre along the normal
+    const double up = 1.25;  // vertical distance per distance along the normal
     for (const double depth : {1e-6, 1e-3, 0.3, 2.0, 15.0}) {
         expect_depth(Sphere{0.5}, pose_at(64.3, 64.2, 0.75 * 64.3 + up * (0.5 - depth)),
                      ramp.ground, depth);
-        // A box that stands on an edge of its bottom: level along y, 4/5 of a half extent across.
+        // A box that touches with an edge of its bottom, level along y.
         const double reach = 0.6 * 1.0 + 0.8 * 0.5;
         expect_depth(Box{{1.0, 1.5, 0.5}}, pose_at(64.3, 64.2, 0.75 * 64.3 + up * (reach - depth)),
                      ramp.ground, depth);
     }
 }
 
-TEST(ShortestTranslation, InAPitThatIsTooNarrowIsOutOfIt) {
+TEST(ShortestTranslation, InAPitIsNotLongerThanRandomSearchFinds) {
     // One vertex 4 m down: a funnel one cell wide to each side.
     const LawScene pit = make_scene(
         "pit", [](double x, double y) { return x == 64.0 && y == 64.0 ? -4.0 : 0.0; },
@@ -113,8 +113,8 @@ TEST(ShortestTranslation, OverCellsOfACentimetreIsExactForALargeShape) {
     }
 }
 
-// Beside the ground there is nothing: the way out may be sideways.
-TEST(ShortestTranslation, AtTheBorderOfTheGroundIsOverTheBorder) {
+// The sides of the ground do not block: the minimum translation may be sideways.
+TEST(ShortestTranslation, AtTheBorderOfTheGroundIsOutOverTheBorder) {
     const LawScene flat = make_scene(
         "flat", [](double, double) { return 0.0; }, TableGroundSettings{});
     const double west = flat.ground.extent().west;
@@ -122,10 +122,10 @@ TEST(ShortestTranslation, AtTheBorderOfTheGroundIsOverTheBorder) {
     expect_depth(Sphere{2.0}, pose_at(west + 3.25, 64.2, -20.0), flat.ground, 5.25);
     expect_depth(Capsule{0.4, 0.8}, pose_at(west + 0.2, 64.2, -20.0), flat.ground, 0.6);
     expect_depth(Box{{1.0, 1.5, 0.5}}, pose_at(west + 0.3, 64.2, -20.0), flat.ground, 1.3);
-    // Out of the corner along the nearer side.
+    // In a corner: out over the nearer side.
     const double south = flat.ground.extent().south;
     expect_depth(Sphere{0.5}, pose_at(west + 0.4, south + 0.1, -20.0), flat.ground, 0.6);
-    // Near the surface up is shorter.
+    // Near the surface the translation up is shorter.
     expect_depth(Sphere{0.5}, pose_at(west + 0.2, 64.2, 0.1), flat.ground, 0.4);
 }
 
@@ -145,13 +145,12 @@ TEST(ShortestTranslation, AtTheRimOfAHoleIsIntoTheHole) {
     }();
     expect_depth(Sphere{0.5}, pose_at(59.8, 64.2, -20.0), holed.ground, 0.7);
     expect_depth(Box{{1.0, 1.5, 0.5}}, pose_at(59.8, 64.2, -20.0), holed.ground, 1.2);
-    // A hole of one cell frees what fits; a larger sphere comes to lie on its four sides.
+    // A sphere that fits moves into a hole of one cell; a larger one rests on its four sides.
     expect_depth(Sphere{0.25}, pose_at(63.9, 64.5, -20.0), narrow.ground, 0.35);
     expect_depth(Sphere{0.75}, pose_at(64.5, 64.5, -3.0), narrow.ground,
                  3.0 + std::sqrt(0.75 * 0.75 - 0.5 * 0.5));
 }
 
-// Nothing is known of ground that is not loaded.
 TEST(ShortestTranslation, IntoGroundThatIsNotLoadedIsNotResident) {
     TableGroundSettings settings;
     settings.roots = 2;
@@ -167,8 +166,8 @@ TEST(ShortestTranslation, IntoGroundThatIsNotLoadedIsNotResident) {
     EXPECT_NEAR(far.distance, -20.25, 1e-6);
 }
 
-// Columns of the ground hold such a shape one by one, which leaves the bound loose.
-TEST(ShortestTranslation, OfShapesWithoutVolumeIsThatOfTheirPoints) {
+// The lower bound is loose for them: it comes from single columns.
+TEST(ShortestTranslation, OfShapesWithoutVolumeIsThatOfTheirLowestPoint) {
     const LawScene ramp = make_scene(
         "ramp", [](double x, double) { return 0.75 * x; }, TableGroundSettings{});
     for (const auto& [shape, below] : std::initializer_list<std::pair<Shape, double>>{

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Depths of overlap at any depth: nothing shorter frees, and the certified lower bound holds.
-#include "law_cases.h"
+// Overlaps at any depth: no shorter translation separates, and the certified lower bound holds.
 #include "collision/ground_laws/oracles/sampled_depth.h"
+#include "law_cases.h"
 
 #include <terrane/collision/ground_contact.h>
 
@@ -19,13 +19,13 @@ using namespace test;
 
 constexpr std::uint64_t kSeed = 20261123;
 
-// What signed_distance() promises of an answer that is the shortest.
+// Lower limit of the true minimum that signed_distance() promises for a depth.
 double least_of(double depth) { return depth * (1.0 - 1e-6) - 1e-9; }
 
-// Two cases of three over noise, where most directions of the ground's normals meet; else over every scene.
+// Two cases of three over noise, which has the widest spread of normals; else over every scene.
 const LawScene& noisy_scene(long i) { return i % 3 == 0 ? scene_of(i / 3) : scene_named("rough"); }
 
-// Checks what holds at every depth, and returns the length of the shortest translation that random search found.
+// Checks what holds at every depth. Returns the length of the shortest separating translation of a random search.
 double check_answer(const LawScene& scene, const LawShape& shape, const Pose& pose,
                     const DistanceAnswer& answer, Random& random) {
     const double depth = -answer.distance;
@@ -50,7 +50,7 @@ void expect_shortest(const LawScene& scene, const LawShape& shape, const Pose& p
     EXPECT_GE(answer.distance_lower_bound, least_of(depth));
 }
 
-TEST(LawsOfDepth, UpToHalfTheSmallestExtentNothingShorterFrees) {
+TEST(LawsOfDepth, UpToHalfTheSmallestExtentNoShorterTranslationSeparates) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed);
     Random random(kSeed);
     const long count = count_of_cases(12, 20'000);
@@ -69,8 +69,7 @@ TEST(LawsOfDepth, UpToHalfTheSmallestExtentNothingShorterFrees) {
     }
 }
 
-// The core of a sphere or capsule is what is left of it at a radius of 0.
-TEST(LawsOfDepth, OfARoundShapeWithItsCoreAboveTheGroundNothingShorterFrees) {
+TEST(LawsOfDepth, WithTheCoreAboveTheGroundNoShorterTranslationSeparates) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed + 1);
     Random random(kSeed + 1);
     const long count = count_of_cases(9, 20'000);
@@ -92,8 +91,7 @@ TEST(LawsOfDepth, OfARoundShapeWithItsCoreAboveTheGroundNothingShorterFrees) {
     }
 }
 
-// "Sphere of 1 m with its centre above noise": the old search gave 0.6807 where 0.6518 frees.
-TEST(LawsOfDepth, DeepTheCertifiedBoundHoldsAndIsNearTheAnswer) {
+TEST(LawsOfDepth, DeepOverlapsHaveABoundThatHoldsAndIsTight) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed + 2);
     Random random(kSeed + 2);
     const long count = count_of_cases(9, 10'000);

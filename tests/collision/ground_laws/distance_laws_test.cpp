@@ -32,7 +32,7 @@ TEST(LawsOfDistance, ApartIsTheDistanceToTheNearestTriangle) {
             ASSERT_EQ(answer.status, QueryStatus::complete);
             ASSERT_TRUE(answer.has_ground);
             ASSERT_NEAR(answer.distance, gap, 1e-9);
-            // The witness: its ground point is on the surface, and moving there touches.
+            // The closest point of the ground is on the surface.
             const Eigen::Vector3d on_ground = answer.point_world - answer.distance * answer.normal;
             const LawShape point{"point", Sphere{0.0}, make_oracle(Sphere{0.0})};
             Pose at;
@@ -45,7 +45,7 @@ TEST(LawsOfDistance, ApartIsTheDistanceToTheNearestTriangle) {
     }
 }
 
-TEST(LawsOfDistance, GrowsUpwardsAndNoFasterThanTheShapeMoves) {
+TEST(LawsOfDistance, GrowsUpwardsAndNoFasterThanTheDisplacement) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed);
     Random random(kSeed + 1);
     const long count = count_of_cases(300, 30'000);
@@ -57,15 +57,17 @@ TEST(LawsOfDistance, GrowsUpwardsAndNoFasterThanTheShapeMoves) {
             SCOPED_TRACE(describe(scene, shape, pose));
             const DistanceAnswer start = signed_distance(shape.shape, pose, scene.ground, 2.0);
             if (start.distance < -deepest) continue;
-            // Along its own normal another part of a rough ground may come nearer.
-            for (const Eigen::Vector3d& way : {start.normal, Eigen::Vector3d(0.0, 0.0, 1.0)}) {
+            // Along its normal another part of rough ground may come nearer: only the rate is bounded.
+            for (const Eigen::Vector3d& direction :
+                 {start.normal, Eigen::Vector3d(0.0, 0.0, 1.0)}) {
                 double last = start.distance;
                 for (int k = 1; k <= 8; ++k) {
                     const double now =
-                        signed_distance(shape.shape, moved(pose, 0.03 * k * way), scene.ground, 4.0)
+                        signed_distance(shape.shape, moved(pose, 0.03 * k * direction),
+                                        scene.ground, 4.0)
                             .distance;
                     if (now < -deepest) break;
-                    if (way.z() == 1.0) {
+                    if (direction.z() == 1.0) {
                         ASSERT_GE(now, last - 1e-9) << k;
                     }
                     if (last >= 0.0 && now >= 0.0) {
@@ -78,12 +80,12 @@ TEST(LawsOfDistance, GrowsUpwardsAndNoFasterThanTheShapeMoves) {
     }
 }
 
-// What brute force says about depths of at most a tenth of the smallest extent.
+// Comparison with brute force for depths of at most a tenth of the smallest extent.
 struct DepthScore {
     long shallow = 0;
-    long not_free = 0;   // lift above 1e-9 after the translation
-    long too_short = 0;  // by more than 1e-9 shorter than the shortest
-    long too_long = 0;   // by more than 1e-9 longer
+    long not_separated = 0;  // lift above 1e-9 after the translation
+    long too_short = 0;      // by more than 1e-9 shorter than the shortest
+    long too_long = 0;       // by more than 1e-9 longer
     double longest_m = 0.0;
     std::string example;
 };
@@ -99,10 +101,10 @@ DepthScore judge_depths(const LawShape& shape, long count, std::uint64_t seed) {
         const double depth = -answer.distance;
         if (depth > shallow_depth(shape)) continue;
         ++score.shallow;
-        const Vec<long double> freeing =
+        const Vec<long double> translation =
             static_cast<long double>(depth) * answer.normal.cast<long double>();
-        if (is_deeper<long double>(scene.soup, shape.oracle, pose, freeing, 1e-9L)) {
-            ++score.not_free;
+        if (is_deeper<long double>(scene.soup, shape.oracle, pose, translation, 1e-9L)) {
+            ++score.not_separated;
         }
         const auto expected = static_cast<double>(
             brute_depth(scene.soup, shape.oracle, pose, static_cast<long double>(depth) + 1e-9L));
@@ -116,24 +118,25 @@ DepthScore judge_depths(const LawShape& shape, long count, std::uint64_t seed) {
         }
     }
     std::printf(
-        "%s: %ld shallow of %ld; not free %ld, too short %ld, too long %ld, by up to %g m%s%s\n",
-        shape.name.c_str(), score.shallow, count, score.not_free, score.too_short, score.too_long,
-        score.longest_m, score.example.empty() ? "" : ", ", score.example.c_str());
+        "%s: %ld shallow of %ld; not separated %ld, too short %ld, too long %ld, by up to %g "
+        "m%s%s\n",
+        shape.name.c_str(), score.shallow, count, score.not_separated, score.too_short,
+        score.too_long, score.longest_m, score.example.empty() ? "" : ", ", score.example.c_str());
     return score;
 }
 
-TEST(LawsOfDepth, ShallowFreesAndIsNeverLessThanTheShortest) {
+TEST(LawsOfDepth, ShallowSeparatesAndIsNoShorterThanTheMinimum) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed);
     const long count = count_of_cases(33, 50'000);
     for (const LawShape& shape : law_shapes()) {
         const DepthScore score = judge_depths(shape, count, kSeed + 2);
         EXPECT_GT(score.shallow, count / 4) << shape.name;
-        EXPECT_EQ(score.not_free, 0) << shape.name;
+        EXPECT_EQ(score.not_separated, 0) << shape.name;
         EXPECT_EQ(score.too_short, 0) << shape.name;
     }
 }
 
-TEST(LawsOfDepth, ShallowIsTheShortestTranslationThatFrees) {
+TEST(LawsOfDepth, ShallowIsTheMinimumTranslation) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed);
     const long count = count_of_cases(33, 50'000);
     for (const LawShape& shape : law_shapes()) {
@@ -142,7 +145,7 @@ TEST(LawsOfDepth, ShallowIsTheShortestTranslationThatFrees) {
     }
 }
 
-TEST(LawsOfDepth, DeepFreesAndNoDirectionFreesMuchSooner) {
+TEST(LawsOfDepth, DeepSeparatesAndNoRandomDirectionIsMuchShorter) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed);
     Random random(kSeed + 3);
     const long count = count_of_cases(2, 2'000);
@@ -160,12 +163,12 @@ TEST(LawsOfDepth, DeepFreesAndNoDirectionFreesMuchSooner) {
             EXPECT_FALSE(is_deeper<long double>(
                 scene.soup, shape.oracle, pose,
                 static_cast<long double>(depth) * answer.normal.cast<long double>(), 1e-9L));
-            bool is_freed_sooner = false;
-            for (int k = 0; k < 10'000 && !is_freed_sooner; ++k) {
+            bool is_shorter_found = false;
+            for (int k = 0; k < 10'000 && !is_shorter_found; ++k) {
                 const Eigen::Vector3d d = 0.8 * depth * random.direction();
-                is_freed_sooner = !is_deeper<double>(scene.soup, shape.oracle, pose, d, 1e-9);
+                is_shorter_found = !is_deeper<double>(scene.soup, shape.oracle, pose, d, 1e-9);
             }
-            EXPECT_FALSE(is_freed_sooner) << "by 0.8 of " << depth;
+            EXPECT_FALSE(is_shorter_found) << "by 0.8 of " << depth;
         }
     }
 }

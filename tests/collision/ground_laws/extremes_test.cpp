@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Extremes: the right answer or a refusal.
+// Extreme sizes and arguments: the right answer, or status `invalid`.
 #include "law_cases.h"
 
 #include <terrane/collision/ground_cast.h>
@@ -59,7 +59,7 @@ void expect_right_answers(std::uint64_t seed, const std::vector<const LawScene*>
                 const Pose pose = random_pose(random, scene, shape, lift);
                 SCOPED_TRACE(describe(scene, shape, pose));
                 const double expected = true_lift(scene, shape, pose);
-                // 1e-9, and what a coordinate of 5 km rounds to
+                // 1e-9, and the rounding of coordinates of 5 km
                 const double slack = 1e-9 + 1e-13 * bounding_radius(shape.shape);
                 const LiftAnswer answer = compute_lift(shape.shape, pose, scene.ground);
                 EXPECT_EQ(answer.status, QueryStatus::complete);
@@ -99,13 +99,13 @@ void expect_right_answers(std::uint64_t seed, const std::vector<const LawScene*>
     }
 }
 
-TEST(Extremes, OfSmallAndFlatShapesAreAnsweredLikeAnyOther) {
+TEST(Extremes, SmallAndFlatShapesHaveTheRightAnswers) {
     std::vector<const LawScene*> scenes;
     for (const LawScene& scene : law_scenes()) scenes.push_back(&scene);
     expect_right_answers(kSeed, scenes, small_shapes(), {-0.3, 0.0, 1e-4, 0.5});
 }
 
-TEST(Extremes, OfShapesLargerThanTheGroundAreAnsweredLikeAnyOther) {
+TEST(Extremes, ShapesLargerThanTheGroundHaveTheRightAnswers) {
     expect_right_answers(kSeed + 2, {&scene_named("level plane"), &scene_named("rough")},
                          large_shapes(), {-0.3, 0.5});
 }
@@ -128,16 +128,16 @@ void expect_right_turning_casts(std::uint64_t seed, const std::vector<LawShape>&
     }
 }
 
-TEST(Extremes, OfSmallTurningShapesStopWhereTheyTouch) {
+TEST(Extremes, CastsOfSmallTurningShapesStopWhereTheyTouch) {
     expect_right_turning_casts(kSeed + 3, small_shapes());
 }
 
-TEST(Extremes, OfLargeTurningShapesStopWhereTheyTouch) {
+TEST(Extremes, CastsOfLargeTurningShapesStopWhereTheyTouch) {
     expect_right_turning_casts(kSeed + 4, large_shapes());
 }
 
-// Every number of a question, replaced by what is none.
-TEST(Extremes, NotANumberAnywhereIsInvalid) {
+// Every number of a query is replaced by NaN or infinity.
+TEST(Extremes, NonFiniteArgumentsAreInvalid) {
     const LawScene& scene = scene_named("rough");
     std::array<Contact, 4> contacts;
     for (const double bad : {kNan, kInfinity, -kInfinity}) {
@@ -145,8 +145,7 @@ TEST(Extremes, NotANumberAnywhereIsInvalid) {
             EXPECT_EQ(compute_lift(shape, pose, scene.ground).status, QueryStatus::invalid);
             EXPECT_EQ(test_contact(shape, pose, scene.ground).status, QueryStatus::invalid);
             EXPECT_EQ(pseudodistance(shape, pose, scene.ground).status, QueryStatus::invalid);
-            EXPECT_EQ(signed_distance(shape, pose, scene.ground, 1.0).status,
-                      QueryStatus::invalid);
+            EXPECT_EQ(signed_distance(shape, pose, scene.ground, 1.0).status, QueryStatus::invalid);
             EXPECT_EQ(find_contacts(shape, pose, scene.ground, 0.0, contacts).status,
                       QueryStatus::invalid);
             Motion motion;
@@ -187,7 +186,7 @@ TEST(Extremes, NotANumberAnywhereIsInvalid) {
     }
 }
 
-TEST(Extremes, RotationsThatAreNoneAreInvalid) {
+TEST(Extremes, MatricesThatAreNotRotationsAreInvalid) {
     const LawScene& scene = scene_named("rough");
     for (const LawShape& shape : law_shapes()) {
         Pose pose;
@@ -209,7 +208,7 @@ TEST(Extremes, RotationsThatAreNoneAreInvalid) {
     }
 }
 
-TEST(Extremes, OfDistancesAreAnswered) {
+TEST(Extremes, LargeDistancesAndMarginsAreAnswered) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed + 1);
     Random random(kSeed + 1);
     std::array<Contact, 8> contacts;
@@ -233,7 +232,7 @@ TEST(Extremes, OfDistancesAreAnswered) {
                 ASSERT_GT(answer.count, 0u);
                 EXPECT_NEAR(contacts[0].depth, -near, 1e-9);
             }
-            // from the moon
+            // from the distance of the moon
             const Pose high = moved(pose, {0.0, 0.0, 3.8e8});
             const DistanceAnswer moon = signed_distance(shape.shape, high, scene.ground, kInfinity);
             EXPECT_EQ(moon.status, QueryStatus::complete);

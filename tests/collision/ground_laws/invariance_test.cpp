@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The same question elsewhere: whole chunks away, anywhere else, mirrored, a quarter turned.
+// The same query on the same ground elsewhere: shifted by whole chunks or by anything, mirrored, turned by 90 degrees.
 #include "law_cases.h"
 
 #include <terrane/collision/ground_cast.h>
@@ -21,7 +21,7 @@ bool is_same(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
     return std::memcmp(a.data(), b.data(), 3 * sizeof(double)) == 0;
 }
 
-// Coordinates that both places hold exactly.
+// A pose whose coordinates are exact on both grounds.
 Pose rounded(Pose pose) {
     for (int k = 0; k < 3; ++k) {
         pose.translation[k] = std::floor(pose.translation[k] * 0x1p20) * 0x1p-20;
@@ -45,7 +45,7 @@ LawScene shifted_scene(const LawScene& scene, double shift, std::int32_t first_r
         settings);
 }
 
-TEST(LawsOfInvariance, WholeChunksAwayNoBitChanges) {
+TEST(LawsOfInvariance, ShiftedByWholeChunksNoBitChanges) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed);
     Random random(kSeed);
     const long count = count_of_cases(40, 4'000);
@@ -88,7 +88,7 @@ TEST(LawsOfInvariance, WholeChunksAwayNoBitChanges) {
     }
 }
 
-void expect_the_same_anywhere_else(bool is_overlapping) {
+void expect_the_same_after_a_shift(bool is_overlapping) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed + 1);
     Random random(kSeed + 1);
     const long count = count_of_cases(40, 4'000);
@@ -112,16 +112,16 @@ void expect_the_same_anywhere_else(bool is_overlapping) {
     }
 }
 
-TEST(LawsOfInvariance, AnywhereElseDistancesStayWithinAHundredthOfAMicrometre) {
-    expect_the_same_anywhere_else(false);
+TEST(LawsOfInvariance, ShiftedByAnythingDistancesChangeByLessThan10Nanometres) {
+    expect_the_same_after_a_shift(false);
 }
 
-TEST(LawsOfInvariance, AnywhereElseDepthsStayWithinAHundredthOfAMicrometre) {
-    expect_the_same_anywhere_else(true);
+TEST(LawsOfInvariance, ShiftedByAnythingDepthsChangeByLessThan10Nanometres) {
+    expect_the_same_after_a_shift(true);
 }
 
-// Diagonals of cells alternate like the fields of a chess board: about a corner of the lattice, a mirror
-// and a quarter turn lay every diagonal onto another.
+// Diagonals of cells alternate like the squares of a chess board: a reflection or a rotation by 90 degrees about a
+// lattice point maps diagonals to diagonals.
 void expect_the_same_turned(bool is_overlapping) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed + 2);
     Random random(kSeed + 2);
@@ -147,7 +147,7 @@ void expect_the_same_turned(bool is_overlapping) {
             for (const LawShape& shape : law_shapes()) {
                 const bool is_symmetric = shape.shape.index() < 3;  // sphere, capsule, box
                 if (turn == mirror && !is_symmetric) continue;
-                // whatever is flat is deep at once: what is found then depends on the last bits
+                // a flat shape is deep at any overlap: the result then depends on rounding
                 if (is_overlapping && shape.name == "flat hull") continue;
                 for (long i = 0; i < count; ++i) {
                     const double deepest = shallow_depth(shape);
@@ -158,7 +158,7 @@ void expect_the_same_turned(bool is_overlapping) {
                     there.rotation = turn * here.rotation;
                     if (turn == mirror) there.rotation = there.rotation * mirror;
                     SCOPED_TRACE(describe(scene, shape, here));
-                    // a rounded coordinate is a million times as high on a slope of 1e6
+                    // on a slope of 1e6 a rounding error in x is 1e6 times as large in z
                     if (scene.name != "cliffs") {
                         ASSERT_NEAR(compute_lift(shape.shape, there, turned.ground).lift, lift,
                                     1e-9);
@@ -174,9 +174,9 @@ void expect_the_same_turned(bool is_overlapping) {
     }
 }
 
-TEST(LawsOfInvariance, MirroredAndAQuarterTurnedDistancesStay) { expect_the_same_turned(false); }
+TEST(LawsOfInvariance, MirroredAndTurnedBy90DegreesDistancesStay) { expect_the_same_turned(false); }
 
-TEST(LawsOfInvariance, MirroredAndAQuarterTurnedDepthsStay) { expect_the_same_turned(true); }
+TEST(LawsOfInvariance, MirroredAndTurnedBy90DegreesDepthsStay) { expect_the_same_turned(true); }
 
 }  // namespace invariance_test
 }  // namespace terrane

@@ -14,7 +14,7 @@
 namespace terrane::test {
 namespace {
 
-// Neither 0 nor 1 at both ends of a cell more often than a coin says.
+// A pseudorandom height of a lattice point, in [0, 1).
 double hash_of(double x, double y) {
     Random random(static_cast<std::uint64_t>(static_cast<std::int64_t>(x) * 0x10001 +
                                              static_cast<std::int64_t>(y)));
@@ -42,7 +42,7 @@ LawScene make_contact_terrain() {
         1.0, 2);
 }
 
-// Not around its origin. Every point is a vertex: features name them in this order.
+// Not centred on its origin. Every point must be a vertex: sorted, they have the indices of features.
 LawShape make_hull(const std::string& name, std::vector<Eigen::Vector3d> points) {
     std::sort(points.begin(), points.end(), [](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
         return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
@@ -61,7 +61,7 @@ LawShape make_irregular_hull() {
     return make_hull("hull", std::move(points));
 }
 
-// In a plane that every point is in to the last bit.
+// All points are exactly in one plane.
 LawShape make_flat_hull() {
     std::vector<Eigen::Vector3d> points;
     for (const auto& [x, y] :
@@ -72,7 +72,7 @@ LawShape make_flat_hull() {
     return make_hull("flat hull", std::move(points));
 }
 
-// Two boxes that overlap in a corner, one of them turned, and a ball aside.
+// Two overlapping boxes, one of them turned, and a sphere beside them.
 LawShape make_compound() {
     Pose upright, ball;
     upright.rotation << 0.8, -0.6, 0.0, 0.6, 0.8, 0.0, 0.0, 0.0, 1.0;
@@ -180,7 +180,7 @@ Pose random_pose(Random& random, const LawScene& scene, const LawShape& shape, d
     pose.translation.y() = scene.soup.south() + random.between(border, width - border);
     pose.translation.z() = scene.soup.height(pose.translation.x(), pose.translation.y());
     pose.translation.z() += brute_lift<double>(scene.soup, shape.oracle, pose) - lift;
-    // Again for what rounding left: few triangles matter now.
+    // Again in long double, to remove the rounding error: few triangles matter now.
     pose.translation.z() += static_cast<double>(brute_lift<long double>(
                                 scene.soup, shape.oracle, pose, Vec<long double>::Zero(),
                                 static_cast<long double>(lift) - 1e-3L)) -

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "collision/ground_laws/oracles/brute_lift.h"
-#include "support/random.h"
 #include "support/heights/table_ground.h"
+#include "support/random.h"
 
 #include <terrane/terrain/ground.h>
 
@@ -13,7 +13,7 @@
 
 namespace terrane::test {
 
-/// How often a random test tries: `few`, unless TERRANE_LAWS_SHARE asks for that share of `many`.
+/// Number of cases of a random test: `few`, or `many` times TERRANE_LAWS_SHARE where that is set.
 long count_of_cases(long few, long many);
 
 /// A ground and all of its triangles.
@@ -25,20 +25,21 @@ struct LawScene {
     Soup soup;
 };
 
-/// Planes, the contact terrain of ANCHORS.md, needles of one sample under faces, ridges, walls one cell
-/// thick, pits, stairs, cliffs of slope 1e6. Made once.
+/// Planes, the contact terrain of the references, spikes and needles of one sample, ridges, walls one cell thick, pits,
+/// stairs, noise, cliffs of slope 1e6. Made once.
 const std::vector<LawScene>& law_scenes();
 
+/// A shape and its oracle.
 struct LawShape {
     std::string name;
     Shape shape;
     OracleShape oracle;
 };
 
-/// What every law is tried on: a new kind of shape is one more entry.
+/// The shapes that every law is tested with: a new kind of shape is one more entry.
 const std::vector<LawShape>& law_shapes();
 
-/// Scene number i, from the first again after the last.
+/// Scene i modulo their number.
 const LawScene& scene_of(long i);
 const LawScene& scene_named(const std::string& name);
 const LawShape& shape_named(const std::string& name);
@@ -47,11 +48,11 @@ const LawShape& shape_named(const std::string& name);
 LawScene make_scene(const std::string& name, std::function<double(double, double)> height,
                     const TableGroundSettings& settings);
 
-/// A pose somewhere over the middle of a scene, turned anyhow, or squarely in one case of four,
-/// shifted up so that the lift is `lift`; of 0, that it is not less.
+/// A random pose over a scene, in one case of four aligned with the axes, shifted along z so that the lift is `lift`;
+/// for 0, so that it is not less.
 Pose random_pose(Random& random, const LawScene& scene, const LawShape& shape, double lift);
 
-/// Everything that names a case, for messages: places in hexadecimal, so that it can be tried again.
+/// Everything that identifies a case, for messages: numbers in hexadecimal, so that it can be reproduced.
 std::string describe(const LawScene& scene, const LawShape& shape, const Pose& pose);
 
 inline Pose moved(Pose pose, const Eigen::Vector3d& d) {
@@ -64,13 +65,13 @@ inline double true_lift(const LawScene& scene, const LawShape& shape, const Pose
     return static_cast<double>(brute_lift<long double>(scene.soup, shape.oracle, pose));
 }
 
-/// What laws scale overlaps by: half of the smallest extent, or 5 cm where a shape is flat.
+/// Unit of overlaps in laws: half of the smallest extent, or 5 cm where a shape is flat, metres.
 inline double law_scale(const LawShape& shape) {
     const double half = smallest_half_extent(shape.shape);
     return half > 0.0 ? half : 0.05;
 }
 
-/// Largest extent of overlap that laws call shallow: a tenth of the smallest extent.
+/// Largest depth that laws call shallow: a tenth of the smallest extent, metres.
 inline double shallow_depth(const LawShape& shape) { return 0.2 * law_scale(shape); }
 
 }  // namespace terrane::test

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Lift, test and the sign of the signed distance against every triangle of the ground.
+// Lift, test and the sign of the signed distance, against brute force over every triangle of the ground.
 #include "law_cases.h"
 
 #include <terrane/collision/ground_contact.h>
@@ -13,7 +13,7 @@ using namespace test;
 
 constexpr std::uint64_t kSeed = 20260302;
 
-TEST(LawsOfLift, IsThatOfEveryTriangle) {
+TEST(LawsOfLift, IsTheLargestOverEveryTriangle) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed);
     Random random(kSeed);
     const long count = count_of_cases(10'000, 1'000'000);
@@ -30,14 +30,14 @@ TEST(LawsOfLift, IsThatOfEveryTriangle) {
     }
 }
 
-TEST(LawsOfSign, DistanceAndTestSayWhatOverlapSays) {
+TEST(LawsOfSign, DistanceAndTestHaveTheSignOfTheLift) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed);
     Random random(kSeed + 1);
     const long count = count_of_cases(1'000, 200'000);
     for (const LawShape& shape : law_shapes()) {
         for (long i = 0; i < count; ++i) {
             const LawScene& scene = scene_of(i);
-            // of all sizes, down to what is barely more than rounding
+            // of all sizes, down to little more than rounding
             const double size = std::pow(10.0, random.between(-8.0, 0.0));
             const double lift = random.below(2) == 0 ? size : -size;
             const Pose pose = random_pose(random, scene, shape, lift);
@@ -59,7 +59,7 @@ TEST(LawsOfSign, DistanceAndTestSayWhatOverlapSays) {
     }
 }
 
-TEST(LawsOfSign, DistanceIsZeroExactlyAtTouching) {
+TEST(LawsOfSign, DistanceIsZeroWhereTheShapeTouches) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed);
     Random random(kSeed + 2);
     const long count = count_of_cases(1'000, 200'000);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What peers check about themselves (facts, not code): Jolt, coal, parry.
+// Facts that other libraries (Jolt, coal, parry) test about themselves.
 #include "collision/ground_laws/oracles/brute_gap.h"
 #include "law_cases.h"
 
@@ -30,7 +30,7 @@ TEST(PeerFacts, ASphereCastThirtyMetresHitsWhereItShould) {
     EXPECT_NEAR(answer.contact.normal.z(), 1.0, 1e-12);
 }
 
-TEST(PeerFacts, ASquareHolePassesWhatIsSmallerAndStopsWhatIsLarger) {
+TEST(PeerFacts, ASquareHolePassesSmallerSpheresAndStopsLargerOnes) {
     TableGroundSettings settings;
     settings.is_outside = [](double x, double y) { return x == 60.5 && y == 60.5; };
     const Ground ground = make_test_ground([](double, double) { return 2.0; }, settings);
@@ -42,7 +42,7 @@ TEST(PeerFacts, ASquareHolePassesWhatIsSmallerAndStopsWhatIsLarger) {
     EXPECT_FALSE(small.hit);
     const CastAnswer large = cast(Sphere{0.51}, motion, ground);
     EXPECT_TRUE(large.hit);
-    // on the hole's rim, as deep as a sphere sinks into it
+    // on the rim of the hole, where the sphere rests
     EXPECT_NEAR(motion.at(large.fraction).translation.z(), 2.0 + std::sqrt(0.51 * 0.51 - 0.5 * 0.5),
                 1e-3);
     Pose pose;
@@ -51,11 +51,11 @@ TEST(PeerFacts, ASquareHolePassesWhatIsSmallerAndStopsWhatIsLarger) {
     EXPECT_TRUE(test_contact(Sphere{0.51}, pose, ground).is_touching);
 }
 
-// When a moving point is first within a radius of a face, an edge or a corner of any triangle.
-Real first_touch(const Soup& soup, const Eigen::Vector3d& from, const Eigen::Vector3d& way,
-                 double radius_of) {
+// Time of impact of a moving sphere with the faces, edges and corners of all triangles; infinity where there is none.
+Real time_of_impact(const Soup& soup, const Eigen::Vector3d& from,
+                    const Eigen::Vector3d& translation, double radius_of) {
     const Real radius(radius_of);
-    const V d = way.cast<Real>();
+    const V d = translation.cast<Real>();
     Real first = std::numeric_limits<Real>::infinity();
     const auto take_roots = [&](Real a, Real b, Real c, const auto& is_good) {
         const Real square = b * b - a * c;
@@ -94,7 +94,7 @@ Real first_touch(const Soup& soup, const Eigen::Vector3d& from, const Eigen::Vec
     return first;
 }
 
-TEST(PeerFacts, TwentyThousandRandomSphereCastsAreThoseOfBruteForce) {
+TEST(PeerFacts, TwentyThousandRandomSphereCastsAgreeWithBruteForce) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed);
     Random random(kSeed);
     CastSettings settings;
@@ -110,15 +110,15 @@ TEST(PeerFacts, TwentyThousandRandomSphereCastsAreThoseOfBruteForce) {
         SCOPED_TRACE(describe(scene, sphere, motion.start));
         const CastAnswer answer = cast(sphere.shape, motion, scene.ground, settings);
         const Real expected =
-            first_touch(scene.soup, motion.start.translation, motion.translation, radius);
+            time_of_impact(scene.soup, motion.start.translation, motion.translation, radius);
         const bool is_hit = expected <= 1;
         if (!answer.hit) {
-            ASSERT_FALSE(is_hit) << static_cast<double>(expected) << " of a way of "
+            ASSERT_FALSE(is_hit) << static_cast<double>(expected) << " of a translation by "
                                  << motion.translation.transpose() << ", radius " << radius;
             continue;
         }
         ++hits;
-        // Not later than the first touch, and not earlier than the tolerance.
+        // Not later than the first touch, and at most the tolerance away.
         if (is_hit) {
             ASSERT_LE(answer.fraction, static_cast<double>(expected) + 1e-12);
         }
@@ -133,7 +133,7 @@ TEST(PeerFacts, TwentyThousandRandomSphereCastsAreThoseOfBruteForce) {
     EXPECT_LT(within_tolerance, 20);
 }
 
-TEST(PeerFacts, AThousandPointsAreProjectedLikeByBruteForce) {
+TEST(PeerFacts, AThousandPointsHaveTheDistancesOfBruteForce) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed + 1);
     Random random(kSeed + 1);
     const LawShape point{"point", Sphere{0.0}, make_oracle(Sphere{0.0})};

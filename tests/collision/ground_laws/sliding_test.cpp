@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Bodies that slide without friction over seams of a plane keep to the plane.
+// Bodies that slide without friction over seams of a plane get no velocity off the plane.
 #include "law_cases.h"
 #include "references/reference_maps.h"
 
@@ -27,8 +27,8 @@ struct DyadicPlane {
 constexpr std::array<DyadicPlane, 4> kPlanes{
     DyadicPlane{0.0, 0.0}, {0.25, 0.0}, {0.25, -0.5}, {-1.0, 0.125}};
 
-// A paged world of one root square with two levels of chunks below it: at 128 m the parents of two
-// neighbours are the same, at 256 m they meet only in the root.
+// A paged world of one root square with two levels of chunks below it: at 128 m two neighbouring chunks have the same
+// parent, at 256 m only the root in common.
 template <class Height>
 Ground make_paged_ground(const Height& height) {
     HeightTable table;
@@ -49,7 +49,7 @@ Ground make_paged_ground(const Height& height) {
     return Ground(pager.resident(), pager.contact_level());
 }
 
-// From 10 m before a seam to 10 m behind it, along x, y or both, pressed on or not.
+// Slides from 10 m before a seam to 10 m behind it, along x, y or both, with and without gravity onto the plane.
 void expect_no_kick(const DyadicPlane& plane, const Ground& ground, double seam,
                     const LawShape& shape) {
     const Eigen::Vector3d n = plane.normal();
@@ -67,7 +67,7 @@ void expect_no_kick(const DyadicPlane& plane, const Ground& ground, double seam,
             body.shape = shape.shape;
             body.friction = body.restitution = 0.0;
             BodyState state;
-            // lying on the plane; a capsule along the way, as it is worst
+            // on the plane; a capsule with its axis along the motion, which is the worst case
             const Eigen::Vector3d side = n.cross(along);
             if (std::holds_alternative<Capsule>(shape.shape)) {
                 state.pose.rotation << side, n, along;
@@ -85,7 +85,7 @@ void expect_no_kick(const DyadicPlane& plane, const Ground& ground, double seam,
             double worst = 0.0;
             for (int step = 0; step < 60; ++step) {
                 world.step(ground, 1.0 / 60.0);
-                // What is pressed on falls into its resting slop first: g dt, and before any seam.
+                // With gravity it first settles within the tolerance, before any seam.
                 if (step < 6) continue;
                 worst = std::max(worst, std::abs(world.states()[0].velocity.dot(n)));
             }
@@ -99,7 +99,7 @@ void expect_no_kick(const DyadicPlane& plane, const Ground& ground, double seam,
     }
 }
 
-TEST(LawsOfSliding, NothingIsKickedOverSeamsOfRootSquares) {
+TEST(LawsOfSliding, SeamsOfRootSquaresGiveNoImpulse) {
     for (const DyadicPlane& plane : kPlanes) {
         const Ground ground =
             make_test_ground([&](double x, double y) { return plane.height(x, y); }, 1.0, 2);
@@ -109,7 +109,7 @@ TEST(LawsOfSliding, NothingIsKickedOverSeamsOfRootSquares) {
     }
 }
 
-TEST(LawsOfSliding, NothingIsKickedOverSeamsOfChunksWhateverTheirParents) {
+TEST(LawsOfSliding, SeamsOfChunksGiveNoImpulseWhateverTheirParents) {
     for (const DyadicPlane& plane : kPlanes) {
         const Ground ground =
             make_paged_ground([&](double x, double y) { return plane.height(x, y); });
@@ -137,7 +137,7 @@ TEST(LawsOfSliding, ABoxOverFlatCellsForTwoSecondsKeepsItsVelocity) {
     EXPECT_LT(world.states()[0].angular_velocity.norm(), 2e-3);
 }
 
-// Of a kilogram, in the shape's axes.
+// Principal moments of inertia of a solid of 1 kg, kg m^2.
 Eigen::Vector3d solid_inertia(const Shape& shape) {
     if (const auto* box = std::get_if<Box>(&shape)) {
         const Eigen::Vector3d square = box->half_extents.cwiseAbs2() / 3.0;
@@ -146,7 +146,7 @@ Eigen::Vector3d solid_inertia(const Shape& shape) {
     if (const auto* sphere = std::get_if<Sphere>(&shape)) {
         return Eigen::Vector3d::Constant(0.4 * sphere->radius * sphere->radius);
     }
-    // A cylinder and two half balls, whose middles are 3/8 of the radius outside of it.
+    // A cylinder and two hemispheres, whose centres of mass are 3/8 of the radius outside of it.
     const auto& capsule = std::get<Capsule>(shape);
     const double r = capsule.radius, h = capsule.half_height;
     const double ends = (4.0 / 3.0 * r) / (4.0 / 3.0 * r + 2.0 * h), middle = 1.0 - ends;
@@ -155,10 +155,10 @@ Eigen::Vector3d solid_inertia(const Shape& shape) {
     return {across, across, middle * r * r / 2.0 + ends * 0.4 * r * r};
 }
 
-/// A body that slides down without friction, let go at rest where it touches.
+/// A body that slides down without friction from rest.
 class Downhill {
 public:
-    // @param along the way down at the start, horizontal, unit
+    // @param along downhill at the start: horizontal, unit
     Downhill(Ground ground, const LawShape& shape, const Eigen::Vector2d& start,
              const Eigen::Vector3d& normal, const Eigen::Vector2d& along)
         : ground_(std::move(ground)), inertia_(solid_inertia(shape.shape)) {
@@ -194,13 +194,13 @@ public:
         energy_ = now;
     }
     const BodyState& body() const { return world_->states()[0]; }
-    /// Most that the energy of a kilogram grew in a step, joules.
+    /// Largest growth of the energy of 1 kg in a step, joules.
     double growth() const { return growth_; }
 
     static constexpr double kStep = 1.0 / 60.0;
 
 private:
-    // Of a kilogram: of its way, its turning and its height.
+    // Kinetic and potential energy of 1 kg, joules.
     double energy() const {
         const Eigen::Vector3d spin = body().pose.rotation.transpose() * body().angular_velocity;
         return 0.5 * (body().velocity.squaredNorm() + spin.dot(inertia_.cwiseProduct(spin))) +
@@ -213,7 +213,7 @@ private:
     double energy_ = 0.0, growth_ = 0.0;
 };
 
-TEST(LawsOfSliding, DownAPlaneTheWayIsThatOfTheInclinedPlane) {
+TEST(LawsOfSliding, DownAPlaneTheDistanceIsThatOfTheInclinedPlane) {
     for (const DyadicPlane& plane : kPlanes) {
         if (plane.slope_x == 0.0 && plane.slope_y == 0.0) continue;
         const Ground ground =
@@ -231,14 +231,14 @@ TEST(LawsOfSliding, DownAPlaneTheWayIsThatOfTheInclinedPlane) {
                 downhill.step();
                 time += Downhill::kStep;
             }
-            const double way = (downhill.body().pose.translation - from).norm();
-            EXPECT_NEAR(way, 0.5 * pull * time * time, 1e-3 * way) << time << " s";
+            const double distance = (downhill.body().pose.translation - from).norm();
+            EXPECT_NEAR(distance, 0.5 * pull * time * time, 1e-3 * distance) << time << " s";
             EXPECT_LE(downhill.growth(), 0.0);
         }
     }
 }
 
-TEST(LawsOfSliding, ThroughAValleyTheWayIsThatOfAPendulum) {
+TEST(LawsOfSliding, ThroughAValleyThePositionIsThatOfABeadOnTheCurve) {
     constexpr double kRadius = 5000.0, kMiddle = 256.0;
     const auto height = [](double x, double) {
         return (x - kMiddle) * (x - kMiddle) / (2.0 * kRadius);
@@ -266,19 +266,18 @@ TEST(LawsOfSliding, ThroughAValleyTheWayIsThatOfAPendulum) {
                 x += h * v_half;
                 v += h * pull(x_half, v_half);
             }
-            const double way = x - from;
+            const double expected = x - from;
             const double slid = downhill.body().pose.translation.x() - kMiddle - from;
             if (step % 600 == 599) {
-                EXPECT_NEAR(slid, way, 1e-3 * way) << (step + 1) / 60 << " s";
+                EXPECT_NEAR(slid, expected, 1e-3 * expected) << (step + 1) / 60 << " s";
             }
         }
         EXPECT_LE(downhill.growth(), 0.0);
     }
 }
 
-// Cast and find alone, without a solver: the way along the plane is never a hit, and contacts push along
-// the plane's normal only.
-TEST(LawsOfSliding, CastsAlongAPlaneInTouchPassAllSeams) {
+// Casts and contacts without a solver: a motion along the plane never hits, and all contacts have the plane's normal.
+TEST(LawsOfSliding, CastsAlongATouchedPlaneHitNoSeam) {
     CastSettings settings;
     settings.skip_separating = true;
     for (const DyadicPlane& plane : kPlanes) {

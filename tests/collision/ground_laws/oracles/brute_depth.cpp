@@ -14,10 +14,10 @@ namespace {
 using Real = long double;
 using V = Vec<Real>;
 
-constexpr Real kParallel = 1e-20L;  // square sine of the angle between what is taken as parallel
+constexpr Real kParallel = 1e-20L;  // squared sine below which directions are parallel
 
-// Two features that touch where the gap is 0: the gap is n.d - b, or for round ones the length of what
-// a + d is across `along`, less the radius.
+// A pair of features, with their gap after a translation d: n.d - b; for round ones the length of the component of a +
+// d perpendicular to `along`, less the radius.
 struct Pair {
     bool is_round = false;
     V n = V::Zero();
@@ -48,7 +48,7 @@ public:
         pair.b = b;
         add(pair);
     }
-    // `along` is the direction of the one that is a line, or zero.
+    // `along` is the direction of the feature that is an edge, or zero.
     void add_round(const V& a, const V& along, Real radius) {
         Pair pair;
         pair.is_round = true;
@@ -106,7 +106,7 @@ void pair_with(const PosedPart<Real>& part, const SoupTriangle<Real>& t, Pairs& 
             (part.points[j] - part.points[i]).cross(part.points[k] - part.points[i]).normalized();
         const Support s = support(part.points, n);
         const Real at = n.dot(part.points[i]);
-        // a face is met with its outside down
+        // only faces whose outside is down
         if ((n.z() > 0 && at - s.least > kSlack) || (n.z() < 0 && s.most - at > kSlack)) continue;
         if (n.z() != 0) add(n);
     }
@@ -137,11 +137,11 @@ void pair_with(const PosedPart<Real>& part, const SoupTriangle<Real>& t, Pairs& 
     }
 }
 
-// The shortest translation after which all of one to three just touch, if each of them pushes.
+// The shortest translation after which all of one to three pairs touch, if all multipliers are >= 0.
 std::optional<V> shortest_for(const std::array<const Pair*, 3>& active, std::size_t count,
                               Real largest) {
     std::array<V, 3> n;
-    std::array<Real, 3> b{}, pushes{};
+    std::array<Real, 3> b{}, multipliers{};
     V d = V::Zero();
     bool is_straight = true;
     for (std::size_t i = 0; i < count; ++i) is_straight = is_straight && !active[i]->is_round;
@@ -150,30 +150,30 @@ std::optional<V> shortest_for(const std::array<const Pair*, 3>& active, std::siz
             const Real gap = active[i]->gap(d, n[i]);
             b[i] = n[i].dot(d) - gap;
         }
-        // Pushes with n.d = b, by Cramer's rule.
+        // Multipliers for n.d = b, by Cramer's rule.
         V next;
         if (count == 1) {
-            pushes[0] = b[0];
+            multipliers[0] = b[0];
             next = b[0] * n[0];
         } else if (count == 2) {
             const Real c = n[0].dot(n[1]), determinant = n[0].cross(n[1]).squaredNorm();
             if (determinant < kParallel) return {};
-            pushes[0] = (b[0] - c * b[1]) / determinant;
-            pushes[1] = (b[1] - c * b[0]) / determinant;
-            next = pushes[0] * n[0] + pushes[1] * n[1];
+            multipliers[0] = (b[0] - c * b[1]) / determinant;
+            multipliers[1] = (b[1] - c * b[0]) / determinant;
+            next = multipliers[0] * n[0] + multipliers[1] * n[1];
         } else {
             const V c01 = n[0].cross(n[1]), c12 = n[1].cross(n[2]), c20 = n[2].cross(n[0]);
             const Real volume = c01.dot(n[2]);
             if (volume * volume < kParallel) return {};
             next = (b[0] * c12 + b[1] * c20 + b[2] * c01) / volume;
-            pushes = {next.dot(c12) / volume, next.dot(c20) / volume, next.dot(c01) / volume};
+            multipliers = {next.dot(c12) / volume, next.dot(c20) / volume, next.dot(c01) / volume};
         }
         if (!(next.squaredNorm() < 16 * largest * largest)) return {};
         const bool is_done = is_straight || (next - d).squaredNorm() < 1e-32L;
         d = next;
         if (!is_done) continue;
         for (std::size_t i = 0; i < count; ++i) {
-            if (pushes[i] < -1e-12L) return {};
+            if (multipliers[i] < -1e-12L) return {};
         }
         if (d.squaredNorm() > largest * largest) return {};
         return d;

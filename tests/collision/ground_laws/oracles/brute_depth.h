@@ -5,15 +5,13 @@
 
 namespace terrane::test {
 
-/// Length of the shortest translation that frees an overlapping shape, if it is no longer than
-/// `largest`, else infinity; metres.
+/// Length of the minimum translation of an overlapping shape, if it is at most `largest`, else infinity; metres.
 ///
-/// Where the shape touches after the shortest translation, at most three features of it are against three
-/// of the ground's, independently, and each pushes (the conditions of Karush, Kuhn and Tucker). So all
-/// features that come within `largest` of touching are paired, all pairs, couples and triples of
-/// pairs are solved, and of those that free the whole shape, by brute_lift, the shortest is it.
+/// At the minimum at most three pairs of features are active constraints with multipliers >= 0 (the conditions of
+/// Karush, Kuhn and Tucker). So all pairs of features within `largest` of touching are found, all sets of one to three
+/// of them are solved, and the result is the shortest solution that separates the whole shape by brute_lift.
 ///
-/// Cost: the third power of the pairs that are near: for shallow overlaps
+/// Cost: the third power of the number of near pairs: for shallow overlaps
 long double brute_depth(const Soup& soup, const OracleShape& shape, const Pose& pose,
                         long double largest);
 

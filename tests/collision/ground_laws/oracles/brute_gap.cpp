@@ -9,7 +9,7 @@ namespace {
 template <class Real>
 constexpr Real kFar = std::numeric_limits<Real>::max();
 
-// Square distance to the plane where the foot is inside; the edges are looked at elsewhere.
+// Squared distance to a triangle where the projection is inside it; edges are tested separately.
 template <class Real>
 Real square_to_face(const Vec<Real>& p, const Vec<Real>& a, const Vec<Real>& b,
                     const Vec<Real>& c) {

@@ -5,9 +5,8 @@
 
 namespace terrane::test {
 
-/// Distance of a shape that is apart from the ground to the nearest triangle of the soup: least over
-/// corners against faces and edges against edges of every triangle and every hull; `largest` where
-/// none is nearer.
+/// Distance of a separated shape to the nearest triangle of the soup: the least over vertex-face and edge-edge pairs of
+/// every triangle and every part; `largest` where none is nearer.
 template <class Real>
 Real brute_gap(const Soup& soup, const OracleShape& shape, const Pose& pose, Real largest);
 

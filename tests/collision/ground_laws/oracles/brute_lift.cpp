@@ -73,7 +73,7 @@ Real hull_lift(const PosedPart<Real>& part, const SoupTriangle<Real>& t) {
     return lift;
 }
 
-// Negative where the disc of the sphere does not reach over the triangle, and less the farther.
+// The lift; where the sphere is beside the triangle, a large negative value that decreases with the distance.
 template <class Real>
 Real sphere_lift_or_miss(const Vec<Real>& centre, Real radius, const SoupTriangle<Real>& t) {
     const Real lift = sphere_lift(centre, radius, t);
@@ -88,8 +88,8 @@ Real sphere_lift_or_miss(const Vec<Real>& centre, Real radius, const SoupTriangl
     return Real(-1e30) * (1 + std::sqrt(square));
 }
 
-// What a capsule's spheres are lifted by is concave along the core. At or below `least` it need not be
-// found; of more than `enough` any will do.
+// The lift of a capsule's spheres is concave along the core. Lifts up to `least` need not be found; any lift above
+// `enough` may be returned.
 template <class Real>
 Real capsule_lift(const Vec<Real>& from, const Vec<Real>& to, Real radius,
                   const SoupTriangle<Real>& t, Real least, Real enough) {
@@ -99,14 +99,14 @@ Real capsule_lift(const Vec<Real>& from, const Vec<Real>& to, Real radius,
     Real low = 0, high = 1;
     for (int k = 0; k < 2; ++k) {
         const auto [least_of, most_of] = std::minmax({t.v[0][k], t.v[1][k], t.v[2][k]});
-        const Real way = to[k] - from[k];
+        const Real run = to[k] - from[k];
         const Real west = least_of - radius - from[k], east = most_of + radius - from[k];
-        if (way == 0) {
+        if (run == 0) {
             if (west > 0 || east < 0) return kNone<Real>;
             continue;
         }
-        low = std::max(low, std::min(west / way, east / way));
-        high = std::min(high, std::max(west / way, east / way));
+        low = std::max(low, std::min(west / run, east / run));
+        high = std::min(high, std::max(west / run, east / run));
     }
     if (low > high) return kNone<Real>;
     const Vec<Real> a = from + low * (to - from), b = from + high * (to - from);
@@ -166,7 +166,7 @@ Real sphere_lift(const Vec<Real>& centre, Real radius, const SoupTriangle<Real>&
         // over the corner
         const Real rest = radius * radius - from.x() * from.x() - from.y() * from.y();
         if (rest >= 0) lift = std::max(lift, a.z() - centre.z() + std::sqrt(rest));
-        // in the wall under the edge the sphere is a disc
+        // over the edge: the section of the sphere with the vertical plane is a disc
         const Real run = std::sqrt(edge.x() * edge.x() + edge.y() * edge.y());
         const Real aside = (edge.x() * from.y() - edge.y() * from.x()) / run;
         const Real square = radius * radius - aside * aside;

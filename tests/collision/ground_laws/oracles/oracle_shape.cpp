@@ -8,7 +8,7 @@
 namespace terrane::test {
 namespace {
 
-// All triples with every other point on one side are triangles; all pairs on two planes are edges.
+// Triangles are all triples with every other point on one side; edges are all pairs that are on two planes.
 OraclePart hull_of(std::vector<Eigen::Vector3d> points) {
     struct Plane {
         Eigen::Vector3d normal;

@@ -10,23 +10,23 @@
 
 namespace terrane::test {
 
-/// Everything within `radius` of the convex hull of some points.
+/// All points within `radius` of the convex hull of some points.
 struct OraclePart {
     std::vector<Eigen::Vector3d> points;                ///< body frame
-    std::vector<std::array<std::size_t, 2>> edges;      ///< contain all edges of the hull
-    std::vector<std::array<std::size_t, 3>> triangles;  ///< in the hull; cover all its faces
+    std::vector<std::array<std::size_t, 2>> edges;      ///< include all edges of the hull
+    std::vector<std::array<std::size_t, 3>> triangles;  ///< cover all faces of the hull
     double radius = 0.0;
 };
 
-/// A shape as tests see it: a union of rounded hulls, each found by trying all triples of points.
+/// A shape of the oracles: a union of rounded hulls, each found by testing all triples of points.
 struct OracleShape {
     std::vector<OraclePart> parts;
 };
 
-/// Of any shape. Radii come with a core of one or two points.
+/// The oracle of any shape. A radius comes with a core of one or two points.
 OracleShape make_oracle(const Shape& shape);
 
-/// Of the hull of some points, without asking the library which of them are vertices.
+/// The oracle of the hull of some points, found without the library.
 OracleShape make_hull_oracle(std::vector<Eigen::Vector3d> points);
 
 /// A part in its pose, relative to the pose's translation less an offset.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The oracles themselves, against slower or plainer ones.
+// Tests of the oracles, against slower or simpler ones.
 #include "brute_depth.h"
 #include "brute_gap.h"
 #include "collision/ground_laws/law_cases.h"
@@ -18,24 +18,24 @@ constexpr std::uint64_t kSeed = 20260301;
 // Largest of surface minus z over points of the shape on a grid of directions and of the core.
 double sampled_lift(const LawScene& scene, const OraclePart& part, const Pose& pose, int steps) {
     double lift = -std::numeric_limits<double>::infinity();
-    const auto look = [&](const Eigen::Vector3d& p) {
+    const auto sample = [&](const Eigen::Vector3d& p) {
         lift = std::max(lift, scene.soup.height(p.x(), p.y()) - p.z());
     };
-    const auto look_around = [&](const Eigen::Vector3d& core) {
+    const auto sample_sphere = [&](const Eigen::Vector3d& core) {
         for (int i = 0; i <= steps; ++i) {
             for (int j = 0; j < 2 * steps; ++j) {
                 const double z = -1.0 + 2.0 * i / steps, angle = 3.141592653589793 * j / steps;
                 const double ring = std::sqrt(std::max(0.0, 1.0 - z * z));
-                look(core + part.radius *
-                                Eigen::Vector3d(ring * std::cos(angle), ring * std::sin(angle), z));
+                sample(core + part.radius * Eigen::Vector3d(ring * std::cos(angle),
+                                                            ring * std::sin(angle), z));
             }
         }
     };
     if (part.radius > 0.0) {
         for (int k = 0; k <= steps; ++k) {
-            look_around(pose *
-                        (part.points.front() + static_cast<double>(k) / steps *
-                                                   (part.points.back() - part.points.front())));
+            sample_sphere(pose *
+                          (part.points.front() + static_cast<double>(k) / steps *
+                                                     (part.points.back() - part.points.front())));
         }
         return lift;
     }
@@ -43,15 +43,15 @@ double sampled_lift(const LawScene& scene, const OraclePart& part, const Pose& p
         for (int i = 0; i <= steps; ++i) {
             for (int j = 0; i + j <= steps; ++j) {
                 const double u = static_cast<double>(i) / steps, v = static_cast<double>(j) / steps;
-                look(pose * (part.points[a] + u * (part.points[b] - part.points[a]) +
-                             v * (part.points[c] - part.points[a])));
+                sample(pose * (part.points[a] + u * (part.points[b] - part.points[a]) +
+                               v * (part.points[c] - part.points[a])));
             }
         }
     }
     return lift;
 }
 
-TEST(LawShapes, OfHullsHaveTheVerticesThatTheOracleHas) {
+TEST(LawShapes, HullsHaveTheVerticesOfTheirOracles) {
     for (const char* name : {"hull", "flat hull"}) {
         const LawShape& shape = shape_named(name);
         const std::span<const Eigen::Vector3d> vertices =
@@ -61,7 +61,7 @@ TEST(LawShapes, OfHullsHaveTheVerticesThatTheOracleHas) {
             std::equal(vertices.begin(), vertices.end(), part.points.begin(), part.points.end()))
             << name;
     }
-    // Closed: as many corners and faces as edges and two; of the flat one, all pairs are in its plane.
+    // Euler's formula; for the flat hull, every pair of vertices is in its plane.
     const OraclePart& hull = shape_named("hull").oracle.parts[0];
     EXPECT_EQ(hull.points.size() + hull.triangles.size(), hull.edges.size() + 2);
     EXPECT_EQ(shape_named("flat hull").oracle.parts[0].edges.size(), 15u);
@@ -71,7 +71,7 @@ TEST(BruteLift, IsTheLargestOverManyPointsOfTheShape) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed);
     Random random(kSeed);
     for (const LawScene& scene : law_scenes()) {
-        if (scene.name == "cliffs") continue;  // points miss a needle's tip by its whole height
+        if (scene.name == "cliffs") continue;  // samples miss the cliffs by their whole height
         for (const LawShape& shape : law_shapes()) {
             for (int i = 0; i < 2; ++i) {
                 const Pose pose = random_pose(random, scene, shape, random.between(-0.5, 0.5));
@@ -116,7 +116,7 @@ TEST(BruteLift, OfASphereIsTheLargestOverATriangleByNestedSearch) {
             }
             return best;
         };
-        // Concave where there is sphere, and falling towards it where there is none.
+        // Concave over the sphere; beside it, decreasing away from it.
         const double searched = largest(0.0, 1.0, [&](double v) {
             return largest(0.0, 1.0, [&](double u) {
                 const Eigen::Vector3d p =
@@ -146,7 +146,7 @@ TEST(BruteDepth, OfASphereOverPlanesIsTheOverlapAlongTheNormal) {
     }
 }
 
-TEST(BruteGap, IsTheLargestMoveThatStaysFree) {
+TEST(BruteGap, IsTheLargestDisplacementWithoutOverlap) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed);
     Random random(kSeed);
     for (const LawScene& scene : law_scenes()) {

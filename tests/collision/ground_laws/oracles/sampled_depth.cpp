@@ -23,15 +23,15 @@ struct Translation {
 double sampled_depth(const Soup& soup, const OracleShape& shape, const Pose& pose, double known,
                      const SampledDepthSettings& settings, Random& random,
                      Eigen::Vector3d* best_out) {
-    constexpr double kFree = 1e-10;  // lifts up to this count as none
-    // The shortest translation with a sideways offset that frees, if it is shorter than `less_than`.
+    constexpr double kSeparatedLift = 1e-10;  // lifts up to this count as separated
+    // The shortest separating translation with a sideways offset, if it is shorter than `less_than`.
     const auto measure = [&](double x, double y, double less_than, Translation& out) {
         const double square = less_than * less_than - x * x - y * y;
         if (!(square > 0.0)) return false;
         const Eigen::Vector3d offset(x, y, 0.0);
         if (is_deeper<double>(soup, shape, pose, offset, std::sqrt(square))) return false;
         const double lift = brute_lift<double>(soup, shape, pose, offset, 0.0);
-        out.d = {x, y, std::max(0.0, lift - kFree)};
+        out.d = {x, y, std::max(0.0, lift - kSeparatedLift)};
         out.size = out.d.norm();
         return out.size < less_than;
     };
@@ -43,7 +43,7 @@ double sampled_depth(const Soup& soup, const OracleShape& shape, const Pose& pos
         if (best_out != nullptr) *best_out = found.d;
     };
 
-    // Offsets that are no worse than a tenth above the known length are worth refining.
+    // Offsets whose translations are up to 1.2 times the known length are candidates for refinement.
     std::vector<Translation> starts;
     for (int i = 0; i < settings.samples; ++i) {
         const double angle = random.between(0.0, 6.283185307179586);
@@ -62,10 +62,10 @@ double sampled_depth(const Soup& soup, const OracleShape& shape, const Pose& pos
         double step = 0.05 * known;
         for (int i = 0; i < settings.refinements && step > 1e-10 * known; ++i) {
             const double angle = random.between(0.0, 6.283185307179586);
-            const double way = step * random.between(0.1, 1.0);
+            const double size = step * random.between(0.1, 1.0);
             Translation found;
-            if (measure(at.d.x() + way * std::cos(angle), at.d.y() + way * std::sin(angle), at.size,
-                        found)) {
+            if (measure(at.d.x() + size * std::cos(angle), at.d.y() + size * std::sin(angle),
+                        at.size, found)) {
                 at = found;
                 step *= 2.0;
             } else {

@@ -22,14 +22,13 @@ struct SoupTriangle {
     std::array<Vec<Real>, 3> v;
 };
 
-/// Every triangle of a ground's contact surface, read cell by cell once and cut by a rule of its own.
+/// All triangles of a ground's contact surface, read cell by cell once; the rule for diagonals is implemented again.
 class Soup {
 public:
     explicit Soup(const Ground& ground);
 
     /// Height of the surface over a point inside the extent, metres.
     double height(double x, double y) const;
-    bool is_cell(int column, int row) const { return is_cell_[index(column, row)]; }
     int cells() const { return side_; }
     double spacing() const { return spacing_; }
     double west() const { return west_; }
@@ -40,8 +39,8 @@ public:
     }
     static bool is_cut_to_north_east(int column, int row) { return ((column + row) & 1) == 0; }
 
-    /// Calls visit(triangle) for those whose cell meets a rectangle, and which have a corner above a
-    /// height; all of it relative to `origin`.
+    /// Calls visit(triangle) for the triangles of cells that meet a rectangle and have a corner above a height; all
+    /// relative to `origin`.
     template <class Real, class Visit>
     void visit(const Eigen::Vector3d& origin, const Vec<Real>& low, const Vec<Real>& high,
                Real above, Visit&& visit) const {

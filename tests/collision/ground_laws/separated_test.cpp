@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Bodies below the ground come out by finding contacts and moving by what resolves them all.
+// Shapes below the ground are separated by repeatedly finding contacts and resolving them all.
 #include "law_cases.h"
 
 #include <terrane/collision/ground_contact.h>
@@ -52,7 +52,7 @@ V shortest_for(const std::vector<const Contact*>& some) {
     return best;
 }
 
-// The shortest translation that satisfies all contacts: of those that it violates the worst joins.
+// The shortest translation that resolves all contacts, by an active set: the contact that is violated most is added.
 Eigen::Vector3d resolve(std::span<const Contact> contacts) {
     std::vector<const Contact*> some;
     V d = V::Zero();
@@ -73,14 +73,14 @@ Eigen::Vector3d resolve(std::span<const Contact> contacts) {
     return d.cast<double>();
 }
 
-TEST(FreedFromBelow, WithinEightRoundsFromAnyDepth) {
+TEST(SeparatedFromBelow, WithinEightRoundsFromAnyDepth) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed);
     Random random(kSeed);
     const long count = count_of_cases(66, 20'000);
     std::array<Contact, 256> contacts;
     std::printf("rounds:%28s", "");
     for (int round = 0; round <= kRounds; ++round) std::printf("%7d", round);
-    std::printf("   not freed\n");
+    std::printf("   not separated\n");
     for (const LawShape& shape : law_shapes()) {
         for (const double below : {0.1, 0.3, 1.0, 3.0, 100.0}) {
             std::array<long, kRounds + 2> rounds{};
@@ -90,7 +90,7 @@ TEST(FreedFromBelow, WithinEightRoundsFromAnyDepth) {
                 Pose pose = start;
                 pose.translation.z() =
                     scene.soup.height(pose.translation.x(), pose.translation.y()) - below;
-                const Pose sunk = pose;
+                const Pose below_ground = pose;
                 int round = 0;
                 for (; round <= kRounds; ++round) {
                     const ContactAnswer answer =
@@ -103,7 +103,7 @@ TEST(FreedFromBelow, WithinEightRoundsFromAnyDepth) {
                     pose = moved(pose, d);
                 }
                 ++rounds[static_cast<std::size_t>(round)];
-                EXPECT_LE(round, kRounds) << describe(scene, shape, sunk);
+                EXPECT_LE(round, kRounds) << describe(scene, shape, below_ground);
             }
             std::printf("%-8s %5.1f m below, %6ld:  ", shape.name.c_str(), below, count);
             for (const long many : rounds) std::printf("%7ld", many);
