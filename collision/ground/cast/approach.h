@@ -3,6 +3,7 @@
 
 #include "ground/frame/local_ground.h"
 #include "ground/frame/local_shape.h"
+#include "ground/frame/window_features.h"
 
 #include <algorithm>
 #include <limits>
@@ -120,22 +121,19 @@ CellRange visit_soonest(const LocalGround& local, const GroundWindow& window,
     std::array<Cell, kMost * kMost> queue;
     std::size_t count = 0;
     if (!(approach.down_to(window.high) < visitor.limit())) return {};
-    const auto west = static_cast<int>(cells.west - window.cells.west);
-    const auto south = static_cast<int>(cells.south - window.cells.south);
-    const int columns = static_cast<int>(cells.east - cells.west) + 1;
-    const int rows = static_cast<int>(cells.north - cells.south) + 1;
-    for (int i = 0; i < columns; ++i) {
+    const WindowCells at(window, cells);
+    for (int i = 0; i <= at.east - at.west; ++i) {
         over_columns[static_cast<std::size_t>(i)] =
             approach.over(0, local.x(cells.west + i), local.x(cells.west + i + 1));
     }
-    for (int row = south; row < south + rows; ++row) {
+    for (int row = at.south; row <= at.north; ++row) {
         const std::int64_t y = window.cells.south + row;
         const Approach::Interval over_row = approach.over(1, local.y(y), local.y(y + 1));
         if (!(over_row.first < visitor.limit())) continue;
-        double at_west = std::max(window.at(west, row), window.at(west, row + 1));
-        for (int column = west; column < west + columns; ++column) {
+        double at_west = std::max(window.at(at.west, row), window.at(at.west, row + 1));
+        for (int column = at.west; column <= at.east; ++column) {
             const Approach::Interval& over_column =
-                over_columns[static_cast<std::size_t>(column - west)];
+                over_columns[static_cast<std::size_t>(column - at.west)];
             const double at_east =
                 std::max(window.at(column + 1, row), window.at(column + 1, row + 1));
             const Approach::Interval over{std::max(over_column.first, over_row.first),
@@ -161,12 +159,9 @@ CellRange visit_soonest(const LocalGround& local, const GroundWindow& window,
         if (count == 0) return seen;
         const Cell cell = queue[next];
         queue[next] = queue[--count];
-        const double high = window.highest(cell.column, cell.row);
+        if (!visitor.wants(local.cell_prism(window, cell.column, cell.row))) continue;
         const std::int64_t x = window.cells.west + cell.column;
         const std::int64_t y = window.cells.south + cell.row;
-        if (!visitor.wants({local.x(x), local.y(y), local.x(x + 1), local.y(y + 1), high})) {
-            continue;
-        }
         seen = seen.east < seen.west ? CellRange{x, y, x, y}
                                      : CellRange{std::min(seen.west, x), std::min(seen.south, y),
                                                  std::max(seen.east, x), std::max(seen.north, y)};

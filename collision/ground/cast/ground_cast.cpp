@@ -78,10 +78,7 @@ Contact find_met(const LocalGround& local, const LocalBody& body, const PieceAns
     } else {
         LocalHull hull;
         const DeepestPoint deepest = body.part(end.part, hull).deepest(end.normal);
-        contact.normal = end.normal;
-        contact.point_world = deepest.point;
-        contact.feature = deepest.feature;
-        contact.part = end.part;
+        contact = make_contact(deepest.point, end.normal, 0.0, deepest.feature, end.part);
     }
     contact.point_world = local.to_world(contact.point_world);
     return contact;

@@ -6,8 +6,6 @@
 #include "ground/frame/local_hull.h"
 #include "pairs/kernels/core.h"
 
-#include <array>
-
 // A hull against one column: everything on or below a triangle.
 namespace terrane::internal {
 

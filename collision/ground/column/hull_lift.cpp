@@ -8,8 +8,6 @@
 #include "ground/frame/triangle_plane.h"
 #include "math/vector_math.h"
 
-#include <limits>
-
 namespace terrane::internal {
 namespace {
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "ground/column/normal_cone.h"
 
-#include <cmath>
-
 namespace terrane::internal {
 namespace {
 

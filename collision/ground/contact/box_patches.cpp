@@ -50,13 +50,8 @@ public:
 private:
     void add(const Eigen::Vector3d& on_box, const Eigen::Vector3d& n, double gap,
              const ShapeFeature& feature) {
-        Contact contact;
-        contact.point_world = on_box - translation_;
-        contact.normal = n;
-        contact.depth = dot(n, translation_) - gap;
-        contact.feature = feature;
-        contact.part = part_;
-        patches_.add(contact);
+        patches_.add(
+            make_contact(on_box - translation_, n, dot(n, translation_) - gap, feature, part_));
     }
 
     bool is_gap(const Eigen::Vector3d& n, double gap) const {
@@ -106,13 +101,7 @@ private:
             const double gap = dot(n, p - triangle.v[0]);
             if (!is_gap(n, gap) || !is_foot_inside(p, triangle)) continue;
             // only corners of the face of the box that is nearest to parallel to the triangle
-            std::size_t nearest = 0;
-            for (std::size_t i = 1; i < 3; ++i) {
-                if (std::abs(dot(n, at_start_.axes[i])) >
-                    std::abs(dot(n, at_start_.axes[nearest]))) {
-                    nearest = i;
-                }
-            }
+            const std::size_t nearest = at_start_.nearest_axis(n);
             if (((k >> nearest & 1) == 0) != (dot(n, at_start_.axes[nearest]) > 0.0)) continue;
             const auto name = static_cast<std::uint32_t>(k);
             add(p, n, gap, {name, name});

@@ -10,6 +10,18 @@
 
 namespace terrane::internal {
 
+/// A contact in a local frame.
+inline Contact make_contact(const Eigen::Vector3d& point, const Eigen::Vector3d& normal,
+                            double depth, const ShapeFeature& feature, std::uint32_t part) {
+    Contact contact;
+    contact.point_world = point;
+    contact.normal = normal;
+    contact.depth = depth;
+    contact.feature = feature;
+    contact.part = part;
+    return contact;
+}
+
 /// Contacts in a local frame, merged as they are added: contacts with nearly the same normal are a patch, and a patch
 /// keeps its deepest point and up to three more that span the largest area.
 class ContactPatches {

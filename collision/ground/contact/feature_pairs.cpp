@@ -20,13 +20,7 @@ void FeaturePairs::add(const Eigen::Vector3d& on_shape, const Eigen::Vector3d& n
                        const ShapeFeature& feature) {
     const double depth = dot(n, translation_) - gap;
     if (gap > reach_ || depth < -margin_) return;
-    Contact contact;
-    contact.point_world = on_shape - translation_;
-    contact.normal = n;
-    contact.depth = depth;
-    contact.feature = feature;
-    contact.part = part_;
-    patches_.add(contact);
+    patches_.add(make_contact(on_shape - translation_, n, depth, feature, part_));
 }
 
 Separation FeaturePairs::find_separation_in_cone(const Triangle& triangle) const {
@@ -77,10 +71,7 @@ void FeaturePairs::pair_box(const Triangle& triangle) {
 // Corners of the face of the box that is nearest to parallel to the triangle, over the triangle.
 void FeaturePairs::pair_box_face(const Triangle& triangle) {
     const Eigen::Vector3d& n = triangle.normal;
-    std::size_t face = 0;
-    for (std::size_t i = 1; i < 3; ++i) {
-        if (std::abs(dot(n, shape_.axes[i])) > std::abs(dot(n, shape_.axes[face]))) face = i;
-    }
+    const std::size_t face = shape_.nearest_axis(n);
     const bool is_down = dot(n, shape_.axes[face]) > 0.0;
     for (int k = 0; k < 8; ++k) {
         if (((k >> face & 1) == 0) != is_down) continue;

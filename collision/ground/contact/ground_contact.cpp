@@ -41,15 +41,9 @@ bool find_least(const LocalGround& local, const LocalShape& moved, const Triangl
 }
 
 // The contact of a part with a plane, at its support point.
-Contact make_contact(const LocalShape& shape, std::uint32_t part, const HalfSpace& plane) {
+Contact make_plane_contact(const LocalShape& shape, std::uint32_t part, const HalfSpace& plane) {
     const DeepestPoint deepest = shape.deepest(plane.normal);
-    Contact contact;
-    contact.normal = plane.normal;
-    contact.depth = plane.depth;
-    contact.point_world = deepest.point;
-    contact.feature = deepest.feature;
-    contact.part = part;
-    return contact;
+    return make_contact(deepest.point, plane.normal, plane.depth, deepest.feature, part);
 }
 
 // Adds contacts until the shortest translation that resolves them all separates the body. None is deeper along its
@@ -77,7 +71,7 @@ void complete_patches(const LocalGround& local, const LocalBody& body, const Gro
         HalfSpace least;
         if (!find_least(local, moved, rest.triangle, translation, least) || least.depth < -margin)
             break;
-        patches.add(make_contact(shape, part, least));
+        patches.add(make_plane_contact(shape, part, least));
         spaces.add(least);
     }
     // Not converged: the separating translation becomes a contact. A body that is deeper than it is large goes up
@@ -85,12 +79,12 @@ void complete_patches(const LocalGround& local, const LocalBody& body, const Gro
     constexpr double kLeastRise = 1e-9;  // least z of a normal
     const double depth = length(translation);
     if (depth > 2.0 * body.whole().bounds.maxCoeff()) {
-        patches.add(make_contact(body.part(lift.part, hull), lift.part,
-                                 {Eigen::Vector3d::UnitZ(), lift.lift}));
+        patches.add(make_plane_contact(body.part(lift.part, hull), lift.part,
+                                       {Eigen::Vector3d::UnitZ(), lift.lift}));
     } else {
         Eigen::Vector3d n = translation / depth;
         n[2] = std::max(n[2], kLeastRise);
-        patches.add(make_contact(body.part(part, hull), part, {n, depth}));
+        patches.add(make_plane_contact(body.part(part, hull), part, {n, depth}));
     }
 }
 
@@ -174,13 +168,10 @@ ContactAnswer find_contacts(const Shape& shape, const Pose& world_from_shape, co
     ContactAnswer answer;
     if (!is_valid_query(shape, world_from_shape) || !(margin >= 0.0) || !std::isfinite(margin))
         return answer;
-    const LocalGround local(ground, world_from_shape.translation);
-    const LocalBody body(shape, world_from_shape.rotation,
-                         local.to_local(world_from_shape.translation));
-
+    const LocalQuery query(shape, world_from_shape, ground);
+    const auto& [local, body] = query;
     // gaps beyond the margin need not be exact
-    const GroundLift lift = find_lift(local, body, Eigen::Vector3d::Zero(), -margin - kTouch,
-                                      kAnyLift, LiftError::requested);
+    const GroundLift lift = query.lift(-margin - kTouch);
     answer.lift = lift.lift;
     answer.error_m = lift.error_m;
     answer.status = QueryStatus::not_resident;
@@ -207,12 +198,9 @@ DistanceAnswer signed_distance(const Shape& shape, const Pose& world_from_shape,
                                const Ground& ground, double max_distance) {
     DistanceAnswer answer;
     if (!is_valid_query(shape, world_from_shape) || !(max_distance >= 0.0)) return answer;
-    const LocalGround local(ground, world_from_shape.translation);
-    const LocalBody body(shape, world_from_shape.rotation,
-                         local.to_local(world_from_shape.translation));
-
-    const GroundLift lift =
-        find_lift(local, body, Eigen::Vector3d::Zero(), -kTouch, kAnyLift, LiftError::requested);
+    const LocalQuery query(shape, world_from_shape, ground);
+    const auto& [local, body] = query;
+    const GroundLift lift = query.lift(-kTouch);
     answer.error_m = lift.error_m;
     answer.status = QueryStatus::not_resident;
     if (lift.is_missing) return answer;
@@ -249,11 +237,7 @@ DistanceAnswer signed_distance(const Shape& shape, const Pose& world_from_shape,
 LiftAnswer compute_lift(const Shape& shape, const Pose& world_from_shape, const Ground& ground) {
     LiftAnswer answer;
     if (!is_valid_query(shape, world_from_shape)) return answer;
-    const LocalGround local(ground, world_from_shape.translation);
-    const LocalBody body(shape, world_from_shape.rotation,
-                         local.to_local(world_from_shape.translation));
-    const GroundLift lift =
-        find_lift(local, body, Eigen::Vector3d::Zero(), -kAnyLift, kAnyLift, LiftError::requested);
+    const GroundLift lift = LocalQuery(shape, world_from_shape, ground).lift();
     answer.status = lift.is_missing ? QueryStatus::not_resident : QueryStatus::complete;
     answer.lift = lift.lift;
     answer.error_m = lift.error_m;
@@ -263,11 +247,8 @@ LiftAnswer compute_lift(const Shape& shape, const Pose& world_from_shape, const 
 TestAnswer test_contact(const Shape& shape, const Pose& world_from_shape, const Ground& ground) {
     TestAnswer answer;
     if (!is_valid_query(shape, world_from_shape)) return answer;
-    const LocalGround local(ground, world_from_shape.translation);
-    const LocalBody body(shape, world_from_shape.rotation,
-                         local.to_local(world_from_shape.translation));
-    const GroundLift lift = find_lift(local, body, Eigen::Vector3d::Zero(), -2.0 * kTouch, -kTouch,
-                                      LiftError::requested);
+    const GroundLift lift =
+        LocalQuery(shape, world_from_shape, ground).lift(-2.0 * kTouch, -kTouch);
     answer.is_touching = lift.lift >= -kTouch;
     answer.status =
         lift.is_missing && !answer.is_touching ? QueryStatus::not_resident : QueryStatus::complete;

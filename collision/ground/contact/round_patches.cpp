@@ -60,13 +60,8 @@ private:
         const double gap = distance - shape_.radius;
         const double depth = dot(n, translation_) - gap;
         if (gap > reach_ || depth < -margin_) return;
-        Contact contact;
-        contact.point_world = on_core - shape_.radius * n - translation_;
-        contact.normal = n;
-        contact.depth = depth;
-        contact.feature = shape_.core_feature(on_core - translation_);
-        contact.part = part_;
-        patches_.add(contact);
+        patches_.add(make_contact(on_core - shape_.radius * n - translation_, n, depth,
+                                  shape_.core_feature(on_core - translation_), part_));
     }
 
     bool is_in_reach(double square, double up) const {

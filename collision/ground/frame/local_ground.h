@@ -65,7 +65,14 @@ public:
     /// Cells that a closed rectangle meets, clamped to the ground's extent and one cell around it.
     CellRange cells(double west, double south, double east, double north) const;
 
+    /// The prism over a range of cells whose heights are between two, quanta.
     CellPrism prism(const CellRange& cells, std::int32_t low, std::int32_t high) const;
+    /// The prism over a cell of a window.
+    CellPrism cell_prism(const GroundWindow& window, int column, int row) const {
+        const std::int64_t east = window.cells.west + column;
+        const std::int64_t north = window.cells.south + row;
+        return {x(east), y(north), x(east + 1), y(north + 1), window.highest(column, row)};
+    }
     GroundCell cell(std::int64_t column, std::int64_t row) const {
         return reader_.cell(column, row);
     }

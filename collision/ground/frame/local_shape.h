@@ -55,6 +55,14 @@ struct LocalShape {
     Eigen::Vector3d up(std::size_t axis) const {
         return axes[axis][2] < 0.0 ? Eigen::Vector3d(-axes[axis]) : axes[axis];
     }
+    /// The axis of a box that is nearest to parallel to a direction.
+    std::size_t nearest_axis(const Eigen::Vector3d& n) const {
+        std::size_t nearest = 0;
+        for (std::size_t i = 1; i < 3; ++i) {
+            if (std::abs(dot(n, axes[i])) > std::abs(dot(n, axes[nearest]))) nearest = i;
+        }
+        return nearest;
+    }
     /// Feature of a round shape at a point of its core: one of its ends, or its side.
     ShapeFeature core_feature(const Eigen::Vector3d& on_core) const;
     /// Whether a round shape is a capsule whose core is a segment.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "ground/lift/ground_lift.h"
 
+#include "ground/frame/window_features.h"
 #include "ground/lift/box_lift.h"
 #include "ground/lift/box_slabs.h"
 #include "ground/lift/round_lift.h"
@@ -118,15 +119,9 @@ GroundLift find_lift(const LocalGround& local, const GroundWindow& window, const
 // Visits the triangles of the cells of a range that a window holds.
 void visit_window(const LocalGround& local, const GroundWindow& window, const CellRange& cells,
                   const LocalShape& shape, LiftVisitor& visitor) {
-    const auto west = static_cast<int>(cells.west - window.cells.west);
-    const auto south = static_cast<int>(cells.south - window.cells.south);
-    const int columns = static_cast<int>(cells.east - cells.west) + 1;
-    const int rows = static_cast<int>(cells.north - cells.south) + 1;
+    const WindowCells at(window, cells);
     const auto take = [&](int column, int row) {
-        const double high = window.highest(column, row);
-        const std::int64_t x = window.cells.west + column;
-        const std::int64_t y = window.cells.south + row;
-        if (!visitor.wants({local.x(x), local.y(y), local.x(x + 1), local.y(y + 1), high})) return;
+        if (!visitor.wants(local.cell_prism(window, column, row))) return;
         visitor.take(local.triangle(window, column, row, true));
         visitor.take(local.triangle(window, column, row, false));
     };
@@ -134,12 +129,12 @@ void visit_window(const LocalGround& local, const GroundWindow& window, const Ce
     const Eigen::Vector3d lowest =
         shape.deepest_point(Eigen::Vector3d::UnitZ()) - local.corner(window);
     const int first_column =
-        std::clamp(static_cast<int>(lowest[0] / local.spacing()), west, west + columns - 1);
+        std::clamp(static_cast<int>(lowest[0] / local.spacing()), at.west, at.east);
     const int first_row =
-        std::clamp(static_cast<int>(lowest[1] / local.spacing()), south, south + rows - 1);
+        std::clamp(static_cast<int>(lowest[1] / local.spacing()), at.south, at.north);
     take(first_column, first_row);
-    for (int row = south; row < south + rows; ++row) {
-        for (int column = west; column < west + columns; ++column) {
+    for (int row = at.south; row <= at.north; ++row) {
+        for (int column = at.west; column <= at.east; ++column) {
             if (column != first_column || row != first_row) take(column, row);
         }
     }

@@ -37,6 +37,22 @@ GroundLift find_lift(const LocalGround& local, const LocalBody& body, const Eige
                      double floor = -kAnyLift, double enough = kAnyLift,
                      LiftError error = LiftError::skipped);
 
+/// The ground and a shape at its pose, in a local frame near it.
+struct LocalQuery {
+    LocalQuery(const Shape& shape, const Pose& world_from_shape, const Ground& ground_in)
+        : ground(ground_in, world_from_shape.translation),
+          body(shape, world_from_shape.rotation, ground.to_local(world_from_shape.translation)) {}
+
+    /// Lift of the body, with the error of the ground: see find_lift().
+    GroundLift lift(double floor = -kAnyLift, double enough = kAnyLift) const {
+        return find_lift(ground, body, Eigen::Vector3d::Zero(), floor, enough,
+                         LiftError::requested);
+    }
+
+    LocalGround ground;
+    LocalBody body;
+};
+
 /// An upper bound of the height of the ground in the cells that an AABB meets, metres: minus infinity where there is no
 /// ground, infinity where it is not known or the range is too large to read.
 double bound_ground(const LocalGround& local, const Eigen::Vector3d& centre,

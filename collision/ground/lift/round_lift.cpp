@@ -5,6 +5,7 @@
 #include "ground/lift/round_lift.h"
 
 #include "ground/column/round_column.h"
+#include "ground/frame/window_features.h"
 
 #include <algorithm>
 #include <array>
@@ -25,20 +26,19 @@ public:
           spacing_(local.spacing()),
           per_metre_(local.inverse_spacing()),
           lowest_(shape.centre[2] - shape.bounds[2]),
-          west_(static_cast<int>(cells.west - window.cells.west)),
-          south_(static_cast<int>(cells.south - window.cells.south)),
-          east_(static_cast<int>(cells.east - window.cells.west)),
-          north_(static_cast<int>(cells.north - window.cells.south)) {}
+          cells_(window, cells) {}
 
     WindowLift run() {
         // The cell under the lowest point first, so that bounds exclude most others.
         const Eigen::Vector3d p =
             shape_.deepest_point(Eigen::Vector3d::UnitZ()) - local_.corner(window_);
-        const int first_column = std::clamp(static_cast<int>(p[0] / spacing_), west_, east_);
-        const int first_row = std::clamp(static_cast<int>(p[1] / spacing_), south_, north_);
+        const int first_column =
+            std::clamp(static_cast<int>(p[0] / spacing_), cells_.west, cells_.east);
+        const int first_row =
+            std::clamp(static_cast<int>(p[1] / spacing_), cells_.south, cells_.north);
         take_cell(first_column, first_row);
-        for (int row = south_; row <= north_ && best_.lift <= enough_; ++row) {
-            for (int column = west_; column <= east_; ++column) {
+        for (int row = cells_.south; row <= cells_.north && best_.lift <= enough_; ++row) {
+            for (int column = cells_.west; column <= cells_.east; ++column) {
                 if (column != first_column || row != first_row) take_cell(column, row);
             }
         }
@@ -116,7 +116,7 @@ private:
     double spacing_;
     double per_metre_;  // cells per metre
     double lowest_;
-    int west_, south_, east_, north_;
+    WindowCells cells_;
     std::array<OpenFace, 2 * GroundWindow::kMostCells * GroundWindow::kMostCells> open_;
     std::size_t open_count_ = 0;
     WindowLift best_;
