@@ -11,7 +11,7 @@
 #include <limits>
 
 namespace terrane {
-namespace clear_way_test {
+namespace sweep_clear_test {
 
 using namespace test;
 using internal::is_sweep_clear;
@@ -146,5 +146,5 @@ TEST(SweepClear, ProvesNothingForLargeTurnsInvalidInputOrMissingGround) {
     EXPECT_FALSE(is_sweep_clear(Sphere{1.0}, straight({127.5, 64.0, 2.0}, up), half, kMargin));
 }
 
-}  // namespace clear_way_test
+}  // namespace sweep_clear_test
 }  // namespace terrane
