@@ -28,7 +28,8 @@ constexpr double kLeast_px = 0.5;  // smaller errors are not compared
 struct Ground {
     const char* name;
     std::function<std::shared_ptr<const HeightSource>()> open;
-    double largest_ratio;  // published limit of certified over measured
+    double largest_ratio;   // published limit of certified over measured: of the first view
+    double largest_of_ten;  // ... and of ten views
 };
 
 void PrintTo(const Ground& ground, std::ostream* out) { *out << ground.name; }
@@ -151,7 +152,7 @@ TEST_P(TightCertificate, IsAsTightAsPublished) {
     for (const double morph_ratio : {TriangulatorSettings{}.morph_ratio, 1.0}) {
         for (const bool is_half_withheld : {false, true}) {
             EXPECT_LE(measure_ratios(GetParam(), morph_ratio, is_half_withheld).largest,
-                      GetParam().largest_ratio);
+                      kViews == 1 ? GetParam().largest_ratio : GetParam().largest_of_ten);
         }
     }
 }
@@ -159,11 +160,11 @@ TEST_P(TightCertificate, IsAsTightAsPublished) {
 // The ratios are published in docs/triangulation.md. For the last three 2.5 is the aim: octaves that are weighted by
 // the octaves before them, and noise at warped positions, have looser a-priori bounds than a plain sum.
 std::vector<Ground> grounds() {
-    return {{"jacksboro", open_jacksboro, 1.4},
-            {"fbm", [] { return open_fractal(FractalKind::fbm); }, 2.5},
-            {"ridged", [] { return open_fractal(FractalKind::ridged); }, 3.0},
-            {"hybrid", [] { return open_fractal(FractalKind::hybrid); }, 3.0},
-            {"warped", [] { return open_fractal(FractalKind::warped); }, 3.0}};
+    return {{"jacksboro", open_jacksboro, 1.4, 1.4},
+            {"fbm", [] { return open_fractal(FractalKind::fbm); }, 2.5, 3.0},
+            {"ridged", [] { return open_fractal(FractalKind::ridged); }, 3.0, 4.5},
+            {"hybrid", [] { return open_fractal(FractalKind::hybrid); }, 3.0, 4.5},
+            {"warped", [] { return open_fractal(FractalKind::warped); }, 3.0, 4.5}};
 }
 
 constexpr auto kName = [](const auto& made) { return std::string(made.param.name); };
