@@ -9,6 +9,8 @@
 namespace terrane {
 
 /// How heights are computed from octaves of noise n of amplitude a. Every kind has certified bounds.
+/// Those of fbm are the tightest: a frame's error_px was at most 3 times the measured error over it, and 4.5 times over
+/// the others (docs/triangulation.md).
 enum class FractalKind : std::uint8_t {
     fbm,     ///< sum of a n: the same roughness everywhere, heights of both signs
     ridged,  ///< sharp crests where the noise crosses zero; heights from 0 to the sum of a
