@@ -124,9 +124,10 @@ enum class TicketState {
 /// while its replacement waits. That moves the picture by at most 0.25 pixels in one update(). At most 1.55 pixels of
 /// screen error are held back: with more error than that a frame misses its target anyway, and a fade would only
 /// delay the chunk. So a chunk is fully visible after 27 updates at a threshold of 0.2 pixels, after 21 at 0.5, and
-/// at once at 1.55 (morph_ratio 1.3). It appears at once, too, if a camera's last view did not contain it, or if the eye moved by more
-/// than a tenth of the distance to it. Fades advance with updates, not with time: an update is a frame, and jumps are
-/// visible between frames. Ground does not fade. Loads of roots and contact evict at once, without fades.
+/// at once at 1.55 (with a morph_ratio of 1.3). It appears at once, too, if a camera's last view did not contain it,
+/// or if the eye moved by more than a tenth of the distance to it. Fades advance with updates, not with time: an
+/// update is a frame, and jumps are visible between frames. Ground does not fade. Loads of roots and contact evict at
+/// once, without fades.
 ///
 /// Threads: one calls update(), require() and finish(); any may hold and read the sets of resident(). Root squares are
 /// never evicted: the first update() requests them.
