@@ -2,6 +2,7 @@
 // Drops a sphere for three seconds; it must not be in the ground.
 #include <terrane/collision/bodies.h>
 #include <terrane/terrain/fractal_heights.h>
+#include <terrane/terrain/pager.h>
 
 #include <cstdio>
 #include <string>
