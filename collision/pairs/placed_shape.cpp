@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "pairs/placed_shape.h"
 
+#include "shapes/compound_data.h"
 #include "shapes/hull_data.h"
 
 #include <terrane/collision/ground_cast.h>
@@ -66,11 +67,11 @@ const Pose* ShapeView::body_from_part(std::uint32_t index) const {
 void ShapeView::find_bounds() {
     if (compound_ != nullptr) return;
     own_.bounds = std::visit([](const auto& each) { return bounds_of(each); }, convex_);
-    own_.part = 0;
+    own_.item = 0;
     own_.end = 1;
 }
 
-std::span<const PartNode> ShapeView::tree() const {
+std::span<const AabbNode> ShapeView::tree() const {
     return compound_ == nullptr ? std::span(&own_, 1) : part_tree(*compound_);
 }
 

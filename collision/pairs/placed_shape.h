@@ -2,7 +2,7 @@
 #pragma once
 
 #include "pairs/convex_queries.h"
-#include "shapes/part_tree.h"
+#include "shapes/aabb_tree.h"
 
 #include <terrane/collision/shapes.h>
 
@@ -22,12 +22,12 @@ public:
 
     /// Must be called before tree(); only queries with a compound need it.
     void find_bounds();
-    std::span<const PartNode> tree() const;
+    std::span<const AabbNode> tree() const;
 
 private:
     const Compound* compound_ = nullptr;
     ConvexView convex_;
-    PartNode own_;  ///< of a convex shape
+    AabbNode own_;  ///< of a convex shape
     double reach_ = 0.0;
 };
 

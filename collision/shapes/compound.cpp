@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "math/vector_math.h"
+#include "shapes/aabb_tree.h"
 #include "shapes/compound_data.h"
 #include "shapes/hull_data.h"
-#include "shapes/part_tree.h"
 
 #include <terrane/collision/compound.h>
 #include <terrane/collision/shapes.h>
@@ -130,7 +130,7 @@ Result<Compound> Compound::create(std::span<const CompoundPart> parts) {
         if (Result<void> part = check_part(parts[i], i); !part) return tl::unexpected(part.error());
         add_part(parts[i], *data);
     }
-    data->tree = internal::make_part_tree(data->bounds);
+    data->tree = internal::make_aabb_tree(data->bounds);
     return Compound(std::move(data));
 }
 
@@ -156,7 +156,7 @@ Result<Compound> Compound::from_triangles(std::span<const Eigen::Vector3d> verti
         if (!hull) return fail(ErrorCode::invalid_argument, name + ": " + hull.error().message);
         add_part({*hull, Pose()}, *data);
     }
-    data->tree = internal::make_part_tree(data->bounds);
+    data->tree = internal::make_aabb_tree(data->bounds);
     return Compound(std::move(data));
 }
 
@@ -164,7 +164,7 @@ std::span<const CompoundPart> Compound::parts() const { return data_->parts; }
 
 std::span<const Aabb> Compound::bounds() const { return data_->bounds; }
 
-std::span<const internal::PartNode> internal::part_tree(const Compound& compound) {
+std::span<const internal::AabbNode> internal::part_tree(const Compound& compound) {
     return compound_data(compound).tree;
 }
 

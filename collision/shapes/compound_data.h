@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "shapes/part_tree.h"
+#include "shapes/aabb_tree.h"
+
+#include <terrane/collision/compound.h>
 
 #include <limits>
 #include <vector>
@@ -12,9 +14,12 @@ namespace terrane::internal {
 struct CompoundData {
     std::vector<CompoundPart> parts;
     std::vector<Aabb> bounds;
-    std::vector<PartNode> tree;
+    std::vector<AabbNode> tree;
     double bounding_radius = 0.0;
     double smallest_half_extent = std::numeric_limits<double>::infinity();
 };
+
+/// Of the parts' bounds, body frame. Valid as long as `compound` or a copy of it.
+std::span<const AabbNode> part_tree(const Compound& compound);
 
 }  // namespace terrane::internal

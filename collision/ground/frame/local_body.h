@@ -31,7 +31,7 @@ public:
             take(whole_, 0u);
             return;
         }
-        visit_parts(
+        visit_leaves(
             compound_->tree,
             [&](const Aabb& box) {
                 const Eigen::Vector3d middle = 0.5 * (box.low + box.high);

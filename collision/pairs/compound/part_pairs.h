@@ -30,14 +30,14 @@ private:
 ///
 /// @param bound (box of a, box of b) -> number; not smaller for boxes inside of them
 template <class Bound, class Visit>
-void visit_part_pairs(std::span<const PartNode> tree_a, std::span<const PartNode> tree_b,
+void visit_part_pairs(std::span<const AabbNode> tree_a, std::span<const AabbNode> tree_b,
                       double limit, const Bound& bound, const Visit& visit) {
     struct Entry {
         std::uint32_t a, b;
         double bound;
     };
     // Every descent replaces one pair by two.
-    std::array<Entry, 2 * PartNode::kMaxDepth + 1> stack;
+    std::array<Entry, 2 * AabbNode::kMaxDepth + 1> stack;
     std::size_t count = 0;
     const auto push = [&](std::uint32_t a, std::uint32_t b, double value) {
         if (value <= limit) stack[count++] = {a, b, value};
@@ -45,18 +45,18 @@ void visit_part_pairs(std::span<const PartNode> tree_a, std::span<const PartNode
     const auto bound_of = [&](std::uint32_t a, std::uint32_t b) {
         return bound(tree_a[a].bounds, tree_b[b].bounds);
     };
-    const auto size_of = [](const PartNode& node) {
+    const auto size_of = [](const AabbNode& node) {
         const Eigen::Vector3d side = node.bounds.high - node.bounds.low;
-        return node.part != PartNode::kInner ? -1.0 : dot(side, side);
+        return node.item != AabbNode::kInner ? -1.0 : dot(side, side);
     };
     push(0, 0, bound_of(0, 0));
     while (count > 0) {
         const Entry entry = stack[--count];
         if (!(entry.bound <= limit)) continue;
-        const PartNode& a = tree_a[entry.a];
-        const PartNode& b = tree_b[entry.b];
-        if (a.part != PartNode::kInner && b.part != PartNode::kInner) {
-            limit = visit(a.part, b.part, entry.bound);
+        const AabbNode& a = tree_a[entry.a];
+        const AabbNode& b = tree_b[entry.b];
+        if (a.item != AabbNode::kInner && b.item != AabbNode::kInner) {
+            limit = visit(a.item, b.item, entry.bound);
             continue;
         }
         std::uint32_t a2 = entry.a, b2 = entry.b;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "shapes/part_tree.h"
+#include "shapes/aabb_tree.h"
 
 #include "point_clouds.h"
 
@@ -9,9 +9,9 @@
 #include <set>
 
 namespace terrane {
-namespace part_tree_test {
+namespace aabb_tree_test {
 
-using internal::PartNode;
+using internal::AabbNode;
 
 std::vector<Aabb> random_bounds(test::Random& random, std::size_t count) {
     std::vector<Aabb> bounds;
@@ -24,8 +24,8 @@ std::vector<Aabb> random_bounds(test::Random& random, std::size_t count) {
     return bounds;
 }
 
-std::size_t depth_of(const std::vector<PartNode>& tree, std::size_t node) {
-    if (tree[node].part != PartNode::kInner) return 1;
+std::size_t depth_of(const std::vector<AabbNode>& tree, std::size_t node) {
+    if (tree[node].item != AabbNode::kInner) return 1;
     return 1 + std::max(depth_of(tree, node + 1), depth_of(tree, tree[node + 1].end));
 }
 
@@ -33,36 +33,36 @@ bool meets(const Aabb& a, const Eigen::Vector3d& low, const Eigen::Vector3d& hig
     return (a.low.array() <= high.array()).all() && (a.high.array() >= low.array()).all();
 }
 
-TEST(PartTree, FindsThePartsThatBruteForceFinds) {
+TEST(AabbTree, FindsTheBoxesThatBruteForceFinds) {
     SCOPED_TRACE("seed 31");
     test::Random random(31);
     for (const std::size_t count : {1u, 2u, 3u, 7u, 64u, 1000u}) {
         const std::vector<Aabb> bounds = random_bounds(random, count);
-        const std::vector<PartNode> tree = internal::make_part_tree(bounds);
+        const std::vector<AabbNode> tree = internal::make_aabb_tree(bounds);
         EXPECT_EQ(tree.size(), 2 * count - 1);
         EXPECT_EQ(tree[0].end, tree.size());
         for (int i = 0; i < 200; ++i) {
             const Eigen::Vector3d low = 10.0 * random.direction();
             const Eigen::Vector3d high = low + random.between(0.0, 5.0) * Eigen::Vector3d::Ones();
             std::multiset<std::size_t> found, expected;
-            internal::visit_parts(
+            internal::visit_leaves(
                 tree, [&](const Aabb& box) { return meets(box, low, high); },
-                [&](std::uint32_t part) { found.insert(part); });
+                [&](std::uint32_t item) { found.insert(item); });
             for (std::size_t k = 0; k < count; ++k) {
                 if (meets(bounds[k], low, high)) expected.insert(k);
             }
-            EXPECT_EQ(found, expected) << count << " parts, box " << i;
+            EXPECT_EQ(found, expected) << count << " boxes, box " << i;
         }
     }
 }
 
-TEST(PartTree, IsNoDeeperThanItSays) {
-    const std::vector<Aabb> same(Compound::kMaxParts,
+TEST(AabbTree, HalvesTheCountAtEveryNode) {
+    const std::vector<Aabb> same(100'000,
                                  {Eigen::Vector3d::Zero(), Eigen::Vector3d(1.0, 2.0, 3.0)});
-    const std::vector<PartNode> tree = internal::make_part_tree(same);
-    EXPECT_EQ(depth_of(tree, 0), PartNode::kMaxDepth);
-    for (const PartNode& node : tree) EXPECT_EQ(node.bounds.high.z(), 3.0);
+    const std::vector<AabbNode> tree = internal::make_aabb_tree(same);
+    EXPECT_EQ(depth_of(tree, 0), 18u);
+    for (const AabbNode& node : tree) EXPECT_EQ(node.bounds.high.z(), 3.0);
 }
 
-}  // namespace part_tree_test
+}  // namespace aabb_tree_test
 }  // namespace terrane

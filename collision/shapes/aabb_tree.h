@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/collision/aabb.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+// Bounding volume trees over boxes: of a compound's parts, of a world's bodies.
+namespace terrane::internal {
+
+/// Nodes are in depth-first order: the root is the first, and the children of an inner node i are nodes i + 1 and
+/// nodes[i + 1].end. A leaf has one item.
+struct AabbNode {
+    static constexpr std::uint32_t kInner = ~std::uint32_t{0};
+    /// Largest number of nodes on a path from the root, for 2^31 items.
+    static constexpr std::size_t kMaxDepth = 32;
+
+    Aabb bounds;                  ///< around all boxes of the subtree
+    std::uint32_t end = 0;        ///< the first node after the subtree
+    std::uint32_t item = kInner;  ///< of a leaf: index of its box
+};
+
+/// Splits into halves of equal count along the longest extent of the boxes' centres. Deterministic, ties included. The
+/// empty box, from +infinity to -infinity, is after all others in the order, and inside every box.
+///
+/// @param bounds    [items] at most 2^31; the empty box, or finite and low <= high
+/// @param order_out [items] the order of the leaves
+/// @param nodes_out no node for no item
+///
+/// Allocates: the outputs, where they were smaller
+/// Cost:      O(n log n); 0.2 microseconds an item
+void build_aabb_tree(std::span<const Aabb> bounds, std::vector<std::uint32_t>& order_out,
+                     std::vector<AabbNode>& nodes_out);
+
+/// The same, for trees that are built once.
+std::vector<AabbNode> make_aabb_tree(std::span<const Aabb> bounds);
+
+/// Sets the bounds of all nodes; which item is where stays. Queries cost more the more the items have moved among each
+/// other since the tree was built.
+///
+/// Cost: O(n)
+void refit_aabb_tree(std::span<const Aabb> bounds, std::span<AabbNode> nodes);
+
+/// Visits the items whose box and all boxes around it are wanted, in the order of the tree, without a stack.
+///
+/// @param wants bool(const Aabb&)
+/// @param take  void(std::uint32_t item)
+template <class Wants, class Take>
+void visit_leaves(std::span<const AabbNode> tree, const Wants& wants, const Take& take) {
+    for (std::size_t i = 0; i < tree.size();) {
+        const AabbNode& node = tree[i];
+        const bool is_wanted = wants(node.bounds);
+        if (is_wanted && node.item != AabbNode::kInner) take(node.item);
+        i = is_wanted ? i + 1 : node.end;
+    }
+}
+
+/// Visits the items whose bound is at most `limit`; of two siblings the one of the smaller bound first, of ties the
+/// first one. An item with a bound of infinity is not visited.
+///
+/// @param bound double(const Aabb&), not NaN; not smaller for a box inside
+/// @param visit double(std::uint32_t item): returns the new limit, -infinity to stop
+template <class Bound, class Visit>
+void visit_leaves_up_to(std::span<const AabbNode> tree, double limit, const Bound& bound,
+                        const Visit& visit) {
+    struct Entry {
+        std::uint32_t node;
+        double bound;
+    };
+    constexpr double kNever = std::numeric_limits<double>::infinity();
+    // Every descent replaces one node by two.
+    std::array<Entry, AabbNode::kMaxDepth + 1> stack;
+    std::size_t count = 0;
+    const auto entry_of = [&](std::uint32_t node) -> Entry {
+        return {node, bound(tree[node].bounds)};
+    };
+    const auto push = [&](const Entry& entry) {
+        if (entry.bound <= limit && entry.bound < kNever) stack[count++] = entry;
+    };
+    if (!tree.empty()) push(entry_of(0));
+    while (count > 0) {
+        const Entry entry = stack[--count];
+        if (!(entry.bound <= limit)) continue;
+        const AabbNode& node = tree[entry.node];
+        if (node.item != AabbNode::kInner) {
+            limit = visit(node.item);
+            continue;
+        }
+        const Entry left = entry_of(entry.node + 1);
+        const Entry right = entry_of(tree[entry.node + 1].end);
+        const bool is_left_first = left.bound <= right.bound;
+        push(is_left_first ? right : left);
+        push(is_left_first ? left : right);
+    }
+}
+
+/// Fraction at which a segment enters a box that is widened on all sides; infinity: never, or the box is empty.
+///
+/// @param displacement from the start to the end of the segment
+/// @param margin       added to each side, metres
+double segment_entry(const Eigen::Vector3d& from, const Eigen::Vector3d& displacement,
+                     const Aabb& box, double margin);
+
+}  // namespace terrane::internal
