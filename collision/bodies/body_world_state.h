@@ -46,7 +46,7 @@ private:
     std::vector<internal::GroundContactCache> ground_contacts;
     std::vector<internal::BodyMotion> before;      // the step, for those that park in it
     std::vector<internal::SubstepAnswer> totals;   // of the step
-    std::vector<internal::SubstepAnswer> answers;  // of what is over of the substep
+    std::vector<internal::SubstepAnswer> answers;  // of the part of the substep already simulated
     std::vector<internal::Mobility> mobility;
     std::vector<double> quiet_times;          // how long each body has been slow and held, s
     std::vector<std::uint32_t> sleep_groups;  // the lowest body that it fell asleep with

@@ -19,7 +19,7 @@ struct BodyMotion {
     Twist velocity;
     bool started_deep = false;  ///< was placed deeper than its tolerance and is still recovering
     bool is_fresh = true;       ///< was placed, and has not been stepped since
-    /// What is left of the translation that takes a body out that is too deep, metres.
+    /// Remaining recovery translation of a body that penetrates too deeply, metres.
     Eigen::Vector3d escape_translation = Eigen::Vector3d::Zero();
 };
 

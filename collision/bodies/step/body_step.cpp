@@ -147,7 +147,7 @@ void compensate_height_gain(RigidBody& body, double gravity, double height_befor
 
 enum class SeparationMode { rigid, translation, vertical };
 
-/// Opens contacts below the separation gap, at bounded speed. False: ground that decides is not loaded.
+/// Opens contacts below the separation gap, at bounded speed. False: ground needed for the result is not resident.
 bool separate(RigidBody& body, const Ground& ground, const GroundContactCache& cache,
               OffsetSurface& surface, double gravity, double duration) {
     const double target_gap = kSeparationGap * body.tolerance;
@@ -177,7 +177,7 @@ bool separate(RigidBody& body, const Ground& ground, const GroundContactCache& c
 
 /// Recovers a body that penetrates all offset surfaces: moves it along its escape translation at bounded speed, without
 /// other motion. The rest of that translation bounds the depth, which therefore decreases by what is moved; a new
-/// translation replaces it only where it is shorter. False: ground that decides is not loaded.
+/// translation replaces it only where it is shorter. False: ground needed for the result is not resident.
 bool recover(RigidBody& body, const Ground& ground, double duration) {
     body.velocity = {};
     const Depth now = compute_depth(body, ground);

@@ -16,7 +16,8 @@ inline constexpr double kSeparationSpeed = 0.5;
 double count_substeps(double dt, double max_substep);
 
 struct SubstepAnswer {
-    bool resident = true;  ///< false: ground that decides is not loaded; the pose may have changed
+    /// False: ground needed for the result is not resident; the pose may have changed.
+    bool resident = true;
     bool touches = false;  ///< was near enough to the ground for contacts
     std::uint64_t impacts = 0;
     double simulated_time = 0.0;
@@ -42,7 +43,7 @@ SubstepAnswer step_body(RigidBody& body, GroundContactCache& cache, const Ground
                         double gravity, double duration, bool is_alone = false);
 
 /// Moves a body by a displacement that separates it from others: against the first clear offset surface, as far as
-/// that goes, and at bounded speed. False: ground that decides is not loaded.
+/// that goes, and at bounded speed. False: ground needed for the result is not resident.
 bool apply_separation(RigidBody& body, GroundContactCache& cache, const Ground& ground,
                       const Twist& displacement, double gravity, double duration);
 
