@@ -23,7 +23,7 @@ constexpr std::size_t kLeastIterations = 8;
 constexpr int kPatience = 100;
 /// One body on the ground: a box on four corners converges by about a third a sweep. The targets of a body that rolls
 /// on two points may be infeasible for a rigid body; then nothing converges, and `patience` stops the solver.
-constexpr StoppingRule kLoneBodyRule{.iterations = 100, .tolerance = 1e-9, .patience = 8};
+constexpr StoppingRule kLoneBodyRule{.iterations = 100, .tolerance = 1e-6, .patience = 8};
 /// Rolling and rocking have no friction and would never end: an island below this speed, m/s, gets angular damping at
 /// this rate, 1/s, so that it can sleep.
 constexpr double kSlow = 0.3;

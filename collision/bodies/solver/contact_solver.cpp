@@ -8,6 +8,8 @@ namespace terrane::internal {
 namespace {
 
 constexpr int kSeparationIterations = 12;
+/// A contact is solved from the start if it closes at this share of its allowed speed.
+constexpr double kActiveShare = 0.5;
 constexpr double kClosingSlack = 1e-11;  // m/s: closing too fast by less than this is rounding
 
 /// Acceleration of the end of an arm against the normal by rotation, m/s^2.
@@ -128,19 +130,56 @@ inline double ContactSolver::solve_friction(ContactRows& contact) {
                     std::abs(change_v) * v.inverse_effective_mass);
 }
 
-void ContactSolver::iterate(const StoppingRule& rule, double tolerance) {
+/// Contacts that have an impulse, or that close at half of their allowed speed.
+void ContactSolver::activate_closing() {
+    active_count_ = 0;
+    for (std::uint32_t i = 0; i < count_; ++i) {
+        const ContactRows& contact = room_[i];
+        const bool has_impulse = contact.normal_.impulse != 0.0 ||
+                                 contact.tangent_.impulse != 0.0 ||
+                                 contact.bitangent_.impulse != 0.0;
+        const double approach = -speed(contact, contact.normal_);
+        if (has_impulse || kActiveShare * contact.allowed_closing_ < approach) {
+            room_[active_count_++].active_ = i;
+        }
+    }
+}
+
+/// Adds all contacts if one that is not active closes faster than allowed.
+bool ContactSolver::activate_violated() {
+    if (active_count_ == count_) return false;
     const std::span<ContactRows> rows = contacts();
+    const bool is_violated = std::any_of(rows.begin(), rows.end(), [](const ContactRows& contact) {
+        return -speed(contact, contact.normal_) > contact.allowed_closing_ + kClosingSlack &&
+               contact.normal_.impulse == 0.0;
+    });
+    if (!is_violated) return false;
+    for (std::uint32_t i = 0; i < count_; ++i) room_[i].active_ = i;
+    active_count_ = count_;
+    return true;
+}
+
+/// Most contacts of a moving body cannot close in a substep: they are solved only if the others make them.
+void ContactSolver::iterate(const StoppingRule& rule, double tolerance) {
+    activate_closing();
+    iterate_active(rule, tolerance);
+    if (activate_violated()) iterate_active(rule, tolerance);
+}
+
+void ContactSolver::iterate_active(const StoppingRule& rule, double tolerance) {
+    const std::span<ContactRows> rows = contacts();
+    const std::size_t count = active_count_;
     double change_before = std::numeric_limits<double>::infinity();
     for (int iteration = 0; iteration < rule.iterations; ++iteration) {
         // Alternating order: a sweep propagates a load through a stack in one direction only.
         const auto at = [&](std::size_t i) -> ContactRows& {
-            return rows[iteration % 2 == 0 ? i : rows.size() - 1 - i];
+            return rows[rows[iteration % 2 == 0 ? i : count - 1 - i].active_];
         };
         double change = 0.0;
-        for (std::size_t i = 0; i < rows.size(); ++i) {
+        for (std::size_t i = 0; i < count; ++i) {
             if (at(i).friction_ > 0.0) change = std::max(change, solve_friction(at(i)));
         }
-        for (std::size_t i = 0; i < rows.size(); ++i) {
+        for (std::size_t i = 0; i < count; ++i) {
             change = std::max(change, solve_normal(at(i)));
         }
         if (change <= tolerance) return;

@@ -79,6 +79,7 @@ class ContactRows {
     double allowed_closing_;  // closing speed, m/s
     double least_impulse_;    // of the normal row
     double approach_speed_;   // before the solve, m/s
+    std::uint32_t active_;    // in element i: index of the i-th active contact
 };
 
 /// Projected Gauss-Seidel solver for the contacts of one body or one island.
@@ -143,12 +144,16 @@ private:
     void iterate_from_warm_start(double duration, const StoppingRule& rule, double tolerance);
     bool is_driven() const;
     void iterate(const StoppingRule& rule, double tolerance);
+    void iterate_active(const StoppingRule& rule, double tolerance);
+    void activate_closing();
+    bool activate_violated();
     double energy(std::span<const std::uint32_t> members) const;
     void scale_velocities(std::span<const std::uint32_t> members, double scale);
 
     std::span<SolverBody> bodies_;
     std::span<ContactRows> room_;
     std::size_t count_ = 0;
+    std::size_t active_count_ = 0;  // contacts that iterate() visits
 };
 
 }  // namespace terrane::internal
