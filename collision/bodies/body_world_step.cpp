@@ -2,8 +2,8 @@
 //
 // Sources:    Catto. Solver2D. 2024 (contacts found once a step, substeps on them).
 //             Mirtich. Timewarp and impulse-based simulation. 2000 (islands).
-// Deviations: islands are solved together with their ground contacts on poses that are scratch; then each body makes its
-//             net displacement alone against its offset surface, so that the ground constraint holds whatever the
+// Deviations: islands are solved together with their ground contacts on poses that are scratch; then each body makes
+//             its net displacement alone against its offset surface, so that the ground constraint holds whatever the
 //             islands' solution.
 #include "bodies/body_world_state.h"
 #include "bodies/step/body_depth.h"

@@ -206,8 +206,8 @@ SolverContact PairManifold::contact(std::size_t i, const RigidBody& a, const Rig
     const double tolerance = tolerance_of(a, b);
     contact.gap = point.gap < kTouchingGap * tolerance ? std::min(0.0, point.gap) : point.gap;
     contact.target_gap = -kSlop * tolerance;
-    contact.friction = std::sqrt(a.friction * b.friction);
-    contact.restitution = std::max(a.restitution, b.restitution);
+    contact.friction = combined_friction(a.friction, b.friction);
+    contact.restitution = combined_restitution(a.restitution, b.restitution);
     contact.initial_impulse = point.impulse;
     return contact;
 }

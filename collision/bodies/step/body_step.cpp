@@ -64,8 +64,8 @@ double spin_energy(const RigidBody& body, const Eigen::Matrix3d& rotation,
     return 0.5 * dot(spin, apply_tensor(rotation, body.mass.inertia, spin));
 }
 
-/// The rotation of a body in a time: in flight with the spin of its middle, in contact with that of its start, which was
-/// solved for.
+/// The rotation of a body in a time: in flight with the spin of its middle, in contact with that of its start, which
+/// was solved for.
 Eigen::Vector3d rotation_in(const RigidBody& body, double duration, bool is_flying) {
     const Eigen::Vector3d spin = body.velocity.angular;
     if (!is_flying || has_constant_spin(body)) return spin * duration;

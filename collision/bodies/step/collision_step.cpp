@@ -2,8 +2,8 @@
 //
 // Sources:    Mirtich. Impulse-based dynamic simulation of rigid body systems. PhD thesis 1996, chapters 2 and 3.
 //             Catto. Solver2D and the soft step. 2024 (contacts found once a step, substeps on them).
-// Deviations: the poses of the substeps are scratch. Only the net displacement is moved, and only as far as it is proved
-//             clear of an offset surface.
+// Deviations: the poses of the substeps are scratch. Only the net displacement is made, and only as far as it is
+//             proved clear of an offset surface.
 #include "bodies/step/collision_step.h"
 
 #include "bodies/step/body_depth.h"

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 namespace terrane::internal {
 namespace {
@@ -48,6 +49,18 @@ bool has_ground_around(const RigidBody& body, const Ground& ground, double margi
         }
     }
     return true;
+}
+
+/// Friction and restitution of a body on the ground: its own, or, where the ground has a surface map, as between two
+/// bodies.
+SurfaceProperties combined_surface(const RigidBody& body, const Ground& ground, double x,
+                                   double y) {
+    SurfaceProperties combined{.friction = body.friction, .restitution = body.restitution};
+    if (const std::optional<SurfaceProperties> surface = ground.surface(x, y)) {
+        combined.friction = combined_friction(body.friction, surface->friction);
+        combined.restitution = combined_restitution(body.restitution, surface->restitution);
+    }
+    return combined;
 }
 
 }  // namespace
@@ -125,6 +138,10 @@ void GroundContactCache::refresh(const RigidBody& body, const Ground& ground, in
             contact.refresh_core.z() -= offset_depth(body, offset_index);
             contact.core_body =
                 rotated_back(body.pose.rotation, contact.refresh_core - body.pose.translation);
+            const SurfaceProperties surface =
+                combined_surface(body, ground, found[i].point_world.x(), found[i].point_world.y());
+            contact.friction = surface.friction;
+            contact.restitution = surface.restitution;
             contacts_.push_back(contact);
         }
     }
@@ -195,8 +212,8 @@ SolverContact GroundContactCache::contact(std::size_t i, const RigidBody& body,
     contact.rest_gap = kRestGap * body.tolerance;
     contact.target_gap = kSeparationGap * body.tolerance;
     contact.initial_impulse = cached.impulse;
-    contact.friction = body.friction;
-    contact.restitution = body.restitution;
+    contact.friction = cached.friction;
+    contact.restitution = cached.restitution;
     return contact;
 }
 

@@ -103,6 +103,7 @@ private:
         double refresh_gap;            // at the last refresh
         Eigen::Vector3d refresh_core;  // core point at the last refresh, world
         double rounding;
+        double friction, restitution;  // of the body on the ground's surface there
     };
     const CachedContact* find_previous(const CachedContact& contact) const;
 
