@@ -83,6 +83,8 @@ private:
     void separate(std::size_t island, ContactSolver& solver, const Scene& scene);
     void bounce(std::size_t island, ContactSolver& solver, Scratch& scratch, const Scene& scene,
                 double max_energy);
+    void limit_energy(std::size_t island, ContactSolver& solver, const Scene& scene,
+                      const WorldPos& origin, double most);
     double total_energy(std::size_t island, const WorldPos& origin, const Scene& scene) const;
 
     std::unique_ptr<Broadphase> broadphase_;
@@ -100,7 +102,7 @@ private:
     Islands islands_;
     std::vector<SolverBody> solver_bodies_;
     std::vector<std::uint8_t> struck_;  // see has_struck_ground()
-    std::vector<Scratch> scratch_;  // [workers]
+    std::vector<Scratch> scratch_;      // [workers]
 };
 
 }  // namespace terrane::internal

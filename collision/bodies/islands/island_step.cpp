@@ -28,6 +28,8 @@ constexpr StoppingRule kLoneBodyRule{.iterations = 100, .tolerance = 1e-6, .pati
 /// this rate, 1/s, so that it can sleep.
 constexpr double kSlow = 0.3;
 constexpr double kRollingLoss = 4.0;
+/// Rounding of energies and heights, as a share of them: without it the sum could grow by a rounding in each step.
+constexpr double kEnergyRounding = 0x1p-51;
 /// Threads take islands in blocks of this size.
 constexpr std::size_t kIslandBlock = 8;
 
@@ -135,6 +137,7 @@ void IslandSolver::step_island(std::size_t island, Scratch& scratch, const Scene
             bounce(island, solver, scratch, scene, std::clamp(left, 0.0, removed));
         }
         if (overlaps) separate(island, solver, scene);
+        limit_energy(island, solver, scene, origin, energy_before);
     }
 
     const bool is_slow = std::all_of(members.begin(), members.end(), [&](std::uint32_t member) {
@@ -237,6 +240,30 @@ void IslandSolver::bounce(std::size_t island, ContactSolver& solver, Scratch& sc
     }
     const StoppingRule rule = stopping_rule(members.size(), scratch.separating_speeds.size());
     solver.solve_restitution(members, scratch.separating_speeds, max_energy, rule);
+    for (const std::uint32_t member : members) {
+        scene.bodies[member].velocity = solver_bodies_[member].velocity;
+    }
+}
+
+/// Takes from the velocities what the total energy has grown by: contacts that follow their planes over a curved surface
+/// may lift the bodies.
+void IslandSolver::limit_energy(std::size_t island, ContactSolver& solver, const Scene& scene,
+                                const WorldPos& origin, double most) {
+    const std::span<const std::uint32_t> members = islands_.bodies(island);
+    double excess = total_energy(island, origin, scene) - most;
+    double kinetic = 0.0;
+    for (const std::uint32_t member : members) {
+        const RigidBody& body = scene.bodies[member];
+        solver_bodies_[member].pose = body.pose;
+        solver_bodies_[member].velocity = body.velocity;
+        const double energy = kinetic_energy(body.mass, body.pose, body.velocity);
+        const double potential =
+            std::abs(dot(scene.span.gravity, body.pose.translation)) / body.mass.inverse_mass;
+        kinetic += energy;
+        excess += kEnergyRounding * (energy + potential);
+    }
+    if (!(excess > 0.0)) return;
+    solver.limit_kinetic_energy(members, kinetic - excess);
     for (const std::uint32_t member : members) {
         scene.bodies[member].velocity = solver_bodies_[member].velocity;
     }

@@ -317,6 +317,13 @@ void ContactSolver::solve_restitution(std::span<const std::uint32_t> members,
     }
 }
 
+void ContactSolver::limit_kinetic_energy(std::span<const std::uint32_t> members, double most) {
+    const double now = energy(members);
+    if (now > most && !is_driven()) {
+        scale_velocities(members, most > 0.0 ? std::sqrt(most / now) : 0.0);
+    }
+}
+
 /// Whether a contact is with a body of infinite mass that moves: it may add energy.
 bool ContactSolver::is_driven() const {
     const std::span<const ContactRows> rows = room_.first(count_);

@@ -117,6 +117,10 @@ public:
                            std::span<const double> separating_speeds, double max_energy,
                            const StoppingRule& rule);
 
+    /// Scales the velocities down so that the kinetic energy is at most `most` J, unless a moving body of infinite mass
+    /// drives the others.
+    void limit_kinetic_energy(std::span<const std::uint32_t> members, double most);
+
     /// Speed at which the bodies of a contact approached before the last solve, m/s; and its normal impulse, N s.
     double approach_speed(std::size_t contact) const { return room_[contact].approach_speed_; }
     double normal_impulse(std::size_t contact) const { return room_[contact].normal_.impulse; }
