@@ -245,8 +245,8 @@ void IslandSolver::bounce(std::size_t island, ContactSolver& solver, Scratch& sc
     }
 }
 
-/// Takes from the velocities what the total energy has grown by: contacts that follow their planes over a curved surface
-/// may lift the bodies.
+/// Takes from the velocities what the total energy has grown by: contacts that follow their planes over a curved
+/// surface may lift the bodies.
 void IslandSolver::limit_energy(std::size_t island, ContactSolver& solver, const Scene& scene,
                                 const WorldPos& origin, double most) {
     const std::span<const std::uint32_t> members = islands_.bodies(island);
