@@ -2,7 +2,7 @@
 #pragma once
 
 #include "bodies/islands/island_solver.h"
-#include "bodies/step/body_step.h"
+#include "bodies/step/collision_step.h"
 
 #include <terrane/collision/bodies.h>
 
@@ -31,8 +31,11 @@ struct BodyWorld::State {
 
 private:
     void begin_step();
-    void meet(const Ground& ground, double substep);
-    void advance_substep(std::size_t index, const Ground& ground, double substep);
+    void take_collision_step(const Ground& ground, const internal::StepSpan& span);
+    void begin_body(std::size_t index, const Ground& ground, const internal::StepSpan& span);
+    void find_islands(const Ground& ground, const internal::StepSpan& span);
+    void end_body(std::size_t index, const Ground& ground, const internal::StepSpan& span);
+    bool is_stepped(std::size_t index) const { return !is_asleep(index) && is_parked[index] == 0; }
     void finish_body(std::size_t index, const Ground& ground, StepReport& report);
     void fall_asleep(double dt);
     void put_to_sleep(std::size_t index, std::uint32_t group);
@@ -44,15 +47,14 @@ private:
     std::deque<internal::BodyPart> parts;  // one each, centred; bodies point to them
     std::vector<Pose> frames;              // body_from_centred
     std::vector<internal::GroundContactCache> ground_contacts;
-    std::vector<internal::BodyMotion> before;      // the step, for those that park in it
-    std::vector<internal::SubstepAnswer> totals;   // of the step
-    std::vector<internal::SubstepAnswer> answers;  // of what is over of the substep
+    std::vector<internal::BodyMotion> before;     // the step, for those that park in it
+    std::vector<internal::SubstepAnswer> totals;  // of the step
+    std::vector<internal::StepStart> starts;      // of the collision step
     std::vector<internal::Mobility> mobility;
     std::vector<double> quiet_times;          // how long each body has been slow and held, s
     std::vector<std::uint32_t> sleep_groups;  // the lowest body that it fell asleep with
     std::vector<std::uint8_t> is_parked;      // parked in this step
     std::vector<double> lifts;                // after the step
-    std::vector<std::uint8_t> in_island;      // touches another body
     internal::WorkerTeam team;
     internal::IslandSolver island_solver;
 };

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
-// Sources:    Macklin et al. Small steps in physics simulation. SCA 2019 (substeps instead of iterations).
+// Sources:    Catto. Solver2D. 2024 (contacts found once a step, substeps on them).
 //             Mirtich. Timewarp and impulse-based simulation. 2000 (islands).
-// Deviations: islands are solved together with their ground contacts; then each body moves alone against its offset
-//             surface, so that the ground constraint holds whatever the islands' solution.
+// Deviations: islands are solved together with their ground contacts on poses that are scratch; then each body makes
+//             its net displacement alone against its offset surface, so that the ground constraint holds whatever the
+//             islands' solution.
 #include "bodies/body_world_state.h"
 #include "bodies/step/body_depth.h"
 
@@ -17,14 +18,16 @@ using internal::RigidBody;
 
 constexpr double kSleepSpeed = 0.03;  // metres a second, of the fastest point
 constexpr double kSleepDelay = 0.5;   // seconds
-constexpr std::size_t kBlock = 16;    // bodies that a thread takes at a time
+/// Contacts are found once in so many substeps.
+constexpr double kSubstepsPerCollisionStep = 2.0;
+constexpr std::size_t kBlock = 16;  // bodies that a thread takes at a time
 
 }  // namespace
 
 BodyWorld::State::State(const BodyWorldSettings& world_settings)
     : settings(world_settings),
       team(world_settings.worker_count),
-      island_solver(world_settings.broadphase) {}
+      island_solver(world_settings.broadphase, world_settings.bodies_meet) {}
 
 std::size_t BodyWorld::State::add(const RigidBody& body, internal::CentredShape&& shape,
                                   const BodySettings& own_settings, const BodyState& state) {
@@ -39,12 +42,11 @@ std::size_t BodyWorld::State::add(const RigidBody& body, internal::CentredShape&
     ground_contacts.emplace_back();
     before.emplace_back();
     totals.emplace_back();
-    answers.emplace_back();
+    starts.emplace_back();
     mobility.push_back(internal::Mobility::moving);
     quiet_times.push_back(0.0);
     sleep_groups.push_back(static_cast<std::uint32_t>(index));
     is_parked.push_back(0);
-    in_island.push_back(0);
     lifts.push_back(0.0);
     replace(index, state);
     return index;
@@ -83,15 +85,11 @@ StepReport BodyWorld::State::step(const Ground& ground, double dt) {
     begin_step();
     const double substep_count = internal::count_substeps(dt, settings.max_substep);
     const double substep = dt / substep_count;
-    for (double done = 0.0; done < substep_count; done += 1.0) {
-        for (std::size_t i = 0; i < bodies.size(); ++i) {
-            if (!is_asleep(i) && is_parked[i] == 0) {
-                bodies[i].velocity.linear += settings.gravity * substep;
-            }
-        }
-        if (settings.bodies_meet && bodies.size() > 1) meet(ground, substep);
-        team.run_blocks(bodies.size(), kBlock,
-                        [&](std::size_t i) { advance_substep(i, ground, substep); });
+    for (double done = 0.0; done < substep_count; done += kSubstepsPerCollisionStep) {
+        const double count = std::min(kSubstepsPerCollisionStep, substep_count - done);
+        take_collision_step(ground, {.gravity = settings.gravity,
+                                     .duration = count * substep,
+                                     .substep_count = static_cast<int>(count)});
     }
 
     team.run_blocks(bodies.size(), kBlock, [&](std::size_t i) {
@@ -102,7 +100,10 @@ StepReport BodyWorld::State::step(const Ground& ground, double dt) {
     StepReport report;
     for (std::size_t i = 0; i < bodies.size(); ++i) finish_body(i, ground, report);
     report.touching_pairs = island_solver.touching_pair_count();
-    report.islands = island_solver.islands().count();
+    const internal::Islands& islands = island_solver.islands();
+    for (std::size_t i = 0; i < islands.count(); ++i) {
+        if (!islands.links(i).empty()) ++report.islands;
+    }
     if (settings.allow_sleep) fall_asleep(dt);
     return report;
 }
@@ -117,37 +118,54 @@ void BodyWorld::State::begin_step() {
     }
 }
 
-/// Solves contacts between bodies, and wakes sleepers that are touched.
-void BodyWorld::State::meet(const Ground& ground, double substep) {
+void BodyWorld::State::take_collision_step(const Ground& ground, const internal::StepSpan& span) {
+    team.run_blocks(bodies.size(), kBlock, [&](std::size_t i) {
+        if (is_stepped(i)) begin_body(i, ground, span);
+    });
+    find_islands(ground, span);
+    island_solver.step(bodies, ground_contacts, span, team);
+    team.run_blocks(bodies.size(), kBlock, [&](std::size_t i) { end_body(i, ground, span); });
+}
+
+void BodyWorld::State::begin_body(std::size_t index, const Ground& ground,
+                                  const internal::StepSpan& span) {
+    starts[index] =
+        internal::begin_collision_step(bodies[index], ground_contacts[index], ground, span);
+}
+
+/// Finds the bodies that touch, and wakes sleepers that are touched.
+void BodyWorld::State::find_islands(const Ground& ground, const internal::StepSpan& span) {
     using internal::Mobility;
+    using internal::StepStart;
     for (std::size_t i = 0; i < bodies.size(); ++i) {
-        const BodyCondition condition = states[i].condition;
-        mobility[i] = condition == BodyCondition::asleep   ? Mobility::asleep
-                      : condition == BodyCondition::parked ? Mobility::fixed
-                                                           : Mobility::moving;
+        const bool is_moving = is_stepped(i) && starts[i].kind == StepStart::Kind::moving;
+        mobility[i] = is_asleep(i) ? Mobility::asleep
+                      : is_moving  ? Mobility::moving
+                                   : Mobility::fixed;
     }
-    island_solver.find(bodies, sleep_groups, mobility, substep, team);
+    island_solver.find(bodies, sleep_groups, mobility, span, team);
     for (std::size_t i = 0; i < bodies.size(); ++i) {
         if (!is_asleep(i) || mobility[i] != Mobility::moving) continue;
         states[i].condition = BodyCondition::awake;
         quiet_times[i] = 0.0;
+        begin_body(i, ground, span);
     }
-    const double gravity = internal::length(settings.gravity);
-    island_solver.solve(bodies, ground_contacts, answers, ground, gravity, substep, team);
 }
 
-void BodyWorld::State::advance_substep(std::size_t index, const Ground& ground, double substep) {
-    if (is_asleep(index) || is_parked[index] != 0) return;
+void BodyWorld::State::end_body(std::size_t index, const Ground& ground,
+                                const internal::StepSpan& span) {
+    using internal::StepStart;
+    if (!is_stepped(index)) return;
     RigidBody& body = bodies[index];
-    const double gravity = internal::length(settings.gravity);
-    // advance_to_impacts() may have advanced the body by a part of the substep.
-    internal::SubstepAnswer answer = answers[index];
-    if (answer.resident) {
-        const double left = substep - answer.simulated_time - answer.lost_time;
-        answer.add(internal::step_body(body, ground_contacts[index], ground, gravity, left,
-                                       !island_solver.islands().has(index)));
+    const StepStart& start = starts[index];
+    internal::SubstepAnswer answer{.resident = false};
+    if (start.kind == StepStart::Kind::moving) {
+        answer = internal::end_collision_step(body, ground_contacts[index], ground, start, span);
+        if (island_solver.has_struck_ground(index)) ++answer.impacts;
+    } else if (start.kind == StepStart::Kind::too_deep) {
+        body.pose = start.pose;
+        answer = internal::recover_for_step(body, ground, span);
     }
-    answers[index] = {};
     totals[index].add(answer);
     if (!answer.resident) {
         // The body parks for the whole step: its motion so far is undone.
@@ -159,7 +177,7 @@ void BodyWorld::State::advance_substep(std::size_t index, const Ground& ground, 
     }
     // A body that fell off the world may not come back in below the ground. The ground's side has no surface that
     // could resolve the contact, so the horizontal velocity is removed, and the body falls on.
-    if (states[index].condition == BodyCondition::left_world && answer.lost_time > 0.0) {
+    if (answer.lost_time > 0.0 && internal::is_outside(ground, body.pose.translation)) {
         body.velocity.linear.x() = 0.0;
         body.velocity.linear.y() = 0.0;
     }
@@ -196,29 +214,24 @@ void BodyWorld::State::finish_body(std::size_t index, const Ground& ground, Step
     state.angular_velocity = body.velocity.angular;
 }
 
-/// Puts to sleep what has been slow and supported for kSleepDelay: islands as a whole, bodies on the ground alone.
+/// Puts islands to sleep whose bodies have been slow and supported for kSleepDelay.
 void BodyWorld::State::fall_asleep(double dt) {
     const internal::Islands& islands = island_solver.islands();
-    std::fill(in_island.begin(), in_island.end(), std::uint8_t{0});
-    for (std::size_t island = 0; island < islands.count(); ++island) {
-        for (const std::uint32_t body : islands.bodies(island)) in_island[body] = 1;
-    }
-    for (std::size_t i = 0; i < bodies.size(); ++i) {
-        if (states[i].condition == BodyCondition::parked) continue;  // no time passes for it
-        const bool is_held = in_island[i] != 0 || totals[i].touches;
-        const bool is_quiet = states[i].condition == BodyCondition::awake && is_held &&
-                              !bodies[i].started_deep &&
-                              internal::greatest_speed(bodies[i]) < kSleepSpeed;
-        quiet_times[i] = is_quiet ? quiet_times[i] + dt : 0.0;
-        if (in_island[i] == 0 && quiet_times[i] >= kSleepDelay) {
-            put_to_sleep(i, static_cast<std::uint32_t>(i));
-        }
-    }
     for (std::size_t island = 0; island < islands.count(); ++island) {
         const std::span<const std::uint32_t> members = islands.bodies(island);
-        const bool is_quiet = std::all_of(members.begin(), members.end(), [&](std::uint32_t body) {
-            return quiet_times[body] >= kSleepDelay;
-        });
+        const bool has_links = !islands.links(island).empty();
+        bool is_quiet = true;
+        for (const std::uint32_t body : members) {
+            if (states[body].condition == BodyCondition::parked) {  // no time passes for it
+                is_quiet = is_quiet && quiet_times[body] >= kSleepDelay;
+                continue;
+            }
+            const bool is_held = has_links || totals[body].touches;
+            const bool is_slow = states[body].condition == BodyCondition::awake && is_held &&
+                                 internal::greatest_speed(bodies[body]) < kSleepSpeed;
+            quiet_times[body] = is_slow ? quiet_times[body] + dt : 0.0;
+            is_quiet = is_quiet && quiet_times[body] >= kSleepDelay;
+        }
         if (!is_quiet) continue;
         for (const std::uint32_t body : members) put_to_sleep(body, members.front());
     }

@@ -132,7 +132,7 @@ bool Walker::State::could_step(const Ground& ground, std::span<const Obstacle> o
     gather(ground, obstacles);
     move(ground, obstacles, forward);
     gather(ground, obstacles);
-    // Where its round end met an edge it moves back until its side is beside the edge, to come down there.
+    // If the lower cap hit an edge, move back until the cylindrical side is flush with it, then step down.
     double back = 0.0;
     for (const SolverContact& contact : contacts) {
         const Eigen::Vector3d& n = contact.normal;

@@ -128,6 +128,9 @@ bool WheeledChassis::cast_wheels(const Ground& ground) {
         contact.normal = answer.contact.normal;
         contact.point_world = contact.centre_world - settings_.wheel_radius * contact.normal;
         contact.load_impulse = 0.0;
+        contact.friction = settings_.tyre_friction;
+        const auto surface = ground.surface(contact.point_world.x(), contact.point_world.y());
+        if (surface) contact.friction = combined_friction(contact.friction, surface->friction);
     }
     return true;
 }
@@ -199,7 +202,7 @@ void WheeledChassis::solve_tyres(std::span<const WheelCommand> commands, double 
         const Eigen::Vector3d roll = in_plane / size;
         tyre.roll = make_lever(body_, contact.point_world, roll);
         tyre.side = make_lever(body_, contact.point_world, cross(contact.normal, roll));
-        tyre.limit = settings_.tyre_friction * contact.load_impulse;
+        tyre.limit = contact.friction * contact.load_impulse;
         tyre.brake_limit =
             commands[i].brake_force * substep + settings_.rolling_resistance * contact.load_impulse;
         tyre.grips = true;

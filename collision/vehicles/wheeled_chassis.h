@@ -75,6 +75,7 @@ private:
         Eigen::Vector3d point_world = Eigen::Vector3d::Zero();
         Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
         Eigen::Vector3d centre_world = Eigen::Vector3d::Zero();
+        double friction = 0.0;  // of the tyre on the ground's surface there
         double load_impulse = 0.0;
         double roll_speed = 0.0;
     };

@@ -83,8 +83,9 @@ float largest_bound(const Chunk& chunk, int west, int south, int side) {
 
 }  // namespace
 
-Ground::Ground(std::shared_ptr<const ResidentSet> resident, int contact_level)
-    : resident_(std::move(resident)), level_(contact_level) {
+Ground::Ground(std::shared_ptr<const ResidentSet> resident, int contact_level,
+               std::shared_ptr<const SurfaceMap> surface_map)
+    : resident_(std::move(resident)), surface_map_(std::move(surface_map)), level_(contact_level) {
     TERRANE_ASSERT(resident_ != nullptr, "a ground needs a resident set");
     const Lattice& lattice = this->lattice();
     TERRANE_ASSERT(level_ >= 0 && level_ <= lattice.finest_level,

@@ -27,7 +27,7 @@ public:
         Index parent = kNone;
         std::array<Index, 4> child{kNone, kNone, kNone, kNone};
         int child_count = 0;
-        /// By quadrant: the box of the surface there, and the bound that a child can improve on, metres.
+        /// By quadrant: the box of the surface there, and the bound that loading a child can reduce, metres.
         std::array<WorldBox, 4> boxes;
         std::array<double, 4> bounds{};
 

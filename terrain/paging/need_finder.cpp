@@ -161,7 +161,7 @@ void NeedFinder::visit_below_absent(const ChunkKey& key, const WorldBox& box, do
         const WorldBox child_box{{rect.west - margin, rect.south - margin, box.low.z()},
                                  {rect.east + margin, rect.north + margin, box.high.z()}};
         Need need = camera_need(child_box, own_bound, arrives_s, false);
-        // what its parent's arrival leaves time for is requested then
+        // A child that can wait for its parent is requested after the parent's arrival.
         const bool is_urgent = need.why == NeedClass::drawn && need.begin_s < arrives_s;
         if (!is_urgent) need = {};
         need = combine(need, contact_need(child));

@@ -93,7 +93,7 @@ bool Pager::State::take_clients(std::span<const CameraNeed> cameras,
             ++stats.refused_needs;
         }
     }
-    // into the copies: finish() plans again, when the caller's may be evicted
+    // Point into our copies: finish() plans again, when the caller's data may be gone.
     std::size_t first = 0;
     for (BodyNeed& body : bodies) {
         body.trajectory =

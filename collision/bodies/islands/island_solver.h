@@ -4,7 +4,7 @@
 #include "base/worker_team.h"
 #include "bodies/islands/islands.h"
 #include "bodies/islands/pair_manifolds.h"
-#include "bodies/step/body_step.h"
+#include "bodies/step/collision_step.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -20,43 +20,75 @@ enum class Mobility : std::uint8_t {
     moving,
 };
 
-/// Finds the bodies that touch each other and solves each island together with its ground contacts. All orders are
-/// those of the bodies, so that the number of threads changes no bit.
+/// Finds the bodies that touch each other, and steps each island on its contacts. A body that touches no other is an
+/// island of one. All orders are those of the bodies, so that the number of threads changes no bit.
 class IslandSolver {
 public:
-    explicit IslandSolver(BroadphaseKind kind) : broadphase_(make_broadphase(kind, 0.0)) {}
+    /// @param bodies_meet false: each body is an island of one
+    IslandSolver(BroadphaseKind kind, bool bodies_meet)
+        : broadphase_(make_broadphase(kind, 0.0)), bodies_meet_(bodies_meet) {}
 
-    /// Finds the pairs that touch, or will within `duration` seconds, and the islands of the moving bodies. Where a
-    /// moving body touches a sleeping one, its whole sleep group becomes `moving`.
+    /// Finds the pairs that touch, or will within the step, and the islands of the moving bodies. Where a moving body
+    /// touches a sleeping one, its whole sleep group becomes `moving`.
     ///
     /// @param groups [bodies] sleep group: sleepers with equal numbers wake together
     void find(std::span<const RigidBody> bodies, std::span<const std::uint32_t> groups,
-              std::span<Mobility> mobility, double duration, WorkerTeam& team);
+              std::span<Mobility> mobility, const StepSpan& span, WorkerTeam& team);
 
-    /// Solves the islands of the last find(), and separates overlapping bodies, each against its offset surface. Bodies
-    /// that will bounce off each other are first advanced to their time of impact.
-    /// @param ground_contacts [bodies] with this ground
-    /// @param answers         [bodies] written for the bodies that were advanced
-    void solve(std::span<RigidBody> bodies, std::span<GroundContactCache> ground_contacts,
-               std::span<SubstepAnswer> answers, const Ground& ground, double gravity,
-               double duration, WorkerTeam& team);
+    /// Steps the islands of the last find() in substeps, and separates overlapping bodies. The poses reached are not
+    /// yet proved clear of the ground.
+    /// @param ground_contacts [bodies]
+    void step(std::span<RigidBody> bodies, std::span<GroundContactCache> ground_contacts,
+              const StepSpan& span, WorkerTeam& team);
 
     /// Of the last find(); sleepers belong to none.
     const Islands& islands() const { return islands_; }
+    /// Whether a contact of a moving body with the ground closed in the last step() fast enough to bounce.
+    bool has_struck_ground(std::size_t body) const { return struck_[body] != 0; }
     /// Pairs of touching bodies of which at least one moves.
     std::size_t touching_pair_count() const { return pair_count_; }
 
 private:
-    void update_bounds(std::span<const RigidBody> bodies, double duration);
+    /// A contact that has closed in the step, for the restitution after it.
+    struct Impact {
+        std::uint32_t body;       // on the ground, or kNone for a contact of two bodies
+        double gap;               // that the contact had to close in the substep, metres
+        double gravity;           // acceleration by gravity along the approach, m/s^2
+        double restitution;       // 0 to 1
+        double separating_speed;  // m/s; < 0: the contact does not bounce
+    };
+    /// What a thread needs to step an island.
+    struct Scratch {
+        std::vector<ContactRows> rows;
+        std::vector<Impact> impacts;            // [contacts]
+        std::vector<double> separating_speeds;  // [contacts]
+    };
+    /// The arguments of step(), for all islands.
+    struct Scene {
+        std::span<RigidBody> bodies;
+        std::span<GroundContactCache> ground_contacts;
+        const StepSpan& span;
+    };
+
+    void update_bounds(std::span<const RigidBody> bodies, const StepSpan& span);
     void collect_pairs(std::span<const RigidBody> bodies, std::span<const Mobility> mobility,
                        double duration);
     void remove_separated();
     void wake(std::span<const std::uint32_t> groups, std::span<Mobility> mobility);
-    struct Scene;
-    void advance_to_impacts(std::size_t island, const Scene& scene);
-    void solve_island(std::size_t island, int worker, const Scene& scene);
+    void step_island(std::size_t island, Scratch& scratch, const Scene& scene);
+    std::size_t count_contacts(std::size_t island, const Scene& scene) const;
+    bool add_contacts(std::size_t island, int substep, ContactSolver& solver, Scratch& scratch,
+                      const Scene& scene);
+    void store_impulses(std::size_t island, const ContactSolver& solver, const Scene& scene);
+    void separate(std::size_t island, ContactSolver& solver, const Scene& scene);
+    void bounce(std::size_t island, ContactSolver& solver, Scratch& scratch, const Scene& scene,
+                double max_energy);
+    void limit_energy(std::size_t island, ContactSolver& solver, const Scene& scene,
+                      const WorldPos& origin, double most);
+    double total_energy(std::size_t island, const WorldPos& origin, const Scene& scene) const;
 
     std::unique_ptr<Broadphase> broadphase_;
+    bool bodies_meet_;
     std::vector<Aabb> bounds_;
     std::vector<BoundingSphere> spheres_;
     std::vector<PairManifold> manifolds_, previous_manifolds_;  // ascending by pair
@@ -68,10 +100,9 @@ private:
     std::vector<std::uint8_t> wakes_;            // [groups]
     std::vector<std::uint8_t> moves_;
     Islands islands_;
-    // [bodies] share of the substep up to the impact that the body is advanced to; 1: none
-    std::vector<double> impact_shares_;
     std::vector<SolverBody> solver_bodies_;
-    std::vector<std::vector<ContactRows>> rows_;  // [workers]
+    std::vector<std::uint8_t> struck_;  // see has_struck_ground()
+    std::vector<Scratch> scratch_;      // [workers]
 };
 
 }  // namespace terrane::internal

@@ -38,9 +38,6 @@ void Islands::build(std::span<const BodyPair> links, std::span<const std::uint8_
     std::iota(parents_.begin(), parents_.end(), 0u);
     islands_.assign(moves.size(), kNone);
     for (const BodyPair& link : links) {
-        // Marks bodies that touch anything; the island's number comes below.
-        if (moves[link.a] != 0) islands_[link.a] = 0;
-        if (moves[link.b] != 0) islands_[link.b] = 0;
         if (moves[link.a] == 0 || moves[link.b] == 0) continue;
         const std::uint32_t a = find_root(link.a), b = find_root(link.b);
         // The lowest body is the root.
@@ -50,7 +47,7 @@ void Islands::build(std::span<const BodyPair> links, std::span<const std::uint8_
     body_starts_.assign(1, 0);
     std::uint32_t body_count = 0;
     for (std::uint32_t body = 0; body < moves.size(); ++body) {
-        if (islands_[body] == kNone) continue;
+        if (moves[body] == 0) continue;
         const std::uint32_t root = find_root(body);
         if (root == body) {
             islands_[body] = static_cast<std::uint32_t>(body_starts_.size() - 1);
@@ -85,10 +82,6 @@ void Islands::build(std::span<const BodyPair> links, std::span<const std::uint8_
         if (island != kNone) links_[link_starts_[island]++] = link;
     }
     rewind(link_starts_);
-}
-
-bool Islands::has(std::size_t body) const {
-    return body < islands_.size() && islands_[body] != kNone;
 }
 
 std::span<const std::uint32_t> Islands::bodies(std::size_t island) const {

@@ -13,8 +13,8 @@ namespace terrane::internal {
 /// No body, island or manifold.
 inline constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
-/// Connected components of the bodies that touch: solved together, asleep together. Islands are in order of their
-/// lowest body; bodies and links within them ascend.
+/// Connected components of the moving bodies that touch: solved together, asleep together. A body that touches no other
+/// is an island of one. Islands are in order of their lowest body; bodies and links within them ascend.
 class Islands {
 public:
     /// @param links pairs that touch
@@ -22,8 +22,6 @@ public:
     void build(std::span<const BodyPair> links, std::span<const std::uint8_t> moves);
 
     std::size_t count() const { return body_starts_.size() - 1; }
-    /// Whether a body belongs to an island.
-    bool has(std::size_t body) const;
     /// Indices of an island's bodies; at least one.
     std::span<const std::uint32_t> bodies(std::size_t island) const;
     /// Indices of an island's links.

@@ -9,7 +9,7 @@
 namespace terrane::internal {
 namespace {
 
-/// Contacts are found up to this gap, in tolerances, plus the distance that the bodies close in a substep.
+/// Contacts are found up to this gap, in tolerances, plus the distance that the bodies close in a collision step.
 constexpr double kMargin = 1.0 / 2.0;
 /// Relative motion up to which contacts are reused, in tolerances.
 constexpr double kReach = 1.0 / 32.0;
@@ -55,15 +55,13 @@ void PairManifold::update(std::span<PairManifold> manifolds, const RigidBody& a,
         std::copy(before.begin(), before.end(), manifolds.begin());
         for (PairManifold& manifold : manifolds) {
             manifold.pair = same;
-            for (std::size_t i = 0; i < manifold.count_; ++i) {
-                manifold.update_gap(a, b, manifold.points_[i]);
-            }
+            manifold.follow(a, b);
         }
         return;
     }
 
     const double thin = kMarginOfExtent * std::min(a.thickness, b.thickness);
-    // Nearest points do not predict the contact of bodies that may pass through each other in a substep.
+    // Nearest points do not predict the contact of bodies that may pass through each other in a step.
     if (closing > thin) manifolds[0].predict_impact(a, b, duration);
     if (manifolds[0].count_ == 0) {
         const double ahead = margin + std::min(closing, thin);
@@ -77,18 +75,6 @@ void PairManifold::update(std::span<PairManifold> manifolds, const RigidBody& a,
         }
     }
     for (PairManifold& manifold : manifolds) manifold.warm_start(before);
-}
-
-void PairManifold::update_after_advance(std::span<PairManifold> manifolds, const RigidBody& a,
-                                        const RigidBody& b, double duration) {
-    if (manifolds.size() == 1) {
-        const PairManifold before = manifolds[0];
-        update(manifolds, a, b, {&before, 1}, duration);
-        return;
-    }
-    std::array<PairManifold, kMaxManifolds> before;
-    std::copy(manifolds.begin(), manifolds.end(), before.begin());
-    update(manifolds, a, b, std::span(before).first(manifolds.size()), duration);
 }
 
 void PairManifold::warm_start(std::span<const PairManifold> before) {
@@ -118,12 +104,19 @@ bool PairManifold::has_moved(const RigidBody& a, const RigidBody& b, const PairM
     return !(moved < kReach * tolerance_of(a, b));
 }
 
-/// Computes the gap of a contact at the bodies' poses.
-void PairManifold::update_gap(const RigidBody& a, const RigidBody& b, Point& point) const {
+void PairManifold::follow(const RigidBody& a, const RigidBody& b) {
+    for (std::size_t i = 0; i < count_; ++i) {
+        points_[i].gap = points_[i].gap_offset + core_separation(a, b, points_[i]);
+    }
+}
+
+/// Distance of a contact's core points along the normal.
+double PairManifold::core_separation(const RigidBody& a, const RigidBody& b,
+                                     const Point& point) const {
     const Eigen::Vector3d arm_a = rotated(a.pose.rotation, point.core_a_body);
     const Eigen::Vector3d arm_b = rotated(b.pose.rotation, point.core_b_body);
     const Eigen::Vector3d between = a.pose.translation - b.pose.translation;
-    point.gap = dot(normal_, between + arm_a - arm_b) - rounding_a_ - rounding_b_;
+    return dot(normal_, between + arm_a - arm_b);
 }
 
 /// Finds the contacts and sorts them into manifolds by normal and rounding.
@@ -143,7 +136,7 @@ void PairManifold::collide(std::span<PairManifold> manifolds, const RigidBody& a
         if (manifold == manifolds.end()) continue;
         if (manifold->count_ == 0) manifold->reset(a, b, contact, false);
         const Arms arms = manifold->arms_of(contact, a.pose.translation, b.pose.translation);
-        manifold->add_point(contact, a, b, arms).gap = -contact.depth;
+        manifold->add_point(contact, a, b, arms, -contact.depth);
     }
 }
 
@@ -164,8 +157,7 @@ void PairManifold::predict_impact(const RigidBody& a, const RigidBody& b, double
         // Arms at the time of impact, in the bodies' present frames.
         const Arms arms = arms_of(hit.contacts[i], then_a, then_b);
         const double closing = -dot(normal_, velocity_at(a, arms.a) - velocity_at(b, arms.b));
-        add_point(hit.contacts[i], a, b, arms).gap =
-            std::max(0.0, closing) * hit.fraction * duration;
+        add_point(hit.contacts[i], a, b, arms, std::max(0.0, closing) * hit.fraction * duration);
     }
 }
 
@@ -186,8 +178,8 @@ PairManifold::Arms PairManifold::arms_of(const PairContact& contact, const World
             on_b - rounding_b_ * normal_ - centre_b};
 }
 
-PairManifold::Point& PairManifold::add_point(const PairContact& contact, const RigidBody& a,
-                                             const RigidBody& b, const Arms& arms) {
+void PairManifold::add_point(const PairContact& contact, const RigidBody& a, const RigidBody& b,
+                             const Arms& arms, double gap) {
     Point& point = points_[count_++];
     point.impulse.setZero();
     point.core_a_body = rotated_back(a.pose.rotation, arms.a);
@@ -196,23 +188,8 @@ PairManifold::Point& PairManifold::add_point(const PairContact& contact, const R
     point.feature_b = contact.feature_b;
     point.part_a = contact.part_a;
     point.part_b = contact.part_b;
-    return point;
-}
-
-double PairManifold::first_impact(const RigidBody& a, const RigidBody& b, double bounce_speed,
-                                  double duration) const {
-    double first = 1.0;
-    for (std::size_t i = 0; i < count_; ++i) {
-        const Point& point = points_[i];
-        const Eigen::Vector3d velocity =
-            velocity_at(a, rotated(a.pose.rotation, point.core_a_body) - rounding_a_ * normal_) -
-            velocity_at(b, rotated(b.pose.rotation, point.core_b_body) + rounding_b_ * normal_);
-        const double closing = -dot(normal_, velocity);
-        if (closing > bounce_speed) {
-            first = std::min(first, std::max(0.0, point.gap) / (closing * duration));
-        }
-    }
-    return first;
+    point.gap = gap;
+    point.gap_offset = gap - core_separation(a, b, point);
 }
 
 SolverContact PairManifold::contact(std::size_t i, const RigidBody& a, const RigidBody& b) const {
@@ -229,8 +206,8 @@ SolverContact PairManifold::contact(std::size_t i, const RigidBody& a, const Rig
     const double tolerance = tolerance_of(a, b);
     contact.gap = point.gap < kTouchingGap * tolerance ? std::min(0.0, point.gap) : point.gap;
     contact.target_gap = -kSlop * tolerance;
-    contact.friction = std::sqrt(a.friction * b.friction);
-    contact.restitution = std::max(a.restitution, b.restitution);
+    contact.friction = combined_friction(a.friction, b.friction);
+    contact.restitution = combined_restitution(a.restitution, b.restitution);
     contact.initial_impulse = point.impulse;
     return contact;
 }

@@ -14,9 +14,9 @@
 
 namespace terrane::internal {
 
-/// Contact manifold of two bodies: up to four contacts of one normal, touching now or within a substep. Two convex
-/// bodies have one manifold, compounds several in consecutive elements. Contacts are reused while the relative motion
-/// is below the reuse distance; impulses are kept from substep to substep for the warm start.
+/// Contact manifold of two bodies: up to four contacts of one normal, touching now or within a collision step. Two
+/// convex bodies have one manifold, compounds several in consecutive elements. Contacts are reused while the relative
+/// motion is below the reuse distance; impulses are kept from substep to substep for the warm start.
 class PairManifold {
 public:
     static constexpr std::size_t kMaxCount = 4;
@@ -30,20 +30,15 @@ public:
 
     /// Finds the contacts of two bodies, or updates the gaps of the previous ones.
     /// @param manifolds of this pair; unused ones come last, without contacts
-    /// @param before    those of the same pair in the previous substep, or none
+    /// @param before    those of the same pair in the previous collision step, or none
     /// @param duration  of the motion ahead, seconds
     static void update(std::span<PairManifold> manifolds, const RigidBody& a, const RigidBody& b,
                        std::span<const PairManifold> before, double duration);
 
-    /// update() a second time in a substep, after the bodies have advanced.
-    static void update_after_advance(std::span<PairManifold> manifolds, const RigidBody& a,
-                                     const RigidBody& b, double duration);
+    /// Updates the gaps for bodies that have moved since update(): each contact keeps its normal and its points.
+    void follow(const RigidBody& a, const RigidBody& b);
 
     std::size_t count() const { return count_; }
-
-    /// Time of the first impact that bounces, as a share of `duration`; 1 where there is none.
-    double first_impact(const RigidBody& a, const RigidBody& b, double bounce_speed,
-                        double duration) const;
 
     /// Contact i for a solver that names bodies by the indices of `pair`.
     SolverContact contact(std::size_t i, const RigidBody& a, const RigidBody& b) const;
@@ -59,6 +54,7 @@ private:
         ShapeFeature feature_a, feature_b;
         std::uint32_t part_a = 0, part_b = 0;
         double gap = 0.0;
+        double gap_offset = 0.0;  // gap less the core points' separation when the contact was found
         Eigen::Vector3d impulse = Eigen::Vector3d::Zero();  // of the last substep, on a, N s
     };
     /// From the bodies' centres to the core points, world.
@@ -72,13 +68,13 @@ private:
     void reset(const RigidBody& a, const RigidBody& b, const PairContact& first, bool is_predicted);
     Arms arms_of(const PairContact& contact, const WorldPos& centre_a,
                  const WorldPos& centre_b) const;
-    Point& add_point(const PairContact& contact, const RigidBody& a, const RigidBody& b,
-                     const Arms& arms);
+    void add_point(const PairContact& contact, const RigidBody& a, const RigidBody& b,
+                   const Arms& arms, double gap);
     void warm_start(std::span<const PairManifold> before);
-    void update_gap(const RigidBody& a, const RigidBody& b, Point& point) const;
+    double core_separation(const RigidBody& a, const RigidBody& b, const Point& point) const;
 
     std::uint32_t count_ = 0;
-    bool is_predicted_ = false;  // found by a cast: valid for one substep
+    bool is_predicted_ = false;  // found by a cast: valid for one collision step
     double rounding_a_ = 0.0, rounding_b_ = 0.0;
     Eigen::Vector3d normal_ = Eigen::Vector3d::UnitZ();  // out of b
     Pose pose_a_, pose_b_;                               // where the contacts were found

@@ -8,6 +8,8 @@ namespace terrane::internal {
 namespace {
 
 constexpr int kSeparationIterations = 12;
+/// A contact is solved from the start if it closes at this share of its allowed speed.
+constexpr double kActiveShare = 0.5;
 constexpr double kClosingSlack = 1e-11;  // m/s: closing too fast by less than this is rounding
 
 /// Acceleration of the end of an arm against the normal by rotation, m/s^2.
@@ -128,19 +130,56 @@ inline double ContactSolver::solve_friction(ContactRows& contact) {
                     std::abs(change_v) * v.inverse_effective_mass);
 }
 
-void ContactSolver::iterate(const StoppingRule& rule, double tolerance) {
+/// Contacts that have an impulse, or that close at half of their allowed speed.
+void ContactSolver::activate_closing() {
+    active_count_ = 0;
+    for (std::uint32_t i = 0; i < count_; ++i) {
+        const ContactRows& contact = room_[i];
+        const bool has_impulse = contact.normal_.impulse != 0.0 ||
+                                 contact.tangent_.impulse != 0.0 ||
+                                 contact.bitangent_.impulse != 0.0;
+        const double approach = -speed(contact, contact.normal_);
+        if (has_impulse || kActiveShare * contact.allowed_closing_ < approach) {
+            room_[active_count_++].active_ = i;
+        }
+    }
+}
+
+/// Adds all contacts if one that is not active closes faster than allowed.
+bool ContactSolver::activate_violated() {
+    if (active_count_ == count_) return false;
     const std::span<ContactRows> rows = contacts();
+    const bool is_violated = std::any_of(rows.begin(), rows.end(), [](const ContactRows& contact) {
+        return -speed(contact, contact.normal_) > contact.allowed_closing_ + kClosingSlack &&
+               contact.normal_.impulse == 0.0;
+    });
+    if (!is_violated) return false;
+    for (std::uint32_t i = 0; i < count_; ++i) room_[i].active_ = i;
+    active_count_ = count_;
+    return true;
+}
+
+/// Most contacts of a moving body cannot close in a substep: they are solved only if the others make them.
+void ContactSolver::iterate(const StoppingRule& rule, double tolerance) {
+    activate_closing();
+    iterate_active(rule, tolerance);
+    if (activate_violated()) iterate_active(rule, tolerance);
+}
+
+void ContactSolver::iterate_active(const StoppingRule& rule, double tolerance) {
+    const std::span<ContactRows> rows = contacts();
+    const std::size_t count = active_count_;
     double change_before = std::numeric_limits<double>::infinity();
     for (int iteration = 0; iteration < rule.iterations; ++iteration) {
         // Alternating order: a sweep propagates a load through a stack in one direction only.
         const auto at = [&](std::size_t i) -> ContactRows& {
-            return rows[iteration % 2 == 0 ? i : rows.size() - 1 - i];
+            return rows[rows[iteration % 2 == 0 ? i : count - 1 - i].active_];
         };
         double change = 0.0;
-        for (std::size_t i = 0; i < rows.size(); ++i) {
+        for (std::size_t i = 0; i < count; ++i) {
             if (at(i).friction_ > 0.0) change = std::max(change, solve_friction(at(i)));
         }
-        for (std::size_t i = 0; i < rows.size(); ++i) {
+        for (std::size_t i = 0; i < count; ++i) {
             change = std::max(change, solve_normal(at(i)));
         }
         if (change <= tolerance) return;
@@ -203,8 +242,7 @@ void ContactSolver::scale_velocities(std::span<const std::uint32_t> members, dou
     }
 }
 
-void ContactSolver::solve_velocity(std::span<const std::uint32_t> members, double bounce_speed,
-                                   double duration, const StoppingRule& rule) {
+bool ContactSolver::begin_solve(double duration, const StoppingRule& rule, double& tolerance_out) {
     const bool closes = set_targets(duration);
     double largest_speed = 0.0;
     for (ContactRows& contact : contacts()) {
@@ -215,11 +253,12 @@ void ContactSolver::solve_velocity(std::span<const std::uint32_t> members, doubl
             contact.normal_.impulse = contact.tangent_.impulse = contact.bitangent_.impulse = 0.0;
         }
     }
-    if (!closes) return;
+    tolerance_out = rule.tolerance * std::max(1.0, largest_speed);
+    return closes;
+}
 
-    for (const std::uint32_t member : members) bodies_[member].before = bodies_[member].velocity;
-    const double energy_before = energy(members);
-    const double tolerance = rule.tolerance * std::max(1.0, largest_speed);
+void ContactSolver::iterate_from_warm_start(double duration, const StoppingRule& rule,
+                                            double tolerance) {
     for (const ContactRows& contact : contacts()) {
         for (const Row* row : {&contact.normal_, &contact.tangent_, &contact.bitangent_}) {
             if (row->impulse != 0.0) apply(contact, *row, row->impulse);
@@ -228,6 +267,82 @@ void ContactSolver::solve_velocity(std::span<const std::uint32_t> members, doubl
     // The impulses change the spin, and with it the targets.
     iterate(rule, tolerance);
     if (set_targets(duration)) iterate(rule, tolerance);
+}
+
+bool ContactSolver::solve_plastic(std::span<const std::uint32_t> members, double duration,
+                                  const StoppingRule& rule, double& removed_out) {
+    removed_out = 0.0;
+    double tolerance = 0.0;
+    if (!begin_solve(duration, rule, tolerance)) return false;
+    const double energy_before = energy(members);
+    iterate_from_warm_start(duration, rule, tolerance);
+    const double energy_after = energy(members);
+    removed_out = std::max(0.0, energy_before - energy_after);
+    if (energy_after > energy_before && !is_driven()) {
+        scale_velocities(members, std::sqrt(energy_before / energy_after));
+    }
+    return true;
+}
+
+void ContactSolver::solve_restitution(std::span<const std::uint32_t> members,
+                                      std::span<const double> separating_speeds, double max_energy,
+                                      const StoppingRule& rule) {
+    for (const std::uint32_t member : members) bodies_[member].plastic = bodies_[member].velocity;
+    const double energy_before = energy(members);
+    double largest_speed = 0.0;
+    for (std::size_t i = 0; i < count_; ++i) {
+        if (separating_speeds[i] < 0.0) continue;
+        room_[i].allowed_closing_ = -separating_speeds[i];
+        largest_speed = std::max(largest_speed, separating_speeds[i]);
+    }
+    iterate(rule, rule.tolerance * std::max(1.0, largest_speed));
+    if (is_driven() || energy(members) - energy_before <= max_energy) return;
+    // The energy of plastic + share * change is energy_before + share * linear + share^2 * square.
+    double square = 0.0, sum = energy(members) - energy_before;
+    for (const std::uint32_t member : members) {
+        const SolverBody& body = bodies_[member];
+        square += kinetic_energy(body.mass, body.pose,
+                                 {body.velocity.linear - body.plastic.linear,
+                                  body.velocity.angular - body.plastic.angular});
+    }
+    const double linear = sum - square;
+    const double root = std::sqrt(std::max(0.0, linear * linear + 4.0 * square * max_energy));
+    // The larger root, without cancellation.
+    const double share =
+        linear > 0.0 ? 2.0 * max_energy / (linear + root) : (root - linear) / (2.0 * square);
+    for (const std::uint32_t member : members) {
+        Twist &velocity = bodies_[member].velocity, &plastic = bodies_[member].plastic;
+        velocity.linear = plastic.linear + share * (velocity.linear - plastic.linear);
+        velocity.angular = plastic.angular + share * (velocity.angular - plastic.angular);
+    }
+}
+
+void ContactSolver::limit_kinetic_energy(std::span<const std::uint32_t> members, double most) {
+    const double now = energy(members);
+    if (now > most && !is_driven()) {
+        scale_velocities(members, most > 0.0 ? std::sqrt(most / now) : 0.0);
+    }
+}
+
+/// Whether a contact is with a body of infinite mass that moves: it may add energy.
+bool ContactSolver::is_driven() const {
+    const std::span<const ContactRows> rows = room_.first(count_);
+    return std::any_of(rows.begin(), rows.end(), [](const ContactRows& contact) {
+        const auto drives = [](const SolverBody* body) {
+            return body != nullptr && body->mass.inverse_mass == 0.0 &&
+                   !(body->velocity.linear.isZero(0.0) && body->velocity.angular.isZero(0.0));
+        };
+        return drives(contact.a_) || drives(contact.b_);
+    });
+}
+
+void ContactSolver::solve_velocity(std::span<const std::uint32_t> members, double bounce_speed,
+                                   double duration, const StoppingRule& rule) {
+    double tolerance = 0.0;
+    if (!begin_solve(duration, rule, tolerance)) return;
+    for (const std::uint32_t member : members) bodies_[member].before = bodies_[member].velocity;
+    const double energy_before = energy(members);
+    iterate_from_warm_start(duration, rule, tolerance);
 
     double bounce = 0.0;
     for (const std::uint32_t member : members) bodies_[member].plastic = bodies_[member].velocity;

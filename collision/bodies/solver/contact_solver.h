@@ -79,6 +79,7 @@ class ContactRows {
     double allowed_closing_;  // closing speed, m/s
     double least_impulse_;    // of the normal row
     double approach_speed_;   // before the solve, m/s
+    std::uint32_t active_;    // in element i: index of the i-th active contact
 };
 
 /// Projected Gauss-Seidel solver for the contacts of one body or one island.
@@ -101,7 +102,30 @@ public:
     void solve_velocity(std::span<const std::uint32_t> members, double bounce_speed,
                         double duration, const StoppingRule& rule);
 
-    /// Impulse of a contact on its body a in the last solve_velocity(), N s.
+    /// The plastic part of solve_velocity(): no contact bounces.
+    ///
+    /// @param removed_out the kinetic energy that it has removed, J, >= 0
+    /// @return false where no contact closes faster than allowed: all impulses are zero
+    bool solve_plastic(std::span<const std::uint32_t> members, double duration,
+                       const StoppingRule& rule, double& removed_out);
+
+    /// Changes the velocities after solve_plastic() so that contacts separate at given speeds. Where the kinetic
+    /// energy would grow by more than `max_energy` J the change is made in part.
+    ///
+    /// @param separating_speeds [contacts] m/s; negative: the contact does not bounce
+    void solve_restitution(std::span<const std::uint32_t> members,
+                           std::span<const double> separating_speeds, double max_energy,
+                           const StoppingRule& rule);
+
+    /// Scales the velocities down so that the kinetic energy is at most `most` J, unless a moving body of infinite mass
+    /// drives the others.
+    void limit_kinetic_energy(std::span<const std::uint32_t> members, double most);
+
+    /// Speed at which the bodies of a contact approached before the last solve, m/s; and its normal impulse, N s.
+    double approach_speed(std::size_t contact) const { return room_[contact].approach_speed_; }
+    double normal_impulse(std::size_t contact) const { return room_[contact].normal_.impulse; }
+
+    /// Impulse of a contact on its body a in the last solve, N s.
     Eigen::Vector3d impulse(std::size_t contact) const;
 
     /// Writes displacements into the velocities, which must be zero: they open every contact below its target gap by
@@ -120,13 +144,20 @@ private:
     static double solve_friction(ContactRows& contact);
     std::span<ContactRows> contacts() const { return room_.first(count_); }
     bool set_targets(double duration);
+    bool begin_solve(double duration, const StoppingRule& rule, double& tolerance_out);
+    void iterate_from_warm_start(double duration, const StoppingRule& rule, double tolerance);
+    bool is_driven() const;
     void iterate(const StoppingRule& rule, double tolerance);
+    void iterate_active(const StoppingRule& rule, double tolerance);
+    void activate_closing();
+    bool activate_violated();
     double energy(std::span<const std::uint32_t> members) const;
     void scale_velocities(std::span<const std::uint32_t> members, double scale);
 
     std::span<SolverBody> bodies_;
     std::span<ContactRows> room_;
     std::size_t count_ = 0;
+    std::size_t active_count_ = 0;  // contacts that iterate() visits
 };
 
 }  // namespace terrane::internal

@@ -3,6 +3,8 @@
 
 #include "bodies/solver/contact_solver.h"
 
+#include <algorithm>
+#include <cmath>
 #include <span>
 
 namespace terrane::internal {
@@ -19,7 +21,7 @@ struct BodyMotion {
     Twist velocity;
     bool started_deep = false;  ///< was placed deeper than its tolerance and is still recovering
     bool is_fresh = true;       ///< was placed, and has not been stepped since
-    /// What is left of the translation that takes a body out that is too deep, metres.
+    /// Remaining recovery translation of a body that penetrates too deeply, metres.
     Eigen::Vector3d escape_translation = Eigen::Vector3d::Zero();
 };
 
@@ -50,6 +52,10 @@ inline double rounding_of(const Shape& shape, std::uint32_t part) {
     }
     return rounding_of(shape);
 }
+
+/// Friction and restitution of a contact from those of its two surfaces.
+inline double combined_friction(double a, double b) { return std::sqrt(a * b); }
+inline double combined_restitution(double a, double b) { return std::max(a, b); }
 
 /// Upper bound of the speed of a body's points, m/s.
 inline double greatest_speed(const RigidBody& body) {

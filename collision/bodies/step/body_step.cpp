@@ -49,6 +49,10 @@ bool spins_freely(const RigidBody& body) {
     return inertia.x() == inertia.y() && inertia.y() == inertia.z();
 }
 
+bool has_constant_spin(const RigidBody& body) {
+    return spins_freely(body) || body.velocity.angular.isZero(0.0);
+}
+
 /// Spin at a rotation for an angular momentum.
 Eigen::Vector3d spin_at(const RigidBody& body, const Eigen::Matrix3d& rotation,
                         const Eigen::Vector3d& momentum) {
@@ -60,44 +64,36 @@ double spin_energy(const RigidBody& body, const Eigen::Matrix3d& rotation,
     return 0.5 * dot(spin, apply_tensor(rotation, body.mass.inertia, spin));
 }
 
-/// Advances a body against an offset surface with constant spin: in flight the spin at the middle of the piece, in
-/// contact that at its start, which was solved for. Conserves the angular momentum, and never adds energy.
+/// The rotation of a body in a time: in flight with the spin of its middle, in contact with that of its start, which
+/// was solved for.
+Eigen::Vector3d rotation_in(const RigidBody& body, double duration, bool is_flying) {
+    const Eigen::Vector3d spin = body.velocity.angular;
+    if (!is_flying || has_constant_spin(body)) return spin * duration;
+    const Eigen::Vector3d momentum = apply_tensor(body.pose.rotation, body.mass.inertia, spin);
+    const Motion half{body.pose, Eigen::Vector3d::Zero(), 0.5 * duration * spin};
+    return spin_at(body, half.at(1.0).rotation, momentum) * duration;
+}
+
+/// Advances a body against an offset surface for a time, as integrate() does without one.
 MoveAnswer move_piece(RigidBody& body, const Ground& ground, double duration,
                       OffsetSurface& surface, bool is_flying) {
-    const Eigen::Vector3d spin = body.velocity.angular;
-    const bool constant = spins_freely(body) || dot(spin, spin) == 0.0;
-    if (constant) {
-        return advance(body, ground, {body.velocity.linear * duration, spin * duration}, surface);
-    }
     const Eigen::Matrix3d rotation = body.pose.rotation;
-    const Eigen::Vector3d momentum = apply_tensor(rotation, body.mass.inertia, spin);
-    const double energy = spin_energy(body, rotation, spin);
-    Twist displacement{body.velocity.linear * duration, spin * duration};
-    if (is_flying) {
-        const Motion half{body.pose, Eigen::Vector3d::Zero(), 0.5 * displacement.angular};
-        displacement.angular = spin_at(body, half.at(1.0).rotation, momentum) * duration;
-    }
+    const Twist displacement{body.velocity.linear * duration,
+                             rotation_in(body, duration, is_flying)};
     const MoveAnswer answer = advance(body, ground, displacement, surface);
-    if (answer.fraction > 0.0) {
-        Eigen::Vector3d& spin_after = body.velocity.angular;
-        spin_after = spin_at(body, body.pose.rotation, momentum);
-        const double energy_after = spin_energy(body, body.pose.rotation, spin_after);
-        if (energy_after > energy) spin_after *= std::sqrt(energy / energy_after);
-    }
+    if (answer.fraction > 0.0) conserve_momentum(body, rotation);
     return answer;
 }
 
 /// The solver of one body's contacts with the ground.
 class GroundSolver {
 public:
-    /// @param is_warm_started from the impulses of the previous substep
-    GroundSolver(const RigidBody& body, const GroundContactCache& cache, bool is_warm_started)
-        : solver_(bodies_, room_) {
+    GroundSolver(const RigidBody& body, const GroundContactCache& cache) : solver_(bodies_, room_) {
         bodies_[0].mass = body.mass;
         bodies_[0].pose = body.pose;
         for (std::size_t i = 0; i < cache.count(); ++i) {
             SolverContact contact = cache.contact(i, body, 0);
-            if (!is_warm_started) contact.initial_impulse.setZero();
+            contact.initial_impulse.setZero();
             solver_.add(contact);
         }
     }
@@ -110,44 +106,18 @@ private:
     ContactSolver solver_;
 };
 
-/// @param is_first first solve of a substep without an island solve: warm-started, and stores its impulses for the next
-///                 substep. Otherwise the velocity already includes the impulses of an earlier solve.
-void solve(RigidBody& body, GroundContactCache& cache, double gravity, double duration,
-           bool is_first) {
+/// No warm start: the velocity may include the impulses of an earlier solve.
+void solve(RigidBody& body, const GroundContactCache& cache, double gravity, double duration) {
     if (!cache.has_contacts()) return;
-    // Impulses of other contacts would be redistributed only in many iterations: no warm start.
-    GroundSolver solver(body, cache, is_first && cache.has_same_contacts());
+    GroundSolver solver(body, cache);
     solver.velocity() = body.velocity;
     (*solver).solve_velocity(kAlone, bounce_speed(gravity, duration), duration, kStoppingRule);
     body.velocity = solver.velocity();
-    if (!is_first) return;
-    for (std::size_t i = 0; i < cache.count(); ++i) cache.set_impulse(i, (*solver).impulse(i));
-}
-
-/// Scales a displacement down so that no point moves by more than `most` metres.
-Twist clamp_displacement(Twist displacement, double radius, double most) {
-    const double reach = length(displacement.linear) + radius * length(displacement.angular);
-    if (reach > most) {
-        displacement.linear *= most / reach;
-        displacement.angular *= most / reach;
-    }
-    return displacement;
-}
-
-/// Takes the potential energy that separation added from the kinetic energy, as far as there is any.
-void compensate_height_gain(RigidBody& body, double gravity, double height_before) {
-    const double lifted = body.pose.translation.z() - height_before;
-    if (!(lifted > 0.0)) return;
-    const double energy = kinetic_energy(body.mass, body.pose, body.velocity);
-    const double left = energy - gravity * lifted / body.mass.inverse_mass;
-    const double scale = left > 0.0 ? std::sqrt(left / energy) : 0.0;
-    body.velocity.linear *= scale;
-    body.velocity.angular *= scale;
 }
 
 enum class SeparationMode { rigid, translation, vertical };
 
-/// Opens contacts below the separation gap, at bounded speed. False: ground that decides is not loaded.
+/// Opens contacts below the separation gap, at bounded speed. False: ground needed for the result is not resident.
 bool separate(RigidBody& body, const Ground& ground, const GroundContactCache& cache,
               OffsetSurface& surface, double gravity, double duration) {
     const double target_gap = kSeparationGap * body.tolerance;
@@ -162,7 +132,7 @@ bool separate(RigidBody& body, const Ground& ground, const GroundContactCache& c
         if (mode == SeparationMode::vertical) {
             displacement.linear.z() = std::min(distance, std::max(0.0, cache.lift()) + target_gap);
         } else {
-            GroundSolver solver(body, cache, false);
+            GroundSolver solver(body, cache);
             (*solver).solve_separation(distance, mode == SeparationMode::rigid);
             displacement = clamp_displacement(solver.velocity(), body.radius, 2.0 * distance);
         }
@@ -172,24 +142,6 @@ bool separate(RigidBody& body, const Ground& ground, const GroundContactCache& c
         if (moved.fraction >= kUsefulShare) break;
     }
     compensate_height_gain(body, gravity, height);
-    return true;
-}
-
-/// Recovers a body that penetrates all offset surfaces: moves it along its escape translation at bounded speed, without
-/// other motion. The rest of that translation bounds the depth, which therefore decreases by what is moved; a new
-/// translation replaces it only where it is shorter. False: ground that decides is not loaded.
-bool recover(RigidBody& body, const Ground& ground, double duration) {
-    body.velocity = {};
-    const Depth now = compute_depth(body, ground);
-    if (!now.resident) return false;
-    double left = length(body.escape_translation);
-    if (left == 0.0 || now.depth < left) {
-        body.escape_translation = now.depth * now.normal;
-        left = now.depth;
-    }
-    const double share = left > 0.0 ? std::min(1.0, kRecoverySpeed * duration / left) : 0.0;
-    body.pose.translation += share * body.escape_translation;
-    body.escape_translation *= 1.0 - share;
     return true;
 }
 
@@ -206,8 +158,8 @@ struct Interval {
 /// Finds the ground contacts, solves them, and advances the body: by `duration`, or less where it has rotated so far
 /// that its contacts must be found anew.
 Interval advance_interval(RigidBody& body, GroundContactCache& cache, const Ground& ground,
-                          double gravity, double duration, bool is_first) {
-    if (is_swept_sphere_clear(body, ground, duration)) {
+                          double gravity, double duration) {
+    if (is_swept_sphere_clear(body, ground, duration * body.velocity.linear)) {
         cache.set_out_of_reach();
     } else {
         cache.update(body, ground);
@@ -236,7 +188,7 @@ Interval advance_interval(RigidBody& body, GroundContactCache& cache, const Grou
         const double turn = rate() * remaining;
         interval.is_last = turn <= kContactTurn;
         if (!interval.is_last) remaining *= kContactTurn / turn;
-        solve(body, cache, gravity, remaining, is_first);
+        solve(body, cache, gravity, remaining);
         if (!separate(body, ground, cache, surface, gravity, remaining)) return {.resident = false};
     }
 
@@ -265,7 +217,7 @@ Interval advance_interval(RigidBody& body, GroundContactCache& cache, const Grou
         interval.touches = true;
         cache.refresh(body, ground, surface.index);
         if (!cache.is_resident()) return {.resident = false};
-        solve(body, cache, gravity, std::max(remaining, kLeastSolveShare * duration), false);
+        solve(body, cache, gravity, std::max(remaining, kLeastSolveShare * duration));
         surface = make_offset_surface(body, cache, surface.index,
                                       std::min(surface.index + 1, kOffsetCount - 1));
         if (advanced > 0.0 && rate() * remaining > kContactTurn) {
@@ -278,6 +230,58 @@ Interval advance_interval(RigidBody& body, GroundContactCache& cache, const Grou
 
 }  // namespace
 
+void conserve_momentum(RigidBody& body, const Eigen::Matrix3d& rotation_before) {
+    if (has_constant_spin(body)) return;
+    Eigen::Vector3d& spin = body.velocity.angular;
+    const Eigen::Vector3d momentum = apply_tensor(rotation_before, body.mass.inertia, spin);
+    const double energy = spin_energy(body, rotation_before, spin);
+    spin = spin_at(body, body.pose.rotation, momentum);
+    const double energy_after = spin_energy(body, body.pose.rotation, spin);
+    if (energy_after > energy) spin *= std::sqrt(energy / energy_after);
+}
+
+Twist clamp_displacement(Twist displacement, double radius, double most) {
+    const double reach = length(displacement.linear) + radius * length(displacement.angular);
+    if (reach > most) {
+        displacement.linear *= most / reach;
+        displacement.angular *= most / reach;
+    }
+    return displacement;
+}
+
+void compensate_height_gain(RigidBody& body, double gravity, double height_before) {
+    const double lifted = body.pose.translation.z() - height_before;
+    if (!(lifted > 0.0)) return;
+    const double energy = kinetic_energy(body.mass, body.pose, body.velocity);
+    const double left = energy - gravity * lifted / body.mass.inverse_mass;
+    const double scale = left > 0.0 ? std::sqrt(left / energy) : 0.0;
+    body.velocity.linear *= scale;
+    body.velocity.angular *= scale;
+}
+
+void integrate(RigidBody& body, double duration, bool is_flying) {
+    const Eigen::Matrix3d rotation = body.pose.rotation;
+    const Motion motion{body.pose, body.velocity.linear * duration,
+                        rotation_in(body, duration, is_flying)};
+    body.pose = motion.at(1.0);
+    conserve_momentum(body, rotation);
+}
+
+bool recover(RigidBody& body, const Ground& ground, double duration) {
+    body.velocity = {};
+    const Depth now = compute_depth(body, ground);
+    if (!now.resident) return false;
+    double left = length(body.escape_translation);
+    if (left == 0.0 || now.depth < left) {
+        body.escape_translation = now.depth * now.normal;
+        left = now.depth;
+    }
+    const double share = left > 0.0 ? std::min(1.0, kRecoverySpeed * duration / left) : 0.0;
+    body.pose.translation += share * body.escape_translation;
+    body.escape_translation *= 1.0 - share;
+    return true;
+}
+
 double count_substeps(double dt, double max_substep) {
     constexpr double kSlack = 1e-9;  // so that 2.0000001 is 2
     return std::max(1.0, std::ceil(dt / max_substep - kSlack));
@@ -288,7 +292,7 @@ double bounce_speed(double gravity, double duration) {
 }
 
 SubstepAnswer step_body(RigidBody& body, GroundContactCache& cache, const Ground& ground,
-                        double gravity, double duration, bool is_alone) {
+                        double gravity, double duration) {
     SubstepAnswer total;
     double remaining = duration;
     for (int count = 0; remaining > 0.0; ++count) {
@@ -296,9 +300,7 @@ SubstepAnswer step_body(RigidBody& body, GroundContactCache& cache, const Ground
             total.lost_time += remaining;
             break;
         }
-        const bool is_first = is_alone && count == 0;
-        const Interval interval =
-            advance_interval(body, cache, ground, gravity, remaining, is_first);
+        const Interval interval = advance_interval(body, cache, ground, gravity, remaining);
         total.resident = interval.resident;
         if (!interval.resident) break;
         total.touches = interval.touches;
@@ -309,16 +311,6 @@ SubstepAnswer step_body(RigidBody& body, GroundContactCache& cache, const Ground
             interval.is_last ? 0.0 : remaining - interval.simulated_time - interval.lost_time;
     }
     return total;
-}
-
-bool apply_separation(RigidBody& body, GroundContactCache& cache, const Ground& ground,
-                      const Twist& displacement, double gravity, double duration) {
-    const double height = body.pose.translation.z();
-    const Twist bounded =
-        clamp_displacement(displacement, body.radius, kSeparationSpeed * duration);
-    if (!move_body(body, cache, ground, bounded).resident) return false;
-    compensate_height_gain(body, gravity, height);
-    return true;
 }
 
 }  // namespace terrane::internal

@@ -16,7 +16,8 @@ inline constexpr double kSeparationSpeed = 0.5;
 double count_substeps(double dt, double max_substep);
 
 struct SubstepAnswer {
-    bool resident = true;  ///< false: ground that decides is not loaded; the pose may have changed
+    /// False: ground needed for the result is not resident; the pose may have changed.
+    bool resident = true;
     bool touches = false;  ///< was near enough to the ground for contacts
     std::uint64_t impacts = 0;
     double simulated_time = 0.0;
@@ -36,15 +37,29 @@ struct SubstepAnswer {
 /// Every displacement is proved clear of an offset surface, or cast against it, so that the penetration depth is
 /// bounded by construction, whatever the solver and the integrator do.
 ///
-/// @param cache    contacts of the body with this ground
-/// @param is_alone true if no island solve ran in this substep; warm-starts from the previous substep
+/// @param cache contacts of the body with this ground
 SubstepAnswer step_body(RigidBody& body, GroundContactCache& cache, const Ground& ground,
-                        double gravity, double duration, bool is_alone = false);
+                        double gravity, double duration);
 
-/// Moves a body by a displacement that separates it from others: against the first clear offset surface, as far as
-/// that goes, and at bounded speed. False: ground that decides is not loaded.
-bool apply_separation(RigidBody& body, GroundContactCache& cache, const Ground& ground,
-                      const Twist& displacement, double gravity, double duration);
+/// Moves a body freely, conserving its angular momentum and never adding energy.
+/// @param is_flying no contact was solved: the spin is that of the middle of the time
+void integrate(RigidBody& body, double duration, bool is_flying);
+
+/// Gives a body that has turned since its spin was found the spin of the same angular momentum, or less: energy is
+/// never added.
+/// @param rotation_before rotation at which the spin was found
+void conserve_momentum(RigidBody& body, const Eigen::Matrix3d& rotation_before);
+
+/// Scales a displacement down so that no point moves by more than `most` metres.
+Twist clamp_displacement(Twist displacement, double radius, double most);
+
+/// Takes the potential energy that separation added from the kinetic energy, as far as there is any.
+void compensate_height_gain(RigidBody& body, double gravity, double height_before);
+
+/// Recovers a body that penetrates all offset surfaces: moves it along its escape translation at bounded speed, without
+/// other motion. The rest of that translation bounds the depth, which therefore decreases by what is moved; a new
+/// translation replaces it only where it is shorter. False: ground needed for the result is not resident.
+bool recover(RigidBody& body, const Ground& ground, double duration);
 
 /// Contacts that approach more slowly do not bounce, m/s: the speed that gravity gives in four substeps.
 double bounce_speed(double gravity, double duration);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 namespace terrane::internal {
 namespace {
@@ -35,8 +36,8 @@ constexpr double kMaxCells = 8.0;
 
 /// Whether all cells below and above a body and its margin are ground: then it can only meet the surface that the
 /// refresh has examined, not the side of the ground.
-bool has_ground_around(const RigidBody& body, const Ground& ground) {
-    const double reach = body.radius + body.tolerance;
+bool has_ground_around(const RigidBody& body, const Ground& ground, double margin) {
+    const double reach = body.radius + body.tolerance + margin;
     const WorldPos& centre = body.pose.translation;
     if (!(2.0 * reach < kMaxCells * ground.spacing())) return false;
     const std::int64_t east = ground.column_at(centre.x() + reach);
@@ -48,6 +49,18 @@ bool has_ground_around(const RigidBody& body, const Ground& ground) {
         }
     }
     return true;
+}
+
+/// Friction and restitution of a body on the ground: its own, or, where the ground has a surface map, as between two
+/// bodies.
+SurfaceProperties combined_surface(const RigidBody& body, const Ground& ground, double x,
+                                   double y) {
+    SurfaceProperties combined{.friction = body.friction, .restitution = body.restitution};
+    if (const std::optional<SurfaceProperties> surface = ground.surface(x, y)) {
+        combined.friction = combined_friction(body.friction, surface->friction);
+        combined.restitution = combined_restitution(body.restitution, surface->restitution);
+    }
+    return combined;
 }
 
 }  // namespace
@@ -76,14 +89,15 @@ void GroundContactCache::update(const RigidBody& body, const Ground& ground) {
     if (is_reusable_) {
         moved_ = greatest_move(body, refresh_pose_, body.pose);
         if (moved_ < kReuseDistance * body.tolerance) {
-            update_gaps(body);
+            follow(body);
             return;
         }
     }
     refresh(body, ground, 0);
 }
 
-void GroundContactCache::refresh(const RigidBody& body, const Ground& ground, int offset_index) {
+void GroundContactCache::refresh(const RigidBody& body, const Ground& ground, int offset_index,
+                                 double reach) {
     std::array<Contact, kMaxCount> found;
     std::swap(contacts_, previous_contacts_);
     contacts_.clear();
@@ -96,12 +110,12 @@ void GroundContactCache::refresh(const RigidBody& body, const Ground& ground, in
     lift_ = -1.0;
     moved_ = 0.0;
     refresh_pose_ = body.pose;
+    margin_ = kContactMargin * body.tolerance + reach;
     for (std::size_t p = 0; p < body.parts.size(); ++p) {
         const BodyPart& part = body.parts[p];
         const ContactAnswer answer = find_contacts(
             part.shape, raised(part_pose(part, body.pose), offset_depth(body, offset_index)),
-            ground, kContactMargin * body.tolerance,
-            std::span<Contact>(found).first(kMaxCount - contacts_.size()));
+            ground, margin_, std::span<Contact>(found).first(kMaxCount - contacts_.size()));
         if (answer.status == QueryStatus::not_resident) {
             resident_ = false;
             return;
@@ -124,13 +138,17 @@ void GroundContactCache::refresh(const RigidBody& body, const Ground& ground, in
             contact.refresh_core.z() -= offset_depth(body, offset_index);
             contact.core_body =
                 rotated_back(body.pose.rotation, contact.refresh_core - body.pose.translation);
+            const SurfaceProperties surface =
+                combined_surface(body, ground, found[i].point_world.x(), found[i].point_world.y());
+            contact.friction = surface.friction;
+            contact.restitution = surface.restitution;
             contacts_.push_back(contact);
         }
     }
     is_same_ = is_same_ && contacts_.size() == previous_contacts_.size();
     // Contacts that were cut off may be nearer than those kept of another part: then nothing is known.
-    is_exhaustive_ = is_complete && !contacts_.empty() && has_ground_around(body, ground);
-    is_reusable_ = is_complete && offset_index == 0 &&
+    is_exhaustive_ = is_complete && !contacts_.empty() && has_ground_around(body, ground, margin_);
+    is_reusable_ = is_complete && offset_index == 0 && reach == 0.0 &&
                    least_gap(0.0, kReusableGap * body.tolerance) >= kReusableGap * body.tolerance;
 }
 
@@ -154,7 +172,7 @@ const GroundContactCache::CachedContact* GroundContactCache::find_previous(
     return nullptr;
 }
 
-void GroundContactCache::update_gaps(const RigidBody& body) {
+void GroundContactCache::follow(const RigidBody& body) {
     for (CachedContact& contact : contacts_) {
         const Eigen::Vector3d core =
             rotated(body.pose.rotation, contact.core_body) + body.pose.translation;
@@ -170,10 +188,15 @@ double GroundContactCache::least_gap(double extra_offset, double limit) const {
     return least;
 }
 
-double GroundContactCache::clear_distance(const RigidBody& body, double extra_offset) const {
+bool GroundContactCache::is_near(const RigidBody& body) const {
+    const double margin = kContactMargin * body.tolerance;
+    return has_contacts() && least_gap(0.0, 2.0 * margin) <= margin;
+}
+
+double GroundContactCache::clear_distance(double extra_offset) const {
     if (is_out_of_reach_) return std::numeric_limits<double>::infinity();
     if (!is_exhaustive_) return 0.0;
-    return kClearShare * least_gap(extra_offset, kContactMargin * body.tolerance) - moved_;
+    return kClearShare * least_gap(extra_offset, margin_) - moved_;
 }
 
 SolverContact GroundContactCache::contact(std::size_t i, const RigidBody& body,
@@ -189,8 +212,8 @@ SolverContact GroundContactCache::contact(std::size_t i, const RigidBody& body,
     contact.rest_gap = kRestGap * body.tolerance;
     contact.target_gap = kSeparationGap * body.tolerance;
     contact.initial_impulse = cached.impulse;
-    contact.friction = body.friction;
-    contact.restitution = body.restitution;
+    contact.friction = cached.friction;
+    contact.restitution = cached.restitution;
     return contact;
 }
 

@@ -43,7 +43,12 @@ public:
     void update(const RigidBody& body, const Ground& ground);
 
     /// Finds the contacts at the body's pose.
-    void refresh(const RigidBody& body, const Ground& ground, int offset_index);
+    /// @param reach contacts are searched farther than the contact margin by this, metres: how far the body may move
+    ///              until the next refresh
+    void refresh(const RigidBody& body, const Ground& ground, int offset_index, double reach = 0.0);
+
+    /// Updates the gaps for a body that has moved since the refresh: each contact keeps its plane.
+    void follow(const RigidBody& body);
 
     /// Empties the cache of a body that cannot come near the ground until the next update.
     void set_out_of_reach();
@@ -62,6 +67,9 @@ public:
 
     bool is_resident() const { return resident_; }
     bool has_contacts() const { return !contacts_.empty(); }
+    bool is_out_of_reach() const { return is_out_of_reach_; }
+    /// Whether the smallest gap is within the contact margin.
+    bool is_near(const RigidBody& body) const;
     std::size_t count() const { return contacts_.size(); }
     /// Whether the last refresh found the same contacts and normals as the one before.
     bool has_same_contacts() const { return is_same_; }
@@ -69,7 +77,7 @@ public:
     double lift() const { return lift_ + moved_; }
     /// Distance that every point of the body may move without coming near an offset surface that is lower by
     /// `extra_offset`, metres: at most half of the smallest gap. <= 0 where that is unknown.
-    double clear_distance(const RigidBody& body, double extra_offset) const;
+    double clear_distance(double extra_offset) const;
 
     /// Smallest gap of the contacts, at most `limit`, if the surface were lower by `extra_offset`, metres.
     double least_gap(double extra_offset, double limit) const;
@@ -95,14 +103,15 @@ private:
         double refresh_gap;            // at the last refresh
         Eigen::Vector3d refresh_core;  // core point at the last refresh, world
         double rounding;
+        double friction, restitution;  // of the body on the ground's surface there
     };
-    void update_gaps(const RigidBody& body);
     const CachedContact* find_previous(const CachedContact& contact) const;
 
     std::vector<CachedContact> contacts_, previous_contacts_, step_start_contacts_;
     Pose refresh_pose_;
     double lift_ = -1.0;
-    double moved_ = 0.0;  // since the refresh: upper bound for every point
+    double moved_ = 0.0;   // since the refresh: upper bound for every point
+    double margin_ = 0.0;  // gap up to which the refresh searched, metres
     bool resident_ = true;
     bool is_reusable_ = false;
     bool is_same_ = false;

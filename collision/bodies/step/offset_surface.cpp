@@ -22,7 +22,7 @@ constexpr double kLeastStopGap = 1e-11;
 /// Casts the rest of a motion after the pieces that the swept test proves clear: usually most of the motion up to a
 /// hit.
 CastAnswer find_hit(const Shape& shape, const Motion& motion, const Ground& ground,
-                    double tolerance) {
+                    double tolerance, HitSearch hits) {
     const auto piece = [&](double from, double share) -> Motion {
         return {motion.at(from), share * motion.translation, share * motion.rotation_vector};
     };
@@ -33,6 +33,11 @@ CastAnswer find_hit(const Shape& shape, const Motion& motion, const Ground& grou
     CastAnswer answer;
     answer.status = QueryStatus::complete;
     if (clear == 1.0) return answer;
+    if (clear > 0.0 && hits == HitSearch::stop_at_proved) {
+        answer.hit = true;
+        answer.fraction = clear;
+        return answer;
+    }
     answer = cast(shape, piece(clear, 1.0 - clear), ground,
                   {.tolerance = tolerance, .skip_separating = true});
     answer.fraction = clear + answer.fraction * (1.0 - clear);
@@ -45,7 +50,7 @@ OffsetSurface make_offset_surface(const RigidBody& body, const GroundContactCach
                                   int index) {
     const double extra_offset = offset_depth(body, index) - offset_depth(body, from);
     const double gap = cache.least_gap(extra_offset, 2.0 * kStopGap * body.tolerance);
-    return {index, std::max(kLeastStopGap, 0.5 * gap), cache.clear_distance(body, extra_offset)};
+    return {index, std::max(kLeastStopGap, 0.5 * gap), cache.clear_distance(extra_offset)};
 }
 
 // The lift decreases by exactly the depth of the offset surface, so one contact query serves all surfaces.
@@ -66,9 +71,10 @@ bool is_too_deep(const RigidBody& body, const GroundContactCache& cache) {
     return first_clear_offset(body, cache) == kOffsetCount;
 }
 
-bool is_swept_sphere_clear(const RigidBody& body, const Ground& ground, double duration) {
+bool is_swept_sphere_clear(const RigidBody& body, const Ground& ground,
+                           const Eigen::Vector3d& displacement) {
     const LocalGround local(ground, body.pose.translation);
-    const Eigen::Vector3d half_move = 0.5 * duration * body.velocity.linear;
+    const Eigen::Vector3d half_move = 0.5 * displacement;
     const Eigen::Vector3d centre = local.to_local(body.pose.translation) + half_move;
     const Eigen::Vector3d half =
         half_move.cwiseAbs() + Eigen::Vector3d::Constant(body.radius + body.tolerance);
@@ -77,7 +83,7 @@ bool is_swept_sphere_clear(const RigidBody& body, const Ground& ground, double d
 }
 
 MoveAnswer advance(RigidBody& body, const Ground& ground, const Twist& displacement,
-                   OffsetSurface& surface) {
+                   OffsetSurface& surface, HitSearch hits) {
     const Motion motion{body.pose, displacement.linear, displacement.angular};
     const Pose end = motion.at(1.0);
     MoveAnswer answer;
@@ -95,7 +101,7 @@ MoveAnswer advance(RigidBody& body, const Ground& ground, const Twist& displacem
         path.translation =
             part_pose(part, end).translation - part_pose(part, body.pose).translation;
         if (!is_sphere) path.rotation_vector = displacement.angular;
-        const CastAnswer hit = find_hit(part.shape, path, ground, surface.stop_gap);
+        const CastAnswer hit = find_hit(part.shape, path, ground, surface.stop_gap, hits);
         if (hit.status == QueryStatus::not_resident || hit.status == QueryStatus::invalid) {
             return {.resident = false, .hit = false, .fraction = 0.0};
         }

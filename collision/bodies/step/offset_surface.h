@@ -27,9 +27,15 @@ int first_clear_offset(const RigidBody& body, const GroundContactCache& cache);
 /// Whether the body penetrates all offset surfaces.
 bool is_too_deep(const RigidBody& body, const GroundContactCache& cache);
 
-/// Conservative swept test: true only if the box around the bounding sphere's sweep over `duration` seconds is above
-/// all ground below it, so that no rotation brings the body near the ground.
-bool is_swept_sphere_clear(const RigidBody& body, const Ground& ground, double duration);
+/// Conservative swept test: true only if the box around the bounding sphere's sweep along a displacement is above all
+/// ground below it, so that no rotation brings the body near the ground.
+bool is_swept_sphere_clear(const RigidBody& body, const Ground& ground,
+                           const Eigen::Vector3d& displacement);
+
+enum class HitSearch {
+    cast_rest,       ///< the rest of the displacement is cast: the hit is where the body touches
+    stop_at_proved,  ///< the end of the proved part counts as a hit, unless nothing is proved
+};
 
 struct MoveAnswer {
     bool resident = true;
@@ -40,8 +46,9 @@ struct MoveAnswer {
 /// Moves a body by a displacement until it reaches the stop gap of the offset surface. Most displacements are proved
 /// clear, the others are cast. The only function that changes the pose of a stepped body, except the recovery of one
 /// that was placed too deep.
+/// @param hits what is done where only a part of the displacement is proved clear
 MoveAnswer advance(RigidBody& body, const Ground& ground, const Twist& displacement,
-                   OffsetSurface& surface);
+                   OffsetSurface& surface, HitSearch hits = HitSearch::cast_rest);
 
 /// Updates the cache and moves a body against the first offset surface that it is clear of. One that is too deep does
 /// not move: step_body() recovers it.

@@ -48,7 +48,7 @@ ClosestPair find_closest_in_column(const LocalHull& hull, const Eigen::Vector3d&
         points[i] = triangle.v[i] - origin;
         low = std::min(low, points[i][2]);
     }
-    // So far below both that the closest points are not there.
+    // The prism's bottom is placed low enough not to affect the closest points.
     low -= 1.0 + length(hull.bounds);
     for (std::size_t i = 0; i < 3; ++i) {
         points[i + 3] = points[i];

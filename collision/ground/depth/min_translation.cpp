@@ -84,8 +84,7 @@ Eigen::Vector3d shorten(const LocalGround& local, const LocalBody& body, Eigen::
             const LocalShape shape = body.part(lift.part, hull);
             LocalShape moved = shape;
             moved.centre += d;
-            // Of the planes that separate the column from the shape moved by d, the one that asks for the shortest
-            // translation.
+            // The plane that separates the column from the shape moved by d with the shortest translation.
             Separation best;
             const auto take = [&](const Eigen::Vector3d& n, double gap) {
                 if (gap < -kSeparatedLift) return;

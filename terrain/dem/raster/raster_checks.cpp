@@ -41,12 +41,12 @@ Result<void> check_band(const std::string& raster, GDALRasterBand& band) {
     const GDALDataType type = band.GetRasterDataType();
     if (GDALDataTypeIsComplex(type) != 0) {
         return refuse(raster, std::string("has complex numbers (") + GDALGetDataTypeName(type) +
-                                  ") in its first band, real heights are needed");
+                                  ") in its first band, real numbers are needed");
     }
     const double scale = band.GetScale(), offset = band.GetOffset();
     if (!std::isfinite(scale) || scale == 0.0 || !std::isfinite(offset)) {
         return refuse(raster, "has a scale of " + text(scale) + " and an offset of " +
-                                  text(offset) + ", which make no heights");
+                                  text(offset) + ", which make no numbers");
     }
     return {};
 }
@@ -93,15 +93,15 @@ Result<void> check_longitudes(const std::string& raster, double west, double eas
 }
 
 Result<void> check_memory(const std::string& raster, int columns, int rows, double needed_bytes,
-                          std::size_t limit_bytes) {
+                          std::size_t limit_bytes, const char* setting) {
     if (needed_bytes <= static_cast<double>(limit_bytes)) return {};
     constexpr double kMebibyte = 1024.0 * 1024.0;
     char numbers[160];
     std::snprintf(numbers, sizeof numbers,
                   "of %d x %d samples needs %.6g MiB of memory, the limit is %.6g MiB", columns,
                   rows, needed_bytes / kMebibyte, static_cast<double>(limit_bytes) / kMebibyte);
-    return fail(ErrorCode::out_of_memory, "raster \"" + raster + "\" " + numbers +
-                                              " (DemSettings::memory_bytes, --dem-memory-mb)");
+    return fail(ErrorCode::out_of_memory,
+                "raster \"" + raster + "\" " + numbers + " (" + setting + ")");
 }
 
 }  // namespace terrane::internal

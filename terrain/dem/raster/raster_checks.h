@@ -23,7 +23,7 @@ inline constexpr double kMostCellRatio = 32.0;
 ///        blocks
 Result<void> check_is_file(const std::string& raster);
 
-/// Fails: bad_data for complex numbers, and for a scale or offset that is not finite or gives no heights
+/// Fails: bad_data for complex numbers, and for a scale or offset that is not finite or gives no numbers
 Result<void> check_band(const std::string& raster, GDALRasterBand& band);
 
 /// Fails: bad_data for coefficients that are not finite, and cells without area
@@ -39,7 +39,10 @@ Result<void> check_cells(const std::string& raster, const DemInfo& info);
 Result<void> check_longitudes(const std::string& raster, double west, double east, double cell);
 
 /// Fails: out_of_memory if a raster needs more than the limit
+///
+/// @param setting  what the limit is called where it is set
 Result<void> check_memory(const std::string& raster, int columns, int rows, double needed_bytes,
-                          std::size_t limit_bytes);
+                          std::size_t limit_bytes,
+                          const char* setting = "DemSettings::memory_bytes, --dem-memory-mb");
 
 }  // namespace terrane::internal

@@ -97,12 +97,14 @@ void RasterReader::CloseDataset::operator()(GDALDataset* dataset) const {
 
 RasterReader::~RasterReader() { warped_.reset(); }
 
-Result<std::unique_ptr<RasterReader>> RasterReader::open(const std::string& path) {
+Result<std::unique_ptr<RasterReader>> RasterReader::open(const std::string& path,
+                                                         RasterNumbers numbers) {
     if (auto checked = check_is_file(path); !checked) return tl::unexpected(checked.error());
     register_drivers();
     const QuietGdal quiet;
     std::unique_ptr<RasterReader> reader(new RasterReader);
     reader->path_ = path;
+    reader->numbers_ = numbers;
     reader->file_.reset(
         GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY | GDAL_OF_VERBOSE_ERROR));
     if (!reader->file_) {
@@ -114,7 +116,7 @@ Result<std::unique_ptr<RasterReader>> RasterReader::open(const std::string& path
     }
     GDALRasterBand& band = *reader->file_->GetRasterBand(1);
     if (auto checked = check_band(path, band); !checked) return tl::unexpected(checked.error());
-    reader->find_height_unit(band);
+    reader->find_scale(band);
     if (auto straight = reader->straighten(); !straight) {
         return tl::unexpected(straight.error());
     }
@@ -122,12 +124,12 @@ Result<std::unique_ptr<RasterReader>> RasterReader::open(const std::string& path
     return reader;
 }
 
-Result<std::unique_ptr<RasterReader>> RasterReader::open(const std::string& path,
-                                                         double patience_s) {
+Result<std::unique_ptr<RasterReader>> RasterReader::open(const std::string& path, double patience_s,
+                                                         RasterNumbers numbers) {
     GuardedCalls calls(patience_s);
     using Opened = Result<std::unique_ptr<RasterReader>>;
     const auto opened = std::make_shared<Opened>();
-    const bool answered = calls.run([opened, path] { *opened = open(path); });
+    const bool answered = calls.run([opened, path, numbers] { *opened = open(path, numbers); });
     if (!answered) return stopped_answering(path, patience_s);
     return std::move(*opened);
 }
@@ -140,7 +142,10 @@ tl::unexpected<Error> stopped_answering(const std::string& path, double patience
                                           seconds + " s");
 }
 
-void RasterReader::find_height_unit(GDALRasterBand& band) {
+void RasterReader::find_scale(GDALRasterBand& band) {
+    scale_ = band.GetScale();
+    offset_ = band.GetOffset();
+    if (numbers_ == RasterNumbers::plain) return;
     double metres = metres_of_unit(band.GetUnitType());
     if (metres == 0.0) {
         metres = 1.0;
@@ -149,8 +154,8 @@ void RasterReader::find_height_unit(GDALRasterBand& band) {
             metres = crs->GetTargetLinearUnits("COMPD_CS|VERT_CS");
         }
     }
-    scale_ = band.GetScale() * metres;
-    offset_ = band.GetOffset() * metres;
+    scale_ *= metres;
+    offset_ *= metres;
 }
 
 Result<void> RasterReader::straighten() {
@@ -165,8 +170,10 @@ Result<void> RasterReader::straighten() {
     band_ = dataset->GetRasterBand(1);
     if (rotated || (!placed && dataset->GetGCPCount() > 0)) {
         std::vector<std::string> words = {
-            "-of", "VRT",      "-ot",        has_float_numbers() ? "Float32" : "Float64",
-            "-r",  "bilinear", "-dstnodata", "nan"};
+            "-of",        "VRT",
+            "-ot",        has_float_numbers() ? "Float32" : "Float64",
+            "-r",         numbers_ == RasterNumbers::plain ? "near" : "bilinear",
+            "-dstnodata", "nan"};
         std::vector<char*> arguments;
         for (std::string& word : words) arguments.push_back(word.data());
         arguments.push_back(nullptr);
@@ -184,7 +191,7 @@ Result<void> RasterReader::straighten() {
     }
     info_.columns = dataset->GetRasterXSize();
     info_.rows = dataset->GetRasterYSize();
-    if (info_.columns < 2 || info_.rows < 2) {
+    if (numbers_ == RasterNumbers::heights && (info_.columns < 2 || info_.rows < 2)) {
         return fail(ErrorCode::bad_data,
                     "raster " + in_quotes(path_) + " has " + std::to_string(info_.columns) + " x " +
                         std::to_string(info_.rows) + " samples, at least 2 x 2 are needed");
@@ -249,13 +256,18 @@ bool RasterReader::has_float_numbers() const {
            (GDALDataTypeIsInteger(type) != 0 && GDALGetDataTypeSizeBits(type) <= kWholeNumberBits);
 }
 
-Error RasterReader::too_high(double height, int file_column, int file_row) const {
-    std::array<char, 200> text{};
-    std::snprintf(
-        text.data(), text.size(),
-        " has a height of %.6g m in column %d, row %d of the file (both from 0), possible are "
-        "%.3g to %.3g m; is it a nodata value that the file does not declare?",
-        height, file_column, file_row, -kMostHeight, kMostHeight);
+std::string RasterReader::place_in_file(int column, int row) const {
+    return "column " + std::to_string(columns_go_west_ ? info_.columns - 1 - column : column) +
+           ", row " + std::to_string(rows_go_north_ ? row : info_.rows - 1 - row) +
+           " of the file (both from 0)";
+}
+
+Error RasterReader::too_high(double height, int column, int row) const {
+    std::array<char, 240> text{};
+    std::snprintf(text.data(), text.size(),
+                  " has a height of %.6g m in %s, possible are "
+                  "%.3g to %.3g m; is it a nodata value that the file does not declare?",
+                  height, place_in_file(column, row).c_str(), -kMostHeight, kMostHeight);
     return {ErrorCode::bad_data, "raster " + in_quotes(path_) + text.data()};
 }
 
@@ -289,13 +301,14 @@ Result<void> RasterReader::read(int column, int row, int columns, int rows,
                 static_cast<std::size_t>(from_c);
             const std::size_t to = static_cast<std::size_t>(r) * static_cast<std::size_t>(columns) +
                                    static_cast<std::size_t>(c);
-            const double metres = values[from] * scale_ + offset_;
+            const double number = values[from] * scale_ + offset_;
             const bool is_valid =
                 (valid.empty() || valid[from] != 0) && std::isfinite(values[from]);
-            if (is_valid && !(std::fabs(metres) <= kMostHeight)) {
-                return tl::unexpected(too_high(metres, file_column + from_c, file_row + from_r));
+            if (is_valid && numbers_ == RasterNumbers::heights &&
+                !(std::fabs(number) <= kMostHeight)) {
+                return tl::unexpected(too_high(number, column + c, row + r));
             }
-            heights_out[to] = is_valid ? metres : std::numeric_limits<double>::quiet_NaN();
+            heights_out[to] = is_valid ? number : std::numeric_limits<double>::quiet_NaN();
         }
     }
     return {};

@@ -13,19 +13,26 @@ class GDALRasterBand;
 
 namespace terrane::internal {
 
-/// The first band of a raster, converted to metres on a grid in metres. Rows run from south to north, whatever their
-/// order in the file.
+/// What the numbers of a raster stand for.
+enum class RasterNumbers {
+    heights,  ///< in metres, or in another unit that is converted; a rotated raster is interpolated between samples
+    plain,    ///< without a unit, possibly codes; a rotated raster gets the nearest sample
+};
+
+/// The first band of a raster on a grid in metres. Rows run from south to north, whatever their order in the file.
 class RasterReader {
 public:
     /// Opens anything that GDAL opens. Rotated rasters are read through GDAL's warped, unrotated view.
     ///
-    /// Fails: io if GDAL cannot open it; bad_data if there are less than 2 x 2 samples or the
+    /// Fails: io if GDAL cannot open it; bad_data if there are less than 2 x 2 heights or the
     ///        geometry is invalid
-    static Result<std::unique_ptr<RasterReader>> open(const std::string& path);
+    static Result<std::unique_ptr<RasterReader>> open(
+        const std::string& path, RasterNumbers numbers = RasterNumbers::heights);
     /// The same on a thread of its own, with a timeout.
     ///
     /// Fails: as open(); timed_out
-    static Result<std::unique_ptr<RasterReader>> open(const std::string& path, double patience_s);
+    static Result<std::unique_ptr<RasterReader>> open(
+        const std::string& path, double patience_s, RasterNumbers numbers = RasterNumbers::heights);
     ~RasterReader();
     RasterReader(const RasterReader&) = delete;
     RasterReader& operator=(const RasterReader&) = delete;
@@ -36,9 +43,12 @@ public:
     /// Whether the file's first row is the southernmost.
     bool rows_go_north() const { return rows_go_north_; }
 
-    /// Reads a window: scale, offset and unit applied; NaN: no data.
+    /// Where a sample is in the file, for messages: "column 7, row 19 of the file (both from 0)".
+    std::string place_in_file(int column, int row) const;
+
+    /// Reads a window: scale and offset applied, of heights also the unit; NaN: no data.
     ///
-    /// @param heights_out [rows * columns] metres, from the south-west
+    /// @param heights_out [rows * columns] metres or plain numbers, from the south-west
     ///
     /// Fails:   io; bad_data if a height is beyond kMostHeight
     /// Threads: any; one reads at a time
@@ -59,10 +69,11 @@ private:
     RasterReader() = default;
     Result<void> find_place();
     Result<void> straighten();
-    void find_height_unit(GDALRasterBand& band);
-    Error too_high(double height, int file_column, int file_row) const;
+    void find_scale(GDALRasterBand& band);
+    Error too_high(double height, int column, int row) const;
 
     std::string path_;
+    RasterNumbers numbers_ = RasterNumbers::heights;
     DemInfo info_;
     std::unique_ptr<GDALDataset, CloseDataset> file_;
     std::unique_ptr<GDALDataset, CloseDataset> warped_;  ///< of file_; closed before it

@@ -97,7 +97,7 @@ private:
         return odd(index) ? index : index - 1;
     }
     int cells(std::int64_t corner, std::int64_t first, int samples, bool with_vertices) const {
-        // a centre on the far side wants the midpoint beyond it, and that a cell more
+        // The last centre needs one more midpoint, which needs one more cell.
         const int last = with_vertices ? samples | 1 : samples - 1;
         const int count = static_cast<int>(corner / step_ - first) + last;
         return count + (count & 1);

@@ -16,7 +16,7 @@ struct SpacingBounds {
     double centre = 0.0;    ///< half squares of side 2 s: the diamond of a centre of spacing s
     double midpoint = 0.0;  ///< their halves: the diamond of a midpoint of spacing s
     double cell = 0.0;      ///< half cells of side s
-    /// Beyond what samples of spacing s / 4 say.
+    /// Interpolation error between samples of spacing s / 4.
     double fine = 0.0;
 };
 
@@ -24,10 +24,9 @@ struct SpacingBounds {
 struct MeshSamples {
     /// Heights of a grid.
     std::function<void(const SampleGrid& grid, std::span<double> heights_out)> heights;
-    /// Samples that nearly say what the heights are, of a grid that is addressed in quarters of the
-    /// finest spacing (corner and step): the true height is within the radius of the centre, and in
-    /// between within their linear interpolation over the triangles of this spacing, but for
-    /// SpacingBounds::fine.
+    /// Sampled intervals (centre and radius) that contain the heights of a grid, which is addressed in quarters of
+    /// the finest spacing (corner and step). Between the samples the height is within the linear interpolation of
+    /// the intervals over the triangles of this spacing, widened by SpacingBounds::fine.
     ///
     /// @param radii_out  empty where has_radii is false: they are all zero
     std::function<void(const SampleGrid& grid, std::span<double> centres_out,

@@ -10,8 +10,8 @@
 
 namespace terrane {
 
-/// Rows of numbers of which every kParts-th ones lie side by side, with room for a group of cells
-/// read past them.
+/// Rows of numbers, de-interleaved into kParts runs with stride kParts, with padding for a group of cells
+/// read past their end.
 template <unsigned kParts>
 class SplitRows {
 public:

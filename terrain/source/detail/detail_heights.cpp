@@ -185,7 +185,7 @@ public:
     HeightInterval interval(const WorldRect& rect) const override {
         const HeightInterval base = base_->interval(rect);
         const double own = amplitude_.over(rect).most * unit_bounds_.sup() * kOutward;
-        // half an ulp for the sum, which own's own rounding may be too small to cover
+        // Half an ulp for the sum: the rounding of `own` may be too small to cover it.
         const double slack = own > 0.0 ? 0x1p-50 * (std::abs(base.low) + std::abs(base.high)) : 0.0;
         return {base.low - own - slack, base.high + own + slack};
     }

@@ -12,17 +12,16 @@ namespace terrane {
 
 class FractalSurface;
 
-/// Bounds of a fractal's heights by its first octaves, its head. Where they sum to L and
-/// leave the weight w (1 where the kind has none) the height lies within
+/// Bounds of a fractal's heights by its leading octaves, the head. Let L be their sum and w the weight that they
+/// give the octaves after them (1 where the kind has none). The height lies within
 ///
 ///   L + centre + centre_slope w  +-  (radius + radius_slope w)
 ///
-/// and over a right triangle the height leaves what these two are, interpolated linearly between its
-/// corners, by at most `bend` more. That covers what its first octaves do not say between samples of
-/// twice the step.
+/// and over a right triangle within the linear interpolation of these limits between its corners, widened by
+/// `bend`: the interpolation error of the leading octaves between samples of twice the step.
 struct FractalHead {
     int octave_count = 0;
-    int coarse_count = 0;  ///< of which twice the step is enough for
+    int coarse_count = 0;  ///< leading octaves that are sampled at twice the step
     double centre = 0.0, centre_slope = 0.0;
     double radius = 0.0, radius_slope = 0.0;
     double bend = 0.0;
@@ -32,7 +31,8 @@ struct FractalHead {
 /// rounding of the computed heights themselves.
 class FractalBounds {
 public:
-    /// How far a function can move within a distance: fractal_bounds.cpp says what of.
+    /// Variation of a function within a distance: its spread, and its error of linear interpolation (bend).
+    /// fractal_bounds.cpp says of which functions.
     struct Deviation {
         double spread = 0.0;
         double bend = 0.0;

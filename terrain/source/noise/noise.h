@@ -17,7 +17,7 @@ inline constexpr double kNoiseCurvature = 9.3;
 /// A good 64-bit hash: every bit of the result depends on every bit of the argument.
 std::uint64_t mix64(std::uint64_t value);
 
-/// Octave number `octave` of the noise that `seed` names.
+/// Hash keys of one octave of the noise of a seed.
 struct NoiseKeys {
     std::uint64_t x = 0;
     std::uint64_t y = 0;

@@ -51,7 +51,7 @@ struct NoiseNodes {
 
 /// Groups of lanes that find their nodes in one go: one group, or as many as lie in one cell.
 struct NoiseRun {
-    int first;     ///< node from which on a near run's nodes lie
+    int first;     ///< first node of a near run
     int end;       ///< column
     bool is_near;  ///< lower and upper nodes are among as many as there are lanes, else anywhere
 };

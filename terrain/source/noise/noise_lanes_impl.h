@@ -99,7 +99,7 @@ FadePair fade(Doubles s, Doubles t) {
 
 /// The lanes of a register that make_lanes() names, or pick_next() the ones above them.
 Doubles pick(Doubles from, Words lanes) {
-    // masked by nothing: the plain one makes g++ 12 warn of what it leaves undefined
+    // All lanes enabled: the unmasked intrinsic triggers a warning of g++ 12.
     return _mm512_maskz_permutexvar_pd(0xff, __builtin_bit_cast(__m512i, lanes), from);
 }
 Doubles pick_next(Doubles from, Words lanes) { return pick(from, lanes + 1); }

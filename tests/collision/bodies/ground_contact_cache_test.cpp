@@ -46,15 +46,15 @@ TEST(GroundContactCache, PromisesNothingWhereContactsWereCutOff) {
     GroundContactCache cache;
     cache.update(body, ground);
     ASSERT_EQ(cache.count(), GroundContactCache::kMaxCount);
-    EXPECT_LE(cache.clear_distance(body, 0.0), 0.0);
+    EXPECT_LE(cache.clear_distance(0.0), 0.0);
 
     // With room for all contacts the distance is known.
     const RigidBody smaller = make_body(std::span(parts).last(9), 4.3, pose);
     cache.invalidate();
     cache.update(smaller, ground);
     ASSERT_EQ(cache.count(), 9u);
-    EXPECT_GT(cache.clear_distance(smaller, 0.0), 0.0);
-    EXPECT_LT(cache.clear_distance(smaller, 0.0), 0.001);
+    EXPECT_GT(cache.clear_distance(0.0), 0.0);
+    EXPECT_LT(cache.clear_distance(0.0), 0.001);
 }
 
 // No motion within the clear distance, in any direction and with any rotation, hits the offset surface; nor after the
@@ -81,7 +81,7 @@ TEST(GroundContactCache, IsKeptByEveryMotionThatItPromises) {
         cache.update(body, ground);
         body.pose.translation += random.between(0.0, 0.0003) * random.direction();
         cache.update(body, ground);
-        const double clear_distance = cache.clear_distance(body, 0.0);
+        const double clear_distance = cache.clear_distance(0.0);
         if (!(clear_distance > 0.0)) continue;
         ++promised;
         const double share = random.between(0.0, 1.0);

@@ -48,12 +48,9 @@ TEST(Islands, AreWhatTouchesThroughBodiesThatMove) {
         islands.build(links, moves);
 
         const std::vector<std::uint32_t> lowest = flood(links, moves);
-        std::vector<std::uint32_t> touching;
+        std::vector<std::uint32_t> moving;
         for (std::uint32_t i = 0; i < moves.size(); ++i) {
-            const bool touches = std::any_of(links.begin(), links.end(), [&](const BodyPair& link) {
-                return link.a == i || link.b == i;
-            });
-            if (moves[i] != 0 && touches) touching.push_back(i);
+            if (moves[i] != 0) moving.push_back(i);
         }
         std::vector<std::uint32_t> bodies;
         std::size_t link_count = 0;
@@ -74,7 +71,7 @@ TEST(Islands, AreWhatTouchesThroughBodiesThatMove) {
             link_count += islands.links(island).size();
         }
         std::sort(bodies.begin(), bodies.end());
-        EXPECT_EQ(bodies, touching);
+        EXPECT_EQ(bodies, moving);
         EXPECT_EQ(link_count, links.size());
     }
 }

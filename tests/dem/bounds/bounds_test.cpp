@@ -209,6 +209,10 @@ struct Case {
     double finest_spacing;
 };
 
+void PrintTo(const Case& tested, std::ostream* out) {
+    *out << tested.name << " at " << tested.finest_spacing << " m";
+}
+
 class DemBounds : public testing::TestWithParam<Case> {
 protected:
     void SetUp() override {

@@ -137,6 +137,8 @@ struct Kind {
     int seeds;
 };
 
+void PrintTo(const Kind& kind, std::ostream* out) { *out << kind.name; }
+
 class DamagedFile : public testing::TestWithParam<Kind> {
 protected:
     std::string whole() const {

@@ -114,7 +114,8 @@ Ground make_test_ground(std::function<double(double, double)> height,
             chunks.push_back(*chunk);
         }
     }
-    return Ground(std::make_shared<const ResidentSet>(lattice, extent, std::move(chunks), 1), 0);
+    return Ground(std::make_shared<const ResidentSet>(lattice, extent, std::move(chunks), 1), 0,
+                  settings.surface);
 }
 
 Ground make_test_ground(std::function<double(double, double)> height, double spacing, int roots) {

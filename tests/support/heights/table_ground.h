@@ -20,6 +20,7 @@ struct TableGroundSettings {
     float bound = 0.0f;           ///< every bound of the source
     std::function<bool(double, double)> is_outside{};  ///< of a cell's centre; none: all is ground
     std::function<bool(int, int)> is_resident{};  ///< of a root by column and row; none: all are
+    std::shared_ptr<const SurfaceMap> surface{};  ///< null: none
 };
 
 /// Ground over an analytic height, every chunk resident unless the settings say otherwise. Level 0

@@ -32,6 +32,10 @@ struct Case {
     SourceLaw law;
 };
 
+void PrintTo(const Case& tested, std::ostream* out) {
+    *out << name_of(tested.law) << " by " << tested.factor;
+}
+
 class CheckSource : public testing::TestWithParam<Case> {};
 INSTANTIATE_TEST_SUITE_P(Breaches, CheckSource,
                          testing::Values(Case{Breach::vertex_bounds, 0.99, SourceLaw::vertex_bound},

@@ -61,7 +61,7 @@ struct Chunk {
         float max_cell_bound = 0.0f;    ///< largest bound of its cells, metres
     };
     std::array<Area, kChunkAreas * kChunkAreas> areas{};  ///< row by row from the south-west
-    /// Largest cell bound of each quadrant, metres: the error that the child there can improve on.
+    /// Largest cell bound of each quadrant, metres: the error that loading the child there can reduce.
     std::array<float, 4> quadrant_bound{};
 
     /// Lowest and highest sample of the aligned square of 1 << log2_side cells along the side, 0 to 7, that

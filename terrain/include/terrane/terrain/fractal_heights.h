@@ -27,9 +27,8 @@ struct FractalSettings {
     double amplitude = 800.0;             ///< of the first octave, metres, 0 to 1e5
     int wavelength_log2 = 12;  ///< the first octave's wavelength is 2^this metres; 0 to 24
     double gain = 0.5;         ///< amplitude ratio of successive octaves, > 0 to 1
-    /// Ridged and hybrid: how much of an octave's amplitude hangs on the height of the octave
-    /// before it, 0 (nothing) to 1 (all of it: beside a deep valley's floor everything finer is
-    /// flat).
+    /// Ridged and hybrid: share of an octave's amplitude that depends on the value of the previous
+    /// octave, 0 (none) to 1 (all: beside a deep valley's floor all finer octaves vanish).
     double heterogeneity = 0.75;
     /// Ridged: a crest is round where the noise is within this share of its range around zero, 1/64
     /// to 1. Sharper crests need finer triangles: curvature grows with the inverse.

@@ -3,9 +3,11 @@
 
 #include <terrane/terrain/math.h>
 #include <terrane/terrain/resident_set.h>
+#include <terrane/terrain/surface.h>
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 
 namespace terrane {
@@ -65,12 +67,17 @@ struct RangeAnswer {
     std::int32_t high = 0;
 };
 
-/// The contact surface: the resident triangles of one level, independent of what is drawn. Immutable, cheap to copy.
-/// Threads: any number.
+/// The contact surface: the resident triangles of one level, independent of what is drawn, and what they are made of.
+/// Immutable, cheap to copy.
+///
+/// Threads: any number
 class Ground {
 public:
     /// Requires 0 <= contact_level <= finest level of the set's lattice.
-    Ground(std::shared_ptr<const ResidentSet> resident, int contact_level);
+    ///
+    /// @param surface_map friction, restitution and material by place; null: none
+    Ground(std::shared_ptr<const ResidentSet> resident, int contact_level,
+           std::shared_ptr<const SurfaceMap> surface_map = nullptr);
 
     /// Lattice and extent of the source; the level that answers.
     const Lattice& lattice() const { return resident_->lattice(); }
@@ -101,6 +108,15 @@ public:
     /// on it counts. `not_resident` if absent ground comes before any hit.
     RayAnswer ray(const WorldPos& from_world, const WorldPos& to_world) const;
 
+    /// The surface properties at a place: SurfaceMap::at(), whether there is ground or not; nothing without a map.
+    /// Allocates: nothing, unless the map's function does
+    std::optional<SurfaceProperties> surface(double x, double y) const {
+        if (surface_map_ == nullptr) return std::nullopt;
+        return surface_map_->at(x, y);
+    }
+    /// The map that surface() asks, or null.
+    const std::shared_ptr<const SurfaceMap>& surface_map() const { return surface_map_; }
+
 private:
     friend class GroundReader;
     class RayWalk;
@@ -126,6 +142,7 @@ private:
     bool height_over(const CellPoint& point, HeightAnswer& answer) const;
 
     std::shared_ptr<const ResidentSet> resident_;
+    std::shared_ptr<const SurfaceMap> surface_map_;
     int level_ = 0;
     std::int64_t step_ = 1;
     double spacing_ = 1.0;

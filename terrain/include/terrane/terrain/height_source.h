@@ -44,8 +44,8 @@ struct WorldRect {
 /// square of side 2s (both odd multiples), or the *midpoint* of such a square's edge. It splits the
 /// edge between its ends: a midpoint's ends are its two neighbours at distance s along that edge; a
 /// centre's are the two corners of its square whose index sum, in units of 2s, is even. Its *diamond*
-/// is the two triangles that share that edge. Its *children* are the vertices that split the
-/// diamond's halves' halves: of a centre of spacing s the four midpoints of spacing s on its
+/// is the two triangles that share that edge. Its *children* are the vertices of the next
+/// level of bisection inside the diamond: of a centre of spacing s the four midpoints of spacing s on its
 /// square's edges, of a midpoint of spacing s the four (two on a border) centres of spacing s / 2
 /// of the squares of side s around it.
 ///
@@ -55,7 +55,7 @@ struct WorldRect {
 /// even index sum (indices in units of s). Bounds are pure functions of the address, rounded outward, and
 /// nested within a spacing: a centre's are at least those of its midpoints (theirs, of fractals, at
 /// least those of the cells around). To the next spacing they are nested too, but for fractals: there
-/// a few centres have up to 1.5 times as much as the midpoints whose children they are.
+/// a few centres have bounds of up to 1.5 times those of their parent midpoints.
 ///
 /// Everything that Terrane certifies depends on these laws. check_source() in check_source.h checks them by
 /// sampling; docs/height_source.md shows how to write a source.

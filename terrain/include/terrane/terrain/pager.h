@@ -105,16 +105,16 @@ enum class TicketState {
 /// Keeps the chunks resident that cameras draw and bodies touch, under a hard ceiling of bytes.
 ///
 /// Needs. The motion of a camera is predicted from its position, view direction, velocity and turn rates, or given
-/// by its trajectory; so each chunk has a time at which it is needed first. A turn is trusted for as long as it has
-/// lasted, and less after recent wrong predictions; what a camera may turn to is speculation, of lower priority the
-/// farther outside the view it lies. Bodies need the ground along their predicted motion.
+/// by its trajectory; so each chunk has a time at which it is needed first. A turn is extrapolated for as long as it
+/// has lasted so far, and less after recent wrong predictions; what a camera may turn to is speculation, of lower
+/// priority the farther outside the view it lies. Bodies need the ground along their predicted motion.
 ///
 /// Loads. Priority: roots, contact, drawing, speculation; within a class late needs first, by the error that they
 /// leave, then the others by slack: the time until the need minus the expected load time. Chunks to be drawn are
 /// loaded up to a second ahead, earlier only if there would be too much to load then. A load that cannot arrive
 /// before its need ends is not begun, and one whose need has ended is cancelled. Speculation uses idle slots,
-/// evicts nothing, and reads at most a seventh of all bytes in vain. Failed loads are retried after 0.1 s, then after
-/// twice as long each time, up to 10 s.
+/// evicts nothing, and its unused reads are at most a seventh of all bytes. Failed loads are retried after 0.1 s,
+/// then after twice as long each time, up to 10 s.
 ///
 /// Ceiling. Bytes are claimed before a load begins. Where not everything fits, the chunks needed last are evicted
 /// first, and the picture is coarser everywhere rather than missing somewhere. A share is reserved for contact.

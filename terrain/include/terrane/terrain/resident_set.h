@@ -51,7 +51,7 @@ public:
         }
     };
 
-    /// Indices in chunks() of the relatives of a chunk, or kNone.
+    /// Indices in chunks() of a chunk's parent, children and neighbours, or kNone.
     struct Links {
         std::int32_t parent = kNone;  ///< index of the parent, or kNone
         std::array<std::int32_t, 4> child{kNone, kNone, kNone, kNone};  ///< by quadrant

@@ -72,7 +72,7 @@ struct TriangulatorSettings {
 
 /// Continuous level of detail over resident chunks, by longest-edge bisection.
 ///
-/// Guarantees, checked by tests/terrain/triangulator_test.cpp:
+/// Guarantees, checked by tests/terrain/lod/triangulator_test.cpp:
 ///   - never more than triangle_budget triangles;
 ///   - conforming: every inner edge belongs to exactly two triangles, whatever is resident;
 ///   - error_px is an upper bound on the screen error of the displayed surface, measured by brute force;

@@ -3,6 +3,7 @@
 
 #include "source/fractal/fractal_surface.h"
 #include "source/noise/noise.h"
+#include "support/fractal_kind_name.h"
 #include "support/random.h"
 
 #include <gtest/gtest.h>
@@ -19,9 +20,7 @@ namespace fractal_bounds_test {
 constexpr std::uint64_t kSeed = 51;
 
 class FractalBoundsOfKind : public testing::TestWithParam<FractalKind> {};
-INSTANTIATE_TEST_SUITE_P(Kinds, FractalBoundsOfKind,
-                         testing::Values(FractalKind::fbm, FractalKind::ridged, FractalKind::hybrid,
-                                         FractalKind::warped));
+INSTANTIATE_TEST_SUITE_P(Kinds, FractalBoundsOfKind, test::kAllFractalKinds);
 
 /// @param strong  whether what a kind adds to a sum of octaves is as strong as it can be
 FractalSettings rough(FractalKind kind, std::uint64_t seed, bool strong = false) {

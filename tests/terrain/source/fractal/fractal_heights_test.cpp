@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "support/fractal_kind_name.h"
 #include "support/random.h"
 #include "terrain/source/bound_checks.h"
 
@@ -38,9 +39,7 @@ FractalSettings rough(FractalKind kind = FractalKind::fbm) {
 
 /// What every kind promises.
 class FractalHeightsOfKind : public testing::TestWithParam<FractalKind> {};
-INSTANTIATE_TEST_SUITE_P(Kinds, FractalHeightsOfKind,
-                         testing::Values(FractalKind::fbm, FractalKind::ridged, FractalKind::hybrid,
-                                         FractalKind::warped));
+INSTANTIATE_TEST_SUITE_P(Kinds, FractalHeightsOfKind, test::kAllFractalKinds);
 
 std::string refusal(const FractalSettings& settings) {
     const auto source = FractalHeights::create(settings);

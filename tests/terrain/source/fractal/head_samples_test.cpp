@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "source/fractal/head_samples.h"
 
+#include "support/fractal_kind_name.h"
 #include "support/random.h"
 
 #include <gtest/gtest.h>
@@ -20,9 +21,7 @@ constexpr std::uint64_t kSeed = 61;
 constexpr int kSide = 9;  // samples
 
 class HeadSamplesOfKind : public testing::TestWithParam<FractalKind> {};
-INSTANTIATE_TEST_SUITE_P(Kinds, HeadSamplesOfKind,
-                         testing::Values(FractalKind::fbm, FractalKind::ridged, FractalKind::hybrid,
-                                         FractalKind::warped));
+INSTANTIATE_TEST_SUITE_P(Kinds, HeadSamplesOfKind, test::kAllFractalKinds);
 
 FractalSettings rough(FractalKind kind, std::uint64_t seed, bool strong) {
     FractalSettings settings = {

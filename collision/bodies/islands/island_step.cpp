@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: MIT
+//
+// Sources:    Macklin et al. Small steps in physics simulation. SCA 2019 (substeps instead of iterations).
+//             Catto. Iterative dynamics with temporal coherence. GDC 2005 (sequential impulses, warm start).
+//             Catto. Solver2D. 2024 (contacts found once a step; restitution in a pass after the contacts have closed).
+// Deviations: restitution gives back at most the energy that the contacts have removed, and no more than the island had
+//             at the start of the step, height included. Small islands are solved to convergence.
+#include "bodies/islands/island_solver.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace terrane::internal {
+namespace {
+
+/// Warm-started stacks converge over several substeps. Small islands are solved until no velocity changes by more than
+/// the tolerance, m/s; large ones stop at the larger of so many row solves and so many sweeps.
+constexpr double kTolerance = 1e-5;
+constexpr std::size_t kMaxRowSolves = 40'000;
+constexpr std::size_t kLeastIterations = 8;
+/// Piles converge by less than a hundredth a sweep. Stalled, treated as infeasible: less than a tenth in so many
+/// sweeps.
+constexpr int kPatience = 100;
+/// One body on the ground: a box on four corners converges by about a third a sweep. The targets of a body that rolls
+/// on two points may be infeasible for a rigid body; then nothing converges, and `patience` stops the solver.
+constexpr StoppingRule kLoneBodyRule{.iterations = 100, .tolerance = 1e-6, .patience = 8};
+/// Rolling and rocking have no friction and would never end: an island below this speed, m/s, gets angular damping at
+/// this rate, 1/s, so that it can sleep.
+constexpr double kSlow = 0.3;
+constexpr double kRollingLoss = 4.0;
+/// Rounding of energies and heights, as a share of them: without it the sum could grow by a rounding in each step.
+constexpr double kEnergyRounding = 0x1p-51;
+/// Threads take islands in blocks of this size.
+constexpr std::size_t kIslandBlock = 8;
+
+StoppingRule stopping_rule(std::size_t body_count, std::size_t contact_count) {
+    if (body_count == 1) return kLoneBodyRule;
+    const std::size_t sweeps = std::max(kLeastIterations, kMaxRowSolves / contact_count);
+    return {.iterations = static_cast<int>(sweeps), .tolerance = kTolerance, .patience = kPatience};
+}
+
+}  // namespace
+
+void IslandSolver::step(std::span<RigidBody> bodies, std::span<GroundContactCache> ground_contacts,
+                        const StepSpan& span, WorkerTeam& team) {
+    solver_bodies_.resize(bodies.size());
+    struck_.assign(bodies.size(), 0);
+    scratch_.resize(static_cast<std::size_t>(team.size()));
+    // Bodies that do not move may be in contacts of several islands: no island writes them.
+    for (const BodyPair& link : links_) {
+        for (const std::uint32_t i : {link.a, link.b}) {
+            if (moves_[i] != 0) continue;
+            solver_bodies_[i].pose = bodies[i].pose;
+            solver_bodies_[i].mass = {.inverse_mass = 0.0};
+            solver_bodies_[i].velocity = {};
+        }
+    }
+    const Scene scene{bodies, ground_contacts, span};
+    const std::size_t count = islands_.count();
+    team.run((count + kIslandBlock - 1) / kIslandBlock, [&](std::size_t block, int worker) {
+        const std::size_t end = std::min(count, (block + 1) * kIslandBlock);
+        for (std::size_t island = block * kIslandBlock; island < end; ++island) {
+            step_island(island, scratch_[static_cast<std::size_t>(worker)], scene);
+        }
+    });
+}
+
+void IslandSolver::step_island(std::size_t island, Scratch& scratch, const Scene& scene) {
+    const std::span<const std::uint32_t> members = islands_.bodies(island);
+    const std::span<const std::uint32_t> links = islands_.links(island);
+    const std::span<RigidBody> bodies = scene.bodies;
+    const StepSpan& span = scene.span;
+    const double substep = span.substep();
+    const std::size_t contact_count = count_contacts(island, scene);
+    if (contact_count == 0) {
+        for (const std::uint32_t member : members) {
+            for (int i = 0; i < span.substep_count; ++i) {
+                bodies[member].velocity.linear += span.gravity * substep;
+                integrate(bodies[member], substep, true);
+            }
+        }
+        return;
+    }
+
+    if (scratch.rows.size() < contact_count) scratch.rows.resize(contact_count);
+    scratch.impacts.resize(contact_count);
+    scratch.separating_speeds.assign(contact_count, -1.0);
+    const WorldPos origin = bodies[members.front()].pose.translation;
+    const double energy_before = total_energy(island, origin, scene);
+    const StoppingRule rule = stopping_rule(members.size(), contact_count);
+    const double least_bounce = bounce_speed(length(span.gravity), substep);
+    double removed = 0.0;
+    bool bounces = false;
+    for (int i = 0; i < span.substep_count; ++i) {
+        for (const std::uint32_t member : members) {
+            RigidBody& body = bodies[member];
+            body.velocity.linear += span.gravity * substep;
+            if (i > 0) scene.ground_contacts[member].follow(body);
+            SolverBody& copy = solver_bodies_[member];
+            copy.pose = body.pose;
+            copy.mass = body.mass;
+            copy.velocity = body.velocity;
+        }
+        ContactSolver solver(solver_bodies_, scratch.rows);
+        const bool overlaps = add_contacts(island, i, solver, scratch, scene);
+        double removed_now = 0.0;
+        if (solver.solve_plastic(members, substep, rule, removed_now)) {
+            removed += removed_now;
+            for (std::size_t contact = 0; contact < contact_count; ++contact) {
+                const Impact& impact = scratch.impacts[contact];
+                const double approach = solver.approach_speed(contact);
+                if (!(solver.normal_impulse(contact) > 0.0) || approach <= least_bounce ||
+                    approach * substep <= impact.gap) {
+                    continue;
+                }
+                if (impact.body != kNone) struck_[impact.body] = 1;
+                if (!(impact.restitution > 0.0)) continue;
+                // The impact comes before the substep ends: gravity had that much less time.
+                const double excess = impact.gravity * (substep - impact.gap / approach);
+                double& separating = scratch.separating_speeds[contact];
+                separating =
+                    std::max(separating, impact.restitution * std::max(0.0, approach - excess));
+                bounces = true;
+            }
+        }
+        store_impulses(island, solver, scene);
+        for (const std::uint32_t member : members) {
+            bodies[member].velocity = solver_bodies_[member].velocity;
+        }
+        for (const std::uint32_t member : members) {
+            const bool is_flying = links.empty() && !scene.ground_contacts[member].has_contacts();
+            integrate(bodies[member], substep, is_flying);
+        }
+        if (i + 1 < span.substep_count) continue;
+        if (bounces) {
+            const double left = energy_before - total_energy(island, origin, scene);
+            bounce(island, solver, scratch, scene, std::clamp(left, 0.0, removed));
+        }
+        if (overlaps) separate(island, solver, scene);
+        limit_energy(island, solver, scene, origin, energy_before);
+    }
+
+    const bool is_slow = std::all_of(members.begin(), members.end(), [&](std::uint32_t member) {
+        return greatest_speed(bodies[member]) < kSlow;
+    });
+    if (!is_slow) return;
+    const double kept = std::max(0.0, 1.0 - kRollingLoss * span.duration);
+    for (const std::uint32_t member : members) bodies[member].velocity.angular *= kept;
+}
+
+std::size_t IslandSolver::count_contacts(std::size_t island, const Scene& scene) const {
+    std::size_t count = 0;
+    for (const std::uint32_t link : islands_.links(island)) {
+        count += manifolds_[link_manifolds_[link]].count();
+    }
+    for (const std::uint32_t member : islands_.bodies(island)) {
+        count += scene.ground_contacts[member].count();
+    }
+    return count;
+}
+
+/// Adds the contacts at the bodies' present poses. Returns whether one is to be separated.
+bool IslandSolver::add_contacts(std::size_t island, int substep, ContactSolver& solver,
+                                Scratch& scratch, const Scene& scene) {
+    const std::span<const std::uint32_t> members = islands_.bodies(island);
+    const std::span<const std::uint32_t> links = islands_.links(island);
+    bool overlaps = false;
+    std::size_t index = 0;
+    const auto add = [&](const SolverContact& contact, double gravity) {
+        overlaps = overlaps || contact.gap < contact.target_gap;
+        Impact& impact = scratch.impacts[index++];
+        impact.body = contact.b == SolverContact::kGround ? contact.a : kNone;
+        impact.gap = std::max(0.0, contact.gap - contact.rest_gap);
+        impact.gravity = gravity;
+        impact.restitution = contact.restitution;
+        solver.add(contact);
+    };
+    for (const std::uint32_t link : links) {
+        PairManifold& manifold = manifolds_[link_manifolds_[link]];
+        const auto [a, b] = manifold.pair;
+        if (substep > 0) manifold.follow(scene.bodies[a], scene.bodies[b]);
+        for (std::size_t i = 0; i < manifold.count(); ++i) {
+            add(manifold.contact(i, scene.bodies[a], scene.bodies[b]), 0.0);
+        }
+    }
+    // The ground comes last, so that its constraints are met best.
+    for (const std::uint32_t member : members) {
+        const GroundContactCache& cache = scene.ground_contacts[member];
+        // Impulses of other contacts would be redistributed only in many sweeps: no warm start for a lone body.
+        const bool is_warm =
+            substep > 0 || members.size() > 1 || !links.empty() || cache.has_same_contacts();
+        for (std::size_t i = 0; i < cache.count(); ++i) {
+            SolverContact contact = cache.contact(i, scene.bodies[member], member);
+            if (!is_warm) contact.initial_impulse.setZero();
+            add(contact, std::max(0.0, -dot(contact.normal, scene.span.gravity)));
+        }
+    }
+    return overlaps;
+}
+
+void IslandSolver::store_impulses(std::size_t island, const ContactSolver& solver,
+                                  const Scene& scene) {
+    std::size_t row = 0;
+    for (const std::uint32_t link : islands_.links(island)) {
+        PairManifold& manifold = manifolds_[link_manifolds_[link]];
+        for (std::size_t i = 0; i < manifold.count(); ++i) {
+            manifold.set_impulse(i, solver.impulse(row++));
+        }
+    }
+    for (const std::uint32_t member : islands_.bodies(island)) {
+        GroundContactCache& cache = scene.ground_contacts[member];
+        for (std::size_t i = 0; i < cache.count(); ++i) cache.set_impulse(i, solver.impulse(row++));
+    }
+}
+
+/// Opens contacts below their target gap, at bounded speed. It leaves no velocity behind.
+void IslandSolver::separate(std::size_t island, ContactSolver& solver, const Scene& scene) {
+    const std::span<const std::uint32_t> members = islands_.bodies(island);
+    for (const std::uint32_t member : members) solver_bodies_[member].velocity = {};
+    const double distance = kSeparationSpeed * scene.span.duration;
+    solver.solve_separation(distance, true);
+    for (const std::uint32_t member : members) {
+        RigidBody& body = scene.bodies[member];
+        const double height = body.pose.translation.z();
+        const Twist displacement =
+            clamp_displacement(solver_bodies_[member].velocity, body.radius, distance);
+        const Motion motion{body.pose, displacement.linear, displacement.angular};
+        body.pose = motion.at(1.0);
+        compensate_height_gain(body, length(scene.span.gravity), height);
+    }
+}
+
+/// Restitution of the contacts that have closed in the step.
+void IslandSolver::bounce(std::size_t island, ContactSolver& solver, Scratch& scratch,
+                          const Scene& scene, double max_energy) {
+    const std::span<const std::uint32_t> members = islands_.bodies(island);
+    for (const std::uint32_t member : members) {
+        solver_bodies_[member].pose = scene.bodies[member].pose;
+        solver_bodies_[member].velocity = scene.bodies[member].velocity;
+    }
+    const StoppingRule rule = stopping_rule(members.size(), scratch.separating_speeds.size());
+    solver.solve_restitution(members, scratch.separating_speeds, max_energy, rule);
+    for (const std::uint32_t member : members) {
+        scene.bodies[member].velocity = solver_bodies_[member].velocity;
+    }
+}
+
+/// Takes from the velocities what the total energy has grown by: contacts that follow their planes over a curved
+/// surface may lift the bodies.
+void IslandSolver::limit_energy(std::size_t island, ContactSolver& solver, const Scene& scene,
+                                const WorldPos& origin, double most) {
+    const std::span<const std::uint32_t> members = islands_.bodies(island);
+    double excess = total_energy(island, origin, scene) - most;
+    double kinetic = 0.0;
+    for (const std::uint32_t member : members) {
+        const RigidBody& body = scene.bodies[member];
+        solver_bodies_[member].pose = body.pose;
+        solver_bodies_[member].velocity = body.velocity;
+        const double energy = kinetic_energy(body.mass, body.pose, body.velocity);
+        const double potential =
+            std::abs(dot(scene.span.gravity, body.pose.translation)) / body.mass.inverse_mass;
+        kinetic += energy;
+        excess += kEnergyRounding * (energy + potential);
+    }
+    if (!(excess > 0.0)) return;
+    solver.limit_kinetic_energy(members, kinetic - excess);
+    for (const std::uint32_t member : members) {
+        scene.bodies[member].velocity = solver_bodies_[member].velocity;
+    }
+}
+
+/// Kinetic energy, and potential energy of gravity relative to an origin, J.
+double IslandSolver::total_energy(std::size_t island, const WorldPos& origin,
+                                  const Scene& scene) const {
+    double energy = 0.0;
+    for (const std::uint32_t member : islands_.bodies(island)) {
+        const RigidBody& body = scene.bodies[member];
+        energy += kinetic_energy(body.mass, body.pose, body.velocity);
+        energy -= dot(scene.span.gravity, body.pose.translation - origin) / body.mass.inverse_mass;
+    }
+    return energy;
+}
+
+}  // namespace terrane::internal

@@ -1,0 +1,324 @@
+// SPDX-License-Identifier: MIT
+#include "dem/raster_files.h"
+
+#include <terrane/dem/surface_raster.h>
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <thread>
+#include <vector>
+
+namespace terrane::test {
+namespace surface_raster_test {
+
+using Map = std::shared_ptr<const SurfaceMap>;
+
+constexpr double kLargest = std::numeric_limits<double>::max();
+constexpr SurfaceProperties kGrass{.friction = 0.5, .restitution = 0.1, .material = 99};
+constexpr SurfaceProperties kIce{.friction = 0.05, .restitution = 0.3, .material = 7};
+constexpr SurfaceProperties kRoad{.friction = 0.9, .restitution = 0.0, .material = 2};
+
+/// 6 x 4 cells of 10 m: materials 0, 1, 2 ... from the north-west, row by row.
+RasterSpec numbered(GDALDataType type = GDT_Byte) {
+    RasterSpec spec;
+    spec.columns = 6;
+    spec.rows = 4;
+    spec.type = type;
+    spec.value = [](int column, int row) { return row * 6.0 + column; };
+    return spec;
+}
+
+SurfaceRasterSettings with_table() { return {.materials = {kIce, kRoad}, .defaults = kGrass}; }
+
+Map open_map(const std::string& path, const SurfaceRasterSettings& settings,
+             SurfaceRasterInfo* info_out = nullptr) {
+    auto map = SurfaceRaster::open(path, settings, info_out);
+    EXPECT_TRUE(map.has_value()) << map.error().message;
+    return map.value_or(nullptr);
+}
+
+SurfaceProperties of_material(std::uint32_t material) {
+    if (material == kIce.material) return kIce;
+    if (material == kRoad.material) return kRoad;
+    SurfaceProperties properties = kGrass;
+    properties.material = material;
+    return properties;
+}
+
+class SurfaceRasterTest : public testing::Test {
+protected:
+    std::string written(const RasterSpec& spec, const std::string& name = "surface.tif") {
+        write_raster(folder_.file(name), spec);
+        return folder_.file(name);
+    }
+
+    TemporaryFolder folder_;
+};
+
+TEST_F(SurfaceRasterTest, LiesAroundTheOriginAndAnswersWithTheSampleOfTheCell) {
+    SurfaceRasterInfo info;
+    const Map map = open_map(written(numbered()), with_table(), &info);
+    ASSERT_NE(map, nullptr);
+    EXPECT_EQ(info.columns, 6);
+    EXPECT_EQ(info.rows, 4);
+    EXPECT_EQ(info.rect.west, -30.0);
+    EXPECT_EQ(info.rect.south, -20.0);
+    EXPECT_EQ(info.rect.east, 30.0);
+    EXPECT_EQ(info.rect.north, 20.0);
+    EXPECT_NE(info.crs.find("UTM zone 33N"), std::string::npos);
+    EXPECT_EQ(info.nodata_share, 0.0);
+    EXPECT_EQ(info.unlisted_share, 22.0 / 24.0);
+    for (int row = 0; row < 4; ++row) {
+        for (int column = 0; column < 6; ++column) {
+            const double x = (column + 0.5 - 3.0) * 10.0, y = (2.0 - row - 0.5) * 10.0;
+            const auto material = static_cast<std::uint32_t>(row * 6 + column);
+            for (const double off : {-4.999, 0.0, 4.999}) {
+                EXPECT_EQ(map->at(x + off, y + off), of_material(material));
+                EXPECT_EQ(map->at(x + off, y - off), of_material(material));
+            }
+        }
+    }
+    EXPECT_EQ(map->fault_count(), 0u);
+}
+
+TEST_F(SurfaceRasterTest, GivesEdgesToTheEastAndNorthAndItsOuterEdgesToItself) {
+    const Map map = open_map(written(numbered()), with_table());
+    ASSERT_NE(map, nullptr);
+    EXPECT_EQ(map->at(0.0, 15.0).material, 3u);
+    EXPECT_EQ(map->at(std::nextafter(0.0, -1.0), 15.0).material, 2u);
+    EXPECT_EQ(map->at(-25.0, 10.0).material, 0u);
+    EXPECT_EQ(map->at(-25.0, std::nextafter(10.0, 0.0)).material, 6u);
+    EXPECT_EQ(map->at(-30.0, 20.0).material, 0u);
+    EXPECT_EQ(map->at(30.0, 20.0).material, 5u);
+    EXPECT_EQ(map->at(-30.0, -20.0).material, 18u);
+    EXPECT_EQ(map->at(30.0, -20.0).material, 23u);
+    for (const double x : {std::nextafter(30.0, 31.0), -30.1, kLargest, -kLargest, std::nan("")}) {
+        EXPECT_EQ(map->at(x, 0.0), kGrass) << x;
+        EXPECT_EQ(map->at(0.0, x), kGrass) << x;
+    }
+    EXPECT_EQ(map->at(0.0, std::nextafter(20.0, 21.0)), kGrass);
+}
+
+TEST_F(SurfaceRasterTest, ReadsRowsFromTheSouthAndColumnsFromTheEastAsTheFileHasThem) {
+    RasterSpec spec = numbered();
+    spec.transform = {1060.0, -10.0, 0.0, 4960.0, 0.0, 10.0};
+    const Map map = open_map(written(spec), with_table());
+    ASSERT_NE(map, nullptr);
+    EXPECT_EQ(map->at(25.0, -15.0).material, 0u);
+    EXPECT_EQ(map->at(-25.0, -15.0).material, 5u);
+    EXPECT_EQ(map->at(25.0, 15.0).material, 18u);
+}
+
+TEST_F(SurfaceRasterTest, OfFrictionHasTheRestFromItsDefaults) {
+    RasterSpec spec = numbered(GDT_Float64);
+    spec.value = [](int column, int row) { return row == 0 ? 0.1 * column : 1e6; };
+    spec.unit = "ft";  // no height: not converted
+    const Map map =
+        open_map(written(spec), {.numbers = SurfaceNumbers::friction, .defaults = kGrass});
+    ASSERT_NE(map, nullptr);
+    EXPECT_EQ(map->at(-25.0, 15.0).friction, 0.0);
+    const SurfaceProperties found = map->at(-5.0, 15.0);
+    EXPECT_EQ(found.friction, static_cast<double>(0.2f));
+    EXPECT_EQ(found.restitution, kGrass.restitution);
+    EXPECT_EQ(found.material, kGrass.material);
+    EXPECT_EQ(map->at(0.0, -5.0).friction, 1e6);
+    EXPECT_EQ(map->at(100.0, 0.0), kGrass);
+}
+
+TEST_F(SurfaceRasterTest, AppliesScaleAndOffset) {
+    RasterSpec spec = numbered();
+    spec.scale = 0.01;
+    spec.offset = 0.5;
+    const Map map = open_map(written(spec), {.numbers = SurfaceNumbers::friction});
+    ASSERT_NE(map, nullptr);
+    EXPECT_EQ(map->at(25.0, -15.0).friction, static_cast<double>(0.73f));
+}
+
+TEST_F(SurfaceRasterTest, HasTheDefaultsWhereThereIsNodata) {
+    RasterSpec spec = numbered();
+    spec.nodata = 7.0;  // listed, and yet nodata
+    SurfaceRasterInfo info;
+    const Map map = open_map(written(spec), with_table(), &info);
+    ASSERT_NE(map, nullptr);
+    EXPECT_EQ(map->at(-15.0, 5.0), kGrass);
+    EXPECT_EQ(info.nodata_share, 1.0 / 24.0);
+    EXPECT_EQ(info.unlisted_share, 22.0 / 24.0);
+    RasterSpec holes = numbered(GDT_Float32);
+    holes.value = [](int column, int row) {
+        if (column == 0) return std::nan("");
+        if (column == 1) return std::numeric_limits<double>::infinity();
+        return row * 1.0;
+    };
+    const SurfaceRasterSettings frictions{.numbers = SurfaceNumbers::friction, .defaults = kGrass};
+    const Map other = open_map(written(holes), frictions, &info);
+    ASSERT_NE(other, nullptr);
+    EXPECT_EQ(other->at(-25.0, 0.0), kGrass);
+    EXPECT_EQ(other->at(-15.0, 0.0), kGrass);
+    EXPECT_EQ(other->at(-5.0, -15.0).friction, 3.0);
+    EXPECT_EQ(info.nodata_share, 8.0 / 24.0);
+    EXPECT_EQ(info.unlisted_share, 0.0);
+}
+
+TEST_F(SurfaceRasterTest, MayHaveASingleSampleOrNoValidOne) {
+    RasterSpec spec = numbered();
+    spec.columns = spec.rows = 1;
+    spec.value = [](int, int) { return 7.0; };
+    const Map map = open_map(written(spec), with_table());
+    ASSERT_NE(map, nullptr);
+    EXPECT_EQ(map->at(-5.0, 5.0), kIce);
+    EXPECT_EQ(map->at(5.0, -5.0), kIce);
+    EXPECT_EQ(map->at(5.1, 0.0), kGrass);
+    spec.nodata = 7.0;
+    const Map empty = open_map(written(spec), with_table());
+    ASSERT_NE(empty, nullptr);
+    EXPECT_EQ(empty->at(0.0, 0.0), kGrass);
+}
+
+TEST_F(SurfaceRasterTest, LiesInTheRectangleThatItIsGiven) {
+    SurfaceRasterSettings settings = with_table();
+    settings.rect = WorldRect{1e6, -8.0, 1e6 + 3.0, 0.0};
+    SurfaceRasterInfo info;
+    const Map map = open_map(written(numbered()), settings, &info);
+    ASSERT_NE(map, nullptr);
+    EXPECT_EQ(info.rect.east, 1e6 + 3.0);
+    EXPECT_EQ(map->at(1e6 + 0.25, -1.0).material, 0u);
+    EXPECT_EQ(map->at(1e6 + 0.5, -2.0).material, 1u);
+    EXPECT_EQ(map->at(1e6 + 3.0, -8.0).material, 23u);
+    EXPECT_EQ(map->at(0.0, 0.0), kGrass);
+}
+
+TEST_F(SurfaceRasterTest, LiesOverADemOfTheSameCrsAsTheEarthHasThem) {
+    RasterSpec dem = numbered(GDT_Float32);
+    dem.transform = {1000.0, 10.0, 0.0, 5000.0, 0.0, -10.0};  // centre 1030, 4980
+    DemInfo dem_info;
+    ASSERT_TRUE(DemHeights::open(written(dem, "dem.tif"), {}, &dem_info).has_value());
+    RasterSpec spec = numbered();
+    spec.transform = {1020.0, 2.5, 0.0, 4990.0, 0.0, -5.0};
+    SurfaceRasterSettings settings = with_table();
+    settings.aligned_with = dem_info;
+    SurfaceRasterInfo info;
+    const Map map = open_map(written(spec), settings, &info);
+    ASSERT_NE(map, nullptr);
+    EXPECT_EQ(info.rect.west, -10.0);
+    EXPECT_EQ(info.rect.east, 5.0);
+    EXPECT_EQ(info.rect.north, 10.0);
+    EXPECT_EQ(info.rect.south, -10.0);
+    EXPECT_EQ(map->at(-10.0, 10.0).material, 0u);
+    EXPECT_EQ(map->at(0.1, -0.1), of_material(16));
+}
+
+TEST_F(SurfaceRasterTest, LiesOverADemInDegreesByTheScaleOfTheDem) {
+    RasterSpec dem = numbered(GDT_Float32);
+    dem.crs = "EPSG:4326";
+    dem.transform = {-179.5, 0.01, 0.0, 47.0, 0.0, -0.01};
+    DemInfo dem_info;
+    ASSERT_TRUE(DemHeights::open(written(dem, "dem.tif"), {}, &dem_info).has_value());
+    for (const double turn : {0.0, 360.0}) {
+        RasterSpec spec = numbered();
+        spec.crs = "EPSG:4326";
+        spec.transform = {-179.5 + turn, 0.005, 0.0, 47.02, 0.0, -0.01};
+        SurfaceRasterSettings settings = with_table();
+        settings.aligned_with = dem_info;
+        SurfaceRasterInfo info;
+        const Map map = open_map(written(spec), settings, &info);
+        ASSERT_NE(map, nullptr);
+        // From the DEM's centre, in degrees: 0.03 to 0 west, 0 to 0.04 north.
+        EXPECT_NEAR(info.rect.west, -0.03 * dem_info.metres_per_unit_x, 1e-6);
+        EXPECT_NEAR(info.rect.east, 0.0, 1e-6);
+        EXPECT_NEAR(info.rect.south, 0.0, 1e-6);
+        EXPECT_NEAR(info.rect.north, 0.04 * dem_info.metres_per_unit_y, 1e-6);
+    }
+}
+
+TEST_F(SurfaceRasterTest, IsNotAlignedWithoutTheNameOfTheSameCrs) {
+    DemInfo utm;
+    ASSERT_TRUE(DemHeights::open(written(numbered(), "dem.tif"), {}, &utm).has_value());
+    for (const char* crs : {"EPSG:32632", "EPSG:32733", ""}) {
+        RasterSpec spec = numbered();
+        spec.crs = crs;
+        SurfaceRasterSettings settings;
+        settings.aligned_with = utm;
+        const std::string path = written(spec);
+        const auto map = SurfaceRaster::open(path, settings);
+        ASSERT_FALSE(map.has_value()) << crs;
+        EXPECT_EQ(map.error().code, ErrorCode::invalid_argument);
+        EXPECT_NE(map.error().message.find(path), std::string::npos) << map.error().message;
+        EXPECT_NE(map.error().message.find("zone 33N"), std::string::npos) << map.error().message;
+    }
+    RasterSpec nameless = numbered();
+    nameless.crs = "";
+    DemInfo none;
+    ASSERT_TRUE(DemHeights::open(written(nameless, "dem.tif"), {}, &none).has_value());
+    SurfaceRasterSettings settings;
+    settings.aligned_with = none;
+    EXPECT_FALSE(SurfaceRaster::open(written(nameless), settings).has_value());
+}
+
+TEST_F(SurfaceRasterTest, OfRotatedCellsHasNoNumberThatTheFileDoesNotHave) {
+    RasterSpec spec = numbered();
+    spec.columns = spec.rows = 40;
+    spec.transform = {1000.0, 8.0, 6.0, 5000.0, 6.0, -8.0};
+    spec.value = [](int column, int) { return column < 20 ? 2.0 : 7.0; };
+    SurfaceRasterInfo info;
+    const Map map = open_map(written(spec), with_table(), &info);
+    ASSERT_NE(map, nullptr);
+    EXPECT_EQ(info.unlisted_share, 0.0);
+    EXPECT_GT(info.nodata_share, 0.1);
+    int ice = 0, road = 0;
+    for (double x = -60.0; x <= 60.0; x += 1.0) {
+        for (double y = -60.0; y <= 60.0; y += 1.0) {
+            const std::uint32_t material = map->at(x, y).material;
+            if (material == kIce.material) ++ice;
+            if (material == kRoad.material) ++road;
+        }
+    }
+    EXPECT_EQ(ice + road, 121 * 121);
+    EXPECT_GT(ice, 1000);
+    EXPECT_GT(road, 1000);
+}
+
+TEST_F(SurfaceRasterTest, HasTheSamplesOfAFileOfManyStrips) {
+    RasterSpec spec = numbered(GDT_UInt16);
+    spec.columns = 300;
+    spec.rows = 4500;
+    spec.value = [](int column, int row) { return (column * 7 + row * 13) % 60000; };
+    for (const bool is_flipped : {false, true}) {
+        if (is_flipped) spec.transform[5] = 10.0;
+        const Map map = open_map(written(spec), {});
+        ASSERT_NE(map, nullptr);
+        for (int row = 0; row < spec.rows; row += 7) {
+            const double north = (0.5 * spec.rows - row - 0.5) * 10.0;
+            const double y = is_flipped ? -north : north;
+            for (const int column : {0, 1, 150, 299}) {
+                const double x = (column + 0.5 - 150.0) * 10.0;
+                ASSERT_EQ(map->at(x, y).material, spec.value(column, row))
+                    << column << ' ' << row << (is_flipped ? " from the south" : "");
+            }
+        }
+    }
+}
+
+TEST_F(SurfaceRasterTest, AnswersTheSameOnAllThreads) {
+    const Map map = open_map(written(numbered()), with_table());
+    ASSERT_NE(map, nullptr);
+    std::array<int, 4> wrong{};
+    std::vector<std::thread> threads;
+    for (int& wrong_of_thread : wrong) {
+        threads.emplace_back([&] {
+            for (int i = 0; i < 24000; ++i) {
+                const int column = i % 6, row = i / 6 % 4;
+                const double x = (column + 0.5 - 3.0) * 10.0, y = (2.0 - row - 0.5) * 10.0;
+                const auto material = static_cast<std::uint32_t>(row * 6 + column);
+                if (map->at(x, y) != of_material(material)) ++wrong_of_thread;
+            }
+        });
+    }
+    for (std::thread& thread : threads) thread.join();
+    EXPECT_EQ(wrong, (std::array<int, 4>{}));
+}
+
+}  // namespace surface_raster_test
+}  // namespace terrane::test
