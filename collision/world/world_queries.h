@@ -2,10 +2,10 @@
 #pragma once
 
 #include "world/body_tree.h"
+#include "world/world_query.h"
 
 #include <terrane/collision/motion.h>
 #include <terrane/collision/shapes.h>
-#include <terrane/collision/world_query.h>
 #include <terrane/terrain/ground.h>
 
 #include <span>

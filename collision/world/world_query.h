@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <terrane/collision/body_id.h>
+#include "world/body_id.h"
+
 #include <terrane/collision/query_status.h>
 #include <terrane/terrain/math.h>
 
