@@ -76,5 +76,27 @@ TEST(ComputeAabb, OverlapsWhereShapesTouch) {
     EXPECT_GT(touching, 100);
 }
 
+TEST(ComputeAabb, OverlapsWhereShapesTouchWithinRounding) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 2);
+    Random random(kSeed + 2);
+    for (int i = 0; i < 2000 && !HasFailure(); ++i) {
+        SCOPED_TRACE(testing::Message() << "case " << i);
+        const int axis = i % 3;
+        const bool is_far = i % 2 == 0;
+        const double radius = random.between(0.1, 1.0);
+        const Shape ball = Sphere{radius};
+        Pose a, b;
+        a.translation[axis] = (is_far ? 1e7 : 1.0) * random.between(-1.0, 1.0);
+        // Far away the coordinates have a grid of nanometres, near the origin touching has a tolerance.
+        b.translation[axis] = a.translation[axis] + 2.0 * radius + (is_far ? 0.0 : 1e-12 * radius);
+        if (b.translation[axis] - a.translation[axis] > 2.0 * radius && is_far) {
+            b.translation[axis] = std::nextafter(b.translation[axis], -1e9);
+        }
+        ASSERT_TRUE(test_contact(ball, a, ball, b).is_touching);
+        EXPECT_TRUE(internal::overlap(internal::compute_aabb(ball, a),
+                                      internal::compute_aabb(ball, b), 0.0));
+    }
+}
+
 }  // namespace body_bounds_test
 }  // namespace terrane

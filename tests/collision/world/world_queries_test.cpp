@@ -8,7 +8,6 @@ namespace terrane {
 namespace world_queries_test {
 
 using namespace test;
-using internal::QueryScene;
 
 constexpr std::uint64_t kSeed = 20261124;
 
