@@ -12,12 +12,12 @@
 
 // Spatial queries over many bodies and the ground. The answers are those of a query of every body by itself.
 //
-// Threads:   any number at once, while nobody changes the scene
+// Threads:   any number at once, while no thread changes the scene
 // Allocates: nothing
 // Cost:      O(log n) for the bodies that the tree excludes, and the query of shape_pairs.h for each that is left
 namespace terrane::internal {
 
-/// What a query reads of one body.
+/// One body as queries read it.
 struct QueryBody {
     const Shape* shape = nullptr;  ///< null: the slot has no body
     Pose world_from_shape;
@@ -26,7 +26,7 @@ struct QueryBody {
     bool is_sensor = false;
 };
 
-/// What a query reads.
+/// The bodies and the ground of a query.
 struct QueryScene {
     std::span<const QueryBody> bodies;  ///< [slots]
     const BodyTree* tree = nullptr;     ///< of their compute_aabb(), or of larger boxes; not null
@@ -46,9 +46,9 @@ OverlapQueryAnswer query_overlaps(const QueryScene& scene, const Shape& shape,
                                   const Pose& world_from_shape, const QueryFilter& filter,
                                   std::span<BodyId> bodies_out);
 
-/// What is nearest to a shape.
+/// The body or the ground nearest to a shape.
 ///
-/// @param max_distance what is farther is not looked for, metres, >= 0; infinity is allowed
+/// @param max_distance limit of the search, metres, >= 0; infinity is allowed
 NearestQueryAnswer query_nearest(const QueryScene& scene, const Shape& shape,
                                  const Pose& world_from_shape, double max_distance,
                                  const QueryFilter& filter);

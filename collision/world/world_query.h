@@ -22,7 +22,7 @@ struct QueryFilter {
     bool include_ground = true;
 };
 
-/// What a ray meets first.
+/// The first hit of a ray.
 ///
 /// `not_resident`: ground that is not loaded may be met before any body; `hit` is false and `fraction` 0.
 struct RayQueryAnswer {
@@ -39,7 +39,7 @@ struct RayQueryAnswer {
     bool hits_ground() const { return hit && !body.is_valid(); }
 };
 
-/// What a moving shape meets first. What it touches at its start counts only if they approach.
+/// The first hit of a moving shape. A contact at its start counts only if it closes.
 ///
 /// `not_resident`: ground that is not loaded may be met before any body; `hit` is false, and nothing is met before
 /// `fraction`.
@@ -56,7 +56,8 @@ struct CastQueryAnswer {
     bool hits_ground() const { return hit && !body.is_valid(); }
 };
 
-/// What a shape touches or overlaps. The bodies are in the caller's buffer, in ascending order of their indices.
+/// The bodies and the ground that a shape touches or overlaps. The bodies are in the caller's buffer, in ascending
+/// order of their indices.
 ///
 /// `truncated`:    the buffer was too small and has the bodies of the lowest indices
 /// `not_resident`: whether the ground is touched is not known; the bodies are as in other answers
@@ -67,7 +68,7 @@ struct OverlapQueryAnswer {
     bool touches_ground = false;
 };
 
-/// What is nearest to a shape.
+/// The body or the ground nearest to a shape.
 ///
 /// `not_resident`: ground that is not loaded may be nearer; the answer is then the one without that ground.
 struct NearestQueryAnswer {

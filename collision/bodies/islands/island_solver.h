@@ -57,7 +57,7 @@ private:
         double restitution;       // 0 to 1
         double separating_speed;  // m/s; < 0: the contact does not bounce
     };
-    /// What a thread needs to step an island.
+    /// Buffers of a thread that steps an island.
     struct Scratch {
         std::vector<ContactRows> rows;
         std::vector<Impact> impacts;            // [contacts]

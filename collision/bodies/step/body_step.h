@@ -57,7 +57,7 @@ Twist clamp_displacement(Twist displacement, double radius, double most);
 void compensate_height_gain(RigidBody& body, double gravity, double height_before);
 
 /// Recovers a body that penetrates all offset surfaces: moves it along its escape translation at bounded speed, without
-/// other motion. The rest of that translation bounds the depth, which therefore decreases by what is moved; a new
+/// other motion. The remaining translation bounds the depth, so the depth decreases by the distance moved; a new
 /// translation replaces it only where it is shorter. False: ground needed for the result is not resident.
 bool recover(RigidBody& body, const Ground& ground, double duration);
 

@@ -14,12 +14,10 @@
 namespace terrane::internal {
 namespace {
 
-/// Contacts are searched ahead by at most this share of the smallest half extent and of the spacing of the ground.
-constexpr double kReachShare = 1.0;
-
-/// How far the contacts of a collision step are searched beyond the contact margin, metres.
+/// How far the contacts of a collision step are searched beyond the contact margin, metres: as far as the body may
+/// move, at most its smallest half extent and the spacing of the ground.
 double contact_reach(const RigidBody& body, const Ground& ground, const StepSpan& span) {
-    const double most = kReachShare * std::min(body.thickness, ground.spacing());
+    const double most = std::min(body.thickness, ground.spacing());
     const double fall = length(span.gravity) * span.duration * span.duration;
     return std::min(most, greatest_speed(body) * span.duration + fall);
 }

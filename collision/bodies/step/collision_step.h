@@ -37,7 +37,7 @@ StepStart begin_collision_step(RigidBody& body, GroundContactCache& cache, const
                                const StepSpan& span);
 
 /// Moves a body from its start to its present pose along one motion against the start's offset surface. Where that is
-/// proved only in part, the body stops at the proved share and lives the rest of the time alone, by step_body().
+/// proved only in part, the body stops at the proved share, and step_body() simulates it alone for the remaining time.
 SubstepAnswer end_collision_step(RigidBody& body, GroundContactCache& cache, const Ground& ground,
                                  const StepStart& start, const StepSpan& span);
 

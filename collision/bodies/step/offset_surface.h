@@ -46,7 +46,7 @@ struct MoveAnswer {
 /// Moves a body by a displacement until it reaches the stop gap of the offset surface. Most displacements are proved
 /// clear, the others are cast. The only function that changes the pose of a stepped body, except the recovery of one
 /// that was placed too deep.
-/// @param hits what is done where only a part of the displacement is proved clear
+/// @param hits how a hit is searched for if only a part of the displacement is proved clear
 MoveAnswer advance(RigidBody& body, const Ground& ground, const Twist& displacement,
                    OffsetSurface& surface, HitSearch hits = HitSearch::cast_rest);
 

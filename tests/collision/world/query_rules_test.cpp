@@ -95,7 +95,7 @@ TEST(QueryRules, AFilterHidesLayersSensorsAndOneBody) {
     EXPECT_EQ(first(), 2u);
     filter.except.generation = 8;  // of another body that had the slot
     EXPECT_EQ(first(), 1u);
-    // What a body collides with is no matter of queries.
+    // Queries ignore CollisionFilter::collides_with.
     balls.bodies[1].filter.collides_with = 0;
     EXPECT_EQ(first(), 1u);
 }
