@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The whole loop of a simulator: paging, ground, bodies, a truck and the mesh, in the order of a frame.
-#include <terrane/collision/bodies.h>
 #include <terrane/collision/truck.h>
+#include <terrane/collision/world.h>
 #include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/pager.h>
 #include <terrane/terrain/triangulator.h>
@@ -29,7 +29,7 @@ int main() {
     Pager pager = Pager::create(source, {.worker_count = 0}).value();
     Triangulator triangulator =
         Triangulator::create(*source, {.triangle_budget = 100'000, .max_error_px = 1.0}).value();
-    BodyWorld bodies = BodyWorld::create({}).value();
+    World bodies = World::create({}).value();
 
     // Before anything stands on it, load the ground around the start, at contact level.
     const Pager::Ticket start = pager.require({-60, -60, 60, 60}, 0.0);

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <terrane/collision/bodies.h>
+#include <terrane/collision/world.h>
 
 #include <span>
+#include <string>
 
 // Checks of settings and states. All fail with invalid_argument, naming the field and its value.
 namespace terrane::internal {
@@ -21,5 +22,13 @@ Result<void> check_value(const char* name, double value, double low, double high
 Result<void> check_vector(const char* name, const Eigen::Vector3d& value, double limit,
                           const char* unit = "");
 Result<void> check_state(const BodyState& state);
+/// "static", "kinematic" or "dynamic".
+std::string to_string(BodyType type);
+/// A body's settings, its state, and whether they go together.
+Result<void> check_body(const BodySettings& settings, const BodyState& state);
+Result<void> check_world(const WorldSettings& settings);
+
+/// Largest component of a velocity, m/s.
+inline constexpr double kMaxSpeed = 1e6;
 
 }  // namespace terrane::internal

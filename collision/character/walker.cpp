@@ -80,6 +80,7 @@ Result<Walker> Walker::create(const WalkerSettings& settings, const WorldPos& pl
     body.tolerance = settings.contact_tolerance > 0.0 ? settings.contact_tolerance
                                                       : default_contact_tolerance(capsule);
     body.pose = start.pose;
+    body.acceleration.z() = -internal::kGravity;
     state->least_cosine = cosine_of(settings.max_slope);
     state->contacts.reserve(kMaxWalkerContacts);
     state->rows.resize(kMaxWalkerContacts);
@@ -142,9 +143,7 @@ void Walker::State::advance_substep(const Ground& ground, std::span<const Obstac
     }
     if (internal::is_too_deep(body, ground_contacts)) {
         report.parked =
-            internal::step_body(body, ground_contacts, ground, internal::kGravity, substep).resident
-                ? 0
-                : 1;
+            internal::step_body(body, ground_contacts, ground, substep).resident ? 0 : 1;
         report.simulated_time += substep;
         is_stepping_up = false;
         return;

@@ -98,6 +98,7 @@ WheeledChassis::WheeledChassis(const ChassisSettings& settings,
     body_.parts = parts_;
     body_.mass = make_mass_properties(box, settings.mass);
     body_.friction = kChassisFriction;
+    body_.acceleration.z() = -kGravity;
     body_.tolerance = std::min(default_contact_tolerance(box), default_contact_tolerance(wheel));
     body_.pose = {orthonormalized(start.pose.rotation), start.pose.translation};
     body_.velocity = {start.velocity, start.angular_velocity};
@@ -263,11 +264,11 @@ StepReport WheeledChassis::step(const Ground& ground, std::span<const WheelComma
     const double substep = dt / substep_count;
     if (!cast_wheels(ground)) return park();
     for (double done = 0.0; done < substep_count; done += 1.0) {
-        body_.velocity.linear.z() -= kGravity * substep;
+        body_.velocity.linear += body_.acceleration * substep;
         apply_drag(substep);
         apply_suspension(substep);
         solve_tyres(commands, substep);
-        const SubstepAnswer answer = step_body(body_, ground_contacts_, ground, kGravity, substep);
+        const SubstepAnswer answer = step_body(body_, ground_contacts_, ground, substep);
         if (!answer.resident || !cast_wheels(ground)) return park();
         total.add(answer);
     }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <terrane/collision/bodies.h>
+#include <terrane/collision/world.h>
 #include <terrane/terrain/height_source.h>
 #include <terrane/terrain/view.h>
 

@@ -94,7 +94,7 @@ void write_poses(OutputFile& trace, std::size_t step, std::span<const BodyState>
 }
 
 /// Loads the ground below the starts and creates the bodies above it.
-CommandResult<BodyWorld> make_world(const DropOptions& options, Pager& pager) {
+CommandResult<World> make_world(const DropOptions& options, Pager& pager) {
     pager.update({}, {}, 0.0);
     const WorldRect area = drop_area(options.layout, pager.resident()->extent());
     const double margin = 10.0;  // metres: widest shape plus a cell
@@ -117,19 +117,19 @@ CommandResult<BodyWorld> make_world(const DropOptions& options, Pager& pager) {
             "terrain's centre",
             bodies.size(), options.layout.count, area.east - area.west, area.north - area.south));
     }
-    BodyWorldSettings settings;
+    WorldSettings settings;
     settings.allow_sleep = !options.no_sleep;
     settings.worker_count = static_cast<int>(options.threads);
-    Result<BodyWorld> world = BodyWorld::create(settings);
+    Result<World> world = World::create(settings);
     if (!world) return pass_on(world.error());
     for (const DroppedBody& body : bodies) {
-        const Result<std::size_t> added = world->add(body.settings, body.state);
+        const Result<BodyId> added = world->add(body.settings, body.state);
         if (!added) return pass_on(added.error());
     }
     return std::move(*world);
 }
 
-CommandResult<DropTotals> simulate(const DropOptions& options, Pager& pager, BodyWorld& world,
+CommandResult<DropTotals> simulate(const DropOptions& options, Pager& pager, World& world,
                                    OutputFile* trace, DropFilm* film) {
     using Clock = std::chrono::steady_clock;
     const std::size_t step_count = count_steps(options);
@@ -183,7 +183,7 @@ CommandResult<void> run_drop(const DropOptions& options, const CLI::App& command
                           .horizon = 2.0 * options.dt,
                           .contact_spacing = options.contact_spacing_m});
     if (!pager) return pass_on(pager.error());
-    CommandResult<BodyWorld> world = make_world(with_seed, *pager);
+    CommandResult<World> world = make_world(with_seed, *pager);
     if (!world) return pass_on(world.error());
 
     watch_for_interrupts();

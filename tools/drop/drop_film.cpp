@@ -20,8 +20,7 @@ DropFilm::DropFilm(const FlightOptions& options, FrameMaker maker, FlightOutput 
       camera_(std::move(camera)) {}
 
 Result<DropFilm> DropFilm::create(const FlightOptions& options,
-                                  std::shared_ptr<const HeightSource> source,
-                                  const BodyWorld& world) {
+                                  std::shared_ptr<const HeightSource> source, const World& world) {
     Result<FrameMaker> maker = FrameMaker::create(source, frame_maker_settings(options));
     if (!maker) return tl::unexpected(maker.error());
     Result<FlightOutput> output = FlightOutput::create(options, *source, kColumns);
@@ -31,7 +30,7 @@ Result<DropFilm> DropFilm::create(const FlightOptions& options,
     return DropFilm(options, std::move(*maker), std::move(*output), std::move(camera));
 }
 
-Result<void> DropFilm::show(const BodyWorld& world, const StepReport& report, double time) {
+Result<void> DropFilm::show(const World& world, const StepReport& report, double time) {
     const View picture = make_view(options_.size, options_.fov_deg);
     for (;;) {
         const double due = static_cast<double>(output_.frames().size()) / options_.fps;

@@ -17,11 +17,10 @@ public:
     ///
     /// Fails as FlightOutput and FrameMaker do.
     static Result<DropFilm> create(const FlightOptions& options,
-                                   std::shared_ptr<const HeightSource> source,
-                                   const BodyWorld& world);
+                                   std::shared_ptr<const HeightSource> source, const World& world);
 
     /// Makes the frames due up to `time` (seconds from the start) with the current poses. Fails with io.
-    Result<void> show(const BodyWorld& world, const StepReport& report, double time);
+    Result<void> show(const World& world, const StepReport& report, double time);
 
     /// Completes all files, and adds frames, renderer, samples and out to the summary. Fails with io.
     Result<void> finish(const std::string& title, nlohmann::ordered_json& summary);

@@ -12,6 +12,14 @@ namespace {
 constexpr std::uint32_t kNotFirst = kNone - 1;
 /// Threads take pairs in blocks of this size.
 constexpr std::size_t kBlock = 32;
+/// More pairs than this many a body, and this many in all, are a crowd: each body then has a limited number of them.
+constexpr std::size_t kCrowdPairsPerBody = 32;
+constexpr std::size_t kLeastCrowdPairs = 4096;
+constexpr std::uint8_t kMaxPartnersInCrowd = 64;
+
+bool is_moved_by_none(Mobility mobility) {
+    return mobility != Mobility::moving && mobility != Mobility::driving;
+}
 
 /// Half extents of a shape's bounding box in world axes, metres, for all rotations that move no point by more than
 /// `turn_distance`.
@@ -44,13 +52,24 @@ Eigen::Vector3d half_box(const RigidBody& body, double turn_distance) {
 
 }  // namespace
 
-void IslandSolver::update_bounds(std::span<const RigidBody> bodies, const StepSpan& span) {
+void IslandSolver::update_bounds(std::span<const RigidBody> bodies,
+                                 std::span<const Mobility> mobility, const StepSpan& span) {
     const double duration = span.duration;
-    const double fall = 0.5 * duration * duration * length(span.gravity);
+    const Eigen::Vector3d infinite = Eigen::Vector3d::Constant(kInfinity);
     bounds_.resize(bodies.size());
     spheres_.resize(bodies.size());
+    has_bounds_.resize(bodies.size(), 0);
     for (std::size_t i = 0; i < bodies.size(); ++i) {
+        const bool is_still = is_moved_by_none(mobility[i]);
+        if (is_still && has_bounds_[i] != 0) continue;
+        has_bounds_[i] = is_still ? 1 : 0;
+        if (mobility[i] == Mobility::absent) {
+            bounds_[i] = {infinite, -infinite};
+            spheres_[i] = {};
+            continue;
+        }
         const RigidBody& body = bodies[i];
+        const double fall = 0.5 * duration * duration * length(body.acceleration);
         const Eigen::Vector3d translation = body.velocity.linear * duration;
         const double turn_distance = body.radius * length(body.velocity.angular) * duration;
         const Eigen::Vector3d half = half_box(body, turn_distance);
@@ -66,6 +85,19 @@ void IslandSolver::update_bounds(std::span<const RigidBody> bodies, const StepSp
     }
 }
 
+/// Whether one of the bodies has too many pairs already. Counts the pair if not.
+bool IslandSolver::is_crowded(const BodyPair& pair, bool is_limited) {
+    if (!is_limited) return false;
+    std::uint8_t &a = partner_count_[pair.a], &b = partner_count_[pair.b];
+    if (a >= kMaxPartnersInCrowd || b >= kMaxPartnersInCrowd) {
+        ++skipped_pair_count_;
+        return true;
+    }
+    ++a;
+    ++b;
+    return false;
+}
+
 /// Makes the manifolds of all pairs that may touch, and finds those of the previous collision step.
 void IslandSolver::collect_pairs(std::span<const RigidBody> bodies,
                                  std::span<const Mobility> mobility, double duration) {
@@ -75,11 +107,21 @@ void IslandSolver::collect_pairs(std::span<const RigidBody> bodies,
     const auto is_earlier = [](const BodyPair& a, const BodyPair& b) {
         return a.a != b.a ? a.a < b.a : a.b < b.b;
     };
+    sensor_pairs_.clear();
+    skipped_pair_count_ = 0;
     std::size_t old = 0;
-    for (const BodyPair& pair : broadphase_->find_pairs()) {
+    const std::span<const BodyPair> pairs = broadphase_->find_pairs();
+    const bool is_crowd =
+        pairs.size() > std::max(kLeastCrowdPairs, kCrowdPairsPerBody * bodies.size());
+    if (is_crowd) partner_count_.assign(bodies.size(), 0);
+    for (const BodyPair& pair : pairs) {
         const RigidBody &a = bodies[pair.a], &b = bodies[pair.b];
-        const bool rests =
-            mobility[pair.a] != Mobility::moving && mobility[pair.b] != Mobility::moving;
+        if ((!is_dynamic(a) && !is_dynamic(b)) || !may_collide(a.filter, b.filter)) continue;
+        if (a.is_sensor || b.is_sensor) {
+            sensor_pairs_.push_back(pair);
+            continue;
+        }
+        const bool rests = is_moved_by_none(mobility[pair.a]) && is_moved_by_none(mobility[pair.b]);
         const double reach = a.radius + b.radius + a.tolerance + b.tolerance +
                              duration * length(a.velocity.linear - b.velocity.linear);
         const Eigen::Vector3d between = a.pose.translation - b.pose.translation;
@@ -90,6 +132,8 @@ void IslandSolver::collect_pairs(std::span<const RigidBody> bodies,
         }
         const bool was = old < previous_manifolds_.size() && previous_manifolds_[old].pair == pair;
         if (rests && !was) continue;
+        if (pair_filter_ && !pair_filter_(pair.a, pair.b)) continue;
+        if (is_crowded(pair, is_crowd)) continue;
         previous_index_.push_back(was ? static_cast<std::uint32_t>(old) : kNone);
         const std::size_t most = PairManifold::max_count(a, b);
         for (std::size_t i = 0; i < most; ++i) manifolds_.emplace_back().pair = pair;
@@ -117,11 +161,11 @@ void IslandSolver::wake(std::span<const std::uint32_t> groups, std::span<Mobilit
     for (const PairManifold& manifold : manifolds_) {
         if (manifold.count() == 0) continue;
         const auto [a, b] = manifold.pair;
-        if (mobility[a] == Mobility::asleep && mobility[b] == Mobility::moving) {
+        if (mobility[a] == Mobility::asleep && !is_moved_by_none(mobility[b])) {
             wakes_[groups[a]] = 1;
             any = true;
         }
-        if (mobility[b] == Mobility::asleep && mobility[a] == Mobility::moving) {
+        if (mobility[b] == Mobility::asleep && !is_moved_by_none(mobility[a])) {
             wakes_[groups[b]] = 1;
             any = true;
         }
@@ -137,8 +181,8 @@ void IslandSolver::wake(std::span<const std::uint32_t> groups, std::span<Mobilit
 void IslandSolver::find(std::span<const RigidBody> bodies, std::span<const std::uint32_t> groups,
                         std::span<Mobility> mobility, const StepSpan& span, WorkerTeam& team) {
     const double duration = span.duration;
-    if (bodies_meet_ && bodies.size() > 1) {
-        update_bounds(bodies, span);
+    if (collide_bodies_ && bodies.size() > 1) {
+        update_bounds(bodies, mobility, span);
         broadphase_->update(bounds_, spheres_);
         collect_pairs(bodies, mobility, duration);
     }
@@ -151,7 +195,7 @@ void IslandSolver::find(std::span<const RigidBody> bodies, std::span<const std::
         if (previous_index_[i] != kNone) {
             previous = std::span(previous_manifolds_).subspan(previous_index_[i], most);
         }
-        if (mobility[a] != Mobility::moving && mobility[b] != Mobility::moving) {
+        if (is_moved_by_none(mobility[a]) && is_moved_by_none(mobility[b])) {
             std::copy(previous.begin(), previous.end(), manifolds.begin());
         } else {
             PairManifold::update(manifolds, bodies[a], bodies[b], previous, duration);
@@ -173,6 +217,39 @@ void IslandSolver::find(std::span<const RigidBody> bodies, std::span<const std::
     moves_.resize(bodies.size());
     for (std::size_t i = 0; i < bodies.size(); ++i) moves_[i] = mobility[i] == Mobility::moving;
     islands_.build(links_, moves_);
+    find_drivers(bodies, mobility, span);
+}
+
+/// Finds where the driving bodies of links are in each substep.
+void IslandSolver::find_drivers(std::span<const RigidBody> bodies,
+                                std::span<const Mobility> mobility, const StepSpan& span) {
+    later_drivers_.clear();
+    driver_index_.resize(bodies.size());
+    for (const BodyPair& link : links_) driver_index_[link.a] = driver_index_[link.b] = kNone;
+    for (const BodyPair& link : links_) {
+        for (const std::uint32_t i : {link.a, link.b}) {
+            if (mobility[i] != Mobility::driving || driver_index_[i] != kNone) continue;
+            driver_index_[i] = static_cast<std::uint32_t>(later_drivers_.size());
+            RigidBody later = bodies[i];
+            for (int substep = 1; substep < span.substep_count; ++substep) {
+                const Motion motion{later.pose, later.velocity.linear * span.substep(),
+                                    later.velocity.angular * span.substep()};
+                later.pose = motion.at(1.0);
+                later_drivers_.push_back(later);
+            }
+        }
+    }
+}
+
+void IslandSolver::forget_contacts(std::uint32_t body,
+                                   const std::function<void(std::uint32_t)>& touched) {
+    forget_bounds(body);
+    std::erase_if(manifolds_, [&](const PairManifold& manifold) {
+        const auto [a, b] = manifold.pair;
+        if (a != body && b != body) return false;
+        touched(a == body ? b : a);
+        return true;
+    });
 }
 
 }  // namespace terrane::internal

@@ -8,28 +8,41 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace terrane::internal {
 
 enum class Mobility : std::uint8_t {
-    fixed,   ///< never moves, whatever touches it
-    asleep,  ///< at rest until a moving body touches it
+    absent,   ///< no body has this index
+    fixed,    ///< does not move, whatever touches it
+    driving,  ///< moves whatever touches it, or has been placed anew: wakes sleepers that it touches
+    asleep,   ///< at rest until a moving or driving body touches it
     moving,
 };
+
+/// Whether the owner lets two bodies collide, by their indices, a < b.
+using PairFilter = std::function<bool(std::uint32_t a, std::uint32_t b)>;
 
 /// Finds the bodies that touch each other, and steps each island on its contacts. A body that touches no other is an
 /// island of one. All orders are those of the bodies, so that the number of threads changes no bit.
 class IslandSolver {
 public:
-    /// @param bodies_meet false: each body is an island of one
-    IslandSolver(BroadphaseKind kind, bool bodies_meet)
-        : broadphase_(make_broadphase(kind, 0.0)), bodies_meet_(bodies_meet) {}
+    /// @param collide_bodies false: each body is an island of one
+    /// @param pair_filter    empty: all pairs that the bodies' filters permit
+    /// @param records_impulses pair_impulses() and ground_impulses() are wanted
+    IslandSolver(BroadphaseKind kind, bool collide_bodies, bool records_impulses,
+                 PairFilter pair_filter)
+        : broadphase_(make_broadphase(kind, 0.0)),
+          collide_bodies_(collide_bodies),
+          records_impulses_(records_impulses),
+          pair_filter_(std::move(pair_filter)) {}
 
-    /// Finds the pairs that touch, or will within the step, and the islands of the moving bodies. Where a moving body
-    /// touches a sleeping one, its whole sleep group becomes `moving`.
+    /// Finds the pairs that touch, or will within the step, and the islands of the moving bodies. Where a moving or
+    /// driving body touches a sleeping one, its whole sleep group becomes `moving`.
     ///
     /// @param groups [bodies] sleep group: sleepers with equal numbers wake together
     void find(std::span<const RigidBody> bodies, std::span<const std::uint32_t> groups,
@@ -41,8 +54,40 @@ public:
     void step(std::span<RigidBody> bodies, std::span<GroundContactCache> ground_contacts,
               const StepSpan& span, WorkerTeam& team);
 
+    /// The body's box is computed anew in the next find(). Needed where a body that does not move has been changed.
+    void forget_bounds(std::size_t body) {
+        if (body < has_bounds_.size()) has_bounds_[body] = 0;
+    }
+
     /// Of the last find(); sleepers belong to none.
     const Islands& islands() const { return islands_; }
+    /// Whether a driving body touches an island of the last find().
+    bool is_driven(std::size_t island) const {
+        for (const std::uint32_t link : islands_.links(island)) {
+            for (const std::uint32_t body : {links_[link].a, links_[link].b}) {
+                if (moves_[body] == 0 && driver_index_[body] != kNone) return true;
+            }
+        }
+        return false;
+    }
+    /// Contacts between bodies, ascending by pair; the pairs of sleepers too.
+    std::span<const PairManifold> manifolds() const { return manifolds_; }
+    /// [manifolds] impulse on body a in the last step(), N s.
+    std::span<const Eigen::Vector3d> pair_impulses() const { return pair_impulses_; }
+    /// [bodies] impulse of the ground in the last step(), N s.
+    std::span<const Eigen::Vector3d> ground_impulses() const { return ground_impulses_; }
+    /// Sensors and dynamic bodies whose boxes overlapped in the last find(), ascending.
+    std::span<const BodyPair> sensor_pairs() const { return sensor_pairs_; }
+    /// Pairs of the last find() that were left out because too many bodies are in one place.
+    std::size_t skipped_pair_count() const { return skipped_pair_count_; }
+
+    /// Forgets the contacts of a body that has been removed or placed anew. Calls touched(other) for each body that it
+    /// had contacts with.
+    void forget_contacts(std::uint32_t body, const std::function<void(std::uint32_t)>& touched);
+    /// Replaces the contacts by those of another solver's manifolds().
+    void restore_contacts(std::vector<PairManifold> manifolds) {
+        manifolds_ = std::move(manifolds);
+    }
     /// Whether a contact of a moving body with the ground closed in the last step() fast enough to bounce.
     bool has_struck_ground(std::size_t body) const { return struck_[body] != 0; }
     /// Pairs of touching bodies of which at least one moves.
@@ -53,7 +98,7 @@ private:
     struct Impact {
         std::uint32_t body;       // on the ground, or kNone for a contact of two bodies
         double gap;               // that the contact had to close in the substep, metres
-        double gravity;           // acceleration by gravity along the approach, m/s^2
+        double acceleration;      // along the approach, m/s^2
         double restitution;       // 0 to 1
         double separating_speed;  // m/s; < 0: the contact does not bounce
     };
@@ -70,9 +115,13 @@ private:
         const StepSpan& span;
     };
 
-    void update_bounds(std::span<const RigidBody> bodies, const StepSpan& span);
+    void update_bounds(std::span<const RigidBody> bodies, std::span<const Mobility> mobility,
+                       const StepSpan& span);
     void collect_pairs(std::span<const RigidBody> bodies, std::span<const Mobility> mobility,
                        double duration);
+    bool is_crowded(const BodyPair& pair, bool is_limited);
+    void find_drivers(std::span<const RigidBody> bodies, std::span<const Mobility> mobility,
+                      const StepSpan& span);
     void remove_separated();
     void wake(std::span<const std::uint32_t> groups, std::span<Mobility> mobility);
     void step_island(std::size_t island, Scratch& scratch, const Scene& scene);
@@ -80,6 +129,9 @@ private:
     bool add_contacts(std::size_t island, int substep, ContactSolver& solver, Scratch& scratch,
                       const Scene& scene);
     void store_impulses(std::size_t island, const ContactSolver& solver, const Scene& scene);
+    void record_impulses(std::size_t island, const ContactSolver& solver, const Scene& scene);
+    const RigidBody& body_at(std::uint32_t body, int substep, const Scene& scene) const;
+    std::uint32_t solver_index(std::uint32_t body, int substep, const Scene& scene) const;
     void separate(std::size_t island, ContactSolver& solver, const Scene& scene);
     void bounce(std::size_t island, ContactSolver& solver, Scratch& scratch, const Scene& scene,
                 double max_energy);
@@ -88,8 +140,14 @@ private:
     double total_energy(std::size_t island, const WorldPos& origin, const Scene& scene) const;
 
     std::unique_ptr<Broadphase> broadphase_;
-    bool bodies_meet_;
+    bool collide_bodies_, records_impulses_;
+    PairFilter pair_filter_;
     std::vector<Aabb> bounds_;
+    std::vector<std::uint8_t>
+        has_bounds_;  // [bodies] the box of a body that does not move is known
+    std::vector<std::uint8_t> partner_count_;  // [bodies] pairs so far, in a crowd
+    std::vector<BodyPair> sensor_pairs_;
+    std::size_t skipped_pair_count_ = 0;
     std::vector<BoundingSphere> spheres_;
     std::vector<PairManifold> manifolds_, previous_manifolds_;  // ascending by pair
     // Of each pair's first manifold: its index in previous_manifolds_, or kNone.
@@ -100,7 +158,11 @@ private:
     std::vector<std::uint8_t> wakes_;            // [groups]
     std::vector<std::uint8_t> moves_;
     Islands islands_;
+    // [bodies], then the driving ones of links again, as they are in the second substep and later.
     std::vector<SolverBody> solver_bodies_;
+    std::vector<RigidBody> later_drivers_;     // in the order of those
+    std::vector<std::uint32_t> driver_index_;  // [bodies] in later_drivers_, or kNone
+    std::vector<Eigen::Vector3d> pair_impulses_, ground_impulses_;
     std::vector<std::uint8_t> struck_;  // see has_struck_ground()
     std::vector<Scratch> scratch_;      // [workers]
 };

@@ -46,14 +46,26 @@ void IslandSolver::step(std::span<RigidBody> bodies, std::span<GroundContactCach
     solver_bodies_.resize(bodies.size());
     struck_.assign(bodies.size(), 0);
     scratch_.resize(static_cast<std::size_t>(team.size()));
-    // Bodies that do not move may be in contacts of several islands: no island writes them.
+    if (records_impulses_) {
+        pair_impulses_.assign(manifolds_.size(), Eigen::Vector3d::Zero());
+        ground_impulses_.assign(bodies.size(), Eigen::Vector3d::Zero());
+    }
+    // Bodies that islands do not move may be in contacts of several islands: no island writes them.
     for (const BodyPair& link : links_) {
         for (const std::uint32_t i : {link.a, link.b}) {
             if (moves_[i] != 0) continue;
             solver_bodies_[i].pose = bodies[i].pose;
             solver_bodies_[i].mass = {.inverse_mass = 0.0};
-            solver_bodies_[i].velocity = {};
+            const bool is_driving = driver_index_[i] != kNone;
+            solver_bodies_[i].velocity = is_driving ? bodies[i].velocity : Twist{};
         }
+    }
+    for (const RigidBody& driver : later_drivers_) {
+        solver_bodies_.push_back({.mass = {.inverse_mass = 0.0},
+                                  .pose = driver.pose,
+                                  .velocity = driver.velocity,
+                                  .before = {},
+                                  .plastic = {}});
     }
     const Scene scene{bodies, ground_contacts, span};
     const std::size_t count = islands_.count();
@@ -75,7 +87,7 @@ void IslandSolver::step_island(std::size_t island, Scratch& scratch, const Scene
     if (contact_count == 0) {
         for (const std::uint32_t member : members) {
             for (int i = 0; i < span.substep_count; ++i) {
-                bodies[member].velocity.linear += span.gravity * substep;
+                bodies[member].velocity.linear += bodies[member].acceleration * substep;
                 integrate(bodies[member], substep, true);
             }
         }
@@ -88,13 +100,17 @@ void IslandSolver::step_island(std::size_t island, Scratch& scratch, const Scene
     const WorldPos origin = bodies[members.front()].pose.translation;
     const double energy_before = total_energy(island, origin, scene);
     const StoppingRule rule = stopping_rule(members.size(), contact_count);
-    const double least_bounce = bounce_speed(length(span.gravity), substep);
+    double acceleration = 0.0;
+    for (const std::uint32_t member : members) {
+        acceleration = std::max(acceleration, length(bodies[member].acceleration));
+    }
+    const double least_bounce = bounce_speed(acceleration, substep);
     double removed = 0.0;
     bool bounces = false;
     for (int i = 0; i < span.substep_count; ++i) {
         for (const std::uint32_t member : members) {
             RigidBody& body = bodies[member];
-            body.velocity.linear += span.gravity * substep;
+            body.velocity.linear += body.acceleration * substep;
             if (i > 0) scene.ground_contacts[member].follow(body);
             SolverBody& copy = solver_bodies_[member];
             copy.pose = body.pose;
@@ -115,8 +131,8 @@ void IslandSolver::step_island(std::size_t island, Scratch& scratch, const Scene
                 }
                 if (impact.body != kNone) struck_[impact.body] = 1;
                 if (!(impact.restitution > 0.0)) continue;
-                // The impact comes before the substep ends: gravity had that much less time.
-                const double excess = impact.gravity * (substep - impact.gap / approach);
+                // The impact comes before the substep ends: the acceleration had that much less time.
+                const double excess = impact.acceleration * (substep - impact.gap / approach);
                 double& separating = scratch.separating_speeds[contact];
                 separating =
                     std::max(separating, impact.restitution * std::max(0.0, approach - excess));
@@ -131,11 +147,13 @@ void IslandSolver::step_island(std::size_t island, Scratch& scratch, const Scene
             const bool is_flying = links.empty() && !scene.ground_contacts[member].has_contacts();
             integrate(bodies[member], substep, is_flying);
         }
-        if (i + 1 < span.substep_count) continue;
-        if (bounces) {
+        const bool is_last = i + 1 == span.substep_count;
+        if (is_last && bounces) {
             const double left = energy_before - total_energy(island, origin, scene);
             bounce(island, solver, scratch, scene, std::clamp(left, 0.0, removed));
         }
+        if (records_impulses_) record_impulses(island, solver, scene);
+        if (!is_last) continue;
         if (overlaps) separate(island, solver, scene);
         limit_energy(island, solver, scene, origin, energy_before);
     }
@@ -146,6 +164,22 @@ void IslandSolver::step_island(std::size_t island, Scratch& scratch, const Scene
     if (!is_slow) return;
     const double kept = std::max(0.0, 1.0 - kRollingLoss * span.duration);
     for (const std::uint32_t member : members) bodies[member].velocity.angular *= kept;
+}
+
+/// A body of a link in a substep. Driving bodies are not stepped by islands.
+const RigidBody& IslandSolver::body_at(std::uint32_t body, int substep, const Scene& scene) const {
+    const bool is_later = substep > 0 && moves_[body] == 0 && driver_index_[body] != kNone;
+    if (!is_later) return scene.bodies[body];
+    return later_drivers_[driver_index_[body] + static_cast<std::size_t>(substep - 1)];
+}
+
+/// The index of body_at() in solver_bodies_.
+std::uint32_t IslandSolver::solver_index(std::uint32_t body, int substep,
+                                         const Scene& scene) const {
+    const bool is_later = substep > 0 && moves_[body] == 0 && driver_index_[body] != kNone;
+    if (!is_later) return body;
+    return static_cast<std::uint32_t>(scene.bodies.size()) + driver_index_[body] +
+           static_cast<std::uint32_t>(substep - 1);
 }
 
 std::size_t IslandSolver::count_contacts(std::size_t island, const Scene& scene) const {
@@ -166,21 +200,25 @@ bool IslandSolver::add_contacts(std::size_t island, int substep, ContactSolver& 
     const std::span<const std::uint32_t> links = islands_.links(island);
     bool overlaps = false;
     std::size_t index = 0;
-    const auto add = [&](const SolverContact& contact, double gravity) {
+    const auto add = [&](const SolverContact& contact, double acceleration) {
         overlaps = overlaps || contact.gap < contact.target_gap;
         Impact& impact = scratch.impacts[index++];
         impact.body = contact.b == SolverContact::kGround ? contact.a : kNone;
         impact.gap = std::max(0.0, contact.gap - contact.rest_gap);
-        impact.gravity = gravity;
+        impact.acceleration = acceleration;
         impact.restitution = contact.restitution;
         solver.add(contact);
     };
     for (const std::uint32_t link : links) {
         PairManifold& manifold = manifolds_[link_manifolds_[link]];
         const auto [a, b] = manifold.pair;
-        if (substep > 0) manifold.follow(scene.bodies[a], scene.bodies[b]);
+        const RigidBody &body_a = body_at(a, substep, scene), &body_b = body_at(b, substep, scene);
+        if (substep > 0) manifold.follow(body_a, body_b);
         for (std::size_t i = 0; i < manifold.count(); ++i) {
-            add(manifold.contact(i, scene.bodies[a], scene.bodies[b]), 0.0);
+            SolverContact contact = manifold.contact(i, body_a, body_b);
+            contact.a = solver_index(a, substep, scene);
+            contact.b = solver_index(b, substep, scene);
+            add(contact, 0.0);
         }
     }
     // The ground comes last, so that its constraints are met best.
@@ -192,7 +230,7 @@ bool IslandSolver::add_contacts(std::size_t island, int substep, ContactSolver& 
         for (std::size_t i = 0; i < cache.count(); ++i) {
             SolverContact contact = cache.contact(i, scene.bodies[member], member);
             if (!is_warm) contact.initial_impulse.setZero();
-            add(contact, std::max(0.0, -dot(contact.normal, scene.span.gravity)));
+            add(contact, std::max(0.0, -dot(contact.normal, scene.bodies[member].acceleration)));
         }
     }
     return overlaps;
@@ -213,6 +251,23 @@ void IslandSolver::store_impulses(std::size_t island, const ContactSolver& solve
     }
 }
 
+/// Adds the impulses of a substep to those of the step.
+void IslandSolver::record_impulses(std::size_t island, const ContactSolver& solver,
+                                   const Scene& scene) {
+    std::size_t row = 0;
+    for (const std::uint32_t link : islands_.links(island)) {
+        const std::uint32_t manifold = link_manifolds_[link];
+        for (std::size_t i = 0; i < manifolds_[manifold].count(); ++i) {
+            pair_impulses_[manifold] += solver.impulse(row++);
+        }
+    }
+    for (const std::uint32_t member : islands_.bodies(island)) {
+        for (std::size_t i = 0; i < scene.ground_contacts[member].count(); ++i) {
+            ground_impulses_[member] += solver.impulse(row++);
+        }
+    }
+}
+
 /// Opens contacts below their target gap, at bounded speed. It leaves no velocity behind.
 void IslandSolver::separate(std::size_t island, ContactSolver& solver, const Scene& scene) {
     const std::span<const std::uint32_t> members = islands_.bodies(island);
@@ -221,12 +276,12 @@ void IslandSolver::separate(std::size_t island, ContactSolver& solver, const Sce
     solver.solve_separation(distance, true);
     for (const std::uint32_t member : members) {
         RigidBody& body = scene.bodies[member];
-        const double height = body.pose.translation.z();
+        const WorldPos before = body.pose.translation;
         const Twist displacement =
             clamp_displacement(solver_bodies_[member].velocity, body.radius, distance);
         const Motion motion{body.pose, displacement.linear, displacement.angular};
         body.pose = motion.at(1.0);
-        compensate_height_gain(body, length(scene.span.gravity), height);
+        compensate_height_gain(body, before);
     }
 }
 
@@ -258,7 +313,7 @@ void IslandSolver::limit_energy(std::size_t island, ContactSolver& solver, const
         solver_bodies_[member].velocity = body.velocity;
         const double energy = kinetic_energy(body.mass, body.pose, body.velocity);
         const double potential =
-            std::abs(dot(scene.span.gravity, body.pose.translation)) / body.mass.inverse_mass;
+            std::abs(dot(body.acceleration, body.pose.translation)) / body.mass.inverse_mass;
         kinetic += energy;
         excess += kEnergyRounding * (energy + potential);
     }
@@ -269,14 +324,14 @@ void IslandSolver::limit_energy(std::size_t island, ContactSolver& solver, const
     }
 }
 
-/// Kinetic energy, and potential energy of gravity relative to an origin, J.
+/// Kinetic energy, and potential energy of the acceleration relative to an origin, J.
 double IslandSolver::total_energy(std::size_t island, const WorldPos& origin,
                                   const Scene& scene) const {
     double energy = 0.0;
     for (const std::uint32_t member : islands_.bodies(island)) {
         const RigidBody& body = scene.bodies[member];
         energy += kinetic_energy(body.mass, body.pose, body.velocity);
-        energy -= dot(scene.span.gravity, body.pose.translation - origin) / body.mass.inverse_mass;
+        energy -= dot(body.acceleration, body.pose.translation - origin) / body.mass.inverse_mass;
     }
     return energy;
 }

@@ -24,6 +24,12 @@ double tolerance_of(const RigidBody& a, const RigidBody& b) {
     return std::min(a.tolerance, b.tolerance);
 }
 
+/// What a body must not move through in a step. A thin wall is not moved: there the thickness of the other body counts.
+double least_thickness(const RigidBody& a, const RigidBody& b) {
+    return is_dynamic(a) && is_dynamic(b) ? std::min(a.thickness, b.thickness)
+                                          : std::max(a.thickness, b.thickness);
+}
+
 Eigen::Vector3d velocity_at(const RigidBody& body, const Eigen::Vector3d& arm) {
     return body.velocity.linear + cross(body.velocity.angular, arm);
 }
@@ -60,7 +66,7 @@ void PairManifold::update(std::span<PairManifold> manifolds, const RigidBody& a,
         return;
     }
 
-    const double thin = kMarginOfExtent * std::min(a.thickness, b.thickness);
+    const double thin = kMarginOfExtent * least_thickness(a, b);
     // Nearest points do not predict the contact of bodies that may pass through each other in a step.
     if (closing > thin) manifolds[0].predict_impact(a, b, duration);
     if (manifolds[0].count_ == 0) {
@@ -190,6 +196,14 @@ void PairManifold::add_point(const PairContact& contact, const RigidBody& a, con
     point.part_b = contact.part_b;
     point.gap = gap;
     point.gap_offset = gap - core_separation(a, b, point);
+}
+
+double PairManifold::gap(std::size_t i, const RigidBody& a, const RigidBody& b) const {
+    return points_[i].gap_offset + core_separation(a, b, points_[i]);
+}
+
+double PairManifold::touching_gap(const RigidBody& a, const RigidBody& b) {
+    return kTouchingGap * tolerance_of(a, b);
 }
 
 SolverContact PairManifold::contact(std::size_t i, const RigidBody& a, const RigidBody& b) const {

@@ -39,6 +39,10 @@ public:
     void follow(const RigidBody& a, const RigidBody& b);
 
     std::size_t count() const { return count_; }
+    /// Gap of contact i at the bodies' poses, metres.
+    double gap(std::size_t i, const RigidBody& a, const RigidBody& b) const;
+    /// Contacts with at most this gap touch, metres.
+    static double touching_gap(const RigidBody& a, const RigidBody& b);
 
     /// Contact i for a solver that names bodies by the indices of `pair`.
     SolverContact contact(std::size_t i, const RigidBody& a, const RigidBody& b) const;

@@ -3,6 +3,8 @@
 
 #include "bodies/solver/contact_solver.h"
 
+#include <terrane/collision/body_id.h>
+
 #include <algorithm>
 #include <cmath>
 #include <span>
@@ -34,6 +36,10 @@ struct RigidBody : BodyMotion {
     double friction = 0.0;
     double restitution = 0.0;
     double tolerance = 0.01;  ///< largest penetration depth, metres, > 0
+    CollisionFilter filter;
+    bool is_sensor = false;
+    /// By gravity and the forces of the step, m/s^2.
+    Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();
 };
 
 inline Pose part_pose(const BodyPart& part, const Pose& pose) {
@@ -56,6 +62,9 @@ inline double rounding_of(const Shape& shape, std::uint32_t part) {
 /// Friction and restitution of a contact from those of its two surfaces.
 inline double combined_friction(double a, double b) { return std::sqrt(a * b); }
 inline double combined_restitution(double a, double b) { return std::max(a, b); }
+
+/// Whether forces and contacts move a body.
+inline bool is_dynamic(const RigidBody& body) { return body.mass.inverse_mass > 0.0; }
 
 /// Upper bound of the speed of a body's points, m/s.
 inline double greatest_speed(const RigidBody& body) {

@@ -107,11 +107,12 @@ private:
 };
 
 /// No warm start: the velocity may include the impulses of an earlier solve.
-void solve(RigidBody& body, const GroundContactCache& cache, double gravity, double duration) {
+void solve(RigidBody& body, const GroundContactCache& cache, double duration) {
     if (!cache.has_contacts()) return;
     GroundSolver solver(body, cache);
     solver.velocity() = body.velocity;
-    (*solver).solve_velocity(kAlone, bounce_speed(gravity, duration), duration, kStoppingRule);
+    (*solver).solve_velocity(kAlone, bounce_speed(length(body.acceleration), duration), duration,
+                             kStoppingRule);
     body.velocity = solver.velocity();
 }
 
@@ -119,11 +120,11 @@ enum class SeparationMode { rigid, translation, vertical };
 
 /// Opens contacts below the separation gap, at bounded speed. False: ground needed for the result is not resident.
 bool separate(RigidBody& body, const Ground& ground, const GroundContactCache& cache,
-              OffsetSurface& surface, double gravity, double duration) {
+              OffsetSurface& surface, double duration) {
     const double target_gap = kSeparationGap * body.tolerance;
     if (cache.least_gap(0.0, target_gap) >= target_gap) return true;
     const double distance = kSeparationSpeed * duration;
-    const double height = body.pose.translation.z();
+    const WorldPos before = body.pose.translation;
     // A rotation may bring another corner into the ground, and an unconverged translation may meet the opposite wall of
     // a crack. The vertical translation is always clear.
     for (const SeparationMode mode :
@@ -141,7 +142,7 @@ bool separate(RigidBody& body, const Ground& ground, const GroundContactCache& c
         if (!moved.resident) return false;
         if (moved.fraction >= kUsefulShare) break;
     }
-    compensate_height_gain(body, gravity, height);
+    compensate_height_gain(body, before);
     return true;
 }
 
@@ -158,7 +159,7 @@ struct Interval {
 /// Finds the ground contacts, solves them, and advances the body: by `duration`, or less where it has rotated so far
 /// that its contacts must be found anew.
 Interval advance_interval(RigidBody& body, GroundContactCache& cache, const Ground& ground,
-                          double gravity, double duration) {
+                          double duration) {
     if (is_swept_sphere_clear(body, ground, duration * body.velocity.linear)) {
         cache.set_out_of_reach();
     } else {
@@ -188,8 +189,8 @@ Interval advance_interval(RigidBody& body, GroundContactCache& cache, const Grou
         const double turn = rate() * remaining;
         interval.is_last = turn <= kContactTurn;
         if (!interval.is_last) remaining *= kContactTurn / turn;
-        solve(body, cache, gravity, remaining);
-        if (!separate(body, ground, cache, surface, gravity, remaining)) return {.resident = false};
+        solve(body, cache, remaining);
+        if (!separate(body, ground, cache, surface, remaining)) return {.resident = false};
     }
 
     for (int piece_count = 0; remaining > 0.0; ++piece_count) {
@@ -217,7 +218,7 @@ Interval advance_interval(RigidBody& body, GroundContactCache& cache, const Grou
         interval.touches = true;
         cache.refresh(body, ground, surface.index);
         if (!cache.is_resident()) return {.resident = false};
-        solve(body, cache, gravity, std::max(remaining, kLeastSolveShare * duration));
+        solve(body, cache, std::max(remaining, kLeastSolveShare * duration));
         surface = make_offset_surface(body, cache, surface.index,
                                       std::min(surface.index + 1, kOffsetCount - 1));
         if (advanced > 0.0 && rate() * remaining > kContactTurn) {
@@ -249,11 +250,11 @@ Twist clamp_displacement(Twist displacement, double radius, double most) {
     return displacement;
 }
 
-void compensate_height_gain(RigidBody& body, double gravity, double height_before) {
-    const double lifted = body.pose.translation.z() - height_before;
-    if (!(lifted > 0.0)) return;
+void compensate_height_gain(RigidBody& body, const WorldPos& before) {
+    const double work = -dot(body.acceleration, body.pose.translation - before);
+    if (!(work > 0.0)) return;
     const double energy = kinetic_energy(body.mass, body.pose, body.velocity);
-    const double left = energy - gravity * lifted / body.mass.inverse_mass;
+    const double left = energy - work / body.mass.inverse_mass;
     const double scale = left > 0.0 ? std::sqrt(left / energy) : 0.0;
     body.velocity.linear *= scale;
     body.velocity.angular *= scale;
@@ -287,20 +288,21 @@ double count_substeps(double dt, double max_substep) {
     return std::max(1.0, std::ceil(dt / max_substep - kSlack));
 }
 
-double bounce_speed(double gravity, double duration) {
-    return std::max(0.1, 4.0 * gravity * duration);
+double bounce_speed(double acceleration, double duration) {
+    return std::max(0.1, 4.0 * acceleration * duration);
 }
 
 SubstepAnswer step_body(RigidBody& body, GroundContactCache& cache, const Ground& ground,
-                        double gravity, double duration) {
+                        double duration) {
     SubstepAnswer total;
+    const Eigen::Vector3d velocity_before = body.velocity.linear;
     double remaining = duration;
     for (int count = 0; remaining > 0.0; ++count) {
         if (count == kMaxIntervals) {
             total.lost_time += remaining;
             break;
         }
-        const Interval interval = advance_interval(body, cache, ground, gravity, remaining);
+        const Interval interval = advance_interval(body, cache, ground, remaining);
         total.resident = interval.resident;
         if (!interval.resident) break;
         total.touches = interval.touches;
@@ -310,6 +312,7 @@ SubstepAnswer step_body(RigidBody& body, GroundContactCache& cache, const Ground
         remaining =
             interval.is_last ? 0.0 : remaining - interval.simulated_time - interval.lost_time;
     }
+    total.impulse = (body.velocity.linear - velocity_before) / body.mass.inverse_mass;
     return total;
 }
 

@@ -8,9 +8,9 @@
 
 namespace terrane::internal {
 
-inline constexpr double kGravity = 9.81;  ///< default, m/s^2
 /// Largest speed at which overlaps are separated, m/s. Separation leaves no velocity behind.
 inline constexpr double kSeparationSpeed = 0.5;
+inline constexpr double kGravity = 9.81;  ///< default, m/s^2
 
 /// Number of equal substeps of a step.
 double count_substeps(double dt, double max_substep);
@@ -22,6 +22,7 @@ struct SubstepAnswer {
     std::uint64_t impacts = 0;
     double simulated_time = 0.0;
     double lost_time = 0.0;
+    Eigen::Vector3d impulse = Eigen::Vector3d::Zero();  ///< of the ground in step_body(), N s
 
     void add(const SubstepAnswer& later) {
         resident = resident && later.resident;
@@ -29,17 +30,18 @@ struct SubstepAnswer {
         impacts += later.impacts;
         simulated_time += later.simulated_time;
         lost_time += later.lost_time;
+        impulse += later.impulse;
     }
 };
 
-/// Advances a body by `duration` seconds. Its velocity already includes the forces of the substep.
+/// Advances a body by `duration` seconds. Its velocity already includes its acceleration over that time.
 ///
 /// Every displacement is proved clear of an offset surface, or cast against it, so that the penetration depth is
 /// bounded by construction, whatever the solver and the integrator do.
 ///
 /// @param cache contacts of the body with this ground
 SubstepAnswer step_body(RigidBody& body, GroundContactCache& cache, const Ground& ground,
-                        double gravity, double duration);
+                        double duration);
 
 /// Moves a body freely, conserving its angular momentum and never adding energy.
 /// @param is_flying no contact was solved: the spin is that of the middle of the time
@@ -53,15 +55,18 @@ void conserve_momentum(RigidBody& body, const Eigen::Matrix3d& rotation_before);
 /// Scales a displacement down so that no point moves by more than `most` metres.
 Twist clamp_displacement(Twist displacement, double radius, double most);
 
-/// Takes the potential energy that separation added from the kinetic energy, as far as there is any.
-void compensate_height_gain(RigidBody& body, double gravity, double height_before);
+/// Takes the potential energy of the acceleration that separation has added from the kinetic energy, as far as there is
+/// any.
+/// @param before where the body was
+void compensate_height_gain(RigidBody& body, const WorldPos& before);
 
 /// Recovers a body that penetrates all offset surfaces: moves it along its escape translation at bounded speed, without
 /// other motion. The remaining translation bounds the depth, so the depth decreases by the distance moved; a new
 /// translation replaces it only where it is shorter. False: ground needed for the result is not resident.
 bool recover(RigidBody& body, const Ground& ground, double duration);
 
-/// Contacts that approach more slowly do not bounce, m/s: the speed that gravity gives in four substeps.
-double bounce_speed(double gravity, double duration);
+/// Contacts that approach more slowly do not bounce, m/s: the speed that the acceleration gives in four substeps.
+/// @param acceleration m/s^2, >= 0
+double bounce_speed(double acceleration, double duration);
 
 }  // namespace terrane::internal

@@ -18,7 +18,7 @@ namespace {
 /// move, at most its smallest half extent and the spacing of the ground.
 double contact_reach(const RigidBody& body, const Ground& ground, const StepSpan& span) {
     const double most = std::min(body.thickness, ground.spacing());
-    const double fall = length(span.gravity) * span.duration * span.duration;
+    const double fall = length(body.acceleration) * span.duration * span.duration;
     return std::min(most, greatest_speed(body) * span.duration + fall);
 }
 
@@ -29,7 +29,7 @@ StepStart begin_collision_step(RigidBody& body, GroundContactCache& cache, const
     StepStart start;
     start.pose = body.pose;
     const Eigen::Vector3d reach =
-        body.velocity.linear * span.duration + span.gravity * (span.duration * span.duration);
+        body.velocity.linear * span.duration + body.acceleration * (span.duration * span.duration);
     if (is_swept_sphere_clear(body, ground, reach)) {
         cache.set_out_of_reach();
     } else {
@@ -83,13 +83,12 @@ SubstepAnswer end_collision_step(RigidBody& body, GroundContactCache& cache, con
     conserve_momentum(body, end.rotation);
     cache.invalidate();
     if (!(left > 0.0)) return answer;
-    const double gravity = length(span.gravity);
     const double pieces = std::ceil(left / span.substep());
     for (double piece = 0.0; piece < pieces && answer.resident; piece += 1.0) {
-        answer.add(step_body(body, cache, ground, gravity, left / pieces));
+        answer.add(step_body(body, cache, ground, left / pieces));
     }
     // The velocity has the work of gravity down to the end that was not reached.
-    if (answer.resident) compensate_height_gain(body, gravity, end.translation.z());
+    if (answer.resident) compensate_height_gain(body, end.translation);
     return answer;
 }
 

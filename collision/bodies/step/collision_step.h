@@ -10,11 +10,10 @@
 // with poses that are scratch, and the net displacement passes the gate.
 namespace terrane::internal {
 
-/// What limits the motion of a collision step, the same for all bodies.
+/// The time of a collision step, the same for all bodies.
 struct StepSpan {
-    Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  ///< m/s^2
-    double duration = 0.0;                              ///< of the collision step, seconds
-    int substep_count = 1;                              ///< equal substeps of it
+    double duration = 0.0;  ///< of the collision step, seconds
+    int substep_count = 1;  ///< equal substeps of it
 
     double substep() const { return duration / substep_count; }
 };

@@ -12,7 +12,7 @@
 #include "benchmark/machine.h"
 #include "support/random.h"
 
-#include <terrane/collision/bodies.h>
+#include <terrane/collision/world.h>
 
 #ifdef TERRANE_BENCH_BULLET
 #include "bodies_peer.h"
@@ -77,8 +77,7 @@ struct Times {
 /// Whether no body fell through.
 bool measure(const char* scene, const ContactMap& map, const Drop& drop, const Options& options) {
     const auto step_count = static_cast<int>(options.seconds / kStep);
-    Result<BodyWorld> world =
-        BodyWorld::create({.allow_sleep = false, .worker_count = options.workers});
+    Result<World> world = World::create({.allow_sleep = false, .worker_count = options.workers});
     for (std::size_t i = 0; i < drop.states.size(); ++i) {
         if (!world || !world->add(drop.settings[i], drop.states[i])) std::abort();
     }

@@ -3,7 +3,7 @@
 
 #include "references/reference_maps.h"
 
-#include <terrane/collision/bodies.h>
+#include <terrane/collision/world.h>
 
 #include <memory>
 #include <string>

@@ -2,7 +2,7 @@
 //
 // Time of ContactNeeds::find() for 200 bodies that move at 60 calls a second over a fractal whose chunks
 // have a side of 128 m. Names: where the bodies are, and their largest speed in m/s; radii are those of
-// BodyWorld::needs(). Time is the mean of a call; median_us and p99_us are of single calls.
+// World::needs(). Time is the mean of a call; median_us and p99_us are of single calls.
 #include "paging/demand/contact_needs.h"
 #include "support/random.h"
 

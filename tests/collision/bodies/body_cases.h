@@ -3,7 +3,7 @@
 
 #include "support/heights/table_ground.h"
 
-#include <terrane/collision/bodies.h>
+#include <terrane/collision/world.h>
 
 #include <gtest/gtest.h>
 
@@ -23,8 +23,8 @@ inline Eigen::Matrix3d turned(const Eigen::Vector3d& rotation_vector) {
     return Motion{{}, Eigen::Vector3d::Zero(), rotation_vector}.at(1.0).rotation;
 }
 
-inline BodyWorld make_world(const BodyWorldSettings& settings = {}) {
-    Result<BodyWorld> world = BodyWorld::create(settings);
+inline World make_world(const WorldSettings& settings = {}) {
+    Result<World> world = World::create(settings);
     EXPECT_TRUE(world.has_value());
     return std::move(*world);
 }

@@ -2,9 +2,9 @@
 // Bits of body states after a second of falling, bouncing and sliding. They may change only with an entry in
 // CHANGELOG.md; a failure prints the new hash. Built with both compilers at several optimisation levels, which must
 // agree.
-#include <terrane/collision/bodies.h>
 #include <terrane/collision/path_driver.h>
 #include <terrane/collision/tracked.h>
+#include <terrane/collision/world.h>
 #include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/pager.h>
 
@@ -21,7 +21,7 @@ namespace golden_bodies_test {
 TEST(GoldenBodies, AreTheSameWithEveryCompilerAtEveryLevel) {
     const auto source = FractalHeights::create({.seed = 12, .root_size_log2 = 12}).value();
     Pager pager = Pager::create(source, {.worker_count = 0, .horizon = 0.1}).value();
-    BodyWorld world = BodyWorld::create({}).value();
+    World world = World::create({}).value();
     const std::array<Shape, 3> shapes{Sphere{0.5}, Capsule{0.4, 0.8}, Box{{1.0, 2.0, 0.5}}};
     for (int i = 0; i < 18; ++i) {
         BodyState state;
@@ -43,7 +43,7 @@ TEST(GoldenBodies, AreTheSameWithEveryCompilerAtEveryLevel) {
 TEST(GoldenBodies, OfAHeapAreTheSameWithEveryCompilerAtEveryLevel) {
     const auto source = FractalHeights::create({.seed = 12, .root_size_log2 = 12}).value();
     Pager pager = Pager::create(source, {.worker_count = 0, .horizon = 0.1}).value();
-    BodyWorld world = BodyWorld::create({.worker_count = 3}).value();
+    World world = World::create({.worker_count = 3}).value();
     const ConvexHull wedge =
         ConvexHull::create(
             std::vector<Eigen::Vector3d>{{0, 0, 0}, {1.1, 0, 0}, {0, 0.9, 0}, {0.2, 0.1, 0.8}})

@@ -3,8 +3,8 @@
 #include "law_cases.h"
 #include "references/reference_maps.h"
 
-#include <terrane/collision/bodies.h>
 #include <terrane/collision/ground_cast.h>
+#include <terrane/collision/world.h>
 #include <terrane/terrain/pager.h>
 
 #include <Eigen/Geometry>
@@ -59,10 +59,10 @@ void expect_no_kick(const DyadicPlane& plane, const Ground& ground, double seam,
           Eigen::Vector3d(1.0, 1.0, 0.0), Eigen::Vector3d(1.0, -0.3, 0.0)}) {
         for (const double pressed : {0.0, 9.81}) {
             const Eigen::Vector3d along = (heading - heading.dot(n) * n).normalized();
-            BodyWorldSettings settings;
+            WorldSettings settings;
             settings.gravity = -pressed * n;
             settings.allow_sleep = false;
-            BodyWorld world = *BodyWorld::create(settings);
+            World world = *World::create(settings);
             BodySettings body;
             body.shape = shape.shape;
             body.friction = body.restitution = 0.0;
@@ -123,7 +123,7 @@ TEST(LawsOfSliding, SeamsOfChunksGiveNoImpulseWhateverTheirParents) {
 
 TEST(LawsOfSliding, ABoxOverFlatCellsForTwoSecondsKeepsItsVelocity) {
     const Ground ground = make_test_ground([](double, double) { return 0.0; }, 1.0, 1);
-    BodyWorld world = *BodyWorld::create({});
+    World world = *World::create({});
     BodySettings body;
     body.shape = Box{{0.5, 0.5, 0.5}};
     body.friction = body.restitution = 0.0;
@@ -180,9 +180,9 @@ public:
             state.pose.translation.z() +=
                 static_cast<double>(brute_lift<long double>(soup, shape.oracle, state.pose));
         }
-        BodyWorldSettings world;
+        WorldSettings world;
         world.allow_sleep = false;
-        world_.emplace(*BodyWorld::create(world));
+        world_.emplace(*World::create(world));
         EXPECT_TRUE(world_->add(settings, state));
         energy_ = energy();
     }
@@ -208,7 +208,7 @@ private:
     }
 
     Ground ground_;
-    std::optional<BodyWorld> world_;
+    std::optional<World> world_;
     Eigen::Vector3d inertia_;
     double energy_ = 0.0, growth_ = 0.0;
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Drops a sphere for three seconds; it must not be in the ground.
-#include <terrane/collision/bodies.h>
+#include <terrane/collision/world.h>
 #include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/pager.h>
 
@@ -22,7 +22,7 @@ int main() {
     if (!source) return fail(source.error().message);
     Result<Pager> pager = Pager::create(*source, {.worker_count = 0});
     if (!pager) return fail(pager.error().message);
-    Result<BodyWorld> world = BodyWorld::create({});
+    Result<World> world = World::create({});
     if (!world) return fail(world.error().message);
 
     BodyState start;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Messages with numbers, of every library, are short for any value.
-#include <terrane/collision/bodies.h>
 #include <terrane/collision/compound.h>
 #include <terrane/collision/convex_hull.h>
 #include <terrane/collision/truck.h>
 #include <terrane/collision/walker.h>
+#include <terrane/collision/world.h>
 #include <terrane/dem/dem_heights.h>
 #include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/number_text.h>
@@ -62,7 +62,7 @@ void expect_short(const char* name, const Ask& ask) {
 }
 
 TEST(Messages, OfBodiesAreShortWhateverTheValue) {
-    BodyWorld world = BodyWorld::create({}).value();
+    World world = World::create({}).value();
     expect_short("mass", [&](double value) {
         return message_of(world.add({.shape = Sphere{.radius = 1.0}, .mass = value}, {}));
     });
@@ -83,7 +83,7 @@ TEST(Messages, OfBodiesAreShortWhateverTheValue) {
         return message_of(world.add({.shape = Sphere{.radius = 1.0}}, state));
     });
     expect_short("gravity", [](double value) {
-        return message_of(BodyWorld::create({.gravity = {value, 0.0, 0.0}}));
+        return message_of(World::create({.gravity = {value, 0.0, 0.0}}));
     });
     expect_short("hull", [](double value) {
         const std::array<Eigen::Vector3d, 1> points{{{value, 0.0, 0.0}}};
@@ -107,7 +107,7 @@ TEST(Messages, OfBodiesAreShortWhateverTheValue) {
 }
 
 TEST(Messages, OfBodiesNameTheUnitAndTheRange) {
-    BodyWorld world = BodyWorld::create({}).value();
+    World world = World::create({}).value();
     EXPECT_EQ(message_of(world.add({.shape = Sphere{.radius = 1.0}, .mass = 1e300}, {})),
               "mass must be 1e-09 to 1e+12 kg, got 1e+300");
 }

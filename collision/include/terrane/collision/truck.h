@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <terrane/collision/bodies.h>
+#include <terrane/collision/world.h>
 
 #include <memory>
 #include <span>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "world/world_queries.h"
+#include "world/queries/world_queries.h"
 
 #include "math/valid_query.h"
 #include "math/vector_math.h"
 #include "pairs/kernels/core.h"
-#include "world/body_bounds.h"
+#include "world/queries/body_bounds.h"
 
 #include <terrane/collision/ground_cast.h>
 #include <terrane/collision/shape_pairs.h>

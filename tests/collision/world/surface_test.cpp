@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Friction and restitution by place: bodies and tyres on a ground with a surface map.
-#include "body_cases.h"
+#include "collision/bodies/body_cases.h"
 #include "support/heights/table_ground.h"
 
-#include <terrane/collision/bodies.h>
 #include <terrane/collision/truck.h>
+#include <terrane/collision/world.h>
 #include <terrane/terrain/surface.h>
 
 #include <gtest/gtest.h>
@@ -36,7 +36,7 @@ Ground make_two_surfaces(const SurfaceProperties& west, const SurfaceProperties&
 
 /// Distance along x that a box slides from a place until it stops.
 double slide(const Ground& ground, double x, double speed, double friction) {
-    BodyWorld world = make_world({.allow_sleep = false});
+    World world = make_world({.allow_sleep = false});
     EXPECT_TRUE(world.add({.shape = Box{{0.5, 0.5, 0.25}}, .friction = friction},
                           at({x, 64.3, 5.25}, {speed, 0.0, 0.0})));
     for (int step = 0; step < 600; ++step) EXPECT_EQ(world.step(ground, kStep).too_deep, 0u);
@@ -69,7 +69,7 @@ TEST(SurfaceByPlace, ABoxSlidesOverIceAndStopsOnTheRoadBehind) {
 TEST(SurfaceByPlace, RestitutionIsTheLargerOne) {
     const Ground ground = make_two_surfaces({.restitution = 0.0}, {.restitution = 0.9});
     for (const auto& [x, least, most] : {std::tuple(30.3, 0.0, 0.1), std::tuple(80.3, 1.4, 1.8)}) {
-        BodyWorld world = make_world({.allow_sleep = false});
+        World world = make_world({.allow_sleep = false});
         ASSERT_TRUE(world.add({.shape = Sphere{0.5}, .restitution = 0.0}, at({x, 64.3, 7.5})));
         double highest = 0.0;
         bool has_struck = false;

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "world/body_id.h"
-
+#include <terrane/collision/body_id.h>
 #include <terrane/collision/query_status.h>
 #include <terrane/terrain/math.h>
 

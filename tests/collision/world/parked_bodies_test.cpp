@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 //
 // Bodies whose ground is not loaded: they stop, and continue with the same bits once it is.
-#include "body_cases.h"
+#include "collision/bodies/body_cases.h"
 #include "support/heights/table_ground.h"
 #include "support/random.h"
 
-#include <terrane/collision/bodies.h>
+#include <terrane/collision/world.h>
 
 #include <gtest/gtest.h>
 
@@ -59,7 +59,7 @@ bool is_same(const BodyState& a, const BodyState& b) {
 TEST(ParkedBody, KeepsItsStateForAnyNumberOfSteps) {
     const Ground absent = make_flat(is_western);
     for (const Shape& shape : all_shapes()) {
-        BodyWorld world = make_world();
+        World world = make_world();
         const BodyState before = at({190.0, 64.0, 8.0}, {1.0, 2.0, -3.0}, {0.3, -4.0, 0.1});
         ASSERT_TRUE(world.add({.shape = shape}, before));
         ASSERT_TRUE(world.add({.shape = shape}, at({60.0, 64.0, 8.0})));  // its ground is resident
@@ -85,7 +85,7 @@ TEST(ParkedBody, KeepsItsStateForAnyNumberOfSteps) {
 }
 
 TEST(ParkedBody, LivesAndLosesNoTime) {
-    BodyWorld world = make_world();
+    World world = make_world();
     ASSERT_TRUE(world.add({}, at({190.0, 64.0, 8.0}, {0.0, 0.0, -300.0})));
     const StepReport report = world.step(make_flat(is_none), 0.1);
     EXPECT_EQ(report.parked, 1u);
@@ -109,7 +109,7 @@ TEST(ParkedBody, GoesOnAsIfItHadNotWaited) {
         start.velocity = {random.between(-20, 20), random.between(-20, 20), random.between(-30, 0)};
         start.angular_velocity = {random.between(-8, 8), random.between(-8, 8),
                                   random.between(-8, 8)};
-        BodyWorld straight = make_world(), waiting = make_world();
+        World straight = make_world(), waiting = make_world();
         ASSERT_TRUE(straight.add(settings, start));
         ASSERT_TRUE(waiting.add(settings, start));
         for (int step = 0; step < 120; ++step) {
@@ -128,7 +128,7 @@ TEST(ParkedBody, WaitsForAllOfItsGround) {
     const Ground whole = make_flat();
     // near the corner of four chunks, which it reaches one after the other
     const BodyState start = at({127.0, 127.0, 6.2}, {0.5, 0.5, -1.0});
-    BodyWorld world = make_world();
+    World world = make_world();
     ASSERT_TRUE(world.add({.shape = Box{{2.0, 2.0, 1.0}}}, start));
     for (int present = 0; present < 15; ++present) {
         const Ground partly = make_flat(
@@ -142,7 +142,7 @@ TEST(ParkedBody, WaitsForAllOfItsGround) {
 }
 
 TEST(ParkedBody, DoesNotWaitForGroundThatItCannotReach) {
-    BodyWorld world = make_world();
+    World world = make_world();
     ASSERT_TRUE(world.add({}, at({125.0, 64.0, 8.0})));
     const Ground partly = make_flat(is_western);
     for (int step = 0; step < 300; ++step) ASSERT_EQ(world.step(partly, kStep).parked, 0u);
@@ -152,7 +152,7 @@ TEST(ParkedBody, DoesNotWaitForGroundThatItCannotReach) {
 TEST(ParkedBody, StopsOnItsWayWhereTheGroundEnds) {
     const Ground whole = make_rough(), partly = make_rough(is_western);
     for (const Shape& shape : all_shapes()) {
-        BodyWorld straight = make_world(), waiting = make_world();
+        World straight = make_world(), waiting = make_world();
         const BodyState start = at({100.0, 64.0, 9.5}, {25.0, 1.0, 0.0}, {0.0, 3.0, 0.0});
         ASSERT_TRUE(straight.add({.shape = shape, .friction = 0.1}, start));
         ASSERT_TRUE(waiting.add({.shape = shape, .friction = 0.1}, start));
@@ -177,10 +177,10 @@ TEST(ParkedBody, StopsOnItsWayWhereTheGroundEnds) {
 }
 
 // A body at rest on flat ground, one step before it falls asleep or long after.
-BodyWorld rest(const Ground& ground, bool is_asleep) {
-    BodyWorld world = make_world();
+World rest(const Ground& ground, bool is_asleep) {
+    World world = make_world();
     EXPECT_TRUE(world.add({.shape = Box{}}, at({64.3, 64.3, 5.6})));
-    BodyWorld sleeper = make_world();
+    World sleeper = make_world();
     EXPECT_TRUE(sleeper.add({.shape = Box{}}, at({64.3, 64.3, 5.6})));
     int steps = 0;
     while (sleeper.step(ground, kStep).asleep == 0 && steps < 600) ++steps;
@@ -194,7 +194,7 @@ BodyWorld rest(const Ground& ground, bool is_asleep) {
 
 TEST(SleepingBody, SleepsOnWhileItsGroundIsGone) {
     const Ground ground = make_flat(), absent = make_flat(is_none);
-    BodyWorld world = rest(ground, true);
+    World world = rest(ground, true);
     const BodyState before = world.states()[0];
     const std::uint64_t hash = world.state_hash();
     for (const Ground* now : {&absent, &ground, &absent}) {
@@ -209,7 +209,7 @@ TEST(SleepingBody, SleepsOnWhileItsGroundIsGone) {
     // awake over ground that is not loaded it is parked, and it falls once the ground is there
     BodyState moved = before;
     moved.pose.translation.z() += 3.0;
-    ASSERT_TRUE(world.set_state(0, moved));
+    ASSERT_TRUE(world.teleport(world.id(0), moved));
     EXPECT_EQ(world.step(absent, kStep).parked, 1u);
     EXPECT_TRUE(is_same(world.states()[0], moved));
     EXPECT_EQ(world.step(ground, kStep).awake, 1u);
@@ -218,7 +218,7 @@ TEST(SleepingBody, SleepsOnWhileItsGroundIsGone) {
 
 TEST(ParkedBody, FallsAsleepOnlyOnItsGround) {
     const Ground ground = make_flat(), absent = make_flat(is_none);
-    BodyWorld world = rest(ground, false);
+    World world = rest(ground, false);
     const BodyState before = world.states()[0];
     for (int step = 0; step < 200; ++step) {
         const StepReport report = world.step(absent, kStep);
@@ -233,11 +233,11 @@ TEST(ParkedBody, FallsAsleepOnlyOnItsGround) {
 
 TEST(ParkedBody, CannotBePutToSleep) {
     const Ground ground = make_flat(), absent = make_flat(is_none);
-    BodyWorld world = make_world();
+    World world = make_world();
     ASSERT_TRUE(world.add({}, at({64.3, 64.3, 8.0})));
     BodyState asleep = at({64.3, 64.3, 8.0});
     asleep.condition = BodyCondition::asleep;
-    ASSERT_TRUE(world.set_state(0, asleep));
+    ASSERT_TRUE(world.teleport(world.id(0), asleep));
     EXPECT_EQ(world.step(absent, kStep).parked, 1u);
     EXPECT_EQ(world.step(ground, kStep).awake, 1u);
     EXPECT_LT(world.states()[0].velocity.z(), 0.0);
@@ -248,7 +248,7 @@ TEST(ParkedBody, NeverComesBackInUnderTheGroundFromBeyondTheWorld) {
     const Ground whole = make_flat(), absent = make_flat(is_none);
     for (const Shape& shape : all_shapes()) {
         for (const double speed : {3.0, 30.0, 300.0}) {
-            BodyWorld world = make_world();
+            World world = make_world();
             ASSERT_TRUE(world.add({.shape = shape}, at({270.0, 64.0, 0.0}, {-speed, 0.0, 0.0})));
             for (int step = 0; world.step(absent, kStep).parked == 0; ++step) {
                 ASSERT_EQ(world.states()[0].condition, BodyCondition::left_world);

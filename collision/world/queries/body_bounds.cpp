@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Sources: C. Ericson. Real-time collision detection. 2005, sections 4.2.3 to 4.2.6.
-#include "world/body_bounds.h"
+#include "world/queries/body_bounds.h"
 
 #include "math/vector_math.h"
 #include "pairs/kernels/core.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Sources: C. Ericson. Real-time collision detection. 2005, sections 5.5.8 (moving boxes) and 6.3 (traversals).
-#include "world/body_tree.h"
+#include "world/queries/body_tree.h"
 
 #include "math/vector_math.h"
 

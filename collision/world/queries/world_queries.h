@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "world/body_tree.h"
-#include "world/world_query.h"
+#include "world/queries/body_tree.h"
 
 #include <terrane/collision/motion.h>
 #include <terrane/collision/shapes.h>
+#include <terrane/collision/world_query.h>
 #include <terrane/terrain/ground.h>
 
 #include <span>

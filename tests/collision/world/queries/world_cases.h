@@ -3,8 +3,8 @@
 
 #include "collision/ground/ground_cases.h"
 #include "collision/pairs/compound_cases.h"
-#include "world/body_bounds.h"
-#include "world/world_queries.h"
+#include "world/queries/body_bounds.h"
+#include "world/queries/world_queries.h"
 
 #include <algorithm>
 #include <cmath>

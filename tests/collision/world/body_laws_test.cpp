@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "body_cases.h"
+#include "collision/bodies/body_cases.h"
 #include "support/heights/table_ground.h"
 #include "support/random.h"
 
-#include <terrane/collision/bodies.h>
+#include <terrane/collision/world.h>
 
 #include <gtest/gtest.h>
 
@@ -36,10 +36,10 @@ double mechanical_energy(const BodyState& state, double inertia) {
            0.5 * inertia * state.angular_velocity.squaredNorm();
 }
 
-TEST(BodyWorld, FallsFreelyAsTheIntegratorSays) {
+TEST(World, FallsFreelyAsTheIntegratorSays) {
     const Ground ground = make_flat();
     for (const double dt : {1.0 / 60.0, 0.1}) {
-        BodyWorld world = make_world();
+        World world = make_world();
         ASSERT_TRUE(world.add({.shape = Sphere{0.5}}, at({kMiddle, kMiddle, 500.0}, {3.0, 0, 0})));
         const double substeps = std::ceil(dt * 120.0 - 1e-9);
         const double h = dt / substeps;
@@ -59,9 +59,9 @@ TEST(BodyWorld, FallsFreelyAsTheIntegratorSays) {
     }
 }
 
-TEST(BodyWorld, KeepsAngularMomentumInTheAirAndItsEnergyDoesNotGrow) {
+TEST(World, KeepsAngularMomentumInTheAirAndItsEnergyDoesNotGrow) {
     const Ground ground = make_flat();
-    BodyWorld world = make_world();
+    World world = make_world();
     const Eigen::Vector3d half(1.0, 2.0, 0.5);
     BodyState state = at({kMiddle, kMiddle, 4000.0});
     state.angular_velocity = {3.0, 7.0, 11.0};
@@ -90,10 +90,10 @@ TEST(BodyWorld, KeepsAngularMomentumInTheAirAndItsEnergyDoesNotGrow) {
               0.01 * momentum_before.norm());
 }
 
-TEST(BodyWorld, RestsOnAPlaneWithinItsToleranceAndFallsAsleep) {
+TEST(World, RestsOnAPlaneWithinItsToleranceAndFallsAsleep) {
     const Ground ground = make_flat();
     for (const Shape& shape : all_shapes()) {
-        BodyWorld world = make_world();
+        World world = make_world();
         BodyState state = at({kMiddle, kMiddle, 7.5});
         ASSERT_TRUE(world.add({.shape = shape}, state));
         StepReport report;
@@ -114,12 +114,12 @@ TEST(BodyWorld, RestsOnAPlaneWithinItsToleranceAndFallsAsleep) {
     }
 }
 
-TEST(BodyWorld, SlidesDownATiltedPlaneAsCoulombSays) {
+TEST(World, SlidesDownATiltedPlaneAsCoulombSays) {
     const double slope = 0.5;
     const double cosine = 1.0 / std::sqrt(1.0 + slope * slope), sine = slope * cosine;
     const Ground ground = make_tilted(slope);
     for (const double friction : {0.0, 0.1, 0.3}) {
-        BodyWorld world = make_world();
+        World world = make_world();
         BodyState state;
         state.pose.rotation = turned({0.0, -std::atan(slope), 0.0});
         const Eigen::Vector3d normal(-sine, 0.0, cosine);
@@ -136,11 +136,11 @@ TEST(BodyWorld, SlidesDownATiltedPlaneAsCoulombSays) {
 
 // Friction opposes the slip whatever the effective masses of the two tangents: the box does not rotate, and moves as a
 // point mass does.
-TEST(BodyWorld, SlidesAcrossATiltedPlaneWithoutTurning) {
+TEST(World, SlidesAcrossATiltedPlaneWithoutTurning) {
     const double slope = 0.5, friction = 0.3;
     const double cosine = 1.0 / std::sqrt(1.0 + slope * slope), sine = slope * cosine;
     const Ground ground = make_tilted(slope);
-    BodyWorld world = make_world({.allow_sleep = false});
+    World world = make_world({.allow_sleep = false});
     BodyState state = at({kMiddle, kMiddle, slope * kMiddle + 0.4 / cosine}, {0.0, 2.0, 0.0});
     state.pose.rotation = turned({0.0, -std::atan(slope), 0.0});
     ASSERT_TRUE(world.add({.shape = Box{{1.0, 0.6, 0.4}}, .friction = friction}, state));
@@ -179,7 +179,7 @@ std::vector<Shape> make_boxes(const Pose& shape_from_box) {
 }
 
 // The motion does not depend on the origin and axes of the shape's frame.
-TEST(BodyWorld, MovesABoxAlikeWhateverItIsMadeOf) {
+TEST(World, MovesABoxAlikeWhateverItIsMadeOf) {
     const Ground ground = make_tilted(0.5);
     const double cosine = 1.0 / std::sqrt(1.25);
     const Pose shape_from_box{turned({0.3, -0.5, 2.0}), {3.0, -1.0, 0.5}};
@@ -188,7 +188,7 @@ TEST(BodyWorld, MovesABoxAlikeWhateverItIsMadeOf) {
     for (const Shape& shape : boxes) {
         const bool is_itself = std::holds_alternative<Box>(shape);
         const Pose from_box = is_itself ? Pose{} : shape_from_box;
-        BodyWorld world = make_world({.allow_sleep = false});
+        World world = make_world({.allow_sleep = false});
         // One slides down the plane; one is in free flight and spins about none of its axes.
         for (const bool flies : {false, true}) {
             BodyState state = at({0.0, 0.0, 0.0}, {0.0, 2.0, 0.0});
@@ -212,11 +212,11 @@ TEST(BodyWorld, MovesABoxAlikeWhateverItIsMadeOf) {
     }
 }
 
-TEST(BodyWorld, RollsDownATiltedPlaneAsASolidSphereDoes) {
+TEST(World, RollsDownATiltedPlaneAsASolidSphereDoes) {
     const double slope = 0.3;
     const double cosine = 1.0 / std::sqrt(1.0 + slope * slope), sine = slope * cosine;
     const Ground ground = make_tilted(slope);
-    BodyWorld world = make_world();
+    World world = make_world();
     ASSERT_TRUE(world.add({.shape = Sphere{0.5}}, at(Eigen::Vector3d(200.2, 128.6, 200.2 * slope) +
                                                      0.5 * Eigen::Vector3d(-sine, 0.0, cosine))));
     for (int step = 0; step < 60 * 3; ++step) world.step(ground, 1.0 / 60.0);
@@ -225,11 +225,11 @@ TEST(BodyWorld, RollsDownATiltedPlaneAsASolidSphereDoes) {
     EXPECT_NEAR(world.states()[0].angular_velocity.norm() * 0.5, expected, 0.02 * expected);
 }
 
-TEST(BodyWorld, HoldsWithoutCreepingWhereFrictionIsEnough) {
+TEST(World, HoldsWithoutCreepingWhereFrictionIsEnough) {
     const double slope = 0.5;
     const double cosine = 1.0 / std::sqrt(1.0 + slope * slope), sine = slope * cosine;
     const Ground ground = make_tilted(slope);
-    BodyWorld world = make_world({.allow_sleep = false});
+    World world = make_world({.allow_sleep = false});
     BodyState state;
     state.pose.rotation = turned({0.0, -std::atan(slope), 0.0});
     state.pose.translation =
@@ -241,10 +241,10 @@ TEST(BodyWorld, HoldsWithoutCreepingWhereFrictionIsEnough) {
     EXPECT_LT((world.states()[0].pose.translation - settled).norm(), 1e-3);
 }
 
-TEST(BodyWorld, SlidesOverFlatCellsWithoutLosingSpeedOrGainingEnergy) {
+TEST(World, SlidesOverFlatCellsWithoutLosingSpeedOrGainingEnergy) {
     const Ground ground = make_flat();
     for (const Shape& shape : simple_shapes()) {
-        BodyWorld world = make_world({.allow_sleep = false});
+        World world = make_world({.allow_sleep = false});
         const double height = std::holds_alternative<Capsule>(shape) ? 1.2 : 0.5;
         ASSERT_TRUE(world.add({.shape = shape, .friction = 0.0, .restitution = 0.0},
                               at({20.3, 30.6, 5.0 + height + 0.001}, {3.0, 0.4, 0.0})));
@@ -264,10 +264,10 @@ TEST(BodyWorld, SlidesOverFlatCellsWithoutLosingSpeedOrGainingEnergy) {
     }
 }
 
-TEST(BodyWorld, BouncesToTheHeightThatRestitutionGives) {
+TEST(World, BouncesToTheHeightThatRestitutionGives) {
     const Ground ground = make_flat();
     for (const double restitution : {0.0, 0.5, 0.8, 1.0}) {
-        BodyWorld world = make_world({.allow_sleep = false});
+        World world = make_world({.allow_sleep = false});
         const double drop = 3.0;
         ASSERT_TRUE(world.add({.shape = Sphere{0.5}, .restitution = restitution},
                               at({kMiddle, kMiddle, 5.5 + drop})));
@@ -286,12 +286,12 @@ TEST(BodyWorld, BouncesToTheHeightThatRestitutionGives) {
     }
 }
 
-TEST(BodyWorld, GainsNoEnergyInRoughFrictionalImpacts) {
+TEST(World, GainsNoEnergyInRoughFrictionalImpacts) {
     Random random(11);
     const Ground ground = make_test_ground(
         [](double x, double y) { return 2.0 * std::sin(0.7 * x) * std::sin(0.9 * y); }, 1.0, 1);
     for (int run = 0; run < 30; ++run) {
-        BodyWorld world = make_world({.allow_sleep = false});
+        World world = make_world({.allow_sleep = false});
         BodyState state = at({random.between(40, 90), random.between(40, 90), 8.0});
         state.velocity = {random.between(-20, 20), random.between(-20, 20), random.between(-30, 0)};
         for (int axis = 0; axis < 3; ++axis) state.angular_velocity[axis] = random.between(-8, 8);

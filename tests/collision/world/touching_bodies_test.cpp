@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 // Contacts between bodies.
-#include "body_cases.h"
+#include "collision/bodies/body_cases.h"
 #include "support/allocation_counter.h"
 #include "support/heights/table_ground.h"
 #include "support/random.h"
 
-#include <terrane/collision/bodies.h>
 #include <terrane/collision/shape_pairs.h>
+#include <terrane/collision/world.h>
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
@@ -43,7 +43,7 @@ struct Totals {
 };
 
 /// Total energy of spheres, whose inertia is one number.
-Totals count_up(const BodyWorld& world) {
+Totals count_up(const World& world) {
     Totals totals;
     for (std::size_t i = 0; i < world.states().size(); ++i) {
         const BodyState& state = world.states()[i];
@@ -58,7 +58,7 @@ Totals count_up(const BodyWorld& world) {
     return totals;
 }
 
-double deepest_overlap(const BodyWorld& world) {
+double deepest_overlap(const World& world) {
     double deepest = 0.0;
     for (std::size_t a = 0; a < world.states().size(); ++a) {
         for (std::size_t b = a + 1; b < world.states().size(); ++b) {
@@ -76,7 +76,7 @@ TEST(MeetingBodies, TwoBallsBounceAsRestitutionSays) {
     for (const double restitution : {0.0, 0.5, 1.0}) {
         for (const double speed : {2.0, 20.0, 300.0, 3000.0}) {
             SCOPED_TRACE(std::to_string(restitution) + ", " + std::to_string(speed) + " m/s");
-            BodyWorld world = make_world({.gravity = Eigen::Vector3d::Zero()});
+            World world = make_world({.gravity = Eigen::Vector3d::Zero()});
             const BodySettings light{.shape = Sphere{0.5}, .mass = 1.0, .restitution = restitution};
             BodySettings heavy = light;
             heavy.mass = 3.0;
@@ -100,7 +100,7 @@ TEST(MeetingBodies, KeepMomentumAndGainNoEnergyInTheAir) {
     for (int run = 0; run < 20; ++run) {
         SCOPED_TRACE("seed " + std::to_string(kSeed) + ", run " + std::to_string(run));
         Random random(kSeed + static_cast<std::uint64_t>(run));
-        BodyWorld world = make_world({.gravity = Eigen::Vector3d::Zero()});
+        World world = make_world({.gravity = Eigen::Vector3d::Zero()});
         for (int i = 0; i < 40; ++i) {
             BodySettings settings{.shape = Sphere{random.between(0.2, 0.8)},
                                   .mass = random.between(0.1, 10.0),
@@ -135,7 +135,7 @@ TEST(MeetingBodies, FastOnesDoNotPassThroughEachOther) {
         for (const Shape& other : all_shapes()) {
             for (int run = 0; run < 10; ++run) {
                 const double substep = run % 2 == 0 ? 1.0 / 120.0 : 1.0 / 60.0;
-                BodyWorld world =
+                World world =
                     make_world({.gravity = Eigen::Vector3d::Zero(), .max_substep = substep});
                 const double speed = random.between(100.0, 2000.0);
                 BodyState bullet = at({3.0, kMiddle, 50.0}, {speed, 0.0, 0.0});
@@ -162,7 +162,7 @@ TEST(MeetingBodies, FastOnesDoNotPassThroughEachOther) {
 
 TEST(MeetingBodies, StackStandsAndSleepsTogetherAndWakesTogether) {
     const Ground ground = make_flat();
-    BodyWorld world = make_world({});
+    World world = make_world({});
     constexpr std::size_t kCount = 10;
     for (std::size_t i = 0; i < kCount; ++i) {
         ASSERT_TRUE(world.add({.shape = Box{{0.5, 0.5, 0.5}}},
@@ -189,13 +189,13 @@ TEST(MeetingBodies, StackStandsAndSleepsTogetherAndWakesTogether) {
 
 TEST(MeetingBodies, SleepersFallWhenWhatTheySleptOnIsTakenAway) {
     const Ground ground = make_flat();
-    BodyWorld world = make_world({});
+    World world = make_world({});
     for (const double z : {5.5, 6.5}) {
         ASSERT_TRUE(world.add({.shape = Box{{0.5, 0.5, 0.5}}}, at({kMiddle, kMiddle, z})));
     }
     for (int step = 0; step < 300; ++step) world.step(ground, kStep);
     ASSERT_EQ(world.states()[1].condition, BodyCondition::asleep);
-    ASSERT_TRUE(world.set_state(0, at({20.0, 20.0, 5.5})));
+    ASSERT_TRUE(world.teleport(world.id(0), at({20.0, 20.0, 5.5})));
     for (int step = 0; step < 120; ++step) world.step(ground, kStep);
     EXPECT_LT(world.states()[1].pose.translation.z(), 5.6);
 }
@@ -209,8 +209,8 @@ protected:
     Ground ground =
         make_test_ground([](double x, double) { return kSlope * x; }, {.quantum = 0x1p-20});
 
-    BodyWorld build(bool allow_sleep) {
-        BodyWorld world = make_world({.allow_sleep = allow_sleep});
+    World build(bool allow_sleep) {
+        World world = make_world({.allow_sleep = allow_sleep});
         const Eigen::Vector3d normal = Eigen::Vector3d(-kSlope, 0.0, 1.0).normalized();
         Pose pose;
         pose.rotation.col(0) = Eigen::Vector3d(1.0, 0.0, kSlope).normalized();
@@ -228,7 +228,7 @@ protected:
 };
 
 TEST_F(StackOnASlope, DoesNotMoveInAMinute) {
-    BodyWorld world = build(false);
+    World world = build(false);
     const std::vector<BodyState> start(world.states().begin(), world.states().end());
     double along = 0.0, down = 0.0;
     for (int step = 0; step < 3600; ++step) {
@@ -247,7 +247,7 @@ TEST_F(StackOnASlope, DoesNotMoveInAMinute) {
 }
 
 TEST_F(StackOnASlope, IsAsleepWithinFiveSeconds) {
-    BodyWorld world = build(true);
+    World world = build(true);
     for (int step = 0; step < 300; ++step) world.step(ground, kStep);
     for (const BodyState& state : world.states()) {
         EXPECT_EQ(state.condition, BodyCondition::asleep);
@@ -255,10 +255,10 @@ TEST_F(StackOnASlope, IsAsleepWithinFiveSeconds) {
 }
 
 /// A heap in a pit: fast bodies, stacks, sleepers and steep ground.
-BodyWorld make_heap(const BodyWorldSettings& settings, std::size_t count) {
+World make_heap(const WorldSettings& settings, std::size_t count) {
     constexpr std::uint64_t kSeed = 3;
     Random random(kSeed);
-    BodyWorld world = make_world(settings);
+    World world = make_world(settings);
     const std::vector<Shape> shapes{Sphere{0.5}, Capsule{0.4, 0.5}, Box{{0.4, 0.6, 0.3}},
                                     make_wedge(0.6), make_hammer(0.6)};
     for (std::size_t i = 0; i < count; ++i) {
@@ -283,7 +283,7 @@ Ground make_pit() {
 
 TEST(MeetingBodies, HeapSettlesWithoutOverlapsAndNobodyFalls) {
     const Ground ground = make_pit();
-    BodyWorld world = make_heap({}, 60);
+    World world = make_heap({}, 60);
     std::uint64_t too_deep = 0;
     for (int step = 0; step < 1200; ++step) too_deep += world.step(ground, kStep).too_deep;
     EXPECT_EQ(too_deep, 0u);
@@ -313,7 +313,7 @@ Compound make_groove() {
 // Contacts on two sides at once.
 TEST(MeetingBodies, ABallRestsInAGroove) {
     const Ground ground = make_flat();
-    BodyWorld world = make_world({.allow_sleep = false});
+    World world = make_world({.allow_sleep = false});
     const double top = 5.0;  // of the ground
     ASSERT_TRUE(world.add({.shape = make_groove(), .mass = 50.0}, at({kMiddle, kMiddle, top})));
     const double rest = top + 0.5 + 0.5 * std::sqrt(2.0);
@@ -333,16 +333,16 @@ TEST(MeetingBodies, ABallRestsInAGroove) {
 
 TEST(MeetingBodies, GiveTheSameBitsForEveryNumberOfWorkersAndBroadphase) {
     const Ground ground = make_pit();
-    BodyWorld alone = make_heap({}, 60);
+    World alone = make_heap({}, 60);
     for (int step = 0; step < 90; ++step) alone.step(ground, kStep);
     for (const int workers : {2, 3, 8}) {
-        BodyWorld world = make_heap({.worker_count = workers}, 60);
+        World world = make_heap({.worker_count = workers}, 60);
         for (int step = 0; step < 90; ++step) world.step(ground, kStep);
         EXPECT_EQ(world.state_hash(), alone.state_hash()) << workers << " workers";
     }
     for (const BroadphaseKind kind :
          {BroadphaseKind::grid, BroadphaseKind::two_scene, BroadphaseKind::brute}) {
-        BodyWorld world = make_heap({.broadphase = kind}, 60);
+        World world = make_heap({.broadphase = kind}, 60);
         for (int step = 0; step < 90; ++step) world.step(ground, kStep);
         EXPECT_EQ(world.state_hash(), alone.state_hash()) << to_string(kind);
     }
@@ -350,7 +350,7 @@ TEST(MeetingBodies, GiveTheSameBitsForEveryNumberOfWorkersAndBroadphase) {
 
 TEST(Projectile, HitsTheFirstBodyOrTheGroundAndPushesIt) {
     const Ground ground = make_flat();
-    BodyWorld world = make_world({});
+    World world = make_world({});
     for (const double x : {40.0, 30.0, 50.0}) {
         ASSERT_TRUE(world.add({.shape = Sphere{0.5}, .mass = 2.0}, at({x, kMiddle, 5.5})));
     }
@@ -361,30 +361,31 @@ TEST(Projectile, HitsTheFirstBodyOrTheGroundAndPushesIt) {
     Motion flight;
     flight.start.translation = {20.0, kMiddle, 5.5};
     flight.translation = {100.0, 0.0, 0.0};
-    const WorldCastAnswer first = world.cast(ground, ball, flight);
+    const CastQueryAnswer first = world.cast(ground, ball, flight);
     ASSERT_TRUE(first.hit);
-    EXPECT_EQ(first.body, 1u);
+    EXPECT_EQ(first.body, world.id(1));
     EXPECT_NEAR(first.fraction, (30.0 - 0.55 - 20.0) / 100.0, 1e-5);
     EXPECT_NEAR(first.normal.x(), -1.0, 1e-9);
-    EXPECT_EQ(world.cast(ground, ball, flight, 1).body, 0u);
+    EXPECT_EQ(world.cast(ground, ball, flight, {.except = world.id(1)}).body, world.id(0));
 
     flight.translation = {100.0, 0.0, -4.0};
     flight.start.translation.z() = 7.5;  // over them all, down to the ground
-    const WorldCastAnswer low = world.cast(ground, ball, flight);
+    const CastQueryAnswer low = world.cast(ground, ball, flight);
     ASSERT_TRUE(low.hit);
-    EXPECT_EQ(low.body, WorldCastAnswer::kGround);
+    EXPECT_TRUE(low.hits_ground());
     EXPECT_NEAR(low.fraction, 2.45 / 4.0, 1e-4);
 
-    ASSERT_TRUE(world.apply_impulse(1, first.point_world, {3.0, 0.0, 0.0}));
+    ASSERT_TRUE(world.apply_impulse(world.id(1), first.point_world, {3.0, 0.0, 0.0}));
     EXPECT_EQ(world.states()[1].condition, BodyCondition::awake);
     EXPECT_NEAR(world.states()[1].velocity.x(), 1.5, 1e-12);
     EXPECT_NEAR(world.states()[1].angular_velocity.norm(), 0.0, 1e-6);
     world.step(ground, kStep);
     EXPECT_GT(world.states()[1].pose.translation.x(), 30.01);
-    EXPECT_NE(
-        world.apply_impulse(9, first.point_world, {3.0, 0.0, 0.0}).error().message.find("body"),
-        std::string::npos);
-    EXPECT_NE(world.apply_impulse(1, first.point_world, {1e17, 0.0, 0.0})
+    EXPECT_NE(world.apply_impulse(world.id(9), first.point_world, {3.0, 0.0, 0.0})
+                  .error()
+                  .message.find("body"),
+              std::string::npos);
+    EXPECT_NE(world.apply_impulse(world.id(1), first.point_world, {1e17, 0.0, 0.0})
                   .error()
                   .message.find("velocity"),
               std::string::npos);
@@ -394,26 +395,26 @@ TEST(Projectile, SaysWhereGroundIsMissingBeforeWhatItMeetsBehind) {
     const Ground half =
         make_test_ground([](double, double) { return 5.0; },
                          {.roots = 2, .is_resident = [](int column, int) { return column == 0; }});
-    BodyWorld world = make_world({});
+    World world = make_world({});
     for (const double x : {100.0, 200.0}) {
         ASSERT_TRUE(world.add({.shape = Sphere{0.5}}, at({x, kMiddle, 5.5})));
     }
     Motion flight;
     flight.start.translation = {110.0, kMiddle, 5.5};
     flight.translation = {120.0, 0.0, 0.0};
-    const WorldCastAnswer unknown = world.cast(half, Sphere{0.05}, flight);
+    const CastQueryAnswer unknown = world.cast(half, Sphere{0.05}, flight);
     EXPECT_EQ(unknown.status, QueryStatus::not_resident);
     EXPECT_FALSE(unknown.hit) << "a body behind ground that is not loaded";
     EXPECT_LT(unknown.fraction, 0.2);
     flight.start.translation.x() = 90.0;
-    const WorldCastAnswer first = world.cast(half, Sphere{0.05}, flight);
+    const CastQueryAnswer first = world.cast(half, Sphere{0.05}, flight);
     EXPECT_EQ(first.status, QueryStatus::complete);
-    EXPECT_EQ(first.body, 0u);
+    EXPECT_EQ(first.body, world.id(0));
 }
 
 TEST(MeetingBodies, PassThroughEachOtherWhereTheyDoNotMeet) {
     const Ground ground = make_flat();
-    BodyWorld world = make_world({.gravity = Eigen::Vector3d::Zero(), .bodies_meet = false});
+    World world = make_world({.gravity = Eigen::Vector3d::Zero(), .collide_bodies = false});
     ASSERT_TRUE(world.add({}, at({50.0, kMiddle, 50.0}, {5.0, 0.0, 0.0})));
     ASSERT_TRUE(world.add({}, at({60.0, kMiddle, 50.0})));
     for (int step = 0; step < 240; ++step) {
@@ -425,7 +426,7 @@ TEST(MeetingBodies, PassThroughEachOtherWhereTheyDoNotMeet) {
 
 TEST(MeetingBodies, AllocateNothingOnceTheyHaveMet) {
     const Ground ground = make_pit();
-    BodyWorld world = make_heap({.allow_sleep = false}, 30);
+    World world = make_heap({.allow_sleep = false}, 30);
     for (int step = 0; step < 600; ++step) world.step(ground, kStep);
     const test::AllocationCounter counter;
     for (int step = 0; step < 60; ++step) world.step(ground, kStep);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "world/body_tree.h"
+#include "world/queries/body_tree.h"
 
 #include "support/allocation_counter.h"
 #include "support/random.h"

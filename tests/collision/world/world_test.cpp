@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "body_cases.h"
+#include "collision/bodies/body_cases.h"
 #include "rough_grounds.h"
 #include "support/heights/table_ground.h"
 #include "support/random.h"
 
-#include <terrane/collision/bodies.h>
+#include <terrane/collision/ground_contact.h>
+#include <terrane/collision/world.h>
 
 #include <gtest/gtest.h>
 
@@ -29,7 +30,7 @@ using test::RoughGround;
 using test::TableGroundSettings;
 using test::turned;
 
-TEST(BodyWorld, LetsNoBodyFallThroughRoughGroundAtAnySpeedSpinOrStep) {
+TEST(World, LetsNoBodyFallThroughRoughGroundAtAnySpeedSpinOrStep) {
     const std::uint64_t seed = 2024;
     SCOPED_TRACE("seed " + std::to_string(seed));
     Random random(seed);
@@ -38,7 +39,7 @@ TEST(BodyWorld, LetsNoBodyFallThroughRoughGroundAtAnySpeedSpinOrStep) {
         for (const Shape& shape : all_shapes()) {
             for (const double speed : {0.0, 300.0, 3000.0}) {
                 for (const double dt : {1.0 / 60.0, 0.1}) {
-                    BodyWorld world = make_world();
+                    World world = make_world();
                     for (int body = 0; body < 12; ++body) {
                         const double x = random.between(30, 98), y = random.between(30, 98);
                         BodyState state =
@@ -71,7 +72,7 @@ TEST(BodyWorld, LetsNoBodyFallThroughRoughGroundAtAnySpeedSpinOrStep) {
     }
 }
 
-TEST(BodyWorld, NoneOfAThousandAtFiveKilometresASecondPassesARidgeOneCellThick) {
+TEST(World, NoneOfAThousandAtFiveKilometresASecondPassesARidgeOneCellThick) {
     constexpr double kRidge = 256.0, kTop = 400.0;
     const Ground ground =
         make_test_ground([](double x, double) { return x == kRidge ? kTop : 0.0; }, 1.0, 4);
@@ -80,7 +81,7 @@ TEST(BodyWorld, NoneOfAThousandAtFiveKilometresASecondPassesARidgeOneCellThick) 
     Random random(seed);
     const std::vector<Shape> shapes = all_shapes();
     for (const double dt : {1.0 / 60.0, 0.1}) {
-        BodyWorld world = make_world();
+        World world = make_world();
         for (int body = 0; body < 1000; ++body) {
             BodyState state = at({40.0 + 14.0 * (body % 10), 60.0 + 16.0 * (body / 10 % 25),
                                   10.0 + 24.0 * (body / 250)});
@@ -119,12 +120,12 @@ TEST(BodyWorld, NoneOfAThousandAtFiveKilometresASecondPassesARidgeOneCellThick) 
     }
 }
 
-TEST(BodyWorld, BringsADeepStartOutWithoutEverGoingDeeperOrGivingItVelocity) {
+TEST(World, BringsADeepStartOutWithoutEverGoingDeeperOrGivingItVelocity) {
     const Ground ground = make_test_ground(
         [](double x, double y) { return 2.0 * std::sin(0.5 * x) * std::sin(0.4 * y); }, 1.0, 1);
     for (const Shape& shape : all_shapes()) {
         for (const double below : {0.3, 1.5, 6.0}) {
-            BodyWorld world = make_world();
+            World world = make_world();
             BodyState state = at({kMiddle, kMiddle, 2.0 - below}, {1.0, 2.0, -30.0});
             ASSERT_TRUE(world.add({.shape = shape}, state));
             double depth = -signed_distance(shape, state.pose, ground, 0.0).distance;
@@ -148,14 +149,14 @@ TEST(BodyWorld, BringsADeepStartOutWithoutEverGoingDeeperOrGivingItVelocity) {
     }
 }
 
-TEST(BodyWorld, ParksOverMissingGroundWithItsStateAndGoesOnWhenItArrives) {
+TEST(World, ParksOverMissingGroundWithItsStateAndGoesOnWhenItArrives) {
     const auto flat = [](double, double) { return 5.0; };
     TableGroundSettings half;
     half.roots = 2;
     half.is_resident = [](int column, int) { return column == 0; };
     const Ground partly = make_test_ground(flat, half);
     const Ground whole = make_test_ground(flat, 1.0, 2);
-    BodyWorld world = make_world();
+    World world = make_world();
     ASSERT_TRUE(world.add({.shape = Sphere{0.5}}, at({190.0, 64.0, 8.0}, {1.0, 2.0, -3.0})));
     ASSERT_TRUE(world.add({.shape = Sphere{0.5}}, at({60.0, 64.0, 8.0})));
     const BodyState before = world.states()[0];
@@ -176,9 +177,9 @@ TEST(BodyWorld, ParksOverMissingGroundWithItsStateAndGoesOnWhenItArrives) {
     EXPECT_LT(world.states()[0].pose.translation.z(), before.pose.translation.z());
 }
 
-TEST(BodyWorld, FallsFreelyBeyondTheWorldAndCountsIt) {
+TEST(World, FallsFreelyBeyondTheWorldAndCountsIt) {
     const Ground ground = make_flat();
-    BodyWorld world = make_world();
+    World world = make_world();
     ASSERT_TRUE(world.add({.shape = Box{}}, at({120.0, 64.0, 7.0}, {40.0, 0.0, 0.0})));
     StepReport report;
     for (int step = 0; step < 120; ++step) report = world.step(ground, 1.0 / 60.0);
@@ -189,9 +190,9 @@ TEST(BodyWorld, FallsFreelyBeyondTheWorldAndCountsIt) {
     EXPECT_GT(world.states()[0].pose.translation.x(), 128.0);
 }
 
-TEST(BodyWorld, NeverComesBackInUnderTheGroundFromBeyondTheWorld) {
+TEST(World, NeverComesBackInUnderTheGroundFromBeyondTheWorld) {
     const Ground ground = make_flat();
-    BodyWorld world = make_world();
+    World world = make_world();
     ASSERT_TRUE(world.add({.shape = Sphere{0.5}}, at({140.0, 64.0, 0.0}, {-30.0, 0.0, 0.0})));
     for (int step = 0; step < 120; ++step) {
         const StepReport report = world.step(ground, 1.0 / 60.0);
@@ -201,14 +202,14 @@ TEST(BodyWorld, NeverComesBackInUnderTheGroundFromBeyondTheWorld) {
     EXPECT_LT(world.states()[0].pose.translation.z(), -10.0);
 }
 
-TEST(BodyWorld, RefusesWhatIsNotFiniteByNameAndKeepsTheLastGoodState) {
+TEST(World, RefusesWhatIsNotFiniteByNameAndKeepsTheLastGoodState) {
     const double nan = std::numeric_limits<double>::quiet_NaN();
-    BodyWorld world = make_world();
+    World world = make_world();
     const auto expect_named = [](const Error& error, const std::string& field) {
         EXPECT_EQ(error.code, ErrorCode::invalid_argument);
         EXPECT_NE(error.message.find(field), std::string::npos) << error.message;
     };
-    const Result<std::size_t> added = world.add({.mass = nan}, at({0.0, 0.0, 0.0}));
+    const Result<BodyId> added = world.add({.mass = nan}, at({0.0, 0.0, 0.0}));
     ASSERT_FALSE(added.has_value());
     expect_named(added.error(), "mass");
     ASSERT_FALSE(world.add({.friction = -1.0}, at({0.0, 0.0, 0.0})).has_value());
@@ -227,27 +228,27 @@ TEST(BodyWorld, RefusesWhatIsNotFiniteByNameAndKeepsTheLastGoodState) {
     ASSERT_TRUE(world.add({}, at({1.0, 2.0, 3.0})));
     const std::uint64_t hash = world.state_hash();
     BodyState bad = at({0.0, nan, 0.0});
-    expect_named(world.set_state(0, bad).error(), "pose.translation.y");
+    expect_named(world.teleport(world.id(0), bad).error(), "pose.translation.y");
     bad = at({0.0, 0.0, 0.0}, {0.0, 0.0, nan});
-    expect_named(world.set_state(0, bad).error(), "velocity.z");
+    expect_named(world.teleport(world.id(0), bad).error(), "velocity.z");
     bad = at({0.0, 0.0, 0.0});
     bad.angular_velocity.x() = nan;
-    expect_named(world.set_state(0, bad).error(), "angular_velocity.x");
+    expect_named(world.teleport(world.id(0), bad).error(), "angular_velocity.x");
     bad = at({0.0, 0.0, 0.0});
     bad.pose.rotation(1, 1) = 0.5;
-    expect_named(world.set_state(0, bad).error(), "pose.rotation");
+    expect_named(world.teleport(world.id(0), bad).error(), "pose.rotation");
     bad.pose.rotation = -Eigen::Matrix3d::Identity();
-    expect_named(world.set_state(0, bad).error(), "pose.rotation");
+    expect_named(world.teleport(world.id(0), bad).error(), "pose.rotation");
     EXPECT_EQ(world.state_hash(), hash);
-    EXPECT_FALSE(BodyWorld::create({.gravity = {0.0, 0.0, nan}}).has_value());
-    EXPECT_FALSE(BodyWorld::create({.max_substep = 0.0}).has_value());
+    EXPECT_FALSE(World::create({.gravity = {0.0, 0.0, nan}}).has_value());
+    EXPECT_FALSE(World::create({.max_substep = 0.0}).has_value());
 }
 
-TEST(BodyWorld, GivesTheSameBitsForTheSameCalls) {
+TEST(World, GivesTheSameBitsForTheSameCalls) {
     const Ground ground = make_test_ground(kRoughGrounds[1].height, 1.0, 1);
     const auto run = [&ground] {
         Random random(5);
-        BodyWorld world = make_world();
+        World world = make_world();
         const std::vector<Shape> shapes = all_shapes();
         for (int body = 0; body < 30; ++body) {
             BodyState state = at({random.between(30, 98), random.between(30, 98), 9.0});
@@ -266,15 +267,15 @@ TEST(BodyWorld, GivesTheSameBitsForTheSameCalls) {
     EXPECT_EQ(run(), run());
 }
 
-TEST(BodyWorld, WakesASleeperThatIsMoved) {
+TEST(World, WakesASleeperThatIsMoved) {
     const Ground ground = make_flat();
-    BodyWorld world = make_world();
+    World world = make_world();
     ASSERT_TRUE(world.add({.shape = Box{}}, at({kMiddle, kMiddle, 5.6})));
     for (int step = 0; step < 120; ++step) world.step(ground, 1.0 / 60.0);
     ASSERT_EQ(world.states()[0].condition, BodyCondition::asleep);
     BodyState moved = world.states()[0];
     moved.pose.translation.z() += 3.0;
-    ASSERT_TRUE(world.set_state(0, moved));
+    ASSERT_TRUE(world.teleport(world.id(0), moved));
     EXPECT_EQ(world.step(ground, 1.0 / 60.0).awake, 1u);
     EXPECT_LT(world.states()[0].velocity.z(), 0.0);
 }

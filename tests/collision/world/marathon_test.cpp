@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
 // Bodies of every shape and size on every kind of ground, for as many steps as TERRANE_BODY_STEPS says: none falls
 // through.
-#include "body_cases.h"
+#include "collision/bodies/body_cases.h"
 #include "references/reference_maps.h"
 #include "rough_grounds.h"
 #include "support/heights/table_ground.h"
 #include "support/random.h"
 
-#include <terrane/collision/bodies.h>
 #include <terrane/collision/ground_contact.h>
+#include <terrane/collision/world.h>
 
 #include <gtest/gtest.h>
 
@@ -62,10 +62,10 @@ struct Trial {
         scale = one_of({0.1, 0.3, 1.0, 3.0});
     }
 
-    BodyWorld make_world(const Ground& on) {
-        BodyWorldSettings settings;
+    World make_world(const Ground& on) {
+        WorldSettings settings;
         settings.allow_sleep = false;
-        BodyWorld world = *BodyWorld::create(settings);
+        World world = *World::create(settings);
         const std::vector<Shape> shapes = all_shapes(scale);
         for (std::size_t i = 0; i < kBodies; ++i) {
             BodySettings body;
@@ -104,7 +104,7 @@ TEST(NobodyFalls, HoweverManyStepsAreTaken) {
         Trial run(number, grounds.size());
         SCOPED_TRACE(testing::Message() << "run " << number << ", seed " << kSeed);
         const NamedGround& on = grounds[run.ground];
-        BodyWorld world = run.make_world(on.ground);
+        World world = run.make_world(on.ground);
         std::uint64_t deep_here = 0;
         for (double time = 0.0; time < kSeconds && steps < most; time += run.dt) {
             const StepReport report = world.step(on.ground, run.dt);

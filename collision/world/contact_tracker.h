@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "bodies/islands/island_solver.h"
+#include "bodies/slot_ids.h"
+
+#include <terrane/collision/contact_event.h>
+
+#include <span>
+#include <vector>
+
+namespace terrane::internal {
+
+/// Two bodies that touch, or a body that touches the ground: then `b` is none.
+struct TouchingPair {
+    BodyId a{}, b{};
+    bool is_sensor = false;
+
+    friend bool operator==(const TouchingPair&, const TouchingPair&) = default;
+};
+
+/// Compares which contacts there are after a step with those after the step before, and makes events of it.
+class ContactTracker {
+public:
+    /// What the tracker reads of a world, [slots].
+    struct Bodies {
+        const SlotIds& ids;
+        std::span<const RigidBody> bodies;
+        std::span<GroundContactCache> ground_contacts;
+        std::span<const Mobility> mobility;  ///< of the last collision step
+    };
+
+    /// Starts a step: there are no events.
+    void begin_step();
+    /// Adds the impulses of a collision step.
+    void add_impulses(const IslandSolver& islands, std::span<const Mobility> mobility);
+    /// Adds an impulse of the ground on a body that was not solved with its island, N s.
+    void add_ground_impulse(std::uint32_t body, const Eigen::Vector3d& impulse);
+    /// Ends a step: finds what touches, and makes the events.
+    void end_step(const IslandSolver& islands, const Bodies& bodies);
+
+    std::span<const ContactEvent> events() const { return events_; }
+    std::span<const ContactPoint> points(const ContactEvent& event) const {
+        return std::span(points_).subspan(event.first_point, event.point_count);
+    }
+
+    /// What touched after the last step, ascending.
+    std::span<const TouchingPair> touching() const { return touching_; }
+    void restore(std::vector<TouchingPair> touching) { touching_ = std::move(touching); }
+
+private:
+    struct Contact {
+        std::uint32_t a, b;  // b: kNone for the ground
+        bool is_sensor = false;
+        bool touches = false;  // at the end of the step, or has had an impulse
+        Eigen::Vector3d impulse = Eigen::Vector3d::Zero();
+        Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
+        double least_gap = kInfinity;
+        std::uint32_t first_point = 0, point_count = 0;
+    };
+    void find_pairs(const IslandSolver& islands, const Bodies& bodies);
+    void find_ground(const Bodies& bodies);
+    void find_sensors(const IslandSolver& islands, const Bodies& bodies);
+    void add_point(Contact& contact, const SolverContact& point, double gap);
+    void merge_contacts();
+    void make_events(const Bodies& bodies);
+    void make_event(const TouchingPair& pair, ContactPhase phase, const Contact* contact);
+
+    std::vector<Contact> contacts_;  // ascending, and one a pair, after merge_contacts()
+    std::vector<TouchingPair> touching_, touching_before_;
+    std::vector<ContactEvent> events_;
+    std::vector<ContactPoint> points_;
+};
+
+}  // namespace terrane::internal

@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: MIT
+#include "bodies/body_checks.h"
+#include "world/world_state.h"
+
+#include <terrane/collision/world.h>
+#include <terrane/terrain/number_text.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <string>
+#include <utility>
+
+namespace terrane {
+namespace {
+
+using internal::check_value;
+using internal::check_vector;
+using internal::RigidBody;
+
+constexpr double kReachTime = 0.1;  // seconds: the longest step that needs() allows for
+constexpr double kMostImpulse = 1e18;
+constexpr double kMostPlace = 2e9;  // metres, of a point that a force acts at
+
+void mix(std::uint64_t& hash, std::uint64_t value) {
+    hash = (hash ^ value) * 0x9e3779b97f4a7c15u;
+    hash ^= hash >> 29;
+}
+
+void mix(std::uint64_t& hash, const Eigen::Vector3d& value) {
+    for (int axis = 0; axis < 3; ++axis) mix(hash, std::bit_cast<std::uint64_t>(value[axis]));
+}
+
+/// The settings with their default tolerance, and the shape around its centre of mass where that matters.
+struct MadeBody {
+    BodySettings settings;
+    internal::CentredShape shape;
+};
+
+Result<MadeBody> make_body(const BodySettings& settings, const BodyState& state) {
+    if (auto ok = internal::check_body(settings, state); !ok) {
+        return tl::unexpected<Error>(ok.error());
+    }
+    MadeBody made{settings, {settings.shape, {}}};
+    if (settings.contact_tolerance == 0.0) {
+        made.settings.contact_tolerance = default_contact_tolerance(settings.shape);
+    }
+    if (settings.type != BodyType::dynamic_body) return made;
+    Result<internal::CentredShape> centred = internal::make_centred(settings.shape);
+    if (!centred) return tl::unexpected<Error>(centred.error());
+    made.shape = std::move(*centred);
+    return made;
+}
+
+}  // namespace
+
+World::World(std::unique_ptr<State> state) : state_(std::move(state)) {}
+World::World(World&&) noexcept = default;
+World& World::operator=(World&&) noexcept = default;
+World::~World() = default;
+
+Result<World> World::create(const WorldSettings& settings) {
+    if (auto ok = internal::check_world(settings); !ok) return tl::unexpected<Error>(ok.error());
+    return World(std::make_unique<State>(settings));
+}
+
+Result<BodyId> World::add(const BodySettings& settings, const BodyState& state) {
+    Result<MadeBody> made = make_body(settings, state);
+    if (!made) return tl::unexpected<Error>(made.error());
+    return state_->add(made->settings, std::move(made->shape), state);
+}
+
+Result<void> World::State::check_body_id(BodyId body) const {
+    if (ids.contains(body)) return {};
+    const bool is_stale = body.index < ids.slot_count();
+    return fail(ErrorCode::invalid_argument,
+                "body must be in the world, got " +
+                    (body.is_valid() ? "index " + std::to_string(body.index) + ", generation " +
+                                           std::to_string(body.generation)
+                                     : std::string("no body")) +
+                    (is_stale ? ", which was removed" : ""));
+}
+
+Result<void> World::State::check_dynamic(BodyId body) const {
+    if (auto ok = check_body_id(body); !ok) return ok;
+    if (type(body.index) == BodyType::dynamic_body) return {};
+    return fail(ErrorCode::invalid_argument, "body must be dynamic, got a " +
+                                                 internal::to_string(type(body.index)) +
+                                                 " body of index " + std::to_string(body.index));
+}
+
+Result<void> World::remove(BodyId body) {
+    if (auto ok = state_->check_body_id(body); !ok) return ok;
+    state_->remove(body);
+    return {};
+}
+
+Result<void> World::change(BodyId body, const BodySettings& settings) {
+    if (auto ok = state_->check_body_id(body); !ok) return ok;
+    BodyState state = state_->states[body.index];
+    if (settings.type == BodyType::static_body) {
+        state.velocity = state.angular_velocity = Eigen::Vector3d::Zero();
+    }
+    Result<MadeBody> made = make_body(settings, state);
+    if (!made) return tl::unexpected<Error>(made.error());
+    state_->change(body.index, made->settings, std::move(made->shape), state);
+    return {};
+}
+
+Result<void> World::teleport(BodyId body, const BodyState& state) {
+    if (auto ok = state_->check_body_id(body); !ok) return ok;
+    if (auto ok = internal::check_body(state_->body_settings[body.index], state); !ok) return ok;
+    state_->place(body.index, state);
+    return {};
+}
+
+Result<BodyMove> World::move_to(BodyId body, const Pose& world_from_shape, const Ground& ground) {
+    if (auto ok = state_->check_dynamic(body); !ok) return tl::unexpected<Error>(ok.error());
+    BodyState state;
+    state.pose = world_from_shape;
+    if (auto ok = internal::check_state(state); !ok) return tl::unexpected<Error>(ok.error());
+    return state_->move_to(body.index, world_from_shape, ground);
+}
+
+Result<void> World::move_kinematic(BodyId body, const Pose& world_from_shape, double dt) {
+    if (auto ok = state_->check_body_id(body); !ok) return ok;
+    if (state_->type(body.index) != BodyType::kinematic_body) {
+        return fail(ErrorCode::invalid_argument, "body must be kinematic, got a " +
+                                                     internal::to_string(state_->type(body.index)) +
+                                                     " body of index " +
+                                                     std::to_string(body.index));
+    }
+    if (auto ok = check_value("dt", dt, 1e-6, 1.0, "s"); !ok) return ok;
+    BodyState state;
+    state.pose = world_from_shape;
+    const Pose& now = state_->bodies[body.index].pose;
+    state.velocity = (world_from_shape.translation - now.translation) / dt;
+    if (auto ok = internal::check_state(state); !ok) return ok;
+    state.angular_velocity = rotation_vector_between(now.rotation, world_from_shape.rotation) / dt;
+    if (auto ok = internal::check_state(state); !ok) return ok;
+    state_->set_velocity(body.index, {state.velocity, state.angular_velocity});
+    state_->targets[body.index] = world_from_shape;
+    state_->target_times[body.index] = dt;
+    return {};
+}
+
+Result<void> World::set_velocity(BodyId body, const Eigen::Vector3d& velocity,
+                                 const Eigen::Vector3d& angular_velocity) {
+    if (auto ok = state_->check_body_id(body); !ok) return ok;
+    BodyState state = state_->states[body.index];
+    state.velocity = velocity;
+    state.angular_velocity = angular_velocity;
+    if (auto ok = internal::check_body(state_->body_settings[body.index], state); !ok) return ok;
+    state_->set_velocity(body.index, {velocity, angular_velocity});
+    return {};
+}
+
+Result<void> World::apply_impulse(BodyId body, const WorldPos& point_world,
+                                  const Eigen::Vector3d& impulse) {
+    if (auto ok = state_->check_dynamic(body); !ok) return ok;
+    if (auto ok = check_vector("point_world", point_world, kMostPlace, "m"); !ok) return ok;
+    if (auto ok = check_vector("impulse", impulse, kMostImpulse, "N s"); !ok) return ok;
+    const RigidBody& rigid = state_->bodies[body.index];
+    return state_->push(body, impulse,
+                        internal::cross(point_world - rigid.pose.translation, impulse));
+}
+
+Result<void> World::apply_angular_impulse(BodyId body, const Eigen::Vector3d& angular_impulse) {
+    if (auto ok = state_->check_dynamic(body); !ok) return ok;
+    if (auto ok = check_vector("angular_impulse", angular_impulse, kMostImpulse, "N m s"); !ok) {
+        return ok;
+    }
+    return state_->push(body, Eigen::Vector3d::Zero(), angular_impulse);
+}
+
+Result<void> World::State::push(BodyId body, const Eigen::Vector3d& impulse,
+                                const Eigen::Vector3d& angular_impulse) {
+    const RigidBody& rigid = bodies[body.index];
+    BodyState pushed = states[body.index];
+    pushed.velocity = rigid.velocity.linear + rigid.mass.inverse_mass * impulse;
+    pushed.angular_velocity =
+        rigid.velocity.angular +
+        internal::apply_tensor(rigid.pose.rotation, rigid.mass.inverse_inertia, angular_impulse);
+    if (auto ok = internal::check_state(pushed); !ok) return ok;
+    set_velocity(body.index, {pushed.velocity, pushed.angular_velocity});
+    return {};
+}
+
+Result<void> World::add_force(BodyId body, const WorldPos& point_world,
+                              const Eigen::Vector3d& force) {
+    if (auto ok = state_->check_dynamic(body); !ok) return ok;
+    if (auto ok = check_vector("point_world", point_world, kMostPlace, "m"); !ok) return ok;
+    const Eigen::Vector3d arm = point_world - state_->bodies[body.index].pose.translation;
+    if (auto ok = add_force(body, force); !ok) return ok;
+    return add_torque(body, internal::cross(arm, force));
+}
+
+Result<void> World::add_force(BodyId body, const Eigen::Vector3d& force) {
+    if (auto ok = state_->check_dynamic(body); !ok) return ok;
+    // No acceleration beyond what one step may turn into a speed that is out of range.
+    const double most = internal::kMaxSpeed / state_->bodies[body.index].mass.inverse_mass;
+    const Eigen::Vector3d sum = state_->forces[body.index] + force;
+    if (auto ok = check_vector("force", sum, most, "N"); !ok) return ok;
+    state_->forces[body.index] = sum;
+    state_->wake(body.index);
+    return {};
+}
+
+Result<void> World::add_torque(BodyId body, const Eigen::Vector3d& torque) {
+    if (auto ok = state_->check_dynamic(body); !ok) return ok;
+    const Eigen::Vector3d sum = state_->torques[body.index] + torque;
+    if (auto ok = check_vector("torque", sum, kMostImpulse, "N m"); !ok) return ok;
+    state_->torques[body.index] = sum;
+    state_->wake(body.index);
+    return {};
+}
+
+Result<void> World::wake(BodyId body) {
+    if (auto ok = state_->check_body_id(body); !ok) return ok;
+    state_->wake(body.index);
+    return {};
+}
+
+bool World::contains(BodyId body) const { return state_->ids.contains(body); }
+
+BodyId World::id(std::size_t index) const { return state_->ids.id(index); }
+
+std::span<const BodyState> World::states() const { return state_->states; }
+
+std::span<const BodySettings> World::settings() const { return state_->body_settings; }
+
+std::span<const BodyNeed> World::needs() {
+    state_->needs.clear();
+    for (std::size_t i = 0; i < state_->bodies.size(); ++i) {
+        if (!state_->ids.is_used(i) || state_->type(i) != BodyType::dynamic_body) continue;
+        const RigidBody& body = state_->bodies[i];
+        // An impact may turn a body anywhere, so the reach of a long step counts in every direction.
+        const double speed = internal::greatest_speed(body);
+        state_->needs.push_back({body.pose.translation, body.velocity.linear,
+                                 body.radius + body.tolerance + kReachTime * speed});
+    }
+    return state_->needs;
+}
+
+StepReport World::step(const Ground& ground, double dt) { return state_->step(ground, dt); }
+
+std::span<const ContactEvent> World::contact_events() const { return state_->contacts.events(); }
+
+std::span<const ContactPoint> World::contact_points(const ContactEvent& event) const {
+    return state_->contacts.points(event);
+}
+
+std::uint64_t World::state_hash() const {
+    std::uint64_t hash = state_->states.size();
+    for (const BodyState& state : state_->states) {
+        for (int column = 0; column < 3; ++column) {
+            const Eigen::Vector3d axis = state.pose.rotation.col(column);
+            mix(hash, axis);
+        }
+        mix(hash, state.pose.translation);
+        mix(hash, state.velocity);
+        mix(hash, state.angular_velocity);
+        mix(hash, static_cast<std::uint64_t>(state.condition));
+    }
+    return hash;
+}
+
+}  // namespace terrane

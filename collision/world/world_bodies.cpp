@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: MIT
+#include "bodies/step/offset_surface.h"
+#include "world/world_state.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace terrane {
+namespace {
+
+using internal::RigidBody;
+
+/// A body moves to a pose in pieces that turn by at most this, radians: casts are of a constant spin.
+constexpr double kMaxTurn = 0.5;
+
+internal::MassProperties mass_of(const BodySettings& settings, const Shape& shape) {
+    internal::MassProperties mass{.inverse_mass = 0.0};
+    if (settings.type != BodyType::dynamic_body) return mass;
+    mass = internal::make_mass_properties(shape, settings.mass);
+    if (!settings.rotates) mass.inverse_inertia = mass.inertia = Eigen::Vector3d::Zero();
+    return mass;
+}
+
+}  // namespace
+
+World::State::State(const WorldSettings& world_settings)
+    : settings(world_settings),
+      island_solver(world_settings.broadphase, world_settings.collide_bodies,
+                    world_settings.report_contacts,
+                    world_settings.callbacks.may_collide
+                        ? internal::PairFilter([this](std::uint32_t a, std::uint32_t b) {
+                              return may_collide(a, b);
+                          })
+                        : internal::PairFilter{}),
+      team(world_settings.worker_count) {}
+
+void World::State::resize(std::size_t count) {
+    while (parts.size() < count) parts.emplace_back();
+    bodies.resize(count);
+    states.resize(count);
+    body_settings.resize(count);
+    forces.resize(count, Eigen::Vector3d::Zero());
+    torques.resize(count, Eigen::Vector3d::Zero());
+    targets.resize(count);
+    target_times.resize(count);
+    frames.resize(count);
+    ground_contacts.resize(count);
+    quiet_times.resize(count);
+    sleep_groups.resize(count);
+    is_placed_anew.resize(count);
+    before.resize(count);
+    totals.resize(count);
+    starts.resize(count);
+    mobility.resize(count, internal::Mobility::absent);
+    is_parked.resize(count);
+    lifts.resize(count);
+}
+
+BodyId World::State::add(const BodySettings& own_settings, internal::CentredShape&& shape,
+                         const BodyState& state) {
+    const BodyId id = ids.acquire();
+    resize(ids.slot_count());
+    sleep_groups[id.index] = id.index;
+    states[id.index].condition = BodyCondition::awake;
+    set_up(id.index, own_settings, std::move(shape));
+    place(id.index, state);
+    return id;
+}
+
+void World::State::set_up(std::size_t index, const BodySettings& own_settings,
+                          internal::CentredShape&& shape) {
+    parts[index].shape = std::move(shape.shape);
+    const Shape& centred = parts[index].shape;
+    frames[index] = shape.body_from_centred;
+    body_settings[index] = own_settings;
+    RigidBody& body = bodies[index];
+    body.parts = {&parts[index], 1};
+    body.radius = bounding_radius(centred);
+    body.thickness = smallest_half_extent(centred);
+    body.mass = mass_of(own_settings, centred);
+    body.friction = own_settings.friction;
+    body.restitution = own_settings.restitution;
+    body.tolerance = own_settings.contact_tolerance;
+    body.filter = own_settings.filter;
+    body.is_sensor = own_settings.is_sensor;
+}
+
+void World::State::remove(BodyId body) {
+    const std::size_t index = body.index;
+    wake(index);
+    forget_contacts(index);
+    ids.release(body);
+    parts[index] = {};
+    bodies[index] = {};
+    states[index] = {};
+    states[index].condition = BodyCondition::removed;
+    body_settings[index] = {};
+    forces[index] = torques[index] = Eigen::Vector3d::Zero();
+    targets[index].reset();
+    ground_contacts[index] = {};
+    is_placed_anew[index] = 0;
+    mobility[index] = internal::Mobility::absent;
+    touch();
+}
+
+void World::State::change(std::size_t index, const BodySettings& own_settings,
+                          internal::CentredShape&& shape, const BodyState& state) {
+    wake(index);
+    set_up(index, own_settings, std::move(shape));
+    place(index, state);
+}
+
+void World::State::place(std::size_t index, const BodyState& state) {
+    wake(index);
+    forget_contacts(index);
+    Pose pose = internal::to_centred(state.pose, frames[index]);
+    pose.rotation = orthonormalized(pose.rotation);
+    static_cast<internal::BodyMotion&>(bodies[index]) = {
+        .pose = pose, .velocity = {state.velocity, state.angular_velocity}};
+    ground_contacts[index] = {};
+    targets[index].reset();
+    is_placed_anew[index] = 1;
+    states[index] = state;
+    states[index].condition =
+        type(index) == BodyType::static_body ? BodyCondition::fixed : BodyCondition::awake;
+    touch();
+}
+
+/// Forgets the contacts of a body and wakes the bodies that it had them with.
+void World::State::forget_contacts(std::size_t index) {
+    island_solver.forget_contacts(static_cast<std::uint32_t>(index),
+                                  [this](std::uint32_t other) { wake(other); });
+}
+
+void World::State::wake(std::size_t index) {
+    if (is_asleep(index)) wake_group(sleep_groups[index]);
+    quiet_times[index] = 0.0;
+    touch();
+}
+
+void World::State::set_velocity(std::size_t index, const internal::Twist& velocity) {
+    wake(index);
+    bodies[index].velocity = velocity;
+    targets[index].reset();
+    states[index].velocity = velocity.linear;
+    states[index].angular_velocity = velocity.angular;
+}
+
+void World::State::publish(std::size_t index) {
+    states[index].pose = internal::from_centred(bodies[index].pose, frames[index]);
+    states[index].velocity = bodies[index].velocity.linear;
+    states[index].angular_velocity = bodies[index].velocity.angular;
+}
+
+BodyMove World::State::move_to(std::size_t index, const Pose& world_from_shape,
+                               const Ground& ground) {
+    wake(index);
+    RigidBody& body = bodies[index];
+    const Pose start = body.pose;
+    Pose end = internal::to_centred(world_from_shape, frames[index]);
+    end.rotation = orthonormalized(end.rotation);
+    const internal::Twist whole{end.translation - start.translation,
+                                rotation_vector_between(start.rotation, end.rotation)};
+    const double pieces = std::max(1.0, std::ceil(internal::length(whole.angular) / kMaxTurn));
+    const internal::Twist piece{whole.linear / pieces, whole.angular / pieces};
+    internal::GroundContactCache& cache = ground_contacts[index];
+    cache = {};
+    BodyMove answer;
+    for (double done = 0.0; done < pieces; done += 1.0) {
+        const internal::MoveAnswer moved = internal::move_body(body, cache, ground, piece);
+        if (!moved.resident) {
+            body.pose = start;
+            cache = {};
+            return {.is_resident = false, .fraction = 0.0};
+        }
+        answer.fraction = (done + moved.fraction) / pieces;
+        if (moved.fraction < 1.0) break;
+    }
+    cache = {};
+    island_solver.forget_bounds(index);
+    publish(index);
+    return answer;
+}
+
+}  // namespace terrane

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "bodies/islands/island_solver.h"
+#include "bodies/slot_ids.h"
+#include "bodies/step/collision_step.h"
+#include "world/contact_tracker.h"
+#include "world/queries/world_queries.h"
+
+#include <terrane/collision/world.h>
+
+#include <atomic>
+#include <deque>
+#include <mutex>
+#include <optional>
+#include <vector>
+
+namespace terrane {
+
+/// Arrays indexed by slot, and what they share.
+struct World::State {
+    explicit State(const WorldSettings& settings);
+
+    // ---- Bodies (world_bodies.cpp) ----
+
+    /// @param shape centred
+    BodyId add(const BodySettings& settings, internal::CentredShape&& shape,
+               const BodyState& state);
+    void remove(BodyId body);
+    void change(std::size_t index, const BodySettings& settings, internal::CentredShape&& shape,
+                const BodyState& state);
+    void place(std::size_t index, const BodyState& state);
+    void set_velocity(std::size_t index, const internal::Twist& velocity);
+    BodyMove move_to(std::size_t index, const Pose& world_from_shape, const Ground& ground);
+    /// Wakes the body and its sleep group.
+    void wake(std::size_t index);
+    /// Copies a body's motion into its state.
+    void publish(std::size_t index);
+    BodyType type(std::size_t index) const { return body_settings[index].type; }
+    Result<void> check_body_id(BodyId body) const;
+    Result<void> check_dynamic(BodyId body) const;
+    /// Fails where the velocities would be out of range.
+    Result<void> push(BodyId body, const Eigen::Vector3d& impulse,
+                      const Eigen::Vector3d& angular_impulse);
+
+    // ---- Steps (world_step.cpp, world_sleep.cpp) ----
+
+    StepReport step(const Ground& ground, double dt);
+
+    // ---- Queries (world_query.cpp) ----
+
+    /// The bodies at their present poses.
+    internal::QueryScene scene(const Ground& ground) const;
+    /// Needed after anything that queries read has changed.
+    void touch() {
+        is_idle = false;
+        is_scene_current.store(false, std::memory_order_relaxed);
+    }
+
+    WorldSettings settings;
+    internal::SlotIds ids;
+    std::vector<internal::RigidBody> bodies;
+    std::vector<BodyState> states;
+    std::vector<BodySettings> body_settings;
+    std::vector<BodyNeed> needs;
+    std::vector<Eigen::Vector3d> forces, torques;  // of the next step; N, N m
+    std::vector<std::optional<Pose>> targets;      // of kinematic bodies that reach a pose
+    std::vector<double> target_times;              // seconds until then, see targets
+    std::vector<Pose> frames;                      // body_from_centred
+    std::vector<internal::GroundContactCache> ground_contacts;
+    std::vector<double> quiet_times;           // how long each body has been slow and held, s
+    std::vector<std::uint32_t> sleep_groups;   // the lowest body that it fell asleep with
+    std::vector<std::uint8_t> is_placed_anew;  // since the last step
+    internal::ContactTracker contacts;
+    internal::IslandSolver island_solver;
+
+    bool is_idle = false;    ///< nothing moves, and nothing has changed since the last step
+    StepReport idle_report;  ///< of a step of an idle world
+
+private:
+    void resize(std::size_t count);
+    void set_up(std::size_t index, const BodySettings& settings, internal::CentredShape&& shape);
+    void forget_contacts(std::size_t index);
+
+    void begin_step();
+    void take_collision_step(const Ground& ground, const internal::StepSpan& span);
+    void begin_body(std::size_t index, const Ground& ground, const internal::StepSpan& span);
+    void set_mobility(std::size_t index);
+    void find_islands(const Ground& ground, const internal::StepSpan& span);
+    void end_body(std::size_t index, const Ground& ground, const internal::StepSpan& span);
+    void finish_kinematic(std::size_t index, double dt, StepReport& report);
+    void finish_dynamic(std::size_t index, const Ground& ground, StepReport& report);
+    Eigen::Vector3d gravity_of(const internal::RigidBody& body);
+    bool may_collide(std::uint32_t a, std::uint32_t b);
+    void update_scene() const;
+    void fall_asleep(double dt);
+    void put_to_sleep(std::size_t index, std::uint32_t group);
+    void wake_group(std::uint32_t group);
+    bool is_asleep(std::size_t index) const {
+        return states[index].condition == BodyCondition::asleep;
+    }
+    bool is_stepped(std::size_t index) const {
+        return mobility[index] != internal::Mobility::absent &&
+               type(index) == BodyType::dynamic_body && !is_asleep(index) && is_parked[index] == 0;
+    }
+    bool drives(std::size_t index) const {
+        const internal::Twist& velocity = bodies[index].velocity;
+        return is_placed_anew[index] != 0 ||
+               !(velocity.linear.isZero(0.0) && velocity.angular.isZero(0.0));
+    }
+
+    std::deque<internal::BodyPart> parts;         // one each, centred; bodies point to them
+    std::vector<internal::BodyMotion> before;     // the step, for those that park in it
+    std::vector<internal::SubstepAnswer> totals;  // of the step
+    std::vector<internal::StepStart> starts;      // of the collision step
+    std::vector<internal::Mobility> mobility;
+    std::vector<std::uint8_t> is_parked;  // parked in this step
+    std::vector<double> lifts;            // after the step
+    std::uint64_t failed_callbacks = 0;   // in this step
+    internal::WorkerTeam team;
+
+    // What queries read; made by the first one after a change.
+    mutable std::mutex scene_mutex;
+    mutable std::atomic<bool> is_scene_current{false};
+    mutable std::vector<internal::QueryBody> query_bodies;
+    mutable std::vector<Aabb> query_bounds;
+    mutable internal::BodyTree tree;
+    mutable int refit_count = 0;
+};
+
+}  // namespace terrane
