@@ -89,6 +89,46 @@ Result<void> World::State::check_dynamic(BodyId body) const {
                                                  " body of index " + std::to_string(body.index));
 }
 
+Result<BodyId> World::add_vehicle(const VehicleSettings& settings, const Pose& world_from_chassis) {
+    if (auto ok = internal::check_vehicle(settings); !ok) return tl::unexpected<Error>(ok.error());
+    auto vehicle = std::make_unique<internal::Vehicle>(settings);
+    Result<Compound> shape = internal::make_chassis_shape(settings, vehicle->wheels());
+    if (!shape) return tl::unexpected<Error>(shape.error());
+    const double tolerance = std::min(default_contact_tolerance(Box{settings.chassis_half_extents}),
+                                      default_contact_tolerance(Sphere{settings.wheel_radius}));
+    const BodySettings body{.shape = *shape,
+                            .mass = settings.mass,
+                            .friction = settings.friction,
+                            .restitution = settings.restitution,
+                            .contact_tolerance = tolerance,
+                            .filter = settings.filter};
+    BodyState state;
+    state.pose = world_from_chassis;
+    if (auto ok = internal::check_body(body, state); !ok) return tl::unexpected<Error>(ok.error());
+    return state_->add_vehicle(std::move(vehicle), body, std::move(*shape), state);
+}
+
+Result<void> World::set_controls(BodyId vehicle, const VehicleControls& controls) {
+    if (auto ok = state_->check_body_id(vehicle); !ok) return ok;
+    internal::Vehicle* const driven = state_->vehicle(vehicle);
+    if (driven == nullptr) {
+        return fail(ErrorCode::invalid_argument, "body must be a vehicle, got the body of index " +
+                                                     std::to_string(vehicle.index));
+    }
+    if (driven->set_controls(controls)) state_->wake(vehicle.index);
+    return {};
+}
+
+const VehicleState* World::vehicle(BodyId body) const {
+    const internal::Vehicle* const vehicle = state_->vehicle(body);
+    return vehicle == nullptr ? nullptr : &vehicle->state();
+}
+
+const VehicleSettings* World::vehicle_settings(BodyId body) const {
+    const internal::Vehicle* const vehicle = state_->vehicle(body);
+    return vehicle == nullptr ? nullptr : &vehicle->settings();
+}
+
 Result<void> World::remove(BodyId body) {
     if (auto ok = state_->check_body_id(body); !ok) return ok;
     state_->remove(body);
@@ -97,6 +137,10 @@ Result<void> World::remove(BodyId body) {
 
 Result<void> World::change(BodyId body, const BodySettings& settings) {
     if (auto ok = state_->check_body_id(body); !ok) return ok;
+    if (state_->vehicle(body) != nullptr) {
+        return fail(ErrorCode::invalid_argument,
+                    "body must not be a vehicle, got that of index " + std::to_string(body.index));
+    }
     BodyState state = state_->states[body.index];
     if (settings.type == BodyType::static_body) {
         state.velocity = state.angular_velocity = Eigen::Vector3d::Zero();
@@ -236,8 +280,10 @@ std::span<const BodyNeed> World::needs() {
         const RigidBody& body = state_->bodies[i];
         // An impact may turn a body anywhere, so the reach of a long step counts in every direction.
         const double speed = internal::greatest_speed(body);
+        const internal::Vehicle* const vehicle = state_->vehicles[i].get();
+        const double travel = vehicle != nullptr ? vehicle->settings().suspension_travel : 0.0;
         state_->needs.push_back({body.pose.translation, body.velocity.linear,
-                                 body.radius + body.tolerance + kReachTime * speed});
+                                 body.radius + travel + body.tolerance + kReachTime * speed});
     }
     return state_->needs;
 }

@@ -31,9 +31,12 @@ void World::State::fall_asleep(double dt) {
                 is_quiet = is_quiet && quiet_times[body] >= kSleepDelay;
                 continue;
             }
-            const bool is_held = has_links || totals[body].touches;
+            const internal::Vehicle* const vehicle = vehicles[body].get();
+            const bool is_held =
+                has_links || totals[body].touches || (vehicle != nullptr && vehicle->is_standing());
+            const bool may_sleep = vehicle == nullptr || vehicle->is_braked();
             const bool is_slow = states[body].condition == BodyCondition::awake && is_held &&
-                                 internal::greatest_speed(bodies[body]) < kSleepSpeed;
+                                 may_sleep && internal::greatest_speed(bodies[body]) < kSleepSpeed;
             quiet_times[body] = is_slow ? quiet_times[body] + dt : 0.0;
             is_quiet = is_quiet && quiet_times[body] >= kSleepDelay;
         }

@@ -4,6 +4,7 @@
 #include "bodies/islands/island_solver.h"
 #include "bodies/slot_ids.h"
 #include "bodies/step/collision_step.h"
+#include "vehicles/vehicle_parts.h"
 #include "world/contact_tracker.h"
 #include "world/queries/world_queries.h"
 
@@ -24,8 +25,11 @@ struct World::State {
     // ---- Bodies (world_bodies.cpp) ----
 
     /// @param shape centred
-    BodyId add(const BodySettings& settings, internal::CentredShape&& shape,
-               const BodyState& state);
+    /// @param mass  null: that of the shape with uniform density
+    BodyId add(const BodySettings& settings, internal::CentredShape&& shape, const BodyState& state,
+               const internal::MassProperties* mass = nullptr);
+    BodyId add_vehicle(std::unique_ptr<internal::Vehicle> vehicle, const BodySettings& settings,
+                       Compound&& shape, const BodyState& state);
     void remove(BodyId body);
     void change(std::size_t index, const BodySettings& settings, internal::CentredShape&& shape,
                 const BodyState& state);
@@ -42,6 +46,10 @@ struct World::State {
     /// Fails where the velocities would be out of range.
     Result<void> push(BodyId body, const Eigen::Vector3d& impulse,
                       const Eigen::Vector3d& angular_impulse);
+
+    internal::Vehicle* vehicle(BodyId body) const {
+        return ids.contains(body) ? vehicles[body.index].get() : nullptr;
+    }
 
     // ---- Steps (world_step.cpp, world_sleep.cpp) ----
 
@@ -71,6 +79,7 @@ struct World::State {
     std::vector<double> quiet_times;           // how long each body has been slow and held, s
     std::vector<std::uint32_t> sleep_groups;   // the lowest body that it fell asleep with
     std::vector<std::uint8_t> is_placed_anew;  // since the last step
+    std::vector<std::unique_ptr<internal::Vehicle>> vehicles;  // null: not a vehicle
     internal::ContactTracker contacts;
     internal::IslandSolver island_solver;
 
@@ -79,7 +88,8 @@ struct World::State {
 
 private:
     void resize(std::size_t count);
-    void set_up(std::size_t index, const BodySettings& settings, internal::CentredShape&& shape);
+    void set_up(std::size_t index, const BodySettings& settings, internal::CentredShape&& shape,
+                const internal::MassProperties* mass);
     void forget_contacts(std::size_t index);
 
     void begin_step();
@@ -87,6 +97,9 @@ private:
     void begin_body(std::size_t index, const Ground& ground, const internal::StepSpan& span);
     void set_mobility(std::size_t index);
     void find_islands(const Ground& ground, const internal::StepSpan& span);
+    void cast_wheels(const Ground& ground);
+    void choose_wheels();
+    void finish_vehicles(const Ground& ground, double dt, StepReport& report);
     void end_body(std::size_t index, const Ground& ground, const internal::StepSpan& span);
     void finish_kinematic(std::size_t index, double dt, StepReport& report);
     void finish_dynamic(std::size_t index, const Ground& ground, StepReport& report);
@@ -109,6 +122,9 @@ private:
                !(velocity.linear.isZero(0.0) && velocity.angular.isZero(0.0));
     }
 
+    std::vector<std::uint32_t> vehicle_slots;     // ascending
+    std::vector<internal::WheelSet*> wheel_sets;  // that exert forces; empty without vehicles
+    std::vector<BodyPair> wheel_links;            // vehicles and bodies that their wheels stand on
     std::deque<internal::BodyPart> parts;         // one each, centred; bodies point to them
     std::vector<internal::BodyMotion> before;     // the step, for those that park in it
     std::vector<internal::SubstepAnswer> totals;  // of the step

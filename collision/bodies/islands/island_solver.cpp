@@ -155,12 +155,12 @@ void IslandSolver::remove_separated() {
     manifolds_.resize(kept);
 }
 
-void IslandSolver::wake(std::span<const std::uint32_t> groups, std::span<Mobility> mobility) {
+void IslandSolver::wake(std::span<const std::uint32_t> groups,
+                        std::span<const BodyPair> wheel_links, std::span<Mobility> mobility) {
     bool any = false;
     wakes_.assign(mobility.size(), 0);
-    for (const PairManifold& manifold : manifolds_) {
-        if (manifold.count() == 0) continue;
-        const auto [a, b] = manifold.pair;
+    const auto wake_sleeper_of = [&](const BodyPair& pair) {
+        const auto [a, b] = pair;
         if (mobility[a] == Mobility::asleep && !is_moved_by_none(mobility[b])) {
             wakes_[groups[a]] = 1;
             any = true;
@@ -169,7 +169,11 @@ void IslandSolver::wake(std::span<const std::uint32_t> groups, std::span<Mobilit
             wakes_[groups[b]] = 1;
             any = true;
         }
+    };
+    for (const PairManifold& manifold : manifolds_) {
+        if (manifold.count() > 0) wake_sleeper_of(manifold.pair);
     }
+    for (const BodyPair& link : wheel_links) wake_sleeper_of(link);
     if (!any) return;
     for (std::size_t i = 0; i < mobility.size(); ++i) {
         if (mobility[i] == Mobility::asleep && wakes_[groups[i]] != 0) {
@@ -179,7 +183,8 @@ void IslandSolver::wake(std::span<const std::uint32_t> groups, std::span<Mobilit
 }
 
 void IslandSolver::find(std::span<const RigidBody> bodies, std::span<const std::uint32_t> groups,
-                        std::span<Mobility> mobility, const StepSpan& span, WorkerTeam& team) {
+                        std::span<const BodyPair> wheel_links, std::span<Mobility> mobility,
+                        const StepSpan& span, WorkerTeam& team) {
     const double duration = span.duration;
     if (collide_bodies_ && bodies.size() > 1) {
         update_bounds(bodies, mobility, span);
@@ -202,7 +207,7 @@ void IslandSolver::find(std::span<const RigidBody> bodies, std::span<const std::
         }
     });
     remove_separated();
-    wake(groups, mobility);
+    wake(groups, wheel_links, mobility);
 
     links_.clear();
     link_manifolds_.clear();
@@ -213,6 +218,11 @@ void IslandSolver::find(std::span<const RigidBody> bodies, std::span<const std::
         if (links_.empty() || !(links_.back() == pair)) ++pair_count_;
         links_.push_back(pair);
         link_manifolds_.push_back(static_cast<std::uint32_t>(i));
+    }
+    for (const BodyPair& link : wheel_links) {
+        if (mobility[link.a] != Mobility::moving && mobility[link.b] != Mobility::moving) continue;
+        links_.push_back(link);
+        link_manifolds_.push_back(kNone);
     }
     moves_.resize(bodies.size());
     for (std::size_t i = 0; i < bodies.size(); ++i) moves_[i] = mobility[i] == Mobility::moving;

@@ -5,6 +5,7 @@
 #include "bodies/islands/islands.h"
 #include "bodies/islands/pair_manifolds.h"
 #include "bodies/step/collision_step.h"
+#include "bodies/wheels/wheel_set.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -44,15 +45,18 @@ public:
     /// Finds the pairs that touch, or will within the step, and the islands of the moving bodies. Where a moving or
     /// driving body touches a sleeping one, its whole sleep group becomes `moving`.
     ///
-    /// @param groups [bodies] sleep group: sleepers with equal numbers wake together
+    /// @param groups      [bodies] sleep group: sleepers with equal numbers wake together
+    /// @param wheel_links pairs of a vehicle and a body that its wheels stand on
     void find(std::span<const RigidBody> bodies, std::span<const std::uint32_t> groups,
-              std::span<Mobility> mobility, const StepSpan& span, WorkerTeam& team);
+              std::span<const BodyPair> wheel_links, std::span<Mobility> mobility,
+              const StepSpan& span, WorkerTeam& team);
 
     /// Steps the islands of the last find() in substeps, and separates overlapping bodies. The poses reached are not
     /// yet proved clear of the ground.
     /// @param ground_contacts [bodies]
+    /// @param wheels          [bodies] null: no vehicle; empty where there is none
     void step(std::span<RigidBody> bodies, std::span<GroundContactCache> ground_contacts,
-              const StepSpan& span, WorkerTeam& team);
+              std::span<WheelSet* const> wheels, const StepSpan& span, WorkerTeam& team);
 
     /// The body's box is computed anew in the next find(). Needed where a body that does not move has been changed.
     void forget_bounds(std::size_t body) {
@@ -112,6 +116,7 @@ private:
     struct Scene {
         std::span<RigidBody> bodies;
         std::span<GroundContactCache> ground_contacts;
+        std::span<WheelSet* const> wheels;
         const StepSpan& span;
     };
 
@@ -123,7 +128,16 @@ private:
     void find_drivers(std::span<const RigidBody> bodies, std::span<const Mobility> mobility,
                       const StepSpan& span);
     void remove_separated();
-    void wake(std::span<const std::uint32_t> groups, std::span<Mobility> mobility);
+    void wake(std::span<const std::uint32_t> groups, std::span<const BodyPair> wheel_links,
+              std::span<Mobility> mobility);
+    double apply_wheels(std::span<const std::uint32_t> members, int substep, const Scene& scene);
+    /// The contacts of a link; those of wheels have none.
+    PairManifold* manifold(std::uint32_t link) {
+        return link_manifolds_[link] == kNone ? nullptr : &manifolds_[link_manifolds_[link]];
+    }
+    std::size_t contact_count(std::uint32_t link) const {
+        return link_manifolds_[link] == kNone ? 0 : manifolds_[link_manifolds_[link]].count();
+    }
     void step_island(std::size_t island, Scratch& scratch, const Scene& scene);
     std::size_t count_contacts(std::size_t island, const Scene& scene) const;
     bool add_contacts(std::size_t island, int substep, ContactSolver& solver, Scratch& scratch,
@@ -152,9 +166,9 @@ private:
     std::vector<PairManifold> manifolds_, previous_manifolds_;  // ascending by pair
     // Of each pair's first manifold: its index in previous_manifolds_, or kNone.
     std::vector<std::uint32_t> previous_index_;
-    std::size_t pair_count_ = 0;                 // see touching_pair_count()
-    std::vector<BodyPair> links_;                // manifolds of which a body moves
-    std::vector<std::uint32_t> link_manifolds_;  // index of each link's manifold
+    std::size_t pair_count_ = 0;   // see touching_pair_count()
+    std::vector<BodyPair> links_;  // manifolds of which a body moves, then wheels on bodies
+    std::vector<std::uint32_t> link_manifolds_;  // index of each link's manifold; kNone: wheels
     std::vector<std::uint8_t> wakes_;            // [groups]
     std::vector<std::uint8_t> moves_;
     Islands islands_;

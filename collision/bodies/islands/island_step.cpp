@@ -35,14 +35,15 @@ constexpr std::size_t kIslandBlock = 8;
 
 StoppingRule stopping_rule(std::size_t body_count, std::size_t contact_count) {
     if (body_count == 1) return kLoneBodyRule;
-    const std::size_t sweeps = std::max(kLeastIterations, kMaxRowSolves / contact_count);
+    const std::size_t sweeps =
+        std::max(kLeastIterations, kMaxRowSolves / std::max<std::size_t>(1, contact_count));
     return {.iterations = static_cast<int>(sweeps), .tolerance = kTolerance, .patience = kPatience};
 }
 
 }  // namespace
 
 void IslandSolver::step(std::span<RigidBody> bodies, std::span<GroundContactCache> ground_contacts,
-                        const StepSpan& span, WorkerTeam& team) {
+                        std::span<WheelSet* const> wheels, const StepSpan& span, WorkerTeam& team) {
     solver_bodies_.resize(bodies.size());
     struck_.assign(bodies.size(), 0);
     scratch_.resize(static_cast<std::size_t>(team.size()));
@@ -67,7 +68,7 @@ void IslandSolver::step(std::span<RigidBody> bodies, std::span<GroundContactCach
                                   .before = {},
                                   .plastic = {}});
     }
-    const Scene scene{bodies, ground_contacts, span};
+    const Scene scene{bodies, ground_contacts, wheels, span};
     const std::size_t count = islands_.count();
     team.run((count + kIslandBlock - 1) / kIslandBlock, [&](std::size_t block, int worker) {
         const std::size_t end = std::min(count, (block + 1) * kIslandBlock);
@@ -84,7 +85,11 @@ void IslandSolver::step_island(std::size_t island, Scratch& scratch, const Scene
     const StepSpan& span = scene.span;
     const double substep = span.substep();
     const std::size_t contact_count = count_contacts(island, scene);
-    if (contact_count == 0) {
+    const bool has_wheels = !scene.wheels.empty() &&
+                            std::any_of(members.begin(), members.end(), [&](std::uint32_t member) {
+                                return scene.wheels[member] != nullptr;
+                            });
+    if (contact_count == 0 && !has_wheels) {
         for (const std::uint32_t member : members) {
             for (int i = 0; i < span.substep_count; ++i) {
                 bodies[member].velocity.linear += bodies[member].acceleration * substep;
@@ -98,7 +103,7 @@ void IslandSolver::step_island(std::size_t island, Scratch& scratch, const Scene
     scratch.impacts.resize(contact_count);
     scratch.separating_speeds.assign(contact_count, -1.0);
     const WorldPos origin = bodies[members.front()].pose.translation;
-    const double energy_before = total_energy(island, origin, scene);
+    double most_energy = total_energy(island, origin, scene);
     const StoppingRule rule = stopping_rule(members.size(), contact_count);
     double acceleration = 0.0;
     for (const std::uint32_t member : members) {
@@ -117,6 +122,7 @@ void IslandSolver::step_island(std::size_t island, Scratch& scratch, const Scene
             copy.mass = body.mass;
             copy.velocity = body.velocity;
         }
+        if (has_wheels) most_energy += apply_wheels(members, i, scene);
         ContactSolver solver(solver_bodies_, scratch.rows);
         const bool overlaps = add_contacts(island, i, solver, scratch, scene);
         double removed_now = 0.0;
@@ -149,21 +155,44 @@ void IslandSolver::step_island(std::size_t island, Scratch& scratch, const Scene
         }
         const bool is_last = i + 1 == span.substep_count;
         if (is_last && bounces) {
-            const double left = energy_before - total_energy(island, origin, scene);
+            const double left = most_energy - total_energy(island, origin, scene);
             bounce(island, solver, scratch, scene, std::clamp(left, 0.0, removed));
         }
         if (records_impulses_) record_impulses(island, solver, scene);
         if (!is_last) continue;
         if (overlaps) separate(island, solver, scene);
-        limit_energy(island, solver, scene, origin, energy_before);
+        limit_energy(island, solver, scene, origin, most_energy);
     }
 
     const bool is_slow = std::all_of(members.begin(), members.end(), [&](std::uint32_t member) {
         return greatest_speed(bodies[member]) < kSlow;
     });
-    if (!is_slow) return;
+    if (!is_slow || contact_count == 0) return;
     const double kept = std::max(0.0, 1.0 - kRollingLoss * span.duration);
     for (const std::uint32_t member : members) bodies[member].velocity.angular *= kept;
+}
+
+/// Applies the forces of wheels for a substep. Returns the energy that they add to the island by its end, J: the kinetic
+/// energy, less the work that the accelerations do along the displacements that they add.
+double IslandSolver::apply_wheels(std::span<const std::uint32_t> members, int substep,
+                                  const Scene& scene) {
+    double added = 0.0;
+    for (const std::uint32_t member : members) {
+        WheelSet* const wheels = scene.wheels[member];
+        if (wheels == nullptr) continue;
+        for (WheelContact& contact : wheels->contacts()) {
+            const bool is_body = contact.touches && contact.body != kNone;
+            contact.solver_body = is_body ? solver_index(contact.body, substep, scene) : kNone;
+        }
+        added += wheels->apply(solver_bodies_, member, scene.span.substep());
+    }
+    for (const std::uint32_t member : members) {
+        const RigidBody& body = scene.bodies[member];
+        const Eigen::Vector3d change =
+            solver_bodies_[member].velocity.linear - body.velocity.linear;
+        added -= dot(body.acceleration, change) * scene.span.substep() / body.mass.inverse_mass;
+    }
+    return added;
 }
 
 /// A body of a link in a substep. Driving bodies are not stepped by islands.
@@ -185,7 +214,7 @@ std::uint32_t IslandSolver::solver_index(std::uint32_t body, int substep,
 std::size_t IslandSolver::count_contacts(std::size_t island, const Scene& scene) const {
     std::size_t count = 0;
     for (const std::uint32_t link : islands_.links(island)) {
-        count += manifolds_[link_manifolds_[link]].count();
+        count += contact_count(link);
     }
     for (const std::uint32_t member : islands_.bodies(island)) {
         count += scene.ground_contacts[member].count();
@@ -210,7 +239,8 @@ bool IslandSolver::add_contacts(std::size_t island, int substep, ContactSolver& 
         solver.add(contact);
     };
     for (const std::uint32_t link : links) {
-        PairManifold& manifold = manifolds_[link_manifolds_[link]];
+        if (manifold(link) == nullptr) continue;
+        PairManifold& manifold = *this->manifold(link);
         const auto [a, b] = manifold.pair;
         const RigidBody &body_a = body_at(a, substep, scene), &body_b = body_at(b, substep, scene);
         if (substep > 0) manifold.follow(body_a, body_b);
@@ -240,9 +270,9 @@ void IslandSolver::store_impulses(std::size_t island, const ContactSolver& solve
                                   const Scene& scene) {
     std::size_t row = 0;
     for (const std::uint32_t link : islands_.links(island)) {
-        PairManifold& manifold = manifolds_[link_manifolds_[link]];
-        for (std::size_t i = 0; i < manifold.count(); ++i) {
-            manifold.set_impulse(i, solver.impulse(row++));
+        PairManifold* const contacts = manifold(link);
+        for (std::size_t i = 0; i < contact_count(link); ++i) {
+            contacts->set_impulse(i, solver.impulse(row++));
         }
     }
     for (const std::uint32_t member : islands_.bodies(island)) {
@@ -256,9 +286,8 @@ void IslandSolver::record_impulses(std::size_t island, const ContactSolver& solv
                                    const Scene& scene) {
     std::size_t row = 0;
     for (const std::uint32_t link : islands_.links(island)) {
-        const std::uint32_t manifold = link_manifolds_[link];
-        for (std::size_t i = 0; i < manifolds_[manifold].count(); ++i) {
-            pair_impulses_[manifold] += solver.impulse(row++);
+        for (std::size_t i = 0; i < contact_count(link); ++i) {
+            pair_impulses_[link_manifolds_[link]] += solver.impulse(row++);
         }
     }
     for (const std::uint32_t member : islands_.bodies(island)) {
