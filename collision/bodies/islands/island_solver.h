@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/worker_team.h"
+#include "bodies/islands/foot_drive.h"
 #include "bodies/islands/islands.h"
 #include "bodies/islands/pair_manifolds.h"
 #include "bodies/step/collision_step.h"
@@ -27,6 +28,12 @@ enum class Mobility : std::uint8_t {
 
 /// Whether the owner lets two bodies collide, by their indices, a < b.
 using PairFilter = std::function<bool(std::uint32_t a, std::uint32_t b)>;
+
+/// [bodies] What drives them, or null; empty where nothing drives any.
+struct BodyDrives {
+    std::span<WheelSet* const> wheels;
+    std::span<const FootDrive* const> feet;
+};
 
 /// Finds the bodies that touch each other, and steps each island on its contacts. A body that touches no other is an
 /// island of one. All orders are those of the bodies, so that the number of threads changes no bit.
@@ -54,9 +61,9 @@ public:
     /// Steps the islands of the last find() in substeps, and separates overlapping bodies. The poses reached are not
     /// yet proved clear of the ground.
     /// @param ground_contacts [bodies]
-    /// @param wheels          [bodies] null: no vehicle; empty where there is none
+    /// @param drives          of the bodies that have wheels or feet
     void step(std::span<RigidBody> bodies, std::span<GroundContactCache> ground_contacts,
-              std::span<WheelSet* const> wheels, const StepSpan& span, WorkerTeam& team);
+              const BodyDrives& drives, const StepSpan& span, WorkerTeam& team);
 
     /// The body's box is computed anew in the next find(). Needed where a body that does not move has been changed.
     void forget_bounds(std::size_t body) {
@@ -116,7 +123,7 @@ private:
     struct Scene {
         std::span<RigidBody> bodies;
         std::span<GroundContactCache> ground_contacts;
-        std::span<WheelSet* const> wheels;
+        const BodyDrives& drives;
         const StepSpan& span;
     };
 
@@ -130,6 +137,7 @@ private:
     void remove_separated();
     void wake(std::span<const std::uint32_t> groups, std::span<const BodyPair> wheel_links,
               std::span<Mobility> mobility);
+    void drive_feet(SolverContact& contact, std::uint32_t a, std::uint32_t b, const Scene& scene);
     double apply_wheels(std::span<const std::uint32_t> members, int substep, const Scene& scene);
     /// The contacts of a link; those of wheels have none.
     PairManifold* manifold(std::uint32_t link) {

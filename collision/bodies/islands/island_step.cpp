@@ -43,7 +43,7 @@ StoppingRule stopping_rule(std::size_t body_count, std::size_t contact_count) {
 }  // namespace
 
 void IslandSolver::step(std::span<RigidBody> bodies, std::span<GroundContactCache> ground_contacts,
-                        std::span<WheelSet* const> wheels, const StepSpan& span, WorkerTeam& team) {
+                        const BodyDrives& drives, const StepSpan& span, WorkerTeam& team) {
     solver_bodies_.resize(bodies.size());
     struck_.assign(bodies.size(), 0);
     scratch_.resize(static_cast<std::size_t>(team.size()));
@@ -68,7 +68,7 @@ void IslandSolver::step(std::span<RigidBody> bodies, std::span<GroundContactCach
                                   .before = {},
                                   .plastic = {}});
     }
-    const Scene scene{bodies, ground_contacts, wheels, span};
+    const Scene scene{bodies, ground_contacts, drives, span};
     const std::size_t count = islands_.count();
     team.run((count + kIslandBlock - 1) / kIslandBlock, [&](std::size_t block, int worker) {
         const std::size_t end = std::min(count, (block + 1) * kIslandBlock);
@@ -85,9 +85,9 @@ void IslandSolver::step_island(std::size_t island, Scratch& scratch, const Scene
     const StepSpan& span = scene.span;
     const double substep = span.substep();
     const std::size_t contact_count = count_contacts(island, scene);
-    const bool has_wheels = !scene.wheels.empty() &&
+    const bool has_wheels = !scene.drives.wheels.empty() &&
                             std::any_of(members.begin(), members.end(), [&](std::uint32_t member) {
-                                return scene.wheels[member] != nullptr;
+                                return scene.drives.wheels[member] != nullptr;
                             });
     if (contact_count == 0 && !has_wheels) {
         for (const std::uint32_t member : members) {
@@ -172,13 +172,24 @@ void IslandSolver::step_island(std::size_t island, Scratch& scratch, const Scene
     for (const std::uint32_t member : members) bodies[member].velocity.angular *= kept;
 }
 
+/// Gives a contact of a character the drive of its feet.
+/// @param b kNone: the ground
+void IslandSolver::drive_feet(SolverContact& contact, std::uint32_t a, std::uint32_t b,
+                              const Scene& scene) {
+    if (scene.drives.feet.empty()) return;
+    const double substep = scene.span.substep();
+    if (const FootDrive* const feet = scene.drives.feet[a]) feet->drive(contact, 1.0, substep);
+    if (b == kNone) return;
+    if (const FootDrive* const feet = scene.drives.feet[b]) feet->drive(contact, -1.0, substep);
+}
+
 /// Applies the forces of wheels for a substep. Returns the energy that they add to the island by its end, J: the kinetic
 /// energy, less the work that the accelerations do along the displacements that they add.
 double IslandSolver::apply_wheels(std::span<const std::uint32_t> members, int substep,
                                   const Scene& scene) {
     double added = 0.0;
     for (const std::uint32_t member : members) {
-        WheelSet* const wheels = scene.wheels[member];
+        WheelSet* const wheels = scene.drives.wheels[member];
         if (wheels == nullptr) continue;
         for (WheelContact& contact : wheels->contacts()) {
             const bool is_body = contact.touches && contact.body != kNone;
@@ -248,6 +259,7 @@ bool IslandSolver::add_contacts(std::size_t island, int substep, ContactSolver& 
             SolverContact contact = manifold.contact(i, body_a, body_b);
             contact.a = solver_index(a, substep, scene);
             contact.b = solver_index(b, substep, scene);
+            drive_feet(contact, a, b, scene);
             add(contact, 0.0);
         }
     }
@@ -260,6 +272,7 @@ bool IslandSolver::add_contacts(std::size_t island, int substep, ContactSolver& 
         for (std::size_t i = 0; i < cache.count(); ++i) {
             SolverContact contact = cache.contact(i, scene.bodies[member], member);
             if (!is_warm) contact.initial_impulse.setZero();
+            drive_feet(contact, member, kNone, scene);
             add(contact, std::max(0.0, -dot(contact.normal, scene.bodies[member].acceleration)));
         }
     }
