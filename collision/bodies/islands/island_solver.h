@@ -110,6 +110,7 @@ private:
         std::uint32_t body;       // on the ground, or kNone for a contact of two bodies
         double gap;               // that the contact had to close in the substep, metres
         double acceleration;      // along the approach, m/s^2
+        double pushed_speed;      // of the approach, by wheels in the substep, m/s
         double restitution;       // 0 to 1
         double separating_speed;  // m/s; < 0: the contact does not bounce
     };
@@ -138,6 +139,7 @@ private:
     void wake(std::span<const std::uint32_t> groups, std::span<const BodyPair> wheel_links,
               std::span<Mobility> mobility);
     void drive_feet(SolverContact& contact, std::uint32_t a, std::uint32_t b, const Scene& scene);
+    double pushed_speed(const SolverContact& contact, const Scene& scene) const;
     double apply_wheels(std::span<const std::uint32_t> members, int substep, const Scene& scene);
     /// The contacts of a link; those of wheels have none.
     PairManifold* manifold(std::uint32_t link) {

@@ -131,7 +131,9 @@ void IslandSolver::step_island(std::size_t island, Scratch& scratch, const Scene
             for (std::size_t contact = 0; contact < contact_count; ++contact) {
                 const Impact& impact = scratch.impacts[contact];
                 const double approach = solver.approach_speed(contact);
-                if (!(solver.normal_impulse(contact) > 0.0) || approach <= least_bounce ||
+                // What wheels press down does not bounce.
+                const double bouncing = approach - impact.pushed_speed;
+                if (!(solver.normal_impulse(contact) > 0.0) || bouncing <= least_bounce ||
                     approach * substep <= impact.gap) {
                     continue;
                 }
@@ -141,7 +143,7 @@ void IslandSolver::step_island(std::size_t island, Scratch& scratch, const Scene
                 const double excess = impact.acceleration * (substep - impact.gap / approach);
                 double& separating = scratch.separating_speeds[contact];
                 separating =
-                    std::max(separating, impact.restitution * std::max(0.0, approach - excess));
+                    std::max(separating, impact.restitution * std::max(0.0, bouncing - excess));
                 bounces = true;
             }
         }
@@ -181,6 +183,22 @@ void IslandSolver::drive_feet(SolverContact& contact, std::uint32_t a, std::uint
     if (const FootDrive* const feet = scene.drives.feet[a]) feet->drive(contact, 1.0, substep);
     if (b == kNone) return;
     if (const FootDrive* const feet = scene.drives.feet[b]) feet->drive(contact, -1.0, substep);
+}
+
+/// Speed at which the wheels of the substep make a contact close, m/s, >= 0.
+double IslandSolver::pushed_speed(const SolverContact& contact, const Scene& scene) const {
+    const auto change = [&](std::uint32_t body, const WorldPos& point) -> Eigen::Vector3d {
+        if (body >= moves_.size() || moves_[body] == 0) return Eigen::Vector3d::Zero();
+        const SolverBody& now = solver_bodies_[body];
+        const Twist& before = scene.bodies[body].velocity;
+        const Eigen::Vector3d arm = point - now.pose.translation;
+        return now.velocity.linear - before.linear +
+               cross(now.velocity.angular - before.angular, arm);
+    };
+    const Eigen::Vector3d of_b = contact.b == SolverContact::kGround
+                                     ? Eigen::Vector3d::Zero()
+                                     : change(contact.b, contact.point_b);
+    return std::max(0.0, -dot(contact.normal, change(contact.a, contact.point_a) - of_b));
 }
 
 /// Applies the forces of wheels for a substep. Returns the energy that they add to the island by its end, J: the kinetic
@@ -246,6 +264,7 @@ bool IslandSolver::add_contacts(std::size_t island, int substep, ContactSolver& 
         impact.body = contact.b == SolverContact::kGround ? contact.a : kNone;
         impact.gap = std::max(0.0, contact.gap - contact.rest_gap);
         impact.acceleration = acceleration;
+        impact.pushed_speed = scene.drives.wheels.empty() ? 0.0 : pushed_speed(contact, scene);
         impact.restitution = contact.restitution;
         solver.add(contact);
     };
