@@ -202,8 +202,8 @@ double IslandSolver::pushed_speed(const SolverContact& contact, const Scene& sce
     return std::max(0.0, -dot(contact.normal, change(contact.a, contact.point_a) - of_b));
 }
 
-/// Applies the forces of wheels for a substep. Returns the energy that they add to the island by its end, J: the kinetic
-/// energy, less the work that the accelerations do along the displacements that they add.
+/// Applies the forces of wheels for a substep. Returns the energy that they add to the island by its end, J: the
+/// kinetic energy, less the work that the accelerations do along the displacements that they add.
 double IslandSolver::apply_wheels(std::span<const std::uint32_t> members, int substep,
                                   const Scene& scene) {
     double added = 0.0;

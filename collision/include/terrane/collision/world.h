@@ -167,8 +167,8 @@ public:
     /// @param world_from_chassis pose of the chassis
     Result<BodyId> add_vehicle(const VehicleSettings& settings, const Pose& world_from_chassis);
 
-    /// Controls of a vehicle from the next step on; wakes it where they change. It falls asleep only while it brakes. Controls that are not finite are
-    /// ignored: the last valid ones are used.
+    /// Controls of a vehicle from the next step on; wakes it where they change. It falls asleep only while it brakes.
+    /// Controls that are not finite are ignored: the last valid ones are used.
     Result<void> set_controls(BodyId vehicle, const VehicleControls& controls);
 
     /// State after the last step; null where the body is no vehicle. Valid until the next call that is not const.
@@ -182,8 +182,8 @@ public:
     /// slides along what it meets, climbs steps, and rides on what it stands on.
     Result<BodyId> add_character(const CharacterSettings& settings, const WorldPos& place_world);
 
-    /// Controls of a character from the next step on; wakes it where they change. Controls that are not finite or out of
-    /// range are ignored: the last valid ones are used.
+    /// Controls of a character from the next step on; wakes it where they change. Controls that are not finite or out
+    /// of range are ignored: the last valid ones are used.
     Result<void> set_controls(BodyId character, const CharacterControls& controls);
 
     /// State after the last step; null where the body is no character. Valid until the next call that is not const.
