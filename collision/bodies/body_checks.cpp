@@ -13,7 +13,6 @@ namespace terrane::internal {
 namespace {
 
 constexpr double kMaxPlace = 1e9;        // metres
-constexpr double kMaxSpin = 1e6;         // radians a second
 constexpr double kRotationSlack = 1e-6;  // of a rotation's columns from orthonormal
 
 Result<void> check_rotation(const Eigen::Matrix3d& rotation) {

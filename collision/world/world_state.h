@@ -17,6 +17,11 @@
 
 namespace terrane {
 
+namespace internal {
+class FieldReader;
+class ShapeReader;
+}  // namespace internal
+
 /// Arrays indexed by slot, and what they share.
 struct World::State {
     explicit State(const WorldSettings& settings);
@@ -43,9 +48,19 @@ struct World::State {
     Result<void> push(BodyId body, const Eigen::Vector3d& impulse,
                       const Eigen::Vector3d& angular_impulse);
 
+    Result<void> check_force(std::size_t index, const Eigen::Vector3d& force) const;
+    Result<void> check_torque(std::size_t index, const Eigen::Vector3d& torque) const;
+
     // ---- Steps (world_step.cpp, world_sleep.cpp) ----
 
     StepReport step(const Ground& ground, double dt);
+
+    // ---- Saved worlds (world_save.cpp) ----
+
+    std::vector<std::byte> save() const;
+    void resize(std::size_t count);
+    /// Reads the body of a slot that is used.
+    void load_body(std::size_t index, internal::FieldReader& in, internal::ShapeReader& shapes);
 
     // ---- Queries (world_query.cpp) ----
 
@@ -78,7 +93,6 @@ struct World::State {
     StepReport idle_report;  ///< of a step of an idle world
 
 private:
-    void resize(std::size_t count);
     void set_up(std::size_t index, const BodySettings& settings, internal::CentredShape&& shape);
     void forget_contacts(std::size_t index);
 

@@ -201,6 +201,18 @@ public:
     /// Hash of every state's bits.
     std::uint64_t state_hash() const;
 
+    /// The world as bytes, the same on every machine: a world made of them by load() goes on with the same bits.
+    /// Callbacks are not in it, nor the thread count, nor the events of the last step.
+    std::vector<std::byte> save() const;
+
+    /// A world made by save().
+    ///
+    /// Fails: bad_data for bytes that save() has not written or that have changed; invalid_argument where the saved
+    ///        world had a callback and `callbacks` has none, or the other way round, or for a worker_count that
+    ///        create() refuses
+    static Result<World> load(std::span<const std::byte> bytes,
+                              const WorldCallbacks& callbacks = {}, int worker_count = 1);
+
 private:
     struct State;
     explicit World(std::unique_ptr<State> state);
