@@ -101,6 +101,7 @@ Result<void> World::change(BodyId body, const BodySettings& settings) {
     if (settings.type == BodyType::static_body) {
         state.velocity = state.angular_velocity = Eigen::Vector3d::Zero();
     }
+    if (!settings.rotates) state.angular_velocity.setZero();
     Result<MadeBody> made = make_body(settings, state);
     if (!made) return tl::unexpected<Error>(made.error());
     state_->change(body.index, made->settings, std::move(made->shape), state);
@@ -139,6 +140,12 @@ Result<void> World::move_kinematic(BodyId body, const Pose& world_from_shape, do
     state.angular_velocity = rotation_vector_between(now.rotation, world_from_shape.rotation) / dt;
     if (auto ok = internal::check_state(state); !ok) return ok;
     state_->set_velocity(body.index, {state.velocity, state.angular_velocity});
+    if (state.velocity.isZero(0.0) && state.angular_velocity.isZero(0.0)) {
+        // It is there, but for rounding: it does not move, and sleepers on it sleep on.
+        state_->bodies[body.index].pose = state_->states[body.index].pose = world_from_shape;
+        state_->island_solver.forget_bounds(body.index);
+        return {};
+    }
     state_->targets[body.index] = world_from_shape;
     state_->target_times[body.index] = dt;
     return {};

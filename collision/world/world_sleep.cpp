@@ -32,8 +32,12 @@ void World::State::fall_asleep(double dt) {
                 continue;
             }
             const bool is_held = has_links || totals[body].touches;
+            // Separation of overlaps has no velocity.
+            const double moved =
+                internal::greatest_move(bodies[body], before[body].pose, bodies[body].pose);
             const bool is_slow = states[body].condition == BodyCondition::awake && is_held &&
-                                 internal::greatest_speed(bodies[body]) < kSleepSpeed;
+                                 internal::greatest_speed(bodies[body]) < kSleepSpeed &&
+                                 moved < kSleepSpeed * dt;
             quiet_times[body] = is_slow ? quiet_times[body] + dt : 0.0;
             is_quiet = is_quiet && quiet_times[body] >= kSleepDelay;
         }

@@ -109,8 +109,9 @@ public:
     /// Removes a body; wakes those that touch it.
     Result<void> remove(BodyId body);
 
-    /// Replaces a body's settings; its pose and velocity are kept, but a static body's velocity is 0. The body, and
-    /// those that touch it, wake. Counts as placed anew: see teleport().
+    /// Replaces a body's settings; its pose and velocities are kept, but a static body's velocity is 0, and so is the
+    /// spin of one that does not rotate. The body, and those that touch it, wake. Counts as placed anew: see
+    /// teleport().
     Result<void> change(BodyId body, const BodySettings& settings);
 
     /// Replaces a body's state: nothing is cast. The body, and those that touched it, wake. If it is then deeper in the
