@@ -53,6 +53,9 @@ public:
     /// Empties the cache of a body that cannot come near the ground until the next update.
     void set_out_of_reach();
 
+    /// As a new cache, but for its memory.
+    void reset();
+
     /// Makes the next update() find contacts anew; needed where the ground may have changed.
     void invalidate() { is_reusable_ = false; }
     /// invalidate() at the start of a step, and remembers the impulses for undo_step().
