@@ -60,7 +60,10 @@ void IslandSolver::update_bounds(std::span<const RigidBody> bodies,
     spheres_.resize(bodies.size());
     has_bounds_.resize(bodies.size(), 0);
     for (std::size_t i = 0; i < bodies.size(); ++i) {
-        const bool is_still = is_moved_by_none(mobility[i]);
+        // Not a dynamic body that is parked or recovers from the ground: its state may change.
+        const bool is_still = mobility[i] == Mobility::asleep ||
+                              (is_moved_by_none(mobility[i]) &&
+                               !(is_dynamic(bodies[i]) && mobility[i] == Mobility::fixed));
         if (is_still && has_bounds_[i] != 0) continue;
         has_bounds_[i] = is_still ? 1 : 0;
         if (mobility[i] == Mobility::absent) {

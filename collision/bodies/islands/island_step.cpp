@@ -19,7 +19,7 @@ namespace {
 constexpr double kTolerance = 1e-5;
 constexpr double kRelativeTolerance = 1e-3;  // of the mean speed
 constexpr std::size_t kMaxRowSolves = 40'000;
-constexpr std::size_t kManyContacts = 500;
+constexpr std::size_t kManyContacts = 2000;
 constexpr std::size_t kLeastIterations = 8;
 /// Piles converge by less than a hundredth a sweep. Stalled, treated as infeasible: less than a tenth in so many
 /// sweeps.

@@ -57,6 +57,11 @@ public:
         points_[i].impulse = impulse;
     }
 
+    /// The fields that a copy needs, for a stream that writes or reads them (world/world_bytes.h).
+    /// @param manifold a PairManifold, const where the stream writes
+    template <class Stream, class Manifold>
+    static void list_fields(Stream& stream, Manifold& manifold);
+
 private:
     struct Point {
         // Core points: the contact's points moved inside by the radius of a sphere or capsule; body frames.
@@ -93,5 +98,31 @@ private:
     Pose pose_a_, pose_b_;                               // where the contacts were found
     std::array<Point, kMaxCount> points_;
 };
+
+template <class Stream, class Manifold>
+void PairManifold::list_fields(Stream& stream, Manifold& manifold) {
+    stream.word("body a", manifold.pair.a);
+    stream.word("body b", manifold.pair.b);
+    stream.integer("contact count", manifold.count_, kMaxCount);
+    if (manifold.count_ == 0) return;
+    stream.flag("is_predicted", manifold.is_predicted_);
+    stream.length("rounding of a", manifold.rounding_a_);
+    stream.length("rounding of b", manifold.rounding_b_);
+    stream.unit("normal", manifold.normal_);
+    stream.pose("pose of a", manifold.pose_a_);
+    stream.pose("pose of b", manifold.pose_b_);
+    for (std::uint32_t i = 0; i < manifold.count_; ++i) {
+        auto& point = manifold.points_[i];
+        stream.place("core point of a", point.core_a_body);
+        stream.place("core point of b", point.core_b_body);
+        stream.feature(point.feature_a);
+        stream.feature(point.feature_b);
+        stream.word("part of a", point.part_a);
+        stream.word("part of b", point.part_b);
+        stream.length("gap", point.gap);
+        stream.length("gap_offset", point.gap_offset);
+        stream.impulse("impulse", point.impulse);
+    }
+}
 
 }  // namespace terrane::internal

@@ -60,7 +60,8 @@ public:
         for (const SolverBody& body : scene.bodies) velocities.push_back(body.velocity);
         for (const bool is_pair : {true, false}) {
             for (const SolverContact& contact : scene.contacts) {
-                if ((contact.a != 0 && contact.b != 0) == is_pair) contacts_.push_back({contact, {}, {}});
+                if ((contact.a != 0 && contact.b != 0) == is_pair)
+                    contacts_.push_back({contact, {}, {}});
             }
         }
         for (Contact& contact : contacts_) {

@@ -111,8 +111,9 @@ public:
     /// Removes a body; wakes those that touch it.
     Result<void> remove(BodyId body);
 
-    /// Replaces a body's settings; its pose and velocity are kept, but a static body's velocity is 0. The body, and
-    /// those that touch it, wake. Counts as placed anew: see teleport().
+    /// Replaces a body's settings; its pose and velocities are kept, but a static body's velocity is 0, and so is the
+    /// spin of one that does not rotate. The body, and those that touch it, wake. Counts as placed anew: see
+    /// teleport().
     Result<void> change(BodyId body, const BodySettings& settings);
 
     /// Replaces a body's state: nothing is cast. The body, and those that touched it, wake. If it is then deeper in the
@@ -232,6 +233,18 @@ public:
 
     /// Hash of every state's bits.
     std::uint64_t state_hash() const;
+
+    /// The world as bytes, the same on every machine: a world made of them by load() goes on with the same bits.
+    /// Callbacks are not in it, nor the thread count, nor the events of the last step.
+    std::vector<std::byte> save() const;
+
+    /// A world made by save().
+    ///
+    /// Fails: bad_data for bytes that save() has not written or that have changed; invalid_argument where the saved
+    ///        world had a callback and `callbacks` has none, or the other way round, or for a worker_count that
+    ///        create() refuses
+    static Result<World> load(std::span<const std::byte> bytes,
+                              const WorldCallbacks& callbacks = {}, int worker_count = 1);
 
 private:
     struct State;
