@@ -54,11 +54,19 @@ struct Costs {
     double pairs_ms = 0.0;   ///< from boxes to pairs
     double narrow_ms = 0.0;  ///< from pairs to contacts
     double step_ms = 0.0;    ///< all of it, and the boxes
+    double mean_ms = 0.0;    ///< of a step: most steps reuse what a few compute
+    double worst_ms = 0.0;   ///< of the steps
     std::size_t pairs = 0;
     std::size_t touching = 0;
     std::uint64_t candidates = 0;
     double operations_a_body = 0.0;
 };
+
+double mean(const std::vector<double>& values) {
+    double sum = 0.0;
+    for (const double value : values) sum += value;
+    return sum / static_cast<double>(values.size());
+}
 
 Costs measure(BroadphaseKind kind, std::size_t count, int steps) {
     Spheres spheres(count);
@@ -99,6 +107,8 @@ Costs measure(BroadphaseKind kind, std::size_t count, int steps) {
     costs.pairs_ms = median(pairs);
     costs.narrow_ms = median(narrow);
     costs.step_ms = median(step);
+    costs.mean_ms = mean(step);
+    costs.worst_ms = *std::max_element(step.begin(), step.end());
     costs.candidates = broadphase->candidate_count();
     costs.operations_a_body =
         static_cast<double>(broadphase->update_operations()) / static_cast<double>(count);
@@ -117,8 +127,9 @@ void measure_peer(PeerBroadphase kind, const char* name, std::size_t count, int 
         touching_out = peer.step(spheres.centres);
         step.push_back(whole.ms());
     }
-    std::printf("%9zu  %-14s %9s %9s %9s %9.3f %10s %9zu\n", count, name, "", "", "", median(step),
-                "", touching_out);
+    std::printf("%9zu  %-14s %9s %9s %9s %9.3f %9.3f %9.3f %10s %9zu\n", count, name, "", "", "",
+                median(step), mean(step), *std::max_element(step.begin(), step.end()), "",
+                touching_out);
 }
 #endif
 
@@ -133,8 +144,9 @@ int run(const Settings& settings) {
     const bool is_quick = settings.is_quick;
     std::printf("%s\n", describe_machine().c_str());
     std::printf("spheres of 1 m, 2 %% of the volume, 1/60 m a step; medians, ms\n");
-    std::printf("%9s  %-14s %9s %9s %9s %9s %10s %9s %12s %8s\n", "bodies", "kind", "update",
-                "pairs", "contacts", "step", "compared", "touching", "steps a body", "ns a body");
+    std::printf("%9s  %-14s %9s %9s %9s %9s %9s %9s %10s %9s %12s %8s\n", "bodies", "kind",
+                "update", "pairs", "contacts", "step", "mean", "worst", "compared", "touching",
+                "steps a body", "ns a body");
     bool is_sound = true;
     double least = 1e300, largest = 0.0;
     for (const std::size_t count :
@@ -149,12 +161,12 @@ int run(const Settings& settings) {
             if (kind == BroadphaseKind::brute && count > 10'000) continue;
             if (kind != BroadphaseKind::grid && count > 100'000) continue;
             const Costs costs = measure(kind, count, steps);
-            std::printf("%9zu  %-14s %9.3f %9.3f %9.3f %9.3f %10llu %9zu %12.3f %8.1f\n", count,
-                        std::string(to_string(kind)).c_str(), costs.update_ms, costs.pairs_ms,
-                        costs.narrow_ms, costs.step_ms,
-                        static_cast<unsigned long long>(costs.candidates), costs.touching,
-                        costs.operations_a_body,
-                        1e6 * costs.update_ms / static_cast<double>(count));
+            std::printf(
+                "%9zu  %-14s %9.3f %9.3f %9.3f %9.3f %9.3f %9.3f %10llu %9zu %12.3f %8.1f\n", count,
+                std::string(to_string(kind)).c_str(), costs.update_ms, costs.pairs_ms,
+                costs.narrow_ms, costs.step_ms, costs.mean_ms, costs.worst_ms,
+                static_cast<unsigned long long>(costs.candidates), costs.touching,
+                costs.operations_a_body, 1e6 * costs.update_ms / static_cast<double>(count));
             if (touching == 0) touching = costs.touching;
             if (kind == BroadphaseKind::grid) {
                 least = std::min(least, costs.operations_a_body);
