@@ -11,7 +11,6 @@ namespace terrane::internal {
 /// Boxes enlarged by a skin, kept while the bodies stay inside: pairs of enlarged boxes hold all pairs of boxes.
 ///
 /// Sources:    L. Verlet. Computer "experiments" on classical fluids I. 1967 (lists of neighbours with a skin).
-///             C. Ericson. Real-time collision detection. 2005, section 7.1 (coherence between frames).
 /// Deviations: the skin is a share of each body's own size, so that sizes may differ by any factor. A few bodies that
 ///             leave their boxes get new ones alone. Where all leave soon, skins do not pay, and are left out for a while.
 class FatBoxes {
