@@ -87,11 +87,11 @@ TEST(KeptPairs, AreThoseOfAFreshComparisonWhileAFewCrossTheOthers) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed + 1);
     Random random(kSeed + 1);
     Bodies bodies = make_bodies(random, 300, 10.0);
-    for (int i = 0; i < 5; ++i) bodies.move(static_cast<std::size_t>(50 * i), {-4.0, 0.0, 0.0});
+    for (int i = 0; i < 5; ++i) bodies.move(static_cast<std::size_t>(50 * i), {-20.0, 0.0, 0.0});
     expect_fresh_pairs(bodies, 40, [&](Bodies& all, int step) {
         // one more joins every eight steps
         for (int i = 0; i <= step / 8; ++i) {
-            all.move(static_cast<std::size_t>(50 * i), {0.5, 0.1 * i, 0.0});
+            all.move(static_cast<std::size_t>(50 * i), {1.3, 0.1 * i, 0.0});
         }
     });
 }
@@ -124,14 +124,15 @@ TEST(KeptPairs, HoldWhereAllAreInOnePlaceAndWhereSizesDifferByAnyFactor) {
 TEST(KeptPairs, FollowBoxesThatBecomeEmptyWithoutMoving) {
     constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
     Random random(kSeed + 3);
-    const Bodies whole = make_bodies(random, 60, 3.0);
+    Bodies whole = make_bodies(random, 60, 3.0);
+    whole.add({1.5, 1.5, 1.5}, 0.05);
     expect_fresh_pairs(whole, 24, [&](Bodies& all, int step) {
         all = whole;
         if (step % 8 < 4) return;
         all.bounds[7].low.y() = kNone;
         all.bounds[8].high.z() = std::numeric_limits<double>::infinity();
         // turned inside out within its enlarged box
-        std::swap(all.bounds[9].low, all.bounds[9].high);
+        std::swap(all.bounds.back().low, all.bounds.back().high);
         if (step % 8 < 6) return;
         for (std::size_t i = 20; i < 50; ++i) all.bounds[i].high.x() = kNone;
     });
@@ -143,8 +144,10 @@ TEST(KeptPairs, AreThoseOfTheLastOfSeveralUpdates) {
     const auto kept = make_broadphase(BroadphaseKind::grid, 0.0);
     const auto fresh = make_broadphase(BroadphaseKind::brute, 0.0);
     for (int step = 0; step < 60; ++step) {
-        const std::size_t moved = static_cast<std::size_t>(step % 7) * 2;
-        for (std::size_t i = 0; i < moved; ++i) bodies.move(i, 0.4 * random.direction());
+        // others in each step: none, a few, or more than get new boxes alone
+        for (int i = 0; i < step % 7 * 2; ++i) {
+            bodies.move(static_cast<std::size_t>((11 * step + i) % 100), 1.5 * random.direction());
+        }
         kept->update(bodies.bounds, bodies.balls);
         if (step % 3 != 0) continue;
         fresh->update(bodies.bounds, bodies.balls);
