@@ -12,7 +12,7 @@ namespace terrane::internal {
 ///
 /// Sources:    L. Verlet. Computer "experiments" on classical fluids I. 1967 (lists of neighbours with a skin).
 /// Deviations: the skin is a share of each body's own size, so that sizes may differ by any factor. A few bodies that
-///             leave their boxes get new ones alone. Where all leave soon, skins do not pay, and are left out for a while.
+///             leave their boxes get new ones alone. Where all leave soon, boxes are not enlarged for a while.
 class FatBoxes {
 public:
     /// What the last update() did.
