@@ -36,7 +36,7 @@ TEST(GoldenBodies, AreTheSameWithEveryCompilerAtEveryLevel) {
         pager.update({}, world.needs(), step / 60.0);
         world.step(Ground(pager.resident(), pager.contact_level()), 1.0 / 60.0);
     }
-    EXPECT_EQ(world.state_hash(), 0xb2255813f6acd87bu) << std::hex << world.state_hash();
+    EXPECT_EQ(world.state_hash(), 0xa5e241985ab478e0u) << std::hex << world.state_hash();
 }
 
 // A heap of all shapes, on several threads.
@@ -70,7 +70,7 @@ TEST(GoldenBodies, OfAHeapAreTheSameWithEveryCompilerAtEveryLevel) {
             world.step(Ground(pager.resident(), pager.contact_level()), 1.0 / 60.0).touching_pairs;
     }
     EXPECT_GT(pairs, 100u);
-    EXPECT_EQ(world.state_hash(), 0x23fb87883489b38cu) << std::hex << world.state_hash();
+    EXPECT_EQ(world.state_hash(), 0x7f582407e17ed0ffu) << std::hex << world.state_hash();
 }
 
 /// FNV-1a over the bits of a pose and its velocities.
