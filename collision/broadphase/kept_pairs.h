@@ -23,7 +23,7 @@ public:
         update_operations_ = fat_.operations();
         is_kept_ = change != FatBoxes::Change::without;
         if (change == FatBoxes::Change::none) return;
-        // A method has seen the boxes before they moved.
+        // Pairs of an earlier update were not asked for: search once for all of them.
         const bool is_pending = is_stale_ || !moved_.empty();
         if (change == FatBoxes::Change::few && !is_pending) {
             moved_.assign(fat_.moved().begin(), fat_.moved().end());

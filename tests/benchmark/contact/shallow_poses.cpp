@@ -14,7 +14,7 @@ namespace {
 // Nearer than this to the height of first touch, metres: below the oracle's own tolerance.
 constexpr double kTouchPrecision = 1e-9;
 
-// The surface's slope below a shape's footprint: z away from the ground, y up the slope of the footprint's width.
+// Axes of a rectangle that lies on the ground: x and y along its sides, z out of the ground.
 Eigen::Matrix3d rotation_along_ground(const ContactOracle& surface, const WorldPos& place,
                                       const Eigen::Vector2d& half, double angle) {
     const Eigen::Vector3d level_x(std::cos(angle), std::sin(angle), 0.0);
