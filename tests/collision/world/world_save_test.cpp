@@ -120,6 +120,27 @@ TEST(WorldSave, IsNotNoticedByAWorldThatIsReplacedByItsCopyBeforeEveryStep) {
     }
 }
 
+TEST(WorldSave, IsNotNoticedInACrowd) {
+    const Ground ground = test::make_flat();
+    Random random(6);
+    SCOPED_TRACE("seed 6");
+    World world = make_world();
+    for (int i = 0; i < 130; ++i) {
+        test::add_body(world, {.shape = Box{{0.2, 0.1, 0.05}}},
+                       at(Eigen::Vector3d(60.0, 60.0, 8.0) + 0.1 * random.direction()));
+    }
+    std::uint64_t skipped = 0;
+    World copy = load(world.save());
+    for (int step = 0; step < 20; ++step) {
+        const StepReport report = world.step(ground, kStep);
+        ASSERT_TRUE(is_same_report(report, copy.step(ground, kStep))) << step;
+        ASSERT_EQ(copy.state_hash(), world.state_hash()) << step;
+        skipped += report.skipped_pairs;
+        copy = load(copy.save());
+    }
+    EXPECT_GT(skipped, 0u);
+}
+
 TEST(WorldSave, KeepsSleepersAsleepAndTheirContacts) {
     const Ground ground = test::make_flat();
     World world = make_world({.report_contacts = true});
