@@ -6,7 +6,6 @@
 // Deviations: the steering angle of a curvature is a quotient of polynomials, not an arc tangent, so
 //             that its bits do not depend on the C library.
 #include "bodies/body_checks.h"
-#include "bodies/step/body_step.h"
 #include "math/vector_math.h"
 
 #include <terrane/collision/path_driver.h>
@@ -20,6 +19,7 @@ namespace terrane {
 namespace {
 
 constexpr double kLookAheadTime = 0.7;   // seconds
+constexpr double kGravity = 9.81;        // m/s^2
 constexpr double kLeastLookAhead = 5.0;  // metres
 constexpr double kMostLookAhead = 25.0;  // metres
 /// Length of the chords that the path's curvature is computed from, metres; a corner extends as far to both sides.
@@ -60,33 +60,61 @@ Nearest nearest_on(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eig
     return nearest;
 }
 
-bool has_wheel_on_ground(const Truck& truck) {
-    return std::any_of(truck.wheels().begin(), truck.wheels().end(),
-                       [](const WheelState& wheel) { return wheel.on_ground; });
+bool has_wheel_in_contact(const VehicleState& vehicle) {
+    return std::any_of(vehicle.wheels.begin(), vehicle.wheels.end(),
+                       [](const WheelState& wheel) { return wheel.in_contact; });
 }
 
-/// Accelerations that a truck can reach on the slope it stands on.
+/// From the first axle to the middle of those that do not steer, metres; for tracks, half their length.
+double wheelbase_of(const VehicleSettings& settings) {
+    double first = settings.axles.front().position, last = first, sum = 0.0;
+    int fixed_count = 0;
+    for (const AxleSettings& axle : settings.axles) {
+        first = std::max(first, axle.position);
+        last = std::min(last, axle.position);
+        if (axle.max_steer != 0.0) continue;
+        sum += axle.position;
+        ++fixed_count;
+    }
+    const double rear = fixed_count > 0 ? sum / fixed_count : last;
+    return std::max(0.1, first - rear);
+}
+
+/// Largest steering angle, radians. Tracks turn on the spot: at full lock as a wheeled vehicle would at one radian.
+double max_steer_of(const VehicleSettings& settings) {
+    if (settings.is_tracked) return 1.0;
+    double most = 0.0;
+    for (const AxleSettings& axle : settings.axles) most = std::max(most, axle.max_steer);
+    return most;
+}
+
+double track_of(const VehicleSettings& settings) {
+    double widest = 0.0;
+    for (const AxleSettings& axle : settings.axles) widest = std::max(widest, axle.track);
+    return widest;
+}
+
+/// Accelerations that a vehicle can reach on the slope it stands on.
 struct Reserve {
     double lateral = 0.0;  ///< acceleration to either side before it slides or rolls, m/s^2, >= 0
     double braking = 0.0;  ///< deceleration along its heading, m/s^2, >= 0
     double braking_share = 0.0;  ///< `braking` over that on level ground, 0 to 1
 };
 
-/// Gravity along the truck's axes is subtracted from what friction, stability and brakes give.
-Reserve reserve_of(const Truck& truck) {
-    const TruckSettings& s = truck.settings();
-    const Eigen::Matrix3d& rotation = truck.chassis().pose.rotation;
+/// Gravity along the vehicle's axes is subtracted from what friction, stability and brakes give.
+Reserve reserve_of(const VehicleSettings& s, const VehicleState& vehicle) {
+    const Eigen::Matrix3d& rotation = vehicle.chassis.pose.rotation;
     const double upright = std::max(0.0, rotation(2, 2));
     const double descent = std::max(0.0, -rotation(2, 0));
-    const double stability = 0.5 * s.track / s.centre_of_mass_height;
-    const double brakes = s.max_brake_force / (s.mass * internal::kGravity);
+    const double stability = 0.5 * track_of(s) / s.centre_of_mass_height;
+    const double brakes = s.max_brake_force / (s.mass * kGravity);
     const double level = std::min(s.tyre_friction, brakes);
     const double lateral =
         std::min(s.tyre_friction, stability) * upright - std::abs(rotation(2, 1));
     const double braking = std::min(s.tyre_friction * upright, brakes) - descent;
     Reserve reserve;
-    reserve.lateral = internal::kGravity * std::max(0.0, lateral);
-    reserve.braking = internal::kGravity * std::max(0.0, braking);
+    reserve.lateral = kGravity * std::max(0.0, lateral);
+    reserve.braking = kGravity * std::max(0.0, braking);
     reserve.braking_share = level > 0.0 ? std::clamp(braking / level, 0.0, 1.0) : 0.0;
     return reserve;
 }
@@ -154,7 +182,7 @@ PathDriver::PathDriver(std::vector<Vertex> path, const PathDriverSettings& setti
     }
 }
 
-/// Advances along the path to the truck's position, never backwards: a segment ends where the next one is nearer.
+/// Advances along the path to the vehicle's position, never backwards: a segment ends where the next one is nearer.
 /// @return metres along the path
 double PathDriver::advance(const Eigen::Vector2d& here) {
     const auto nearest = [&](std::size_t end) {
@@ -187,7 +215,7 @@ Eigen::Vector2d PathDriver::point_at(double along, std::size_t end) const {
     return from.p_world + share * (to.p_world - from.p_world);
 }
 
-/// Speed from which the truck can brake for every corner ahead and for the end, m/s.
+/// Speed from which the vehicle can brake for every corner ahead and for the end, m/s.
 /// @param share of the accelerations of the settings
 double PathDriver::corner_speed(double along, double share) const {
     double square = 2.0 * settings_.deceleration * (path_.back().along - along);
@@ -205,15 +233,15 @@ double PathDriver::corner_speed(double along, double share) const {
     return std::sqrt(share * square);
 }
 
-TruckControls PathDriver::drive(const Truck& truck) {
-    constexpr TruckControls kStop{.throttle = 0.0, .brake = 1.0, .steer = 0.0};
-    const BodyState& chassis = truck.chassis();
-    const TruckSettings& settings = truck.settings();
+VehicleControls PathDriver::drive(const VehicleSettings& settings, const VehicleState& vehicle) {
+    constexpr VehicleControls kStop{.throttle = 0.0, .brake = 1.0, .steer = 0.0};
+    const BodyState& chassis = vehicle.chassis;
+    const double wheelbase = wheelbase_of(settings), max_steer = max_steer_of(settings);
     const Eigen::Vector2d here(chassis.pose.translation.x(), chassis.pose.translation.y());
     const Eigen::Vector3d ahead = chassis.pose.rotation.col(0);
     const double speed = internal::dot(chassis.velocity, ahead);
 
-    if (truck.is_rolled_over() && !is_finished_) {
+    if (vehicle.is_rolled_over && !is_finished_) {
         status_ = DriverStatus::rolled_over;
         return kStop;
     }
@@ -221,10 +249,9 @@ TruckControls PathDriver::drive(const Truck& truck) {
     status_ = is_finished_ ? DriverStatus::finished : DriverStatus::driving;
     if (is_finished_) return kStop;
 
-    // Pure pursuit, seen from the truck in the world's plane.
-    const double predict_impact =
-        std::clamp(kLookAheadTime * speed, kLeastLookAhead, kMostLookAhead);
-    const Eigen::Vector2d target = point_at(along + predict_impact, next_);
+    // Pure pursuit, seen from the vehicle in the world's plane.
+    const double look_ahead = std::clamp(kLookAheadTime * speed, kLeastLookAhead, kMostLookAhead);
+    const Eigen::Vector2d target = point_at(along + look_ahead, next_);
     const double flat = std::sqrt(ahead.x() * ahead.x() + ahead.y() * ahead.y());
     const double fx = flat > 1e-6 ? ahead.x() / flat : 1.0,
                  fy = flat > 1e-6 ? ahead.y() / flat : 0.0;
@@ -233,12 +260,12 @@ TruckControls PathDriver::drive(const Truck& truck) {
     const double square = std::max(tx * tx + ty * ty, 1.0);
     double curvature = 2.0 * left_side / square;
     if (forward < 0.0) {  // behind: steer as tightly as possible
-        curvature = (left_side >= 0.0 ? 1.0 : -1.0) / settings.wheelbase;
+        curvature = (left_side >= 0.0 ? 1.0 : -1.0) / wheelbase;
     }
-    const double angle = steer_of_slope(settings.wheelbase * curvature);
-    const double steer = settings.max_steer > 0.0 ? angle / settings.max_steer : 0.0;
+    const double angle = steer_of_slope(wheelbase * curvature);
+    const double steer = max_steer > 0.0 ? angle / max_steer : 0.0;
 
-    const Reserve reserve = reserve_of(truck);
+    const Reserve reserve = reserve_of(settings, vehicle);
     const double lateral = std::min(settings_.lateral_acceleration, kLimitShare * reserve.lateral);
     const double share =
         std::min(lateral / settings_.lateral_acceleration,
@@ -248,9 +275,9 @@ TruckControls PathDriver::drive(const Truck& truck) {
     const double wanted = std::min(
         settings_.cruise_speed,
         std::max(std::min({slope_speed, curve_speed, corner_speed(along, share)}), kLeastSpeed));
-    TruckControls controls;
+    VehicleControls controls;
     controls.steer = std::clamp(steer, -1.0, 1.0);
-    if (has_wheel_on_ground(truck)) {
+    if (has_wheel_in_contact(vehicle)) {
         controls.throttle = std::clamp(kThrottleGain * (wanted - speed), 0.0, 1.0);
     }
     controls.brake = std::clamp(kBrakeGain * (speed - wanted - kBrakeSlack), 0.0, 1.0);

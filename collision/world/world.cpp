@@ -89,6 +89,88 @@ Result<void> World::State::check_dynamic(BodyId body) const {
                                                  " body of index " + std::to_string(body.index));
 }
 
+Result<BodyId> World::add_vehicle(const VehicleSettings& settings, const Pose& world_from_chassis) {
+    if (auto ok = internal::check_vehicle(settings); !ok) return tl::unexpected<Error>(ok.error());
+    auto vehicle = std::make_unique<internal::Vehicle>(settings);
+    Result<Compound> shape = internal::make_chassis_shape(settings, vehicle->wheels());
+    if (!shape) return tl::unexpected<Error>(shape.error());
+    const double tolerance = std::min(default_contact_tolerance(Box{settings.chassis_half_extents}),
+                                      default_contact_tolerance(Sphere{settings.wheel_radius}));
+    const BodySettings body{.shape = *shape,
+                            .mass = settings.mass,
+                            .friction = settings.friction,
+                            .restitution = settings.restitution,
+                            .contact_tolerance = tolerance,
+                            .filter = settings.filter};
+    BodyState state;
+    state.pose = world_from_chassis;
+    if (auto ok = internal::check_body(body, state); !ok) return tl::unexpected<Error>(ok.error());
+    return state_->add_vehicle(std::move(vehicle), body, std::move(*shape), state);
+}
+
+Result<void> World::set_controls(BodyId vehicle, const VehicleControls& controls) {
+    if (auto ok = state_->check_body_id(vehicle); !ok) return ok;
+    internal::Vehicle* const driven = state_->vehicle(vehicle);
+    if (driven == nullptr) {
+        return fail(ErrorCode::invalid_argument, "body must be a vehicle, got the body of index " +
+                                                     std::to_string(vehicle.index));
+    }
+    if (driven->set_controls(controls)) state_->wake(vehicle.index);
+    return {};
+}
+
+Result<BodyId> World::add_character(const CharacterSettings& settings,
+                                    const WorldPos& place_world) {
+    if (auto ok = internal::check_character(settings); !ok) {
+        return tl::unexpected<Error>(ok.error());
+    }
+    const Capsule capsule{settings.radius, settings.half_height};
+    BodySettings body{.shape = capsule,
+                      .mass = settings.mass,
+                      .friction = 0.0,
+                      .restitution = 0.0,
+                      .contact_tolerance = settings.contact_tolerance,
+                      .filter = settings.filter,
+                      .rotates = false};
+    if (body.contact_tolerance == 0.0) body.contact_tolerance = default_contact_tolerance(capsule);
+    BodyState state;
+    state.pose.translation = place_world;
+    if (auto ok = internal::check_body(body, state); !ok) return tl::unexpected<Error>(ok.error());
+    return state_->add_character(settings, body, state);
+}
+
+Result<void> World::set_controls(BodyId character, const CharacterControls& controls) {
+    if (auto ok = state_->check_body_id(character); !ok) return ok;
+    internal::Character* const driven = state_->character(character);
+    if (driven == nullptr) {
+        return fail(
+            ErrorCode::invalid_argument,
+            "body must be a character, got the body of index " + std::to_string(character.index));
+    }
+    if (driven->set_controls(controls)) state_->wake(character.index);
+    return {};
+}
+
+const CharacterState* World::character(BodyId body) const {
+    const internal::Character* const character = state_->character(body);
+    return character == nullptr ? nullptr : &character->state();
+}
+
+const CharacterSettings* World::character_settings(BodyId body) const {
+    const internal::Character* const character = state_->character(body);
+    return character == nullptr ? nullptr : &character->settings();
+}
+
+const VehicleState* World::vehicle(BodyId body) const {
+    const internal::Vehicle* const vehicle = state_->vehicle(body);
+    return vehicle == nullptr ? nullptr : &vehicle->state();
+}
+
+const VehicleSettings* World::vehicle_settings(BodyId body) const {
+    const internal::Vehicle* const vehicle = state_->vehicle(body);
+    return vehicle == nullptr ? nullptr : &vehicle->settings();
+}
+
 Result<void> World::remove(BodyId body) {
     if (auto ok = state_->check_body_id(body); !ok) return ok;
     state_->remove(body);
@@ -97,6 +179,11 @@ Result<void> World::remove(BodyId body) {
 
 Result<void> World::change(BodyId body, const BodySettings& settings) {
     if (auto ok = state_->check_body_id(body); !ok) return ok;
+    if (state_->vehicle(body) != nullptr || state_->character(body) != nullptr) {
+        return fail(ErrorCode::invalid_argument,
+                    "body must be neither a vehicle nor a character, got that of index " +
+                        std::to_string(body.index));
+    }
     BodyState state = state_->states[body.index];
     if (settings.type == BodyType::static_body) {
         state.velocity = state.angular_velocity = Eigen::Vector3d::Zero();
@@ -258,8 +345,13 @@ std::span<const BodyNeed> World::needs() {
         const RigidBody& body = state_->bodies[i];
         // An impact may turn a body anywhere, so the reach of a long step counts in every direction.
         const double speed = internal::greatest_speed(body);
+        const internal::Vehicle* const vehicle = state_->vehicles[i].get();
+        const internal::Character* const character = state_->characters[i].get();
+        const double travel = vehicle != nullptr     ? vehicle->settings().suspension_travel
+                              : character != nullptr ? character->settings().max_step
+                                                     : 0.0;
         state_->needs.push_back({body.pose.translation, body.velocity.linear,
-                                 body.radius + body.tolerance + kReachTime * speed});
+                                 body.radius + travel + body.tolerance + kReachTime * speed});
     }
     return state_->needs;
 }

@@ -48,6 +48,8 @@ void World::State::resize(std::size_t count) {
     quiet_times.resize(count);
     sleep_groups.resize(count);
     is_placed_anew.resize(count);
+    vehicles.resize(count);
+    characters.resize(count);
     before.resize(count);
     totals.resize(count);
     starts.resize(count);
@@ -57,18 +59,40 @@ void World::State::resize(std::size_t count) {
 }
 
 BodyId World::State::add(const BodySettings& own_settings, internal::CentredShape&& shape,
-                         const BodyState& state) {
+                         const BodyState& state, const internal::MassProperties* mass) {
     const BodyId id = ids.acquire();
     resize(ids.slot_count());
     sleep_groups[id.index] = id.index;
     states[id.index].condition = BodyCondition::awake;
-    set_up(id.index, own_settings, std::move(shape));
+    set_up(id.index, own_settings, std::move(shape), mass);
     place(id.index, state);
     return id;
 }
 
+BodyId World::State::add_vehicle(std::unique_ptr<internal::Vehicle> vehicle,
+                                 const BodySettings& own_settings, Compound&& shape,
+                                 const BodyState& state) {
+    const internal::MassProperties mass = vehicle->mass();
+    const BodyId id = add(own_settings, {std::move(shape), {}}, state, &mass);
+    vehicles[id.index] = std::move(vehicle);
+    vehicles[id.index]->place(states[id.index]);
+    vehicle_slots.insert(std::lower_bound(vehicle_slots.begin(), vehicle_slots.end(), id.index),
+                         id.index);
+    return id;
+}
+
+BodyId World::State::add_character(const CharacterSettings& character,
+                                   const BodySettings& own_settings, const BodyState& state) {
+    const BodyId id = add(own_settings, {own_settings.shape, {}}, state);
+    characters[id.index] = std::make_unique<internal::Character>(character);
+    characters[id.index]->place(states[id.index]);
+    character_slots.insert(
+        std::lower_bound(character_slots.begin(), character_slots.end(), id.index), id.index);
+    return id;
+}
+
 void World::State::set_up(std::size_t index, const BodySettings& own_settings,
-                          internal::CentredShape&& shape) {
+                          internal::CentredShape&& shape, const internal::MassProperties* mass) {
     parts[index].shape = std::move(shape.shape);
     const Shape& centred = parts[index].shape;
     frames[index] = shape.body_from_centred;
@@ -77,7 +101,7 @@ void World::State::set_up(std::size_t index, const BodySettings& own_settings,
     body.parts = {&parts[index], 1};
     body.radius = bounding_radius(centred);
     body.thickness = smallest_half_extent(centred);
-    body.mass = mass_of(own_settings, centred);
+    body.mass = mass != nullptr ? *mass : mass_of(own_settings, centred);
     body.friction = own_settings.friction;
     body.restitution = own_settings.restitution;
     body.tolerance = own_settings.contact_tolerance;
@@ -99,6 +123,10 @@ void World::State::remove(BodyId body) {
     targets[index].reset();
     ground_contacts[index] = {};
     is_placed_anew[index] = 0;
+    if (vehicles[index] != nullptr) std::erase(vehicle_slots, body.index);
+    vehicles[index].reset();
+    if (characters[index] != nullptr) std::erase(character_slots, body.index);
+    characters[index].reset();
     mobility[index] = internal::Mobility::absent;
     touch();
 }
@@ -107,7 +135,7 @@ void World::State::change(std::size_t index, const BodySettings& own_settings,
                           internal::CentredShape&& shape, const BodyState& state) {
     wake(index);
     forces[index] = torques[index] = Eigen::Vector3d::Zero();
-    set_up(index, own_settings, std::move(shape));
+    set_up(index, own_settings, std::move(shape), nullptr);
     place(index, state);
 }
 
@@ -124,6 +152,8 @@ void World::State::place(std::size_t index, const BodyState& state) {
     states[index] = state;
     states[index].condition =
         type(index) == BodyType::static_body ? BodyCondition::fixed : BodyCondition::awake;
+    if (vehicles[index] != nullptr) vehicles[index]->place(states[index]);
+    if (characters[index] != nullptr) characters[index]->place(states[index]);
     touch();
 }
 
@@ -131,6 +161,9 @@ void World::State::place(std::size_t index, const BodyState& state) {
 void World::State::forget_contacts(std::size_t index) {
     island_solver.forget_contacts(static_cast<std::uint32_t>(index),
                                   [this](std::uint32_t other) { wake(other); });
+    for (const std::uint32_t vehicle : vehicle_slots) {
+        if (vehicles[vehicle]->stands_on(static_cast<std::uint32_t>(index))) wake(vehicle);
+    }
 }
 
 void World::State::wake(std::size_t index) {

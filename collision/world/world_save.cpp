@@ -2,6 +2,7 @@
 // A world as bytes: magic, version, settings, ids, bodies, contacts of bodies, touching pairs, checksum. What follows
 // from settings and shapes is computed again; queries, islands and events are made by the next call that needs them.
 #include "bodies/body_checks.h"
+#include "world/drive_bytes.h"
 #include "world/shape_bytes.h"
 #include "world/world_bytes.h"
 #include "world/world_state.h"
@@ -12,10 +13,12 @@
 #include <string>
 #include <tuple>
 #include <utility>
+#include <variant>
 
 namespace terrane {
 namespace {
 
+using internal::BodyRole;
 using internal::FieldReader;
 using internal::FieldWriter;
 
@@ -232,6 +235,7 @@ std::vector<std::byte> World::State::save() const {
         if (!ids.is_used(i)) continue;
         shapes.write(body_settings[i].shape);
         list_body_settings(out, body_settings[i]);
+        save_role(i, out);
         list_body_state(out, *this, i);
     }
     out.list("", island_solver.manifolds(), kManifoldBytes,
@@ -240,6 +244,79 @@ std::vector<std::byte> World::State::save() const {
              [&](const auto& pair) { list_touching_pair(out, pair); });
     out.put(internal::checksum_of(out.bytes()), kChecksumBytes);
     return std::move(out.bytes());
+}
+
+/// Whether a body is a vehicle or a character, its settings as such, and its state.
+void World::State::save_role(std::size_t index, FieldWriter& out) const {
+    const internal::Vehicle* const vehicle = vehicles[index].get();
+    const internal::Character* const character = characters[index].get();
+    const BodyRole role = vehicle != nullptr     ? BodyRole::vehicle
+                          : character != nullptr ? BodyRole::character
+                                                 : BodyRole::plain;
+    out.choice("", role, BodyRole::character);
+    if (vehicle != nullptr) {
+        out.word("", static_cast<std::uint32_t>(vehicle->settings().bodywork.size()));
+        internal::list_vehicle_settings(out, vehicle->settings());
+        internal::Vehicle::list_fields(out, *vehicle);
+    } else if (character != nullptr) {
+        internal::list_character_settings(out, character->settings());
+        internal::Character::list_fields(out, *character);
+    }
+}
+
+/// @param own settings of the body
+void World::State::load_role(std::size_t index, const BodySettings& own, FieldReader& in) {
+    BodyRole role = BodyRole::plain;
+    in.choice("role", role, BodyRole::character);
+    if (role == BodyRole::vehicle) load_vehicle(index, own, in);
+    if (role == BodyRole::character) load_character(index, own, in);
+}
+
+void World::State::load_vehicle(std::size_t index, const BodySettings& own, FieldReader& in) {
+    VehicleSettings made;
+    std::uint32_t bodywork_count = 0;
+    in.word("bodywork count", bodywork_count);
+    internal::list_vehicle_settings(in, made);
+    const auto* const chassis = std::get_if<Compound>(&own.shape);
+    const bool has_parts = chassis != nullptr && bodywork_count < chassis->parts().size() &&
+                           own.type == BodyType::dynamic_body &&
+                           std::holds_alternative<Box>(chassis->parts()[0].shape);
+    fail_unless(in, has_parts, "shape", "must be a compound of a chassis box, bodywork and wheels");
+    if (in.has_failed()) return;
+    const std::span<const CompoundPart> shapes = chassis->parts();
+    made.chassis_half_extents = std::get<Box>(shapes[0].shape).half_extents;
+    made.bodywork.assign(shapes.begin() + 1, shapes.begin() + 1 + bodywork_count);
+    made.mass = own.mass;
+    made.friction = own.friction;
+    made.restitution = own.restitution;
+    made.filter = own.filter;
+    if (auto ok = internal::check_vehicle(made); !ok) {
+        return in.fail("vehicle", ok.error().message);
+    }
+    vehicles[index] = std::make_unique<internal::Vehicle>(made);
+    internal::Vehicle::list_fields(in, *vehicles[index]);
+    vehicles[index]->restore();
+    vehicle_slots.push_back(static_cast<std::uint32_t>(index));
+}
+
+void World::State::load_character(std::size_t index, const BodySettings& own, FieldReader& in) {
+    CharacterSettings made;
+    internal::list_character_settings(in, made);
+    const auto* const capsule = std::get_if<Capsule>(&own.shape);
+    fail_unless(in, capsule != nullptr && own.type == BodyType::dynamic_body && !own.rotates,
+                "shape", "must be a capsule that does not rotate");
+    if (in.has_failed()) return;
+    made.radius = capsule->radius;
+    made.half_height = capsule->half_height;
+    made.mass = own.mass;
+    made.contact_tolerance = own.contact_tolerance;
+    made.filter = own.filter;
+    if (auto ok = internal::check_character(made); !ok) {
+        return in.fail("character", ok.error().message);
+    }
+    characters[index] = std::make_unique<internal::Character>(made);
+    internal::Character::list_fields(in, *characters[index]);
+    character_slots.push_back(static_cast<std::uint32_t>(index));
 }
 
 void World::State::load_body(std::size_t index, FieldReader& in, internal::ShapeReader& shapes) {
@@ -257,7 +334,14 @@ void World::State::load_body(std::size_t index, FieldReader& in, internal::Shape
         if (!centred) return in.fail("shape", centred.error().message);
         shape = std::move(*centred);
     }
-    set_up(index, own, std::move(shape));
+    load_role(index, own, in);
+    if (in.has_failed()) return;
+    internal::MassProperties mass;
+    if (vehicles[index] != nullptr) {
+        mass = vehicles[index]->mass();
+        shape = {own.shape, {}};
+    }
+    set_up(index, own, std::move(shape), vehicles[index] != nullptr ? &mass : nullptr);
     list_body_state(in, *this, index);
     check_condition(in, own.type, bodies[index], states[index].condition);
     if (auto ok = check_force(index, forces[index]); !ok) in.fail("force", ok.error().message);
@@ -266,6 +350,7 @@ void World::State::load_body(std::size_t index, FieldReader& in, internal::Shape
                 "must be of a kinematic body");
     states[index].velocity = bodies[index].velocity.linear;
     states[index].angular_velocity = bodies[index].velocity.angular;
+    show_to_drives(index);
 }
 
 Result<World> World::load(std::span<const std::byte> bytes, const WorldCallbacks& callbacks,

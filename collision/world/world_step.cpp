@@ -68,6 +68,7 @@ StepReport World::State::step(const Ground& ground, double dt) {
     for (std::size_t i = 0; i < islands.count(); ++i) {
         if (!islands.links(i).empty()) ++report.islands;
     }
+    finish_drives(ground, dt, report);
     if (settings.report_contacts) {
         contacts.end_step(island_solver, {ids, bodies, ground_contacts, mobility});
     }
@@ -96,6 +97,8 @@ void World::State::begin_step() {
         before[i] = body;
         totals[i] = {};
         body.acceleration = gravity_of(body) + forces[i] * body.mass.inverse_mass;
+        if (vehicles[i] != nullptr) vehicles[i]->begin_step();
+        if (characters[i] != nullptr) characters[i]->begin_step(body.acceleration);
     }
 }
 
@@ -124,10 +127,13 @@ void World::State::take_collision_step(const Ground& ground, const internal::Ste
     team.run_blocks(bodies.size(), kBlock, [&](std::size_t i) {
         if (is_stepped(i)) begin_body(i, ground, span);
     });
+    begin_drives(ground, span.duration);
     find_islands(ground, span);
-    island_solver.step(bodies, ground_contacts, span, team);
+    choose_drives();
+    island_solver.step(bodies, ground_contacts, {wheel_sets, feet}, span, team);
     if (settings.report_contacts) contacts.add_impulses(island_solver, mobility);
     team.run_blocks(bodies.size(), kBlock, [&](std::size_t i) { end_body(i, ground, span); });
+    end_drives(ground, span.duration);
 }
 
 void World::State::begin_body(std::size_t index, const Ground& ground,
@@ -159,7 +165,7 @@ void World::State::set_mobility(std::size_t index) {
 /// Finds the bodies that touch, and wakes sleepers that are touched.
 void World::State::find_islands(const Ground& ground, const internal::StepSpan& span) {
     for (std::size_t i = 0; i < bodies.size(); ++i) set_mobility(i);
-    island_solver.find(bodies, sleep_groups, mobility, span, team);
+    island_solver.find(bodies, sleep_groups, wheel_links, mobility, span, team);
     for (std::size_t i = 0; i < bodies.size(); ++i) {
         if (!is_asleep(i) || mobility[i] != Mobility::moving) continue;
         states[i].condition = BodyCondition::awake;
@@ -168,6 +174,8 @@ void World::State::find_islands(const Ground& ground, const internal::StepSpan& 
         before[i] = bodies[i];
         totals[i] = {};
         bodies[i].acceleration = gravity_of(bodies[i]);
+        if (vehicles[i] != nullptr) vehicles[i]->begin_step();
+        if (characters[i] != nullptr) characters[i]->begin_step(bodies[i].acceleration);
         begin_body(i, ground, span);
     }
 }
@@ -197,6 +205,7 @@ void World::State::end_body(std::size_t index, const Ground& ground,
         // The body parks for the whole step: its motion so far is undone.
         static_cast<internal::BodyMotion&>(body) = before[index];
         ground_contacts[index].undo_step();
+        if (vehicles[index] != nullptr) vehicles[index]->undo_step();
         states[index].condition = BodyCondition::parked;
         is_parked[index] = 1;
         return;

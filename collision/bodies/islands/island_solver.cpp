@@ -112,6 +112,7 @@ void IslandSolver::collect_pairs(std::span<const RigidBody> bodies,
     };
     sensor_pairs_.clear();
     skipped_pair_count_ = 0;
+    separated_.begin(bodies);
     std::size_t old = 0;
     const std::span<const BodyPair> pairs = broadphase_->find_pairs();
     const bool is_crowd =
@@ -135,6 +136,9 @@ void IslandSolver::collect_pairs(std::span<const RigidBody> bodies,
         }
         const bool was = old < previous_manifolds_.size() && previous_manifolds_[old].pair == pair;
         if (rests && !was) continue;
+        if (!was && separated_.is_clear(pair, PairManifold::contact_reach(a, b, duration))) {
+            continue;
+        }
         if (pair_filter_ && !pair_filter_(pair.a, pair.b)) continue;
         if (is_crowded(pair, is_crowd)) continue;
         previous_index_.push_back(was ? static_cast<std::uint32_t>(old) : kNone);
@@ -144,26 +148,31 @@ void IslandSolver::collect_pairs(std::span<const RigidBody> bodies,
     }
 }
 
-/// Removes pairs without contacts. The others keep all their manifolds, empty ones too.
+/// Removes pairs without contacts, and remembers how far apart they are. The others keep all their manifolds, empty
+/// ones too.
 void IslandSolver::remove_separated() {
     std::size_t kept = 0;
     bool has_contacts = false;
     for (std::size_t i = 0; i < manifolds_.size(); ++i) {
         const bool is_first = i == 0 || !(manifolds_[i].pair == manifolds_[i - 1].pair);
         if (is_first) has_contacts = manifolds_[i].count() > 0;
-        if (!has_contacts) continue;
+        if (!has_contacts) {
+            if (is_first) separated_.add(manifolds_[i].pair, manifolds_[i].least_distance());
+            continue;
+        }
         if (kept != i) manifolds_[kept] = manifolds_[i];
         ++kept;
     }
     manifolds_.resize(kept);
+    separated_.end();
 }
 
-void IslandSolver::wake(std::span<const std::uint32_t> groups, std::span<Mobility> mobility) {
+void IslandSolver::wake(std::span<const std::uint32_t> groups,
+                        std::span<const BodyPair> wheel_links, std::span<Mobility> mobility) {
     bool any = false;
     wakes_.assign(mobility.size(), 0);
-    for (const PairManifold& manifold : manifolds_) {
-        if (manifold.count() == 0) continue;
-        const auto [a, b] = manifold.pair;
+    const auto wake_sleeper_of = [&](const BodyPair& pair) {
+        const auto [a, b] = pair;
         if (mobility[a] == Mobility::asleep && !is_moved_by_none(mobility[b])) {
             wakes_[groups[a]] = 1;
             any = true;
@@ -172,7 +181,11 @@ void IslandSolver::wake(std::span<const std::uint32_t> groups, std::span<Mobilit
             wakes_[groups[b]] = 1;
             any = true;
         }
+    };
+    for (const PairManifold& manifold : manifolds_) {
+        if (manifold.count() > 0) wake_sleeper_of(manifold.pair);
     }
+    for (const BodyPair& link : wheel_links) wake_sleeper_of(link);
     if (!any) return;
     for (std::size_t i = 0; i < mobility.size(); ++i) {
         if (mobility[i] == Mobility::asleep && wakes_[groups[i]] != 0) {
@@ -182,7 +195,8 @@ void IslandSolver::wake(std::span<const std::uint32_t> groups, std::span<Mobilit
 }
 
 void IslandSolver::find(std::span<const RigidBody> bodies, std::span<const std::uint32_t> groups,
-                        std::span<Mobility> mobility, const StepSpan& span, WorkerTeam& team) {
+                        std::span<const BodyPair> wheel_links, std::span<Mobility> mobility,
+                        const StepSpan& span, WorkerTeam& team) {
     const double duration = span.duration;
     if (collide_bodies_ && bodies.size() > 1) {
         update_bounds(bodies, mobility, span);
@@ -205,7 +219,7 @@ void IslandSolver::find(std::span<const RigidBody> bodies, std::span<const std::
         }
     });
     remove_separated();
-    wake(groups, mobility);
+    wake(groups, wheel_links, mobility);
 
     links_.clear();
     link_manifolds_.clear();
@@ -216,6 +230,11 @@ void IslandSolver::find(std::span<const RigidBody> bodies, std::span<const std::
         if (links_.empty() || !(links_.back() == pair)) ++pair_count_;
         links_.push_back(pair);
         link_manifolds_.push_back(static_cast<std::uint32_t>(i));
+    }
+    for (const BodyPair& link : wheel_links) {
+        if (mobility[link.a] != Mobility::moving && mobility[link.b] != Mobility::moving) continue;
+        links_.push_back(link);
+        link_manifolds_.push_back(kNone);
     }
     moves_.resize(bodies.size());
     for (std::size_t i = 0; i < bodies.size(); ++i) moves_[i] = mobility[i] == Mobility::moving;
@@ -247,6 +266,7 @@ void IslandSolver::find_drivers(std::span<const RigidBody> bodies,
 void IslandSolver::forget_contacts(std::uint32_t body,
                                    const std::function<void(std::uint32_t)>& touched) {
     forget_bounds(body);
+    separated_.forget(body);
     std::erase_if(manifolds_, [&](const PairManifold& manifold) {
         const auto [a, b] = manifold.pair;
         if (a != body && b != body) return false;

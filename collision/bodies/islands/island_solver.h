@@ -2,9 +2,12 @@
 #pragma once
 
 #include "base/worker_team.h"
+#include "bodies/islands/foot_drive.h"
 #include "bodies/islands/islands.h"
 #include "bodies/islands/pair_manifolds.h"
+#include "bodies/islands/separated_pairs.h"
 #include "bodies/step/collision_step.h"
+#include "bodies/wheels/wheel_set.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -27,6 +30,12 @@ enum class Mobility : std::uint8_t {
 /// Whether the owner lets two bodies collide, by their indices, a < b.
 using PairFilter = std::function<bool(std::uint32_t a, std::uint32_t b)>;
 
+/// [bodies] What drives them, or null; empty where nothing drives any.
+struct BodyDrives {
+    std::span<WheelSet* const> wheels;
+    std::span<const FootDrive* const> feet;
+};
+
 /// Finds the bodies that touch each other, and steps each island on its contacts. A body that touches no other is an
 /// island of one. All orders are those of the bodies, so that the number of threads changes no bit.
 class IslandSolver {
@@ -44,15 +53,18 @@ public:
     /// Finds the pairs that touch, or will within the step, and the islands of the moving bodies. Where a moving or
     /// driving body touches a sleeping one, its whole sleep group becomes `moving`.
     ///
-    /// @param groups [bodies] sleep group: sleepers with equal numbers wake together
+    /// @param groups      [bodies] sleep group: sleepers with equal numbers wake together
+    /// @param wheel_links pairs of a vehicle and a body that its wheels stand on
     void find(std::span<const RigidBody> bodies, std::span<const std::uint32_t> groups,
-              std::span<Mobility> mobility, const StepSpan& span, WorkerTeam& team);
+              std::span<const BodyPair> wheel_links, std::span<Mobility> mobility,
+              const StepSpan& span, WorkerTeam& team);
 
     /// Steps the islands of the last find() in substeps, and separates overlapping bodies. The poses reached are not
     /// yet proved clear of the ground.
     /// @param ground_contacts [bodies]
+    /// @param drives          of the bodies that have wheels or feet
     void step(std::span<RigidBody> bodies, std::span<GroundContactCache> ground_contacts,
-              const StepSpan& span, WorkerTeam& team);
+              const BodyDrives& drives, const StepSpan& span, WorkerTeam& team);
 
     /// The body's box is computed anew in the next find(). Needed where a body that does not move has been changed.
     void forget_bounds(std::size_t body) {
@@ -99,6 +111,7 @@ private:
         std::uint32_t body;       // on the ground, or kNone for a contact of two bodies
         double gap;               // that the contact had to close in the substep, metres
         double acceleration;      // along the approach, m/s^2
+        double pushed_speed;      // of the approach, by wheels in the substep, m/s
         double restitution;       // 0 to 1
         double separating_speed;  // m/s; < 0: the contact does not bounce
     };
@@ -112,6 +125,7 @@ private:
     struct Scene {
         std::span<RigidBody> bodies;
         std::span<GroundContactCache> ground_contacts;
+        const BodyDrives& drives;
         const StepSpan& span;
     };
 
@@ -123,7 +137,18 @@ private:
     void find_drivers(std::span<const RigidBody> bodies, std::span<const Mobility> mobility,
                       const StepSpan& span);
     void remove_separated();
-    void wake(std::span<const std::uint32_t> groups, std::span<Mobility> mobility);
+    void wake(std::span<const std::uint32_t> groups, std::span<const BodyPair> wheel_links,
+              std::span<Mobility> mobility);
+    void drive_feet(SolverContact& contact, std::uint32_t a, std::uint32_t b, const Scene& scene);
+    double pushed_speed(const SolverContact& contact, const Scene& scene) const;
+    double apply_wheels(std::span<const std::uint32_t> members, int substep, const Scene& scene);
+    /// The contacts of a link; those of wheels have none.
+    PairManifold* manifold(std::uint32_t link) {
+        return link_manifolds_[link] == kNone ? nullptr : &manifolds_[link_manifolds_[link]];
+    }
+    std::size_t contact_count(std::uint32_t link) const {
+        return link_manifolds_[link] == kNone ? 0 : manifolds_[link_manifolds_[link]].count();
+    }
     void step_island(std::size_t island, Scratch& scratch, const Scene& scene);
     std::size_t count_contacts(std::size_t island, const Scene& scene) const;
     bool add_contacts(std::size_t island, int substep, ContactSolver& solver, Scratch& scratch,
@@ -134,7 +159,7 @@ private:
     std::uint32_t solver_index(std::uint32_t body, int substep, const Scene& scene) const;
     void separate(std::size_t island, ContactSolver& solver, const Scene& scene);
     void bounce(std::size_t island, ContactSolver& solver, Scratch& scratch, const Scene& scene,
-                double max_energy);
+                double max_energy, const StoppingRule& rule);
     void limit_energy(std::size_t island, ContactSolver& solver, const Scene& scene,
                       const WorldPos& origin, double most);
     double total_energy(std::size_t island, const WorldPos& origin, const Scene& scene) const;
@@ -150,11 +175,12 @@ private:
     std::size_t skipped_pair_count_ = 0;
     std::vector<BoundingSphere> spheres_;
     std::vector<PairManifold> manifolds_, previous_manifolds_;  // ascending by pair
+    SeparatedPairs separated_;
     // Of each pair's first manifold: its index in previous_manifolds_, or kNone.
     std::vector<std::uint32_t> previous_index_;
-    std::size_t pair_count_ = 0;                 // see touching_pair_count()
-    std::vector<BodyPair> links_;                // manifolds of which a body moves
-    std::vector<std::uint32_t> link_manifolds_;  // index of each link's manifold
+    std::size_t pair_count_ = 0;   // see touching_pair_count()
+    std::vector<BodyPair> links_;  // manifolds of which a body moves, then wheels on bodies
+    std::vector<std::uint32_t> link_manifolds_;  // index of each link's manifold; kNone: wheels
     std::vector<std::uint8_t> wakes_;            // [groups]
     std::vector<std::uint8_t> moves_;
     Islands islands_;

@@ -14,16 +14,19 @@ namespace terrane::internal {
 namespace {
 
 /// Warm-started stacks converge over several substeps. Small islands are solved until no velocity changes by more than
-/// the tolerance, m/s; large ones stop at the larger of so many row solves and so many sweeps.
+/// the tolerance, m/s, which is wider for moving ones; large ones stop after so many contact updates, which fall beyond
+/// a size, but not before so many sweeps.
 constexpr double kTolerance = 1e-5;
+constexpr double kRelativeTolerance = 1e-3;  // of the mean speed
 constexpr std::size_t kMaxRowSolves = 40'000;
+constexpr std::size_t kManyContacts = 2000;
 constexpr std::size_t kLeastIterations = 8;
 /// Piles converge by less than a hundredth a sweep. Stalled, treated as infeasible: less than a tenth in so many
 /// sweeps.
 constexpr int kPatience = 100;
 /// One body on the ground: a box on four corners converges by about a third a sweep. The targets of a body that rolls
 /// on two points may be infeasible for a rigid body; then nothing converges, and `patience` stops the solver.
-constexpr StoppingRule kLoneBodyRule{.iterations = 100, .tolerance = 1e-6, .patience = 8};
+constexpr StoppingRule kLoneBodyRule{.iterations = 100, .tolerance = 5e-7, .patience = 8};
 /// Rolling and rocking have no friction and would never end: an island below this speed, m/s, gets angular damping at
 /// this rate, 1/s, so that it can sleep.
 constexpr double kSlow = 0.3;
@@ -33,16 +36,22 @@ constexpr double kEnergyRounding = 0x1p-51;
 /// Threads take islands in blocks of this size.
 constexpr std::size_t kIslandBlock = 8;
 
-StoppingRule stopping_rule(std::size_t body_count, std::size_t contact_count) {
+/// @param mean_speed of the bodies' fastest points, m/s
+StoppingRule stopping_rule(std::size_t body_count, std::size_t contact_count, double mean_speed) {
     if (body_count == 1) return kLoneBodyRule;
-    const std::size_t sweeps = std::max(kLeastIterations, kMaxRowSolves / contact_count);
-    return {.iterations = static_cast<int>(sweeps), .tolerance = kTolerance, .patience = kPatience};
+    const std::size_t row_solves =
+        kMaxRowSolves * kManyContacts / std::max(kManyContacts, contact_count);
+    const std::size_t sweeps =
+        std::max(kLeastIterations, row_solves / std::max<std::size_t>(1, contact_count));
+    return {.iterations = static_cast<int>(sweeps),
+            .tolerance = std::max(kTolerance, kRelativeTolerance * mean_speed),
+            .patience = kPatience};
 }
 
 }  // namespace
 
 void IslandSolver::step(std::span<RigidBody> bodies, std::span<GroundContactCache> ground_contacts,
-                        const StepSpan& span, WorkerTeam& team) {
+                        const BodyDrives& drives, const StepSpan& span, WorkerTeam& team) {
     solver_bodies_.resize(bodies.size());
     struck_.assign(bodies.size(), 0);
     scratch_.resize(static_cast<std::size_t>(team.size()));
@@ -54,20 +63,14 @@ void IslandSolver::step(std::span<RigidBody> bodies, std::span<GroundContactCach
     for (const BodyPair& link : links_) {
         for (const std::uint32_t i : {link.a, link.b}) {
             if (moves_[i] != 0) continue;
-            solver_bodies_[i].pose = bodies[i].pose;
-            solver_bodies_[i].mass = {.inverse_mass = 0.0};
             const bool is_driving = driver_index_[i] != kNone;
-            solver_bodies_[i].velocity = is_driving ? bodies[i].velocity : Twist{};
+            solver_bodies_[i].set_fixed(bodies[i].pose, is_driving ? bodies[i].velocity : Twist{});
         }
     }
     for (const RigidBody& driver : later_drivers_) {
-        solver_bodies_.push_back({.mass = {.inverse_mass = 0.0},
-                                  .pose = driver.pose,
-                                  .velocity = driver.velocity,
-                                  .before = {},
-                                  .plastic = {}});
+        solver_bodies_.emplace_back().set_fixed(driver.pose, driver.velocity);
     }
-    const Scene scene{bodies, ground_contacts, span};
+    const Scene scene{bodies, ground_contacts, drives, span};
     const std::size_t count = islands_.count();
     team.run((count + kIslandBlock - 1) / kIslandBlock, [&](std::size_t block, int worker) {
         const std::size_t end = std::min(count, (block + 1) * kIslandBlock);
@@ -84,7 +87,11 @@ void IslandSolver::step_island(std::size_t island, Scratch& scratch, const Scene
     const StepSpan& span = scene.span;
     const double substep = span.substep();
     const std::size_t contact_count = count_contacts(island, scene);
-    if (contact_count == 0) {
+    const bool has_wheels = !scene.drives.wheels.empty() &&
+                            std::any_of(members.begin(), members.end(), [&](std::uint32_t member) {
+                                return scene.drives.wheels[member] != nullptr;
+                            });
+    if (contact_count == 0 && !has_wheels) {
         for (const std::uint32_t member : members) {
             for (int i = 0; i < span.substep_count; ++i) {
                 bodies[member].velocity.linear += bodies[member].acceleration * substep;
@@ -98,12 +105,14 @@ void IslandSolver::step_island(std::size_t island, Scratch& scratch, const Scene
     scratch.impacts.resize(contact_count);
     scratch.separating_speeds.assign(contact_count, -1.0);
     const WorldPos origin = bodies[members.front()].pose.translation;
-    const double energy_before = total_energy(island, origin, scene);
-    const StoppingRule rule = stopping_rule(members.size(), contact_count);
-    double acceleration = 0.0;
+    double most_energy = total_energy(island, origin, scene);
+    double mean_speed = 0.0, acceleration = 0.0;
     for (const std::uint32_t member : members) {
+        mean_speed += greatest_speed(bodies[member]);
         acceleration = std::max(acceleration, length(bodies[member].acceleration));
     }
+    mean_speed /= static_cast<double>(members.size());
+    const StoppingRule rule = stopping_rule(members.size(), contact_count, mean_speed);
     const double least_bounce = bounce_speed(acceleration, substep);
     double removed = 0.0;
     bool bounces = false;
@@ -112,11 +121,9 @@ void IslandSolver::step_island(std::size_t island, Scratch& scratch, const Scene
             RigidBody& body = bodies[member];
             body.velocity.linear += body.acceleration * substep;
             if (i > 0) scene.ground_contacts[member].follow(body);
-            SolverBody& copy = solver_bodies_[member];
-            copy.pose = body.pose;
-            copy.mass = body.mass;
-            copy.velocity = body.velocity;
+            solver_bodies_[member].set(body.mass, body.pose, body.velocity);
         }
+        if (has_wheels) most_energy += apply_wheels(members, i, scene);
         ContactSolver solver(solver_bodies_, scratch.rows);
         const bool overlaps = add_contacts(island, i, solver, scratch, scene);
         double removed_now = 0.0;
@@ -125,7 +132,9 @@ void IslandSolver::step_island(std::size_t island, Scratch& scratch, const Scene
             for (std::size_t contact = 0; contact < contact_count; ++contact) {
                 const Impact& impact = scratch.impacts[contact];
                 const double approach = solver.approach_speed(contact);
-                if (!(solver.normal_impulse(contact) > 0.0) || approach <= least_bounce ||
+                // What wheels press down does not bounce.
+                const double bouncing = approach - impact.pushed_speed;
+                if (!(solver.normal_impulse(contact) > 0.0) || bouncing <= least_bounce ||
                     approach * substep <= impact.gap) {
                     continue;
                 }
@@ -135,7 +144,7 @@ void IslandSolver::step_island(std::size_t island, Scratch& scratch, const Scene
                 const double excess = impact.acceleration * (substep - impact.gap / approach);
                 double& separating = scratch.separating_speeds[contact];
                 separating =
-                    std::max(separating, impact.restitution * std::max(0.0, approach - excess));
+                    std::max(separating, impact.restitution * std::max(0.0, bouncing - excess));
                 bounces = true;
             }
         }
@@ -149,21 +158,71 @@ void IslandSolver::step_island(std::size_t island, Scratch& scratch, const Scene
         }
         const bool is_last = i + 1 == span.substep_count;
         if (is_last && bounces) {
-            const double left = energy_before - total_energy(island, origin, scene);
-            bounce(island, solver, scratch, scene, std::clamp(left, 0.0, removed));
+            const double left = most_energy - total_energy(island, origin, scene);
+            bounce(island, solver, scratch, scene, std::clamp(left, 0.0, removed), rule);
         }
         if (records_impulses_) record_impulses(island, solver, scene);
         if (!is_last) continue;
         if (overlaps) separate(island, solver, scene);
-        limit_energy(island, solver, scene, origin, energy_before);
+        limit_energy(island, solver, scene, origin, most_energy);
     }
 
     const bool is_slow = std::all_of(members.begin(), members.end(), [&](std::uint32_t member) {
         return greatest_speed(bodies[member]) < kSlow;
     });
-    if (!is_slow) return;
+    if (!is_slow || contact_count == 0) return;
     const double kept = std::max(0.0, 1.0 - kRollingLoss * span.duration);
     for (const std::uint32_t member : members) bodies[member].velocity.angular *= kept;
+}
+
+/// Gives a contact of a character the drive of its feet.
+/// @param b kNone: the ground
+void IslandSolver::drive_feet(SolverContact& contact, std::uint32_t a, std::uint32_t b,
+                              const Scene& scene) {
+    if (scene.drives.feet.empty()) return;
+    const double substep = scene.span.substep();
+    if (const FootDrive* const feet = scene.drives.feet[a]) feet->drive(contact, 1.0, substep);
+    if (b == kNone) return;
+    if (const FootDrive* const feet = scene.drives.feet[b]) feet->drive(contact, -1.0, substep);
+}
+
+/// Speed at which the wheels of the substep make a contact close, m/s, >= 0.
+double IslandSolver::pushed_speed(const SolverContact& contact, const Scene& scene) const {
+    const auto change = [&](std::uint32_t body, const WorldPos& point) -> Eigen::Vector3d {
+        if (body >= moves_.size() || moves_[body] == 0) return Eigen::Vector3d::Zero();
+        const SolverBody& now = solver_bodies_[body];
+        const Twist& before = scene.bodies[body].velocity;
+        const Eigen::Vector3d arm = point - now.pose().translation;
+        return now.velocity.linear - before.linear +
+               cross(now.velocity.angular - before.angular, arm);
+    };
+    const Eigen::Vector3d of_b = contact.b == SolverContact::kGround
+                                     ? Eigen::Vector3d::Zero()
+                                     : change(contact.b, contact.point_b);
+    return std::max(0.0, -dot(contact.normal, change(contact.a, contact.point_a) - of_b));
+}
+
+/// Applies the forces of wheels for a substep. Returns the energy that they add to the island by its end, J: the
+/// kinetic energy, less the work that the accelerations do along the displacements that they add.
+double IslandSolver::apply_wheels(std::span<const std::uint32_t> members, int substep,
+                                  const Scene& scene) {
+    double added = 0.0;
+    for (const std::uint32_t member : members) {
+        WheelSet* const wheels = scene.drives.wheels[member];
+        if (wheels == nullptr) continue;
+        for (WheelContact& contact : wheels->contacts()) {
+            const bool is_body = contact.touches && contact.body != kNone;
+            contact.solver_body = is_body ? solver_index(contact.body, substep, scene) : kNone;
+        }
+        added += wheels->apply(solver_bodies_, member, scene.span.substep());
+    }
+    for (const std::uint32_t member : members) {
+        const RigidBody& body = scene.bodies[member];
+        const Eigen::Vector3d change =
+            solver_bodies_[member].velocity.linear - body.velocity.linear;
+        added -= dot(body.acceleration, change) * scene.span.substep() / body.mass.inverse_mass;
+    }
+    return added;
 }
 
 /// A body of a link in a substep. Driving bodies are not stepped by islands.
@@ -185,7 +244,7 @@ std::uint32_t IslandSolver::solver_index(std::uint32_t body, int substep,
 std::size_t IslandSolver::count_contacts(std::size_t island, const Scene& scene) const {
     std::size_t count = 0;
     for (const std::uint32_t link : islands_.links(island)) {
-        count += manifolds_[link_manifolds_[link]].count();
+        count += contact_count(link);
     }
     for (const std::uint32_t member : islands_.bodies(island)) {
         count += scene.ground_contacts[member].count();
@@ -206,11 +265,13 @@ bool IslandSolver::add_contacts(std::size_t island, int substep, ContactSolver& 
         impact.body = contact.b == SolverContact::kGround ? contact.a : kNone;
         impact.gap = std::max(0.0, contact.gap - contact.rest_gap);
         impact.acceleration = acceleration;
+        impact.pushed_speed = scene.drives.wheels.empty() ? 0.0 : pushed_speed(contact, scene);
         impact.restitution = contact.restitution;
         solver.add(contact);
     };
     for (const std::uint32_t link : links) {
-        PairManifold& manifold = manifolds_[link_manifolds_[link]];
+        if (manifold(link) == nullptr) continue;
+        PairManifold& manifold = *this->manifold(link);
         const auto [a, b] = manifold.pair;
         const RigidBody &body_a = body_at(a, substep, scene), &body_b = body_at(b, substep, scene);
         if (substep > 0) manifold.follow(body_a, body_b);
@@ -218,6 +279,7 @@ bool IslandSolver::add_contacts(std::size_t island, int substep, ContactSolver& 
             SolverContact contact = manifold.contact(i, body_a, body_b);
             contact.a = solver_index(a, substep, scene);
             contact.b = solver_index(b, substep, scene);
+            drive_feet(contact, a, b, scene);
             add(contact, 0.0);
         }
     }
@@ -230,6 +292,7 @@ bool IslandSolver::add_contacts(std::size_t island, int substep, ContactSolver& 
         for (std::size_t i = 0; i < cache.count(); ++i) {
             SolverContact contact = cache.contact(i, scene.bodies[member], member);
             if (!is_warm) contact.initial_impulse.setZero();
+            drive_feet(contact, member, kNone, scene);
             add(contact, std::max(0.0, -dot(contact.normal, scene.bodies[member].acceleration)));
         }
     }
@@ -240,9 +303,9 @@ void IslandSolver::store_impulses(std::size_t island, const ContactSolver& solve
                                   const Scene& scene) {
     std::size_t row = 0;
     for (const std::uint32_t link : islands_.links(island)) {
-        PairManifold& manifold = manifolds_[link_manifolds_[link]];
-        for (std::size_t i = 0; i < manifold.count(); ++i) {
-            manifold.set_impulse(i, solver.impulse(row++));
+        PairManifold* const contacts = manifold(link);
+        for (std::size_t i = 0; i < contact_count(link); ++i) {
+            contacts->set_impulse(i, solver.impulse(row++));
         }
     }
     for (const std::uint32_t member : islands_.bodies(island)) {
@@ -256,9 +319,8 @@ void IslandSolver::record_impulses(std::size_t island, const ContactSolver& solv
                                    const Scene& scene) {
     std::size_t row = 0;
     for (const std::uint32_t link : islands_.links(island)) {
-        const std::uint32_t manifold = link_manifolds_[link];
-        for (std::size_t i = 0; i < manifolds_[manifold].count(); ++i) {
-            pair_impulses_[manifold] += solver.impulse(row++);
+        for (std::size_t i = 0; i < contact_count(link); ++i) {
+            pair_impulses_[link_manifolds_[link]] += solver.impulse(row++);
         }
     }
     for (const std::uint32_t member : islands_.bodies(island)) {
@@ -287,13 +349,11 @@ void IslandSolver::separate(std::size_t island, ContactSolver& solver, const Sce
 
 /// Restitution of the contacts that have closed in the step.
 void IslandSolver::bounce(std::size_t island, ContactSolver& solver, Scratch& scratch,
-                          const Scene& scene, double max_energy) {
+                          const Scene& scene, double max_energy, const StoppingRule& rule) {
     const std::span<const std::uint32_t> members = islands_.bodies(island);
     for (const std::uint32_t member : members) {
-        solver_bodies_[member].pose = scene.bodies[member].pose;
         solver_bodies_[member].velocity = scene.bodies[member].velocity;
     }
-    const StoppingRule rule = stopping_rule(members.size(), scratch.separating_speeds.size());
     solver.solve_restitution(members, scratch.separating_speeds, max_energy, rule);
     for (const std::uint32_t member : members) {
         scene.bodies[member].velocity = solver_bodies_[member].velocity;
@@ -309,8 +369,7 @@ void IslandSolver::limit_energy(std::size_t island, ContactSolver& solver, const
     double kinetic = 0.0;
     for (const std::uint32_t member : members) {
         const RigidBody& body = scene.bodies[member];
-        solver_bodies_[member].pose = body.pose;
-        solver_bodies_[member].velocity = body.velocity;
+        solver_bodies_[member].set(body.mass, body.pose, body.velocity);
         const double energy = kinetic_energy(body.mass, body.pose, body.velocity);
         const double potential =
             std::abs(dot(body.acceleration, body.pose.translation)) / body.mass.inverse_mass;

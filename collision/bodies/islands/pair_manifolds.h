@@ -44,6 +44,12 @@ public:
     /// Contacts with at most this gap touch, metres.
     static double touching_gap(const RigidBody& a, const RigidBody& b);
 
+    /// Where update() has found no contacts: a lower bound of the bodies' distance, metres, <= 0 where it is unknown.
+    double least_distance() const { return least_distance_; }
+
+    /// Gap beyond which bodies cannot touch in a time, and update() finds no contacts, metres.
+    static double contact_reach(const RigidBody& a, const RigidBody& b, double duration);
+
     /// Contact i for a solver that names bodies by the indices of `pair`.
     SolverContact contact(std::size_t i, const RigidBody& a, const RigidBody& b) const;
 
@@ -73,7 +79,9 @@ private:
     static bool has_moved(const RigidBody& a, const RigidBody& b, const PairManifold& before);
     static void collide(std::span<PairManifold> manifolds, const RigidBody& a, const RigidBody& b,
                         double margin, std::span<PairContact> room);
-    void predict_impact(const RigidBody& a, const RigidBody& b, double duration);
+    static void predict_impact(std::span<PairManifold> manifolds, const RigidBody& a,
+                               const RigidBody& b, double duration);
+    double least_gap() const;
     void reset(const RigidBody& a, const RigidBody& b, const PairContact& first, bool is_predicted);
     Arms arms_of(const PairContact& contact, const WorldPos& centre_a,
                  const WorldPos& centre_b) const;
@@ -83,6 +91,7 @@ private:
     double core_separation(const RigidBody& a, const RigidBody& b, const Point& point) const;
 
     std::uint32_t count_ = 0;
+    double least_distance_ = 0.0;
     bool is_predicted_ = false;  // found by a cast: valid for one collision step
     double rounding_a_ = 0.0, rounding_b_ = 0.0;
     Eigen::Vector3d normal_ = Eigen::Vector3d::UnitZ();  // out of b

@@ -24,6 +24,7 @@ struct QueryBody {
     BodyId id;  ///< its index is the slot
     CollisionFilter filter;
     bool is_sensor = false;
+    double friction = 0.0;
 };
 
 /// The bodies and the ground of a query.

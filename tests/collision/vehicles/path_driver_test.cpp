@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "lone_vehicle.h"
 #include "support/heights/table_ground.h"
 
 #include <terrane/collision/path_driver.h>
@@ -15,6 +16,7 @@
 namespace terrane {
 namespace path_driver_test {
 
+using test::LoneVehicle;
 using test::make_test_ground;
 
 constexpr double kStep = 1.0 / 60.0;
@@ -29,12 +31,10 @@ Ground make_plain() {
     return make_test_ground([](double, double) { return 0.0; }, {.spacing = 16.0});
 }
 
-Truck make_truck(const WorldPos& place, const TruckSettings& settings = {}) {
+LoneVehicle make_truck(const WorldPos& place, const VehicleSettings& settings = {}) {
     Pose pose;
     pose.translation = place;
-    Result<Truck> truck = Truck::create(settings, pose);
-    EXPECT_TRUE(truck.has_value());
-    return std::move(*truck);
+    return LoneVehicle(pose, settings);
 }
 
 PathDriver make_driver(std::vector<Eigen::Vector2d> points, double cruise_speed) {
@@ -76,12 +76,13 @@ TEST(PathDriver, RefusesPathsWithoutTwoDistinctFinitePointsAndSpeedsOutOfRange) 
 TEST(PathDriver, TakesTheTruckAlongALineOverBumpsWithoutEverGoingDeep) {
     const Ground ground = make_test_ground(bumpy, 1.0, 2);
     for (const double dt : {1.0 / 60.0, 0.1}) {
-        Truck truck = make_truck({20.0, 60.0, bumpy(20.0, 60.0) + 1.8});
+        LoneVehicle truck = make_truck({20.0, 60.0, bumpy(20.0, 60.0) + 1.8});
         PathDriver driver = make_driver(
             {{20.0, 60.0}, {120.0, 60.0}, {170.0, 80.0}, {190.0, 130.0}, {190.0, 220.0}}, 8.0);
         double time = 0.0, off = 0.0;
         for (; time < 90.0 && !driver.is_finished(); time += dt) {
-            const StepReport report = truck.step(ground, driver.drive(truck), dt);
+            const StepReport report =
+                truck.step(ground, driver.drive(truck.settings(), truck.state()), dt);
             ASSERT_EQ(report.too_deep, 0u)
                 << "depth " << report.max_depth_m << " m at " << time << " s";
             ASSERT_EQ(report.parked, 0u);
@@ -102,11 +103,11 @@ TEST(PathDriver, SlowsDownForARightAngleAndStaysOnItsWheels) {
     const Ground plain = make_plain();
     const Eigen::Vector2d corner(900.0, 1000.0);
     for (const double cruise : {5.0, 12.0, 30.0}) {
-        Truck truck = make_truck({300.0, 1000.0, 0.8});
+        LoneVehicle truck = make_truck({300.0, 1000.0, 0.8});
         PathDriver driver = make_driver({{300.0, 1000.0}, corner, {900.0, 1300.0}}, cruise);
         double upright = 1.0, off = 0.0, fastest = 0.0, at_corner = 0.0;
         for (int step = 0; step < 60 * 300 && !driver.is_finished(); ++step) {
-            truck.step(plain, driver.drive(truck), kStep);
+            truck.step(plain, driver.drive(truck.settings(), truck.state()), kStep);
             const Eigen::Vector2d here = truck.chassis().pose.translation.head<2>();
             const double speed = truck.chassis().velocity.norm();
             upright = std::min(upright, truck.chassis().pose.rotation(2, 2));
@@ -132,13 +133,13 @@ TEST(PathDriver, TakesARingAtTheSpeedThatItsLateralAccelerationAllows) {
                           1000.0 - kRadius * std::cos(0.05 * i));
     }
     for (const double friction : {0.8, 0.2}) {
-        TruckSettings settings;
+        VehicleSettings settings;
         settings.tyre_friction = friction;
-        Truck truck = make_truck({1000.0, 960.0, 0.8}, settings);
+        LoneVehicle truck = make_truck({1000.0, 960.0, 0.8}, settings);
         PathDriver driver = make_driver(ring, 30.0);
         double fastest = 0.0, off = 0.0;
         for (int step = 0; step < 60 * 15; ++step) {
-            truck.step(plain, driver.drive(truck), kStep);
+            truck.step(plain, driver.drive(truck.settings(), truck.state()), kStep);
             fastest = std::max(fastest, truck.chassis().velocity.norm());
             const Eigen::Vector2d here = truck.chassis().pose.translation.head<2>();
             off =
@@ -153,13 +154,14 @@ TEST(PathDriver, TakesARingAtTheSpeedThatItsLateralAccelerationAllows) {
 TEST(PathDriver, StopsAtTheEndOfThePathAndStaysThere) {
     const Ground plain = make_plain();
     for (const double cruise : {3.0, 12.0, 30.0}) {
-        Truck truck = make_truck({300.0, 1000.0, 0.8});
+        LoneVehicle truck = make_truck({300.0, 1000.0, 0.8});
         PathDriver driver = make_driver({{300.0, 1000.0}, {700.0, 1000.0}}, cruise);
         for (int step = 0; step < 60 * 240 && !driver.is_finished(); ++step) {
             EXPECT_EQ(driver.status(), DriverStatus::driving);
-            truck.step(plain, driver.drive(truck), kStep);
+            truck.step(plain, driver.drive(truck.settings(), truck.state()), kStep);
         }
-        for (int step = 0; step < 120; ++step) truck.step(plain, driver.drive(truck), kStep);
+        for (int step = 0; step < 120; ++step)
+            truck.step(plain, driver.drive(truck.settings(), truck.state()), kStep);
         EXPECT_EQ(driver.status(), DriverStatus::finished);
         EXPECT_LT(truck.chassis().velocity.norm(), 0.05) << cruise;
         EXPECT_NEAR(truck.chassis().pose.translation.x(), 700.0, 3.5) << cruise;
@@ -174,11 +176,11 @@ TEST(PathDriver, GoesDownSlowerThanItCruises) {
     Pose start;
     start.rotation << scale, 0.0, slope * scale, 0.0, 1.0, 0.0, -slope * scale, 0.0, scale;
     start.translation = {100.0, 500.0, -slope * 100.0 + 1.0};
-    Truck truck = Truck::create({}, start).value();
+    LoneVehicle truck(start);
     PathDriver driver = make_driver({{100.0, 500.0}, {900.0, 500.0}}, 12.0);
     double fastest = 0.0;
     for (int step = 0; step < 60 * 30; ++step) {
-        truck.step(ground, driver.drive(truck), kStep);
+        truck.step(ground, driver.drive(truck.settings(), truck.state()), kStep);
         fastest = std::max(fastest, truck.chassis().velocity.norm());
     }
     EXPECT_GT(fastest, 3.0);
@@ -190,20 +192,22 @@ TEST(PathDriver, LetsGoOfTheThrottleOnItsRoofAndSaysSo) {
     Pose start;
     start.rotation = Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal();
     start.translation = {500.0, 1000.0, 1.0};
-    Truck truck = Truck::create({}, start).value();
+    LoneVehicle truck(start);
     PathDriver driver = make_driver({{500.0, 1000.0}, {900.0, 1000.0}}, 12.0);
     for (int step = 0; step < 180; ++step) {
-        const TruckControls controls = driver.drive(truck);
+        const VehicleControls controls = driver.drive(truck.settings(), truck.state());
         EXPECT_EQ(controls.throttle, 0.0) << "step " << step;
         truck.step(plain, controls, kStep);
     }
-    driver.drive(truck);
+    driver.drive(truck.settings(), truck.state());
     EXPECT_EQ(driver.status(), DriverStatus::rolled_over);
     EXPECT_FALSE(driver.is_finished());
 
     // The same driver continues with another, upright truck.
-    Truck righted = make_truck({500.0, 1000.0, 0.8});
-    for (int step = 0; step < 120; ++step) righted.step(plain, driver.drive(righted), kStep);
+    LoneVehicle righted = make_truck({500.0, 1000.0, 0.8});
+    for (int step = 0; step < 120; ++step) {
+        righted.step(plain, driver.drive(righted.settings(), righted.state()), kStep);
+    }
     EXPECT_EQ(driver.status(), DriverStatus::driving);
     EXPECT_GT(righted.chassis().velocity.x(), 3.0);
 }

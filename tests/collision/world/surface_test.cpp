@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Friction and restitution by place: bodies and tyres on a ground with a surface map.
 #include "collision/bodies/body_cases.h"
+#include "collision/vehicles/lone_vehicle.h"
 #include "support/heights/table_ground.h"
 
-#include <terrane/collision/truck.h>
 #include <terrane/collision/world.h>
 #include <terrane/terrain/surface.h>
 
@@ -89,7 +89,7 @@ TEST(SurfaceByPlace, ATruckNeedsALongerWayToStopOnIce) {
     for (const int i : {0, 1}) {
         const double friction = i == 0 ? 0.05 : 0.9;
         const Ground ground = make_two_surfaces({.friction = friction}, {.friction = friction});
-        Truck truck = Truck::create({}, {Eigen::Matrix3d::Identity(), {20.0, 64.3, 5.75}}).value();
+        test::LoneVehicle truck({Eigen::Matrix3d::Identity(), {20.0, 64.3, 5.75}});
         for (int step = 0; step < 120; ++step) truck.step(ground, {.throttle = 1.0}, kStep);
         const double start = truck.chassis().pose.translation.x();
         const double speed = truck.chassis().velocity.x();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <terrane/collision/truck.h>
+#include <terrane/collision/vehicle.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -12,7 +12,7 @@ namespace terrane {
 /// Settings of a PathDriver. Fixed once it is created.
 struct PathDriverSettings {
     double cruise_speed = 12.0;  ///< largest speed, m/s, 0.1 to 1000
-    /// Largest in corners, m/s^2, 0.1 to 100. Trucks with little friction or a high centre of mass use less.
+    /// Largest in corners, m/s^2, 0.1 to 100. Vehicles with little friction or a high centre of mass use less.
     double lateral_acceleration = 2.5;
     double deceleration = 2.0;  ///< ahead of corners and of the end, m/s^2, 0.1 to 100
 };
@@ -20,11 +20,11 @@ struct PathDriverSettings {
 /// What a driver is doing.
 enum class DriverStatus : std::uint8_t {
     driving,      ///< follows the path
-    rolled_over,  ///< the truck lies on its side or roof: throttle 0, brakes on
+    rolled_over,  ///< the vehicle lies on its side or roof: throttle 0, brakes on
     finished,     ///< the end of the path was reached: brakes on; final
 };
 
-/// Drives a truck along a polyline by pure pursuit. Brakes in time for corners and for the end, and slows down on
+/// Drives a vehicle along a polyline by pure pursuit. Brakes in time for corners and for the end, and slows down on
 /// descents and side slopes. It does not query the ground ahead: it drives over a cliff at up to the cruise speed.
 ///
 /// Threads: one at a time.
@@ -38,15 +38,15 @@ public:
     static Result<PathDriver> create(std::vector<Eigen::Vector2d> points_world,
                                      const PathDriverSettings& settings);
 
-    /// The controls for the truck's next step.
+    /// The controls for the vehicle's next step: see World::vehicle() and World::vehicle_settings().
     ///
     /// Allocates: nothing
-    /// Cost:      linear in the points from 5 m behind the truck to 25 m ahead, along the path
-    TruckControls drive(const Truck& truck);
+    /// Cost:      linear in the points from 5 m behind the vehicle to 25 m ahead, along the path
+    VehicleControls drive(const VehicleSettings& settings, const VehicleState& vehicle);
 
     /// As of the last call of drive().
     DriverStatus status() const { return status_; }
-    /// Whether the truck came within 3 m of the last point or passed it; final. The driver then brakes to a stop.
+    /// Whether the vehicle came within 3 m of the last point or passed it; final. The driver then brakes to a stop.
     bool is_finished() const { return is_finished_; }
 
 private:
@@ -64,7 +64,7 @@ private:
 
     std::vector<Vertex> path_;
     PathDriverSettings settings_;
-    std::size_t next_ = 1;  // end of the segment that the truck is on
+    std::size_t next_ = 1;  // end of the segment that the vehicle is on
     bool is_finished_ = false;
     DriverStatus status_ = DriverStatus::driving;
 };

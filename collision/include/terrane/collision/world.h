@@ -3,8 +3,10 @@
 
 #include <terrane/collision/body.h>
 #include <terrane/collision/broadphase.h>
+#include <terrane/collision/character.h>
 #include <terrane/collision/contact_event.h>
 #include <terrane/collision/motion.h>
+#include <terrane/collision/vehicle.h>
 #include <terrane/collision/world_query.h>
 #include <terrane/terrain/body_need.h>
 #include <terrane/terrain/ground.h>
@@ -159,6 +161,36 @@ public:
 
     /// The needs for a pager, parked bodies included, one entry for each dynamic body. Valid until the next call.
     std::span<const BodyNeed> needs();
+
+    // ---- Vehicles ----
+
+    /// Adds a vehicle: a dynamic body with wheels, that all functions for bodies take but for change().
+    /// @param world_from_chassis pose of the chassis
+    Result<BodyId> add_vehicle(const VehicleSettings& settings, const Pose& world_from_chassis);
+
+    /// Controls of a vehicle from the next step on; wakes it where they change. It falls asleep only while it brakes.
+    /// Controls that are not finite are ignored: the last valid ones are used.
+    Result<void> set_controls(BodyId vehicle, const VehicleControls& controls);
+
+    /// State after the last step; null where the body is no vehicle. Valid until the next call that is not const.
+    const VehicleState* vehicle(BodyId body) const;
+    /// The settings given to add_vehicle(); null where the body is no vehicle.
+    const VehicleSettings* vehicle_settings(BodyId body) const;
+
+    // ---- Characters ----
+
+    /// Adds a character: a dynamic capsule that stays upright, that all functions for bodies take but for change(). It
+    /// slides along what it meets, climbs steps, and rides on what it stands on.
+    Result<BodyId> add_character(const CharacterSettings& settings, const WorldPos& place_world);
+
+    /// Controls of a character from the next step on; wakes it where they change. Controls that are not finite or out
+    /// of range are ignored: the last valid ones are used.
+    Result<void> set_controls(BodyId character, const CharacterControls& controls);
+
+    /// State after the last step; null where the body is no character. Valid until the next call that is not const.
+    const CharacterState* character(BodyId body) const;
+    /// The settings given to add_character(); null where the body is no character.
+    const CharacterSettings* character_settings(BodyId body) const;
 
     // ---- Steps ----
 

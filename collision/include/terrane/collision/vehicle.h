@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/collision/body.h>
+
+#include <vector>
+
+namespace terrane {
+
+/// Two wheels at the same distance from the front, or one in the middle.
+struct AxleSettings {
+    double position = 0.0;   ///< of the wheels' centres, metres forward of the centre of mass
+    double track = 1.8;      ///< between the middles of the wheels, metres; 0: one wheel
+    double max_steer = 0.0;  ///< at full lock, radians to the left; negative: against the controls
+    bool is_driven = true;
+    /// Anti-roll bar: force that presses the more compressed wheel down and lifts the other one, for a difference of
+    /// their compressions, newtons a metre.
+    double anti_roll = 0.0;
+};
+
+/// A vehicle on wheels. The defaults are those of make_truck(), a light off-road truck that slides on flat ground
+/// before it rolls over: its static stability factor, track / (2 centre_of_mass_height), is 1.2, and its tyre friction
+/// 0.8.
+///
+/// Body frame: x forward, y left, z up, origin at the centre of the chassis box, which is also the centre of mass. The
+/// inertia is that of the box with uniform density.
+struct VehicleSettings {
+    /// Of the box that collides, metres, each 0.01 to 1000; x is along the vehicle.
+    Eigen::Vector3d chassis_half_extents = Eigen::Vector3d(2.3, 0.9, 0.4);
+    std::vector<CompoundPart> bodywork = {};  ///< collides too, such as a cab; without mass
+    double mass = 3500.0;                     ///< kilograms, wheels included, 1e-3 to 1e9
+    /// Above flat ground at rest, metres, 0.01 to 1000. Determines the height of the wheels.
+    double centre_of_mass_height = 0.75;
+    /// From front to rear; 1 to 32. The drive force is shared by the driven wheels, the brake force by all.
+    std::vector<AxleSettings> axles = {
+        {.position = 1.6, .track = 1.8, .max_steer = 0.6, .is_driven = true, .anti_roll = 20e3},
+        {.position = -1.6, .track = 1.8, .max_steer = 0.0, .is_driven = true, .anti_roll = 20e3}};
+    double wheel_radius = 0.42;         ///< metres, 0.01 to 100
+    double suspension_travel = 0.3;     ///< from hanging to fully compressed, metres, 0.001 to 100
+    double suspension_hertz = 1.6;      ///< natural frequency of the body's bounce, 0.1 to 10
+    double damping_ratio = 0.4;         ///< of the body's bounce, 1 is critical, 0 to 10
+    double tyre_friction = 0.8;         ///< Coulomb, along the rolling direction, 0 to 100
+    double side_grip = 1.0;             ///< friction across it over that along it, 0.01 to 1
+    double max_drive_force = 22e3;      ///< of all wheels at low speed, newtons, 0 to 1e12
+    double max_drive_power = 120e3;     ///< at all wheels, watts, 0 to 1e12
+    double max_brake_force = 30e3;      ///< of all wheels, newtons, 0 to 1e12
+    double rolling_resistance = 0.015;  ///< force against the roll over the load, 0 to 1
+    double drag_area = 1.4;             ///< drag coefficient times frontal area, m^2, 0 to 1e4
+    /// The wheels of a side are a belt: controls that steer drive the sides apart, and beyond the friction ellipse the
+    /// belt keeps its longitudinal force, where a tyre loses both in proportion.
+    bool is_tracked = false;
+    double friction = 0.5;     ///< of the chassis, Coulomb, 0 to 1e6
+    double restitution = 0.0;  ///< of the chassis, 0 to 1
+    CollisionFilter filter{};  ///< of the chassis and the wheels
+};
+
+/// A light truck on four wheels, two of which steer, with a cab; 48 m/s on flat ground.
+VehicleSettings make_truck();
+/// An armoured personnel carrier of 12 t on two tracks of five wheels each; 18 m/s on flat ground.
+VehicleSettings make_tracked();
+/// An off-road truck of 9 t on six driven wheels, four of which steer, with a cab; 30 m/s on flat ground.
+VehicleSettings make_six_wheeler();
+
+/// Each is clamped to its range.
+struct VehicleControls {
+    /// -1 (backward) to 1 (forward): share of max_drive_force, limited by max_drive_power at the present speed. Against
+    /// the motion it brakes.
+    double throttle = 0.0;
+    double brake = 0.0;  ///< 0 to 1: share of max_brake_force
+    double steer = 0.0;  ///< -1 (right) to 1 (left)
+};
+
+/// One wheel after a step.
+struct WheelState {
+    WorldPos centre_world = WorldPos::Zero();  ///< centre of the wheel
+    double compression = 0.0;                  ///< 0 (hanging) to suspension_travel, metres
+    /// Angle turned about the wheel's axle, radians, unbounded; positive rolls forward, which is right-handed about
+    /// the body's y axis. For drawing.
+    double spin = 0.0;
+    double steer = 0.0;       ///< about the body's z axis, radians, positive to the left
+    bool in_contact = false;  ///< on its lower side, as seen from the chassis
+    BodyId body{};            ///< that it stands on; on the ground: none
+    WorldPos point_world = WorldPos::Zero();            ///< of the contact; only where `in_contact`
+    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< of the contact, towards the wheel
+    double load = 0.0;       ///< mean force of the suspension along the normal in the step, N
+    double side_slip = 0.0;  ///< speed of the contact point along the axle, m/s, to the left
+};
+
+/// Where a vehicle is and how it moves.
+struct VehicleState {
+    BodyState chassis;  ///< as World::states() has it
+    /// Axle by axle from front to rear, left before right.
+    std::vector<WheelState> wheels;
+    /// True once it has touched something for a second since it was last upright: tilted by at most 70 degrees, or 45
+    /// degrees with no wheel in contact.
+    bool is_rolled_over = false;
+};
+
+}  // namespace terrane
