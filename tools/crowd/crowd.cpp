@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "crowd/crowd.h"
 
-#include "drop/body_random.h"
+#include "world/body_random.h"
 #include "query/parsing/quaternion.h"
 
 #include <terrane/collision/convex_hull.h>

@@ -108,7 +108,7 @@ CommandResult<World> make_world(const DropOptions& options, Pager& pager) {
             "--memory-mb {:.6g} is too small for the ground of the start, {:.6g} x {:.6g} m",
             options.memory_mb, area.east - area.west, area.north - area.south));
     }
-    const std::vector<DroppedBody> bodies =
+    const std::vector<PlacedBody> bodies =
         lay_out(options.layout, Ground(pager.resident(), pager.contact_level()));
     pager.release(ticket);
     if (bodies.size() != options.layout.count) {
@@ -122,10 +122,8 @@ CommandResult<World> make_world(const DropOptions& options, Pager& pager) {
     settings.worker_count = static_cast<int>(options.threads);
     Result<World> world = World::create(settings);
     if (!world) return pass_on(world.error());
-    for (const DroppedBody& body : bodies) {
-        const Result<BodyId> added = world->add(body.settings, body.state);
-        if (!added) return pass_on(added.error());
-    }
+    const auto added = add_bodies(bodies, *world);
+    if (!added) return pass_on(added.error());
     return std::move(*world);
 }
 

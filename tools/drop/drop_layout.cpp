@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "drop/drop_layout.h"
 
-#include "drop/body_random.h"
 #include "query/parsing/quaternion.h"
+#include "world/body_random.h"
 
 #include <algorithm>
 #include <cmath>
@@ -81,16 +81,16 @@ WorldRect drop_area(const DropLayout& layout, const WorldRect& extent) {
     return {centre_x - half_x, centre_y - half_y, centre_x + half_x, centre_y + half_y};
 }
 
-std::vector<DroppedBody> lay_out(const DropLayout& layout, const Ground& ground) {
+std::vector<PlacedBody> lay_out(const DropLayout& layout, const Ground& ground) {
     const WorldRect area = drop_area(layout, ground.extent());
     const auto columns =
         static_cast<std::size_t>(std::ceil(std::sqrt(static_cast<double>(layout.count))));
     const double place_x = (area.east - area.west) / static_cast<double>(columns);
     const double place_y = (area.north - area.south) / static_cast<double>(columns);
-    std::vector<DroppedBody> bodies;
+    std::vector<PlacedBody> bodies;
     for (std::size_t body = 0; body < layout.count; ++body) {
         BodyRandom random(layout.seed, body);
-        DroppedBody dropped;
+        PlacedBody dropped;
         dropped.settings.shape = shape_of_body(layout, body);
         const double radius = bounding_radius(dropped.settings.shape);
         const auto column = static_cast<double>(body % columns);

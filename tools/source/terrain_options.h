@@ -2,15 +2,18 @@
 #pragma once
 
 #include "options/command.h"
+#include "world/placed_body.h"
 
 #include <terrane/dem/dem_heights.h>
 #include <terrane/store/chunk_store.h>
 #include <terrane/terrain/fractal_heights.h>
+#include <terrane/terrain/surface.h>
 
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace terrane::tools {
 
@@ -35,6 +38,8 @@ struct Terrain {
     std::optional<DemInfo> dem;                     ///< of a raster
     std::string name;                               ///< for messages: the raster's path or the seed
     std::optional<StoreInfo> store = std::nullopt;  ///< of a baked terrain
+    std::vector<PlacedBody> bodies = {};            ///< of a scene
+    std::shared_ptr<const SurfaceMap> surface = {};  ///< of a scene; null: none
 };
 
 /// Parses a scene file: {"dem": "file.tif", "seed": 7, "detail_m": 1} or {"seed": 7, "fractal": "ridged"}; refuses

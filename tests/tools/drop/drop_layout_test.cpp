@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "drop/drop_layout.h"
 
-#include "drop/body_random.h"
+#include "world/body_random.h"
 
 #include <terrane/collision/ground_contact.h>
 #include <terrane/terrain/fractal_heights.h>
@@ -26,7 +26,7 @@ Ground load_area(const DropLayout& layout) {
 TEST(LayOut, StartsEveryBodyClearAboveTheGround) {
     const DropLayout layout{.shape = DropShape::mixed, .count = 500, .speed = 300.0, .spin = 5.0};
     const Ground ground = load_area(layout);
-    const std::vector<DroppedBody> bodies = lay_out(layout, ground);
+    const std::vector<PlacedBody> bodies = lay_out(layout, ground);
     ASSERT_EQ(bodies.size(), 500u);
     for (std::size_t i = 0; i < bodies.size(); ++i) {
         const LiftAnswer found =
@@ -48,7 +48,7 @@ TEST(LayOut, ScalesEveryLength) {
     const WorldRect extent{-1000.0, -1000.0, 1000.0, 1000.0};
     EXPECT_EQ(8.0 * drop_area(small, extent).east, drop_area(large, extent).east);
     const Ground ground = load_area(large);
-    const std::vector<DroppedBody> bodies = lay_out(small, ground);
+    const std::vector<PlacedBody> bodies = lay_out(small, ground);
     ASSERT_EQ(bodies.size(), 48u);
     for (std::size_t i = 0; i < bodies.size(); ++i) {
         const Shape& shape = bodies[i].settings.shape;
@@ -61,10 +61,10 @@ TEST(LayOut, ScalesEveryLength) {
 TEST(LayOut, FollowsItsSeedAndNothingElse) {
     DropLayout layout{.shape = DropShape::box, .count = 50, .spin = 1.0};
     const Ground ground = load_area(layout);
-    const std::vector<DroppedBody> once = lay_out(layout, ground);
-    const std::vector<DroppedBody> again = lay_out(layout, ground);
+    const std::vector<PlacedBody> once = lay_out(layout, ground);
+    const std::vector<PlacedBody> again = lay_out(layout, ground);
     layout.seed = 2;
-    const std::vector<DroppedBody> other = lay_out(layout, ground);
+    const std::vector<PlacedBody> other = lay_out(layout, ground);
     int moved = 0;
     for (std::size_t i = 0; i < once.size(); ++i) {
         EXPECT_EQ(once[i].state.pose.translation, again[i].state.pose.translation);
