@@ -41,9 +41,9 @@ public:
     /// Ends a step of `dt` seconds: makes the state of the present contacts.
     /// @param touches the chassis touches something
     void end_step(const BodyState& chassis, const QueryScene& scene, bool touches, double dt);
-    /// Of the chassis, where it has not moved.
-    void set_condition(BodyCondition condition) { state_.chassis.condition = condition; }
-    /// Takes over the state of the chassis, and hanging wheels, without a step.
+    /// Takes over the state of the chassis.
+    void show(const BodyState& chassis) { state_.chassis = chassis; }
+    /// The same where the chassis has been placed anew: the wheels hang.
     void place(const BodyState& chassis);
     /// Whether a wheel is in contact, as of the last cast.
     bool is_standing() const { return wheels_.in_contact(); }

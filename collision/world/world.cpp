@@ -119,6 +119,48 @@ Result<void> World::set_controls(BodyId vehicle, const VehicleControls& controls
     return {};
 }
 
+Result<BodyId> World::add_character(const CharacterSettings& settings,
+                                    const WorldPos& place_world) {
+    if (auto ok = internal::check_character(settings); !ok) {
+        return tl::unexpected<Error>(ok.error());
+    }
+    const Capsule capsule{settings.radius, settings.half_height};
+    BodySettings body{.shape = capsule,
+                      .mass = settings.mass,
+                      .friction = 0.0,
+                      .restitution = 0.0,
+                      .contact_tolerance = settings.contact_tolerance,
+                      .filter = settings.filter,
+                      .rotates = false};
+    if (body.contact_tolerance == 0.0) body.contact_tolerance = default_contact_tolerance(capsule);
+    BodyState state;
+    state.pose.translation = place_world;
+    if (auto ok = internal::check_body(body, state); !ok) return tl::unexpected<Error>(ok.error());
+    return state_->add_character(settings, body, state);
+}
+
+Result<void> World::set_controls(BodyId character, const CharacterControls& controls) {
+    if (auto ok = state_->check_body_id(character); !ok) return ok;
+    internal::Character* const driven = state_->character(character);
+    if (driven == nullptr) {
+        return fail(
+            ErrorCode::invalid_argument,
+            "body must be a character, got the body of index " + std::to_string(character.index));
+    }
+    if (driven->set_controls(controls)) state_->wake(character.index);
+    return {};
+}
+
+const CharacterState* World::character(BodyId body) const {
+    const internal::Character* const character = state_->character(body);
+    return character == nullptr ? nullptr : &character->state();
+}
+
+const CharacterSettings* World::character_settings(BodyId body) const {
+    const internal::Character* const character = state_->character(body);
+    return character == nullptr ? nullptr : &character->settings();
+}
+
 const VehicleState* World::vehicle(BodyId body) const {
     const internal::Vehicle* const vehicle = state_->vehicle(body);
     return vehicle == nullptr ? nullptr : &vehicle->state();
@@ -137,9 +179,10 @@ Result<void> World::remove(BodyId body) {
 
 Result<void> World::change(BodyId body, const BodySettings& settings) {
     if (auto ok = state_->check_body_id(body); !ok) return ok;
-    if (state_->vehicle(body) != nullptr) {
+    if (state_->vehicle(body) != nullptr || state_->character(body) != nullptr) {
         return fail(ErrorCode::invalid_argument,
-                    "body must not be a vehicle, got that of index " + std::to_string(body.index));
+                    "body must be neither a vehicle nor a character, got that of index " +
+                        std::to_string(body.index));
     }
     BodyState state = state_->states[body.index];
     if (settings.type == BodyType::static_body) {
@@ -281,7 +324,10 @@ std::span<const BodyNeed> World::needs() {
         // An impact may turn a body anywhere, so the reach of a long step counts in every direction.
         const double speed = internal::greatest_speed(body);
         const internal::Vehicle* const vehicle = state_->vehicles[i].get();
-        const double travel = vehicle != nullptr ? vehicle->settings().suspension_travel : 0.0;
+        const internal::Character* const character = state_->characters[i].get();
+        const double travel = vehicle != nullptr     ? vehicle->settings().suspension_travel
+                              : character != nullptr ? character->settings().max_step
+                                                     : 0.0;
         state_->needs.push_back({body.pose.translation, body.velocity.linear,
                                  body.radius + travel + body.tolerance + kReachTime * speed});
     }

@@ -49,6 +49,7 @@ void World::State::resize(std::size_t count) {
     sleep_groups.resize(count);
     is_placed_anew.resize(count);
     vehicles.resize(count);
+    characters.resize(count);
     before.resize(count);
     totals.resize(count);
     starts.resize(count);
@@ -79,6 +80,16 @@ BodyId World::State::add_vehicle(std::unique_ptr<internal::Vehicle> vehicle,
     vehicles[id.index]->place(states[id.index]);
     vehicle_slots.insert(std::lower_bound(vehicle_slots.begin(), vehicle_slots.end(), id.index),
                          id.index);
+    return id;
+}
+
+BodyId World::State::add_character(const CharacterSettings& character,
+                                   const BodySettings& own_settings, const BodyState& state) {
+    const BodyId id = add(own_settings, {own_settings.shape, {}}, state);
+    characters[id.index] = std::make_unique<internal::Character>(character);
+    characters[id.index]->place(states[id.index]);
+    character_slots.insert(
+        std::lower_bound(character_slots.begin(), character_slots.end(), id.index), id.index);
     return id;
 }
 
@@ -116,6 +127,8 @@ void World::State::remove(BodyId body) {
     is_placed_anew[index] = 0;
     if (vehicles[index] != nullptr) std::erase(vehicle_slots, body.index);
     vehicles[index].reset();
+    if (characters[index] != nullptr) std::erase(character_slots, body.index);
+    characters[index].reset();
     mobility[index] = internal::Mobility::absent;
     touch();
 }
@@ -141,6 +154,7 @@ void World::State::place(std::size_t index, const BodyState& state) {
     states[index].condition =
         type(index) == BodyType::static_body ? BodyCondition::fixed : BodyCondition::awake;
     if (vehicles[index] != nullptr) vehicles[index]->place(states[index]);
+    if (characters[index] != nullptr) characters[index]->place(states[index]);
     touch();
 }
 

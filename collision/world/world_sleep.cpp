@@ -15,6 +15,7 @@ void World::State::wake_group(std::uint32_t group) {
         if (!is_asleep(i) || sleep_groups[i] != group) continue;
         states[i].condition = BodyCondition::awake;
         quiet_times[i] = 0.0;
+        show_to_drives(i);
     }
 }
 
@@ -34,7 +35,9 @@ void World::State::fall_asleep(double dt) {
             const internal::Vehicle* const vehicle = vehicles[body].get();
             const bool is_held =
                 has_links || totals[body].touches || (vehicle != nullptr && vehicle->is_standing());
-            const bool may_sleep = vehicle == nullptr || vehicle->is_braked();
+            const internal::Character* const character = characters[body].get();
+            const bool may_sleep = (vehicle == nullptr || vehicle->is_braked()) &&
+                                   (character == nullptr || character->is_idle());
             const bool is_slow = states[body].condition == BodyCondition::awake && is_held &&
                                  may_sleep && internal::greatest_speed(bodies[body]) < kSleepSpeed;
             quiet_times[body] = is_slow ? quiet_times[body] + dt : 0.0;
@@ -51,6 +54,7 @@ void World::State::put_to_sleep(std::size_t index, std::uint32_t group) {
     states[index].angular_velocity.setZero();
     states[index].condition = BodyCondition::asleep;
     sleep_groups[index] = group;
+    show_to_drives(index);
 }
 
 }  // namespace terrane

@@ -4,6 +4,7 @@
 #include "bodies/islands/island_solver.h"
 #include "bodies/slot_ids.h"
 #include "bodies/step/collision_step.h"
+#include "character/character_parts.h"
 #include "vehicles/vehicle_parts.h"
 #include "world/contact_tracker.h"
 #include "world/queries/world_queries.h"
@@ -47,6 +48,11 @@ struct World::State {
     Result<void> push(BodyId body, const Eigen::Vector3d& impulse,
                       const Eigen::Vector3d& angular_impulse);
 
+    BodyId add_character(const CharacterSettings& settings, const BodySettings& body_settings,
+                         const BodyState& state);
+    internal::Character* character(BodyId body) const {
+        return ids.contains(body) ? characters[body.index].get() : nullptr;
+    }
     internal::Vehicle* vehicle(BodyId body) const {
         return ids.contains(body) ? vehicles[body.index].get() : nullptr;
     }
@@ -79,7 +85,8 @@ struct World::State {
     std::vector<double> quiet_times;           // how long each body has been slow and held, s
     std::vector<std::uint32_t> sleep_groups;   // the lowest body that it fell asleep with
     std::vector<std::uint8_t> is_placed_anew;  // since the last step
-    std::vector<std::unique_ptr<internal::Vehicle>> vehicles;  // null: not a vehicle
+    std::vector<std::unique_ptr<internal::Vehicle>> vehicles;      // null: not a vehicle
+    std::vector<std::unique_ptr<internal::Character>> characters;  // null: not a character
     internal::ContactTracker contacts;
     internal::IslandSolver island_solver;
 
@@ -97,9 +104,13 @@ private:
     void begin_body(std::size_t index, const Ground& ground, const internal::StepSpan& span);
     void set_mobility(std::size_t index);
     void find_islands(const Ground& ground, const internal::StepSpan& span);
-    void cast_wheels(const Ground& ground);
-    void choose_wheels();
-    void finish_vehicles(const Ground& ground, double dt, StepReport& report);
+    void begin_drives(const Ground& ground, double duration);
+    void cast_wheels(const internal::QueryScene& scene);
+    void choose_drives();
+    /// Copies the state of a vehicle's or character's body to it.
+    void show_to_drives(std::size_t index);
+    void end_drives(const Ground& ground, double duration);
+    void finish_drives(const Ground& ground, double dt, StepReport& report);
     void end_body(std::size_t index, const Ground& ground, const internal::StepSpan& span);
     void finish_kinematic(std::size_t index, double dt, StepReport& report);
     void finish_dynamic(std::size_t index, const Ground& ground, StepReport& report);
@@ -122,13 +133,15 @@ private:
                !(velocity.linear.isZero(0.0) && velocity.angular.isZero(0.0));
     }
 
-    std::vector<std::uint32_t> vehicle_slots;     // ascending
-    std::vector<internal::WheelSet*> wheel_sets;  // that exert forces; empty without vehicles
-    std::vector<BodyPair> wheel_links;            // vehicles and bodies that their wheels stand on
-    std::deque<internal::BodyPart> parts;         // one each, centred; bodies point to them
-    std::vector<internal::BodyMotion> before;     // the step, for those that park in it
-    std::vector<internal::SubstepAnswer> totals;  // of the step
-    std::vector<internal::StepStart> starts;      // of the collision step
+    std::vector<std::uint32_t> character_slots;    // ascending
+    std::vector<const internal::FootDrive*> feet;  // as wheel_sets
+    std::vector<std::uint32_t> vehicle_slots;      // ascending
+    std::vector<internal::WheelSet*> wheel_sets;   // that exert forces; empty without vehicles
+    std::vector<BodyPair> wheel_links;             // vehicles and bodies that their wheels stand on
+    std::deque<internal::BodyPart> parts;          // one each, centred; bodies point to them
+    std::vector<internal::BodyMotion> before;      // the step, for those that park in it
+    std::vector<internal::SubstepAnswer> totals;   // of the step
+    std::vector<internal::StepStart> starts;       // of the collision step
     std::vector<internal::Mobility> mobility;
     std::vector<std::uint8_t> is_parked;  // parked in this step
     std::vector<double> lifts;            // after the step

@@ -68,7 +68,7 @@ StepReport World::State::step(const Ground& ground, double dt) {
     for (std::size_t i = 0; i < islands.count(); ++i) {
         if (!islands.links(i).empty()) ++report.islands;
     }
-    if (!vehicle_slots.empty()) finish_vehicles(ground, dt, report);
+    finish_drives(ground, dt, report);
     if (settings.report_contacts) {
         contacts.end_step(island_solver, {ids, bodies, ground_contacts, mobility});
     }
@@ -98,6 +98,7 @@ void World::State::begin_step() {
         totals[i] = {};
         body.acceleration = gravity_of(body) + forces[i] * body.mass.inverse_mass;
         if (vehicles[i] != nullptr) vehicles[i]->begin_step();
+        if (characters[i] != nullptr) characters[i]->begin_step(body.acceleration);
     }
 }
 
@@ -126,12 +127,13 @@ void World::State::take_collision_step(const Ground& ground, const internal::Ste
     team.run_blocks(bodies.size(), kBlock, [&](std::size_t i) {
         if (is_stepped(i)) begin_body(i, ground, span);
     });
-    if (!vehicle_slots.empty()) cast_wheels(ground);
+    begin_drives(ground, span.duration);
     find_islands(ground, span);
-    choose_wheels();
-    island_solver.step(bodies, ground_contacts, wheel_sets, span, team);
+    choose_drives();
+    island_solver.step(bodies, ground_contacts, {wheel_sets, feet}, span, team);
     if (settings.report_contacts) contacts.add_impulses(island_solver, mobility);
     team.run_blocks(bodies.size(), kBlock, [&](std::size_t i) { end_body(i, ground, span); });
+    end_drives(ground, span.duration);
 }
 
 void World::State::begin_body(std::size_t index, const Ground& ground,
@@ -170,6 +172,7 @@ void World::State::find_islands(const Ground& ground, const internal::StepSpan& 
         totals[i] = {};
         bodies[i].acceleration = gravity_of(bodies[i]);
         if (vehicles[i] != nullptr) vehicles[i]->begin_step();
+        if (characters[i] != nullptr) characters[i]->begin_step(bodies[i].acceleration);
         begin_body(i, ground, span);
     }
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/worker_team.h"
+#include "bodies/islands/foot_drive.h"
 #include "bodies/islands/islands.h"
 #include "bodies/islands/pair_manifolds.h"
 #include "bodies/step/collision_step.h"
@@ -27,6 +28,12 @@ enum class Mobility : std::uint8_t {
 
 /// Whether the owner lets two bodies collide, by their indices, a < b.
 using PairFilter = std::function<bool(std::uint32_t a, std::uint32_t b)>;
+
+/// [bodies] What drives them, or null; empty where nothing drives any.
+struct BodyDrives {
+    std::span<WheelSet* const> wheels;
+    std::span<const FootDrive* const> feet;
+};
 
 /// Finds the bodies that touch each other, and steps each island on its contacts. A body that touches no other is an
 /// island of one. All orders are those of the bodies, so that the number of threads changes no bit.
@@ -54,9 +61,9 @@ public:
     /// Steps the islands of the last find() in substeps, and separates overlapping bodies. The poses reached are not
     /// yet proved clear of the ground.
     /// @param ground_contacts [bodies]
-    /// @param wheels          [bodies] null: no vehicle; empty where there is none
+    /// @param drives          of the bodies that have wheels or feet
     void step(std::span<RigidBody> bodies, std::span<GroundContactCache> ground_contacts,
-              std::span<WheelSet* const> wheels, const StepSpan& span, WorkerTeam& team);
+              const BodyDrives& drives, const StepSpan& span, WorkerTeam& team);
 
     /// The body's box is computed anew in the next find(). Needed where a body that does not move has been changed.
     void forget_bounds(std::size_t body) {
@@ -103,6 +110,7 @@ private:
         std::uint32_t body;       // on the ground, or kNone for a contact of two bodies
         double gap;               // that the contact had to close in the substep, metres
         double acceleration;      // along the approach, m/s^2
+        double pushed_speed;      // of the approach, by wheels in the substep, m/s
         double restitution;       // 0 to 1
         double separating_speed;  // m/s; < 0: the contact does not bounce
     };
@@ -116,7 +124,7 @@ private:
     struct Scene {
         std::span<RigidBody> bodies;
         std::span<GroundContactCache> ground_contacts;
-        std::span<WheelSet* const> wheels;
+        const BodyDrives& drives;
         const StepSpan& span;
     };
 
@@ -130,6 +138,8 @@ private:
     void remove_separated();
     void wake(std::span<const std::uint32_t> groups, std::span<const BodyPair> wheel_links,
               std::span<Mobility> mobility);
+    void drive_feet(SolverContact& contact, std::uint32_t a, std::uint32_t b, const Scene& scene);
+    double pushed_speed(const SolverContact& contact, const Scene& scene) const;
     double apply_wheels(std::span<const std::uint32_t> members, int substep, const Scene& scene);
     /// The contacts of a link; those of wheels have none.
     PairManifold* manifold(std::uint32_t link) {

@@ -43,7 +43,7 @@ StoppingRule stopping_rule(std::size_t body_count, std::size_t contact_count) {
 }  // namespace
 
 void IslandSolver::step(std::span<RigidBody> bodies, std::span<GroundContactCache> ground_contacts,
-                        std::span<WheelSet* const> wheels, const StepSpan& span, WorkerTeam& team) {
+                        const BodyDrives& drives, const StepSpan& span, WorkerTeam& team) {
     solver_bodies_.resize(bodies.size());
     struck_.assign(bodies.size(), 0);
     scratch_.resize(static_cast<std::size_t>(team.size()));
@@ -68,7 +68,7 @@ void IslandSolver::step(std::span<RigidBody> bodies, std::span<GroundContactCach
                                   .before = {},
                                   .plastic = {}});
     }
-    const Scene scene{bodies, ground_contacts, wheels, span};
+    const Scene scene{bodies, ground_contacts, drives, span};
     const std::size_t count = islands_.count();
     team.run((count + kIslandBlock - 1) / kIslandBlock, [&](std::size_t block, int worker) {
         const std::size_t end = std::min(count, (block + 1) * kIslandBlock);
@@ -85,9 +85,9 @@ void IslandSolver::step_island(std::size_t island, Scratch& scratch, const Scene
     const StepSpan& span = scene.span;
     const double substep = span.substep();
     const std::size_t contact_count = count_contacts(island, scene);
-    const bool has_wheels = !scene.wheels.empty() &&
+    const bool has_wheels = !scene.drives.wheels.empty() &&
                             std::any_of(members.begin(), members.end(), [&](std::uint32_t member) {
-                                return scene.wheels[member] != nullptr;
+                                return scene.drives.wheels[member] != nullptr;
                             });
     if (contact_count == 0 && !has_wheels) {
         for (const std::uint32_t member : members) {
@@ -131,7 +131,9 @@ void IslandSolver::step_island(std::size_t island, Scratch& scratch, const Scene
             for (std::size_t contact = 0; contact < contact_count; ++contact) {
                 const Impact& impact = scratch.impacts[contact];
                 const double approach = solver.approach_speed(contact);
-                if (!(solver.normal_impulse(contact) > 0.0) || approach <= least_bounce ||
+                // What wheels press down does not bounce.
+                const double bouncing = approach - impact.pushed_speed;
+                if (!(solver.normal_impulse(contact) > 0.0) || bouncing <= least_bounce ||
                     approach * substep <= impact.gap) {
                     continue;
                 }
@@ -141,7 +143,7 @@ void IslandSolver::step_island(std::size_t island, Scratch& scratch, const Scene
                 const double excess = impact.acceleration * (substep - impact.gap / approach);
                 double& separating = scratch.separating_speeds[contact];
                 separating =
-                    std::max(separating, impact.restitution * std::max(0.0, approach - excess));
+                    std::max(separating, impact.restitution * std::max(0.0, bouncing - excess));
                 bounces = true;
             }
         }
@@ -172,13 +174,40 @@ void IslandSolver::step_island(std::size_t island, Scratch& scratch, const Scene
     for (const std::uint32_t member : members) bodies[member].velocity.angular *= kept;
 }
 
+/// Gives a contact of a character the drive of its feet.
+/// @param b kNone: the ground
+void IslandSolver::drive_feet(SolverContact& contact, std::uint32_t a, std::uint32_t b,
+                              const Scene& scene) {
+    if (scene.drives.feet.empty()) return;
+    const double substep = scene.span.substep();
+    if (const FootDrive* const feet = scene.drives.feet[a]) feet->drive(contact, 1.0, substep);
+    if (b == kNone) return;
+    if (const FootDrive* const feet = scene.drives.feet[b]) feet->drive(contact, -1.0, substep);
+}
+
+/// Speed at which the wheels of the substep make a contact close, m/s, >= 0.
+double IslandSolver::pushed_speed(const SolverContact& contact, const Scene& scene) const {
+    const auto change = [&](std::uint32_t body, const WorldPos& point) -> Eigen::Vector3d {
+        if (body >= moves_.size() || moves_[body] == 0) return Eigen::Vector3d::Zero();
+        const SolverBody& now = solver_bodies_[body];
+        const Twist& before = scene.bodies[body].velocity;
+        const Eigen::Vector3d arm = point - now.pose.translation;
+        return now.velocity.linear - before.linear +
+               cross(now.velocity.angular - before.angular, arm);
+    };
+    const Eigen::Vector3d of_b = contact.b == SolverContact::kGround
+                                     ? Eigen::Vector3d::Zero()
+                                     : change(contact.b, contact.point_b);
+    return std::max(0.0, -dot(contact.normal, change(contact.a, contact.point_a) - of_b));
+}
+
 /// Applies the forces of wheels for a substep. Returns the energy that they add to the island by its end, J: the kinetic
 /// energy, less the work that the accelerations do along the displacements that they add.
 double IslandSolver::apply_wheels(std::span<const std::uint32_t> members, int substep,
                                   const Scene& scene) {
     double added = 0.0;
     for (const std::uint32_t member : members) {
-        WheelSet* const wheels = scene.wheels[member];
+        WheelSet* const wheels = scene.drives.wheels[member];
         if (wheels == nullptr) continue;
         for (WheelContact& contact : wheels->contacts()) {
             const bool is_body = contact.touches && contact.body != kNone;
@@ -235,6 +264,7 @@ bool IslandSolver::add_contacts(std::size_t island, int substep, ContactSolver& 
         impact.body = contact.b == SolverContact::kGround ? contact.a : kNone;
         impact.gap = std::max(0.0, contact.gap - contact.rest_gap);
         impact.acceleration = acceleration;
+        impact.pushed_speed = scene.drives.wheels.empty() ? 0.0 : pushed_speed(contact, scene);
         impact.restitution = contact.restitution;
         solver.add(contact);
     };
@@ -248,6 +278,7 @@ bool IslandSolver::add_contacts(std::size_t island, int substep, ContactSolver& 
             SolverContact contact = manifold.contact(i, body_a, body_b);
             contact.a = solver_index(a, substep, scene);
             contact.b = solver_index(b, substep, scene);
+            drive_feet(contact, a, b, scene);
             add(contact, 0.0);
         }
     }
@@ -260,6 +291,7 @@ bool IslandSolver::add_contacts(std::size_t island, int substep, ContactSolver& 
         for (std::size_t i = 0; i < cache.count(); ++i) {
             SolverContact contact = cache.contact(i, scene.bodies[member], member);
             if (!is_warm) contact.initial_impulse.setZero();
+            drive_feet(contact, member, kNone, scene);
             add(contact, std::max(0.0, -dot(contact.normal, scene.bodies[member].acceleration)));
         }
     }

@@ -87,6 +87,9 @@ void ContactSolver::add(const SolverContact& contact) {
     rows.target_gap_ = contact.target_gap;
     rows.friction_ = contact.friction;
     rows.restitution_ = contact.restitution;
+    rows.max_friction_impulse_ = contact.max_friction_impulse;
+    rows.slip_tangent_ = dot(contact.slip_velocity, rows.tangent_.direction);
+    rows.slip_bitangent_ = dot(contact.slip_velocity, rows.bitangent_.direction);
 }
 
 inline double ContactSolver::solve_normal(ContactRows& contact) {
@@ -102,9 +105,11 @@ inline double ContactSolver::solve_normal(ContactRows& contact) {
 inline double ContactSolver::solve_friction(ContactRows& contact) {
     Row& u = contact.tangent_;
     Row& v = contact.bitangent_;
-    const double limit = contact.friction_ * contact.normal_.impulse;
+    const double limit =
+        std::min(contact.friction_ * contact.normal_.impulse, contact.max_friction_impulse_);
     if (limit == 0.0 && u.impulse == 0.0 && v.impulse == 0.0) return 0.0;
-    const double speed_u = speed(contact, u), speed_v = speed(contact, v);
+    const double speed_u = speed(contact, u) - contact.slip_tangent_;
+    const double speed_v = speed(contact, v) - contact.slip_bitangent_;
     double wanted_u = u.impulse - u.effective_mass * speed_u;
     double wanted_v = v.impulse - v.effective_mass * speed_v;
     const double limit_square = limit * limit;
@@ -324,7 +329,7 @@ void ContactSolver::limit_kinetic_energy(std::span<const std::uint32_t> members,
     }
 }
 
-/// Whether a contact is with a body of infinite mass that moves: it may add energy.
+/// Whether a contact may add energy: friction drives it, or it is with a body of infinite mass that moves.
 bool ContactSolver::is_driven() const {
     const std::span<const ContactRows> rows = room_.first(count_);
     return std::any_of(rows.begin(), rows.end(), [](const ContactRows& contact) {
@@ -332,7 +337,8 @@ bool ContactSolver::is_driven() const {
             return body != nullptr && body->mass.inverse_mass == 0.0 &&
                    !(body->velocity.linear.isZero(0.0) && body->velocity.angular.isZero(0.0));
         };
-        return drives(contact.a_) || drives(contact.b_);
+        return contact.slip_tangent_ != 0.0 || contact.slip_bitangent_ != 0.0 ||
+               drives(contact.a_) || drives(contact.b_);
     });
 }
 

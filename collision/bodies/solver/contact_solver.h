@@ -36,6 +36,7 @@ struct SolverBody {
 /// A contact of a body with the ground, or with another body.
 struct SolverContact {
     static constexpr std::uint32_t kGround = ~std::uint32_t{0};
+    static constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 
     std::uint32_t a = 0;        ///< index of the body that the normal points into
     std::uint32_t b = kGround;  ///< index of the body that it points out of
@@ -47,6 +48,9 @@ struct SolverContact {
     double rest_gap = 0.0;    ///< the contact may close to this gap, metres
     double target_gap = 0.0;  ///< separation opens the contact to this gap, metres
     double friction = 0.0;
+    double max_friction_impulse = kNoLimit;  ///< N s
+    /// Tangential velocity of a relative to b that friction drives them to, m/s: a belt's. Its normal part is not used.
+    Eigen::Vector3d slip_velocity = Eigen::Vector3d::Zero();
     double restitution = 0.0;
     Eigen::Vector3d initial_impulse = Eigen::Vector3d::Zero();  ///< warm start: on a, N s
 };
@@ -76,10 +80,12 @@ class ContactRows {
     Eigen::Vector3d core_arm_;  // from a's centre to the contact point moved inside by the rounding
     double gap_, rest_gap_, target_gap_;
     double friction_, restitution_;
-    double allowed_closing_;  // closing speed, m/s
-    double least_impulse_;    // of the normal row
-    double approach_speed_;   // before the solve, m/s
-    std::uint32_t active_;    // in element i: index of the i-th active contact
+    double max_friction_impulse_;
+    double slip_tangent_, slip_bitangent_;  // speeds that friction drives to, m/s
+    double allowed_closing_;                // closing speed, m/s
+    double least_impulse_;                  // of the normal row
+    double approach_speed_;                 // before the solve, m/s
+    std::uint32_t active_;                  // in element i: index of the i-th active contact
 };
 
 /// Projected Gauss-Seidel solver for the contacts of one body or one island.

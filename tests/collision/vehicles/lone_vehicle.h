@@ -41,7 +41,7 @@ private:
 };
 
 /// Why a vehicle is refused; empty where it is not.
-inline std::string refusal(const VehicleSettings& settings, const Pose& start = {}) {
+inline std::string vehicle_refusal(const VehicleSettings& settings, const Pose& start = {}) {
     World world = World::create({}).value();
     const Result<BodyId> added = world.add_vehicle(settings, start);
     return added ? std::string() : added.error().message;

@@ -15,7 +15,7 @@ namespace tracked_test {
 
 using test::LoneVehicle;
 using test::make_test_ground;
-using test::refusal;
+using test::vehicle_refusal;
 
 constexpr double kStep = 1.0 / 60.0;
 
@@ -155,11 +155,12 @@ TEST(Tracked, IsNeverDeepHoweverItIsThrownOntoRoughGround) {
 
 TEST(Tracked, ParksRefusesAndAllocatesNothing) {
     const double nan = std::numeric_limits<double>::quiet_NaN();
-    EXPECT_NE(refusal({.mass = nan}).find("mass"), std::string::npos);
-    EXPECT_NE(refusal({.axles = {}}).find("axles"), std::string::npos);
-    EXPECT_NE(refusal({.axles = {{.track = nan}}}).find("axles[0].track"), std::string::npos);
-    EXPECT_NE(refusal({.max_drive_power = nan}).find("max_drive_power"), std::string::npos);
-    EXPECT_NE(refusal({.side_grip = 2.0}).find("side_grip"), std::string::npos);
+    EXPECT_NE(vehicle_refusal({.mass = nan}).find("mass"), std::string::npos);
+    EXPECT_NE(vehicle_refusal({.axles = {}}).find("axles"), std::string::npos);
+    EXPECT_NE(vehicle_refusal({.axles = {{.track = nan}}}).find("axles[0].track"),
+              std::string::npos);
+    EXPECT_NE(vehicle_refusal({.max_drive_power = nan}).find("max_drive_power"), std::string::npos);
+    EXPECT_NE(vehicle_refusal({.side_grip = 2.0}).find("side_grip"), std::string::npos);
 
     const auto flat = [](double, double) { return 0.0; };
     const Ground whole = make_test_ground(flat, {.roots = 2});

@@ -16,8 +16,8 @@ namespace truck_test {
 
 using test::LoneVehicle;
 using test::make_test_ground;
-using test::refusal;
 using test::TableGroundSettings;
+using test::vehicle_refusal;
 
 Pose pose_at(double x, double y, double z) {
     Pose pose;
@@ -263,8 +263,9 @@ TEST(Truck, ParksWhereGroundIsMissingAndGoesOnWhenItArrives) {
 
 TEST(Truck, RefusesSettingsOutOfRangeByNameAndKeepsTheLastGoodControls) {
     const double nan = std::numeric_limits<double>::quiet_NaN();
-    EXPECT_NE(refusal({.mass = nan}).find("mass"), std::string::npos);
-    EXPECT_NE(refusal({}, pose_at(nan, 0.0, 0.0)).find("pose.translation.x"), std::string::npos);
+    EXPECT_NE(vehicle_refusal({.mass = nan}).find("mass"), std::string::npos);
+    EXPECT_NE(vehicle_refusal({}, pose_at(nan, 0.0, 0.0)).find("pose.translation.x"),
+              std::string::npos);
     const std::pair<VehicleSettings, const char*> bad[] = {
         {{.centre_of_mass_height = 0.3}, "centre_of_mass_height"},
         {{.centre_of_mass_height = nan}, "centre_of_mass_height"},
@@ -275,7 +276,8 @@ TEST(Truck, RefusesSettingsOutOfRangeByNameAndKeepsTheLastGoodControls) {
         {{.drag_area = std::numeric_limits<double>::infinity()}, "drag_area"},
     };
     for (const auto& [settings, name] : bad) {
-        EXPECT_NE(refusal(settings).find(name), std::string::npos) << name << refusal(settings);
+        EXPECT_NE(vehicle_refusal(settings).find(name), std::string::npos)
+            << name << vehicle_refusal(settings);
     }
 
     const Ground ground = make_test_ground([](double, double) { return 0.0; }, 1.0, 1);

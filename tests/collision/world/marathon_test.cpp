@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Bodies of every shape and size on every kind of ground, for as many steps as TERRANE_BODY_STEPS says: none falls
-// through.
+// Bodies of every shape and size on every kind of ground, vehicles and characters, static and kinematic bodies among
+// them, for as many steps as TERRANE_BODY_STEPS says: none falls through.
 #include "collision/bodies/body_cases.h"
 #include "references/reference_maps.h"
 #include "rough_grounds.h"
@@ -13,6 +13,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <string>
@@ -24,8 +25,9 @@ namespace marathon_test {
 using namespace test;
 
 constexpr std::uint64_t kSeed = 20261122;
-constexpr int kRoots = 4;  // of 128 m a side
-constexpr std::size_t kBodies = 200;
+constexpr int kRoots = 4;             // of 128 m a side
+constexpr std::size_t kBodies = 160;  // dynamic, of one shape each
+constexpr int kOthers = 8;            // of each other kind
 
 struct NamedGround {
     std::string name;
@@ -62,9 +64,22 @@ struct Trial {
         scale = one_of({0.1, 0.3, 1.0, 3.0});
     }
 
+    /// A random state, its lowest point above the ground by a share of `size`.
+    BodyState make_start(const Shape& shape, const Ground& on, double size) {
+        BodyState state = at({random.between(120.0, 392.0), random.between(120.0, 392.0), 0.0});
+        state.pose.rotation = random.rotation();
+        const double above = size * random.between(0.5, 10.0);
+        state.pose.translation.z() += compute_lift(shape, state.pose, on).lift + above;
+        state.velocity = {random.between(-0.3, 0.3) * speed, random.between(-0.3, 0.3) * speed,
+                          -speed};
+        state.angular_velocity = spin * random.direction();
+        return state;
+    }
+
     World make_world(const Ground& on) {
         WorldSettings settings;
         settings.allow_sleep = false;
+        settings.report_contacts = random.below(2) == 0;
         World world = *World::create(settings);
         const std::vector<Shape> shapes = all_shapes(scale);
         for (std::size_t i = 0; i < kBodies; ++i) {
@@ -72,21 +87,57 @@ struct Trial {
             body.shape = shapes[i % shapes.size()];
             body.friction = random.between(0.0, 1.0);
             body.restitution = random.between(0.0, 1.0);
-            BodyState state = at({random.between(120.0, 392.0), random.between(120.0, 392.0), 0.0});
-            state.pose.rotation = random.rotation();
-            const double above = scale * random.between(0.5, 10.0);
-            state.pose.translation.z() += compute_lift(body.shape, state.pose, on).lift + above;
-            state.velocity = {random.between(-0.3, 0.3) * speed, random.between(-0.3, 0.3) * speed,
-                              -speed};
-            state.angular_velocity = spin * random.direction();
-            EXPECT_TRUE(world.add(body, state));
+            EXPECT_TRUE(world.add(body, make_start(body.shape, on, scale)));
+        }
+        for (int i = 0; i < kOthers; ++i) {
+            const Box block{scale * Eigen::Vector3d(random.between(0.2, 4.0),
+                                                    random.between(0.2, 4.0),
+                                                    random.between(0.1, 2.0))};
+            BodyState state = make_start(block, on, scale);
+            state.velocity = state.angular_velocity = Eigen::Vector3d::Zero();
+            EXPECT_TRUE(world.add({.shape = block, .type = BodyType::static_body}, state));
+            state = make_start(block, on, scale);
+            state.velocity = 5.0 * random.direction();
+            state.angular_velocity = random.direction();
+            EXPECT_TRUE(world.add({.shape = block, .type = BodyType::kinematic_body}, state));
+        }
+        // Vehicles and characters have their sizes.
+        for (int i = 0; i < kOthers; ++i) {
+            const VehicleSettings kinds[] = {make_truck(), make_tracked(), make_six_wheeler()};
+            const VehicleSettings& kind = kinds[i % 3];
+            BodyState state = make_start(Sphere{4.0}, on, 1.0);
+            vehicles.push_back(world.add_vehicle(kind, state.pose).value());
+            EXPECT_TRUE(
+                world.set_velocity(vehicles.back(), state.velocity, state.angular_velocity));
+            state = make_start(Capsule{0.35, 0.55}, on, 1.0);
+            characters.push_back(world.add_character({}, state.pose.translation).value());
+            EXPECT_TRUE(
+                world.set_velocity(characters.back(), state.velocity, Eigen::Vector3d::Zero()));
         }
         return world;
+    }
+
+    /// New controls for all.
+    void control(World& world) {
+        for (const BodyId vehicle : vehicles) {
+            const VehicleControls controls{.throttle = random.between(-1.0, 1.0),
+                                           .brake = random.below(4) == 0 ? 1.0 : 0.0,
+                                           .steer = random.between(-1.0, 1.0)};
+            EXPECT_TRUE(world.set_controls(vehicle, controls));
+        }
+        for (const BodyId character : characters) {
+            const double pace = random.below(8) == 0 ? 60.0 : 6.0;
+            CharacterControls controls;
+            controls.velocity = {random.between(-pace, pace), random.between(-pace, pace)};
+            controls.jump_speed = random.below(3) == 0 ? 6.0 : 0.0;
+            EXPECT_TRUE(world.set_controls(character, controls));
+        }
     }
 
     Random random;
     std::size_t ground = 0;
     double speed = 0.0, spin = 0.0, dt = 0.0, scale = 0.0;
+    std::vector<BodyId> vehicles, characters;
 };
 
 // At least TERRANE_BODY_STEPS awake body steps, few by default, from run TERRANE_FIRST_RUN on, so that a long test can
@@ -107,6 +158,7 @@ TEST(NobodyFalls, HoweverManyStepsAreTaken) {
         World world = run.make_world(on.ground);
         std::uint64_t deep_here = 0;
         for (double time = 0.0; time < kSeconds && steps < most; time += run.dt) {
+            if (std::floor(time) != std::floor(time - run.dt)) run.control(world);
             const StepReport report = world.step(on.ground, run.dt);
             deep_here += report.too_deep;
             parked += report.parked;
