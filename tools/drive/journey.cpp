@@ -130,10 +130,13 @@ void Journey::advance(const Ground& ground, double dt) {
         const WorldPos before = world_.states()[body_.index].pose.translation;
         traveller_.control(world_, true);
         step(ground, dt / steps);
-        totals_.distance_m += (world_.states()[body_.index].pose.translation - before).norm();
+        const BodyState& state = world_.states()[body_.index];
+        if (state.condition != BodyCondition::left_world) {
+            totals_.distance_m += (state.pose.translation - before).norm();
+        }
         count_touched();
         camera_->follow(traveller_.pose(world_), dt / steps);
-        traveller_.react(world_, ground);
+        traveller_.react(world_, ground, dt / steps);
     }
 }
 
@@ -147,7 +150,10 @@ void Journey::draw() {
     }
     for (std::size_t index = body_.index + 1 + crate_ids_.size(); index < world_.states().size();
          ++index) {
-        add_objects(world_.settings()[index].shape, world_.states()[index], objects_);
+        BodyState state = world_.states()[index];
+        // Bodies that wake and sleep as they are touched would flicker.
+        if (state.condition == BodyCondition::asleep) state.condition = BodyCondition::awake;
+        add_objects(world_.settings()[index].shape, state, objects_);
     }
 }
 

@@ -18,7 +18,7 @@ namespace terrane::tools {
 
 /// Sums and maxima over the steps of a journey.
 struct JourneyTotals {
-    double distance_m = 0.0;
+    double distance_m = 0.0;   // without free fall outside the world
     double max_depth_m = 0.0;  // of any body
     std::uint64_t fell_through =
         0;  // body steps that ended deeper in the ground than the tolerance

@@ -28,8 +28,8 @@ public:
 
     /// Controls for the next step of a world that it is in: along the path, or, without `goes`, at rest.
     virtual void control(World& world, bool goes) = 0;
-    /// Reacts to a step of the journey.
-    virtual void react(World& world, const Ground& ground) = 0;
+    /// Reacts to a step of `dt` seconds.
+    virtual void react(World& world, const Ground& ground, double dt) = 0;
     /// Whether nothing more will happen.
     virtual bool has_ended(const World& world) const = 0;
     /// Whether the end of the path was reached.

@@ -14,11 +14,10 @@ constexpr Colour kTrackedChassis{0.42f, 0.46f, 0.30f};
 constexpr Colour kBodywork{0.85f, 0.80f, 0.72f};
 constexpr Colour kTyre{0.15f, 0.15f, 0.15f};
 constexpr Colour kSpokes{0.55f, 0.55f, 0.56f};
-constexpr double kTyreWidth = 0.4;   // half width over the radius
 constexpr double kBeltWidth = 0.18;  // half width, metres
 constexpr double kBeltHalf = 0.03;   // half thickness, metres
 
-/// A flat ellipsoid with a bar across it, which shows the wheel's spin.
+/// The sphere that touches ground and bodies, with a bar through it that shows the wheel's spin.
 void add_wheel(const Eigen::Matrix3d& world_from_body, const WheelState& wheel, double radius,
                std::vector<DrawnObject>& objects) {
     Eigen::Matrix3d steered, spun;
@@ -29,11 +28,9 @@ void add_wheel(const Eigen::Matrix3d& world_from_body, const WheelState& wheel, 
         0.0, 1.0, 0.0,                                        //
         -std::sin(wheel.spin), 0.0, std::cos(wheel.spin);
     const Pose pose{world_from_body * steered * spun, wheel.centre_world};
-    objects.push_back({DrawnObject::Form::ball, pose,
-                       Eigen::Vector3d(radius, kTyreWidth * radius, radius), kTyre});
+    objects.push_back({DrawnObject::Form::ball, pose, Eigen::Vector3d::Constant(radius), kTyre});
     objects.push_back({DrawnObject::Form::box, pose,
-                       Eigen::Vector3d(0.55 * radius, 1.02 * kTyreWidth * radius, 0.12 * radius),
-                       kSpokes});
+                       Eigen::Vector3d(0.5 * radius, 0.9 * radius, 0.12 * radius), kSpokes});
 }
 
 /// A piece of belt between two wheels, above or below them.

@@ -86,7 +86,7 @@ void VehicleTraveller::control(World& world, bool goes) {
     (void)world.set_controls(body_, controls);
 }
 
-void VehicleTraveller::react(World& world, const Ground& ground) {
+void VehicleTraveller::react(World& world, const Ground& ground, double) {
     if (!state(world).is_rolled_over) return;
     has_rolled_over_ = true;
     if (on_roll_ == OnRoll::stop) return;

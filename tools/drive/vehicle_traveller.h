@@ -33,7 +33,7 @@ public:
     Result<BodyId> enter(World& world, const Ground& ground, const World& obstacles) override;
     void control(World& world, bool goes) override;
     /// Puts it upright where it has rolled over, with OnRoll::right; again in a later step where ground is missing.
-    void react(World& world, const Ground& ground) override;
+    void react(World& world, const Ground& ground, double dt) override;
     bool has_ended(const World& world) const override;
     bool has_arrived() const override { return driver_.is_finished(); }
     bool is_supported(const World& world) const override;

@@ -81,7 +81,8 @@ WorldRect drop_area(const DropLayout& layout, const WorldRect& extent) {
     return {centre_x - half_x, centre_y - half_y, centre_x + half_x, centre_y + half_y};
 }
 
-std::vector<PlacedBody> lay_out(const DropLayout& layout, const Ground& ground) {
+std::vector<PlacedBody> lay_out(const DropLayout& layout, const Ground& ground,
+                                const World& obstacles) {
     const WorldRect area = drop_area(layout, ground.extent());
     const auto columns =
         static_cast<std::size_t>(std::ceil(std::sqrt(static_cast<double>(layout.count))));
@@ -97,17 +98,22 @@ std::vector<PlacedBody> lay_out(const DropLayout& layout, const Ground& ground) 
         const auto row = static_cast<double>(body / columns);
         double x = area.west + (column + random.unit()) * place_x;
         double y = area.south + (row + random.unit()) * place_y;
-        std::optional<double> below = ground_below(ground, x, y, radius);
-        for (std::uint64_t i = 0; i < kTries && !below; ++i) {
-            x = random.within(area.west, area.east);
-            y = random.within(area.south, area.north);
-            below = ground_below(ground, x, y, radius);
+        Pose& pose = dropped.state.pose;
+        bool is_placed = false;
+        for (std::uint64_t i = 0; i <= kTries && !is_placed; ++i) {
+            if (i > 0) {
+                x = random.within(area.west, area.east);
+                y = random.within(area.south, area.north);
+            }
+            const std::optional<double> below = ground_below(ground, x, y, radius);
+            if (!below) continue;
+            const double z =
+                *below + radius + layout.scale * (kClearance + random.within(0.0, kFurtherUp));
+            pose.translation = WorldPos(x, y, z);
+            pose.rotation = matrix_from_quaternion(random.direction<4>());
+            is_placed = is_free(obstacles, ground, dropped.settings.shape, pose);
         }
-        if (!below) continue;
-        const double z =
-            *below + radius + layout.scale * (kClearance + random.within(0.0, kFurtherUp));
-        dropped.state.pose.translation = WorldPos(x, y, z);
-        dropped.state.pose.rotation = matrix_from_quaternion(random.direction<4>());
+        if (!is_placed) continue;
         dropped.state.velocity = Eigen::Vector3d(0.0, 0.0, -layout.speed);
         const std::array<double, 3> axis = random.direction<3>();
         dropped.state.angular_velocity =

@@ -2,7 +2,6 @@
 // Messages with numbers, of every library, are short for any value.
 #include <terrane/collision/compound.h>
 #include <terrane/collision/convex_hull.h>
-#include <terrane/collision/walker.h>
 #include <terrane/collision/world.h>
 #include <terrane/dem/dem_heights.h>
 #include <terrane/terrain/fractal_heights.h>
@@ -98,10 +97,10 @@ TEST(Messages, OfBodiesAreShortWhateverTheValue) {
         settings.axles[1].position = value;
         return message_of(world.add_vehicle(settings, {}));
     });
-    expect_short("walker", [](double value) {
-        WalkerSettings settings;
+    expect_short("character", [&](double value) {
+        CharacterSettings settings;
         settings.radius = value;
-        return message_of(Walker::create(settings, {0.0, 0.0, 0.0}));
+        return message_of(world.add_character(settings, {0.0, 0.0, 0.0}));
     });
 }
 
