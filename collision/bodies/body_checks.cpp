@@ -13,7 +13,6 @@ namespace terrane::internal {
 namespace {
 
 constexpr double kMaxPlace = 1e9;        // metres
-constexpr double kMaxSpin = 1e6;         // radians a second
 constexpr double kRotationSlack = 1e-6;  // of a rotation's columns from orthonormal
 
 Result<void> check_rotation(const Eigen::Matrix3d& rotation) {
@@ -85,6 +84,7 @@ Result<void> check_vector(const char* name, const Eigen::Vector3d& value, double
                           const char* unit) {
     static constexpr const char* kAxes[] = {".x", ".y", ".z"};
     for (int axis = 0; axis < 3; ++axis) {
+        if (value[axis] >= -limit && value[axis] <= limit) continue;
         const std::string component = std::string(name) + kAxes[axis];
         if (auto ok = check_value(component.c_str(), value[axis], -limit, limit, unit); !ok) {
             return ok;

@@ -30,5 +30,7 @@ Result<void> check_world(const WorldSettings& settings);
 
 /// Largest component of a velocity, m/s.
 inline constexpr double kMaxSpeed = 1e6;
+/// Largest component of a spin, rad/s.
+inline constexpr double kMaxSpin = 1e6;
 
 }  // namespace terrane::internal

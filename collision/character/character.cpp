@@ -2,8 +2,8 @@
 //
 // A character is a dynamic capsule that does not turn. On what it stands on, friction drives it to the wanted velocity
 // with at most its strength, as a belt does, so that it pushes and is pushed like any body; at all other contacts it is
-// without friction. A standing character that is stopped tests a step from max_step higher up; where it could stand there
-// it moves up and on.
+// without friction. A standing character that is stopped tests a step from max_step higher up; where it could stand
+// there it moves up and on.
 #include "bodies/body_checks.h"
 #include "character/character_parts.h"
 

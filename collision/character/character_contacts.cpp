@@ -97,8 +97,8 @@ MoveAnswer Character::move(RigidBody& body, const Scene& scene,
     return answer;
 }
 
-/// Finds the height of a step up that leads onto something higher that can be stood on. False where there is none. Leaves
-/// the body where it was.
+/// Finds the height of a step up that leads onto something higher that can be stood on. False where there is none.
+/// Leaves the body where it was.
 bool Character::find_step(RigidBody& body, const Scene& scene, const Eigen::Vector3d& forward) {
     const BodyMotion before = body;
     const Eigen::Vector3d up(0.0, 0.0, settings_.max_step);

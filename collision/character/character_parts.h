@@ -48,6 +48,21 @@ public:
     /// Steps up where a character that is_stopped() can stand higher up.
     void end_collision_step(RigidBody& body, const Scene& scene, const WorldPos& before,
                             double duration);
+    /// The fields that a copy of the same settings needs between two steps, for a stream that writes or reads them
+    /// (world/world_bytes.h).
+    template <class Stream, class AnyCharacter>
+    static void list_fields(Stream& stream, AnyCharacter& character) {
+        constexpr double kMost = 1e4;
+        stream.number("wanted velocity", character.controls_.velocity.x(), -kMost, kMost);
+        stream.number("wanted velocity", character.controls_.velocity.y(), -kMost, kMost);
+        stream.number("jump_speed", character.controls_.jump_speed, 0.0, kMost);
+        stream.flag("stands", character.state_.stands);
+        stream.word("support", character.state_.support.index);
+        stream.word("its generation", character.state_.support.generation);
+        stream.unit("normal", character.state_.normal);
+        stream.flag("is stepping up", character.is_stepping_up_);
+        stream.length("step height", character.step_height_);
+    }
     /// Takes over the state of the body.
     void show(const BodyState& body) { state_.body = body; }
     /// The same where the body has been placed anew.

@@ -155,9 +155,7 @@ void fill_edges(HullData& data_out) {
     if (sides.empty() && data_out.vertices.size() == 2) data_out.edges.push_back({0, 1});
 }
 
-}  // namespace
-
-std::shared_ptr<const HullData> make_hull_data(std::span<const Eigen::Vector3d> given) {
+std::shared_ptr<const HullData> make_hull_of(std::span<const Eigen::Vector3d> given) {
     const LatticePoints points = make_lattice_points(given);
     Surface surface = make_surface(points);
     auto data = std::make_shared<HullData>();
@@ -191,6 +189,18 @@ std::shared_ptr<const HullData> make_hull_data(std::span<const Eigen::Vector3d> 
         data->polyhedron.climb = &climb;
     }
     data->smallest_half_extent = 0.5 * compute_width(data->polyhedron);
+    return data;
+}
+
+}  // namespace
+
+std::shared_ptr<const HullData> make_hull_data(std::span<const Eigen::Vector3d> given) {
+    // Points that are no vertices may decide how coplanar faces are merged. The hull is that of its vertices alone.
+    std::shared_ptr<const HullData> data = make_hull_of(given);
+    for (std::size_t count = given.size(); data->vertices.size() < count;) {
+        count = data->vertices.size();
+        data = make_hull_of(data->vertices);
+    }
     return data;
 }
 

@@ -31,6 +31,7 @@ struct HullData {
     double smallest_half_extent = 0.0;  ///< metres
 };
 
+/// The hull of the result's vertices has the same bits.
 /// @param points finite, 1 to ConvexHull::kMaxPoints
 std::shared_ptr<const HullData> make_hull_data(std::span<const Eigen::Vector3d> points);
 

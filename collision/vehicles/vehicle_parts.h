@@ -27,6 +27,11 @@ public:
     const VehicleState& state() const { return state_; }
     const VehicleControls& controls() const { return controls_; }
 
+    /// That of the chassis box: bodywork and wheels only collide.
+    MassProperties mass() const {
+        return make_mass_properties(Box{settings().chassis_half_extents}, settings().mass);
+    }
+
     /// Ignored where a value is not finite. Returns whether they change.
     bool set_controls(const VehicleControls& controls);
     /// Whether it may fall asleep: with the brake on, and no throttle.
@@ -52,6 +57,12 @@ public:
     /// Largest penetration depth of a wheel in the ground, metres.
     double wheel_depth(const Ground& ground) const;
 
+    /// The fields that a copy of the same settings needs between two steps, for a stream that writes or reads them
+    /// (world/world_bytes.h). A reader calls restore() after it.
+    template <class Stream, class AnyVehicle>
+    static void list_fields(Stream& stream, AnyVehicle& vehicle);
+    void restore() { update_commands(); }
+
 private:
     void update_commands();
 
@@ -61,5 +72,35 @@ private:
     std::vector<double> spins_before_;
     double rolled_over_time_ = 0.0;  // seconds of contact on its side or roof, up to the limit
 };
+
+template <class Stream, class AnyVehicle>
+void Vehicle::list_fields(Stream& stream, AnyVehicle& vehicle) {
+    auto& controls = vehicle.controls_;
+    stream.number("throttle", controls.throttle, -1.0, 1.0);
+    stream.number("brake", controls.brake, 0.0, 1.0);
+    stream.number("steer", controls.steer, -1.0, 1.0);
+    stream.number("rolled-over time", vehicle.rolled_over_time_, 0.0, 1.0);
+    stream.flag("is_rolled_over", vehicle.state_.is_rolled_over);
+    for (std::size_t i = 0; i < vehicle.wheels_.count(); ++i) {
+        auto& contact = vehicle.wheels_.contacts()[i];
+        auto& wheel = vehicle.state_.wheels[i];
+        stream.length("spin", vehicle.wheels_.spins()[i]);
+        stream.flag("touches", contact.touches);
+        stream.word("body under a wheel", contact.body);
+        stream.length("roll speed", contact.roll_speed);
+        stream.length("side slip", contact.side_slip);
+        stream.place("wheel centre", wheel.centre_world);
+        stream.length("compression", wheel.compression);
+        stream.length("spin", wheel.spin);
+        stream.length("steer", wheel.steer);
+        stream.flag("in_contact", wheel.in_contact);
+        stream.word("body under a wheel", wheel.body.index);
+        stream.word("its generation", wheel.body.generation);
+        stream.place("wheel contact", wheel.point_world);
+        stream.unit("wheel normal", wheel.normal);
+        stream.length("load", wheel.load);
+        stream.length("side slip", wheel.side_slip);
+    }
+}
 
 }  // namespace terrane::internal

@@ -112,8 +112,12 @@ void ContactTracker::find_sensors(const IslandSolver& islands, const Bodies& bod
 
 /// Sums up the entries of each pair, in the order in which they were added.
 void ContactTracker::merge_contacts() {
-    std::stable_sort(contacts_.begin(), contacts_.end(), [](const Contact& x, const Contact& y) {
-        return std::tie(x.a, x.b) < std::tie(y.a, y.b);
+    for (std::size_t i = 0; i < contacts_.size(); ++i) {
+        contacts_[i].order = static_cast<std::uint32_t>(i);
+    }
+    // No stable sort, which allocates.
+    std::sort(contacts_.begin(), contacts_.end(), [](const Contact& x, const Contact& y) {
+        return std::tie(x.a, x.b, x.order) < std::tie(y.a, y.b, y.order);
     });
     std::size_t kept = 0;
     for (const Contact& contact : contacts_) {

@@ -57,6 +57,7 @@ private:
         Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
         double least_gap = kInfinity;
         std::uint32_t first_point = 0, point_count = 0;
+        std::uint32_t order = 0;  // in which entries of a pair were added
     };
     void find_pairs(const IslandSolver& islands, const Bodies& bodies);
     void find_ground(const Bodies& bodies);

@@ -188,6 +188,7 @@ Result<void> World::change(BodyId body, const BodySettings& settings) {
     if (settings.type == BodyType::static_body) {
         state.velocity = state.angular_velocity = Eigen::Vector3d::Zero();
     }
+    if (!settings.rotates) state.angular_velocity.setZero();
     Result<MadeBody> made = make_body(settings, state);
     if (!made) return tl::unexpected<Error>(made.error());
     state_->change(body.index, made->settings, std::move(made->shape), state);
@@ -226,6 +227,12 @@ Result<void> World::move_kinematic(BodyId body, const Pose& world_from_shape, do
     state.angular_velocity = rotation_vector_between(now.rotation, world_from_shape.rotation) / dt;
     if (auto ok = internal::check_state(state); !ok) return ok;
     state_->set_velocity(body.index, {state.velocity, state.angular_velocity});
+    if (state.velocity.isZero(0.0) && state.angular_velocity.isZero(0.0)) {
+        // It is there, but for rounding: it does not move, and sleepers on it sleep on.
+        state_->bodies[body.index].pose = state_->states[body.index].pose = world_from_shape;
+        state_->island_solver.forget_bounds(body.index);
+        return {};
+    }
     state_->targets[body.index] = world_from_shape;
     state_->target_times[body.index] = dt;
     return {};
@@ -278,16 +285,34 @@ Result<void> World::add_force(BodyId body, const WorldPos& point_world,
     if (auto ok = state_->check_dynamic(body); !ok) return ok;
     if (auto ok = check_vector("point_world", point_world, kMostPlace, "m"); !ok) return ok;
     const Eigen::Vector3d arm = point_world - state_->bodies[body.index].pose.translation;
+    const Eigen::Vector3d before = state_->forces[body.index];
     if (auto ok = add_force(body, force); !ok) return ok;
-    return add_torque(body, internal::cross(arm, force));
+    auto ok = add_torque(body, internal::cross(arm, force));
+    if (!ok) state_->forces[body.index] = before;  // nothing is changed then
+    return ok;
+}
+
+// No force or torque beyond what a step of a second may turn into a velocity that is out of range.
+
+Result<void> World::State::check_force(std::size_t index, const Eigen::Vector3d& force) const {
+    const double inverse_mass = bodies[index].mass.inverse_mass;
+    const double most = inverse_mass > 0.0 ? internal::kMaxSpeed / inverse_mass : 0.0;
+    return check_vector("force", force, most, "N");
+}
+
+Result<void> World::State::check_torque(std::size_t index, const Eigen::Vector3d& torque) const {
+    if (auto ok = check_vector("torque", torque, kMostImpulse, "N m"); !ok) return ok;
+    const RigidBody& rigid = bodies[index];
+    const Eigen::Vector3d acceleration =
+        internal::apply_tensor(rigid.pose.rotation, rigid.mass.inverse_inertia, torque);
+    return check_vector("angular acceleration of the torque", acceleration, internal::kMaxSpin,
+                        "rad/s^2");
 }
 
 Result<void> World::add_force(BodyId body, const Eigen::Vector3d& force) {
     if (auto ok = state_->check_dynamic(body); !ok) return ok;
-    // No acceleration beyond what one step may turn into a speed that is out of range.
-    const double most = internal::kMaxSpeed / state_->bodies[body.index].mass.inverse_mass;
     const Eigen::Vector3d sum = state_->forces[body.index] + force;
-    if (auto ok = check_vector("force", sum, most, "N"); !ok) return ok;
+    if (auto ok = state_->check_force(body.index, sum); !ok) return ok;
     state_->forces[body.index] = sum;
     state_->wake(body.index);
     return {};
@@ -296,7 +321,7 @@ Result<void> World::add_force(BodyId body, const Eigen::Vector3d& force) {
 Result<void> World::add_torque(BodyId body, const Eigen::Vector3d& torque) {
     if (auto ok = state_->check_dynamic(body); !ok) return ok;
     const Eigen::Vector3d sum = state_->torques[body.index] + torque;
-    if (auto ok = check_vector("torque", sum, kMostImpulse, "N m"); !ok) return ok;
+    if (auto ok = state_->check_torque(body.index, sum); !ok) return ok;
     state_->torques[body.index] = sum;
     state_->wake(body.index);
     return {};

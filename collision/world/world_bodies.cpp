@@ -72,9 +72,7 @@ BodyId World::State::add(const BodySettings& own_settings, internal::CentredShap
 BodyId World::State::add_vehicle(std::unique_ptr<internal::Vehicle> vehicle,
                                  const BodySettings& own_settings, Compound&& shape,
                                  const BodyState& state) {
-    // The inertia is that of the chassis box: bodywork and wheels only collide.
-    const internal::MassProperties mass = internal::make_mass_properties(
-        Box{vehicle->settings().chassis_half_extents}, own_settings.mass);
+    const internal::MassProperties mass = vehicle->mass();
     const BodyId id = add(own_settings, {std::move(shape), {}}, state, &mass);
     vehicles[id.index] = std::move(vehicle);
     vehicles[id.index]->place(states[id.index]);
@@ -147,7 +145,7 @@ void World::State::place(std::size_t index, const BodyState& state) {
     pose.rotation = orthonormalized(pose.rotation);
     static_cast<internal::BodyMotion&>(bodies[index]) = {
         .pose = pose, .velocity = {state.velocity, state.angular_velocity}};
-    ground_contacts[index] = {};
+    ground_contacts[index].reset();
     targets[index].reset();
     is_placed_anew[index] = 1;
     states[index] = state;
@@ -199,19 +197,19 @@ BodyMove World::State::move_to(std::size_t index, const Pose& world_from_shape,
     const double pieces = std::max(1.0, std::ceil(internal::length(whole.angular) / kMaxTurn));
     const internal::Twist piece{whole.linear / pieces, whole.angular / pieces};
     internal::GroundContactCache& cache = ground_contacts[index];
-    cache = {};
+    cache.reset();
     BodyMove answer;
     for (double done = 0.0; done < pieces; done += 1.0) {
         const internal::MoveAnswer moved = internal::move_body(body, cache, ground, piece);
         if (!moved.resident) {
             body.pose = start;
-            cache = {};
+            cache.reset();
             return {.is_resident = false, .fraction = 0.0};
         }
         answer.fraction = (done + moved.fraction) / pieces;
         if (moved.fraction < 1.0) break;
     }
-    cache = {};
+    cache.reset();
     island_solver.forget_bounds(index);
     publish(index);
     return answer;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What drives a world's vehicles and characters. Wheels are cast once a collision step through the bodies and the ground,
-// and exert their forces in the substeps of the islands; feet drive contacts there.
+// What drives a world's vehicles and characters. Wheels are cast once a collision step through the bodies and the
+// ground, and exert their forces in the substeps of the islands; feet drive contacts there.
 #include "world/world_state.h"
 
 #include <algorithm>

@@ -38,8 +38,12 @@ void World::State::fall_asleep(double dt) {
             const internal::Character* const character = characters[body].get();
             const bool may_sleep = (vehicle == nullptr || vehicle->is_braked()) &&
                                    (character == nullptr || character->is_idle());
-            const bool is_slow = states[body].condition == BodyCondition::awake && is_held &&
-                                 may_sleep && internal::greatest_speed(bodies[body]) < kSleepSpeed;
+            // Separation of overlaps has no velocity.
+            const double moved =
+                internal::greatest_move(bodies[body], before[body].pose, bodies[body].pose);
+            const bool is_slow =
+                states[body].condition == BodyCondition::awake && is_held && may_sleep &&
+                internal::greatest_speed(bodies[body]) < kSleepSpeed && moved < kSleepSpeed * dt;
             quiet_times[body] = is_slow ? quiet_times[body] + dt : 0.0;
             is_quiet = is_quiet && quiet_times[body] >= kSleepDelay;
         }

@@ -19,6 +19,11 @@
 
 namespace terrane {
 
+namespace internal {
+class FieldReader;
+class ShapeReader;
+}  // namespace internal
+
 /// Arrays indexed by slot, and what they share.
 struct World::State {
     explicit State(const WorldSettings& settings);
@@ -56,10 +61,23 @@ struct World::State {
     internal::Vehicle* vehicle(BodyId body) const {
         return ids.contains(body) ? vehicles[body.index].get() : nullptr;
     }
+    Result<void> check_force(std::size_t index, const Eigen::Vector3d& force) const;
+    Result<void> check_torque(std::size_t index, const Eigen::Vector3d& torque) const;
 
     // ---- Steps (world_step.cpp, world_sleep.cpp) ----
 
     StepReport step(const Ground& ground, double dt);
+
+    // ---- Saved worlds (world_save.cpp) ----
+
+    std::vector<std::byte> save() const;
+    void resize(std::size_t count);
+    /// Reads the body of a slot that is used.
+    void load_body(std::size_t index, internal::FieldReader& in, internal::ShapeReader& shapes);
+    void save_role(std::size_t index, internal::FieldWriter& out) const;
+    void load_role(std::size_t index, const BodySettings& own, internal::FieldReader& in);
+    void load_vehicle(std::size_t index, const BodySettings& own, internal::FieldReader& in);
+    void load_character(std::size_t index, const BodySettings& own, internal::FieldReader& in);
 
     // ---- Queries (world_query.cpp) ----
 
@@ -94,7 +112,6 @@ struct World::State {
     StepReport idle_report;  ///< of a step of an idle world
 
 private:
-    void resize(std::size_t count);
     void set_up(std::size_t index, const BodySettings& settings, internal::CentredShape&& shape,
                 const internal::MassProperties* mass);
     void forget_contacts(std::size_t index);

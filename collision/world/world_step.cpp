@@ -153,9 +153,12 @@ void World::State::set_mobility(std::size_t index) {
         mobility[index] = drives(index) ? Mobility::driving : Mobility::fixed;
     } else if (is_asleep(index)) {
         mobility[index] = Mobility::asleep;
+    } else if (!is_stepped(index) || starts[index].kind == StepStart::Kind::unresident) {
+        mobility[index] = Mobility::fixed;
     } else {
-        const bool is_moving = is_stepped(index) && starts[index].kind == StepStart::Kind::moving;
-        mobility[index] = is_moving ? Mobility::moving : Mobility::fixed;
+        // A body that recovers from the ground moves whatever touches it.
+        const bool is_deep = starts[index].kind == StepStart::Kind::too_deep;
+        mobility[index] = is_deep ? Mobility::driving : Mobility::moving;
     }
 }
 

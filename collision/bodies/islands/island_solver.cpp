@@ -60,7 +60,10 @@ void IslandSolver::update_bounds(std::span<const RigidBody> bodies,
     spheres_.resize(bodies.size());
     has_bounds_.resize(bodies.size(), 0);
     for (std::size_t i = 0; i < bodies.size(); ++i) {
-        const bool is_still = is_moved_by_none(mobility[i]);
+        // Not a dynamic body that is parked or recovers from the ground: its state may change.
+        const bool is_still = mobility[i] == Mobility::asleep ||
+                              (is_moved_by_none(mobility[i]) &&
+                               !(is_dynamic(bodies[i]) && mobility[i] == Mobility::fixed));
         if (is_still && has_bounds_[i] != 0) continue;
         has_bounds_[i] = is_still ? 1 : 0;
         if (mobility[i] == Mobility::absent) {
@@ -109,6 +112,7 @@ void IslandSolver::collect_pairs(std::span<const RigidBody> bodies,
     };
     sensor_pairs_.clear();
     skipped_pair_count_ = 0;
+    separated_.begin(bodies);
     std::size_t old = 0;
     const std::span<const BodyPair> pairs = broadphase_->find_pairs();
     const bool is_crowd =
@@ -132,6 +136,9 @@ void IslandSolver::collect_pairs(std::span<const RigidBody> bodies,
         }
         const bool was = old < previous_manifolds_.size() && previous_manifolds_[old].pair == pair;
         if (rests && !was) continue;
+        if (!was && separated_.is_clear(pair, PairManifold::contact_reach(a, b, duration))) {
+            continue;
+        }
         if (pair_filter_ && !pair_filter_(pair.a, pair.b)) continue;
         if (is_crowded(pair, is_crowd)) continue;
         previous_index_.push_back(was ? static_cast<std::uint32_t>(old) : kNone);
@@ -141,18 +148,23 @@ void IslandSolver::collect_pairs(std::span<const RigidBody> bodies,
     }
 }
 
-/// Removes pairs without contacts. The others keep all their manifolds, empty ones too.
+/// Removes pairs without contacts, and remembers how far apart they are. The others keep all their manifolds, empty
+/// ones too.
 void IslandSolver::remove_separated() {
     std::size_t kept = 0;
     bool has_contacts = false;
     for (std::size_t i = 0; i < manifolds_.size(); ++i) {
         const bool is_first = i == 0 || !(manifolds_[i].pair == manifolds_[i - 1].pair);
         if (is_first) has_contacts = manifolds_[i].count() > 0;
-        if (!has_contacts) continue;
+        if (!has_contacts) {
+            if (is_first) separated_.add(manifolds_[i].pair, manifolds_[i].least_distance());
+            continue;
+        }
         if (kept != i) manifolds_[kept] = manifolds_[i];
         ++kept;
     }
     manifolds_.resize(kept);
+    separated_.end();
 }
 
 void IslandSolver::wake(std::span<const std::uint32_t> groups,
@@ -254,6 +266,7 @@ void IslandSolver::find_drivers(std::span<const RigidBody> bodies,
 void IslandSolver::forget_contacts(std::uint32_t body,
                                    const std::function<void(std::uint32_t)>& touched) {
     forget_bounds(body);
+    separated_.forget(body);
     std::erase_if(manifolds_, [&](const PairManifold& manifold) {
         const auto [a, b] = manifold.pair;
         if (a != body && b != body) return false;

@@ -5,6 +5,7 @@
 #include "bodies/islands/foot_drive.h"
 #include "bodies/islands/islands.h"
 #include "bodies/islands/pair_manifolds.h"
+#include "bodies/islands/separated_pairs.h"
 #include "bodies/step/collision_step.h"
 #include "bodies/wheels/wheel_set.h"
 
@@ -158,7 +159,7 @@ private:
     std::uint32_t solver_index(std::uint32_t body, int substep, const Scene& scene) const;
     void separate(std::size_t island, ContactSolver& solver, const Scene& scene);
     void bounce(std::size_t island, ContactSolver& solver, Scratch& scratch, const Scene& scene,
-                double max_energy);
+                double max_energy, const StoppingRule& rule);
     void limit_energy(std::size_t island, ContactSolver& solver, const Scene& scene,
                       const WorldPos& origin, double most);
     double total_energy(std::size_t island, const WorldPos& origin, const Scene& scene) const;
@@ -174,6 +175,7 @@ private:
     std::size_t skipped_pair_count_ = 0;
     std::vector<BoundingSphere> spheres_;
     std::vector<PairManifold> manifolds_, previous_manifolds_;  // ascending by pair
+    SeparatedPairs separated_;
     // Of each pair's first manifold: its index in previous_manifolds_, or kNone.
     std::vector<std::uint32_t> previous_index_;
     std::size_t pair_count_ = 0;   // see touching_pair_count()

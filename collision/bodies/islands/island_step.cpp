@@ -14,16 +14,19 @@ namespace terrane::internal {
 namespace {
 
 /// Warm-started stacks converge over several substeps. Small islands are solved until no velocity changes by more than
-/// the tolerance, m/s; large ones stop at the larger of so many row solves and so many sweeps.
+/// the tolerance, m/s, which is wider for moving ones; large ones stop after so many contact updates, which fall beyond
+/// a size, but not before so many sweeps.
 constexpr double kTolerance = 1e-5;
+constexpr double kRelativeTolerance = 1e-3;  // of the mean speed
 constexpr std::size_t kMaxRowSolves = 40'000;
+constexpr std::size_t kManyContacts = 2000;
 constexpr std::size_t kLeastIterations = 8;
 /// Piles converge by less than a hundredth a sweep. Stalled, treated as infeasible: less than a tenth in so many
 /// sweeps.
 constexpr int kPatience = 100;
 /// One body on the ground: a box on four corners converges by about a third a sweep. The targets of a body that rolls
 /// on two points may be infeasible for a rigid body; then nothing converges, and `patience` stops the solver.
-constexpr StoppingRule kLoneBodyRule{.iterations = 100, .tolerance = 1e-6, .patience = 8};
+constexpr StoppingRule kLoneBodyRule{.iterations = 100, .tolerance = 5e-7, .patience = 8};
 /// Rolling and rocking have no friction and would never end: an island below this speed, m/s, gets angular damping at
 /// this rate, 1/s, so that it can sleep.
 constexpr double kSlow = 0.3;
@@ -33,11 +36,16 @@ constexpr double kEnergyRounding = 0x1p-51;
 /// Threads take islands in blocks of this size.
 constexpr std::size_t kIslandBlock = 8;
 
-StoppingRule stopping_rule(std::size_t body_count, std::size_t contact_count) {
+/// @param mean_speed of the bodies' fastest points, m/s
+StoppingRule stopping_rule(std::size_t body_count, std::size_t contact_count, double mean_speed) {
     if (body_count == 1) return kLoneBodyRule;
+    const std::size_t row_solves =
+        kMaxRowSolves * kManyContacts / std::max(kManyContacts, contact_count);
     const std::size_t sweeps =
-        std::max(kLeastIterations, kMaxRowSolves / std::max<std::size_t>(1, contact_count));
-    return {.iterations = static_cast<int>(sweeps), .tolerance = kTolerance, .patience = kPatience};
+        std::max(kLeastIterations, row_solves / std::max<std::size_t>(1, contact_count));
+    return {.iterations = static_cast<int>(sweeps),
+            .tolerance = std::max(kTolerance, kRelativeTolerance * mean_speed),
+            .patience = kPatience};
 }
 
 }  // namespace
@@ -55,18 +63,12 @@ void IslandSolver::step(std::span<RigidBody> bodies, std::span<GroundContactCach
     for (const BodyPair& link : links_) {
         for (const std::uint32_t i : {link.a, link.b}) {
             if (moves_[i] != 0) continue;
-            solver_bodies_[i].pose = bodies[i].pose;
-            solver_bodies_[i].mass = {.inverse_mass = 0.0};
             const bool is_driving = driver_index_[i] != kNone;
-            solver_bodies_[i].velocity = is_driving ? bodies[i].velocity : Twist{};
+            solver_bodies_[i].set_fixed(bodies[i].pose, is_driving ? bodies[i].velocity : Twist{});
         }
     }
     for (const RigidBody& driver : later_drivers_) {
-        solver_bodies_.push_back({.mass = {.inverse_mass = 0.0},
-                                  .pose = driver.pose,
-                                  .velocity = driver.velocity,
-                                  .before = {},
-                                  .plastic = {}});
+        solver_bodies_.emplace_back().set_fixed(driver.pose, driver.velocity);
     }
     const Scene scene{bodies, ground_contacts, drives, span};
     const std::size_t count = islands_.count();
@@ -104,11 +106,13 @@ void IslandSolver::step_island(std::size_t island, Scratch& scratch, const Scene
     scratch.separating_speeds.assign(contact_count, -1.0);
     const WorldPos origin = bodies[members.front()].pose.translation;
     double most_energy = total_energy(island, origin, scene);
-    const StoppingRule rule = stopping_rule(members.size(), contact_count);
-    double acceleration = 0.0;
+    double mean_speed = 0.0, acceleration = 0.0;
     for (const std::uint32_t member : members) {
+        mean_speed += greatest_speed(bodies[member]);
         acceleration = std::max(acceleration, length(bodies[member].acceleration));
     }
+    mean_speed /= static_cast<double>(members.size());
+    const StoppingRule rule = stopping_rule(members.size(), contact_count, mean_speed);
     const double least_bounce = bounce_speed(acceleration, substep);
     double removed = 0.0;
     bool bounces = false;
@@ -117,10 +121,7 @@ void IslandSolver::step_island(std::size_t island, Scratch& scratch, const Scene
             RigidBody& body = bodies[member];
             body.velocity.linear += body.acceleration * substep;
             if (i > 0) scene.ground_contacts[member].follow(body);
-            SolverBody& copy = solver_bodies_[member];
-            copy.pose = body.pose;
-            copy.mass = body.mass;
-            copy.velocity = body.velocity;
+            solver_bodies_[member].set(body.mass, body.pose, body.velocity);
         }
         if (has_wheels) most_energy += apply_wheels(members, i, scene);
         ContactSolver solver(solver_bodies_, scratch.rows);
@@ -158,7 +159,7 @@ void IslandSolver::step_island(std::size_t island, Scratch& scratch, const Scene
         const bool is_last = i + 1 == span.substep_count;
         if (is_last && bounces) {
             const double left = most_energy - total_energy(island, origin, scene);
-            bounce(island, solver, scratch, scene, std::clamp(left, 0.0, removed));
+            bounce(island, solver, scratch, scene, std::clamp(left, 0.0, removed), rule);
         }
         if (records_impulses_) record_impulses(island, solver, scene);
         if (!is_last) continue;
@@ -191,7 +192,7 @@ double IslandSolver::pushed_speed(const SolverContact& contact, const Scene& sce
         if (body >= moves_.size() || moves_[body] == 0) return Eigen::Vector3d::Zero();
         const SolverBody& now = solver_bodies_[body];
         const Twist& before = scene.bodies[body].velocity;
-        const Eigen::Vector3d arm = point - now.pose.translation;
+        const Eigen::Vector3d arm = point - now.pose().translation;
         return now.velocity.linear - before.linear +
                cross(now.velocity.angular - before.angular, arm);
     };
@@ -201,8 +202,8 @@ double IslandSolver::pushed_speed(const SolverContact& contact, const Scene& sce
     return std::max(0.0, -dot(contact.normal, change(contact.a, contact.point_a) - of_b));
 }
 
-/// Applies the forces of wheels for a substep. Returns the energy that they add to the island by its end, J: the kinetic
-/// energy, less the work that the accelerations do along the displacements that they add.
+/// Applies the forces of wheels for a substep. Returns the energy that they add to the island by its end, J: the
+/// kinetic energy, less the work that the accelerations do along the displacements that they add.
 double IslandSolver::apply_wheels(std::span<const std::uint32_t> members, int substep,
                                   const Scene& scene) {
     double added = 0.0;
@@ -348,13 +349,11 @@ void IslandSolver::separate(std::size_t island, ContactSolver& solver, const Sce
 
 /// Restitution of the contacts that have closed in the step.
 void IslandSolver::bounce(std::size_t island, ContactSolver& solver, Scratch& scratch,
-                          const Scene& scene, double max_energy) {
+                          const Scene& scene, double max_energy, const StoppingRule& rule) {
     const std::span<const std::uint32_t> members = islands_.bodies(island);
     for (const std::uint32_t member : members) {
-        solver_bodies_[member].pose = scene.bodies[member].pose;
         solver_bodies_[member].velocity = scene.bodies[member].velocity;
     }
-    const StoppingRule rule = stopping_rule(members.size(), scratch.separating_speeds.size());
     solver.solve_restitution(members, scratch.separating_speeds, max_energy, rule);
     for (const std::uint32_t member : members) {
         scene.bodies[member].velocity = solver_bodies_[member].velocity;
@@ -370,8 +369,7 @@ void IslandSolver::limit_energy(std::size_t island, ContactSolver& solver, const
     double kinetic = 0.0;
     for (const std::uint32_t member : members) {
         const RigidBody& body = scene.bodies[member];
-        solver_bodies_[member].pose = body.pose;
-        solver_bodies_[member].velocity = body.velocity;
+        solver_bodies_[member].set(body.mass, body.pose, body.velocity);
         const double energy = kinetic_energy(body.mass, body.pose, body.velocity);
         const double potential =
             std::abs(dot(body.acceleration, body.pose.translation)) / body.mass.inverse_mass;

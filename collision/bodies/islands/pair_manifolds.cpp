@@ -34,11 +34,22 @@ Eigen::Vector3d velocity_at(const RigidBody& body, const Eigen::Vector3d& arm) {
     return body.velocity.linear + cross(body.velocity.angular, arm);
 }
 
-/// Upper bound of the distance by which points of two bodies approach each other in a time, metres.
+/// Upper bound of the speed that rotation adds anywhere on a body's surface, m/s: a sphere or a capsule does not move
+/// where it turns about an axis of symmetry.
+double turning_speed(const RigidBody& body) {
+    const Eigen::Vector3d& spin = body.velocity.angular;
+    const Shape& shape = body.parts[0].shape;
+    if (std::holds_alternative<Sphere>(shape)) return 0.0;
+    if (const auto* capsule = std::get_if<Capsule>(&shape)) {
+        return capsule->half_height * length(cross(spin, body.pose.rotation.col(2)));
+    }
+    return body.radius * length(spin);
+}
+
+/// Upper bound of the distance by which two bodies approach each other in a time, metres.
 double closing_distance(const RigidBody& a, const RigidBody& b, double duration) {
     return duration *
-           (length(a.velocity.linear - b.velocity.linear) + a.radius * length(a.velocity.angular) +
-            b.radius * length(b.velocity.angular));
+           (length(a.velocity.linear - b.velocity.linear) + turning_speed(a) + turning_speed(b));
 }
 
 }  // namespace
@@ -48,6 +59,10 @@ std::size_t PairManifold::max_count(const RigidBody& a, const RigidBody& b) {
         return std::holds_alternative<Compound>(body.parts[0].shape);
     };
     return is_compound(a) || is_compound(b) ? kMaxManifolds : 1;
+}
+
+double PairManifold::contact_reach(const RigidBody& a, const RigidBody& b, double duration) {
+    return kMargin * tolerance_of(a, b) + closing_distance(a, b, duration);
 }
 
 void PairManifold::update(std::span<PairManifold> manifolds, const RigidBody& a, const RigidBody& b,
@@ -66,19 +81,24 @@ void PairManifold::update(std::span<PairManifold> manifolds, const RigidBody& a,
         return;
     }
 
-    const double thin = kMarginOfExtent * least_thickness(a, b);
-    // Nearest points do not predict the contact of bodies that may pass through each other in a step.
-    if (closing > thin) manifolds[0].predict_impact(a, b, duration);
-    if (manifolds[0].count_ == 0) {
-        const double ahead = margin + std::min(closing, thin);
-        // The larger buffer only for compounds.
-        if (manifolds.size() == 1) {
-            std::array<PairContact, kMaxCount> room;
-            collide(manifolds, a, b, ahead, room);
-        } else {
-            std::array<PairContact, kMaxManifolds * kMaxCount> room;
-            collide(manifolds, a, b, ahead, room);
-        }
+    const double thickness = least_thickness(a, b);
+    const double ahead = margin + std::min(closing, thickness);
+    // The larger buffer only for compounds.
+    if (manifolds.size() == 1) {
+        std::array<PairContact, kMaxCount> room;
+        collide(manifolds, a, b, ahead, room);
+    } else {
+        std::array<PairContact, kMaxManifolds * kMaxCount> room;
+        collide(manifolds, a, b, ahead, room);
+    }
+    // Nearest points do not predict the contact of bodies that may pass through each other in a step, unless they touch
+    // and turn slowly.
+    if (closing > kMarginOfExtent * thickness) {
+        const double turning = duration * (turning_speed(a) + turning_speed(b));
+        const bool touches = manifolds[0].count_ > 0 && manifolds[0].least_gap() <= margin;
+        const bool is_reached = manifolds[0].count_ > 0 || closing > thickness;
+        if (is_reached && (!touches || turning > thickness))
+            predict_impact(manifolds, a, b, duration);
     }
     for (PairManifold& manifold : manifolds) manifold.warm_start(before);
 }
@@ -130,6 +150,7 @@ void PairManifold::collide(std::span<PairManifold> manifolds, const RigidBody& a
                            const RigidBody& b, double margin, std::span<PairContact> room) {
     const Shape &shape_a = a.parts[0].shape, &shape_b = b.parts[0].shape;
     const PairContactAnswer answer = find_contacts(shape_a, a.pose, shape_b, b.pose, margin, room);
+    manifolds[0].least_distance_ = answer.least_distance;
     for (const PairContact& contact : room.first(answer.count)) {
         const double rounding_a = rounding_of(shape_a, contact.part_a);
         const double rounding_b = rounding_of(shape_b, contact.part_b);
@@ -146,24 +167,35 @@ void PairManifold::collide(std::span<PairManifold> manifolds, const RigidBody& a
     }
 }
 
+double PairManifold::least_gap() const {
+    double least = points_[0].gap;
+    for (std::size_t i = 1; i < count_; ++i) least = std::min(least, points_[i].gap);
+    return least;
+}
+
 /// Finds the contact of fast bodies by a cast. Its gap is the distance that its points close until then, so that the
 /// bodies meet at the time of impact.
-void PairManifold::predict_impact(const RigidBody& a, const RigidBody& b, double duration) {
+void PairManifold::predict_impact(std::span<PairManifold> manifolds, const RigidBody& a,
+                                  const RigidBody& b, double duration) {
     const Motion motion_a{a.pose, a.velocity.linear * duration, a.velocity.angular * duration};
     const Motion motion_b{b.pose, b.velocity.linear * duration, b.velocity.angular * duration};
     const PairCastAnswer hit =
         cast(a.parts[0].shape, motion_a, b.parts[0].shape, motion_b,
-             {.tolerance = kSlop * tolerance_of(a, b), .skip_separating = true});
+             {.tolerance = kMargin * tolerance_of(a, b), .skip_separating = true});
     if (!hit.hit || hit.count == 0) return;
-    reset(a, b, hit.contacts[0], true);
+    for (PairManifold& manifold : manifolds) manifold.count_ = 0;
+    PairManifold& first = manifolds[0];
+    first.reset(a, b, hit.contacts[0], true);
     const WorldPos then_a = motion_a.at(hit.fraction).translation;
     const WorldPos then_b = motion_b.at(hit.fraction).translation;
     for (std::size_t i = 0; i < hit.count; ++i) {
-        if (!(hit.contacts[i].normal == normal_)) continue;
+        if (!(hit.contacts[i].normal == first.normal_)) continue;
         // Arms at the time of impact, in the bodies' present frames.
-        const Arms arms = arms_of(hit.contacts[i], then_a, then_b);
-        const double closing = -dot(normal_, velocity_at(a, arms.a) - velocity_at(b, arms.b));
-        add_point(hit.contacts[i], a, b, arms, std::max(0.0, closing) * hit.fraction * duration);
+        const Arms arms = first.arms_of(hit.contacts[i], then_a, then_b);
+        const double closing = -dot(first.normal_, velocity_at(a, arms.a) - velocity_at(b, arms.b));
+        const double left = std::max(0.0, -hit.contacts[i].depth);
+        first.add_point(hit.contacts[i], a, b, arms,
+                        std::max(0.0, closing) * hit.fraction * duration + left);
     }
 }
 

@@ -44,12 +44,23 @@ public:
     /// Contacts with at most this gap touch, metres.
     static double touching_gap(const RigidBody& a, const RigidBody& b);
 
+    /// Where update() has found no contacts: a lower bound of the bodies' distance, metres, <= 0 where it is unknown.
+    double least_distance() const { return least_distance_; }
+
+    /// Gap beyond which bodies cannot touch in a time, and update() finds no contacts, metres.
+    static double contact_reach(const RigidBody& a, const RigidBody& b, double duration);
+
     /// Contact i for a solver that names bodies by the indices of `pair`.
     SolverContact contact(std::size_t i, const RigidBody& a, const RigidBody& b) const;
 
     void set_impulse(std::size_t i, const Eigen::Vector3d& impulse) {
         points_[i].impulse = impulse;
     }
+
+    /// The fields that a copy needs, for a stream that writes or reads them (world/world_bytes.h).
+    /// @param manifold a PairManifold, const where the stream writes
+    template <class Stream, class Manifold>
+    static void list_fields(Stream& stream, Manifold& manifold);
 
 private:
     struct Point {
@@ -68,7 +79,9 @@ private:
     static bool has_moved(const RigidBody& a, const RigidBody& b, const PairManifold& before);
     static void collide(std::span<PairManifold> manifolds, const RigidBody& a, const RigidBody& b,
                         double margin, std::span<PairContact> room);
-    void predict_impact(const RigidBody& a, const RigidBody& b, double duration);
+    static void predict_impact(std::span<PairManifold> manifolds, const RigidBody& a,
+                               const RigidBody& b, double duration);
+    double least_gap() const;
     void reset(const RigidBody& a, const RigidBody& b, const PairContact& first, bool is_predicted);
     Arms arms_of(const PairContact& contact, const WorldPos& centre_a,
                  const WorldPos& centre_b) const;
@@ -78,11 +91,38 @@ private:
     double core_separation(const RigidBody& a, const RigidBody& b, const Point& point) const;
 
     std::uint32_t count_ = 0;
+    double least_distance_ = 0.0;
     bool is_predicted_ = false;  // found by a cast: valid for one collision step
     double rounding_a_ = 0.0, rounding_b_ = 0.0;
     Eigen::Vector3d normal_ = Eigen::Vector3d::UnitZ();  // out of b
     Pose pose_a_, pose_b_;                               // where the contacts were found
     std::array<Point, kMaxCount> points_;
 };
+
+template <class Stream, class Manifold>
+void PairManifold::list_fields(Stream& stream, Manifold& manifold) {
+    stream.word("body a", manifold.pair.a);
+    stream.word("body b", manifold.pair.b);
+    stream.integer("contact count", manifold.count_, kMaxCount);
+    if (manifold.count_ == 0) return;
+    stream.flag("is_predicted", manifold.is_predicted_);
+    stream.length("rounding of a", manifold.rounding_a_);
+    stream.length("rounding of b", manifold.rounding_b_);
+    stream.unit("normal", manifold.normal_);
+    stream.pose("pose of a", manifold.pose_a_);
+    stream.pose("pose of b", manifold.pose_b_);
+    for (std::uint32_t i = 0; i < manifold.count_; ++i) {
+        auto& point = manifold.points_[i];
+        stream.place("core point of a", point.core_a_body);
+        stream.place("core point of b", point.core_b_body);
+        stream.feature(point.feature_a);
+        stream.feature(point.feature_b);
+        stream.word("part of a", point.part_a);
+        stream.word("part of b", point.part_b);
+        stream.length("gap", point.gap);
+        stream.length("gap_offset", point.gap_offset);
+        stream.impulse("impulse", point.impulse);
+    }
+}
 
 }  // namespace terrane::internal

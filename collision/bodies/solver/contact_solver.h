@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "bodies/solver/mass_properties.h"
-#include "math/vector_math.h"
+#include "bodies/solver/solver_body.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -17,21 +16,8 @@
 //             provably adds none.
 namespace terrane::internal {
 
-/// Velocity or small displacement of a rigid body: of its centre of mass, and about it, in world axes.
-struct Twist {
-    Eigen::Vector3d linear = Eigen::Vector3d::Zero();
-    Eigen::Vector3d angular = Eigen::Vector3d::Zero();
-};
-
-double kinetic_energy(const MassProperties& mass, const Pose& pose, const Twist& velocity);
-
-/// The solver's copy of a body.
-struct SolverBody {
-    MassProperties mass;
-    Pose pose;  ///< at which the contact points were computed
-    Twist velocity;
-    Twist before, plastic;  ///< scratch of the solver
-};
+inline constexpr double kClosingSlack =
+    1e-11;  // m/s: closing too fast by less than this is rounding
 
 /// A contact of a body with the ground, or with another body.
 struct SolverContact {
@@ -64,28 +50,38 @@ struct StoppingRule {
 };
 
 /// The constraint rows of a contact, one normal and two tangential; made by ContactSolver::add().
-class ContactRows {
+class alignas(64) ContactRows {
     friend class ContactSolver;
+    /// Impulses along one direction, in the coordinates of SolverBody.
     struct Row {
-        Eigen::Vector3d direction;     // of the impulse on a, world
-        Eigen::Vector3d moment, spin;  // of a: arm x direction; inverse inertia * moment
-        Eigen::Vector3d other_moment, other_spin;  // of b; not set for the ground
-        double inverse_effective_mass;             // relative speed of a unit impulse, m/s
+        Vector6 first,
+            second;          // change of each body by a unit impulse; the transpose gives the speed
+        double start_speed;  // of the contact along the direction when the solve began, m/s
+        double inverse_effective_mass;  // relative speed of a unit impulse, m/s
         double effective_mass;
         double impulse;
     };
+    // What sweeps read comes first.
     Row normal_, tangent_, bitangent_;
-    SolverBody* a_;
-    SolverBody* b_;             // null for the ground
+    SolverBody* first_;
+    SolverBody* second_;  // null for the ground and where the other body has infinite mass
+    double friction_, max_friction_impulse_;
+    double allowed_closing_;  // closing speed, m/s
+    double least_impulse_;    // of the normal row
+    std::uint32_t level_;     // see ContactSolver::sort_by_level()
+    std::uint32_t slots_[2];  // its scratch
+    std::uint32_t sorted_;    // in element i: index of the i-th contact in the order of solution
+    std::uint32_t visit_;     // the same of the active contacts only
+    bool is_active_;
+    const SolverBody* a_;
+    const SolverBody* b_;            // null for the ground
+    Eigen::Vector3d direction_[3];   // of the rows, world
+    Eigen::Vector3d arm_a_, arm_b_;  // from the bodies' centres to the contact points, world
     Eigen::Vector3d core_arm_;  // from a's centre to the contact point moved inside by the rounding
+    double slip_[2];            // tangential speeds that friction drives to, m/s
     double gap_, rest_gap_, target_gap_;
-    double friction_, restitution_;
-    double max_friction_impulse_;
-    double slip_tangent_, slip_bitangent_;  // speeds that friction drives to, m/s
-    double allowed_closing_;                // closing speed, m/s
-    double least_impulse_;                  // of the normal row
-    double approach_speed_;                 // before the solve, m/s
-    std::uint32_t active_;                  // in element i: index of the i-th active contact
+    double restitution_;
+    double approach_speed_;  // before the solve, m/s
 };
 
 /// Projected Gauss-Seidel solver for the contacts of one body or one island.
@@ -142,28 +138,37 @@ public:
 private:
     using Row = ContactRows::Row;
 
-    static Row make_row(const SolverContact& contact, const SolverBody& a, const SolverBody* b,
-                        const Eigen::Vector3d& direction);
+    void make_row(ContactRows& contact, Row& row, const Eigen::Vector3d& direction) const;
     static double speed(const ContactRows& contact, const Row& row);
-    static void apply(const ContactRows& contact, const Row& row, double impulse);
+    static void apply(ContactRows& contact, Row& row, double impulse);
+    template <bool kHasSecond>
     static double solve_normal(ContactRows& contact);
+    template <bool kHasSecond>
     static double solve_friction(ContactRows& contact);
     std::span<ContactRows> contacts() const { return room_.first(count_); }
-    bool set_targets(double duration);
+    void begin();
+    void end();
+    double set_targets(double duration);
     bool begin_solve(double duration, const StoppingRule& rule, double& tolerance_out);
     void iterate_from_warm_start(double duration, const StoppingRule& rule, double tolerance);
     bool is_driven() const;
-    void iterate(const StoppingRule& rule, double tolerance);
-    void iterate_active(const StoppingRule& rule, double tolerance);
+    void iterate(double duration, const StoppingRule& rule, double tolerance);
+    double visit(bool is_forward, const auto& solve_pair, const auto& solve_single);
+    double sweep_friction(bool is_forward);
+    double sweep_normals(bool is_forward);
     void activate_closing();
     bool activate_violated();
+    void sort_by_level();
+    void list_active();
     double energy(std::span<const std::uint32_t> members) const;
     void scale_velocities(std::span<const std::uint32_t> members, double scale);
 
     std::span<SolverBody> bodies_;
     std::span<ContactRows> room_;
     std::size_t count_ = 0;
-    std::size_t active_count_ = 0;  // contacts that iterate() visits
+    bool is_sorted_ = false;
+    std::size_t active_count_ = 0;  // contacts that sweep() visits
+    std::size_t pair_count_ = 0;    // those of two moving bodies, which come first
 };
 
 }  // namespace terrane::internal

@@ -89,8 +89,7 @@ MoveAnswer move_piece(RigidBody& body, const Ground& ground, double duration,
 class GroundSolver {
 public:
     GroundSolver(const RigidBody& body, const GroundContactCache& cache) : solver_(bodies_, room_) {
-        bodies_[0].mass = body.mass;
-        bodies_[0].pose = body.pose;
+        bodies_[0].set(body.mass, body.pose, {});
         for (std::size_t i = 0; i < cache.count(); ++i) {
             SolverContact contact = cache.contact(i, body, 0);
             contact.initial_impulse.setZero();

@@ -160,6 +160,16 @@ void GroundContactCache::set_out_of_reach() {
     moved_ = 0.0;
 }
 
+void GroundContactCache::reset() {
+    contacts_.clear();
+    previous_contacts_.clear();
+    step_start_contacts_.clear();
+    resident_ = true;
+    is_reusable_ = is_same_ = is_out_of_reach_ = is_exhaustive_ = false;
+    lift_ = -1.0;
+    moved_ = margin_ = 0.0;
+}
+
 /// The contact of the same feature in the previous refresh, or null.
 const GroundContactCache::CachedContact* GroundContactCache::find_previous(
     const CachedContact& contact) const {

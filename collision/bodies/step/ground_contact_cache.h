@@ -53,6 +53,9 @@ public:
     /// Empties the cache of a body that cannot come near the ground until the next update.
     void set_out_of_reach();
 
+    /// As a new cache, but for its memory.
+    void reset();
+
     /// Makes the next update() find contacts anew; needed where the ground may have changed.
     void invalidate() { is_reusable_ = false; }
     /// invalidate() at the start of a step, and remembers the impulses for undo_step().
@@ -90,6 +93,20 @@ public:
         contacts_[i].impulse = impulse;
     }
 
+    /// The fields that a copy needs between two steps, which are those that refresh() reads of the contacts before, for
+    /// a stream that writes or reads them (world/world_bytes.h).
+    /// @param cache a GroundContactCache, const where the stream writes
+    template <class Stream, class Cache>
+    static void list_fields(Stream& stream, Cache& cache) {
+        stream.list("ground contacts", cache.contacts_, kFieldBytes, [&stream](auto& contact) {
+            stream.feature(contact.feature);
+            stream.word("part", contact.part);
+            stream.word("piece", contact.piece);
+            stream.impulse("impulse", contact.impulse);
+            stream.unit("normal", contact.normal);
+        });
+    }
+
 private:
     /// The core point of a contact is its point on the shape moved inside by the radius of a sphere or capsule.
     struct CachedContact {
@@ -105,6 +122,7 @@ private:
         double rounding;
         double friction, restitution;  // of the body on the ground's surface there
     };
+    static constexpr std::size_t kFieldBytes = 64;  // of a contact in list_fields()
     const CachedContact* find_previous(const CachedContact& contact) const;
 
     std::vector<CachedContact> contacts_, previous_contacts_, step_start_contacts_;

@@ -68,11 +68,11 @@ double WheelSet::speed(const Lever& lever, const SolverBody& chassis) {
 }
 
 void WheelSet::push(const Lever& lever, SolverBody& chassis, double impulse) {
-    chassis.velocity.linear += lever.direction * (impulse * chassis.mass.inverse_mass);
+    chassis.velocity.linear += lever.direction * (impulse * chassis.mass().inverse_mass);
     chassis.velocity.angular += lever.spin * impulse;
     // Bodies of infinite mass may be shared with other islands and are not written.
-    if (lever.other == nullptr || !(lever.other->mass.inverse_mass > 0.0)) return;
-    lever.other->velocity.linear -= lever.direction * (impulse * lever.other->mass.inverse_mass);
+    if (lever.other == nullptr || !(lever.other->mass().inverse_mass > 0.0)) return;
+    lever.other->velocity.linear -= lever.direction * (impulse * lever.other->mass().inverse_mass);
     lever.other->velocity.angular -= lever.other_spin * impulse;
 }
 
@@ -81,16 +81,17 @@ WheelSet::Lever WheelSet::make_lever(std::span<SolverBody> bodies, const SolverB
                                      const Eigen::Vector3d& direction) const {
     Lever lever;
     lever.direction = direction;
-    lever.moment = cross(contact.point_now - chassis.pose.translation, direction);
-    lever.spin = apply_tensor(chassis.pose.rotation, chassis.mass.inverse_inertia, lever.moment);
-    double inverse = chassis.mass.inverse_mass + dot(lever.moment, lever.spin);
+    lever.moment = cross(contact.point_now - chassis.pose().translation, direction);
+    lever.spin =
+        apply_tensor(chassis.pose().rotation, chassis.mass().inverse_inertia, lever.moment);
+    double inverse = chassis.mass().inverse_mass + dot(lever.moment, lever.spin);
     if (contact.solver_body != ~std::uint32_t{0}) {
         lever.other = &bodies[contact.solver_body];
         const SolverBody& other = *lever.other;
-        lever.other_moment = cross(contact.point_now - other.pose.translation, direction);
+        lever.other_moment = cross(contact.point_now - other.pose().translation, direction);
         lever.other_spin =
-            apply_tensor(other.pose.rotation, other.mass.inverse_inertia, lever.other_moment);
-        inverse += other.mass.inverse_mass + dot(lever.other_moment, lever.other_spin);
+            apply_tensor(other.pose().rotation, other.mass().inverse_inertia, lever.other_moment);
+        inverse += other.mass().inverse_mass + dot(lever.other_moment, lever.other_spin);
     }
     lever.effective_mass = 1.0 / inverse;
     return lever;
@@ -98,14 +99,14 @@ WheelSet::Lever WheelSet::make_lever(std::span<SolverBody> bodies, const SolverB
 
 /// Moves the contacts with the bodies: each keeps its normal, and its compression changes by the motion along it.
 void WheelSet::follow(std::span<SolverBody> bodies, const SolverBody& chassis) {
-    const Eigen::Vector3d axis = chassis.pose.rotation.col(2);
+    const Eigen::Vector3d axis = chassis.pose().rotation.col(2);
     for (WheelContact& contact : contacts_) {
         if (!contact.touches) continue;
         contact.point_now =
-            rotated(chassis.pose.rotation, contact.point_chassis) + chassis.pose.translation;
+            rotated(chassis.pose().rotation, contact.point_chassis) + chassis.pose().translation;
         Eigen::Vector3d on_other = contact.point_world;
         if (contact.solver_body != ~std::uint32_t{0}) {
-            const Pose& pose = bodies[contact.solver_body].pose;
+            const Pose& pose = bodies[contact.solver_body].pose();
             on_other = rotated(pose.rotation, contact.point_body) + pose.translation;
         }
         const double lean = std::max(dot(contact.normal, axis), kLeastAlignment);
@@ -117,7 +118,7 @@ void WheelSet::follow(std::span<SolverBody> bodies, const SolverBody& chassis) {
 
 /// Drag at the centre of mass, implicit in the speed: it never reverses the motion.
 void WheelSet::apply_drag(SolverBody& chassis, double substep) const {
-    const double share = 0.5 * kAirDensity * settings_.drag_area * chassis.mass.inverse_mass *
+    const double share = 0.5 * kAirDensity * settings_.drag_area * chassis.mass().inverse_mass *
                          length(chassis.velocity.linear) * substep;
     chassis.velocity.linear /= 1.0 + share;
 }
@@ -137,7 +138,7 @@ void WheelSet::apply_suspension(std::span<SolverBody> bodies, SolverBody& chassi
     const double omega = kTwoPi * settings_.suspension_hertz;
     const double spring = share * omega * omega;
     const double damping = 2.0 * settings_.damping_ratio * share * omega;
-    const Eigen::Vector3d axis = chassis.pose.rotation.col(2);
+    const Eigen::Vector3d axis = chassis.pose().rotation.col(2);
     const SolverBody before = chassis;
     for (std::size_t i = 0; i < count(); ++i) {
         WheelContact& contact = contacts_[i];
@@ -170,7 +171,7 @@ void WheelSet::prepare_tyres(std::span<SolverBody> bodies, const SolverBody& cha
         const Motion steering{
             {}, Eigen::Vector3d::Zero(), Eigen::Vector3d(0.0, 0.0, commands_[i].steer)};
         const Eigen::Vector3d ahead =
-            rotated(chassis.pose.rotation, steering.at(1.0).rotation.col(0));
+            rotated(chassis.pose().rotation, steering.at(1.0).rotation.col(0));
         const Eigen::Vector3d in_plane = ahead - contact.normal * dot(contact.normal, ahead);
         const double size = length(in_plane);
         if (size < kLeastRoll) continue;  // it stands against a wall ahead
@@ -235,7 +236,7 @@ void WheelSet::solve_tyres(SolverBody& chassis) {
 
 /// Kinetic energy of the chassis and the bodies that move under the wheels; one under two wheels counts once.
 double WheelSet::energy(std::span<const SolverBody> bodies, const SolverBody& chassis) const {
-    double energy = kinetic_energy(chassis.mass, chassis.pose, chassis.velocity);
+    double energy = kinetic_energy(chassis.mass(), chassis.pose(), chassis.velocity);
     for (std::size_t i = 0; i < count(); ++i) {
         const std::uint32_t index = contacts_[i].solver_body;
         if (!contacts_[i].touches || index == ~std::uint32_t{0}) continue;
@@ -243,8 +244,8 @@ double WheelSet::energy(std::span<const SolverBody> bodies, const SolverBody& ch
             contacts_.begin(), contacts_.begin() + static_cast<std::ptrdiff_t>(i),
             [&](const WheelContact& other) { return other.touches && other.solver_body == index; });
         const SolverBody& body = bodies[index];
-        if (is_counted || !(body.mass.inverse_mass > 0.0)) continue;
-        energy += kinetic_energy(body.mass, body.pose, body.velocity);
+        if (is_counted || !(body.mass().inverse_mass > 0.0)) continue;
+        energy += kinetic_energy(body.mass(), body.pose(), body.velocity);
     }
     return energy;
 }

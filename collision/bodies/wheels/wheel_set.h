@@ -58,6 +58,7 @@ public:
     std::span<const WheelContact> contacts() const { return contacts_; }
     /// Angle that a wheel has turned, radians.
     std::span<double> spins() { return spins_; }
+    std::span<const double> spins() const { return spins_; }
     bool in_contact() const;
 
     /// Takes over what casts have met.

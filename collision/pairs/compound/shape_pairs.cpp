@@ -97,13 +97,18 @@ PairContactAnswer find_contacts(const Shape& a, const Pose& world_from_a, const 
     const PlacedPair pair(a, world_from_a, b, world_from_b);
     if (!pair.is_valid || !(margin >= 0.0)) return answer;
     answer.status = QueryStatus::complete;
-    if (pair.is_beyond(margin)) return answer;
+    if (pair.is_beyond(margin)) {
+        answer.least_distance = length(pair.b.centre) - pair.reach - pair.touch();
+        return answer;
+    }
     if (pair.is_single) {
         const PlacedConvex part_a = pair.a.part(0);
         const PlacedConvex part_b = pair.b.part(0);
         std::array<PairContact, 4> found;
-        const std::size_t count = find_contacts(part_a, part_b, find_gap(part_a, part_b),
-                                                std::max(margin, pair.touch()), found);
+        const Gap gap = find_gap(part_a, part_b);
+        const std::size_t count =
+            find_contacts(part_a, part_b, gap, std::max(margin, pair.touch()), found);
+        if (count == 0) answer.least_distance = gap.distance - pair.touch();
         if (count > contacts_out.size()) answer.status = QueryStatus::truncated;
         answer.count = std::min(count, contacts_out.size());
         std::copy_n(found.begin(), answer.count, contacts_out.begin());

@@ -261,6 +261,29 @@ TEST(ConvexHull, HasTheSameBitsForTheSamePointsInAnyOrder) {
     }
 }
 
+TEST(ConvexHull, OfItsVerticesHasTheSameBits) {
+    SCOPED_TRACE("seed 12");
+    test::Random random(12);
+    for (int i = 0; i < 20'000; ++i) {
+        Points points = test::integers(random, 4 + random.below(40), 3);
+        if (i % 10 == 0) points = test::ball(random, 50);
+        const double scale = random.between(0.1, 3.0);
+        const ConvexHull hull = hull_of(test::transformed(points, scale, random.rotation()));
+        const Points vertices(hull.vertices().begin(), hull.vertices().end());
+        const ConvexHull again = hull_of(vertices);
+        const internal::Polyhedron &a = internal::polyhedron(hull),
+                                   &b = internal::polyhedron(again);
+        ASSERT_EQ(a.vertices.size(), b.vertices.size()) << i;
+        ASSERT_TRUE(std::equal(a.loops.begin(), a.loops.end(), b.loops.begin(), b.loops.end()))
+            << i;
+        for (std::size_t face = 0; face < a.faces.size(); ++face) {
+            ASSERT_EQ(a.faces[face].normal, b.faces[face].normal) << i;
+            ASSERT_EQ(a.faces[face].offset, b.faces[face].offset) << i;
+        }
+        ASSERT_EQ(smallest_half_extent(hull), smallest_half_extent(again)) << i;
+    }
+}
+
 TEST(ConvexHull, RefusesWhatIsNoSetOfPoints) {
     const double nan = std::nan("");
     const double infinity = std::numeric_limits<double>::infinity();

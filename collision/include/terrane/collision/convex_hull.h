@@ -25,7 +25,8 @@ const HullData& hull_data(const ConvexHull& hull);
 /// a rotated box keeps six faces. Vertices are input points, bit for bit (-0 becomes 0), sorted by x, y, z.
 ///
 /// No input point is farther than 1e-9 of the extent (largest over x, y and z) outside the hull or one of its face
-/// planes, plus the rounding of the products that measure it. The bits do not depend on the order of the points.
+/// planes, plus the rounding of the products that measure it. The bits do not depend on the order of the points, and
+/// the hull of its vertices() has the same bits.
 ///
 /// Threads: any number at once
 class ConvexHull {

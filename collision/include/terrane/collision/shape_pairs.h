@@ -46,6 +46,8 @@ TestAnswer test_contact(const Shape& a, const Pose& world_from_a, const Shape& b
 struct PairContactAnswer {
     QueryStatus status = QueryStatus::invalid;  ///< truncated: the deepest were kept
     std::size_t count = 0;                      ///< written to contacts_out, deepest first
+    /// Where there are no contacts: a lower bound of the distance of the shapes, metres.
+    double least_distance = 0.0;
 };
 
 /// Finds the contact manifolds of two shapes: at most four contacts a normal.

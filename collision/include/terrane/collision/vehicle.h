@@ -88,7 +88,7 @@ struct WheelState {
 
 /// Where a vehicle is and how it moves.
 struct VehicleState {
-    BodyState chassis;
+    BodyState chassis;  ///< as World::states() has it
     /// Axle by axle from front to rear, left before right.
     std::vector<WheelState> wheels;
     /// True once it has touched something for a second since it was last upright: tilted by at most 70 degrees, or 45

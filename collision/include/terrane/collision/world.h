@@ -111,8 +111,9 @@ public:
     /// Removes a body; wakes those that touch it.
     Result<void> remove(BodyId body);
 
-    /// Replaces a body's settings; its pose and velocity are kept, but a static body's velocity is 0. The body, and
-    /// those that touch it, wake. Counts as placed anew: see teleport().
+    /// Replaces a body's settings; its pose and velocities are kept, but a static body's velocity is 0, and so is the
+    /// spin of one that does not rotate. The body, and those that touch it, wake. Counts as placed anew: see
+    /// teleport().
     Result<void> change(BodyId body, const BodySettings& settings);
 
     /// Replaces a body's state: nothing is cast. The body, and those that touched it, wake. If it is then deeper in the
@@ -167,8 +168,8 @@ public:
     /// @param world_from_chassis pose of the chassis
     Result<BodyId> add_vehicle(const VehicleSettings& settings, const Pose& world_from_chassis);
 
-    /// Controls of a vehicle from the next step on; wakes it where they change. It falls asleep only while it brakes. Controls that are not finite are
-    /// ignored: the last valid ones are used.
+    /// Controls of a vehicle from the next step on; wakes it where they change. It falls asleep only while it brakes.
+    /// Controls that are not finite are ignored: the last valid ones are used.
     Result<void> set_controls(BodyId vehicle, const VehicleControls& controls);
 
     /// State after the last step; null where the body is no vehicle. Valid until the next call that is not const.
@@ -182,8 +183,8 @@ public:
     /// slides along what it meets, climbs steps, and rides on what it stands on.
     Result<BodyId> add_character(const CharacterSettings& settings, const WorldPos& place_world);
 
-    /// Controls of a character from the next step on; wakes it where they change. Controls that are not finite or out of
-    /// range are ignored: the last valid ones are used.
+    /// Controls of a character from the next step on; wakes it where they change. Controls that are not finite or out
+    /// of range are ignored: the last valid ones are used.
     Result<void> set_controls(BodyId character, const CharacterControls& controls);
 
     /// State after the last step; null where the body is no character. Valid until the next call that is not const.
@@ -232,6 +233,18 @@ public:
 
     /// Hash of every state's bits.
     std::uint64_t state_hash() const;
+
+    /// The world as bytes, the same on every machine: a world made of them by load() goes on with the same bits.
+    /// Callbacks are not in it, nor the thread count, nor the events of the last step.
+    std::vector<std::byte> save() const;
+
+    /// A world made by save().
+    ///
+    /// Fails: bad_data for bytes that save() has not written or that have changed; invalid_argument where the saved
+    ///        world had a callback and `callbacks` has none, or the other way round, or for a worker_count that
+    ///        create() refuses
+    static Result<World> load(std::span<const std::byte> bytes,
+                              const WorldCallbacks& callbacks = {}, int worker_count = 1);
 
 private:
     struct State;

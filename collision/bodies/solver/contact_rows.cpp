@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: MIT
+//
+// Sources:    Catto. Iterative dynamics with temporal coherence. GDC 2005 (rows of a contact, warm start).
+// Deviations: velocities are scaled by the square roots of masses and inertias. There the change by a unit impulse is
+//             the transpose of what gives the speed, so that a row needs one vector for both. Bodies of infinite mass
+//             have no such velocity: rows keep the speed at the start of a solve, and bodies the change since.
+#include "bodies/solver/contact_solver.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace terrane::internal {
+namespace {
+
+/// Acceleration of the end of an arm against the normal by rotation, m/s^2.
+double bend(const Eigen::Vector3d& normal, const Eigen::Vector3d& spin,
+            const Eigen::Vector3d& arm) {
+    return dot(spin, spin) * dot(normal, arm) - dot(normal, spin) * dot(spin, arm);
+}
+
+}  // namespace
+
+void ContactSolver::make_row(ContactRows& contact, Row& row,
+                             const Eigen::Vector3d& direction) const {
+    const auto of = [&](const SolverBody& body, double side, const Eigen::Vector3d& arm) {
+        return body.scaled(side * direction, side * cross(arm, direction));
+    };
+    const bool is_a_first = contact.first_ == contact.a_;
+    row.first =
+        is_a_first ? of(*contact.a_, 1.0, contact.arm_a_) : of(*contact.b_, -1.0, contact.arm_b_);
+    row.inverse_effective_mass = dot(row.first, row.first);
+    if (contact.second_ != nullptr) {
+        row.second = of(*contact.b_, -1.0, contact.arm_b_);
+        row.inverse_effective_mass += dot(row.second, row.second);
+    }
+    row.effective_mass = 1.0 / row.inverse_effective_mass;
+}
+
+void ContactSolver::add(const SolverContact& contact) {
+    if (count_ == room_.size()) return;
+    ContactRows& rows = room_[count_++];
+    is_sorted_ = false;
+    SolverBody& a = bodies_[contact.a];
+    SolverBody* const b = contact.b == SolverContact::kGround ? nullptr : &bodies_[contact.b];
+    rows.a_ = &a;
+    rows.b_ = b;
+    // Bodies of infinite mass may be shared with other islands and are not written.
+    rows.first_ = a.is_fixed() ? b : &a;
+    rows.second_ = a.is_fixed() || b == nullptr || b->is_fixed() ? nullptr : b;
+    std::uint32_t& level = rows.first_->level_;
+    rows.level_ = rows.second_ != nullptr ? std::max(level, rows.second_->level_) : level;
+    level = rows.level_ + 1;
+    if (rows.second_ != nullptr) rows.second_->level_ = level;
+
+    rows.arm_a_ = contact.point_a - a.pose().translation;
+    if (b != nullptr) rows.arm_b_ = contact.point_b - b->pose().translation;
+    const Eigen::Vector3d tangent = any_tangent(contact.normal);
+    rows.direction_[0] = contact.normal;
+    rows.direction_[1] = tangent;
+    rows.direction_[2] = cross(contact.normal, tangent);
+    int axis = 0;
+    for (Row* row : {&rows.normal_, &rows.tangent_, &rows.bitangent_}) {
+        const Eigen::Vector3d& direction = rows.direction_[axis++];
+        make_row(rows, *row, direction);
+        row->impulse = dot(contact.initial_impulse, direction);
+    }
+    rows.normal_.impulse = std::max(0.0, rows.normal_.impulse);
+    // The warm start of a changed normal has a tangential part, which a row without friction would never remove.
+    if (!(contact.friction > 0.0)) rows.tangent_.impulse = rows.bitangent_.impulse = 0.0;
+    rows.core_arm_ = rows.arm_a_ + contact.rounding * contact.normal;
+    rows.allowed_closing_ = 0.0;
+    rows.gap_ = contact.gap;
+    rows.rest_gap_ = contact.rest_gap;
+    rows.target_gap_ = contact.target_gap;
+    rows.friction_ = contact.friction;
+    rows.max_friction_impulse_ = contact.max_friction_impulse;
+    for (int axis_of_slip : {0, 1}) {
+        rows.slip_[axis_of_slip] = dot(contact.slip_velocity, rows.direction_[axis_of_slip + 1]);
+    }
+    rows.restitution_ = contact.restitution;
+}
+
+/// Sets the speeds from which a solve begins; end() adds its changes to the velocities.
+void ContactSolver::begin() {
+    for (ContactRows& contact : contacts()) {
+        const Twist& a = contact.a_->velocity;
+        Eigen::Vector3d velocity = a.linear + cross(a.angular, contact.arm_a_);
+        if (contact.b_ != nullptr) {
+            const Twist& b = contact.b_->velocity;
+            velocity -= b.linear + cross(b.angular, contact.arm_b_);
+        }
+        contact.normal_.start_speed = dot(contact.direction_[0], velocity);
+        contact.tangent_.start_speed = dot(contact.direction_[1], velocity) - contact.slip_[0];
+        contact.bitangent_.start_speed = dot(contact.direction_[2], velocity) - contact.slip_[1];
+    }
+}
+
+void ContactSolver::end() {
+    for (ContactRows& contact : contacts()) {
+        for (SolverBody* const body : {contact.first_, contact.second_}) {
+            if (body == nullptr || is_zero(body->change_)) continue;
+            const Twist change = body->unscaled(body->change_);
+            body->velocity.linear += change.linear;
+            body->velocity.angular += change.angular;
+            body->change_ = {};
+        }
+    }
+}
+
+double ContactSolver::speed(const ContactRows& contact, const Row& row) {
+    const double speed = row.start_speed + dot(row.first, contact.first_->change_);
+    if (contact.second_ == nullptr) return speed;
+    return speed + dot(row.second, contact.second_->change_);
+}
+
+void ContactSolver::apply(ContactRows& contact, Row& row, double impulse) {
+    add_scaled(contact.first_->change_, row.first, impulse);
+    if (contact.second_ != nullptr) add_scaled(contact.second_->change_, row.second, impulse);
+}
+
+/// Sets the allowed closing speed of each contact. Where rotation curves the path of a corner into the ground, the
+/// contact must open at half of that acceleration times the duration, so that its gap at the end is that at the start.
+/// Contacts between bodies may overlap by as much. Returns the largest change, m/s.
+double ContactSolver::set_targets(double duration) {
+    double change = 0.0;
+    for (ContactRows& contact : contacts()) {
+        double allowed = std::max(0.0, contact.gap_ - contact.rest_gap_) / duration;
+        if (contact.b_ == nullptr) {
+            const SolverBody& body = *contact.first_;
+            const Eigen::Vector3d spin =
+                body.velocity.angular + body.unscaled(body.change_).angular;
+            allowed -= 0.5 * duration *
+                       std::max(0.0, bend(contact.direction_[0], spin, contact.core_arm_));
+        }
+        change = std::max(change, std::abs(allowed - contact.allowed_closing_));
+        contact.allowed_closing_ = allowed;
+    }
+    return change;
+}
+
+Eigen::Vector3d ContactSolver::impulse(std::size_t contact) const {
+    const ContactRows& rows = room_[contact];
+    Eigen::Vector3d sum = rows.direction_[0] * rows.normal_.impulse;
+    sum += rows.direction_[1] * rows.tangent_.impulse;
+    sum += rows.direction_[2] * rows.bitangent_.impulse;
+    return sum;
+}
+
+}  // namespace terrane::internal

@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "math/vector_math.h"
+
+#include <terrane/collision/shape_feature.h>
+#include <terrane/terrain/math.h>
+#include <terrane/terrain/number_text.h>
+
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <string>
+#include <vector>
+
+// Fields of a saved world as bytes: little-endian, fixed width, no padding. A writer and a reader have the same
+// functions, so that one list of fields serves both directions; names and ranges are for the reader.
+namespace terrane::internal {
+
+/// Ranges of what steps compute. Steps have no limits of their own: these are far beyond what a world reaches, and far
+/// within what arithmetic allows.
+inline constexpr double kMostStoredLength = 1e15;   // metres
+inline constexpr double kMostStoredSpeed = 1e12;    // m/s, m/s^2
+inline constexpr double kMostStoredSpin = 1e15;     // rad/s
+inline constexpr double kMostStoredImpulse = 1e24;  // N s
+inline constexpr double kStoredUnitSlack = 1e-6;    // of unit vectors and rotations
+
+/// Appends fields to bytes.
+class FieldWriter {
+public:
+    static constexpr bool kReads = false;
+
+    void word(const char*, std::uint32_t value) { put(value, 4); }
+    void integer(const char*, std::uint32_t value, std::uint32_t /*most*/) { put(value, 4); }
+    void flag(const char*, bool value) { put(value ? 1 : 0, 1); }
+    template <class Enum>
+    void choice(const char*, Enum value, Enum /*last*/) {
+        put(static_cast<std::uint64_t>(value), 1);
+    }
+    void number(const char*, double value, double /*low*/, double /*high*/) {
+        put(std::bit_cast<std::uint64_t>(value), 8);
+    }
+    void vector(const char*, const Eigen::Vector3d& value, double /*limit*/) {
+        for (int axis = 0; axis < 3; ++axis) put(std::bit_cast<std::uint64_t>(value[axis]), 8);
+    }
+    void length(const char*, double value) { number("", value, 0.0, 0.0); }
+    void place(const char*, const Eigen::Vector3d& value) { vector("", value, 0.0); }
+    void impulse(const char*, const Eigen::Vector3d& value) { vector("", value, 0.0); }
+    void unit(const char*, const Eigen::Vector3d& value) { vector("", value, 0.0); }
+    void feature(const ShapeFeature& value) {
+        put(value.first, 4);
+        put(value.second, 4);
+    }
+    void pose(const char*, const Pose& value) {
+        for (int column = 0; column < 3; ++column) vector("", value.rotation.col(column), 0.0);
+        vector("", value.translation, 0.0);
+    }
+    /// The number of elements, then write_each(element).
+    void list(const char*, const auto& values, std::size_t /*least_bytes*/, auto write_each) {
+        put(values.size(), 4);
+        for (const auto& value : values) write_each(value);
+    }
+
+    std::vector<std::byte>& bytes() { return bytes_; }
+    void put(std::uint64_t value, int width) {
+        for (int i = 0; i < width; ++i) bytes_.push_back(std::byte(value >> (8 * i) & 0xff));
+    }
+
+private:
+    std::vector<std::byte> bytes_;
+};
+
+/// Reads fields from bytes. The first field that is out of its range, or beyond the end, is an error; what is read
+/// after it is 0, lists are empty.
+class FieldReader {
+public:
+    static constexpr bool kReads = true;
+
+    explicit FieldReader(std::span<const std::byte> bytes) : bytes_(bytes) {}
+
+    /// What the next fields belong to, for messages; null: the world.
+    void begin(const char* thing, std::size_t index) {
+        thing_ = thing;
+        index_ = index;
+    }
+
+    void word(const char* name, std::uint32_t& value) {
+        value = static_cast<std::uint32_t>(get(name, 4));
+    }
+    /// @param most largest valid value
+    void integer(const char* name, std::uint32_t& value, std::uint32_t most) {
+        word(name, value);
+        if (value <= most) return;
+        fail(name, "must be 0 to " + std::to_string(most) + ", got " + std::to_string(value));
+        value = 0;
+    }
+    void flag(const char* name, bool& value) {
+        const std::uint64_t read = get(name, 1);
+        if (read > 1) fail(name, "must be 0 or 1, got " + std::to_string(read));
+        value = read == 1;
+    }
+    /// @param last the largest enumerator
+    template <class Enum>
+    void choice(const char* name, Enum& value, Enum last) {
+        const std::uint64_t read = get(name, 1);
+        if (read > static_cast<std::uint64_t>(last)) {
+            fail(name, "must be 0 to " + std::to_string(static_cast<int>(last)) + ", got " +
+                           std::to_string(read));
+            return;
+        }
+        value = static_cast<Enum>(read);
+    }
+    void number(const char* name, double& value, double low, double high) {
+        value = std::bit_cast<double>(get(name, 8));
+        if (value >= low && value <= high) return;  // false for NaN
+        fail(name, "must be " + number_text(low) + " to " + number_text(high) + ", got " +
+                       number_text(value));
+        value = low;
+    }
+    /// @param limit of the absolute value of each component
+    void vector(const char* name, Eigen::Vector3d& value, double limit) {
+        for (int axis = 0; axis < 3; ++axis) number(name, value[axis], -limit, limit);
+    }
+    void length(const char* name, double& value) {
+        number(name, value, -kMostStoredLength, kMostStoredLength);
+    }
+    void place(const char* name, Eigen::Vector3d& value) { vector(name, value, kMostStoredLength); }
+    void impulse(const char* name, Eigen::Vector3d& value) {
+        vector(name, value, kMostStoredImpulse);
+    }
+    void unit(const char* name, Eigen::Vector3d& value) {
+        vector(name, value, 1.0 + kStoredUnitSlack);
+        if (std::abs(dot(value, value) - 1.0) <= kStoredUnitSlack) return;
+        fail(name, "must have length 1, got " + number_text(internal::length(value)));
+    }
+    void feature(ShapeFeature& value) {
+        word("feature", value.first);
+        word("feature", value.second);
+    }
+    void pose(const char* name, Pose& value) {
+        for (int column = 0; column < 3; ++column) {
+            Eigen::Vector3d axis;
+            vector(name, axis, 1.0 + kStoredUnitSlack);
+            value.rotation.col(column) = axis;
+        }
+        if (!(column_error(value.rotation) <= kStoredUnitSlack &&
+              determinant(value.rotation) > 0.0)) {
+            fail(name, "must have an orthonormal rotation of determinant 1");
+        }
+        place(name, value.translation);
+    }
+    /// @param least_bytes that an element has: the count is checked against the bytes that are left
+    void list(const char* name, auto& values, std::size_t least_bytes, auto read_each) {
+        const std::uint64_t count = get(name, 4);
+        if (count > bytes_.size() / least_bytes) {
+            fail(name, "are " + std::to_string(count) + ", more than the bytes that are left");
+            return;
+        }
+        values.resize(static_cast<std::size_t>(count));
+        for (auto& value : values) {
+            if (has_failed()) return;
+            read_each(value);
+        }
+    }
+
+    bool has_failed() const { return !error_.empty(); }
+    /// What is wrong, "" if nothing is.
+    const std::string& error() const { return error_; }
+    std::size_t bytes_left() const { return bytes_.size(); }
+    /// Keeps the first error.
+    void fail(const char* name, const std::string& what) {
+        if (has_failed()) return;
+        error_ = std::string("saved world: ") + name;
+        if (thing_ != nullptr)
+            error_ += std::string(" of ") + thing_ + ' ' + std::to_string(index_);
+        error_ += ' ' + what;
+    }
+    std::uint64_t get(const char* name, std::size_t width) {
+        if (has_failed()) return 0;
+        if (bytes_.size() < width) {
+            fail(name, "is beyond the end");
+            return 0;
+        }
+        std::uint64_t value = 0;
+        for (std::size_t i = 0; i < width; ++i) {
+            value |= std::to_integer<std::uint64_t>(bytes_[i]) << (8 * i);
+        }
+        bytes_ = bytes_.subspan(width);
+        return value;
+    }
+
+private:
+    std::span<const std::byte> bytes_;
+    const char* thing_ = nullptr;
+    std::size_t index_ = 0;
+    std::string error_;
+};
+
+/// FNV-1a (G. Fowler, L. C. Noll, K.-P. Vo).
+inline std::uint64_t checksum_of(std::span<const std::byte> bytes) {
+    std::uint64_t hash = 0xcbf29ce484222325u;
+    for (const std::byte byte : bytes) {
+        hash = (hash ^ std::to_integer<std::uint64_t>(byte)) * 0x100000001b3u;
+    }
+    return hash;
+}
+
+}  // namespace terrane::internal

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "collision/bodies/body_cases.h"
+#include "collision/world/rough_grounds.h"
+#include "support/random.h"
+
+#include <terrane/collision/world.h>
+
+#include <cmath>
+#include <cstring>
+#include <vector>
+
+// A world in which everything that a body can be or do happens at once, for tests of determinism and of saved worlds.
+namespace terrane::test {
+
+/// Hills of two by two root squares, of which the north-eastern one is not resident.
+inline Ground make_busy_ground() {
+    TableGroundSettings settings{.roots = 2};
+    settings.is_resident = [](int column, int row) { return column == 0 || row == 0; };
+    return make_test_ground(
+        [](double x, double y) { return 2.0 * std::sin(0.11 * x) * std::sin(0.07 * y); }, settings);
+}
+
+/// Bodies of the busy world that tests act on.
+struct BusyBodies {
+    BodyId platform, lift, free_box, removed;
+    std::vector<BodyId> heap;
+};
+
+inline BodyId add_body(World& world, const BodySettings& settings, const BodyState& state) {
+    const Result<BodyId> id = world.add(settings, state);
+    EXPECT_TRUE(id) << id.error().message;
+    return id.value_or(BodyId{});
+}
+
+/// A heap of all shapes, sleepers, a body that is deep in the ground, one without resident ground, one that has left
+/// the world, static and kinematic bodies, sensors, and slots of removed bodies.
+inline BusyBodies fill_busy_world(World& world) {
+    Random random(77);
+    BusyBodies bodies;
+    const std::vector<Shape> shapes = all_shapes(0.6);
+    for (int i = 0; i < 40; ++i) {
+        const double x = 60.0 + 2.0 * (i % 3), y = 60.0 + 2.0 * (i / 3 % 3);
+        BodyState state = at({x, y, 4.0 + 2.5 * (i / 9)});
+        state.pose.rotation = random.rotation();
+        BodySettings settings{.shape = shapes[static_cast<std::size_t>(i) % shapes.size()]};
+        settings.mass = random.between(0.5, 20.0);
+        settings.restitution = i % 4 == 0 ? 0.7 : 0.1;
+        bodies.heap.push_back(add_body(world, settings, state));
+    }
+    for (int i = 0; i < 4; ++i) {  // a stack on a static floor, which falls asleep
+        add_body(world, {.shape = Box{{0.5, 0.5, 0.5}}}, at({30.0, 30.0, 5.51 + i}));
+    }
+    add_body(world, {.shape = Box{{3.0, 3.0, 2.0}}, .type = BodyType::static_body},
+             at({30.0, 30.0, 3.0}));
+    add_body(world, {.shape = make_hammer(0.8)}, at({100.0, 30.0, -4.0}));              // deep
+    add_body(world, {.shape = Sphere{0.5}}, at({200.0, 200.0, 5.0}, {1.0, 0.0, 0.0}));  // parks
+    add_body(world, {.shape = make_wedge()}, at({-30.0, 10.0, 5.0}, {0.0, 1.0, 0.0}, {3, 1, 2}));
+    const BodySettings board{.shape = Box{{3.0, 3.0, 0.2}}, .type = BodyType::kinematic_body};
+    bodies.platform = add_body(world, board, at({80.0, 90.0, 6.0}, {0.5, 0.0, 0.0}));
+    add_body(world, {.shape = Box{{0.4, 0.4, 0.4}}}, at({80.0, 90.0, 6.7}));
+    bodies.lift = add_body(world, board, at({40.0, 90.0, 6.0}));
+    add_body(world, {.shape = make_wedge(0.5), .rotates = false}, at({40.0, 90.0, 7.0}));
+    add_body(world, {.shape = make_hammer(), .type = BodyType::static_body, .friction = 0.2},
+             at({62.0, 62.0, 2.5}));
+    BodySettings gate{.shape = Sphere{3.0}, .type = BodyType::static_body};
+    gate.is_sensor = true;
+    add_body(world, gate, at({60.0, 60.0, 3.0}));
+    gate.type = BodyType::kinematic_body;
+    add_body(world, gate, at({50.0, 60.0, 3.0}, {0.7, 0.1, 0.0}));
+    BodySettings ghost{.shape = Box{}};
+    ghost.filter = {2, 4};
+    bodies.free_box = add_body(world, ghost, at({20.0, 80.0, 20.0}, {1, 2, 3}, {4, 5, 6}));
+    std::vector<BodyId> spare;
+    for (int i = 0; i < 5; ++i) {
+        spare.push_back(add_body(world, {.shape = Capsule{}}, at({10.0 + 3.0 * i, 10.0, 9.0})));
+    }
+    for (const int i : {3, 0, 4}) EXPECT_TRUE(world.remove(spare[static_cast<std::size_t>(i)]));
+    bodies.removed = spare[0];
+    return bodies;
+}
+
+/// Acts on the busy world before the step of this number.
+inline void act_on_busy_world(World& world, const BusyBodies& bodies, int step) {
+    if (step % 50 == 10) {
+        Pose pose;
+        pose.translation = {40.0, 90.0, step % 100 == 10 ? 7.0 : 6.0};
+        pose.rotation = turned({0.0, 0.0, step % 100 == 10 ? 0.4 : 0.0});
+        EXPECT_TRUE(world.move_kinematic(bodies.lift, pose, 0.5));
+    }
+    if (step % 7 == 0) {
+        EXPECT_TRUE(world.add_force(bodies.heap[3], {50.0, 10.0, 30.0}));
+        EXPECT_TRUE(world.add_torque(bodies.heap[4], {1.0, 2.0, 3.0}));
+    }
+    if (step % 60 == 59) {
+        EXPECT_TRUE(world.teleport(bodies.heap[5], at({61.0, 61.0, 14.0}, {0.0, 0.0, -9.0})));
+    }
+}
+
+inline bool is_same_report(const StepReport& a, const StepReport& b) {
+    static_assert(sizeof(StepReport) % sizeof(double) == 0);
+    return std::memcmp(&a, &b, sizeof(StepReport)) == 0;  // no padding
+}
+
+}  // namespace terrane::test

@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: MIT
+#include "collision/world/busy_world.h"
+
+#include <terrane/collision/world.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+namespace terrane {
+namespace contact_events_test {
+
+using test::at;
+using test::make_flat;
+using test::make_world;
+
+constexpr double kStep = 1.0 / 60.0;
+constexpr double kGravity = 9.81;
+
+BodyId add(World& world, const BodySettings& settings, const BodyState& state) {
+    return world.add(settings, state).value();
+}
+
+const BodyState& state_of(const World& world, BodyId body) { return world.states()[body.index]; }
+
+const ContactEvent* find(const World& world, BodyId a, BodyId b = {}) {
+    for (const ContactEvent& event : world.contact_events()) {
+        if (event.a == a && event.b == b) return &event;
+    }
+    return nullptr;
+}
+
+TEST(ContactEvents, AreNoneWhereTheyAreNotAskedFor) {
+    const Ground ground = make_flat();
+    World world = make_world();
+    add(world, {.shape = Box{}}, at({60.0, 60.0, 5.5}));
+    for (int i = 0; i < 5; ++i) world.step(ground, kStep);
+    EXPECT_TRUE(world.contact_events().empty());
+}
+
+TEST(ContactEvents, OfABounceBeginEndAndBeginAgain) {
+    const Ground ground = make_flat();
+    World world = make_world({.report_contacts = true});
+    const BodyId ball =
+        add(world, {.shape = Sphere{0.5}, .restitution = 0.6}, at({60.0, 60.0, 8.0}));
+    std::string story;
+    for (int i = 0; i < 600; ++i) {
+        world.step(ground, kStep);
+        const ContactEvent* event = find(world, ball);
+        if (event == nullptr) continue;
+        EXPECT_TRUE(event->is_ground());
+        if (event->phase == ContactPhase::began) story += 'b';
+        if (event->phase == ContactPhase::stayed && story.back() != 's') story += 's';
+        if (event->phase == ContactPhase::ended) story += 'e';
+        if (event->phase != ContactPhase::ended) {
+            EXPECT_NEAR(event->normal.z(), 1.0, 1e-9);
+        }
+    }
+    ASSERT_GE(story.size(), 6u) << story;
+    EXPECT_EQ(story.substr(0, 4), "bebe") << story;
+    EXPECT_EQ(story.back(), 's') << story;
+    EXPECT_EQ(state_of(world, ball).condition, BodyCondition::asleep);
+}
+
+TEST(ContactEvents, OfRestingBodiesHaveTheImpulseOfTheirWeight) {
+    const Ground ground = make_flat();
+    for (const double dt : {kStep, 1.0 / 240.0, 0.1}) {
+        SCOPED_TRACE(dt);
+        World world = make_world({.allow_sleep = false, .report_contacts = true});
+        const BodyId lower = add(world, {.shape = Box{}, .mass = 3.0}, at({60.0, 60.0, 5.5}));
+        const BodyId upper = add(world, {.shape = Box{}, .mass = 2.0}, at({60.0, 60.0, 6.5}));
+        const BodyId ball = add(world, {.shape = Sphere{}, .mass = 7.0}, at({70.0, 60.0, 5.5}));
+        for (double time = 0.0; time < 2.0; time += dt) world.step(ground, dt);
+        const ContactEvent *pair = find(world, lower, upper), *floor = find(world, lower);
+        ASSERT_NE(pair, nullptr);
+        ASSERT_NE(floor, nullptr);
+        ASSERT_NE(find(world, ball), nullptr);
+        EXPECT_EQ(pair->phase, ContactPhase::stayed);
+        EXPECT_NEAR(pair->impulse.z(), -2.0 * kGravity * dt, 0.01 * 2.0 * kGravity * dt);
+        EXPECT_NEAR(floor->impulse.z(), 5.0 * kGravity * dt, 0.01 * 5.0 * kGravity * dt);
+        EXPECT_NEAR(find(world, ball)->impulse.z(), 7.0 * kGravity * dt,
+                    0.01 * 7.0 * kGravity * dt);
+        EXPECT_LT(pair->normal.z(), -0.999);
+        EXPECT_EQ(pair->point_count, 4u);
+        for (const ContactPoint& point : world.contact_points(*pair)) {
+            EXPECT_NEAR(point.point_world.z(), 6.0, 0.01);
+            EXPECT_NEAR(std::abs(point.point_world.x() - 60.0), 0.5, 0.01);
+            EXPECT_NEAR(point.gap, 0.0, 0.01);
+        }
+        EXPECT_EQ(find(world, upper), nullptr);
+    }
+}
+
+/// The change of a body's momentum is the sum of the impulses on it and of gravity.
+TEST(ContactEvents, HaveImpulsesThatAreTheChangeOfMomentum) {
+    const Ground ground = make_flat();
+    World world = make_world({.report_contacts = true});
+    const std::vector<Shape> shapes = test::all_shapes(0.5);
+    std::vector<BodyId> bodies;
+    std::vector<double> masses;
+    for (int i = 0; i < 10; ++i) {
+        masses.push_back(0.5 + i);
+        BodySettings settings{.shape = shapes[static_cast<std::size_t>(i) % 5]};
+        settings.mass = masses.back();
+        settings.restitution = 0.5;
+        bodies.push_back(add(world, settings,
+                             at({60.0 + 6.0 * (i % 5), 60.0, 7.0 + 3.0 * (i / 5)}, {0.1, 0.0, -3.0},
+                                {0.5, 0.2, 0.0})));
+    }
+    int checked = 0;
+    for (int step = 0; step < 60; ++step) {
+        std::vector<Eigen::Vector3d> before;
+        for (const BodyId body : bodies) before.push_back(state_of(world, body).velocity);
+        world.step(ground, kStep);
+        for (std::size_t i = 0; i < bodies.size(); ++i) {
+            Eigen::Vector3d impulse = Eigen::Vector3d::Zero();
+            for (const ContactEvent& event : world.contact_events()) {
+                if (event.a == bodies[i]) impulse += event.impulse;
+                if (event.b == bodies[i]) impulse -= event.impulse;
+            }
+            const Eigen::Vector3d gained =
+                masses[i] * (state_of(world, bodies[i]).velocity - before[i] +
+                             Eigen::Vector3d(0.0, 0.0, kGravity * kStep));
+            if (impulse.norm() < 0.5 * masses[i]) continue;  // a bounce
+            EXPECT_LT((impulse - gained).norm(), 0.03 * gained.norm()) << step << " body " << i;
+            ++checked;
+        }
+    }
+    EXPECT_GT(checked, 10);
+}
+
+TEST(ContactEvents, EndWhereABodyIsRemovedOrTeleportedAway) {
+    const Ground ground = make_flat();
+    World world = make_world({.report_contacts = true});
+    const BodyId lower = add(world, {.shape = Box{}}, at({60.0, 60.0, 5.5}));
+    const BodyId upper = add(world, {.shape = Box{}}, at({60.0, 60.0, 6.5}));
+    world.step(ground, kStep);
+    ASSERT_NE(find(world, lower, upper), nullptr);
+    ASSERT_TRUE(world.teleport(upper, at({60.0, 60.0, 20.0})));
+    world.step(ground, kStep);
+    ASSERT_NE(find(world, lower, upper), nullptr);
+    EXPECT_EQ(find(world, lower, upper)->phase, ContactPhase::ended);
+    ASSERT_TRUE(world.remove(lower));
+    world.step(ground, kStep);
+    ASSERT_EQ(world.contact_events().size(), 1u);
+    EXPECT_EQ(world.contact_events()[0].a, lower);
+    EXPECT_EQ(world.contact_events()[0].phase, ContactPhase::ended);
+    world.step(ground, kStep);
+    EXPECT_TRUE(world.contact_events().empty());
+}
+
+TEST(ContactEvents, OfSleepersAreSilentUntilTheyAreWoken) {
+    const Ground ground = make_flat();
+    World world = make_world({.report_contacts = true});
+    const BodyId lower = add(world, {.shape = Box{}}, at({60.0, 60.0, 5.5}));
+    const BodyId upper = add(world, {.shape = Box{}}, at({60.0, 60.0, 6.5}));
+    for (int i = 0; i < 120; ++i) world.step(ground, kStep);
+    ASSERT_EQ(state_of(world, upper).condition, BodyCondition::asleep);
+    // A far body keeps the world awake.
+    add(world, {.shape = Sphere{}}, at({90.0, 60.0, 60.0}));
+    for (int i = 0; i < 30; ++i) {
+        world.step(ground, kStep);
+        EXPECT_TRUE(world.contact_events().empty());
+    }
+    ASSERT_TRUE(world.wake(lower));
+    world.step(ground, kStep);
+    ASSERT_NE(find(world, lower, upper), nullptr);
+    EXPECT_EQ(find(world, lower, upper)->phase, ContactPhase::stayed);
+    EXPECT_EQ(find(world, lower)->phase, ContactPhase::stayed);
+}
+
+/// In the busy world: ascending order, the ground last; and of each pair began, stayed ..., ended.
+TEST(ContactEvents, AreOrderedAndTellAConsistentStory) {
+    const Ground ground = test::make_busy_ground();
+    World world = make_world({.report_contacts = true});
+    const test::BusyBodies bodies = test::fill_busy_world(world);
+    std::map<std::pair<BodyId, BodyId>, bool> touches;
+    for (int step = 0; step < 300; ++step) {
+        test::act_on_busy_world(world, bodies, step);
+        world.step(ground, kStep);
+        std::tuple<std::uint32_t, std::uint32_t> last{0, 0};
+        for (const ContactEvent& event : world.contact_events()) {
+            const std::tuple<std::uint32_t, std::uint32_t> now{event.a.index, event.b.index};
+            EXPECT_LT(last, now);
+            last = now;
+            EXPECT_LT(event.a.index, event.b.index);
+            EXPECT_LT(event.normal.norm(), 1.0 + 1e-9);
+            bool& touched = touches[{event.a, event.b}];
+            EXPECT_EQ(touched, event.phase != ContactPhase::began) << step;
+            touched = event.phase != ContactPhase::ended;
+            EXPECT_LE(world.contact_points(event).size(), 64u);
+        }
+    }
+    EXPECT_GT(touches.size(), 60u);
+}
+
+TEST(ContactEvents, AreTheSameWithAnyNumberOfThreads) {
+    const Ground ground = test::make_busy_ground();
+    World one = make_world({.report_contacts = true, .worker_count = 1});
+    World three = make_world({.report_contacts = true, .worker_count = 3});
+    const test::BusyBodies in_one = test::fill_busy_world(one);
+    const test::BusyBodies in_three = test::fill_busy_world(three);
+    for (int step = 0; step < 150; ++step) {
+        test::act_on_busy_world(one, in_one, step);
+        test::act_on_busy_world(three, in_three, step);
+        EXPECT_TRUE(test::is_same_report(one.step(ground, kStep), three.step(ground, kStep)));
+        ASSERT_EQ(one.state_hash(), three.state_hash()) << step;
+        ASSERT_EQ(one.contact_events().size(), three.contact_events().size());
+        for (std::size_t i = 0; i < one.contact_events().size(); ++i) {
+            const ContactEvent &a = one.contact_events()[i], &b = three.contact_events()[i];
+            EXPECT_EQ(std::tie(a.a, a.b, a.phase, a.is_sensor, a.first_point, a.point_count),
+                      std::tie(b.a, b.b, b.phase, b.is_sensor, b.first_point, b.point_count));
+            EXPECT_EQ(a.impulse, b.impulse);
+            EXPECT_EQ(a.normal, b.normal);
+        }
+    }
+}
+
+}  // namespace contact_events_test
+}  // namespace terrane

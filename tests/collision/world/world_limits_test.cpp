@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: MIT
+#include "collision/world/busy_world.h"
+#include "support/allocation_counter.h"
+
+#include <terrane/collision/shape_pairs.h>
+#include <terrane/collision/world.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+// Input at and beyond its limits; what a step may cost; queries of a world that changes.
+namespace terrane {
+namespace world_limits_test {
+
+using test::at;
+using test::make_flat;
+using test::make_world;
+using test::Random;
+
+constexpr double kStep = 1.0 / 60.0;
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
+BodyId add(World& world, const BodySettings& settings, const BodyState& state) {
+    return world.add(settings, state).value();
+}
+
+TEST(WorldLimits, NoMassButAPositiveFiniteOneIsAccepted) {
+    World world = make_world();
+    for (const double mass : {0.0, -1.0, kNan, kInfinite, 1e-10, 1e13}) {
+        const Result<BodyId> body = world.add({.mass = mass}, {});
+        ASSERT_FALSE(body) << mass;
+        EXPECT_EQ(body.error().code, ErrorCode::invalid_argument);
+        EXPECT_NE(body.error().message.find("mass"), std::string::npos);
+    }
+    EXPECT_TRUE(world.states().empty());
+}
+
+TEST(WorldLimits, TheLightestAndTheHeaviestBodyTouch) {
+    const Ground ground = make_flat();
+    for (const bool is_heavy_above : {false, true}) {
+        World world = make_world();
+        add(world, {.shape = Box{}, .mass = is_heavy_above ? 1e-9 : 1e12}, at({60.0, 60.0, 5.5}));
+        add(world, {.shape = Box{}, .mass = is_heavy_above ? 1e12 : 1e-9}, at({60.0, 60.0, 7.0}));
+        for (int i = 0; i < 300; ++i) ASSERT_EQ(world.step(ground, kStep).too_deep, 0u);
+        for (const BodyState& state : world.states()) {
+            EXPECT_TRUE(state.pose.translation.allFinite());
+            EXPECT_TRUE(state.velocity.allFinite());
+            EXPECT_LT(state.velocity.norm(), 10.0);
+        }
+    }
+}
+
+TEST(WorldLimits, StepsThatAreNoTimeAreRefusedAndNothingMoves) {
+    const Ground ground = make_flat();
+    World world = make_world({.report_contacts = true});
+    const BodyId body = add(world, {}, at({60.0, 60.0, 20.0}, {1.0, 2.0, 3.0}));
+    ASSERT_TRUE(world.add_force(body, {1.0, 0.0, 0.0}));
+    const std::uint64_t hash = world.state_hash();
+    const std::vector<std::byte> bytes = world.save();
+    for (const double dt : {0.0, -0.0, -kStep, kNan, kInfinite, -kInfinite, 100.0, 1.0 + 1e-15}) {
+        EXPECT_EQ(world.step(ground, dt).refused_steps, 1u) << dt;
+        EXPECT_EQ(world.state_hash(), hash) << dt;
+        EXPECT_EQ(world.save(), bytes) << dt;
+    }
+    for (const double dt : {1.0, 1e-12, std::numeric_limits<double>::denorm_min()}) {
+        EXPECT_EQ(world.step(ground, dt).refused_steps, 0u) << dt;
+        EXPECT_TRUE(world.states()[0].pose.translation.allFinite());
+    }
+}
+
+TEST(WorldLimits, TenThousandBodiesInOnePlaceAreCountedAndComeApartAboveTheGround) {
+    const Ground ground = make_flat();
+    World world = make_world({.report_contacts = true});
+    for (int i = 0; i < 10'000; ++i) add(world, {.shape = Sphere{0.2}}, at({60.0, 60.0, 6.0}));
+    const StepReport report = world.step(ground, kStep);
+    EXPECT_EQ(report.too_deep, 0u);
+    EXPECT_EQ(report.awake, 10'000u);
+    EXPECT_GT(report.skipped_pairs, 10'000'000u);
+}
+
+TEST(WorldLimits, AStepOfAThousandSleepersAsksAndChangesNothing) {
+    const Ground ground = make_flat();
+    std::uint64_t calls = 0;
+    WorldSettings settings{.report_contacts = true};
+    settings.callbacks.gravity_at = [&](const WorldPos&) {
+        ++calls;
+        return Eigen::Vector3d(0.0, 0.0, -9.81);
+    };
+    settings.callbacks.may_collide = [&](BodyId, BodyId) {
+        ++calls;
+        return true;
+    };
+    World world = make_world(settings);
+    for (int i = 0; i < 1000; ++i) {
+        add(world, {.shape = Box{}},
+            at({20.0 + 2.0 * (i % 25), 20.0 + 2.0 * (i / 50), 5.5 + i / 25 % 2}));
+    }
+    for (int i = 0; i < 120; ++i) world.step(ground, kStep);
+    EXPECT_GE(calls, 1500u);
+    calls = 0;
+    const std::vector<std::byte> bytes = world.save();
+    for (int i = 0; i < 10; ++i) EXPECT_EQ(world.step(ground, kStep).asleep, 1000u);
+    EXPECT_EQ(calls, 0u);
+    EXPECT_EQ(world.save(), bytes);
+    // Also where something else is awake.
+    add(world, {.shape = Sphere{}}, at({100.0, 100.0, 90.0}));
+    for (int i = 0; i < 10; ++i) EXPECT_EQ(world.step(ground, kStep).asleep, 1000u);
+    EXPECT_LE(calls, 10u + 10u * 500u);  // pairs of sleepers that touch are still asked for
+}
+
+TEST(WorldLimits, CallsAndStepsWithEventsKinematicsAndSensorsDoNotAllocate) {
+    if (!test::AllocationCounter::kCounts) GTEST_SKIP() << "this build counts no allocations";
+    const Ground ground = make_flat();
+    World world = make_world({.report_contacts = true});
+    const BodySettings board{.shape = Box{{3.0, 3.0, 0.2}}, .type = BodyType::kinematic_body};
+    const BodyId lift = add(world, board, at({50.0, 60.0, 8.0}));
+    const BodyId conveyor = add(world, board, at({60.0, 60.0, 8.0}));
+    for (const double x : {50.0, 60.0, 70.0}) {
+        add(world, {.shape = Box{{0.4, 0.4, 0.4}}}, at({x, 60.0, 8.6}));
+        add(world, {.shape = Sphere{0.4}, .restitution = 1.0}, at({x + 1.5, 60.0, 10.0}));
+    }
+    const BodyId pushed = add(world, {.shape = test::make_hammer()}, at({60.0, 80.0, 6.0}));
+    BodySettings gate{.shape = Sphere{2.0}, .type = BodyType::kinematic_body};
+    gate.is_sensor = true;
+    const BodyId sensor = add(world, gate, at({55.0, 60.0, 8.0}));
+    const auto step = [&](int number) {
+        const double side = number / 60 % 2 == 0 ? 1.0 : -1.0;
+        if (number % 60 == 0) {
+            ASSERT_TRUE(world.move_kinematic(lift, at({50.0, 60.0, 9.0 + side}).pose, 1.0));
+            ASSERT_TRUE(world.set_velocity(conveyor, {0.0, side, 0.0}, {0.0, 0.0, 0.0}));
+            ASSERT_TRUE(world.set_velocity(sensor, {5.0 * side, 0.0, 0.0}, {0.0, 0.0, 0.0}));
+            ASSERT_TRUE(world.teleport(pushed, at({60.0, 80.0, 6.0})));
+            ASSERT_TRUE(world.move_to(pushed, at({65.0, 80.0, 8.0}).pose, ground));
+        }
+        ASSERT_TRUE(world.add_force(pushed, {60.0, 80.0, 6.0}, {3.0, 0.0, 0.0}));
+        ASSERT_TRUE(world.add_torque(pushed, {0.0, 1.0, 0.0}));
+        world.step(ground, kStep);
+        EXPECT_FALSE(world.contact_events().empty());
+        world.ray(ground, {60.0, 60.0, 30.0}, {60.0, 60.0, -9.0});
+    };
+    for (int i = 0; i < 600; ++i) step(i);
+    const test::AllocationCounter allocations;
+    for (int i = 600; i < 900; ++i) step(i);
+    EXPECT_EQ(allocations.count(), 0u);
+}
+
+/// Queries compared with all bodies one by one while bodies come, go and move.
+TEST(WorldLimits, QueriesFindWhatBruteForceFindsAfterEveryChange) {
+    const std::uint64_t seed = 8;
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    Random random(seed);
+    const Ground ground = make_flat();
+    World world = make_world();
+    const std::vector<Shape> shapes = test::all_shapes(0.7);
+    std::vector<BodyId> bodies;
+    for (int i = 0; i < 400; ++i) {
+        const int action = random.below(6);
+        if (action < 3 || bodies.empty()) {
+            BodyState state = at({0, 0, 0});
+            for (int axis = 0; axis < 3; ++axis) {
+                state.pose.translation[axis] =
+                    axis < 2 ? random.between(50.0, 75.0) : random.between(6.0, 14.0);
+            }
+            state.pose.rotation = random.rotation();
+            const auto type = static_cast<BodyType>(random.below(3));
+            const std::size_t shape = static_cast<std::size_t>(random.below(5));
+            bodies.push_back(add(world, {.shape = shapes[shape], .type = type}, state));
+        } else if (action == 3) {
+            const auto victim =
+                static_cast<std::size_t>(random.below(static_cast<int>(bodies.size())));
+            ASSERT_TRUE(world.remove(bodies[victim]));
+            bodies.erase(bodies.begin() + static_cast<std::ptrdiff_t>(victim));
+        } else if (action == 4) {
+            world.step(ground, kStep);
+        } else {
+            const auto moved =
+                static_cast<std::size_t>(random.below(static_cast<int>(bodies.size())));
+            BodyState state = world.states()[bodies[moved].index];
+            state.pose.translation.x() = random.between(50.0, 75.0);
+            ASSERT_TRUE(world.teleport(bodies[moved], state));
+        }
+        const Shape probe = Sphere{random.between(0.5, 3.0)};
+        Pose pose;
+        for (int axis = 0; axis < 3; ++axis) {
+            pose.translation[axis] =
+                axis < 2 ? random.between(50.0, 75.0) : random.between(6.0, 14.0);
+        }
+        std::vector<BodyId> expected;
+        double nearest = kInfinite;
+        for (const BodyId body : bodies) {
+            const Shape& shape = world.settings()[body.index].shape;
+            const Pose& other = world.states()[body.index].pose;
+            if (test_contact(probe, pose, shape, other).is_touching) expected.push_back(body);
+            nearest = std::min(nearest, signed_distance(probe, pose, shape, other).distance);
+        }
+        std::sort(expected.begin(), expected.end());
+        std::array<BodyId, 400> found;
+        const OverlapQueryAnswer answer = world.overlaps(ground, probe, pose, found);
+        ASSERT_EQ(
+            std::vector(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(answer.count)),
+            expected)
+            << i;
+        const NearestQueryAnswer near =
+            world.nearest(ground, probe, pose, kInfinite, {.include_ground = false});
+        ASSERT_EQ(near.is_found, !bodies.empty());
+        if (near.is_found) {
+            ASSERT_NEAR(near.distance, nearest, 1e-9) << i;
+        }
+    }
+}
+
+}  // namespace world_limits_test
+}  // namespace terrane

@@ -1,0 +1,286 @@
+// SPDX-License-Identifier: MIT
+#include "collision/world/busy_world.h"
+#include "support/random.h"
+
+#include <terrane/collision/world.h>
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cstdint>
+#include <cstdlib>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace terrane {
+namespace world_save_test {
+
+using test::act_on_busy_world;
+using test::at;
+using test::BusyBodies;
+using test::fill_busy_world;
+using test::is_same_report;
+using test::make_busy_ground;
+using test::make_world;
+using test::Random;
+
+constexpr double kStep = 1.0 / 60.0;
+constexpr std::size_t kChecksumBytes = 8;
+
+using Bytes = std::vector<std::byte>;
+
+World load(const Bytes& bytes, const WorldCallbacks& callbacks = {}, int worker_count = 1) {
+    Result<World> world = World::load(bytes, callbacks, worker_count);
+    if (!world) {
+        ADD_FAILURE() << world.error().message;
+        std::abort();
+    }
+    return std::move(*world);
+}
+
+/// Makes the checksum that of the bytes.
+void repair_checksum(Bytes& bytes) {
+    std::uint64_t hash = 0xcbf29ce484222325u;
+    const std::size_t end = bytes.size() - kChecksumBytes;
+    for (std::size_t i = 0; i < end; ++i) {
+        hash = (hash ^ std::to_integer<std::uint64_t>(bytes[i])) * 0x100000001b3u;
+    }
+    for (std::size_t i = 0; i < kChecksumBytes; ++i) {
+        bytes[end + i] = std::byte(hash >> (8 * i) & 0xff);
+    }
+}
+
+void expect_same_events(const World& a, const World& b) {
+    ASSERT_EQ(a.contact_events().size(), b.contact_events().size());
+    for (std::size_t i = 0; i < a.contact_events().size(); ++i) {
+        const ContactEvent &x = a.contact_events()[i], &y = b.contact_events()[i];
+        EXPECT_EQ(x.a, y.a);
+        EXPECT_EQ(x.b, y.b);
+        EXPECT_EQ(x.phase, y.phase);
+        EXPECT_EQ(x.is_sensor, y.is_sensor);
+        EXPECT_EQ(x.impulse, y.impulse);
+        EXPECT_EQ(x.point_count, y.point_count);
+    }
+}
+
+TEST(WorldSave, ALoadedWorldGoesOnWithTheSameBitsAndEvents) {
+    const Ground ground = make_busy_ground();
+    World world = make_world({.report_contacts = true});
+    const BusyBodies bodies = fill_busy_world(world);
+    std::uint64_t asleep = 0, parked = 0, placed_deep = 0, left = 0, events = 0;
+    for (int step = 0; step < 260; ++step) {
+        act_on_busy_world(world, bodies, step);
+        if (step % 20 == 0 || step == 1 || step == 59 || step == 161) {
+            World loaded = load(world.save(), {}, 1 + step % 3);
+            EXPECT_EQ(loaded.state_hash(), world.state_hash());
+            EXPECT_EQ(loaded.save(), world.save());
+            World original = load(world.save());  // `world` itself goes on below
+            for (int later = step; later < step + 25; ++later) {
+                if (later > step) {
+                    act_on_busy_world(original, bodies, later);
+                    act_on_busy_world(loaded, bodies, later);
+                }
+                original.step(ground, kStep);
+                loaded.step(ground, kStep);
+                ASSERT_EQ(loaded.state_hash(), original.state_hash()) << step << ' ' << later;
+            }
+        }
+        const StepReport report = world.step(ground, kStep);
+        asleep += report.asleep;
+        parked += report.parked;
+        placed_deep += report.placed_deep;
+        left += report.left_world;
+        events += world.contact_events().size();
+    }
+    EXPECT_GT(asleep, 0u);
+    EXPECT_GT(parked, 0u);
+    EXPECT_GT(placed_deep, 0u);
+    EXPECT_GT(left, 0u);
+    EXPECT_GT(events, 0u);
+}
+
+TEST(WorldSave, IsNotNoticedByAWorldThatIsReplacedByItsCopyBeforeEveryStep) {
+    const Ground ground = make_busy_ground();
+    for (const BroadphaseKind kind : {BroadphaseKind::sap, BroadphaseKind::two_scene}) {
+        World world = make_world({.report_contacts = true, .broadphase = kind});
+        const BusyBodies bodies = fill_busy_world(world);
+        World copy = load(world.save());
+        for (int step = 0; step < 260; ++step) {
+            act_on_busy_world(world, bodies, step);
+            act_on_busy_world(copy, bodies, step);
+            const StepReport report = world.step(ground, kStep);
+            const StepReport report_of_copy = copy.step(ground, kStep);
+            ASSERT_EQ(copy.state_hash(), world.state_hash()) << step;
+            ASSERT_TRUE(is_same_report(report, report_of_copy)) << step;
+            expect_same_events(world, copy);
+            ASSERT_EQ(copy.save(), world.save()) << step;
+            copy = load(copy.save(), {}, 1 + step % 2);
+        }
+    }
+}
+
+TEST(WorldSave, KeepsSleepersAsleepAndTheirContacts) {
+    const Ground ground = test::make_flat();
+    World world = make_world({.report_contacts = true});
+    BodySettings sensor{.shape = Sphere{2.0}, .type = BodyType::static_body};
+    sensor.is_sensor = true;
+    test::add_body(world, sensor, at({60.0, 60.0, 6.0}));
+    BodyId top;
+    for (int i = 0; i < 3; ++i) {
+        top = test::add_body(world, {.shape = Box{}}, at({60.0, 60.0, 5.5 + i}));
+    }
+    for (int step = 0; step < 200; ++step) world.step(ground, kStep);
+    World loaded = load(world.save());
+    for (int step = 0; step < 3; ++step) {
+        const StepReport report = loaded.step(ground, kStep);
+        EXPECT_EQ(report.asleep, 3u);
+        EXPECT_TRUE(is_same_report(report, world.step(ground, kStep)));
+        EXPECT_TRUE(loaded.contact_events().empty());
+        EXPECT_EQ(loaded.save(), world.save());
+    }
+    for (World* each : {&world, &loaded}) {
+        ASSERT_TRUE(each->apply_impulse(top, {60.0, 60.0, 8.0}, {0.0, 0.0, 3.0}));
+        for (int step = 0; step < 10; ++step) each->step(ground, kStep);
+    }
+    EXPECT_EQ(loaded.state_hash(), world.state_hash());
+    expect_same_events(world, loaded);
+}
+
+TEST(WorldSave, KeepsIdsTheirGenerationsAndTheOrderOfFreeSlots) {
+    World world = make_world();
+    const BusyBodies bodies = fill_busy_world(world);
+    World loaded = load(world.save());
+    EXPECT_FALSE(loaded.contains(bodies.removed));
+    EXPECT_TRUE(loaded.contains(bodies.lift));
+    for (int i = 0; i < 5; ++i) {
+        const BodyId in_world = test::add_body(world, {}, at({90.0, 20.0, 30.0 + 2.0 * i}));
+        EXPECT_EQ(test::add_body(loaded, {}, at({90.0, 20.0, 30.0 + 2.0 * i})), in_world);
+    }
+    EXPECT_EQ(loaded.save(), world.save());
+}
+
+TEST(WorldSave, AsksForTheCallbacksThatTheWorldHad) {
+    WorldSettings settings;
+    settings.callbacks.gravity_at = [](const WorldPos&) { return Eigen::Vector3d(0, 0, -3.0); };
+    World world = make_world(settings);
+    test::add_body(world, {}, at({60.0, 60.0, 10.0}));
+    const Bytes bytes = world.save();
+    for (const WorldCallbacks& others :
+         {WorldCallbacks{},
+          WorldCallbacks{settings.callbacks.gravity_at, [](BodyId, BodyId) { return true; }}}) {
+        const Result<World> loaded = World::load(bytes, others);
+        ASSERT_FALSE(loaded);
+        EXPECT_EQ(loaded.error().code, ErrorCode::invalid_argument) << loaded.error().message;
+    }
+    EXPECT_EQ(World::load(bytes, settings.callbacks, 0).error().code, ErrorCode::invalid_argument);
+    World loaded = load(bytes, settings.callbacks);
+    const Ground ground = make_busy_ground();
+    loaded.step(ground, 0.5);
+    world.step(ground, 0.5);
+    EXPECT_EQ(loaded.state_hash(), world.state_hash());
+    EXPECT_NEAR(loaded.states()[0].velocity.z(), -1.5, 1e-12);
+}
+
+TEST(WorldSave, WritesHullsAndCompoundsThatBodiesShareOnce) {
+    World world = make_world();
+    const Shape hull = test::make_wedge(), compound = test::make_hammer();
+    for (const Shape& shape : {hull, compound, hull, compound}) {
+        test::add_body(world, {.shape = shape}, at({60.0, 60.0, 10.0}));
+    }
+    World apart = make_world();
+    for (int i = 0; i < 2; ++i) {
+        test::add_body(apart, {.shape = test::make_wedge()}, at({60.0, 60.0, 10.0}));
+        test::add_body(apart, {.shape = test::make_hammer()}, at({60.0, 60.0, 10.0}));
+    }
+    EXPECT_LT(world.save().size() + 400, apart.save().size());
+    EXPECT_EQ(load(world.save()).save(), world.save());
+}
+
+/// A saved world with every kind of field, in mid-flight.
+Bytes make_bytes() {
+    World world = make_world({.report_contacts = true});
+    const BusyBodies bodies = fill_busy_world(world);
+    const Ground ground = make_busy_ground();
+    for (int step = 0; step <= 63; ++step) {
+        act_on_busy_world(world, bodies, step);
+        if (step < 63) world.step(ground, kStep);
+    }
+    return world.save();
+}
+
+TEST(WorldSave, NamesWhatIsWrongWithBytes) {
+    const Bytes bytes = make_bytes();
+    const auto expect_error = [](const Bytes& changed, const std::string& what) {
+        const Result<World> world = World::load(changed);
+        ASSERT_FALSE(world) << what;
+        EXPECT_EQ(world.error().code, ErrorCode::bad_data);
+        EXPECT_NE(world.error().message.find(what), std::string::npos) << world.error().message;
+    };
+    expect_error({}, "too short");
+    expect_error(Bytes(100, std::byte{7}), "not of a world");
+    Bytes changed = bytes;
+    changed[8] = std::byte{9};
+    repair_checksum(changed);
+    expect_error(changed, "version must be 1, got 9");
+    changed = bytes;
+    changed[200] ^= std::byte{1};
+    expect_error(changed, "checksum");
+    changed = bytes;
+    changed.insert(changed.end() - kChecksumBytes, std::byte{0});
+    repair_checksum(changed);
+    expect_error(changed, "end must come after the last field");
+    changed = bytes;
+    for (std::size_t i = 0; i < 8; ++i) changed[14 + i] = std::byte{0xff};  // gravity.x: NaN
+    repair_checksum(changed);
+    expect_error(changed, "gravity must be");
+}
+
+TEST(WorldSave, RefusesEveryTruncation) {
+    const Bytes bytes = make_bytes();
+    for (std::size_t size = 0; size < bytes.size(); size += size < 2000 ? 1 : 37) {
+        Bytes cut(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size));
+        ASSERT_FALSE(World::load(cut)) << size;
+        if (size < 20) continue;
+        repair_checksum(cut);
+        ASSERT_FALSE(World::load(cut)) << size;
+    }
+}
+
+TEST(WorldSave, GivesAnErrorOrAWorldThatStepsForBytesWithErrors) {
+    const Bytes bytes = make_bytes();
+    const Ground ground = make_busy_ground();
+    const std::uint64_t seed = 4711;
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    Random random(seed);
+    int refused = 0, stepped = 0;
+    for (int i = 0; i < 10'000; ++i) {
+        Bytes changed = bytes;
+        const int flips = 1 + random.below(3);
+        for (int flip = 0; flip < flips; ++flip) {
+            const int place = random.below(static_cast<int>(bytes.size()));
+            changed[static_cast<std::size_t>(place)] = std::byte(random.below(256));
+        }
+        if (i % 4 == 0) {
+            ASSERT_TRUE(changed == bytes || !World::load(changed)) << i;
+            continue;
+        }
+        repair_checksum(changed);
+        Result<World> world = World::load(changed);
+        if (!world) {
+            ++refused;
+            EXPECT_NE(world.error().message, "");
+            continue;
+        }
+        ASSERT_EQ(load(world->save()).save(), world->save()) << i;
+        if (i % 20 > 1) continue;
+        ++stepped;
+        for (int step = 0; step < 3; ++step) world->step(ground, kStep);
+        world->ray(ground, {60.0, 60.0, 30.0}, {61.0, 60.0, -30.0});
+    }
+    EXPECT_GT(refused, 1000);
+    EXPECT_GT(stepped, 100);
+}
+
+}  // namespace world_save_test
+}  // namespace terrane
