@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "drop/drop_film.h"
 #include "drop/drop_layout.h"
+#include "drop/world_file.h"
 #include "options/command.h"
 #include "options/idle_flags.h"
 #include "options/option_values.h"
@@ -42,6 +43,7 @@ struct DropOptions {
     std::size_t threads = 1;
     bool no_sleep = false;
     std::string trace;
+    std::string save, restore;  ///< files of a world; "" for none
     bool json = false;
 };
 
@@ -91,6 +93,17 @@ void write_poses(OutputFile& trace, std::size_t step, std::span<const BodyState>
                        body, p_world.x(), p_world.y(), p_world.z(), q[0], q[1], q[2], q[3]);
     }
     trace.write({lines.data(), lines.size()});
+}
+
+/// The world of --restore.
+CommandResult<World> reopen_world(const DropOptions& options, Pager& pager) {
+    pager.update({}, {}, 0.0);
+    Result<World> world = restore_world(options.restore, static_cast<int>(options.threads));
+    if (!world) return pass_on(world.error());
+    if (world->states().empty()) {
+        return failure(fmt::format("the world in '{}' has no bodies", options.restore));
+    }
+    return *std::move(world);
 }
 
 /// Loads the ground below the starts and creates the bodies above it.
@@ -173,12 +186,15 @@ CommandResult<void> run_drop(const DropOptions& options, const CLI::App& command
     if (const CommandResult<void> good = check_pictures(options.film); !good) return good;
     const CommandResult<void> no_idle_flags = refuse_idle_flags(
         command,
-        {{{"--fps", "--size", "--fov-deg"}, !options.film.out.empty(), "goes with --out DIR"}});
+        {{{"--fps", "--size", "--fov-deg"}, !options.film.out.empty(), "goes with --out DIR"},
+         {{"--shape", "--scale", "--count", "--speed", "--spin", "--no-sleep"},
+          options.restore.empty(),
+          "is in the world that --restore reads"}});
     if (!no_idle_flags) return no_idle_flags;
     const CommandResult<Terrain> terrain = open_terrain(options.terrain);
     if (!terrain) return pass_on(terrain.error());
     if (const CommandResult<void> fit = check_memory(*terrain, options.memory_mb); !fit) return fit;
-    if (options.layout.count == 0 && terrain->bodies.empty()) {
+    if (options.restore.empty() && options.layout.count == 0 && terrain->bodies.empty()) {
         return failure("there is nothing to drop: --count is 0, and no --scene has bodies");
     }
     DropOptions with_seed = options;
@@ -191,7 +207,8 @@ CommandResult<void> run_drop(const DropOptions& options, const CLI::App& command
                           .horizon = 2.0 * options.dt,
                           .contact_spacing = options.contact_spacing_m});
     if (!pager) return pass_on(pager.error());
-    CommandResult<World> world = make_world(with_seed, *terrain, *pager);
+    CommandResult<World> world = options.restore.empty() ? make_world(with_seed, *terrain, *pager)
+                                                         : reopen_world(options, *pager);
     if (!world) return pass_on(world.error());
 
     watch_for_interrupts();
@@ -201,6 +218,12 @@ CommandResult<void> run_drop(const DropOptions& options, const CLI::App& command
         if (!file) return pass_on(file.error());
         trace.emplace(std::move(*file));
         trace->write("step,body,x,y,z,qw,qx,qy,qz\n");
+    }
+    std::optional<OutputFile> saved;
+    if (!options.save.empty()) {
+        Result<OutputFile> file = OutputFile::create(options.save);
+        if (!file) return pass_on(file.error());
+        saved.emplace(std::move(*file));
     }
     std::optional<DropFilm> film;
     if (!options.film.out.empty()) {
@@ -213,6 +236,12 @@ CommandResult<void> run_drop(const DropOptions& options, const CLI::App& command
     if (!totals) return pass_on(totals.error());
     if (trace) {
         const Result<void> written = trace->commit();
+        if (!written) return pass_on(written.error());
+    }
+    if (saved) {
+        const std::vector<std::byte> bytes = world->save();
+        saved->write({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+        const Result<void> written = saved->commit();
         if (!written) return pass_on(written.error());
     }
 
@@ -283,6 +312,14 @@ void add_drop_command(CLI::App& app, CommandContext& context) {
             "--trace", options->trace,
             "CSV of the pose of every body after every step; step 0 is the start. A file of that "
             "name is replaced")
+        ->type_name("FILE");
+    drop->add_option("--save", options->save,
+                     "Write the world as it is at the end. A file of that name is replaced")
+        ->type_name("FILE");
+    drop->add_option(
+            "--restore", options->restore,
+            "Go on from a world that --save wrote over the same terrain: 2 s, and 2 s more "
+            "of the world restored, give the bits of 4 s")
         ->type_name("FILE");
     add_picture_options(*drop, options->film, "film");
     drop->add_flag("--json", options->json, "Print one JSON object");

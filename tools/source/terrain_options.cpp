@@ -168,7 +168,7 @@ void add_terrain_options(CLI::App& app, TerrainOptions& options) {
         app.add_option("--scene", options.scene,
                        "The same choices in a JSON file, with the keys dem, seed, fractal and "
                        "detail_m; and bodies, "
-                       "which drop and drive play, and surface, the friction by place");
+                       "which drop, drive and walk play, and surface, the friction by place");
     scene_option->type_name("FILE.json")->group("Terrain");
     scene_option->excludes("--dem")->excludes("--seed")->excludes("--fractal");
     app.add_option(
