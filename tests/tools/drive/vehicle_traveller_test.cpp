@@ -11,7 +11,7 @@ namespace terrane::tools {
 namespace vehicle_traveller_test {
 
 TEST(VehicleTraveller, EveryVehicleIsPutOnTheGroundAndComesToRest) {
-    const auto source = FractalHeights::create({.seed = 9}).value();
+    const auto source = FractalHeights::create({.seed = 9, .amplitude = 20.0}).value();
     Pager pager = Pager::create(source, {.worker_count = 0}).value();
     pager.require({-50.0, -50.0, 50.0, 50.0}, 0.0);
     pager.update({}, {}, 0.0);
