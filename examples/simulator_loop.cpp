@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: MIT
-// The whole loop of a simulator: paging, ground, bodies, a truck and the mesh, in the order of a frame.
-#include <terrane/collision/truck.h>
+// The whole loop of a simulator: paging, ground, a truck among bodies, and the mesh, in the order of a frame.
 #include <terrane/collision/world.h>
 #include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/pager.h>
 #include <terrane/terrain/triangulator.h>
 
 #include <cstdio>
-#include <vector>
 
 using namespace terrane;
 
@@ -29,7 +27,7 @@ int main() {
     Pager pager = Pager::create(source, {.worker_count = 0}).value();
     Triangulator triangulator =
         Triangulator::create(*source, {.triangle_budget = 100'000, .max_error_px = 1.0}).value();
-    World bodies = World::create({}).value();
+    World world = World::create({}).value();
 
     // Before anything stands on it, load the ground around the start, at contact level.
     const Pager::Ticket start = pager.require({-60, -60, 60, 60}, 0.0);
@@ -45,43 +43,38 @@ int main() {
         pose.translation = {x, y, at.height + clearance};
         return pose;
     };
-    Truck truck = Truck::create({}, above_ground(0, 0, 1.5)).value();
+    const BodyId truck = world.add_vehicle(make_truck(), above_ground(0, 0, 1.5)).value();
+    world.set_controls(truck, VehicleControls{.throttle = 0.3}).value();
     for (int i = 0; i < 10; ++i) {
         BodyState state;
-        state.pose = above_ground(20 + 3 * i, 8, 5);
-        bodies.add({.shape = Sphere{.radius = 0.4}, .mass = 30}, state).value();
+        state.pose = above_ground(20 + 3 * i, 0, 5);
+        world.add({.shape = Sphere{.radius = 0.4}, .mass = 30}, state).value();
     }
     pager.release(start);  // from here on needs() keep the ground
 
     const double dt = 1.0 / 60.0;
-    CameraNeed camera{.view = follow(truck.chassis().pose), .threshold_px = 1.0};
-    std::vector<BodyNeed> needs;
+    CameraNeed camera{.view = follow(world.vehicle(truck)->chassis.pose), .threshold_px = 1.0};
     std::uint64_t parked = 0, too_deep = 0;
     TerrainMesh mesh;
     for (int frame = 0; frame < 300; ++frame) {
-        // 1. The needs of all bodies, vehicles and walkers in one list.
-        needs.assign(bodies.needs().begin(), bodies.needs().end());
-        needs.push_back(truck.need());
-
-        // 2. Adopt loaded chunks and request the next ones. Never waits for a loader thread.
-        pager.update({&camera, 1}, needs, frame * dt);
+        // 1. and 2. The needs of all bodies. Adopt loaded chunks and request the next ones. Never waits for a thread.
+        pager.update({&camera, 1}, world.needs(), frame * dt);
 
         // 3. A new Ground for each step: the previous one is a snapshot of older chunks.
         const Ground ground(pager.resident(), pager.contact_level());
 
         // 4. Step. A body without resident ground is parked and counted, never dropped.
-        const StepReport of_bodies = bodies.step(ground, dt);
-        const StepReport of_truck = truck.step(ground, {.throttle = 0.3}, dt);
-        parked += of_bodies.parked + of_truck.parked;
-        too_deep += of_bodies.too_deep + of_truck.too_deep;
+        const StepReport report = world.step(ground, dt);
+        parked += report.parked;
+        too_deep += report.too_deep;
 
         // 5. The mesh of what the camera sees now, from the same resident set.
-        camera.view = follow(truck.chassis().pose);
-        camera.velocity = truck.chassis().velocity;
+        camera.view = follow(world.vehicle(truck)->chassis.pose);
+        camera.velocity = world.vehicle(truck)->chassis.velocity;
         mesh = triangulator.update(pager.resident(), camera.view);
         camera.threshold_px = mesh.threshold_px;  // the pager fetches no finer than this
 
-        // 6. Draw mesh (mesh_uploader.cpp), the truck's wheels() and the bodies' states().
+        // 6. Draw mesh (mesh_uploader.cpp), the wheels of world.vehicle(truck) and the bodies' world.states().
     }
     std::printf("%zu triangles, off by %.2f px at most; %llu parked, %llu too deep\n",
                 mesh.triangle_count, mesh.error_px, static_cast<unsigned long long>(parked),

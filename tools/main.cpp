@@ -63,6 +63,7 @@ int run(int argument_count, char** arguments) {
     add_query_command(app, context);
     add_drop_command(app, context);
     add_drive_command(app, context);
+    add_walk_command(app, context);
     add_page_command(app, context);
     add_bodies_command(app, context);
     add_bake_command(app, context);

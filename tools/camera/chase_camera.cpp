@@ -9,9 +9,6 @@
 namespace terrane::tools {
 namespace {
 
-constexpr double kBehind = 11.0;         // metres behind the vehicle
-constexpr double kAbove = 3.2;           // metres over the vehicle's centre
-constexpr double kTargetAbove = 0.8;     // metres from the centre up to the look-at point
 constexpr double kLeastClearance = 0.6;  // least height above the ground, metres
 constexpr double kCalmClearance = 2.0;   // target height above the ground, metres
 constexpr double kTurnTime = 0.6;        // time constant of the heading, seconds
@@ -22,16 +19,18 @@ double lag(double dt, double time) { return dt / (dt + time); }
 
 }  // namespace
 
-ChaseCamera::ChaseCamera(const HeightSource& source, const Pose& pose_world) : source_(source) {
+ChaseCamera::ChaseCamera(const HeightSource& source, const Pose& pose_world,
+                         const ChaseCameraSettings& settings)
+    : source_(source), settings_(settings) {
     heading_ = Eigen::Vector3d(pose_world.rotation(0, 0), pose_world.rotation(1, 0), 0.0);
     if (heading_.norm() > 1e-3) heading_.normalize();
     eye_world_ = wanted_eye(pose_world);
-    target_world_ = pose_world.translation + Eigen::Vector3d(0.0, 0.0, kTargetAbove);
+    target_world_ = pose_world.translation + Eigen::Vector3d(0.0, 0.0, settings_.target_above);
 }
 
 WorldPos ChaseCamera::wanted_eye(const Pose& pose_world) const {
-    WorldPos eye = pose_world.translation - kBehind * heading_;
-    eye.z() = std::max(pose_world.translation.z() + kAbove,
+    WorldPos eye = pose_world.translation - settings_.behind * heading_;
+    eye.z() = std::max(pose_world.translation.z() + settings_.above,
                        source_.height(eye.x(), eye.y()) + kCalmClearance);
     return eye;
 }
@@ -48,7 +47,8 @@ void ChaseCamera::follow(const Pose& pose_world, double dt) {
         std::max(eye_world_.z(), source_.height(eye_world_.x(), eye_world_.y()) + kLeastClearance);
     velocity_ = (eye_world_ - before) / dt;
 
-    const WorldPos target = pose_world.translation + Eigen::Vector3d(0.0, 0.0, kTargetAbove);
+    const WorldPos target =
+        pose_world.translation + Eigen::Vector3d(0.0, 0.0, settings_.target_above);
     target_world_.x() = target.x();
     target_world_.y() = target.y();
     target_world_.z() += lag(dt, kHeightTime) * (target.z() - target_world_.z());

@@ -6,13 +6,21 @@
 
 namespace terrane::tools {
 
-/// A camera that follows a vehicle from behind and above, with a lag that smooths its motion, and stays above the
-/// ground.
+/// Where a ChaseCamera is, metres.
+struct ChaseCameraSettings {
+    double behind = 11.0;       ///< horizontal distance from what it follows
+    double above = 3.2;         ///< of the eye over the centre of what it follows
+    double target_above = 0.8;  ///< of the point it looks at over that centre
+};
+
+/// A camera that follows a vehicle or character from behind and above, with a lag that smooths its motion, and stays
+/// above the ground.
 class ChaseCamera {
 public:
     /// @param source must outlive the camera
     /// @param pose_world of the vehicle: x forward, z up
-    ChaseCamera(const HeightSource& source, const Pose& pose_world);
+    ChaseCamera(const HeightSource& source, const Pose& pose_world,
+                const ChaseCameraSettings& settings = {});
 
     /// Follows for dt seconds.
     void follow(const Pose& pose_world, double dt);
@@ -26,6 +34,7 @@ private:
     WorldPos wanted_eye(const Pose& pose_world) const;
 
     const HeightSource& source_;
+    ChaseCameraSettings settings_;
     Eigen::Vector3d heading_ = Eigen::Vector3d::UnitX();  // horizontal, about unit
     WorldPos eye_world_ = WorldPos::Zero();
     WorldPos target_world_ = WorldPos::Zero();

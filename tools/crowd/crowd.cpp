@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "crowd/crowd.h"
 
-#include "drop/body_random.h"
 #include "query/parsing/quaternion.h"
+#include "world/body_random.h"
 
 #include <terrane/collision/convex_hull.h>
 #include <terrane/collision/ground_cast.h>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "drop/drop_film.h"
 #include "drop/drop_layout.h"
+#include "drop/world_file.h"
 #include "options/command.h"
 #include "options/idle_flags.h"
 #include "options/option_values.h"
@@ -42,6 +43,7 @@ struct DropOptions {
     std::size_t threads = 1;
     bool no_sleep = false;
     std::string trace;
+    std::string save, restore;  ///< files of a world; "" for none
     bool json = false;
 };
 
@@ -93,8 +95,29 @@ void write_poses(OutputFile& trace, std::size_t step, std::span<const BodyState>
     trace.write({lines.data(), lines.size()});
 }
 
+/// The world of --restore.
+CommandResult<World> reopen_world(const DropOptions& options, Pager& pager) {
+    pager.update({}, {}, 0.0);
+    Result<World> world = restore_world(options.restore, static_cast<int>(options.threads));
+    if (!world) return pass_on(world.error());
+    if (world->states().empty()) {
+        return failure(fmt::format("the world in '{}' has no bodies", options.restore));
+    }
+    return *std::move(world);
+}
+
 /// Loads the ground below the starts and creates the bodies above it.
-CommandResult<World> make_world(const DropOptions& options, Pager& pager) {
+CommandResult<World> make_world(const DropOptions& options, const Terrain& terrain, Pager& pager) {
+    WorldSettings settings;
+    settings.allow_sleep = !options.no_sleep;
+    settings.worker_count = static_cast<int>(options.threads);
+    Result<World> world = World::create(settings);
+    if (!world) return pass_on(world.error());
+    Result<World> obstacles = World::create({});
+    if (!obstacles) return pass_on(obstacles.error());
+    if (const auto added = add_bodies(terrain.bodies, *obstacles); !added) {
+        return pass_on(added.error());
+    }
     pager.update({}, {}, 0.0);
     const WorldRect area = drop_area(options.layout, pager.resident()->extent());
     const double margin = 10.0;  // metres: widest shape plus a cell
@@ -108,29 +131,24 @@ CommandResult<World> make_world(const DropOptions& options, Pager& pager) {
             "--memory-mb {:.6g} is too small for the ground of the start, {:.6g} x {:.6g} m",
             options.memory_mb, area.east - area.west, area.north - area.south));
     }
-    const std::vector<DroppedBody> bodies =
-        lay_out(options.layout, Ground(pager.resident(), pager.contact_level()));
+    const std::vector<PlacedBody> bodies =
+        lay_out(options.layout, Ground(pager.resident(), pager.contact_level()), *obstacles);
     pager.release(ticket);
     if (bodies.size() != options.layout.count) {
         return failure(fmt::format(
-            "only {} of {} bodies find ground in the {:.6g} x {:.6g} m around the "
+            "only {} of {} bodies find free ground in the {:.6g} x {:.6g} m around the "
             "terrain's centre",
             bodies.size(), options.layout.count, area.east - area.west, area.north - area.south));
     }
-    WorldSettings settings;
-    settings.allow_sleep = !options.no_sleep;
-    settings.worker_count = static_cast<int>(options.threads);
-    Result<World> world = World::create(settings);
-    if (!world) return pass_on(world.error());
-    for (const DroppedBody& body : bodies) {
-        const Result<BodyId> added = world->add(body.settings, body.state);
+    for (const std::vector<PlacedBody>& each : {bodies, terrain.bodies}) {
+        const auto added = add_bodies(each, *world);
         if (!added) return pass_on(added.error());
     }
     return std::move(*world);
 }
 
-CommandResult<DropTotals> simulate(const DropOptions& options, Pager& pager, World& world,
-                                   OutputFile* trace, DropFilm* film) {
+CommandResult<DropTotals> simulate(const DropOptions& options, const Terrain& terrain, Pager& pager,
+                                   World& world, OutputFile* trace, DropFilm* film) {
     using Clock = std::chrono::steady_clock;
     const std::size_t step_count = count_steps(options);
     Progress progress("dropping");
@@ -147,7 +165,7 @@ CommandResult<DropTotals> simulate(const DropOptions& options, Pager& pager, Wor
         progress.show(static_cast<double>(step) / static_cast<double>(step_count));
         const double time = options.dt * static_cast<double>(step);
         pager.update({}, world.needs(), time);
-        const Ground ground(pager.resident(), pager.contact_level());
+        const Ground ground(pager.resident(), pager.contact_level(), terrain.surface);
         const Clock::time_point begin = Clock::now();
         report = world.step(ground, options.dt);
         totals.add(report, std::chrono::duration<double, std::milli>(Clock::now() - begin).count());
@@ -168,11 +186,17 @@ CommandResult<void> run_drop(const DropOptions& options, const CLI::App& command
     if (const CommandResult<void> good = check_pictures(options.film); !good) return good;
     const CommandResult<void> no_idle_flags = refuse_idle_flags(
         command,
-        {{{"--fps", "--size", "--fov-deg"}, !options.film.out.empty(), "goes with --out DIR"}});
+        {{{"--fps", "--size", "--fov-deg"}, !options.film.out.empty(), "goes with --out DIR"},
+         {{"--shape", "--scale", "--count", "--speed", "--spin", "--no-sleep"},
+          options.restore.empty(),
+          "is in the world that --restore reads"}});
     if (!no_idle_flags) return no_idle_flags;
     const CommandResult<Terrain> terrain = open_terrain(options.terrain);
     if (!terrain) return pass_on(terrain.error());
     if (const CommandResult<void> fit = check_memory(*terrain, options.memory_mb); !fit) return fit;
+    if (options.restore.empty() && options.layout.count == 0 && terrain->bodies.empty()) {
+        return failure("there is nothing to drop: --count is 0, and no --scene has bodies");
+    }
     DropOptions with_seed = options;
     with_seed.layout.seed = options.terrain.seed.value_or(1);
     // Without workers every step has the ground that the bodies need: no body parks and no figure depends on time.
@@ -183,7 +207,8 @@ CommandResult<void> run_drop(const DropOptions& options, const CLI::App& command
                           .horizon = 2.0 * options.dt,
                           .contact_spacing = options.contact_spacing_m});
     if (!pager) return pass_on(pager.error());
-    CommandResult<World> world = make_world(with_seed, *pager);
+    CommandResult<World> world = options.restore.empty() ? make_world(with_seed, *terrain, *pager)
+                                                         : reopen_world(options, *pager);
     if (!world) return pass_on(world.error());
 
     watch_for_interrupts();
@@ -194,17 +219,29 @@ CommandResult<void> run_drop(const DropOptions& options, const CLI::App& command
         trace.emplace(std::move(*file));
         trace->write("step,body,x,y,z,qw,qx,qy,qz\n");
     }
+    std::optional<OutputFile> saved;
+    if (!options.save.empty()) {
+        Result<OutputFile> file = OutputFile::create(options.save);
+        if (!file) return pass_on(file.error());
+        saved.emplace(std::move(*file));
+    }
     std::optional<DropFilm> film;
     if (!options.film.out.empty()) {
         Result<DropFilm> made = DropFilm::create(options.film, terrain->source, *world);
         if (!made) return pass_on(made.error());
         film.emplace(std::move(*made));
     }
-    const CommandResult<DropTotals> totals =
-        simulate(options, *pager, *world, trace ? &*trace : nullptr, film ? &*film : nullptr);
+    const CommandResult<DropTotals> totals = simulate(
+        options, *terrain, *pager, *world, trace ? &*trace : nullptr, film ? &*film : nullptr);
     if (!totals) return pass_on(totals.error());
     if (trace) {
         const Result<void> written = trace->commit();
+        if (!written) return pass_on(written.error());
+    }
+    if (saved) {
+        const std::vector<std::byte> bytes = world->save();
+        saved->write({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+        const Result<void> written = saved->commit();
         if (!written) return pass_on(written.error());
     }
 
@@ -245,7 +282,8 @@ void add_drop_command(CLI::App& app, CommandContext& context) {
     options->film.threads = 0;  // loads inside the update: every frame has its ground
     CLI::App* drop = app.add_subcommand(
         "drop",
-        "Drops bodies onto the ground around the terrain's centre and counts what goes wrong");
+        "Drops bodies onto the ground around the terrain's centre, among those of the scene, and "
+        "counts what goes wrong");
     add_terrain_options(*drop, options->terrain);
     DropShape* const shape = &options->layout.shape;
     add_choice(
@@ -256,7 +294,8 @@ void add_drop_command(CLI::App& app, CommandContext& context) {
         "the first three");
     add_in_range(*drop, "--scale", options->layout.scale, 1e-3, 1e3,
                  "Of all lengths: shapes, distances between them, and heights above the ground");
-    add_count(*drop, "--count", options->layout.count, 1, "Bodies", kMostBodies);
+    add_count(*drop, "--count", options->layout.count, 0,
+              "Bodies besides those of the scene; 0 only with a scene that has some", kMostBodies);
     add_in_range(*drop, "--speed", options->layout.speed, -1e6, 1e6, "Downward at the start, m/s");
     add_in_range(*drop, "--spin", options->layout.spin, -1e6, 1e6,
                  "At the start, about a random axis of each body, rad/s");
@@ -273,6 +312,14 @@ void add_drop_command(CLI::App& app, CommandContext& context) {
             "--trace", options->trace,
             "CSV of the pose of every body after every step; step 0 is the start. A file of that "
             "name is replaced")
+        ->type_name("FILE");
+    drop->add_option("--save", options->save,
+                     "Write the world as it is at the end. A file of that name is replaced")
+        ->type_name("FILE");
+    drop->add_option(
+            "--restore", options->restore,
+            "Go on from a world that --save wrote over the same terrain: 2 s, and 2 s more "
+            "of the world restored, give the bits of 4 s")
         ->type_name("FILE");
     add_picture_options(*drop, options->film, "film");
     drop->add_flag("--json", options->json, "Print one JSON object");

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "drop/drop_film.h"
 
-#include "drop/body_objects.h"
+#include "world/body_objects.h"
 
 #include <utility>
 

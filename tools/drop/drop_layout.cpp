@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "drop/drop_layout.h"
 
-#include "drop/body_random.h"
 #include "query/parsing/quaternion.h"
+#include "world/body_random.h"
 
 #include <algorithm>
 #include <cmath>
@@ -81,33 +81,39 @@ WorldRect drop_area(const DropLayout& layout, const WorldRect& extent) {
     return {centre_x - half_x, centre_y - half_y, centre_x + half_x, centre_y + half_y};
 }
 
-std::vector<DroppedBody> lay_out(const DropLayout& layout, const Ground& ground) {
+std::vector<PlacedBody> lay_out(const DropLayout& layout, const Ground& ground,
+                                const World& obstacles) {
     const WorldRect area = drop_area(layout, ground.extent());
     const auto columns =
         static_cast<std::size_t>(std::ceil(std::sqrt(static_cast<double>(layout.count))));
     const double place_x = (area.east - area.west) / static_cast<double>(columns);
     const double place_y = (area.north - area.south) / static_cast<double>(columns);
-    std::vector<DroppedBody> bodies;
+    std::vector<PlacedBody> bodies;
     for (std::size_t body = 0; body < layout.count; ++body) {
         BodyRandom random(layout.seed, body);
-        DroppedBody dropped;
+        PlacedBody dropped;
         dropped.settings.shape = shape_of_body(layout, body);
         const double radius = bounding_radius(dropped.settings.shape);
         const auto column = static_cast<double>(body % columns);
         const auto row = static_cast<double>(body / columns);
         double x = area.west + (column + random.unit()) * place_x;
         double y = area.south + (row + random.unit()) * place_y;
-        std::optional<double> below = ground_below(ground, x, y, radius);
-        for (std::uint64_t i = 0; i < kTries && !below; ++i) {
-            x = random.within(area.west, area.east);
-            y = random.within(area.south, area.north);
-            below = ground_below(ground, x, y, radius);
+        Pose& pose = dropped.state.pose;
+        bool is_placed = false;
+        for (std::uint64_t i = 0; i <= kTries && !is_placed; ++i) {
+            if (i > 0) {
+                x = random.within(area.west, area.east);
+                y = random.within(area.south, area.north);
+            }
+            const std::optional<double> below = ground_below(ground, x, y, radius);
+            if (!below) continue;
+            const double z =
+                *below + radius + layout.scale * (kClearance + random.within(0.0, kFurtherUp));
+            pose.translation = WorldPos(x, y, z);
+            pose.rotation = matrix_from_quaternion(random.direction<4>());
+            is_placed = is_free(obstacles, ground, dropped.settings.shape, pose);
         }
-        if (!below) continue;
-        const double z =
-            *below + radius + layout.scale * (kClearance + random.within(0.0, kFurtherUp));
-        dropped.state.pose.translation = WorldPos(x, y, z);
-        dropped.state.pose.rotation = matrix_from_quaternion(random.direction<4>());
+        if (!is_placed) continue;
         dropped.state.velocity = Eigen::Vector3d(0.0, 0.0, -layout.speed);
         const std::array<double, 3> axis = random.direction<3>();
         dropped.state.angular_velocity =

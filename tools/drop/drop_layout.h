@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <terrane/collision/world.h>
+#include "world/placed_body.h"
+
 #include <terrane/terrain/ground.h>
 
 #include <cstdint>
@@ -32,16 +33,12 @@ Shape shape_of_body(const DropLayout& layout, std::size_t body);
 /// The square around the terrain's centre that bodies start above, clipped to the extent.
 WorldRect drop_area(const DropLayout& layout, const WorldRect& extent);
 
-struct DroppedBody {
-    BodySettings settings;
-    BodyState state;
-};
-
 /// Bodies on a grid over drop_area(), shifted and rotated by a hash of seed and index, each 2 to 12 m (times the
-/// scale) above the ground below it. The same arguments give the same bits. A body without ground below it is placed
-/// elsewhere in the area, and left out where kTries positions have none.
+/// scale) above the ground below it. The same arguments give the same bits. A body without ground below it, or in the
+/// place of a body of `obstacles`, is placed elsewhere in the area, and left out where kTries positions are not better.
 ///
 /// Requires the area's ground to be resident.
-std::vector<DroppedBody> lay_out(const DropLayout& layout, const Ground& ground);
+std::vector<PlacedBody> lay_out(const DropLayout& layout, const Ground& ground,
+                                const World& obstacles);
 
 }  // namespace terrane::tools

@@ -122,7 +122,7 @@ CommandResult<void> check(const FlightOptions& options) {
 CommandResult<void> check_drivable(const std::string& path) {
     if (is_drivable(path)) return {};
     return usage_error(
-        fmt::format("--path {} {}, and a vehicle cannot; drive follows {} or a track "
+        fmt::format("--path {} {}, and on the ground that is not possible: give {} or a track "
                     "file",
                     path, path == "spins" ? "turns a camera about" : "jumps", drivable_paths()));
 }

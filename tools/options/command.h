@@ -67,6 +67,7 @@ void add_mesh_command(CLI::App& app, CommandContext& context);
 void add_query_command(CLI::App& app, CommandContext& context);
 void add_drop_command(CLI::App& app, CommandContext& context);
 void add_drive_command(CLI::App& app, CommandContext& context);
+void add_walk_command(CLI::App& app, CommandContext& context);
 void add_page_command(CLI::App& app, CommandContext& context);
 void add_bodies_command(CLI::App& app, CommandContext& context);
 void add_bake_command(CLI::App& app, CommandContext& context);

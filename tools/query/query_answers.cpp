@@ -84,6 +84,9 @@ void answer_height(const HeightQuestion& question, QueryGround& ground, Json& an
     answer["normal"] = as_array(found.normal);
     answer["error_m"] = found.error_m;
     if (found.filled) answer["filled"] = true;
+    if (const auto surface = ground.ground().surface(question.x, question.y)) {
+        answer["friction"] = surface->friction;
+    }
 }
 
 void answer_ray(const RayQuestion& question, QueryGround& ground, Json& answer) {

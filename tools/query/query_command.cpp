@@ -31,7 +31,8 @@ CommandResult<void> run_query(const QueryOptions& options) {
     if (const CommandResult<void> fit = check_memory(*terrain, options.memory_mb); !fit) return fit;
     Result<QueryGround> ground = QueryGround::create(
         terrain->source, {.contact_spacing = options.contact_spacing_m,
-                          .memory_bytes = static_cast<std::size_t>(options.memory_mb * 0x1p20)});
+                          .memory_bytes = static_cast<std::size_t>(options.memory_mb * 0x1p20),
+                          .surface = terrain->surface});
     if (!ground) return pass_on(ground.error());
 
     LineReader lines(STDIN_FILENO, [] { std::fflush(stdout); });

@@ -7,8 +7,10 @@
 
 namespace terrane::tools {
 
-QueryGround::QueryGround(Pager pager, std::size_t max_chunks)
-    : pager_(std::move(pager)), max_chunks_(max_chunks) {}
+QueryGround::QueryGround(Pager pager, const QueryGroundSettings& settings)
+    : pager_(std::move(pager)),
+      surface_(settings.surface),
+      max_chunks_(settings.memory_bytes / Chunk::max_bytes()) {}
 
 Result<QueryGround> QueryGround::create(std::shared_ptr<const HeightSource> source,
                                         const QueryGroundSettings& settings) {
@@ -18,9 +20,9 @@ Result<QueryGround> QueryGround::create(std::shared_ptr<const HeightSource> sour
                                           .worker_count = 0,
                                           .contact_spacing = settings.contact_spacing});
     if (!pager) return tl::unexpected<Error>(pager.error());
-    QueryGround made(std::move(*pager), settings.memory_bytes / Chunk::max_bytes());
+    QueryGround made(std::move(*pager), settings);
     made.pager_.update({}, {}, made.time_s_);
-    made.ground_.emplace(made.pager_.resident(), made.pager_.contact_level());
+    made.ground_.emplace(made.pager_.resident(), made.pager_.contact_level(), made.surface_);
     return made;
 }
 
@@ -44,7 +46,7 @@ bool QueryGround::load(const WorldRect& region) {
     ground_.reset();
     time_s_ += 1.0;
     pager_.update({}, {}, time_s_);
-    ground_.emplace(pager_.resident(), level);
+    ground_.emplace(pager_.resident(), level, surface_);
     return pager_.is_ready(ticket);
 }
 

@@ -14,6 +14,7 @@ namespace terrane::tools {
 struct QueryGroundSettings {
     double contact_spacing = 0.0;  ///< metres; 0: the finest
     std::size_t memory_bytes = std::size_t{1} << 30;
+    std::shared_ptr<const SurfaceMap> surface = {};  ///< of the ground; null: none
 };
 
 /// Ground loaded on demand; evicted only when the memory ceiling requires it.
@@ -36,9 +37,10 @@ public:
     void release();
 
 private:
-    QueryGround(Pager pager, std::size_t max_chunks);
+    QueryGround(Pager pager, const QueryGroundSettings& settings);
 
     Pager pager_;
+    std::shared_ptr<const SurfaceMap> surface_;
     std::optional<Ground> ground_;
     std::vector<Pager::Ticket> held_;
     std::size_t max_chunks_ = 0;  ///< capacity of the memory ceiling

@@ -2,7 +2,9 @@
 #include "source/terrain_options.h"
 
 #include "options/option_values.h"
+#include "options/spelling.h"
 #include "output/progress.h"
+#include "scene/scene_bodies.h"
 #include "source/baked_terrain.h"
 
 #include <terrane/store/chunk_store.h>
@@ -13,6 +15,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
@@ -32,6 +35,12 @@ constexpr int kFinestLog2 = -15, kCoarsestLog2 = 9;
 constexpr double kMebibyte = 1024.0 * 1024.0;
 constexpr double kMostMemory_mb = 1e9;
 constexpr const char* kGdalCache_mb = "256";
+
+using Json = nlohmann::ordered_json;
+
+constexpr int kMaxNesting = 64;  // brackets in a scene file
+const std::array<std::string, 6> kSceneKeys{"dem",      "seed",   "fractal",
+                                            "detail_m", "bodies", "surface"};
 
 std::string quoted(const std::string& text) { return "'" + text + "'"; }
 
@@ -155,9 +164,11 @@ void add_terrain_options(CLI::App& app, TerrainOptions& options) {
         "ridges, "
         "smooth valleys below rough heights, or folds; fbm unless said");
     fractal_option->default_str("")->type_name("KIND")->group("Terrain");
-    CLI::Option* scene_option = app.add_option(
-        "--scene", options.scene,
-        "The same choices in a JSON file, with the keys dem, seed, fractal and detail_m");
+    CLI::Option* scene_option =
+        app.add_option("--scene", options.scene,
+                       "The same choices in a JSON file, with the keys dem, seed, fractal and "
+                       "detail_m; and bodies, "
+                       "which drop, drive and walk play, and surface, the friction by place");
     scene_option->type_name("FILE.json")->group("Terrain");
     scene_option->excludes("--dem")->excludes("--seed")->excludes("--fractal");
     app.add_option(
@@ -199,22 +210,33 @@ void add_terrain_options(CLI::App& app, TerrainOptions& options) {
 }
 
 CommandResult<TerrainOptions> parse_scene(const std::string& text, const std::string& path) {
-    const nlohmann::json scene = nlohmann::json::parse(text, nullptr, false);
+    bool is_too_deep = false;
+    const Json scene = Json::parse(
+        text,
+        [&](int depth, Json::parse_event_t, Json&) {
+            is_too_deep = is_too_deep || depth > kMaxNesting;
+            return depth <= kMaxNesting;
+        },
+        false);
+    if (is_too_deep) {
+        return failure(
+            fmt::format("scene '{}' has brackets that go deeper than {}", path, kMaxNesting));
+    }
     if (!scene.is_object()) return failure("scene " + quoted(path) + " is not a JSON object");
+    const std::filesystem::path folder = std::filesystem::path(path).parent_path();
     TerrainOptions options;
     for (const auto& item : scene.items()) {
         const std::string& key = item.key();
-        const nlohmann::json& value = item.value();
+        const Json& value = item.value();
         const auto wrong = [&](const char* wanted) {
             return failure(
-                fmt::format("scene '{}': {} must be {}, got {}", path, key, wanted,
-                            value.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace)));
+                fmt::format("scene '{}': {} must be {}, got {}", path, key, wanted, shown(value)));
         };
         if (key == "dem") {
             if (!value.is_string() || value.get<std::string>().empty()) return wrong("a path");
             const std::string dem = value.get<std::string>();
             // GDAL's virtual file systems (/vsizip/...) are absolute paths too.
-            options.dem = (std::filesystem::path(path).parent_path() / dem).string();
+            options.dem = (folder / dem).string();
         } else if (key == "seed") {
             if (!value.is_number_unsigned()) return wrong("a whole number of at least 0");
             options.seed = value.get<std::uint64_t>();
@@ -224,8 +246,17 @@ CommandResult<TerrainOptions> parse_scene(const std::string& text, const std::st
         } else if (key == "detail_m") {
             if (!value.is_number() || !(value.get<double>() > 0.0)) return wrong("above 0");
             options.detail_m = value.get<double>();
+        } else if (key == "bodies") {
+            Parsed<std::vector<PlacedBody>> bodies = read_bodies(value);
+            if (!bodies) return failure(fmt::format("scene '{}': {}", path, bodies.error()));
+            options.bodies = *std::move(bodies);
+        } else if (key == "surface") {
+            Parsed<SceneSurface> surface = read_surface(value, folder.string());
+            if (!surface) return failure(fmt::format("scene '{}': {}", path, surface.error()));
+            options.surface = *std::move(surface);
         } else {
-            return failure(fmt::format("scene '{}': unknown key '{}'", path, key));
+            return failure(fmt::format("scene '{}': unknown key '{}'{}", path, key,
+                                       did_you_mean(key, kSceneKeys)));
         }
     }
     if (options.dem.empty() && !options.seed) {
@@ -247,7 +278,14 @@ CommandResult<Terrain> open_terrain(const TerrainOptions& options) {
         if (options.detail_m) scene->detail_m = options.detail_m;
         scene->dem_memory_mb = options.dem_memory_mb;
         scene->cache = options.cache;
-        return open_terrain(*scene);
+        CommandResult<Terrain> terrain = open_terrain(*scene);
+        if (!terrain) return terrain;
+        terrain->bodies = std::move(scene->bodies);
+        if (!scene->surface) return terrain;
+        auto surface = open_surface(*scene->surface, terrain->dem ? &*terrain->dem : nullptr);
+        if (!surface) return pass_on(surface.error());
+        terrain->surface = *std::move(surface);
+        return terrain;
     }
     if (options.fractal && !(options.seed && options.dem.empty())) {
         return usage_error("--fractal goes with --seed and without --dem");

@@ -2,15 +2,19 @@
 #pragma once
 
 #include "options/command.h"
+#include "scene/scene_surface.h"
+#include "world/placed_body.h"
 
 #include <terrane/dem/dem_heights.h>
 #include <terrane/store/chunk_store.h>
 #include <terrane/terrain/fractal_heights.h>
+#include <terrane/terrain/surface.h>
 
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace terrane::tools {
 
@@ -22,6 +26,8 @@ struct TerrainOptions {
     std::string scene;                    ///< path of a JSON file; "" for none
     std::optional<double> detail_m;       ///< finest spacing, metres
     std::optional<double> dem_memory_mb;  ///< most memory for opening a raster, mebibytes
+    std::vector<PlacedBody> bodies = {};  ///< of a scene
+    std::optional<SceneSurface> surface = std::nullopt;  ///< of a scene
     std::string cache;  ///< a folder, "beside" or "off"; "": the user's cache folder
 };
 
@@ -35,10 +41,13 @@ struct Terrain {
     std::optional<DemInfo> dem;                     ///< of a raster
     std::string name;                               ///< for messages: the raster's path or the seed
     std::optional<StoreInfo> store = std::nullopt;  ///< of a baked terrain
+    std::vector<PlacedBody> bodies = {};            ///< of a scene
+    std::shared_ptr<const SurfaceMap> surface = {};  ///< of a scene; null: none
 };
 
-/// Parses a scene file: {"dem": "file.tif", "seed": 7, "detail_m": 1} or {"seed": 7, "fractal": "ridged"}; refuses
-/// other keys. The path of a raster is relative to the folder of the scene file.
+/// Parses a scene file: {"dem": "file.tif", "seed": 7, "detail_m": 1} or {"seed": 7, "fractal": "ridged"}, with
+/// `bodies` (read_bodies()) and `surface` (read_surface()) where wanted; refuses other keys. Paths of files are
+/// relative to the folder of the scene file.
 ///
 /// @param path of the scene file: for messages and relative paths
 CommandResult<TerrainOptions> parse_scene(const std::string& text, const std::string& path);

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""The summary of `terrane drive` with and without a rollover."""
+"""The summary of `terrane drive`: vehicles, crates, rollovers."""
 
 import csv
 import os
@@ -17,16 +17,51 @@ class Drive(Folder):
         heights[:, :40] = 40.0
         return self.write_grid("cliff.asc", heights, cell=5.0)
 
-    def test_the_stock_truck_takes_the_turns_over_real_ground_on_its_wheels(self):
+    def test_every_vehicle_takes_the_turns_over_real_ground_on_its_wheels(self):
         raster = os.path.join(ROOT, "tools", "data", "jacksboro.tif")
-        summary = run_json("drive", "--dem", raster, "--path", "turns", "--seconds", 14, *SMALL)
-        self.assertIs(summary["rolled_over"], False)
-        self.assertEqual(summary["rights"], 0)
-        self.assertLess(summary["airborne_share"], 0.02)
-        self.assertLess(summary["max_depth_m"], 0.01)
-        self.assertEqual(summary["seconds"], 14)
+        for vehicle in ("truck", "tracked", "six-wheeler"):
+            with self.subTest(vehicle):
+                summary = run_json("drive", "--dem", raster, "--vehicle", vehicle, "--path", "turns", "--seconds", 14,
+                                   *SMALL)
+                self.assertEqual(summary["vehicle"], vehicle)
+                self.assertIs(summary["rolled_over"], False)
+                self.assertEqual(summary["rights"], 0)
+                self.assertEqual(summary["fell_through"], 0)
+                self.assertEqual(summary["crates_touched"], 0)
+                self.assertLess(summary["airborne_share"], 0.02)
+                self.assertLess(summary["max_depth_m"], 0.01)
+                self.assertGreater(summary["distance_m"], 80)
+                self.assertEqual(summary["seconds"], 14)
         text = run("drive", "--dem", raster, "--seconds", 1, *SMALL).stdout
         self.assertRegex(text, r"(?m)^rolled_over +false$")
+        self.assertRegex(text, r"(?m)^vehicle +truck$")
+
+    def test_a_vehicle_drives_into_the_crates_on_its_path(self):
+        flat = self.write_grid("flat.asc", np.zeros((40, 80)), cell=5.0)
+        arguments = ("drive", "--dem", flat, "--seconds", 12, *SMALL)
+        none = run_json(*arguments, "--crates", 0)
+        self.assertEqual(none["distance_m"], run_json(*arguments)["distance_m"])
+        self.assertEqual(none["crates_touched"], 0)
+        for vehicle in ("truck", "six-wheeler"):
+            some = run_json(*arguments, "--vehicle", vehicle, "--crates", 60)
+            self.assertGreaterEqual(some["crates_touched"], 3, vehicle)
+            self.assertLessEqual(some["crates_touched"], 60)
+            self.assertEqual(some["fell_through"] + some["left_world"] + some["parked"], 0)
+            self.assertLess(some["max_depth_m"], 0.01)
+            self.assertGreater(some["distance_m"], 20)
+        again = run_json(*arguments, "--vehicle", "six-wheeler", "--crates", 60)
+        self.assertEqual(again["distance_m"], some["distance_m"])
+        self.assertEqual(again["crates_touched"], some["crates_touched"])
+
+    def test_many_crates_lie_at_rest_and_too_many_for_the_ground_are_refused(self):
+        flat = self.write_grid("flat.asc", np.zeros((40, 80)), cell=5.0)
+        arguments = ("drive", "--dem", flat, "--seconds", 4, *SMALL)
+        many = run_json(*arguments, "--crates", 600)
+        self.assertEqual(many["fell_through"] + many["left_world"] + many["parked"], 0)
+        # 200 m x 400 m of ground, a strip of which is free
+        small = self.write_grid("small.asc", np.zeros((12, 12)), cell=5.0)
+        self.assert_refused(run("drive", "--dem", small, "--seconds", 4, "--crates", 5000, *SMALL), [1], "5000 crates",
+                            "free ground")
 
     def test_a_truck_that_rolls_over_ends_the_drive_unless_it_is_to_be_righted(self):
         arguments = ("drive", "--dem", self.cliff(), "--seconds", 30, *SMALL)
@@ -53,7 +88,11 @@ class Drive(Folder):
             self.assertLess(float(list(csv.DictReader(file))[-1]["tilt_deg"]), 30)
 
     def test_wrong_values_are_usage_errors_that_name_the_flag_or_the_value(self):
-        for flag, value, said in (("--on-roll", "left", "--on-roll"), ("--speed", 0, "--speed"),
+        for flag, value, said in (("--on-roll", "left", "--on-roll"), ("--on-roll", "rigth", "did you mean right?"),
+                                  ("--vehicle", "trukc", "did you mean truck?"),
+                                  ("--vehicle", "boat", "truck, tracked or six-wheeler, got 'boat'"),
+                                  ("--crates", -1, "--crates"), ("--crates", 1.5, "--crates"),
+                                  ("--crates", 10_001, "10000"), ("--speed", 0, "--speed"),
                                   ("--speed", 1e4, "--speed"), ("--seconds", -1, "--seconds"),
                                   ("--seconds", 1e12, "frames")):
             done = run("drive", "--seed", 1, f"{flag}={value}", timeout=60)

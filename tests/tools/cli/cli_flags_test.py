@@ -59,6 +59,11 @@ class FlagsThatDoNothing(Folder):
                 (["drop", *ground, "--fps", 10], "--fps"),
                 (["drop", *ground, "--size", "64x48"], "--size"),
                 (["drop", *ground, "--fov-deg", 50], "--fov-deg"),
+                *((["drop", *ground, "--restore", self.path("w"), name, value], name)
+                  for name, value in (("--shape", "box"), ("--count", 5), ("--scale", 2), ("--speed", 1), ("--spin", 1))),
+                (["drop", *ground, "--restore", self.path("w"), "--no-sleep"], "--no-sleep"),
+                (["walk", *ground, "--path", "spins"], "--path spins"),
+                (["walk", *ground, "--png"], "--png"),
                 (["page", *ground, "--radius", 2], "--radius"),
                 (["page", *ground, "--policy", "distance", "--horizon-s", 2], "--horizon-s"),
                 (["page", *ground, "--start-s", 2], "--start-s"),
@@ -95,9 +100,9 @@ class FlagsThatDoNothing(Folder):
 
 class Limits(Folder):
     def test_limits_are_called_by_their_flags(self):
-        for command in ("fly", "drive", "mesh", "page"):
+        for command in ("fly", "drive", "walk", "mesh", "page"):
             self.assert_refused(run(command, "--seed", 1, "--budget", 7), [1], "--budget", "at least 8", "7")
-        for command in ("fly", "drive", "mesh", "page", "query", "drop"):
+        for command in ("fly", "drive", "walk", "mesh", "page", "query", "drop"):
             self.assert_refused(run(command, "--seed", 1, "--memory-mb", 0.01), [1], "--memory-mb",
                                 "at least 1.072", "0.01")
         # the value in the message is enough
@@ -132,7 +137,11 @@ class Limits(Folder):
                 (["mesh", "--seed", 1, "--budget", 500, "--out", self.path("no/a.ply")],
                  ["no/a.ply", "No such file"]),
                 (["fly", "--seed", 1, "--out", self.path("empty.csv")], ["cannot make the folder", "empty.csv"]),
-                (["drop", "--seed", 1, "--trace", self.path("no/t.csv")], ["no/t.csv", "No such file"])):
+                (["drop", "--seed", 1, "--trace", self.path("no/t.csv")], ["no/t.csv", "No such file"]),
+                (["drop", "--seed", 1, "--save", self.path("no/w")], ["no/w", "No such file"]),
+                (["drop", "--seed", 1, "--restore", self.path("none")], ["cannot restore", "none", "No such file"]),
+                (["drop", "--seed", 1, "--restore", self.folder], ["cannot restore", "not a file"]),
+                (["drop", "--seed", 1, "--restore", self.path("empty.csv")], ["cannot restore", "empty.csv"])):
             with self.subTest(arguments):
                 self.assert_refused(run(*arguments), [1], *words)
 

@@ -117,6 +117,28 @@ class Drop(Folder):
                            "--threads", threads)["state_hash"] for threads in (1, 2, 5)}
         self.assertEqual(len(states), 1)
 
+    def test_a_saved_world_goes_on_with_the_same_bits(self):
+        world = self.path("world")
+        command = ("drop", "--seed", 3)
+        layout = ("--scale", 0.5, "--shape", "mixed", "--count", 40, "--speed", 5)
+        whole = run_json(*command, *layout, "--seconds", 4)
+        half = run_json(*command, *layout, "--seconds", 2, "--save", world)
+        self.assertNotEqual(half["state_hash"], whole["state_hash"])
+        for threads in (1, 2):
+            rest = run_json(*command, "--restore", world, "--seconds", 2, "--threads", threads)
+            self.assertEqual(rest["state_hash"], whole["state_hash"])
+            self.assertEqual(rest["bodies"], 40)
+        again = run_json(*command, "--restore", world, "--seconds", 1, "--save", world)
+        self.assertEqual(again["steps"], 60)
+        self.assertEqual(run_json(*command, "--restore", world, "--seconds", 1)["state_hash"],
+                         whole["state_hash"])
+        with open(world, "rb") as file:
+            data = bytearray(file.read())
+        data[len(data) // 2] ^= 1
+        with open(world, "wb") as file:
+            file.write(data)
+        self.assert_refused(run(*command, "--restore", world, "--seconds", 1), [1], "cannot restore", world)
+
     def test_frames_are_written_and_change_nothing(self):
         command = ("drop", "--seed", 3, "--shape", "mixed", "--count", 10, "--seconds", 0.5, "--scale", 0.2)
         out = self.path("out")

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "drop/drop_layout.h"
 
-#include "drop/body_random.h"
+#include "world/body_random.h"
 
 #include <terrane/collision/ground_contact.h>
 #include <terrane/terrain/fractal_heights.h>
@@ -23,10 +23,15 @@ Ground load_area(const DropLayout& layout) {
     return Ground(pager.resident(), pager.contact_level());
 }
 
+const World& nothing() {
+    static const World world = World::create({}).value();
+    return world;
+}
+
 TEST(LayOut, StartsEveryBodyClearAboveTheGround) {
     const DropLayout layout{.shape = DropShape::mixed, .count = 500, .speed = 300.0, .spin = 5.0};
     const Ground ground = load_area(layout);
-    const std::vector<DroppedBody> bodies = lay_out(layout, ground);
+    const std::vector<PlacedBody> bodies = lay_out(layout, ground, nothing());
     ASSERT_EQ(bodies.size(), 500u);
     for (std::size_t i = 0; i < bodies.size(); ++i) {
         const LiftAnswer found =
@@ -48,7 +53,7 @@ TEST(LayOut, ScalesEveryLength) {
     const WorldRect extent{-1000.0, -1000.0, 1000.0, 1000.0};
     EXPECT_EQ(8.0 * drop_area(small, extent).east, drop_area(large, extent).east);
     const Ground ground = load_area(large);
-    const std::vector<DroppedBody> bodies = lay_out(small, ground);
+    const std::vector<PlacedBody> bodies = lay_out(small, ground, nothing());
     ASSERT_EQ(bodies.size(), 48u);
     for (std::size_t i = 0; i < bodies.size(); ++i) {
         const Shape& shape = bodies[i].settings.shape;
@@ -61,10 +66,10 @@ TEST(LayOut, ScalesEveryLength) {
 TEST(LayOut, FollowsItsSeedAndNothingElse) {
     DropLayout layout{.shape = DropShape::box, .count = 50, .spin = 1.0};
     const Ground ground = load_area(layout);
-    const std::vector<DroppedBody> once = lay_out(layout, ground);
-    const std::vector<DroppedBody> again = lay_out(layout, ground);
+    const std::vector<PlacedBody> once = lay_out(layout, ground, nothing());
+    const std::vector<PlacedBody> again = lay_out(layout, ground, nothing());
     layout.seed = 2;
-    const std::vector<DroppedBody> other = lay_out(layout, ground);
+    const std::vector<PlacedBody> other = lay_out(layout, ground, nothing());
     int moved = 0;
     for (std::size_t i = 0; i < once.size(); ++i) {
         EXPECT_EQ(once[i].state.pose.translation, again[i].state.pose.translation);
@@ -77,8 +82,25 @@ TEST(LayOut, FollowsItsSeedAndNothingElse) {
 TEST(LayOut, LeavesBodiesOutWhereThereIsNoGround) {
     const std::shared_ptr<const HeightSource> source = FractalHeights::create({.seed = 9}).value();
     Pager pager = Pager::create(source, {.worker_count = 0}).value();
-    const Ground nothing(pager.resident(), pager.contact_level());
-    EXPECT_TRUE(lay_out({.count = 3}, nothing).empty());
+    const Ground absent(pager.resident(), pager.contact_level());
+    EXPECT_TRUE(lay_out({.count = 3}, absent, nothing()).empty());
+}
+
+TEST(LayOut, KeepsClearOfObstacles) {
+    const DropLayout layout{.shape = DropShape::mixed, .count = 200};
+    const Ground ground = load_area(layout);
+    const WorldRect area = drop_area(layout, ground.extent());
+    World obstacles = World::create({}).value();
+    BodyState state;
+    state.pose.translation = {0.0, 0.0, ground.height(0.0, 0.0).height};
+    const BodySettings tower{.shape = Box{{0.3 * (area.east - area.west), 4.0, 100.0}},
+                             .type = BodyType::static_body};
+    ASSERT_TRUE(obstacles.add(tower, state));
+    const std::vector<PlacedBody> bodies = lay_out(layout, ground, obstacles);
+    EXPECT_EQ(bodies.size(), 200u);
+    for (const PlacedBody& body : bodies) {
+        EXPECT_TRUE(is_free(obstacles, ground, body.settings.shape, body.state.pose));
+    }
 }
 
 TEST(DropArea, StaysInsideASmallExtent) {

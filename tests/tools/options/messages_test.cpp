@@ -2,8 +2,6 @@
 // Messages with numbers, of every library, are short for any value.
 #include <terrane/collision/compound.h>
 #include <terrane/collision/convex_hull.h>
-#include <terrane/collision/truck.h>
-#include <terrane/collision/walker.h>
 #include <terrane/collision/world.h>
 #include <terrane/dem/dem_heights.h>
 #include <terrane/terrain/fractal_heights.h>
@@ -94,15 +92,15 @@ TEST(Messages, OfBodiesAreShortWhateverTheValue) {
         parts[0].body_from_part.translation.x() = value;
         return message_of(Compound::create(parts));
     });
-    expect_short("truck", [](double value) {
-        TruckSettings settings;
-        settings.mass = value;
-        return message_of(Truck::create(settings, {}));
+    expect_short("vehicle", [&](double value) {
+        VehicleSettings settings = make_truck();
+        settings.axles[1].position = value;
+        return message_of(world.add_vehicle(settings, {}));
     });
-    expect_short("walker", [](double value) {
-        WalkerSettings settings;
+    expect_short("character", [&](double value) {
+        CharacterSettings settings;
         settings.radius = value;
-        return message_of(Walker::create(settings, {0.0, 0.0, 0.0}));
+        return message_of(world.add_character(settings, {0.0, 0.0, 0.0}));
     });
 }
 

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "drop/body_objects.h"
+#include "world/body_objects.h"
 
 #include <terrane/collision/shape_pairs.h>
 
 #include <Eigen/Geometry>
 
+#include <optional>
 #include <span>
 
 namespace terrane::tools {
@@ -12,22 +13,20 @@ namespace {
 
 constexpr float kAsleep = 0.55f;  // brightness of sleeping bodies
 constexpr double kBar = 0.08;     // radius of a hull's edges over its bounding radius
+constexpr Colour kStatic{0.60f, 0.59f, 0.57f};
 
-Colour times(const Colour& colour, float share) {
-    return {share * colour.red, share * colour.green, share * colour.blue};
-}
-
-/// Appends the solids of a shape; colours are multiplied by `share`.
+/// Appends the solids of a shape, in one colour or, without it, in that of the shape; multiplied by `share`.
 class BodyObjects {
 public:
-    BodyObjects(float share, std::vector<DrawnObject>& objects) : share_(share), out_(objects) {}
+    BodyObjects(const std::optional<Colour>& colour, float share, std::vector<DrawnObject>& objects)
+        : colour_(colour), share_(share), out_(objects) {}
 
     void add(const Sphere& sphere, const Pose& pose) {
         out_.push_back({Form::ball, pose, Eigen::Vector3d::Constant(sphere.radius),
-                        times({0.90f, 0.45f, 0.10f}, share_)});
+                        shade({0.90f, 0.45f, 0.10f})});
     }
     void add(const Capsule& capsule, const Pose& pose) {
-        const Colour colour = times({0.15f, 0.45f, 0.85f}, share_);
+        const Colour colour = shade({0.15f, 0.45f, 0.85f});
         out_.push_back(
             {Form::tube, pose, {capsule.radius, capsule.radius, capsule.half_height}, colour});
         for (const double end : {-capsule.half_height, capsule.half_height}) {
@@ -38,7 +37,7 @@ public:
         }
     }
     void add(const Box& box, const Pose& pose) {
-        out_.push_back({Form::box, pose, box.half_extents, times({0.93f, 0.90f, 0.82f}, share_)});
+        out_.push_back({Form::box, pose, box.half_extents, shade({0.93f, 0.90f, 0.82f})});
     }
     /// Edges as tubes.
     void add(const ConvexHull& hull, const Pose& pose) {
@@ -63,6 +62,11 @@ public:
 private:
     using Form = DrawnObject::Form;
 
+    Colour shade(const Colour& of_shape) const {
+        const Colour colour = colour_.value_or(of_shape);
+        return {share_ * colour.red, share_ * colour.green, share_ * colour.blue};
+    }
+
     /// Whether the segment between two corners is on the surface: tests its midpoint.
     static bool is_edge(const ConvexHull& hull, const Eigen::Vector3d& a,
                         const Eigen::Vector3d& b) {
@@ -78,7 +82,7 @@ private:
         Pose pose;
         pose.rotation << side, along.cross(side), along;
         pose.translation = 0.5 * (a + b);
-        const Colour colour = times({0.55f, 0.50f, 0.47f}, share_);
+        const Colour colour = shade({0.55f, 0.50f, 0.47f});
         out_.push_back({Form::tube, pose, {radius, radius, 0.5 * (b - a).norm()}, colour});
         out_.push_back({Form::ball,
                         {Eigen::Matrix3d::Identity(), a},
@@ -86,6 +90,7 @@ private:
                         colour});
     }
 
+    std::optional<Colour> colour_;
     float share_;
     std::vector<DrawnObject>& out_;
 };
@@ -93,8 +98,16 @@ private:
 }  // namespace
 
 void add_objects(const Shape& shape, const BodyState& state, std::vector<DrawnObject>& objects) {
-    BodyObjects all(state.condition == BodyCondition::asleep ? kAsleep : 1.0f, objects);
+    const std::optional<Colour> colour =
+        state.condition == BodyCondition::fixed ? std::optional(kStatic) : std::nullopt;
+    BodyObjects all(colour, state.condition == BodyCondition::asleep ? kAsleep : 1.0f, objects);
     std::visit([&](const auto& each) { all.add(each, state.pose); }, shape);
+}
+
+void add_objects(const Shape& shape, const Pose& pose, const Colour& colour,
+                 std::vector<DrawnObject>& objects) {
+    BodyObjects all(colour, 1.0f, objects);
+    std::visit([&](const auto& each) { all.add(each, pose); }, shape);
 }
 
 }  // namespace terrane::tools

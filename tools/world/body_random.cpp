@@ -2,7 +2,7 @@
 //
 // Sources:
 //   G. Steele, D. Lea, C. Flood. Fast Splittable Pseudorandom Number Generators. OOPSLA 2014 (mix).
-#include "drop/body_random.h"
+#include "world/body_random.h"
 
 namespace terrane::tools {
 namespace {

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+#include "drive/vehicle_traveller.h"
+
+#include <terrane/collision/ground_contact.h>
+#include <terrane/terrain/fractal_heights.h>
+#include <terrane/terrain/pager.h>
+
+#include <gtest/gtest.h>
+
+namespace terrane::tools {
+namespace vehicle_traveller_test {
+
+TEST(VehicleTraveller, EveryVehicleIsPutOnTheGroundAndComesToRest) {
+    const auto source = FractalHeights::create({.seed = 9, .amplitude = 20.0}).value();
+    Pager pager = Pager::create(source, {.worker_count = 0}).value();
+    pager.require({-50.0, -50.0, 50.0, 50.0}, 0.0);
+    pager.update({}, {}, 0.0);
+    const Ground ground(pager.resident(), pager.contact_level());
+    for (std::size_t i = 0; i < vehicle_names().size(); ++i) {
+        SCOPED_TRACE(vehicle_names()[i]);
+        World world = World::create({}).value();
+        const World nothing = World::create({}).value();
+        const VehicleSettings settings = make_vehicle(static_cast<VehicleKind>(i));
+        PathDriver driver = PathDriver::create({{0.0, 0.0}, {20.0, 10.0}}, {}).value();
+        VehicleTraveller vehicle(settings, std::move(driver), OnRoll::stop, *source, {0.0, 0.0},
+                                 {20.0, 10.0});
+        const Result<BodyId> body = vehicle.enter(world, ground, nothing);
+        ASSERT_TRUE(body) << body.error().message;
+        EXPECT_LT(
+            compute_lift(world.settings()[body->index].shape, vehicle.pose(world), ground).lift,
+            -0.04);
+        for (int step = 0; step < 120; ++step) {
+            vehicle.control(world, false);
+            EXPECT_EQ(world.step(ground, 1.0 / 60.0).too_deep, 0u);
+        }
+        EXPECT_TRUE(vehicle.is_supported(world));
+        EXPECT_LT(world.states()[body->index].velocity.norm(), 0.1);
+        EXPECT_LT(
+            (vehicle.pose(world).translation - WorldPos(0.0, 0.0, source->height(0.0, 0.0))).norm(),
+            settings.centre_of_mass_height + 0.5);
+        EXPECT_FALSE(vehicle.has_ended(world));
+        std::vector<DrawnObject> objects;
+        vehicle.draw(world, objects);
+        EXPECT_GE(objects.size(), 1 + 2 * world.vehicle(*body)->wheels.size());
+    }
+}
+
+TEST(VehicleTraveller, RefusesAStartInsideABodyOfTheScene) {
+    const auto source = FractalHeights::create({.seed = 9}).value();
+    Pager pager = Pager::create(source, {.worker_count = 0}).value();
+    pager.require({-50.0, -50.0, 50.0, 50.0}, 0.0);
+    pager.update({}, {}, 0.0);
+    const Ground ground(pager.resident(), pager.contact_level());
+    World world = World::create({}).value();
+    World scene = World::create({}).value();
+    BodyState state;
+    state.pose.translation = {0.0, 0.0, source->height(0.0, 0.0) + 1.0};
+    ASSERT_TRUE(scene.add({.shape = Box{{1.0, 1.0, 1.0}}, .type = BodyType::static_body}, state));
+    VehicleTraveller vehicle(make_truck(),
+                             PathDriver::create({{0.0, 0.0}, {20.0, 0.0}}, {}).value(),
+                             OnRoll::stop, *source, {0.0, 0.0}, {1.0, 0.0});
+    const Result<BodyId> body = vehicle.enter(world, ground, scene);
+    ASSERT_FALSE(body);
+    EXPECT_NE(body.error().message.find("where the vehicle starts"), std::string::npos);
+}
+
+}  // namespace vehicle_traveller_test
+}  // namespace terrane::tools

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: MIT
+#include "drive/vehicle_traveller.h"
+
+#include "drive/vehicle_objects.h"
+#include "world/placed_body.h"
+
+#include <terrane/collision/ground_contact.h>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+namespace terrane::tools {
+namespace {
+
+int wheels_in_contact(const VehicleState& state) {
+    return static_cast<int>(
+        std::count_if(state.wheels.begin(), state.wheels.end(),
+                      [](const WheelState& wheel) { return wheel.in_contact; }));
+}
+
+double tilt_deg(const VehicleState& state) {
+    const double up = std::clamp(state.chassis.pose.rotation(2, 2), -1.0, 1.0);
+    return std::acos(up) * 180.0 / std::numbers::pi;
+}
+
+}  // namespace
+
+std::vector<std::string> vehicle_names() { return {"truck", "tracked", "six-wheeler"}; }
+
+VehicleSettings make_vehicle(VehicleKind kind) {
+    switch (kind) {
+        case VehicleKind::tracked:
+            return make_tracked();
+        case VehicleKind::six_wheeler:
+            return make_six_wheeler();
+        case VehicleKind::truck:
+            break;
+    }
+    return make_truck();
+}
+
+VehicleTraveller::VehicleTraveller(const VehicleSettings& settings, PathDriver driver,
+                                   OnRoll on_roll, const HeightSource& source,
+                                   const Eigen::Vector2d& start_world,
+                                   const Eigen::Vector2d& along_world)
+    : settings_(settings),
+      driver_(std::move(driver)),
+      on_roll_(on_roll),
+      source_(source),
+      start_(slope_pose(source, start_world, along_world, settings)) {}
+
+BodyNeed VehicleTraveller::first_need() const {
+    return {.centre_world = start_.translation,
+            .radius = settings_.chassis_half_extents.norm() + settings_.centre_of_mass_height +
+                      settings_.suspension_travel};
+}
+
+Pose VehicleTraveller::pose(const World& world) const {
+    return world.contains(body_) ? state(world).chassis.pose : start_;
+}
+
+Result<BodyId> VehicleTraveller::enter(World& world, const Ground& ground, const World& obstacles) {
+    const Result<Pose> pose = pose_on_ground(settings_, start_, ground);
+    if (!pose) return tl::unexpected(pose.error());
+    const Result<BodyId> added = world.add_vehicle(settings_, *pose);
+    if (!added) return added;
+    if (!is_free(obstacles, ground, world.settings()[added->index].shape, *pose)) {
+        return fail(ErrorCode::invalid_argument,
+                    fmt::format("a body of the scene is at x {:.6g} m, y {:.6g} m, where the "
+                                "vehicle starts",
+                                pose->translation.x(), pose->translation.y()));
+    }
+    body_ = *added;
+    return body_;
+}
+
+void VehicleTraveller::control(World& world, bool goes) {
+    const VehicleControls controls =
+        goes ? driver_.drive(settings_, state(world)) : VehicleControls{.brake = 1.0};
+    // Ids and controls of its own are valid: nothing to report.
+    (void)world.set_controls(body_, controls);
+}
+
+void VehicleTraveller::react(World& world, const Ground& ground, double) {
+    if (!state(world).is_rolled_over) return;
+    has_rolled_over_ = true;
+    if (on_roll_ == OnRoll::stop) return;
+    const Pose& pose = state(world).chassis.pose;
+    Eigen::Vector2d along = pose.rotation.col(0).head<2>();
+    if (along.norm() < 1e-3) along = Eigen::Vector2d::UnitX();  // nose or tail up
+    const Pose upright = slope_pose(source_, pose.translation.head<2>(), along, settings_);
+    const Result<Pose> placed = pose_on_ground(settings_, upright, ground);
+    BodyState state;
+    if (placed) state.pose = *placed;
+    if (placed && world.teleport(body_, state)) ++rights_;
+}
+
+bool VehicleTraveller::has_ended(const World& world) const {
+    return (has_rolled_over_ && on_roll_ == OnRoll::stop) ||
+           (driver_.is_finished() && state(world).chassis.velocity.norm() < 0.1);
+}
+
+bool VehicleTraveller::is_supported(const World& world) const {
+    return wheels_in_contact(state(world)) > 0;
+}
+
+void VehicleTraveller::add_supports(const World& world, std::vector<BodyId>& bodies) const {
+    for (const WheelState& wheel : state(world).wheels) {
+        if (wheel.in_contact && wheel.body.is_valid()) bodies.push_back(wheel.body);
+    }
+}
+
+std::vector<double> VehicleTraveller::figures(const World& world) const {
+    return {static_cast<double>(wheels_in_contact(state(world))), tilt_deg(state(world))};
+}
+
+void VehicleTraveller::draw(const World& world, std::vector<DrawnObject>& objects) const {
+    add_vehicle_objects(settings_, state(world), objects);
+}
+
+Pose slope_pose(const HeightSource& source, const Eigen::Vector2d& place_world,
+                const Eigen::Vector2d& along_world, const VehicleSettings& settings) {
+    const Eigen::Vector2d along = along_world.normalized();
+    const Eigen::Vector2d left(-along.y(), along.x());
+    const auto ground = [&](double x, double y) {
+        const Eigen::Vector2d p = place_world + x * along + y * left;
+        return source.height(p.x(), p.y());
+    };
+    const double front = settings.chassis_half_extents.x(),
+                 side = settings.chassis_half_extents.y();
+    const double climb = (ground(front, 0.0) - ground(-front, 0.0)) / (2.0 * front);
+    const double tilt = (ground(0.0, side) - ground(0.0, -side)) / (2.0 * side);
+    const Eigen::Vector3d forward = Eigen::Vector3d(along.x(), along.y(), climb).normalized();
+    const Eigen::Vector3d left_raw(left.x(), left.y(), tilt);
+    const Eigen::Vector3d left_world = (left_raw - left_raw.dot(forward) * forward).normalized();
+    Pose pose;
+    pose.rotation.col(0) = forward;
+    pose.rotation.col(1) = left_world;
+    pose.rotation.col(2) =
+        Eigen::Vector3d(forward.y() * left_world.z() - forward.z() * left_world.y(),
+                        forward.z() * left_world.x() - forward.x() * left_world.z(),
+                        forward.x() * left_world.y() - forward.y() * left_world.x());
+    pose.translation = WorldPos(place_world.x(), place_world.y(),
+                                ground(0.0, 0.0) + settings.centre_of_mass_height);
+    return pose;
+}
+
+Result<Pose> pose_on_ground(const VehicleSettings& settings, Pose pose, const Ground& ground) {
+    constexpr double kClearance = 0.05;  // metres
+    // A world of its own tells where the wheels hang.
+    Result<World> world = World::create({});
+    if (!world) return tl::unexpected(world.error());
+    const Result<BodyId> vehicle = world->add_vehicle(settings, pose);
+    if (!vehicle) return tl::unexpected(vehicle.error());
+    double lift = -std::numeric_limits<double>::infinity();
+    bool is_complete = true;
+    const auto add = [&](const Shape& shape, const Pose& at) {
+        const LiftAnswer answer = compute_lift(shape, at, ground);
+        lift = std::max(lift, answer.lift);
+        is_complete = is_complete && answer.status == QueryStatus::complete;
+    };
+    add(world->settings()[vehicle->index].shape, pose);
+    for (const WheelState& wheel : world->vehicle(*vehicle)->wheels) {
+        Pose at;
+        at.translation = wheel.centre_world;
+        add(Sphere{settings.wheel_radius}, at);
+    }
+    if (!is_complete) {
+        return fail(
+            ErrorCode::invalid_argument,
+            fmt::format(
+                "the ground at x {:.6g} m, y {:.6g} m, where the vehicle is put, is not loaded",
+                pose.translation.x(), pose.translation.y()));
+    }
+    if (std::isfinite(lift)) pose.translation.z() += lift + kClearance;
+    return pose;
+}
+
+}  // namespace terrane::tools

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: MIT
+#include "scene/scene_bodies.h"
+
+#include "query/parsing/shape_parsing.h"
+#include "scene/scene_keys.h"
+
+#include <fmt/format.h>
+
+#include <optional>
+#include <string>
+#include <utility>
+
+namespace terrane::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kMaxSpeed = 1e6;  // m/s and rad/s, what a world accepts
+
+Parsed<void> check_shape_keys(const Json& shape, const std::string& path);
+
+/// Refuses keys that read_shape() would ignore. What has no known kind is left to it.
+Parsed<void> check_part_keys(const Json& part, const std::string& path) {
+    if (const Parsed<void> good = check_keys(part, path, {"shape", "position", "rotation"});
+        !good) {
+        return good;
+    }
+    const auto shape = part.find("shape");
+    return shape == part.end() ? Parsed<void>{} : check_shape_keys(*shape, path + ".shape");
+}
+
+Parsed<void> check_shape_keys(const Json& shape, const std::string& path) {
+    if (!shape.is_object() || shape.size() != 1) return {};
+    const std::string& kind = shape.begin().key();
+    const Json& content = shape.begin().value();
+    const std::string inner = path + "." + kind;
+    if (kind == "compound" && content.is_array()) {
+        for (std::size_t i = 0; i < content.size(); ++i) {
+            const Parsed<void> good = check_part_keys(content[i], fmt::format("{}[{}]", inner, i));
+            if (!good) return good;
+        }
+    }
+    if (!content.is_object()) return {};
+    if (kind == "sphere") return check_keys(content, inner, {"radius"});
+    if (kind == "capsule") return check_keys(content, inner, {"radius", "half_height"});
+    if (kind == "box") return check_keys(content, inner, {"half_extents"});
+    if (kind == "hull") return check_keys(content, inner, {"points"});
+    return {};
+}
+
+/// The shape of a body. Messages begin with the rest of its key path.
+Parsed<Shape> read_body_shape(const Json& body) {
+    Parsed<Shape> shape = read_shape(body, "shape");
+    if (!shape) {
+        const std::string& said = shape.error();
+        return wrong(said.starts_with("shape ") ? said : "shape: " + said);
+    }
+    if (!(default_contact_tolerance(*shape) > 0.0)) {
+        return wrong("shape must have a thickness, got " + shown(body["shape"]));
+    }
+    return shape;
+}
+
+Parsed<BodyType> read_type(const Json& body) {
+    const auto found = body.find("type");
+    if (found == body.end() || *found == "dynamic") return BodyType::dynamic_body;
+    if (*found == "static") return BodyType::static_body;
+    if (*found == "kinematic") return BodyType::kinematic_body;
+    return wrong("type must be dynamic, static or kinematic, got " + shown(*found));
+}
+
+Parsed<Eigen::Vector3d> read_velocity(const Json& body, const char* key, BodyType type) {
+    if (!body.contains(key)) return Eigen::Vector3d(Eigen::Vector3d::Zero());
+    const Parsed<std::array<double, 3>> values = read_array<3>(body, key);
+    if (!values) return wrong(values.error());
+    const Eigen::Vector3d velocity((*values)[0], (*values)[1], (*values)[2]);
+    if (type == BodyType::static_body && velocity != Eigen::Vector3d::Zero()) {
+        return wrong(fmt::format("{} must be 0 of a static body, got {}", key, shown(body[key])));
+    }
+    if (!(velocity.cwiseAbs().maxCoeff() <= kMaxSpeed)) {
+        return wrong(
+            fmt::format("{} must be -1e6 to 1e6 along each axis, got {}", key, shown(body[key])));
+    }
+    return velocity;
+}
+
+Parsed<PlacedBody> read_body(const Json& body) {
+    PlacedBody placed;
+    Parsed<Shape> shape = read_body_shape(body);
+    if (!shape) return wrong(shape.error());
+    placed.settings.shape = *std::move(shape);
+    const Parsed<BodyType> type = read_type(body);
+    if (!type) return wrong(type.error());
+    placed.settings.type = *type;
+    if (*type != BodyType::dynamic_body && body.contains("mass")) {
+        return wrong(fmt::format("mass is of dynamic bodies only, got {} and type {}",
+                                 shown(body["mass"]), shown(body["type"])));
+    }
+    struct Figure {
+        const char* key;
+        double* value;
+        double low, high;
+    };
+    for (const Figure& figure : {Figure{"mass", &placed.settings.mass, 1e-9, 1e12},
+                                 Figure{"friction", &placed.settings.friction, 0.0, 1e6},
+                                 Figure{"restitution", &placed.settings.restitution, 0.0, 1.0}}) {
+        const Parsed<double> value =
+            read_in_range(body, figure.key, *figure.value, figure.low, figure.high);
+        if (!value) return wrong(value.error());
+        *figure.value = *value;
+    }
+    const Parsed<Pose> pose = read_pose(body, PositionAbsent::is_wrong);
+    if (!pose) return wrong(pose.error());
+    placed.state.pose = *pose;
+    const Parsed<Eigen::Vector3d> velocity = read_velocity(body, "velocity", *type);
+    if (!velocity) return wrong(velocity.error());
+    placed.state.velocity = *velocity;
+    const Parsed<Eigen::Vector3d> spin = read_velocity(body, "spin", *type);
+    if (!spin) return wrong(spin.error());
+    placed.state.angular_velocity = *spin;
+    return placed;
+}
+
+}  // namespace
+
+Parsed<std::vector<PlacedBody>> read_bodies(const Json& list) {
+    if (!list.is_array()) return wrong("bodies must be a list, got " + shown(list));
+    Result<World> world = World::create({});
+    if (!world) return wrong(world.error().message);
+    std::vector<PlacedBody> bodies;
+    bodies.reserve(list.size());
+    for (const Json& each : list) {
+        const std::string path = fmt::format("bodies[{}]", bodies.size());
+        const Parsed<void> good = check_keys(each, path,
+                                             {"shape", "position", "rotation", "velocity", "spin",
+                                              "type", "mass", "friction", "restitution"});
+        if (!good) return wrong(good.error());
+        if (each.contains("shape")) {
+            const Parsed<void> known = check_shape_keys(each["shape"], path + ".shape");
+            if (!known) return wrong(known.error());
+        }
+        Parsed<PlacedBody> body = read_body(each);
+        if (!body) return wrong(path + "." + body.error());
+        // What the library refuses besides.
+        const Result<BodyId> added = world->add(body->settings, body->state);
+        if (!added) return wrong(path + ": " + added.error().message);
+        bodies.push_back(*std::move(body));
+    }
+    return bodies;
+}
+
+}  // namespace terrane::tools

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "query/parsing/value_parsing.h"
+#include "world/placed_body.h"
+
+#include <vector>
+
+namespace terrane::tools {
+
+/// Parses `bodies` of a scene: `[{"shape":S,"position":[x,y,z],"rotation":[w,x,y,z],"velocity":[..],"spin":[..],
+/// "type":"dynamic"|"static"|"kinematic","mass":m,"friction":f,"restitution":r}..]` with S as read_shape() takes it.
+/// Only shape and position are required; unknown keys are refused. Errors begin with the path of the key:
+/// "bodies[2].mass must be".
+Parsed<std::vector<PlacedBody>> read_bodies(const nlohmann::ordered_json& list);
+
+}  // namespace terrane::tools
