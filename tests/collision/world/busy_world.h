@@ -35,8 +35,8 @@ inline BodyId add_body(World& world, const BodySettings& settings, const BodySta
     return id.value_or(BodyId{});
 }
 
-/// A heap of all shapes, vehicles, characters, sleepers, a body that is deep in the ground, one without resident ground, one that has left
-/// the world, static and kinematic bodies, sensors, and slots of removed bodies.
+/// A heap of all shapes, vehicles, characters, sleepers, a body that is deep in the ground, one without resident
+/// ground, one that has left the world, static and kinematic bodies, sensors, and slots of removed bodies.
 inline BusyBodies fill_busy_world(World& world) {
     Random random(77);
     BusyBodies bodies;

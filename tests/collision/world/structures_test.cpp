@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: MIT
+// Structures without mortar that stand only where contacts, friction and warm starts are right; nothing sleeps. The
+// long tests are those of a minute.
+#include "collision/bodies/body_cases.h"
+#include "support/heights/table_ground.h"
+
+#include <terrane/collision/world.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <numbers>
+#include <string>
+#include <vector>
+
+namespace terrane {
+namespace structures_test {
+
+using test::at;
+using test::make_flat;
+using test::turned;
+
+constexpr double kStep = 1.0 / 60.0;
+constexpr double kFloor = 5.0;  // height of make_flat()
+constexpr double kX = 64.0, kY = 64.0;
+
+/// How long structures are to stand, seconds.
+double standing_time() {
+    const char* const asked = std::getenv("TERRANE_STANDING_SECONDS");
+    return asked == nullptr ? 10.0 : std::atof(asked);
+}
+
+/// A world whose bodies may not move far.
+class Structure {
+public:
+    Structure() : world_(World::create({.allow_sleep = false}).value()) {}
+
+    BodyId add(const BodySettings& settings, const BodyState& state) {
+        const BodyId id = world_.add(settings, state).value();
+        starts_.push_back(state.pose.translation);
+        return id;
+    }
+
+    /// Largest distance of a body from where it was, metres, after a time.
+    double moved_in(double seconds) {
+        const Ground ground = make_flat();
+        for (double time = 0.0; time < seconds; time += kStep) {
+            EXPECT_EQ(world_.step(ground, kStep).too_deep, 0u);
+        }
+        double most = 0.0;
+        for (std::size_t i = 0; i < starts_.size(); ++i) {
+            most = std::max(most, (world_.states()[i].pose.translation - starts_[i]).norm());
+        }
+        std::printf("moved %.3g m in %.0f s\n", most, seconds);
+        return most;
+    }
+
+    World& world() { return world_; }
+
+private:
+    World world_;
+    std::vector<WorldPos> starts_;
+};
+
+TEST(Structures, ABrickWallStands) {
+    Structure wall;
+    const Eigen::Vector3d brick(0.2, 0.1, 0.08);
+    for (int row = 0; row < 10; ++row) {
+        for (int i = 0; i < 10; ++i) {
+            const double x = kX + (0.4 * i) + (row % 2 == 0 ? 0.0 : 0.2);
+            wall.add({.shape = Box{brick}, .mass = 4.0, .friction = 0.7, .restitution = 0.0},
+                     at({x, kY, kFloor + 0.08 + 0.16 * row}));
+        }
+    }
+    EXPECT_LT(wall.moved_in(standing_time()), 0.02);
+}
+
+TEST(Structures, AHouseOfCardsStands) {
+    Structure house;
+    const Eigen::Vector3d card(0.005, 0.1, 0.15);
+    const double lean = 0.25, rise = 0.15 * std::cos(lean) + 0.005 * std::sin(lean);
+    const double run = 0.15 * std::sin(lean) + 0.005 * std::cos(lean);
+    const BodySettings of_card{
+        .shape = Box{card}, .mass = 0.1, .friction = 0.8, .restitution = 0.0};
+    double z = kFloor;
+    for (int storey = 0; storey < 2; ++storey) {
+        for (int tent = 0; tent < 2 - storey; ++tent) {
+            const double x = kX + 4.2 * run * (tent + 0.5 * storey);
+            for (const double side : {-1.0, 1.0}) {
+                BodyState state = at({x + side * run, kY, z + rise});
+                state.pose.rotation = turned({0.0, -side * lean, 0.0});
+                house.add(of_card, state);
+            }
+        }
+        z += 2.0 * rise;
+        if (storey > 0) break;
+        const Box flat{{0.2, 0.1, 0.005}};
+        house.add({.shape = flat, .mass = 0.1, .friction = 0.8, .restitution = 0.0},
+                  at({kX + 2.1 * run, kY, z + 0.005}));
+        z += 0.01;
+    }
+    EXPECT_LT(house.moved_in(standing_time()), 0.02);
+}
+
+TEST(Structures, AnArchOfWedgesStands) {
+    Structure arch;
+    constexpr int kWedges = 9;
+    const double inner = 1.5, outer = 2.0, angle = std::numbers::pi / kWedges;
+    for (int i = 0; i < kWedges; ++i) {
+        std::vector<Eigen::Vector3d> points;
+        for (const double y : {-0.25, 0.25}) {
+            for (const double side : {-0.5, 0.5}) {
+                for (const double radius : {inner, outer}) {
+                    points.emplace_back(radius * std::sin(side * angle), y,
+                                        radius * std::cos(side * angle));
+                }
+            }
+        }
+        BodyState state = at({kX, kY, kFloor});
+        state.pose.rotation = turned({0.0, (i - 0.5 * (kWedges - 1)) * angle, 0.0});
+        arch.add({.shape = ConvexHull::create(points).value(),
+                  .mass = 100.0,
+                  .friction = 0.8,
+                  .restitution = 0.0},
+                 state);
+    }
+    EXPECT_LT(arch.moved_in(standing_time()), 0.05);
+}
+
+TEST(Structures, ABallLiesOnAHundredPlates) {
+    Structure stack;
+    for (int i = 0; i < 100; ++i) {
+        stack.add({.shape = Box{{0.5, 0.5, 0.02}}, .mass = 20.0, .restitution = 0.0},
+                  at({kX, kY, kFloor + 0.02 + 0.04 * i}));
+    }
+    const BodyId ball = stack.add({.shape = Sphere{0.3}, .mass = 50.0, .restitution = 0.0},
+                                  at({kX, kY, kFloor + 4.0 + 0.3}));
+    stack.moved_in(standing_time());
+    const WorldPos& place = stack.world().states()[ball.index].pose.translation;
+    EXPECT_GT(place.z(), kFloor + 4.0);
+    EXPECT_LT((place.head<2>() - Eigen::Vector2d(kX, kY)).norm(), 0.1);
+}
+
+TEST(Structures, AWeightOfAThousandTimesTheMassLiesOnASmallBox) {
+    Structure stack;
+    stack.add({.shape = Box{{0.5, 0.5, 0.5}}, .mass = 1.0, .restitution = 0.0},
+              at({kX, kY, kFloor + 0.5}));
+    stack.add({.shape = Box{{0.5, 0.5, 0.5}}, .mass = 1000.0, .restitution = 0.0},
+              at({kX, kY, kFloor + 1.5}));
+    EXPECT_LT(stack.moved_in(standing_time()), 0.05);
+}
+
+// Dzhanibekov: a body that spins about its middle axis turns over again and again, with constant energy and momentum.
+TEST(Structures, ASpinningTTurnsOverWithoutGainingEnergy) {
+    CompoundPart stem{Box{{0.1, 0.1, 0.4}}, {}};
+    stem.body_from_part.translation = {0.0, 0.0, -0.5};
+    const Compound tee =
+        Compound::create(std::vector<CompoundPart>{{Box{{0.5, 0.1, 0.1}}, {}}, stem}).value();
+    const char* const asked = std::getenv("TERRANE_SPIN_SECONDS");
+    const double seconds = asked == nullptr ? 120.0 : std::atof(asked);
+    World world = World::create({.gravity = Eigen::Vector3d::Zero(), .allow_sleep = false}).value();
+    BodyState state = at({kX, kY, 50.0});
+    state.angular_velocity = {6.0, 0.01, 0.02};  // about the middle of its principal axes, nearly
+    ASSERT_TRUE(world.add({.shape = tee, .mass = 2.0}, state));
+    const Ground ground = make_flat();
+    const Eigen::Vector3d axis_before = world.states()[0].pose.rotation.col(0);
+    double most = 6.0;
+    int flips = 0;
+    double side = 1.0;
+    for (double time = 0.0; time < seconds; time += kStep) {
+        world.step(ground, kStep);
+        const double along = world.states()[0].pose.rotation.col(0).dot(axis_before);
+        most = std::max(most, world.states()[0].angular_velocity.norm());
+        if (along * side < -0.5) {
+            side = -side;
+            ++flips;
+        }
+    }
+    const double speed = world.states()[0].angular_velocity.norm();
+    std::printf("after %.0f s: %d flips, spin %.6g rad/s of 6, at most %.6g\n", seconds, flips,
+                speed, most);
+    EXPECT_GT(flips, seconds / 20.0);
+    EXPECT_LE(world.states()[0].velocity.norm(), 1e-9);
+    EXPECT_GT(speed, 3.0);
+    EXPECT_LT(speed, 9.0);
+}
+
+}  // namespace structures_test
+}  // namespace terrane
