@@ -5,7 +5,7 @@
 
 namespace terrane::internal {
 
-std::span<const BodyPair> PairList::sort(std::size_t body_count) {
+void PairList::sort(std::size_t body_count) {
     first_.assign(body_count + 1, 0);
     for (const BodyPair& pair : found_) ++first_[pair.a + 1];
     for (std::size_t i = 1; i <= body_count; ++i) first_[i] += first_[i - 1];
@@ -20,7 +20,6 @@ std::span<const BodyPair> PairList::sort(std::size_t body_count) {
                   [](const BodyPair& x, const BodyPair& y) { return x.b < y.b; });
         begin = end;
     }
-    return sorted_;
 }
 
 }  // namespace terrane::internal

@@ -3,30 +3,36 @@
 
 #include <terrane/collision/broadphase.h>
 
+#include <algorithm>
 #include <span>
 #include <vector>
 
 namespace terrane::internal {
 
+/// Largest coordinate of a box, metres: squares of differences are finite.
+inline constexpr double kLargestCoordinate = 1e150;
+
 /// Whether a box is not empty: see Broadphase::update().
 inline bool is_box(const Aabb& box) {
-    constexpr double kLargest = 1e150;  // squares of differences are finite
     int is = 1;
     for (int i = 0; i < 3; ++i) {
-        is &= static_cast<int>(box.low[i] >= -kLargest) &
+        is &= static_cast<int>(box.low[i] >= -kLargestCoordinate) &
               static_cast<int>(box.low[i] <= box.high[i]) &
-              static_cast<int>(box.high[i] <= kLargest);
+              static_cast<int>(box.high[i] <= kLargestCoordinate);
     }
     return is != 0;
 }
 
-/// Whether two boxes, each widened by a margin, overlap or touch: the exact test of all methods.
+/// Whether two boxes, each widened by a margin, overlap or touch: the exact test of all methods. Without branches,
+/// because most of the boxes that are compared are near each other and either may be.
 inline bool overlap(const Aabb& a, const Aabb& b, double margin) {
     const double both = 2.0 * margin;
+    int is = 1;
     for (int i = 0; i < 3; ++i) {
-        if (a.low[i] - b.high[i] > both || b.low[i] - a.high[i] > both) return false;
+        is &= static_cast<int>(a.low[i] - b.high[i] <= both) &
+              static_cast<int>(b.low[i] - a.high[i] <= both);
     }
-    return true;
+    return is != 0;
 }
 
 /// Collects pairs in any order and sorts them.
@@ -36,8 +42,17 @@ public:
     void add(std::uint32_t i, std::uint32_t j) {
         found_.push_back(i < j ? BodyPair{i, j} : BodyPair{j, i});
     }
+    /// Collects from the sorted pairs on, less those for which is_old(pair).
+    template <class IsOld>
+    void restart_without(IsOld&& is_old) {
+        found_.clear();
+        for (const BodyPair& pair : sorted_) {
+            if (!is_old(pair)) found_.push_back(pair);
+        }
+    }
     /// Cost: O(bodies + pairs log(pairs of a body))
-    std::span<const BodyPair> sort(std::size_t body_count);
+    void sort(std::size_t body_count);
+    std::span<const BodyPair> sorted() const { return sorted_; }
 
 private:
     std::vector<BodyPair> found_;

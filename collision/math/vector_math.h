@@ -66,7 +66,7 @@ inline Eigen::Vector3d any_tangent(const Eigen::Vector3d& normal) {
 inline double column_error(const Eigen::Matrix3d& m) {
     double worst = 0.0;
     for (int a = 0; a < 3; ++a) {
-        for (int b = 0; b < 3; ++b) {
+        for (int b = a; b < 3; ++b) {
             const double error = dot(m.col(a), m.col(b)) - (a == b ? 1.0 : 0.0);
             worst = worst < std::abs(error) ? std::abs(error) : worst;
         }

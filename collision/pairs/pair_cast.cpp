@@ -14,6 +14,7 @@ namespace {
 
 // Share of the motion; a shorter step near the other shape ends the advancement.
 constexpr double kShortest = 1e-4;
+constexpr int kMaxAdvances = 10'000;  // casts that meet nothing in so many steps end there
 
 // One of the moving shapes; times are fractions of the motion.
 struct Mover {
@@ -163,8 +164,8 @@ ConvexCast cast_convex(const MovingPart& a, const MovingPart& b, double from, do
     const Eigen::Vector3d origin = a.motion.start.translation;
     const Mover mover_a(a, origin);
     const Mover mover_b(b, origin);
-    const double tolerance = settings.tolerance;
     const double touch = kTouchShare * (reach_of(a.shape) + reach_of(b.shape));
+    const double tolerance = std::max(settings.tolerance, touch);  // gaps are not known better
 
     ConvexCast answer;
     PlacedConvex at_a = mover_a.at(from);
@@ -180,7 +181,7 @@ ConvexCast cast_convex(const MovingPart& a, const MovingPart& b, double from, do
         allowed_depth = 0.5 * tolerance - gap.distance;
     }
     double t = from;
-    while (!answer.hit) {
+    for (int advance = 0; !answer.hit; ++advance) {
         allowed_depth = std::max(0.0, std::min(allowed_depth, 0.5 * tolerance - gap.distance));
         const double room = gap.distance + allowed_depth;
         const double rest = std::min(0.125 * tolerance, 0.5 * room);
@@ -190,11 +191,11 @@ ConvexCast cast_convex(const MovingPart& a, const MovingPart& b, double from, do
             answer.fraction = to;
             return answer;
         }
-        // Near the other shape: a hit where the shapes approach, or where the steps become too short, or too short to
-        // be represented. The last safe time is the answer.
+        // Near the other shape: a hit where the shapes approach, or where the steps become too short, too many, or too
+        // short to be represented. The last safe time is the answer.
         const bool is_near = room <= 0.25 * tolerance;
         if ((is_near && (time < kShortest || is_closing(mover_a, mover_b, at_a, at_b, gap, t))) ||
-            !(t + time > t)) {
+            !(t + time > t) || advance == kMaxAdvances) {
             answer.hit = true;
             break;
         }

@@ -301,12 +301,9 @@ Result<void> World::State::check_force(std::size_t index, const Eigen::Vector3d&
 }
 
 Result<void> World::State::check_torque(std::size_t index, const Eigen::Vector3d& torque) const {
-    if (auto ok = check_vector("torque", torque, kMostImpulse, "N m"); !ok) return ok;
-    const RigidBody& rigid = bodies[index];
-    const Eigen::Vector3d acceleration =
-        internal::apply_tensor(rigid.pose.rotation, rigid.mass.inverse_inertia, torque);
-    return check_vector("angular acceleration of the torque", acceleration, internal::kMaxSpin,
-                        "rad/s^2");
+    const double inverse_inertia = bodies[index].mass.inverse_inertia.maxCoeff();
+    const double most = internal::kMaxSpin / std::max(inverse_inertia, 1e-12);
+    return check_vector("torque", torque, most, "N m");
 }
 
 Result<void> World::add_force(BodyId body, const Eigen::Vector3d& force) {

@@ -134,6 +134,7 @@ void World::State::remove(BodyId body) {
 void World::State::change(std::size_t index, const BodySettings& own_settings,
                           internal::CentredShape&& shape, const BodyState& state) {
     wake(index);
+    forces[index] = torques[index] = Eigen::Vector3d::Zero();
     set_up(index, own_settings, std::move(shape), nullptr);
     place(index, state);
 }

@@ -17,11 +17,20 @@ constexpr double kReach = 1.0 / 32.0;
 constexpr double kSlop = 1.0 / 16.0;
 /// Gaps up to this count as touching, in tolerances: casts stop within them, and bodies may rest in them.
 constexpr double kTouchingGap = 1.0 / 8.0;
+constexpr double kMostTurn = 6.0;  // radians: faster spins are cast as if slower
 /// Largest closing distance for which nearest points predict the contact, in smallest half extents.
 constexpr double kMarginOfExtent = 0.5;
 
 double tolerance_of(const RigidBody& a, const RigidBody& b) {
     return std::min(a.tolerance, b.tolerance);
+}
+
+/// The motion of a body in a time, with at most kMostTurn: the cost of a cast grows with it.
+Motion predicted_motion(const RigidBody& body, double duration) {
+    const Eigen::Vector3d turn = body.velocity.angular * duration;
+    const double angle = length(turn);
+    return {body.pose, body.velocity.linear * duration,
+            angle > kMostTurn ? Eigen::Vector3d(turn * (kMostTurn / angle)) : turn};
 }
 
 /// What a body must not move through in a step. A thin wall is not moved: there the thickness of the other body counts.
@@ -177,8 +186,8 @@ double PairManifold::least_gap() const {
 /// bodies meet at the time of impact.
 void PairManifold::predict_impact(std::span<PairManifold> manifolds, const RigidBody& a,
                                   const RigidBody& b, double duration) {
-    const Motion motion_a{a.pose, a.velocity.linear * duration, a.velocity.angular * duration};
-    const Motion motion_b{b.pose, b.velocity.linear * duration, b.velocity.angular * duration};
+    const Motion motion_a = predicted_motion(a, duration);
+    const Motion motion_b = predicted_motion(b, duration);
     const PairCastAnswer hit =
         cast(a.parts[0].shape, motion_a, b.parts[0].shape, motion_b,
              {.tolerance = kMargin * tolerance_of(a, b), .skip_separating = true});

@@ -36,6 +36,10 @@ void ContactSolver::scale_velocities(std::span<const std::uint32_t> members, dou
             drift += body.velocity.linear / body.mass().inverse_mass;
         }
         drift /= mass;
+        // The motion of the centre keeps its energy: the rest has to lose all that the whole loses.
+        const double of_drift = 0.5 * mass * dot(drift, drift);
+        const double now = energy(members), rest = now - of_drift;
+        scale = rest > 0.0 ? std::sqrt(std::max(0.0, scale * scale * now - of_drift) / rest) : 0.0;
     }
     for (const std::uint32_t member : members) {
         Twist& velocity = bodies_[member].velocity;

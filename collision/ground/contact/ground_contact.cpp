@@ -183,7 +183,11 @@ ContactAnswer find_contacts(const Shape& shape, const Pose& world_from_shape, co
             : find_patches(local, body, Eigen::Vector3d::Zero(), margin, patches, answer.error_m);
     if (!is_known) return answer;
 
-    const std::span<const Contact> found = patches.finish();
+    std::span<const Contact> found = patches.finish();
+    if (found.empty() && margin > 0.0 && lift.lift <= kSeparatedLift) {
+        if (!add_nearest(local, body, margin, patches)) return answer;
+        found = patches.finish();
+    }
     answer.status =
         found.size() > contacts_out.size() ? QueryStatus::truncated : QueryStatus::complete;
     answer.count = std::min(found.size(), contacts_out.size());

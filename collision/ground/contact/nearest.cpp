@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "ground/contact/nearest.h"
 
+#include "ground/column/normal_cone.h"
+
 namespace terrane::internal {
 namespace {
 
@@ -29,6 +31,7 @@ struct NearestVisitor {
             result.is_found = true;
             result.distance = pair.distance;
             result.on_shape = pair.on_shape;
+            result.triangle = triangle;
             const Eigen::Vector3d apart = pair.on_shape - pair.on_triangle;
             const double size = length(apart);
             if (size > kTouch) {
@@ -66,7 +69,7 @@ Nearest find_within(const LocalGround& local, const LocalBody& body, double reac
             const Eigen::Vector3d around = bounds + Eigen::Vector3d::Constant(all.distance);
             return centre[2] - around[2] <= bound_ground(local, centre, around);
         },
-        [&](const LocalShape& shape, std::uint32_t) {
+        [&](const LocalShape& shape, std::uint32_t part) {
             const Nearest found = find_within(local, shape, all.distance);
             all.error_m = std::max(all.error_m, found.error_m);
             all.is_missing = all.is_missing || found.is_missing;
@@ -75,6 +78,8 @@ Nearest find_within(const LocalGround& local, const LocalBody& body, double reac
             all.distance = found.distance;
             all.on_shape = found.on_shape;
             all.normal = found.normal;
+            all.part = part;
+            all.triangle = found.triangle;
         });
     return all;
 }
@@ -103,6 +108,20 @@ Nearest find_nearest(const LocalGround& local, const LocalBody& body, double max
         if (nearest.is_found || nearest.is_missing || reach >= max_distance) return nearest;
         reach = std::min(max_distance, 4.0 * reach);
     }
+}
+
+bool add_nearest(const LocalGround& local, const LocalBody& body, double margin,
+                 ContactPatches& patches) {
+    if (!body.is_compound() && body.whole().kind == ShapeKind::round) return true;
+    const Nearest nearest = find_nearest(local, body, margin);
+    if (!nearest.is_found || !is_in_normal_cone(local, nearest.triangle, nearest.normal)) {
+        return !nearest.is_missing;
+    }
+    LocalHull hull;
+    const ShapeFeature feature = body.part(nearest.part, hull).deepest(nearest.normal).feature;
+    patches.add(
+        make_contact(nearest.on_shape, nearest.normal, -nearest.distance, feature, nearest.part));
+    return true;
 }
 
 }  // namespace terrane::internal

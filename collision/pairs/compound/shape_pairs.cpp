@@ -18,34 +18,40 @@ namespace {
 
 // Two shapes in world axes, relative to a's origin.
 struct PlacedPair {
+    /// @param most_distance shapes that are farther apart are not placed: see `is_beyond`
     PlacedPair(const Shape& shape_a, const Pose& world_from_a, const Shape& shape_b,
-               const Pose& world_from_b)
-        : is_valid(is_valid_query(shape_a, world_from_a) && is_valid_query(shape_b, world_from_b)),
-          view_a(shape_a),
-          view_b(shape_b) {
+               const Pose& world_from_b, double most_distance = kInfinity)
+        : is_valid(is_valid_query(shape_a, world_from_a) && is_valid_query(shape_b, world_from_b)) {
         if (!is_valid) return;
+        reach = bounding_radius(shape_a) + bounding_radius(shape_b);
+        const Eigen::Vector3d between = world_from_b.translation - world_from_a.translation;
+        const double far = (reach + most_distance) * (1.0 + 4.0 * kTouchShare);
+        is_beyond = dot(between, between) > far * far;
+        if (is_beyond) return;
+        view_a = ShapeView(shape_a);
+        view_b = ShapeView(shape_b);
         is_single = view_a.is_single() && view_b.is_single();
+        a = {&view_a, world_from_a.rotation, Eigen::Vector3d::Zero()};
+        b = {&view_b, world_from_b.rotation, between};
+        if (is_single && std::holds_alternative<Sphere>(shape_a) &&
+            std::holds_alternative<Sphere>(shape_b)) {
+            return;  // the same in every rotation
+        }
+        a.rotation = orthonormalized(a.rotation);
+        b.rotation = orthonormalized(b.rotation);
         if (!is_single) {
             view_a.find_bounds();
             view_b.find_bounds();
         }
-        reach = view_a.reach() + view_b.reach();
-        a = {&view_a, orthonormalized(world_from_a.rotation), Eigen::Vector3d::Zero()};
-        b = {&view_b, orthonormalized(world_from_b.rotation),
-             world_from_b.translation - world_from_a.translation};
     }
     PlacedPair(const PlacedPair&) = delete;
     PlacedPair& operator=(const PlacedPair&) = delete;
 
-    /// Whether the shapes are farther apart than this, by their bounding spheres.
-    bool is_beyond(double distance) const {
-        const double far = (reach + distance) * (1.0 + 4.0 * kTouchShare);
-        return dot(b.centre, b.centre) > far * far;
-    }
     /// Distance up to which the shapes touch, metres.
     double touch() const { return kTouchShare * reach; }
 
     bool is_valid;
+    bool is_beyond = false;  ///< bounding spheres farther apart than `most_distance`
     ShapeView view_a;
     ShapeView view_b;
     bool is_single = true;  ///< both shapes have one part
@@ -73,10 +79,10 @@ void fill_overlap(const PlacedPair& pair, const SeparatingTranslation& separatio
 
 TestAnswer test_contact(const Shape& a, const Pose& world_from_a, const Shape& b,
                         const Pose& world_from_b) {
-    const PlacedPair pair(a, world_from_a, b, world_from_b);
+    const PlacedPair pair(a, world_from_a, b, world_from_b, 0.0);
     if (!pair.is_valid) return {};
     TestAnswer answer{QueryStatus::complete, false, 0.0};
-    if (pair.is_beyond(0.0)) return answer;
+    if (pair.is_beyond) return answer;
     if (pair.is_single) {
         answer.is_touching = is_touching(pair.a.part(0), pair.b.part(0));
         return answer;
@@ -94,11 +100,12 @@ PairContactAnswer find_contacts(const Shape& a, const Pose& world_from_a, const 
                                 const Pose& world_from_b, double margin,
                                 std::span<PairContact> contacts_out) {
     PairContactAnswer answer;
-    const PlacedPair pair(a, world_from_a, b, world_from_b);
+    const PlacedPair pair(a, world_from_a, b, world_from_b, margin);
     if (!pair.is_valid || !(margin >= 0.0)) return answer;
     answer.status = QueryStatus::complete;
-    if (pair.is_beyond(margin)) {
-        answer.least_distance = length(pair.b.centre) - pair.reach - pair.touch();
+    if (pair.is_beyond) {
+        answer.least_distance =
+            length(world_from_b.translation - world_from_a.translation) - pair.reach - pair.touch();
         return answer;
     }
     if (pair.is_single) {

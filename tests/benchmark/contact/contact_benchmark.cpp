@@ -40,6 +40,7 @@ int run(const ComparisonSettings& settings) {
     const Box box{{1.0, 2.0, 0.5}};
     // speed relative to Bullet, to ODE
     const std::vector<double> any{0.0, 0.0}, of_ray{10.0, 0.0}, of_contact{5.0, 1.0};
+    const std::vector<double> of_step{0.0, 1.0};
     const std::vector<double> of_cast{20.0, 0.0};
 
     std::printf("%s\n", describe_machine().c_str());
@@ -67,6 +68,9 @@ int run(const ComparisonSettings& settings) {
                    make_poses(map, many, 1.71, 5.0, 4));
     at_1m.contacts({"contacts of the box", 900.0, of_contact}, box,
                    make_poses(map, many, 3.74, 5.0, 5));
+    at_1m.shallow_contacts({"shallow contacts of the sphere", 0.0, of_step}, sphere, many, 12);
+    at_1m.shallow_contacts({"shallow contacts of the capsule", 0.0, of_step}, capsule, many, 14);
+    at_1m.shallow_contacts({"shallow contacts of the box", 0.0, of_step}, box, many, 16);
     at_1m.casts({"cast of the capsule, 5 m", 800.0, of_cast}, capsule,
                 make_sweeps(map, many, capsule, 5.0, 3.0, false, 6));
     at_1m.casts({"cast of the box, 5 m", 1500.0, of_cast}, box,

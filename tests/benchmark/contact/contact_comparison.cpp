@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
 namespace terrane::bench {
 namespace {
@@ -90,12 +91,39 @@ void ContactComparison::contacts(Row row, const Shape& shape, const std::vector<
     ask<int>(
         row, poses.size(),
         [&](ContactEngine& engine, std::span<int> counts_out) {
-            return engine.contacts(shape, poses, counts_out);
+            return engine.contacts(shape, poses, 0.0, counts_out);
         },
         [](int count) { return count > 0; },
         [&](const ContactEngine& engine, std::size_t i) {
             const ContactOracle oracle(map_.table, engine.cut_of_contacts());
             return oracle.deepest(shape, poses[i]) > kTolerance;
+        });
+}
+
+void ContactComparison::shallow_contacts(Row row, const Shape& shape, std::size_t count,
+                                         std::uint64_t seed) {
+    if (!settings_.wants(row.question)) return;
+    std::vector<std::pair<Cut, ShallowPoses>> of_surfaces;
+    const auto poses_on = [&](Cut cut) -> const ShallowPoses& {
+        for (const auto& [known, poses] : of_surfaces) {
+            if (known == cut) return poses;
+        }
+        of_surfaces.emplace_back(cut, make_shallow_poses(map_, cut, shape, count, seed));
+        return of_surfaces.back().second;
+    };
+    for (const auto& engine : engines_) poses_on(engine->cut_of_contacts());
+    ask<int>(
+        row, count,
+        [&](ContactEngine& engine, std::span<int> counts_out) {
+            const ShallowPoses& shallow = poses_on(engine.cut_of_contacts());
+            return engine.contacts(shape, shallow.poses, shallow.margin, counts_out);
+        },
+        [](int contact_count) { return contact_count > 0; },
+        [&](const ContactEngine& engine, std::size_t i) {
+            const ShallowPoses& shallow = poses_on(engine.cut_of_contacts());
+            if (engine.has_margin()) return shallow.vertical_gaps[i] < shallow.margin - kTolerance;
+            const ContactOracle oracle(map_.table, engine.cut_of_contacts());
+            return oracle.deepest(shape, shallow.poses[i]) > kTolerance;
         });
 }
 

@@ -41,6 +41,9 @@ public:
     void heights(Row row, const std::vector<Ray>& places);
     void rays(Row row, const std::vector<Ray>& rays);
     void contacts(Row row, const Shape& shape, const std::vector<Pose>& poses);
+    /// Contacts of bodies that rest or land. Every engine has its poses on its own surface, at the same places with the
+    /// same gaps. Missed: overlapping, or with a gap within the margin of an engine that has one, but no contact.
+    void shallow_contacts(Row row, const Shape& shape, std::size_t count, std::uint64_t seed);
     /// Missed: in the ground at one of eight times of the sweep, but no hit.
     void casts(Row row, const Shape& shape, const std::vector<Sweep>& sweeps);
 

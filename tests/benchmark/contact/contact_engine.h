@@ -43,8 +43,12 @@ public:
 
     virtual bool heights(std::span<const Ray> places, std::span<double> heights_out) = 0;
     virtual bool rays(std::span<const Ray> rays, std::span<double> fractions_out) = 0;
+    /// Whether contacts() finds gaps up to the margin too, and not only overlaps.
+    virtual bool has_margin() const { return false; }
     /// Points of the manifold; 0: apart.
-    virtual bool contacts(const Shape& shape, std::span<const Pose> poses,
+    ///
+    /// @param margin gap up to which contacts are wanted, metres; without effect in an engine without has_margin()
+    virtual bool contacts(const Shape& shape, std::span<const Pose> poses, double margin,
                           std::span<int> counts_out) = 0;
     virtual bool casts(const Shape& shape, std::span<const Sweep> sweeps,
                        std::span<double> fractions_out) = 0;

@@ -42,7 +42,7 @@ public:
         return true;
     }
 
-    bool contacts(const Shape& shape, std::span<const Pose> poses,
+    bool contacts(const Shape& shape, std::span<const Pose> poses, double /*margin*/,
                   std::span<int> counts_out) override {
         const std::unique_ptr<btConvexShape> convex = make_bullet_shape(shape);
         if (!convex) return false;

@@ -103,7 +103,7 @@ public:
         return true;
     }
 
-    bool contacts(const Shape& shape, std::span<const Pose> poses,
+    bool contacts(const Shape& shape, std::span<const Pose> poses, double /*margin*/,
                   std::span<int> counts_out) override {
         // It tests each triangle below with every other one: half a minute a query on 10^5 cells.
         constexpr double kMostCells = 100.0;  // along a side

@@ -32,11 +32,12 @@ public:
         return true;
     }
 
-    bool contacts(const Shape& shape, std::span<const Pose> poses,
+    bool has_margin() const override { return true; }
+    bool contacts(const Shape& shape, std::span<const Pose> poses, double margin,
                   std::span<int> counts_out) override {
         std::array<Contact, 16> contacts;
         for (std::size_t i = 0; i < poses.size(); ++i) {
-            const ContactAnswer answer = find_contacts(shape, poses[i], ground_, 0.0, contacts);
+            const ContactAnswer answer = find_contacts(shape, poses[i], ground_, margin, contacts);
             counts_out[i] = static_cast<int>(answer.count);
         }
         return true;

@@ -36,6 +36,20 @@ std::vector<Pose> make_poses(const ContactMap& map, std::size_t count, double hi
 std::vector<Pose> make_standing_poses(const ContactMap& map, std::size_t count, const Box& box,
                                       std::uint64_t seed);
 
+/// Poses of a body that rests or lands, as a step finds them: on a surface, within the contact tolerance.
+struct ShallowPoses {
+    std::vector<Pose> poses;
+    /// Metres that each has to sink until it first touches; negative: to rise until it no longer does. The distance
+    /// along the normal is at most that.
+    std::vector<double> vertical_gaps;
+    double margin = 0.0;  ///< gap up to which a step searches contacts, metres: no gap is larger
+};
+
+/// Gaps and depths are even between the margin and the tolerance. Every second pose is at rest on the ground below, the
+/// others have random rotations.
+ShallowPoses make_shallow_poses(const ContactMap& map, Cut cut, const Shape& shape,
+                                std::size_t count, std::uint64_t seed);
+
 /// Sweeps of `length` that start clear: the ground within the bounding radius is below it by 5 cm to `highest`.
 /// Downward by 3 degrees or more; with `grazing`, every second one at most 22 degrees.
 std::vector<Sweep> make_sweeps(const ContactMap& map, std::size_t count, const Shape& shape,

@@ -25,6 +25,7 @@ inline Ground make_busy_ground() {
 /// Bodies of the busy world that tests act on.
 struct BusyBodies {
     BodyId platform, lift, free_box, removed;
+    BodyId truck, tracked, parked_truck, walker, rider;
     std::vector<BodyId> heap;
 };
 
@@ -34,7 +35,7 @@ inline BodyId add_body(World& world, const BodySettings& settings, const BodySta
     return id.value_or(BodyId{});
 }
 
-/// A heap of all shapes, sleepers, a body that is deep in the ground, one without resident ground, one that has left
+/// A heap of all shapes, vehicles, characters, sleepers, a body that is deep in the ground, one without resident ground, one that has left
 /// the world, static and kinematic bodies, sensors, and slots of removed bodies.
 inline BusyBodies fill_busy_world(World& world) {
     Random random(77);
@@ -72,6 +73,16 @@ inline BusyBodies fill_busy_world(World& world) {
     BodySettings ghost{.shape = Box{}};
     ghost.filter = {2, 4};
     bodies.free_box = add_body(world, ghost, at({20.0, 80.0, 20.0}, {1, 2, 3}, {4, 5, 6}));
+    const auto place = [](double x, double y, double z) {
+        Pose pose;
+        pose.translation = {x, y, z};
+        return pose;
+    };
+    bodies.truck = world.add_vehicle(make_truck(), place(40.0, 62.0, 4.0)).value();
+    bodies.tracked = world.add_vehicle(make_tracked(), place(60.0, 20.0, 4.0)).value();
+    bodies.parked_truck = world.add_vehicle(make_six_wheeler(), place(210.0, 190.0, 9.0)).value();
+    bodies.walker = world.add_character({}, {50.0, 64.0, 5.0}).value();
+    bodies.rider = world.add_character({.max_step = 0.6}, {78.5, 90.0, 7.3}).value();
     std::vector<BodyId> spare;
     for (int i = 0; i < 5; ++i) {
         spare.push_back(add_body(world, {.shape = Capsule{}}, at({10.0 + 3.0 * i, 10.0, 9.0})));
@@ -93,6 +104,13 @@ inline void act_on_busy_world(World& world, const BusyBodies& bodies, int step) 
         EXPECT_TRUE(world.add_force(bodies.heap[3], {50.0, 10.0, 30.0}));
         EXPECT_TRUE(world.add_torque(bodies.heap[4], {1.0, 2.0, 3.0}));
     }
+    const double turn = step % 80 < 40 ? 0.5 : -0.5;
+    EXPECT_TRUE(world.set_controls(bodies.truck, VehicleControls{.throttle = 0.6, .steer = turn}));
+    EXPECT_TRUE(world.set_controls(bodies.tracked, VehicleControls{.brake = 1.0}));
+    CharacterControls pace;
+    pace.velocity = {2.0, turn};
+    pace.jump_speed = step % 90 == 89 ? 4.0 : 0.0;
+    EXPECT_TRUE(world.set_controls(bodies.walker, pace));
     if (step % 60 == 59) {
         EXPECT_TRUE(world.teleport(bodies.heap[5], at({61.0, 61.0, 14.0}, {0.0, 0.0, -9.0})));
     }

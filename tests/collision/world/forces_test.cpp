@@ -109,6 +109,18 @@ TEST(WorldForces, OnASleeperWakeIt) {
     EXPECT_NEAR(state_of(world, body).velocity.z(), (30.0 - 9.81) * kStep, 1e-12);
 }
 
+TEST(WorldForces, AreDroppedWhereTheBodyIsChanged) {
+    const Ground ground = make_flat();
+    World world = make_world({.gravity = {0, 0, 0}});
+    const BodyId body = add(world, {.mass = 1e6}, at({60.0, 60.0, 50.0}));
+    ASSERT_TRUE(world.add_force(body, {1e9, 0.0, 0.0}));
+    ASSERT_TRUE(world.change(body, {.type = BodyType::kinematic_body}));
+    world.step(ground, kStep);
+    ASSERT_TRUE(world.change(body, {.mass = 1e-6}));
+    world.step(ground, kStep);
+    EXPECT_TRUE(state_of(world, body).velocity.isZero(0.0));
+}
+
 TEST(WorldForces, HoldABodyOnASlopeAgainstGravity) {
     const Ground ground = test::make_test_ground([](double x, double) { return x; }, 1.0, 1);
     World world = make_world();

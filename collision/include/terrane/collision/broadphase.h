@@ -34,8 +34,9 @@ enum class BroadphaseKind {
 
 /// Finds the pairs of bodies that may touch: those whose boxes, each widened by a margin, overlap or touch.
 ///
-/// All kinds find the same pairs, in ascending order of (a, b). Memory is linear in the bodies, whatever volume they
-/// extend over, and is reused by the next update.
+/// All kinds find the same pairs, in ascending order of (a, b). All but `brute` keep candidates from update to update:
+/// pairs of boxes enlarged by a quarter of their longest side, which hold for as long as all but a few bodies stay
+/// inside. Memory is linear in the bodies and those pairs, whatever volume they extend over, and is reused.
 ///
 /// Threads: one at a time.
 class Broadphase {
@@ -52,11 +53,13 @@ public:
     /// @param spheres [bodies] around body i; the cube around a sphere contains the body's box but for rounding (1e-12
     ///                of its coordinates)
     ///
-    /// Cost: O(bodies) for `grid`, and for `sap` and `two_scene` if few places of the order along the axis have
-    ///       changed; else O(bodies log bodies)
+    /// Cost: O(bodies) while the enlarged boxes hold. Else the same for `grid`, and for `sap` and `two_scene` if few
+    ///       places of the order along the axis have changed; else O(bodies log bodies)
     virtual void update(std::span<const Aabb> bounds, std::span<const BoundingSphere> spheres) = 0;
 
     /// The pairs. Valid until the next call of any function.
+    ///
+    /// Cost: O(candidates) while the enlarged boxes hold; else a search of all boxes
     virtual std::span<const BodyPair> find_pairs() = 0;
 
     /// Number of pairs whose boxes the last find_pairs() compared.

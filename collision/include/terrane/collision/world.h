@@ -112,8 +112,8 @@ public:
     Result<void> remove(BodyId body);
 
     /// Replaces a body's settings; its pose and velocities are kept, but a static body's velocity is 0, and so is the
-    /// spin of one that does not rotate. The body, and those that touch it, wake. Counts as placed anew: see
-    /// teleport().
+    /// spin of one that does not rotate; forces for the next step are dropped. The body, and those that touch it, wake.
+    /// Counts as placed anew: see teleport().
     Result<void> change(BodyId body, const BodySettings& settings);
 
     /// Replaces a body's state: nothing is cast. The body, and those that touched it, wake. If it is then deeper in the
