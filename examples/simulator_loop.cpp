@@ -44,7 +44,7 @@ int main() {
         return pose;
     };
     const BodyId truck = world.add_vehicle(make_truck(), above_ground(0, 0, 1.5)).value();
-    world.set_controls(truck, VehicleControls{.throttle = 0.3}).value();
+    if (!world.set_controls(truck, VehicleControls{.throttle = 0.3})) return 1;  // of no vehicle
     for (int i = 0; i < 10; ++i) {
         BodyState state;
         state.pose = above_ground(20 + 3 * i, 0, 5);

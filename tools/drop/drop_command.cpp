@@ -184,6 +184,9 @@ CommandResult<void> run_drop(const DropOptions& options, const CLI::App& command
                         options.seconds, options.dt, kMaxSteps));
     }
     if (const CommandResult<void> good = check_pictures(options.film); !good) return good;
+    if (options.layout.count == 0 && options.terrain.scene.empty()) {
+        return usage_error("--count 0 leaves nothing to drop: only a --scene has other bodies");
+    }
     const CommandResult<void> no_idle_flags = refuse_idle_flags(
         command,
         {{{"--fps", "--size", "--fov-deg"}, !options.film.out.empty(), "goes with --out DIR"},
@@ -195,7 +198,8 @@ CommandResult<void> run_drop(const DropOptions& options, const CLI::App& command
     if (!terrain) return pass_on(terrain.error());
     if (const CommandResult<void> fit = check_memory(*terrain, options.memory_mb); !fit) return fit;
     if (options.restore.empty() && options.layout.count == 0 && terrain->bodies.empty()) {
-        return failure("there is nothing to drop: --count is 0, and no --scene has bodies");
+        return failure(fmt::format("--count 0 leaves nothing to drop: the scene '{}' has no bodies",
+                                   options.terrain.scene));
     }
     DropOptions with_seed = options;
     with_seed.layout.seed = options.terrain.seed.value_or(1);

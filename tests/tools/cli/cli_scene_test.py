@@ -133,8 +133,9 @@ class Scenes(Folder):
                     if content != {"surface": "none.tif"}:
                         self.assertIn("scene.json", done.stderr)
 
-    def test_a_drop_of_nothing_is_a_failure(self):
-        self.assert_refused(run("drop", "--seed", 1, "--count", 0), [1], "--count", "no --scene has bodies")
+    def test_a_drop_of_nothing_is_refused(self):
+        self.assert_refused(run("drop", "--seed", 1, "--count", 0), [2], "--count 0", "--scene")
+        self.assert_refused(run("drop", "--scene", self.flat(), "--count", 0), [1], "--count 0", "has no bodies")
 
 
 class Walk(Folder):
