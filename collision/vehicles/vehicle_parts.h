@@ -32,6 +32,11 @@ public:
         return make_mass_properties(Box{settings().chassis_half_extents}, settings().mass);
     }
 
+    /// Of the compound of make_chassis_shape(): box and bodywork come before.
+    std::uint32_t first_wheel_part() const {
+        return static_cast<std::uint32_t>(1 + settings().bodywork.size());
+    }
+
     /// Ignored where a value is not finite. Returns whether they change.
     bool set_controls(const VehicleControls& controls);
     /// Whether it may fall asleep: with the brake on, and no throttle.

@@ -74,6 +74,7 @@ BodyId World::State::add_vehicle(std::unique_ptr<internal::Vehicle> vehicle,
                                  const BodyState& state) {
     const internal::MassProperties mass = vehicle->mass();
     const BodyId id = add(own_settings, {std::move(shape), {}}, state, &mass);
+    bodies[id.index].first_wheel_part = vehicle->first_wheel_part();
     vehicles[id.index] = std::move(vehicle);
     vehicles[id.index]->place(states[id.index]);
     vehicle_slots.insert(std::lower_bound(vehicle_slots.begin(), vehicle_slots.end(), id.index),
@@ -107,6 +108,8 @@ void World::State::set_up(std::size_t index, const BodySettings& own_settings,
     body.tolerance = own_settings.contact_tolerance;
     body.filter = own_settings.filter;
     body.is_sensor = own_settings.is_sensor;
+    body.first_wheel_part =
+        vehicles[index] != nullptr ? vehicles[index]->first_wheel_part() : ~std::uint32_t{0};
 }
 
 void World::State::remove(BodyId body) {

@@ -21,6 +21,7 @@ namespace terrane {
 
 namespace internal {
 class FieldReader;
+class FieldWriter;
 class ShapeReader;
 }  // namespace internal
 

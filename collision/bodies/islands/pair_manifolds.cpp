@@ -261,7 +261,8 @@ SolverContact PairManifold::contact(std::size_t i, const RigidBody& a, const Rig
     const double tolerance = tolerance_of(a, b);
     contact.gap = point.gap < kTouchingGap * tolerance ? std::min(0.0, point.gap) : point.gap;
     contact.target_gap = -kSlop * tolerance;
-    contact.friction = combined_friction(a.friction, b.friction);
+    contact.friction =
+        combined_friction(friction_of(a, point.part_a), friction_of(b, point.part_b));
     contact.restitution = combined_restitution(a.restitution, b.restitution);
     contact.initial_impulse = point.impulse;
     return contact;

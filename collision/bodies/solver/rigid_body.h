@@ -38,6 +38,8 @@ struct RigidBody : BodyMotion {
     double tolerance = 0.01;  ///< largest penetration depth, metres, > 0
     CollisionFilter filter;
     bool is_sensor = false;
+    /// Parts of a compound from this one on are wheels: they roll, so that their contacts have no friction.
+    std::uint32_t first_wheel_part = ~std::uint32_t{0};
     /// By gravity and the forces of the step, m/s^2.
     Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();
 };
@@ -62,6 +64,11 @@ inline double rounding_of(const Shape& shape, std::uint32_t part) {
 /// Friction and restitution of a contact from those of its two surfaces.
 inline double combined_friction(double a, double b) { return std::sqrt(a * b); }
 inline double combined_restitution(double a, double b) { return std::max(a, b); }
+
+/// Friction of a part of a body.
+inline double friction_of(const RigidBody& body, std::uint32_t part) {
+    return part >= body.first_wheel_part ? 0.0 : body.friction;
+}
 
 /// Whether forces and contacts move a body.
 inline bool is_dynamic(const RigidBody& body) { return body.mass.inverse_mass > 0.0; }

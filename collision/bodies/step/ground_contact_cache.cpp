@@ -53,11 +53,12 @@ bool has_ground_around(const RigidBody& body, const Ground& ground, double margi
 
 /// Friction and restitution of a body on the ground: its own, or, where the ground has a surface map, as between two
 /// bodies.
-SurfaceProperties combined_surface(const RigidBody& body, const Ground& ground, double x,
-                                   double y) {
-    SurfaceProperties combined{.friction = body.friction, .restitution = body.restitution};
+SurfaceProperties combined_surface(const RigidBody& body, std::uint32_t part, const Ground& ground,
+                                   double x, double y) {
+    SurfaceProperties combined{.friction = friction_of(body, part),
+                               .restitution = body.restitution};
     if (const std::optional<SurfaceProperties> surface = ground.surface(x, y)) {
-        combined.friction = combined_friction(body.friction, surface->friction);
+        combined.friction = combined_friction(combined.friction, surface->friction);
         combined.restitution = combined_restitution(body.restitution, surface->restitution);
     }
     return combined;
@@ -138,8 +139,8 @@ void GroundContactCache::refresh(const RigidBody& body, const Ground& ground, in
             contact.refresh_core.z() -= offset_depth(body, offset_index);
             contact.core_body =
                 rotated_back(body.pose.rotation, contact.refresh_core - body.pose.translation);
-            const SurfaceProperties surface =
-                combined_surface(body, ground, found[i].point_world.x(), found[i].point_world.y());
+            const SurfaceProperties surface = combined_surface(
+                body, contact.piece, ground, found[i].point_world.x(), found[i].point_world.y());
             contact.friction = surface.friction;
             contact.restitution = surface.restitution;
             contacts_.push_back(contact);
