@@ -112,7 +112,8 @@ struct World::State {
     bool is_idle = false;    ///< nothing moves, and nothing has changed since the last step
     StepReport idle_report;  ///< of a step of an idle world
 
-private:
+    // ---- Helpers of steps ----
+
     void set_up(std::size_t index, const BodySettings& settings, internal::CentredShape&& shape,
                 const internal::MassProperties* mass);
     void forget_contacts(std::size_t index);

@@ -94,8 +94,9 @@ std::vector<PlacedBody> lay_out(const DropLayout& layout, const Ground& ground,
         PlacedBody dropped;
         dropped.settings.shape = shape_of_body(layout, body);
         const double radius = bounding_radius(dropped.settings.shape);
+        const std::size_t row_index = body / columns;
         const auto column = static_cast<double>(body % columns);
-        const auto row = static_cast<double>(body / columns);
+        const auto row = static_cast<double>(row_index);
         double x = area.west + (column + random.unit()) * place_x;
         double y = area.south + (row + random.unit()) * place_y;
         Pose& pose = dropped.state.pose;

@@ -41,7 +41,7 @@ private:
     static constexpr std::size_t kMost = 192;
     // Not initialised: only the first count_ are constructed.
     union {
-        std::array<Contact, kMost> contacts_;
+        std::array<Contact, kMost> contacts_;  // NOLINT(readability-identifier-naming): private
     };
     std::size_t count_ = 0;
 };

@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: MIT
+// Twenty vehicles that drive rounds among five hundred crates and between rails, on ground that is paged while they
+// drive: for as many seconds as TERRANE_CONVOY_SECONDS says.
+#include "support/random.h"
+
+#include <terrane/collision/ground_contact.h>
+#include <terrane/collision/path_driver.h>
+#include <terrane/collision/shape_pairs.h>
+#include <terrane/collision/world.h>
+#include <terrane/terrain/fractal_heights.h>
+#include <terrane/terrain/pager.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+#include <numbers>
+#include <optional>
+#include <vector>
+
+namespace terrane {
+namespace convoy_test {
+
+constexpr double kStep = 1.0 / 60.0;
+constexpr double kRadius = 300.0;  // of the rounds, metres
+constexpr std::size_t kVehicles = 20, kCrates = 500, kRails = 120;
+
+/// Gentle ground of 1 m cells, which the rounds cross in many chunks.
+std::shared_ptr<const HeightSource> make_ground() {
+    return FractalHeights::create({.seed = 23,
+                                   .amplitude = 60.0,
+                                   .wavelength_log2 = 10,
+                                   .gain = 0.4,
+                                   .root_size_log2 = 12})
+        .value();
+}
+
+/// A point of the round at an angle, off its middle line to the outside.
+Eigen::Vector2d on_round(double angle, double outside) {
+    const double radius = kRadius + outside;
+    return {radius * std::cos(angle), radius * std::sin(angle)};
+}
+
+class Convoy {
+public:
+    Convoy() : source_(make_ground()), random_(23) {
+        pager_.emplace(
+            Pager::create(source_, {.memory_bytes = 24 << 20, .worker_count = 0}).value());
+        world_.emplace(World::create({}).value());
+        const double turn = 2.0 * std::numbers::pi;
+        for (std::size_t i = 0; i < kVehicles; ++i) {
+            const double angle = turn * static_cast<double>(i) / kVehicles;
+            Pose pose = pose_at(on_round(angle, 0.0), 1.6);
+            pose.rotation << -std::sin(angle), -std::cos(angle), 0.0, std::cos(angle),
+                -std::sin(angle), 0.0, 0.0, 0.0, 1.0;
+            const VehicleSettings kinds[] = {make_truck(), make_tracked(), make_six_wheeler()};
+            vehicles_.push_back(world_->add_vehicle(kinds[i % 3], pose).value());
+            std::vector<Eigen::Vector2d> rounds;
+            for (int k = 1; k < 600; ++k) rounds.push_back(on_round(angle + 0.05 * k, 0.0));
+            drivers_.push_back(
+                PathDriver::create(std::move(rounds), {.cruise_speed = 10.0}).value());
+        }
+        for (std::size_t i = 0; i < kCrates; ++i) {
+            // None on a vehicle at the start.
+            const double gap = turn / kVehicles;
+            const double angle =
+                gap * (static_cast<double>(i % kVehicles) + random_.between(0.2, 0.8));
+            const double half = random_.between(0.2, 0.5);
+            const BodySettings crate{.shape = Box{{half, half, half}},
+                                     .mass = 150.0 * half * half * half * 8.0};
+            BodyState state;
+            state.pose = pose_at(on_round(angle, random_.between(-3.0, 3.0)), half + 0.1);
+            crates_.push_back(world_->add(crate, state).value());
+        }
+        for (std::size_t i = 0; i < kRails; ++i) {
+            const double angle = turn * static_cast<double>(i) / kRails;
+            BodyState state;
+            state.pose = pose_at(on_round(angle, 9.0), 0.7);
+            state.pose.rotation << std::cos(angle), -std::sin(angle), 0.0, std::sin(angle),
+                std::cos(angle), 0.0, 0.0, 0.0, 1.0;
+            rails_.push_back(
+                world_->add({.shape = Box{{0.1, 9.0, 0.6}}, .type = BodyType::static_body}, state)
+                    .value());
+        }
+    }
+
+    StepReport step(double time) {
+        pager_->update({}, world_->needs(), time);
+        const Ground ground(pager_->resident(), pager_->contact_level());
+        for (std::size_t i = 0; i < kVehicles; ++i) {
+            const VehicleState& state = *world_->vehicle(vehicles_[i]);
+            EXPECT_TRUE(world_->set_controls(
+                vehicles_[i], drivers_[i].drive(*world_->vehicle_settings(vehicles_[i]), state)));
+        }
+        return world_->step(ground, kStep);
+    }
+
+    std::size_t rolled_over() const {
+        return static_cast<std::size_t>(std::count_if(
+            vehicles_.begin(), vehicles_.end(),
+            [this](BodyId vehicle) { return world_->vehicle(vehicle)->is_rolled_over; }));
+    }
+
+    /// Deepest overlap of a vehicle with a rail or a crate, metres.
+    double deepest_overlap() const {
+        double deepest = 0.0;
+        for (const BodyId vehicle : vehicles_) {
+            for (const std::vector<BodyId>* others : {&rails_, &crates_}) {
+                for (const BodyId other : *others) {
+                    const std::size_t a = vehicle.index, b = other.index;
+                    if ((world_->states()[a].pose.translation -
+                         world_->states()[b].pose.translation)
+                            .norm() > 15.0) {
+                        continue;
+                    }
+                    deepest = std::max(
+                        deepest,
+                        -signed_distance(world_->settings()[a].shape, world_->states()[a].pose,
+                                         world_->settings()[b].shape, world_->states()[b].pose)
+                             .distance);
+                }
+            }
+        }
+        return deepest;
+    }
+
+    /// Metres from the middle of the rounds to the outermost vehicle.
+    double farthest() const {
+        double farthest = 0.0;
+        for (const BodyId vehicle : vehicles_) {
+            farthest = std::max(farthest,
+                                world_->states()[vehicle.index].pose.translation.head<2>().norm());
+        }
+        return farthest;
+    }
+
+private:
+    Pose pose_at(const Eigen::Vector2d& place, double above) const {
+        Pose pose;
+        pose.translation = {place.x(), place.y(), source_->height(place.x(), place.y()) + above};
+        return pose;
+    }
+
+    std::shared_ptr<const HeightSource> source_;
+    test::Random random_;
+    std::optional<Pager> pager_;
+    std::optional<World> world_;
+    std::vector<BodyId> vehicles_, crates_, rails_;
+    std::vector<PathDriver> drivers_;
+};
+
+TEST(Convoy, TwentyVehiclesAmongFiveHundredCratesPassThroughNothing) {
+    const char* const asked = std::getenv("TERRANE_CONVOY_SECONDS");
+    const double seconds = asked == nullptr ? 10.0 : std::atof(asked);
+    Convoy convoy;
+    std::uint64_t parked = 0, awake = 0;
+    double lost = 0.0, lived = 0.0, deepest = 0.0;
+    for (int step = 0; step * kStep < seconds; ++step) {
+        const StepReport report = convoy.step(step * kStep);
+        ASSERT_EQ(report.too_deep, 0u) << "step " << step;
+        parked += report.parked;
+        awake += report.awake;
+        lost += report.lost_time;
+        lived += report.simulated_time;
+        if (step % 30 == 0) deepest = std::max(deepest, convoy.deepest_overlap());
+    }
+    std::printf(
+        "%.0f s: %llu awake body steps, %llu parked, %.3g %% lost, overlaps to %.3g m, %zu "
+        "rolled over, farthest %.1f m\n",
+        seconds, static_cast<unsigned long long>(awake), static_cast<unsigned long long>(parked),
+        100.0 * lost / (lost + lived), deepest, convoy.rolled_over(), convoy.farthest());
+    EXPECT_EQ(parked, 0u);
+    EXPECT_EQ(convoy.rolled_over(), 0u);
+    EXPECT_LT(convoy.farthest(), kRadius + 9.0) << "through a rail";
+    EXPECT_LT(deepest, 0.2);
+}
+
+}  // namespace convoy_test
+}  // namespace terrane
