@@ -11,7 +11,7 @@
 namespace terrane::internal {
 
 /// The ids of bodies, and the slots that removed bodies have left. A free slot is used again before a new one is added,
-/// the one that was left last first.
+/// in last-in, first-out order.
 class SlotIds {
 public:
     BodyId acquire() {

@@ -9,7 +9,7 @@ namespace {
 
 // Skin on each side, as a share of the box's longest side. Larger ones last longer but have more pairs: measured, an
 // eighth to a half cost the same for spheres that move by 1/60 of their diameter.
-constexpr double kSkin = 0.25;
+constexpr double kSkin = 0.125;
 // Bodies that get new boxes alone: each is compared with all others, which costs a few percent of a new list.
 constexpr std::size_t kMostMoved = 8;
 // A list that lasted for fewer updates than this cost more than it saved.

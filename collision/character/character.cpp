@@ -78,7 +78,7 @@ Eigen::Vector2d Character::velocity_along_walls(const RigidBody& body, const Sce
     for (const FootContact& wall : contacts_) {
         const SolverContact& contact = wall.contact;
         if (contact.normal.z() >= feet_.least_cosine || contact.gap > standing_gap(body) ||
-            (wall.body != ~std::uint32_t{0} && is_dynamic(scene.bodies[wall.body]))) {
+            (wall.body != BodyId::kNone && is_dynamic(scene.bodies[wall.body]))) {
             continue;
         }
         const double nx = contact.normal.x(), ny = contact.normal.y();
@@ -91,7 +91,7 @@ Eigen::Vector2d Character::velocity_along_walls(const RigidBody& body, const Sce
 }
 
 double Character::foot_friction(const FootContact& support, const Scene& scene) const {
-    if (support.body != ~std::uint32_t{0}) return kFootGrip * scene.bodies[support.body].friction;
+    if (support.body != BodyId::kNone) return kFootGrip * scene.bodies[support.body].friction;
     const WorldPos& point = support.contact.point_a;
     const auto surface = scene.query.ground->surface(point.x(), point.y());
     return kFootGrip * (surface ? surface->friction : kDefaultFriction);
@@ -118,7 +118,7 @@ void Character::begin_collision_step(RigidBody& body, const Scene& scene, double
         body.acceleration.setZero();
     } else if (support != nullptr) {
         state_.normal = support->contact.normal;
-        if (support->body != ~std::uint32_t{0}) {
+        if (support->body != BodyId::kNone) {
             state_.support = scene.query.bodies[support->body].id;
         }
         feet_.friction = foot_friction(*support, scene);

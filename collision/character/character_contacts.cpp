@@ -32,7 +32,7 @@ void Character::find_contacts(const RigidBody& body, const Scene& scene) {
     cache_.update(body, *scene.query.ground);
     if (!cache_.is_resident()) return;
     for (std::size_t i = 0; i < cache_.count(); ++i) {
-        contacts_.push_back({cache_.contact(i, body, 0), ~std::uint32_t{0}});
+        contacts_.push_back({cache_.contact(i, body, 0), BodyId::kNone});
     }
     const double margin = kContactMargin * body.tolerance;
     const Capsule wider{settings_.radius + margin, settings_.half_height};
@@ -43,7 +43,7 @@ void Character::find_contacts(const RigidBody& body, const Scene& scene) {
     for (std::size_t i = 0; i < answer.count; ++i) {
         const QueryBody& other = scene.query.bodies[near[i].index];
         const PairContactAnswer contacts = terrane::find_contacts(
-            body.parts[0].shape, body.pose, *other.shape, other.world_from_shape, margin, found);
+            *body.shape, body.pose, *other.shape, other.world_from_shape, margin, found);
         for (std::size_t k = 0; k < contacts.count; ++k) {
             SolverContact contact;
             contact.point_a = found[k].point_world;
@@ -88,7 +88,7 @@ MoveAnswer Character::move(RigidBody& body, const Scene& scene,
                            const Eigen::Vector3d& displacement) {
     const Motion motion{body.pose, displacement, Eigen::Vector3d::Zero()};
     const CastQueryAnswer met =
-        query_cast(scene.query, body.parts[0].shape, motion, filter_of(body, scene.self));
+        query_cast(scene.query, *body.shape, motion, filter_of(body, scene.self));
     const double fraction = met.hit ? met.fraction : 1.0;
     cache_.invalidate();
     MoveAnswer answer = move_body(body, cache_, *scene.query.ground,

@@ -42,7 +42,7 @@ public:
     /// Finds what it stands on, and applies the controls for a collision step: the feet's drive, a jump, the control in
     /// the air.
     void begin_collision_step(RigidBody& body, const Scene& scene, double duration);
-    /// Whether a standing character has moved less than it was asked to, or is on its way up a step.
+    /// Whether a standing character is blocked, i.e. moved less than its controls demand, or still climbs a step.
     /// @param before place before the collision step
     bool is_stopped(const RigidBody& body, const WorldPos& before, double duration) const;
     /// Steps up where a character that is_stopped() can stand higher up.

@@ -136,7 +136,7 @@ bool Vehicle::cast_wheels(const RigidBody& chassis, BodyId body, const QueryScen
         motion.start.translation =
             chassis.pose.translation + rotated(chassis.pose.rotation, wheels_.position(i));
         motion.translation = -travel * chassis.pose.rotation.col(2);
-        const CastAnswer below = cast_part(wheel, motion, *scene.ground, chassis.tolerance);
+        const CastAnswer below = cast_wheel(wheel, motion, *scene.ground, chassis.tolerance);
         if (below.status == QueryStatus::not_resident) return false;
         const CastQueryAnswer met = query_cast(scene, wheel, motion, filter);
         WheelContact& contact = wheels_.contacts()[i];
@@ -198,7 +198,7 @@ void Vehicle::end_step(const BodyState& chassis, const QueryScene& scene, bool t
         if (wheel.in_contact) {
             wheel.point_world = contact.point_world;
             wheel.normal = contact.normal;
-            if (contact.body != ~std::uint32_t{0}) wheel.body = scene.bodies[contact.body].id;
+            if (contact.body != BodyId::kNone) wheel.body = scene.bodies[contact.body].id;
         }
         has_wheel = has_wheel || wheel.in_contact;
         touches = touches || contact.touches;

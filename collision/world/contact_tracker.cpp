@@ -104,8 +104,7 @@ void ContactTracker::find_ground(const Bodies& bodies) {
 void ContactTracker::find_sensors(const IslandSolver& islands, const Bodies& bodies) {
     for (const BodyPair& pair : islands.sensor_pairs()) {
         const RigidBody &a = bodies.bodies[pair.a], &b = bodies.bodies[pair.b];
-        const bool touches =
-            test_contact(a.parts[0].shape, a.pose, b.parts[0].shape, b.pose).is_touching;
+        const bool touches = test_contact(*a.shape, a.pose, *b.shape, b.pose).is_touching;
         contacts_.push_back({.a = pair.a, .b = pair.b, .is_sensor = true, .touches = touches});
     }
 }

@@ -6,8 +6,8 @@
 #include <terrane/collision/character.h>
 #include <terrane/collision/vehicle.h>
 
-// Settings of vehicles and characters as fields. What is also in the settings of their body is not stored again. Ranges
-// are those of check_vehicle() and check_character().
+// Settings of vehicles and characters as fields. Fields that BodySettings holds too are stored there only. Ranges are
+// those of check_vehicle() and check_character().
 namespace terrane::internal {
 
 /// What a body is, besides a body.

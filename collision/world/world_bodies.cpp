@@ -35,7 +35,7 @@ World::State::State(const WorldSettings& world_settings)
       team(world_settings.worker_count) {}
 
 void World::State::resize(std::size_t count) {
-    while (parts.size() < count) parts.emplace_back();
+    while (body_shapes.size() < count) body_shapes.emplace_back();
     bodies.resize(count);
     states.resize(count);
     body_settings.resize(count);
@@ -94,12 +94,12 @@ BodyId World::State::add_character(const CharacterSettings& character,
 
 void World::State::set_up(std::size_t index, const BodySettings& own_settings,
                           internal::CentredShape&& shape, const internal::MassProperties* mass) {
-    parts[index].shape = std::move(shape.shape);
-    const Shape& centred = parts[index].shape;
+    body_shapes[index] = std::move(shape.shape);
+    const Shape& centred = body_shapes[index];
     frames[index] = shape.body_from_centred;
     body_settings[index] = own_settings;
     RigidBody& body = bodies[index];
-    body.parts = {&parts[index], 1};
+    body.shape = &body_shapes[index];
     body.radius = bounding_radius(centred);
     body.thickness = smallest_half_extent(centred);
     body.mass = mass != nullptr ? *mass : mass_of(own_settings, centred);
@@ -109,7 +109,7 @@ void World::State::set_up(std::size_t index, const BodySettings& own_settings,
     body.filter = own_settings.filter;
     body.is_sensor = own_settings.is_sensor;
     body.first_wheel_part =
-        vehicles[index] != nullptr ? vehicles[index]->first_wheel_part() : ~std::uint32_t{0};
+        vehicles[index] != nullptr ? vehicles[index]->first_wheel_part() : RigidBody::kNoPart;
 }
 
 void World::State::remove(BodyId body) {
@@ -117,7 +117,7 @@ void World::State::remove(BodyId body) {
     wake(index);
     forget_contacts(index);
     ids.release(body);
-    parts[index] = {};
+    body_shapes[index] = {};
     bodies[index] = {};
     states[index] = {};
     states[index].condition = BodyCondition::removed;

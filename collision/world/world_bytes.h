@@ -73,8 +73,8 @@ private:
     std::vector<std::byte> bytes_;
 };
 
-/// Reads fields from bytes. The first field that is out of its range, or beyond the end, is an error; what is read
-/// after it is 0, lists are empty.
+/// Reads fields from bytes. A field out of its range or beyond the end is an error. After the first error numbers read
+/// as 0 and lists as empty.
 class FieldReader {
 public:
     static constexpr bool kReads = true;
@@ -167,7 +167,7 @@ public:
     }
 
     bool has_failed() const { return !error_.empty(); }
-    /// What is wrong, "" if nothing is.
+    /// Message of the first error; empty without one.
     const std::string& error() const { return error_; }
     std::size_t bytes_left() const { return bytes_.size(); }
     /// Keeps the first error.

@@ -32,9 +32,9 @@ void World::State::update_scene() const {
         query_bounds[i] = {infinite, -infinite};
         if (!ids.is_used(i)) continue;
         const internal::RigidBody& body = bodies[i];
-        query_bodies[i] = {&parts[i].shape, body.pose,      ids.id(i),
+        query_bodies[i] = {&body_shapes[i], body.pose,      ids.id(i),
                            body.filter,     body.is_sensor, body.friction};
-        query_bounds[i] = internal::compute_aabb(parts[i].shape, body.pose);
+        query_bounds[i] = internal::compute_aabb(body_shapes[i], body.pose);
     }
     if (tree.slot_count() == bodies.size() && ++refit_count < kMaxRefits) {
         tree.refit(query_bounds);

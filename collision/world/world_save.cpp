@@ -283,9 +283,9 @@ void World::State::load_vehicle(std::size_t index, const BodySettings& own, Fiel
                            std::holds_alternative<Box>(chassis->parts()[0].shape);
     fail_unless(in, has_parts, "shape", "must be a compound of a chassis box, bodywork and wheels");
     if (in.has_failed()) return;
-    const std::span<const CompoundPart> shapes = chassis->parts();
-    made.chassis_half_extents = std::get<Box>(shapes[0].shape).half_extents;
-    made.bodywork.assign(shapes.begin() + 1, shapes.begin() + 1 + bodywork_count);
+    const std::span<const CompoundPart> chassis_parts = chassis->parts();
+    made.chassis_half_extents = std::get<Box>(chassis_parts[0].shape).half_extents;
+    made.bodywork.assign(chassis_parts.begin() + 1, chassis_parts.begin() + 1 + bodywork_count);
     made.mass = own.mass;
     made.friction = own.friction;
     made.restitution = own.restitution;

@@ -157,7 +157,7 @@ struct World::State {
     std::vector<std::uint32_t> vehicle_slots;      // ascending
     std::vector<internal::WheelSet*> wheel_sets;   // that exert forces; empty without vehicles
     std::vector<BodyPair> wheel_links;             // vehicles and bodies that their wheels stand on
-    std::deque<internal::BodyPart> parts;          // one each, centred; bodies point to them
+    std::deque<Shape> body_shapes;                 // centred; bodies point to them
     std::vector<internal::BodyMotion> before;      // the step, for those that park in it
     std::vector<internal::SubstepAnswer> totals;   // of the step
     std::vector<internal::StepStart> starts;       // of the collision step

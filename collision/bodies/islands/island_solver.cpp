@@ -24,7 +24,7 @@ bool is_moved_by_none(Mobility mobility) {
 /// Half extents of a shape's bounding box in world axes, metres, for all rotations that move no point by more than
 /// `turn_distance`.
 Eigen::Vector3d half_box(const RigidBody& body, double turn_distance) {
-    const Shape& shape = body.parts[0].shape;
+    const Shape& shape = *body.shape;
     const Eigen::Matrix3d& r = body.pose.rotation;
     Eigen::Vector3d half;
     if (std::holds_alternative<ConvexHull>(shape) || std::holds_alternative<Compound>(shape)) {

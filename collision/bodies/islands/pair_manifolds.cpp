@@ -47,7 +47,7 @@ Eigen::Vector3d velocity_at(const RigidBody& body, const Eigen::Vector3d& arm) {
 /// where it turns about an axis of symmetry.
 double turning_speed(const RigidBody& body) {
     const Eigen::Vector3d& spin = body.velocity.angular;
-    const Shape& shape = body.parts[0].shape;
+    const Shape& shape = *body.shape;
     if (std::holds_alternative<Sphere>(shape)) return 0.0;
     if (const auto* capsule = std::get_if<Capsule>(&shape)) {
         return capsule->half_height * length(cross(spin, body.pose.rotation.col(2)));
@@ -65,7 +65,7 @@ double closing_distance(const RigidBody& a, const RigidBody& b, double duration)
 
 std::size_t PairManifold::max_count(const RigidBody& a, const RigidBody& b) {
     const auto is_compound = [](const RigidBody& body) {
-        return std::holds_alternative<Compound>(body.parts[0].shape);
+        return std::holds_alternative<Compound>(*body.shape);
     };
     return is_compound(a) || is_compound(b) ? kMaxManifolds : 1;
 }
@@ -157,7 +157,7 @@ double PairManifold::core_separation(const RigidBody& a, const RigidBody& b,
 /// Finds the contacts and sorts them into manifolds by normal and rounding.
 void PairManifold::collide(std::span<PairManifold> manifolds, const RigidBody& a,
                            const RigidBody& b, double margin, std::span<PairContact> room) {
-    const Shape &shape_a = a.parts[0].shape, &shape_b = b.parts[0].shape;
+    const Shape &shape_a = *a.shape, &shape_b = *b.shape;
     const PairContactAnswer answer = find_contacts(shape_a, a.pose, shape_b, b.pose, margin, room);
     manifolds[0].least_distance_ = answer.least_distance;
     for (const PairContact& contact : room.first(answer.count)) {
@@ -189,7 +189,7 @@ void PairManifold::predict_impact(std::span<PairManifold> manifolds, const Rigid
     const Motion motion_a = predicted_motion(a, duration);
     const Motion motion_b = predicted_motion(b, duration);
     const PairCastAnswer hit =
-        cast(a.parts[0].shape, motion_a, b.parts[0].shape, motion_b,
+        cast(*a.shape, motion_a, *b.shape, motion_b,
              {.tolerance = kMargin * tolerance_of(a, b), .skip_separating = true});
     if (!hit.hit || hit.count == 0) return;
     for (PairManifold& manifold : manifolds) manifold.count_ = 0;
@@ -211,8 +211,8 @@ void PairManifold::predict_impact(std::span<PairManifold> manifolds, const Rigid
 void PairManifold::reset(const RigidBody& a, const RigidBody& b, const PairContact& first,
                          bool is_predicted) {
     is_predicted_ = is_predicted;
-    rounding_a_ = rounding_of(a.parts[0].shape, first.part_a);
-    rounding_b_ = rounding_of(b.parts[0].shape, first.part_b);
+    rounding_a_ = rounding_of(*a.shape, first.part_a);
+    rounding_b_ = rounding_of(*b.shape, first.part_b);
     normal_ = first.normal;
     pose_a_ = a.pose;
     pose_b_ = b.pose;

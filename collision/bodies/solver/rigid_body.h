@@ -7,15 +7,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <span>
 
 namespace terrane::internal {
-
-/// A shape that belongs to a body. Only spheres may be off the body's origin.
-struct BodyPart {
-    Shape shape = Sphere{};
-    Eigen::Vector3d offset_body = Eigen::Vector3d::Zero();
-};
 
 /// The state of a body that steps change.
 struct BodyMotion {
@@ -29,9 +22,11 @@ struct BodyMotion {
 
 /// Everything that one substep of a rigid body reads and writes.
 struct RigidBody : BodyMotion {
-    std::span<const BodyPart> parts;  ///< at least one; they outlive the body
-    double radius = 0.0;              ///< bounding radius about the origin, metres
-    double thickness = 0.0;           ///< smallest half extent, metres
+    static constexpr std::uint32_t kNoPart = ~std::uint32_t{0};
+
+    const Shape* shape = nullptr;  ///< centred: see make_centred(); it outlives the body
+    double radius = 0.0;           ///< bounding radius about the origin, metres
+    double thickness = 0.0;        ///< smallest half extent, metres
     MassProperties mass;
     double friction = 0.0;
     double restitution = 0.0;
@@ -39,14 +34,10 @@ struct RigidBody : BodyMotion {
     CollisionFilter filter;
     bool is_sensor = false;
     /// Parts of a compound from this one on are wheels: they roll, so that their contacts have no friction.
-    std::uint32_t first_wheel_part = ~std::uint32_t{0};
+    std::uint32_t first_wheel_part = kNoPart;
     /// By gravity and the forces of the step, m/s^2.
     Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();
 };
-
-inline Pose part_pose(const BodyPart& part, const Pose& pose) {
-    return {pose.rotation, pose.translation + rotated(pose.rotation, part.offset_body)};
-}
 
 /// Radius of a sphere or capsule, 0 for shapes with corners; of a compound that of the part.
 inline double rounding_of(const auto& shape) {

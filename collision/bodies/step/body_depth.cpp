@@ -8,16 +8,13 @@
 namespace terrane::internal {
 
 Depth compute_depth(const RigidBody& body, const Ground& ground) {
-    Depth deepest_part;
-    for (const BodyPart& part : body.parts) {
-        const DistanceAnswer answer =
-            signed_distance(part.shape, part_pose(part, body.pose), ground, 0.0);
-        if (answer.status == QueryStatus::not_resident) deepest_part.resident = false;
-        if (!answer.has_ground || -answer.distance <= deepest_part.depth) continue;
-        deepest_part.depth = -answer.distance;
-        deepest_part.normal = answer.normal;
-    }
-    return deepest_part;
+    Depth deepest;
+    const DistanceAnswer answer = signed_distance(*body.shape, body.pose, ground, 0.0);
+    deepest.resident = answer.status != QueryStatus::not_resident;
+    if (!answer.has_ground || !(answer.distance < 0.0)) return deepest;
+    deepest.depth = -answer.distance;
+    deepest.normal = answer.normal;
+    return deepest;
 }
 
 bool is_outside(const Ground& ground, const WorldPos& point) {
@@ -27,14 +24,9 @@ bool is_outside(const Ground& ground, const WorldPos& point) {
 }
 
 double greatest_lift(const RigidBody& body, const Ground& ground) {
-    double lift = 0.0;
-    for (const BodyPart& part : body.parts) {
-        const Pose pose = part_pose(part, body.pose);
-        const LocalGround local(ground, pose.translation);
-        const LocalBody there(part.shape, pose.rotation, local.to_local(pose.translation));
-        lift = std::max(lift, find_lift(local, there, Eigen::Vector3d::Zero(), lift).lift);
-    }
-    return lift;
+    const LocalGround local(ground, body.pose.translation);
+    const LocalBody there(*body.shape, body.pose.rotation, local.to_local(body.pose.translation));
+    return std::max(0.0, find_lift(local, there, Eigen::Vector3d::Zero(), 0.0).lift);
 }
 
 double deepest(const RigidBody& body, const Ground& ground, double lift, double at_least) {

@@ -16,7 +16,7 @@ struct Depth {
 
 Depth compute_depth(const RigidBody& body, const Ground& ground);
 
-/// Largest lift of a body's parts, metres, >= 0: an upper bound of its penetration depth.
+/// Largest lift of a body, metres, >= 0: an upper bound of its penetration depth.
 double greatest_lift(const RigidBody& body, const Ground& ground);
 
 /// Larger of `at_least` and the penetration depth of a body in the contact surface, metres.

@@ -25,9 +25,6 @@ constexpr double kContactTurn = 0.1;
 constexpr double kLeastSolveShare = 0.01;
 /// A piece of motion turns by at most this, radians.
 constexpr double kMaxTurn = 0.5;
-/// The same for bodies with parts off their origin, which are cast along straight lines: 3 m from the centre the arc is
-/// within 0.4 mm of its chord.
-constexpr double kMaxTurnOfParts = 0.03;
 /// Speed at which bodies that are too deep move out of the ground, m/s. It leaves no velocity behind.
 constexpr double kRecoverySpeed = 2.0;
 /// A separation that moves by less than this share of its displacement is followed by the next mode.
@@ -40,9 +37,7 @@ constexpr std::array<std::uint32_t, 1> kAlone{0};
 // infeasible for a rigid body: then nothing converges, and `patience` stops the solver.
 constexpr StoppingRule kStoppingRule{.iterations = 100, .tolerance = 1e-12, .patience = 8};
 
-bool turns_matter(const RigidBody& body) {
-    return body.parts.size() > 1 || !std::holds_alternative<Sphere>(body.parts[0].shape);
-}
+bool turns_matter(const RigidBody& body) { return !std::holds_alternative<Sphere>(*body.shape); }
 
 bool spins_freely(const RigidBody& body) {
     const Eigen::Vector3d& inertia = body.mass.inertia;
@@ -202,9 +197,8 @@ Interval advance_interval(RigidBody& body, GroundContactCache& cache, const Grou
             interval.lost_time = remaining;
             return interval;
         }
-        const double max_turn = body.parts.size() > 1 ? kMaxTurnOfParts : kMaxTurn;
         const double turn = rate() * remaining;
-        const double share = turn > max_turn ? max_turn / turn : 1.0;
+        const double share = turn > kMaxTurn ? kMaxTurn / turn : 1.0;
         const MoveAnswer moved =
             move_piece(body, ground, share * remaining, surface, !interval.touches);
         if (!moved.resident) return {.resident = false};

@@ -10,7 +10,6 @@ namespace terrane::internal {
 
 /// Largest speed at which overlaps are separated, m/s. Separation leaves no velocity behind.
 inline constexpr double kSeparationSpeed = 0.5;
-inline constexpr double kGravity = 9.81;  ///< default, m/s^2
 
 /// Number of equal substeps of a step.
 double count_substeps(double dt, double max_substep);

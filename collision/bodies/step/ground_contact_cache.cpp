@@ -107,44 +107,38 @@ void GroundContactCache::refresh(const RigidBody& body, const Ground& ground, in
     is_exhaustive_ = false;
     is_reusable_ = false;
     is_same_ = true;
-    bool is_complete = true;
     lift_ = -1.0;
     moved_ = 0.0;
     refresh_pose_ = body.pose;
     margin_ = kContactMargin * body.tolerance + reach;
-    for (std::size_t p = 0; p < body.parts.size(); ++p) {
-        const BodyPart& part = body.parts[p];
-        const ContactAnswer answer = find_contacts(
-            part.shape, raised(part_pose(part, body.pose), offset_depth(body, offset_index)),
-            ground, margin_, std::span<Contact>(found).first(kMaxCount - contacts_.size()));
-        if (answer.status == QueryStatus::not_resident) {
-            resident_ = false;
-            return;
-        }
-        is_complete = is_complete && answer.status == QueryStatus::complete;
-        lift_ = std::max(lift_, answer.lift);
-        for (std::size_t i = 0; i < answer.count; ++i) {
-            CachedContact contact;
-            contact.feature = found[i].feature;
-            contact.part = static_cast<std::uint32_t>(p);
-            contact.piece = found[i].part;
-            contact.normal = found[i].normal;
-            const CachedContact* const before = find_previous(contact);
-            contact.impulse = before != nullptr ? before->impulse : Eigen::Vector3d::Zero();
-            is_same_ = is_same_ && before != nullptr &&
-                       (before->normal - contact.normal).isZero(kSameDirection);
-            contact.gap = contact.refresh_gap = -found[i].depth;
-            contact.rounding = rounding_of(part.shape, contact.piece);
-            contact.refresh_core = found[i].point_world + contact.rounding * contact.normal;
-            contact.refresh_core.z() -= offset_depth(body, offset_index);
-            contact.core_body =
-                rotated_back(body.pose.rotation, contact.refresh_core - body.pose.translation);
-            const SurfaceProperties surface = combined_surface(
-                body, contact.piece, ground, found[i].point_world.x(), found[i].point_world.y());
-            contact.friction = surface.friction;
-            contact.restitution = surface.restitution;
-            contacts_.push_back(contact);
-        }
+    const ContactAnswer answer = find_contacts(
+        *body.shape, raised(body.pose, offset_depth(body, offset_index)), ground, margin_, found);
+    if (answer.status == QueryStatus::not_resident) {
+        resident_ = false;
+        return;
+    }
+    const bool is_complete = answer.status == QueryStatus::complete;
+    lift_ = std::max(lift_, answer.lift);
+    for (std::size_t i = 0; i < answer.count; ++i) {
+        CachedContact contact;
+        contact.feature = found[i].feature;
+        contact.part = found[i].part;
+        contact.normal = found[i].normal;
+        const CachedContact* const before = find_previous(contact);
+        contact.impulse = before != nullptr ? before->impulse : Eigen::Vector3d::Zero();
+        is_same_ = is_same_ && before != nullptr &&
+                   (before->normal - contact.normal).isZero(kSameDirection);
+        contact.gap = contact.refresh_gap = -found[i].depth;
+        contact.rounding = rounding_of(*body.shape, contact.part);
+        contact.refresh_core = found[i].point_world + contact.rounding * contact.normal;
+        contact.refresh_core.z() -= offset_depth(body, offset_index);
+        contact.core_body =
+            rotated_back(body.pose.rotation, contact.refresh_core - body.pose.translation);
+        const SurfaceProperties surface = combined_surface(
+            body, contact.part, ground, found[i].point_world.x(), found[i].point_world.y());
+        contact.friction = surface.friction;
+        contact.restitution = surface.restitution;
+        contacts_.push_back(contact);
     }
     is_same_ = is_same_ && contacts_.size() == previous_contacts_.size();
     // Contacts that were cut off may be nearer than those kept of another part: then nothing is known.
@@ -176,7 +170,7 @@ const GroundContactCache::CachedContact* GroundContactCache::find_previous(
     const CachedContact& contact) const {
     for (const CachedContact& old : previous_contacts_) {
         if (old.feature == contact.feature && old.part == contact.part &&
-            old.piece == contact.piece && dot(old.normal, contact.normal) > kSameNormal) {
+            dot(old.normal, contact.normal) > kSameNormal) {
             return &old;
         }
     }

@@ -37,7 +37,7 @@ Pose raised(Pose pose, double height);
 /// each contact then keeps its plane, and only its gap is updated.
 class GroundContactCache {
 public:
-    static constexpr std::size_t kMaxCount = 64;  ///< contacts of all parts together
+    static constexpr std::size_t kMaxCount = 64;
 
     /// Updates the gaps where the cached contacts are still valid, else calls refresh() for the first offset surface.
     void update(const RigidBody& body, const Ground& ground);
@@ -76,7 +76,7 @@ public:
     std::size_t count() const { return contacts_.size(); }
     /// Whether the last refresh found the same contacts and normals as the one before.
     bool has_same_contacts() const { return is_same_; }
-    /// Upper bound of the largest lift of the parts over the refreshed offset surface, metres.
+    /// Upper bound of the lift over the refreshed offset surface, metres.
     double lift() const { return lift_ + moved_; }
     /// Distance that every point of the body may move without coming near an offset surface that is lower by
     /// `extra_offset`, metres: at most half of the smallest gap. <= 0 where that is unknown.
@@ -101,7 +101,6 @@ public:
         stream.list("ground contacts", cache.contacts_, kFieldBytes, [&stream](auto& contact) {
             stream.feature(contact.feature);
             stream.word("part", contact.part);
-            stream.word("piece", contact.piece);
             stream.impulse("impulse", contact.impulse);
             stream.unit("normal", contact.normal);
         });
@@ -111,8 +110,7 @@ private:
     /// The core point of a contact is its point on the shape moved inside by the radius of a sphere or capsule.
     struct CachedContact {
         ShapeFeature feature;
-        std::uint32_t part;
-        std::uint32_t piece;        // part of a compound within `part`
+        std::uint32_t part;         // of a compound
         Eigen::Vector3d impulse;    // of the last substep, N s
         Eigen::Vector3d core_body;  // core point, body frame
         Eigen::Vector3d normal;
@@ -122,7 +120,7 @@ private:
         double rounding;
         double friction, restitution;  // of the body on the ground's surface there
     };
-    static constexpr std::size_t kFieldBytes = 64;  // of a contact in list_fields()
+    static constexpr std::size_t kFieldBytes = 60;  // of a contact in list_fields()
     const CachedContact* find_previous(const CachedContact& contact) const;
 
     std::vector<CachedContact> contacts_, previous_contacts_, step_start_contacts_;

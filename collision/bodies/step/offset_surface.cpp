@@ -67,10 +67,6 @@ int first_clear_offset(const RigidBody& body, const GroundContactCache& cache) {
     return index;
 }
 
-bool is_too_deep(const RigidBody& body, const GroundContactCache& cache) {
-    return first_clear_offset(body, cache) == kOffsetCount;
-}
-
 bool is_swept_sphere_clear(const RigidBody& body, const Ground& ground,
                            const Eigen::Vector3d& displacement) {
     const LocalGround local(ground, body.pose.translation);
@@ -94,21 +90,15 @@ MoveAnswer advance(RigidBody& body, const Ground& ground, const Twist& displacem
         return answer;
     }
     surface.clear_distance = 0.0;
-    for (const BodyPart& part : body.parts) {
-        Motion path;
-        path.start = raised(part_pose(part, body.pose), offset_depth(body, surface.index));
-        const bool is_sphere = std::holds_alternative<Sphere>(part.shape);
-        path.translation =
-            part_pose(part, end).translation - part_pose(part, body.pose).translation;
-        if (!is_sphere) path.rotation_vector = displacement.angular;
-        const CastAnswer hit = find_hit(part.shape, path, ground, surface.stop_gap, hits);
-        if (hit.status == QueryStatus::not_resident || hit.status == QueryStatus::invalid) {
-            return {.resident = false, .hit = false, .fraction = 0.0};
-        }
-        if (!hit.hit) continue;
-        answer.hit = true;
-        answer.fraction = std::min(answer.fraction, hit.fraction);
+    Motion path{raised(body.pose, offset_depth(body, surface.index)),
+                end.translation - body.pose.translation, Eigen::Vector3d::Zero()};
+    if (!std::holds_alternative<Sphere>(*body.shape)) path.rotation_vector = displacement.angular;
+    const CastAnswer hit = find_hit(*body.shape, path, ground, surface.stop_gap, hits);
+    if (hit.status == QueryStatus::not_resident || hit.status == QueryStatus::invalid) {
+        return {.resident = false, .hit = false, .fraction = 0.0};
     }
+    answer.hit = hit.hit;
+    if (hit.hit) answer.fraction = std::min(answer.fraction, hit.fraction);
     if (answer.fraction > 0.0) {
         body.pose = answer.fraction < 1.0 ? motion.at(answer.fraction) : end;
     }
@@ -125,12 +115,10 @@ MoveAnswer move_body(RigidBody& body, GroundContactCache& cache, const Ground& g
     return advance(body, ground, displacement, surface);
 }
 
-double contact_raise(double tolerance) { return kFirstOffset * tolerance; }
-
-CastAnswer cast_part(const Shape& shape, const Motion& motion, const Ground& ground,
-                     double tolerance) {
+CastAnswer cast_wheel(const Shape& shape, const Motion& motion, const Ground& ground,
+                      double tolerance) {
     Motion path = motion;
-    path.start = raised(motion.start, contact_raise(tolerance));
+    path.start = raised(motion.start, kFirstOffset * tolerance);
     return cast(shape, path, ground, {.tolerance = kStopGap * tolerance, .skip_separating = false});
 }
 

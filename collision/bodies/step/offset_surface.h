@@ -24,9 +24,6 @@ OffsetSurface make_offset_surface(const RigidBody& body, const GroundContactCach
 /// @param cache refreshed for surface 0
 int first_clear_offset(const RigidBody& body, const GroundContactCache& cache);
 
-/// Whether the body penetrates all offset surfaces.
-bool is_too_deep(const RigidBody& body, const GroundContactCache& cache);
-
 /// Conservative swept test: true only if the box around the bounding sphere's sweep along a displacement is above all
 /// ground below it, so that no rotation brings the body near the ground.
 bool is_swept_sphere_clear(const RigidBody& body, const Ground& ground,
@@ -56,9 +53,8 @@ MoveAnswer move_body(RigidBody& body, GroundContactCache& cache, const Ground& g
                      const Twist& displacement);
 
 /// Casts a shape against the first offset surface of bodies with this tolerance. The contact is in the frame of the
-/// raised shape: contact_raise() too high.
-CastAnswer cast_part(const Shape& shape, const Motion& motion, const Ground& ground,
-                     double tolerance);
-double contact_raise(double tolerance);
+/// raised shape: kFirstOffset tolerances too high.
+CastAnswer cast_wheel(const Shape& shape, const Motion& motion, const Ground& ground,
+                      double tolerance);
 
 }  // namespace terrane::internal

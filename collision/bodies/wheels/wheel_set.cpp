@@ -85,7 +85,7 @@ WheelSet::Lever WheelSet::make_lever(std::span<SolverBody> bodies, const SolverB
     lever.spin =
         apply_tensor(chassis.pose().rotation, chassis.mass().inverse_inertia, lever.moment);
     double inverse = chassis.mass().inverse_mass + dot(lever.moment, lever.spin);
-    if (contact.solver_body != ~std::uint32_t{0}) {
+    if (contact.solver_body != BodyId::kNone) {
         lever.other = &bodies[contact.solver_body];
         const SolverBody& other = *lever.other;
         lever.other_moment = cross(contact.point_now - other.pose().translation, direction);
@@ -105,7 +105,7 @@ void WheelSet::follow(std::span<SolverBody> bodies, const SolverBody& chassis) {
         contact.point_now =
             rotated(chassis.pose().rotation, contact.point_chassis) + chassis.pose().translation;
         Eigen::Vector3d on_other = contact.point_world;
-        if (contact.solver_body != ~std::uint32_t{0}) {
+        if (contact.solver_body != BodyId::kNone) {
             const Pose& pose = bodies[contact.solver_body].pose();
             on_other = rotated(pose.rotation, contact.point_body) + pose.translation;
         }
@@ -239,7 +239,7 @@ double WheelSet::energy(std::span<const SolverBody> bodies, const SolverBody& ch
     double energy = kinetic_energy(chassis.mass(), chassis.pose(), chassis.velocity);
     for (std::size_t i = 0; i < count(); ++i) {
         const std::uint32_t index = contacts_[i].solver_body;
-        if (!contacts_[i].touches || index == ~std::uint32_t{0}) continue;
+        if (!contacts_[i].touches || index == BodyId::kNone) continue;
         const bool is_counted = std::any_of(
             contacts_.begin(), contacts_.begin() + static_cast<std::ptrdiff_t>(i),
             [&](const WheelContact& other) { return other.touches && other.solver_body == index; });

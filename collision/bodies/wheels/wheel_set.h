@@ -24,8 +24,8 @@ struct WheelCommand {
 /// What a wheel's cast has met, and what has become of it in the substeps since.
 struct WheelContact {
     bool touches = false;
-    std::uint32_t body = ~std::uint32_t{0};         ///< that it stands on; of the ground: none
-    std::uint32_t solver_body = ~std::uint32_t{0};  ///< the same in the solver, for this substep
+    std::uint32_t body = BodyId::kNone;         ///< that it stands on; of the ground: none
+    std::uint32_t solver_body = BodyId::kNone;  ///< the same in the solver, for this substep
     Eigen::Vector3d point_world = Eigen::Vector3d::Zero();
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< towards the wheel
     Eigen::Vector3d centre_world = Eigen::Vector3d::Zero();
@@ -71,7 +71,7 @@ public:
             contact.point_now = contact.point_world;
             contact.point_chassis =
                 rotated_back(chassis.rotation, contact.point_world - chassis.translation);
-            if (!contact.touches || contact.body == ~std::uint32_t{0}) continue;
+            if (!contact.touches || contact.body == BodyId::kNone) continue;
             const Pose& pose = bodies[contact.body].pose;
             contact.point_body =
                 rotated_back(pose.rotation, contact.point_world - pose.translation);

@@ -18,12 +18,11 @@ TEST(SeparatedPairs, AreFartherApartThanTheReachWhileTheyAreClear) {
     constexpr std::uint64_t kSeed = 8;
     constexpr std::uint32_t kCount = 12;
     test::Random random(kSeed);
-    const std::array<BodyPart, 3> parts{BodyPart{Sphere{0.5}}, BodyPart{Capsule{0.4, 0.8}},
-                                        BodyPart{Box{{0.6, 1.0, 0.3}}}};
+    const std::array<Shape, 3> shapes{Sphere{0.5}, Capsule{0.4, 0.8}, Box{{0.6, 1.0, 0.3}}};
     std::vector<RigidBody> bodies(kCount);
     for (std::uint32_t i = 0; i < kCount; ++i) {
-        bodies[i].parts = {&parts[i % parts.size()], 1};
-        bodies[i].radius = bounding_radius(parts[i % parts.size()].shape);
+        bodies[i].shape = &shapes[i % shapes.size()];
+        bodies[i].radius = bounding_radius(shapes[i % shapes.size()]);
         bodies[i].pose.translation = 3.0 * random.direction();
         bodies[i].pose.rotation = random.rotation();
     }
@@ -34,8 +33,8 @@ TEST(SeparatedPairs, AreFartherApartThanTheReachWhileTheyAreClear) {
         separated.begin(bodies);
         for (std::uint32_t a = 0; a < kCount; ++a) {
             for (std::uint32_t b = a + 1; b < kCount; ++b) {
-                const double distance = signed_distance(bodies[a].parts[0].shape, bodies[a].pose,
-                                                        bodies[b].parts[0].shape, bodies[b].pose)
+                const double distance = signed_distance(*bodies[a].shape, bodies[a].pose,
+                                                        *bodies[b].shape, bodies[b].pose)
                                             .distance;
                 const double reach = random.between(0.0, 0.3);
                 ++asked_count;

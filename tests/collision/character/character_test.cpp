@@ -220,7 +220,7 @@ TEST(Character, RefusesSettingsOutOfRangeByNameAndKeepsTheLastGoodControls) {
     walker.walk(ground, {.velocity = {3.0, 0.0}}, 1.0);
     const double x = walker.place().x();
     walker.walk(ground, {.velocity = {nan, 0.0}}, 1.0);
-    EXPECT_NEAR(walker.place().x(), x + 3.0, 1e-3);
+    EXPECT_NEAR(walker.place().x(), x + 3.0, 1e-6);
 }
 
 TEST(Character, AllocatesNothing) {

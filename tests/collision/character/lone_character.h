@@ -43,6 +43,7 @@ public:
         for (double time = 0.0; time < seconds - 1e-9; time += dt) {
             const StepReport report = step(ground, controls, dt);
             ASSERT_EQ(report.too_deep, 0u);
+            ASSERT_EQ(report.lost_time, 0.0);
         }
     }
 

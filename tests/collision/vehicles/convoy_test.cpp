@@ -50,7 +50,7 @@ public:
     Convoy() : source_(make_ground()), random_(23) {
         pager_.emplace(
             Pager::create(source_, {.memory_bytes = 24 << 20, .worker_count = 0}).value());
-        world_.emplace(World::create({}).value());
+        world_.emplace(World::create({.report_contacts = true}).value());
         const double turn = 2.0 * std::numbers::pi;
         for (std::size_t i = 0; i < kVehicles; ++i) {
             const double angle = turn * static_cast<double>(i) / kVehicles;
@@ -101,7 +101,7 @@ public:
         return report;
     }
 
-    /// Vehicles that came to lie on their side or roof; and those that no other body was near before.
+    /// Vehicles that came to lie on their side or roof; and those that touched no other body before.
     std::size_t rolled_over() const { return rolled_over_; }
     std::size_t rolled_over_alone() const { return rolled_over_alone_; }
 
@@ -139,24 +139,30 @@ public:
     }
 
 private:
-    /// Counts vehicles that have rolled over, apart where no crate or vehicle was near in the seconds before.
+    /// Counts vehicles that have rolled over, apart where they touched no other body in the seconds before.
     void watch_rolls(double time) {
-        constexpr double kNear = 6.0;    // metres between the centres
         constexpr double kBefore = 5.0;  // seconds
+        std::array<bool, kVehicles> touches{};
+        const auto mark = [&](BodyId body) {
+            const auto found = std::find(vehicles_.begin(), vehicles_.end(), body);
+            if (found != vehicles_.end()) {
+                touches[static_cast<std::size_t>(found - vehicles_.begin())] = true;
+            }
+        };
+        for (const ContactEvent& event : world_->contact_events()) {
+            if (event.is_ground()) continue;
+            mark(event.a);
+            mark(event.b);
+        }
         for (std::size_t i = 0; i < kVehicles; ++i) {
-            const WorldPos& here = world_->states()[vehicles_[i].index].pose.translation;
-            for (const std::vector<BodyId>* others : {&vehicles_, &crates_}) {
-                for (const BodyId other : *others) {
-                    const WorldPos& there = world_->states()[other.index].pose.translation;
-                    if (other != vehicles_[i] && (there - here).norm() < kNear) met_[i] = time;
-                }
-            }
-            const bool is_over = world_->vehicle(vehicles_[i])->is_rolled_over;
-            if (is_over && !was_over_[i]) {
+            const VehicleState& vehicle = *world_->vehicle(vehicles_[i]);
+            for (const WheelState& wheel : vehicle.wheels) touches[i] |= wheel.body.is_valid();
+            if (touches[i]) touched_[i] = time;
+            if (vehicle.is_rolled_over && !was_over_[i]) {
                 ++rolled_over_;
-                if (time - met_[i] > kBefore) ++rolled_over_alone_;
+                if (time - touched_[i] > kBefore) ++rolled_over_alone_;
             }
-            was_over_[i] = is_over;
+            was_over_[i] = vehicle.is_rolled_over;
         }
     }
 
@@ -172,7 +178,7 @@ private:
     std::optional<World> world_;
     std::vector<BodyId> vehicles_, crates_, rails_;
     std::vector<PathDriver> drivers_;
-    std::array<double, kVehicles> met_{};  // when another body was last near, s
+    std::array<double, kVehicles> touched_{};  // when it last touched another body, s
     std::array<bool, kVehicles> was_over_{};
     std::size_t rolled_over_ = 0, rolled_over_alone_ = 0;
 };

@@ -13,8 +13,8 @@ struct CharacterSettings {
     double mass = 80.0;  ///< kilograms, 1e-3 to 1e9
     double max_slope = 0.87;  ///< radians, 0 to 1.57; it slides down steeper slopes
     double max_step = 0.4;    ///< metres, 0 to 1000; higher steps are obstacles
-    /// Largest force along the surface it stands on, N, 0 to 1e12: how fast it starts and stops, what it can push, and
-    /// what can push it away.
+    /// Largest tangential force of its feet, N, 0 to 1e12. Limits its acceleration, what it can push, and how well it
+    /// resists pushes.
     double strength = 1500.0;
     double air_acceleration =
         4.0;  ///< largest acceleration by controls in the air, m/s^2, 0 to 1e6

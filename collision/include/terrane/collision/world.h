@@ -85,7 +85,7 @@ struct BodyMove {
 /// give the same bits with any number of workers.
 ///
 /// Bodies are named by ids. A removed body's id is refused by every call, also when its slot has another body.
-/// docs/bodies.md has the limits, and what is left out on purpose.
+/// docs/bodies.md lists the limits and the missing features.
 ///
 /// Fails:     all functions that return a Result: invalid_argument, naming the argument and its value, for an id of no
 ///            body, and anything not finite or out of range; nothing is changed then
@@ -234,15 +234,14 @@ public:
     /// Hash of every state's bits.
     std::uint64_t state_hash() const;
 
-    /// The world as bytes, the same on every machine: a world made of them by load() goes on with the same bits.
-    /// Callbacks are not in it, nor the thread count, nor the events of the last step.
+    /// The world as bytes, the same on every machine: a world that load() makes of them continues with the same bits.
+    /// Callbacks, the thread count and the events of the last step are not saved.
     std::vector<std::byte> save() const;
 
     /// A world made by save().
     ///
-    /// Fails: bad_data for bytes that save() has not written or that have changed; invalid_argument where the saved
-    ///        world had a callback and `callbacks` has none, or the other way round, or for a worker_count that
-    ///        create() refuses
+    /// Fails: bad_data for bytes that are not those of a save(); invalid_argument where `callbacks` and the saved world
+    ///        differ in which callbacks they have, or for a worker_count that create() refuses
     static Result<World> load(std::span<const std::byte> bytes,
                               const WorldCallbacks& callbacks = {}, int worker_count = 1);
 
