@@ -58,6 +58,7 @@ void World::State::put_to_sleep(std::size_t index, std::uint32_t group) {
     states[index].angular_velocity.setZero();
     states[index].condition = BodyCondition::asleep;
     sleep_groups[index] = group;
+    ground_contacts[index].forget_proof();
     show_to_drives(index);
 }
 

@@ -163,6 +163,7 @@ struct World::State {
     std::vector<internal::StepStart> starts;       // of the collision step
     std::vector<internal::Mobility> mobility;
     std::vector<std::uint8_t> is_parked;  // parked in this step
+    std::optional<Ground> ground_before;  // of the last collision step; keeps its chunks alive
     std::vector<double> lifts;            // after the step
     std::uint64_t failed_callbacks = 0;   // in this step
     internal::WorkerTeam team;

@@ -79,6 +79,7 @@ StepReport World::State::step(const Ground& ground, double dt) {
     }
     if (!is_moving) {
         is_idle = true;
+        ground_before.reset();
         idle_report = {.asleep = report.awake + report.asleep,
                        .kinematic_in_ground = report.kinematic_in_ground};
     }
@@ -134,6 +135,7 @@ void World::State::take_collision_step(const Ground& ground, const internal::Ste
     if (settings.report_contacts) contacts.add_impulses(island_solver, mobility);
     team.run_blocks(bodies.size(), kBlock, [&](std::size_t i) { end_body(i, ground, span); });
     end_drives(ground, span.duration);
+    ground_before = ground;
 }
 
 void World::State::begin_body(std::size_t index, const Ground& ground,
@@ -144,7 +146,8 @@ void World::State::begin_body(std::size_t index, const Ground& ground,
             internal::apply_tensor(body.pose.rotation, body.mass.inverse_inertia, torques[index]) *
             span.duration;
     }
-    starts[index] = internal::begin_collision_step(body, ground_contacts[index], ground, span);
+    starts[index] = internal::begin_collision_step(body, ground_contacts[index], ground,
+                                                   ground_before ? &*ground_before : nullptr, span);
 }
 
 void World::State::set_mobility(std::size_t index) {

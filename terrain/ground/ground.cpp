@@ -112,6 +112,22 @@ std::int64_t Ground::column_at(double x) const { return columns_.last_up_to(x); 
 
 std::int64_t Ground::row_at(double y) const { return rows_.last_up_to(y); }
 
+bool Ground::has_same_cells(const Ground& other, const CellRange& cells) const {
+    if (level_ != other.level_) return false;
+    if (resident_ == other.resident_) return true;
+    for (std::int64_t row = cells.south >> kChunkShift; row <= cells.north >> kChunkShift; ++row) {
+        for (std::int64_t column = cells.west >> kChunkShift; column <= cells.east >> kChunkShift;
+             ++column) {
+            const Chunk* const chunk = find_chunk(column << kChunkShift, row << kChunkShift);
+            if (chunk == nullptr ||
+                chunk != other.find_chunk(column << kChunkShift, row << kChunkShift)) {
+                return false;
+            }
+        }
+    }
+    return true;
+}
+
 GroundCell Ground::cell(std::int64_t column, std::int64_t row) const {
     return GroundReader(*this).cell(column, row);
 }

@@ -108,7 +108,7 @@ public:
 private:
     /// A contact that has closed in the step, for the restitution after it.
     struct Impact {
-        std::uint32_t body;       // on the ground, or kNone for a contact of two bodies
+        std::uint32_t a, b;       // b is kNone for a contact with the ground
         double gap;               // that the contact had to close in the substep, metres
         double acceleration;      // along the approach, m/s^2
         double pushed_speed;      // of the approach, by wheels in the substep, m/s
@@ -140,7 +140,8 @@ private:
     void wake(std::span<const std::uint32_t> groups, std::span<const BodyPair> wheel_links,
               std::span<Mobility> mobility);
     void drive_feet(SolverContact& contact, std::uint32_t a, std::uint32_t b, const Scene& scene);
-    double pushed_speed(const SolverContact& contact, const Scene& scene) const;
+    double pushed_speed(std::size_t contact, const Impact& impact, const ContactSolver& solver,
+                        const Scene& scene) const;
     double apply_wheels(std::span<const std::uint32_t> members, int substep, const Scene& scene);
     /// The contacts of a link; those of wheels have none.
     PairManifold* manifold(std::uint32_t link) {
@@ -151,12 +152,14 @@ private:
     }
     void step_island(std::size_t island, Scratch& scratch, const Scene& scene);
     std::size_t count_contacts(std::size_t island, const Scene& scene) const;
-    bool add_contacts(std::size_t island, int substep, ContactSolver& solver, Scratch& scratch,
+    void add_contacts(std::size_t island, ContactSolver& solver, Scratch& scratch,
                       const Scene& scene);
+    void follow(std::size_t island, int substep, ContactSolver& solver, const Scene& scene);
+    bool begin_impacts(std::size_t contact_count, const ContactSolver& solver, Scratch& scratch,
+                       const Scene& scene) const;
     void store_impulses(std::size_t island, const ContactSolver& solver, const Scene& scene);
     void record_impulses(std::size_t island, const ContactSolver& solver, const Scene& scene);
     const RigidBody& body_at(std::uint32_t body, int substep, const Scene& scene) const;
-    std::uint32_t solver_index(std::uint32_t body, int substep, const Scene& scene) const;
     void separate(std::size_t island, ContactSolver& solver, const Scene& scene);
     void bounce(std::size_t island, ContactSolver& solver, Scratch& scratch, const Scene& scene,
                 double max_energy, const StoppingRule& rule);
@@ -184,9 +187,8 @@ private:
     std::vector<std::uint8_t> wakes_;            // [groups]
     std::vector<std::uint8_t> moves_;
     Islands islands_;
-    // [bodies], then the driving ones of links again, as they are in the second substep and later.
-    std::vector<SolverBody> solver_bodies_;
-    std::vector<RigidBody> later_drivers_;     // in the order of those
+    std::vector<SolverBody> solver_bodies_;    // [bodies]
+    std::vector<RigidBody> later_drivers_;     // driving bodies of links in the later substeps
     std::vector<std::uint32_t> driver_index_;  // [bodies] in later_drivers_, or kNone
     std::vector<Eigen::Vector3d> pair_impulses_, ground_impulses_;
     std::vector<std::uint8_t> struck_;  // see has_struck_ground()

@@ -67,9 +67,6 @@ void IslandSolver::step(std::span<RigidBody> bodies, std::span<GroundContactCach
             solver_bodies_[i].set_fixed(bodies[i].pose, is_driving ? bodies[i].velocity : Twist{});
         }
     }
-    for (const RigidBody& driver : later_drivers_) {
-        solver_bodies_.emplace_back().set_fixed(driver.pose, driver.velocity);
-    }
     const Scene scene{bodies, ground_contacts, drives, span};
     const std::size_t count = islands_.count();
     team.run((count + kIslandBlock - 1) / kIslandBlock, [&](std::size_t block, int worker) {
@@ -114,18 +111,22 @@ void IslandSolver::step_island(std::size_t island, Scratch& scratch, const Scene
     mean_speed /= static_cast<double>(members.size());
     const StoppingRule rule = stopping_rule(members.size(), contact_count, mean_speed);
     const double least_bounce = bounce_speed(acceleration, substep);
+    for (const std::uint32_t member : members) {
+        solver_bodies_[member].set(bodies[member].mass, bodies[member].pose, {});
+    }
+    ContactSolver solver(solver_bodies_, scratch.rows);
+    add_contacts(island, solver, scratch, scene);
     double removed = 0.0;
     bool bounces = false;
     for (int i = 0; i < span.substep_count; ++i) {
         for (const std::uint32_t member : members) {
-            RigidBody& body = bodies[member];
-            body.velocity.linear += body.acceleration * substep;
-            if (i > 0) scene.ground_contacts[member].follow(body);
-            solver_bodies_[member].set(body.mass, body.pose, body.velocity);
+            bodies[member].velocity.linear += bodies[member].acceleration * substep;
+            solver_bodies_[member].velocity = bodies[member].velocity;
         }
         if (has_wheels) most_energy += apply_wheels(members, i, scene);
-        ContactSolver solver(solver_bodies_, scratch.rows);
-        const bool overlaps = add_contacts(island, i, solver, scratch, scene);
+        if (i > 0) follow(island, i, solver, scene);
+        solver.turn_fixed_bodies(i > 0 ? substep : 0.5 * substep);
+        const bool overlaps = begin_impacts(contact_count, solver, scratch, scene);
         double removed_now = 0.0;
         if (solver.solve_plastic(members, substep, rule, removed_now)) {
             removed += removed_now;
@@ -138,7 +139,7 @@ void IslandSolver::step_island(std::size_t island, Scratch& scratch, const Scene
                     approach * substep <= impact.gap) {
                     continue;
                 }
-                if (impact.body != kNone) struck_[impact.body] = 1;
+                if (impact.b == kNone) struck_[impact.a] = 1;
                 if (!(impact.restitution > 0.0)) continue;
                 // The impact comes before the substep ends: the acceleration had that much less time.
                 const double excess = impact.acceleration * (substep - impact.gap / approach);
@@ -148,7 +149,6 @@ void IslandSolver::step_island(std::size_t island, Scratch& scratch, const Scene
                 bounces = true;
             }
         }
-        store_impulses(island, solver, scene);
         for (const std::uint32_t member : members) {
             bodies[member].velocity = solver_bodies_[member].velocity;
         }
@@ -157,6 +157,7 @@ void IslandSolver::step_island(std::size_t island, Scratch& scratch, const Scene
             integrate(bodies[member], substep, is_flying);
         }
         const bool is_last = i + 1 == span.substep_count;
+        if (is_last) store_impulses(island, solver, scene);
         if (is_last && bounces) {
             const double left = most_energy - total_energy(island, origin, scene);
             bounce(island, solver, scratch, scene, std::clamp(left, 0.0, removed), rule);
@@ -187,19 +188,12 @@ void IslandSolver::drive_feet(SolverContact& contact, std::uint32_t a, std::uint
 }
 
 /// Speed at which the wheels of the substep make a contact close, m/s, >= 0.
-double IslandSolver::pushed_speed(const SolverContact& contact, const Scene& scene) const {
-    const auto change = [&](std::uint32_t body, const WorldPos& point) -> Eigen::Vector3d {
-        if (body >= moves_.size() || moves_[body] == 0) return Eigen::Vector3d::Zero();
-        const SolverBody& now = solver_bodies_[body];
-        const Twist& before = scene.bodies[body].velocity;
-        const Eigen::Vector3d arm = point - now.pose().translation;
-        return now.velocity.linear - before.linear +
-               cross(now.velocity.angular - before.angular, arm);
+double IslandSolver::pushed_speed(std::size_t contact, const Impact& impact,
+                                  const ContactSolver& solver, const Scene& scene) const {
+    const auto before = [&](std::uint32_t body) {
+        return body != kNone && moves_[body] != 0 ? &scene.bodies[body].velocity : nullptr;
     };
-    const Eigen::Vector3d of_b = contact.b == SolverContact::kGround
-                                     ? Eigen::Vector3d::Zero()
-                                     : change(contact.b, contact.point_b);
-    return std::max(0.0, -dot(contact.normal, change(contact.a, contact.point_a) - of_b));
+    return std::max(0.0, solver.closing_speed(contact, before(impact.a), before(impact.b)));
 }
 
 /// Applies the forces of wheels for a substep. Returns the energy that they add to the island by its end, J: the
@@ -211,10 +205,11 @@ double IslandSolver::apply_wheels(std::span<const std::uint32_t> members, int su
         WheelSet* const wheels = scene.drives.wheels[member];
         if (wheels == nullptr) continue;
         for (WheelContact& contact : wheels->contacts()) {
-            const bool is_body = contact.touches && contact.body != kNone;
-            contact.solver_body = is_body ? solver_index(contact.body, substep, scene) : kNone;
+            if (!contact.touches || contact.body == kNone) continue;
+            contact.body_pose = body_at(contact.body, substep, scene).pose;
         }
-        added += wheels->apply(solver_bodies_, member, scene.span.substep());
+        added +=
+            wheels->apply(solver_bodies_, member, scene.bodies[member].pose, scene.span.substep());
     }
     for (const std::uint32_t member : members) {
         const RigidBody& body = scene.bodies[member];
@@ -232,15 +227,6 @@ const RigidBody& IslandSolver::body_at(std::uint32_t body, int substep, const Sc
     return later_drivers_[driver_index_[body] + static_cast<std::size_t>(substep - 1)];
 }
 
-/// The index of body_at() in solver_bodies_.
-std::uint32_t IslandSolver::solver_index(std::uint32_t body, int substep,
-                                         const Scene& scene) const {
-    const bool is_later = substep > 0 && moves_[body] == 0 && driver_index_[body] != kNone;
-    if (!is_later) return body;
-    return static_cast<std::uint32_t>(scene.bodies.size()) + driver_index_[body] +
-           static_cast<std::uint32_t>(substep - 1);
-}
-
 std::size_t IslandSolver::count_contacts(std::size_t island, const Scene& scene) const {
     std::size_t count = 0;
     for (const std::uint32_t link : islands_.links(island)) {
@@ -252,33 +238,26 @@ std::size_t IslandSolver::count_contacts(std::size_t island, const Scene& scene)
     return count;
 }
 
-/// Adds the contacts at the bodies' present poses. Returns whether one is to be separated.
-bool IslandSolver::add_contacts(std::size_t island, int substep, ContactSolver& solver,
-                                Scratch& scratch, const Scene& scene) {
+/// Adds the contacts at the bodies' poses at the start of the collision step.
+void IslandSolver::add_contacts(std::size_t island, ContactSolver& solver, Scratch& scratch,
+                                const Scene& scene) {
     const std::span<const std::uint32_t> members = islands_.bodies(island);
     const std::span<const std::uint32_t> links = islands_.links(island);
-    bool overlaps = false;
     std::size_t index = 0;
     const auto add = [&](const SolverContact& contact, double acceleration) {
-        overlaps = overlaps || contact.gap < contact.target_gap;
         Impact& impact = scratch.impacts[index++];
-        impact.body = contact.b == SolverContact::kGround ? contact.a : kNone;
-        impact.gap = std::max(0.0, contact.gap - contact.rest_gap);
+        impact.a = contact.a;
+        impact.b = contact.b == SolverContact::kGround ? kNone : contact.b;
         impact.acceleration = acceleration;
-        impact.pushed_speed = scene.drives.wheels.empty() ? 0.0 : pushed_speed(contact, scene);
         impact.restitution = contact.restitution;
         solver.add(contact);
     };
     for (const std::uint32_t link : links) {
         if (manifold(link) == nullptr) continue;
-        PairManifold& manifold = *this->manifold(link);
+        const PairManifold& manifold = *this->manifold(link);
         const auto [a, b] = manifold.pair;
-        const RigidBody &body_a = body_at(a, substep, scene), &body_b = body_at(b, substep, scene);
-        if (substep > 0) manifold.follow(body_a, body_b);
         for (std::size_t i = 0; i < manifold.count(); ++i) {
-            SolverContact contact = manifold.contact(i, body_a, body_b);
-            contact.a = solver_index(a, substep, scene);
-            contact.b = solver_index(b, substep, scene);
+            SolverContact contact = manifold.contact(i, scene.bodies[a], scene.bodies[b]);
             drive_feet(contact, a, b, scene);
             add(contact, 0.0);
         }
@@ -287,14 +266,46 @@ bool IslandSolver::add_contacts(std::size_t island, int substep, ContactSolver& 
     for (const std::uint32_t member : members) {
         const GroundContactCache& cache = scene.ground_contacts[member];
         // Impulses of other contacts would be redistributed only in many sweeps: no warm start for a lone body.
-        const bool is_warm =
-            substep > 0 || members.size() > 1 || !links.empty() || cache.has_same_contacts();
+        const bool is_warm = members.size() > 1 || !links.empty() || cache.has_same_contacts();
         for (std::size_t i = 0; i < cache.count(); ++i) {
             SolverContact contact = cache.contact(i, scene.bodies[member], member);
             if (!is_warm) contact.initial_impulse.setZero();
             drive_feet(contact, member, kNone, scene);
             add(contact, std::max(0.0, -dot(contact.normal, scene.bodies[member].acceleration)));
         }
+    }
+}
+
+/// Gives the contacts the gaps of a later substep. Their planes and points stay those of the start.
+void IslandSolver::follow(std::size_t island, int substep, ContactSolver& solver,
+                          const Scene& scene) {
+    std::size_t row = 0;
+    for (const std::uint32_t link : islands_.links(island)) {
+        if (manifold(link) == nullptr) continue;
+        PairManifold& manifold = *this->manifold(link);
+        const auto [a, b] = manifold.pair;
+        manifold.follow(body_at(a, substep, scene), body_at(b, substep, scene));
+        for (std::size_t i = 0; i < manifold.count(); ++i) {
+            solver.set_gap(row++, manifold.solved_gap(i, scene.bodies[a], scene.bodies[b]));
+        }
+    }
+    for (const std::uint32_t member : islands_.bodies(island)) {
+        GroundContactCache& cache = scene.ground_contacts[member];
+        cache.follow(scene.bodies[member]);
+        for (std::size_t i = 0; i < cache.count(); ++i) solver.set_gap(row++, cache.gap(i));
+    }
+}
+
+/// Sets what the impacts of a substep begin with. Returns whether a contact is to be separated.
+bool IslandSolver::begin_impacts(std::size_t contact_count, const ContactSolver& solver,
+                                 Scratch& scratch, const Scene& scene) const {
+    bool overlaps = false;
+    for (std::size_t i = 0; i < contact_count; ++i) {
+        Impact& impact = scratch.impacts[i];
+        impact.gap = std::max(0.0, solver.gap_to_rest(i));
+        impact.pushed_speed =
+            scene.drives.wheels.empty() ? 0.0 : pushed_speed(i, impact, solver, scene);
+        overlaps = overlaps || solver.is_below_target(i);
     }
     return overlaps;
 }

@@ -247,6 +247,11 @@ double PairManifold::touching_gap(const RigidBody& a, const RigidBody& b) {
     return kTouchingGap * tolerance_of(a, b);
 }
 
+double PairManifold::solved_gap(std::size_t i, const RigidBody& a, const RigidBody& b) const {
+    const double gap = points_[i].gap;
+    return gap < kTouchingGap * tolerance_of(a, b) ? std::min(0.0, gap) : gap;
+}
+
 SolverContact PairManifold::contact(std::size_t i, const RigidBody& a, const RigidBody& b) const {
     const Point& point = points_[i];
     SolverContact contact;
@@ -258,9 +263,8 @@ SolverContact PairManifold::contact(std::size_t i, const RigidBody& a, const Rig
     contact.point_b =
         b.pose.translation + rotated(b.pose.rotation, point.core_b_body) + rounding_b_ * normal_;
     contact.rounding = rounding_a_;
-    const double tolerance = tolerance_of(a, b);
-    contact.gap = point.gap < kTouchingGap * tolerance ? std::min(0.0, point.gap) : point.gap;
-    contact.target_gap = -kSlop * tolerance;
+    contact.gap = solved_gap(i, a, b);
+    contact.target_gap = -kSlop * tolerance_of(a, b);
     contact.friction =
         combined_friction(friction_of(a, point.part_a), friction_of(b, point.part_b));
     contact.restitution = combined_restitution(a.restitution, b.restitution);

@@ -50,6 +50,8 @@ public:
     /// Gap beyond which bodies cannot touch in a time, and update() finds no contacts, metres.
     static double contact_reach(const RigidBody& a, const RigidBody& b, double duration);
 
+    /// Gap of contact i for a solver since the last follow(), metres: at most 0 where the bodies touch.
+    double solved_gap(std::size_t i, const RigidBody& a, const RigidBody& b) const;
     /// Contact i for a solver that names bodies by the indices of `pair`.
     SolverContact contact(std::size_t i, const RigidBody& a, const RigidBody& b) const;
 

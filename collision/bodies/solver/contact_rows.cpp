@@ -80,6 +80,30 @@ void ContactSolver::add(const SolverContact& contact) {
     rows.restitution_ = contact.restitution;
 }
 
+void ContactSolver::turn_fixed_bodies(double time) {
+    const auto turn = [time](const SolverBody* body, Eigen::Vector3d& arm) {
+        if (body == nullptr || !body->is_fixed()) return;
+        arm += cross(body->velocity.angular, arm) * time;
+    };
+    for (ContactRows& contact : contacts()) {
+        turn(contact.a_, contact.arm_a_);
+        turn(contact.b_, contact.arm_b_);
+    }
+}
+
+double ContactSolver::closing_speed(std::size_t contact, const Twist* before_a,
+                                    const Twist* before_b) const {
+    const ContactRows& rows = room_[contact];
+    const auto opening = [&](const SolverBody* body, const Twist* before,
+                             const Eigen::Vector3d& arm) {
+        if (body == nullptr || before == nullptr) return 0.0;
+        const Eigen::Vector3d angular = body->velocity.angular - before->angular;
+        return dot(rows.direction_[0],
+                   body->velocity.linear - before->linear + cross(angular, arm));
+    };
+    return opening(rows.b_, before_b, rows.arm_b_) - opening(rows.a_, before_a, rows.arm_a_);
+}
+
 /// Sets the speeds from which a solve begins; end() adds its changes to the velocities.
 void ContactSolver::begin() {
     for (ContactRows& contact : contacts()) {

@@ -95,6 +95,22 @@ public:
     /// Adds a contact; ignored where the room is full.
     void add(const SolverContact& contact);
     bool empty() const { return count_ == 0; }
+    /// Changes the gap of a contact; all else of it stays, and the next solve starts with the impulses of the last.
+    void set_gap(std::size_t contact, double gap) { room_[contact].gap_ = gap; }
+    /// Moves the contact points with the bodies of infinite mass that spin, for a time: with half a substep, contacts
+    /// have the velocity of its middle, and what rides on a turntable stays at its radius.
+    void turn_fixed_bodies(double time);
+    /// Distance that a contact may close, metres; negative: it is below its rest gap.
+    double gap_to_rest(std::size_t contact) const {
+        return room_[contact].gap_ - room_[contact].rest_gap_;
+    }
+    /// Whether separation would open a contact.
+    bool is_below_target(std::size_t contact) const {
+        return room_[contact].gap_ < room_[contact].target_gap_;
+    }
+    /// Speed at which the changes of the bodies' velocities close a contact, m/s.
+    /// @param before_a, before_b velocities before the change; null: not changed
+    double closing_speed(std::size_t contact, const Twist* before_a, const Twist* before_b) const;
 
     /// Changes the velocities so that no contact closes to less than its rest gap within `duration` seconds; contacts
     /// with a smaller gap do not close at all. The kinetic energy never grows.

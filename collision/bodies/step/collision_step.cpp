@@ -25,15 +25,16 @@ double contact_reach(const RigidBody& body, const Ground& ground, const StepSpan
 }  // namespace
 
 StepStart begin_collision_step(RigidBody& body, GroundContactCache& cache, const Ground& ground,
-                               const StepSpan& span) {
+                               const Ground* ground_before, const StepSpan& span) {
     StepStart start;
     start.pose = body.pose;
     const Eigen::Vector3d reach =
         body.velocity.linear * span.duration + body.acceleration * (span.duration * span.duration);
-    if (is_swept_sphere_clear(body, ground, reach)) {
+    // One that has contacts is near the ground: the test would not pass.
+    if (!cache.has_contacts() && is_swept_sphere_clear(body, ground, reach)) {
         cache.set_out_of_reach();
     } else {
-        cache.refresh(body, ground, 0, contact_reach(body, ground, span));
+        cache.refresh_for_step(body, ground, ground_before, contact_reach(body, ground, span));
         if (!cache.is_resident()) {
             start.kind = StepStart::Kind::unresident;
             return start;
@@ -75,7 +76,10 @@ SubstepAnswer end_collision_step(RigidBody& body, GroundContactCache& cache, con
         answer.resident = false;
         return answer;
     }
-    if (!moved.hit) return answer;
+    if (!moved.hit) {
+        if (surface.index == 0) cache.set_proved_clear(body);
+        return answer;
+    }
     const double left = (1.0 - moved.fraction) * span.duration;
     answer.simulated_time = span.duration - left;
     ++answer.impacts;

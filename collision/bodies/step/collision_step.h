@@ -32,8 +32,10 @@ struct StepStart {
 
 /// Finds the ground contacts that a body may have within the step. Bodies above all ground that they could reach have
 /// none.
+///
+/// @param ground_before that of the collision step before, null if there was none
 StepStart begin_collision_step(RigidBody& body, GroundContactCache& cache, const Ground& ground,
-                               const StepSpan& span);
+                               const Ground* ground_before, const StepSpan& span);
 
 /// Moves a body from its start to its present pose along one motion against the start's offset surface. Where that is
 /// proved only in part, the body stops at the proved share, and step_body() simulates it alone for the remaining time.

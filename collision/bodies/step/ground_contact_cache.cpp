@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "bodies/step/ground_contact_cache.h"
 
+#include "ground/contact/contact_patches.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 
 namespace terrane::internal {
 namespace {
@@ -34,21 +35,20 @@ constexpr double kClearShare = 0.5;
 /// Bodies that extend over more cells than this along an axis are always cast.
 constexpr double kMaxCells = 8.0;
 
+/// The cells that a body and a margin around it, metres, may overlap.
+CellRange cells_around(const RigidBody& body, const Ground& ground, double margin) {
+    const double reach = body.radius + margin;
+    const WorldPos& centre = body.pose.translation;
+    return {ground.column_at(centre.x() - reach), ground.row_at(centre.y() - reach),
+            ground.column_at(centre.x() + reach), ground.row_at(centre.y() + reach)};
+}
+
 /// Whether all cells below and above a body and its margin are ground: then it can only meet the surface that the
 /// refresh has examined, not the side of the ground.
 bool has_ground_around(const RigidBody& body, const Ground& ground, double margin) {
-    const double reach = body.radius + body.tolerance + margin;
-    const WorldPos& centre = body.pose.translation;
-    if (!(2.0 * reach < kMaxCells * ground.spacing())) return false;
-    const std::int64_t east = ground.column_at(centre.x() + reach);
-    const std::int64_t north = ground.row_at(centre.y() + reach);
-    GroundReader reader(ground);
-    for (std::int64_t row = ground.row_at(centre.y() - reach); row <= north; ++row) {
-        for (std::int64_t column = ground.column_at(centre.x() - reach); column <= east; ++column) {
-            if (reader.cell(column, row).status != GroundStatus::ok) return false;
-        }
-    }
-    return true;
+    const double around = body.tolerance + margin;
+    if (!(2.0 * (body.radius + around) < kMaxCells * ground.spacing())) return false;
+    return GroundReader(ground).is_all_ground(cells_around(body, ground, around));
 }
 
 /// Friction and restitution of a body on the ground: its own, or, where the ground has a surface map, as between two
@@ -97,8 +97,18 @@ void GroundContactCache::update(const RigidBody& body, const Ground& ground) {
     refresh(body, ground, 0);
 }
 
-void GroundContactCache::refresh(const RigidBody& body, const Ground& ground, int offset_index,
-                                 double reach) {
+void GroundContactCache::refresh_for_step(const RigidBody& body, const Ground& ground,
+                                          const Ground* ground_before, double reach) {
+    const bool is_clear = clear_pose_ && ground_before != nullptr &&
+                          clear_pose_->rotation == body.pose.rotation &&
+                          clear_pose_->translation == body.pose.translation &&
+                          ground.has_same_cells(*ground_before, cells_around(body, ground, 0.0));
+    forget_proof();
+    find(body, ground, 0, reach, is_clear);
+}
+
+void GroundContactCache::find(const RigidBody& body, const Ground& ground, int offset_index,
+                              double reach, bool is_clear) {
     std::array<Contact, kMaxCount> found;
     std::swap(contacts_, previous_contacts_);
     contacts_.clear();
@@ -111,8 +121,10 @@ void GroundContactCache::refresh(const RigidBody& body, const Ground& ground, in
     moved_ = 0.0;
     refresh_pose_ = body.pose;
     margin_ = kContactMargin * body.tolerance + reach;
-    const ContactAnswer answer = find_contacts(
-        *body.shape, raised(body.pose, offset_depth(body, offset_index)), ground, margin_, found);
+    const Pose pose = raised(body.pose, offset_depth(body, offset_index));
+    const ContactAnswer answer =
+        is_clear ? find_separated_contacts(*body.shape, pose, ground, margin_, found)
+                 : find_contacts(*body.shape, pose, ground, margin_, found);
     if (answer.status == QueryStatus::not_resident) {
         resident_ = false;
         return;
@@ -159,6 +171,7 @@ void GroundContactCache::reset() {
     contacts_.clear();
     previous_contacts_.clear();
     step_start_contacts_.clear();
+    forget_proof();
     resident_ = true;
     is_reusable_ = is_same_ = is_out_of_reach_ = is_exhaustive_ = false;
     lift_ = -1.0;

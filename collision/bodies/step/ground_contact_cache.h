@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace terrane::internal {
@@ -45,7 +46,20 @@ public:
     /// Finds the contacts at the body's pose.
     /// @param reach contacts are searched farther than the contact margin by this, metres: how far the body may move
     ///              until the next refresh
-    void refresh(const RigidBody& body, const Ground& ground, int offset_index, double reach = 0.0);
+    void refresh(const RigidBody& body, const Ground& ground, int offset_index,
+                 double reach = 0.0) {
+        find(body, ground, offset_index, reach, false);
+    }
+    /// refresh() for the first offset surface at the start of a collision step. The gate of the step before may have
+    /// proved that the body does not penetrate it: then it is not tested again.
+    /// @param ground_before that of the step before, null if there was none
+    void refresh_for_step(const RigidBody& body, const Ground& ground, const Ground* ground_before,
+                          double reach);
+
+    /// Remembers that the gate has proved the body clear of the first offset surface at its pose, until the next
+    /// collision step.
+    void set_proved_clear(const RigidBody& body) { clear_pose_ = body.pose; }
+    void forget_proof() { clear_pose_.reset(); }
 
     /// Updates the gaps for a body that has moved since the refresh: each contact keeps its plane.
     void follow(const RigidBody& body);
@@ -65,6 +79,7 @@ public:
     }
     void undo_step() {
         invalidate();
+        forget_proof();
         contacts_ = step_start_contacts_;
     }
 
@@ -84,6 +99,9 @@ public:
 
     /// Smallest gap of the contacts, at most `limit`, if the surface were lower by `extra_offset`, metres.
     double least_gap(double extra_offset, double limit) const;
+
+    /// Gap of contact i, metres.
+    double gap(std::size_t i) const { return contacts_[i].gap; }
 
     /// Contact i for the solver.
     /// @param index the body's index in the solver
@@ -121,10 +139,13 @@ private:
         double friction, restitution;  // of the body on the ground's surface there
     };
     static constexpr std::size_t kFieldBytes = 60;  // of a contact in list_fields()
+    void find(const RigidBody& body, const Ground& ground, int offset_index, double reach,
+              bool is_clear);
     const CachedContact* find_previous(const CachedContact& contact) const;
 
     std::vector<CachedContact> contacts_, previous_contacts_, step_start_contacts_;
     Pose refresh_pose_;
+    std::optional<Pose> clear_pose_;  // see set_proved_clear()
     double lift_ = -1.0;
     double moved_ = 0.0;   // since the refresh: upper bound for every point
     double margin_ = 0.0;  // gap up to which the refresh searched, metres

@@ -81,16 +81,15 @@ WheelSet::Lever WheelSet::make_lever(std::span<SolverBody> bodies, const SolverB
                                      const Eigen::Vector3d& direction) const {
     Lever lever;
     lever.direction = direction;
-    lever.moment = cross(contact.point_now - chassis.pose().translation, direction);
-    lever.spin =
-        apply_tensor(chassis.pose().rotation, chassis.mass().inverse_inertia, lever.moment);
+    lever.moment = cross(contact.point_now - chassis_pose_.translation, direction);
+    lever.spin = apply_tensor(chassis_pose_.rotation, chassis.mass().inverse_inertia, lever.moment);
     double inverse = chassis.mass().inverse_mass + dot(lever.moment, lever.spin);
-    if (contact.solver_body != BodyId::kNone) {
-        lever.other = &bodies[contact.solver_body];
+    if (contact.body != BodyId::kNone) {
+        lever.other = &bodies[contact.body];
         const SolverBody& other = *lever.other;
-        lever.other_moment = cross(contact.point_now - other.pose().translation, direction);
-        lever.other_spin =
-            apply_tensor(other.pose().rotation, other.mass().inverse_inertia, lever.other_moment);
+        lever.other_moment = cross(contact.point_now - contact.body_pose.translation, direction);
+        lever.other_spin = apply_tensor(contact.body_pose.rotation, other.mass().inverse_inertia,
+                                        lever.other_moment);
         inverse += other.mass().inverse_mass + dot(lever.other_moment, lever.other_spin);
     }
     lever.effective_mass = 1.0 / inverse;
@@ -98,15 +97,15 @@ WheelSet::Lever WheelSet::make_lever(std::span<SolverBody> bodies, const SolverB
 }
 
 /// Moves the contacts with the bodies: each keeps its normal, and its compression changes by the motion along it.
-void WheelSet::follow(std::span<SolverBody> bodies, const SolverBody& chassis) {
-    const Eigen::Vector3d axis = chassis.pose().rotation.col(2);
+void WheelSet::follow() {
+    const Eigen::Vector3d axis = chassis_pose_.rotation.col(2);
     for (WheelContact& contact : contacts_) {
         if (!contact.touches) continue;
         contact.point_now =
-            rotated(chassis.pose().rotation, contact.point_chassis) + chassis.pose().translation;
+            rotated(chassis_pose_.rotation, contact.point_chassis) + chassis_pose_.translation;
         Eigen::Vector3d on_other = contact.point_world;
-        if (contact.solver_body != BodyId::kNone) {
-            const Pose& pose = bodies[contact.solver_body].pose();
+        if (contact.body != BodyId::kNone) {
+            const Pose& pose = contact.body_pose;
             on_other = rotated(pose.rotation, contact.point_body) + pose.translation;
         }
         const double lean = std::max(dot(contact.normal, axis), kLeastAlignment);
@@ -138,7 +137,7 @@ void WheelSet::apply_suspension(std::span<SolverBody> bodies, SolverBody& chassi
     const double omega = kTwoPi * settings_.suspension_hertz;
     const double spring = share * omega * omega;
     const double damping = 2.0 * settings_.damping_ratio * share * omega;
-    const Eigen::Vector3d axis = chassis.pose().rotation.col(2);
+    const Eigen::Vector3d axis = chassis_pose_.rotation.col(2);
     const SolverBody before = chassis;
     for (std::size_t i = 0; i < count(); ++i) {
         WheelContact& contact = contacts_[i];
@@ -171,7 +170,7 @@ void WheelSet::prepare_tyres(std::span<SolverBody> bodies, const SolverBody& cha
         const Motion steering{
             {}, Eigen::Vector3d::Zero(), Eigen::Vector3d(0.0, 0.0, commands_[i].steer)};
         const Eigen::Vector3d ahead =
-            rotated(chassis.pose().rotation, steering.at(1.0).rotation.col(0));
+            rotated(chassis_pose_.rotation, steering.at(1.0).rotation.col(0));
         const Eigen::Vector3d in_plane = ahead - contact.normal * dot(contact.normal, ahead);
         const double size = length(in_plane);
         if (size < kLeastRoll) continue;  // it stands against a wall ahead
@@ -236,25 +235,27 @@ void WheelSet::solve_tyres(SolverBody& chassis) {
 
 /// Kinetic energy of the chassis and the bodies that move under the wheels; one under two wheels counts once.
 double WheelSet::energy(std::span<const SolverBody> bodies, const SolverBody& chassis) const {
-    double energy = kinetic_energy(chassis.mass(), chassis.pose(), chassis.velocity);
+    double energy = kinetic_energy(chassis.mass(), chassis_pose_, chassis.velocity);
     for (std::size_t i = 0; i < count(); ++i) {
-        const std::uint32_t index = contacts_[i].solver_body;
+        const std::uint32_t index = contacts_[i].body;
         if (!contacts_[i].touches || index == BodyId::kNone) continue;
         const bool is_counted = std::any_of(
             contacts_.begin(), contacts_.begin() + static_cast<std::ptrdiff_t>(i),
-            [&](const WheelContact& other) { return other.touches && other.solver_body == index; });
+            [&](const WheelContact& other) { return other.touches && other.body == index; });
         const SolverBody& body = bodies[index];
         if (is_counted || !(body.mass().inverse_mass > 0.0)) continue;
-        energy += kinetic_energy(body.mass(), body.pose(), body.velocity);
+        energy += kinetic_energy(body.mass(), contacts_[i].body_pose, body.velocity);
     }
     return energy;
 }
 
-double WheelSet::apply(std::span<SolverBody> bodies, std::uint32_t chassis_index, double substep) {
+double WheelSet::apply(std::span<SolverBody> bodies, std::uint32_t chassis_index,
+                       const Pose& chassis_pose, double substep) {
     SolverBody& chassis = bodies[chassis_index];
+    chassis_pose_ = chassis_pose;
     const double energy_before = energy(bodies, chassis);
     apply_drag(chassis, substep);
-    follow(bodies, chassis);
+    follow();
     apply_suspension(bodies, chassis, substep);
     prepare_tyres(bodies, chassis, substep);
     limit_power(chassis, substep);

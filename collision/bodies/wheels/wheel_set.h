@@ -24,8 +24,8 @@ struct WheelCommand {
 /// What a wheel's cast has met, and what has become of it in the substeps since.
 struct WheelContact {
     bool touches = false;
-    std::uint32_t body = BodyId::kNone;         ///< that it stands on; of the ground: none
-    std::uint32_t solver_body = BodyId::kNone;  ///< the same in the solver, for this substep
+    std::uint32_t body = BodyId::kNone;  ///< that it stands on; of the ground: none
+    Pose body_pose;                      ///< of that body in the substep
     Eigen::Vector3d point_world = Eigen::Vector3d::Zero();
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< towards the wheel
     Eigen::Vector3d centre_world = Eigen::Vector3d::Zero();
@@ -79,10 +79,12 @@ public:
     }
 
     /// Applies the forces of a substep to the velocities.
-    /// @param bodies  the solver's; those of infinite mass are not written
-    /// @param chassis index
+    /// @param bodies       the solver's, with the velocities of the substep; those of infinite mass are not written
+    /// @param chassis      index
+    /// @param chassis_pose in the substep; those of the bodies that wheels stand on are in the contacts
     /// @return the kinetic energy that was added, J; < 0 where more was taken
-    double apply(std::span<SolverBody> bodies, std::uint32_t chassis, double substep);
+    double apply(std::span<SolverBody> bodies, std::uint32_t chassis, const Pose& chassis_pose,
+                 double substep);
 
 private:
     /// An impulse direction at a contact of the chassis with what it stands on.
@@ -107,7 +109,7 @@ private:
     static void push(const Lever& lever, SolverBody& chassis, double impulse);
     Lever make_lever(std::span<SolverBody> bodies, const SolverBody& chassis,
                      const WheelContact& contact, const Eigen::Vector3d& direction) const;
-    void follow(std::span<SolverBody> bodies, const SolverBody& chassis);
+    void follow();
     void apply_drag(SolverBody& chassis, double substep) const;
     void apply_suspension(std::span<SolverBody> bodies, SolverBody& chassis, double substep);
     double roll_bar_compression(std::size_t wheel) const;
@@ -123,6 +125,7 @@ private:
     std::vector<WheelContact> contacts_;
     std::vector<double> spins_;
     std::vector<Tyre> tyres_;
+    Pose chassis_pose_;  // in the substep
 };
 
 }  // namespace terrane::internal

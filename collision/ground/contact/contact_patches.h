@@ -46,6 +46,12 @@ private:
     std::size_t count_ = 0;
 };
 
+/// find_contacts() of a shape that is known not to penetrate the ground. Cheaper: its lift is not computed, and the
+/// answer has an upper bound of it, 0.
+ContactAnswer find_separated_contacts(const Shape& shape, const Pose& world_from_shape,
+                                      const Ground& ground, double margin,
+                                      std::span<Contact> contacts_out);
+
 /// Finds all contacts of a body. Features are paired where the body is separated, after a translation, and depths are
 /// counted back from there.
 ///

@@ -143,6 +143,24 @@ bool find_overlap(const LocalGround& local, const LocalBody& body, const GroundL
     return true;
 }
 
+// Writes the contacts of a query that were found. False where a cell in reach is not resident.
+bool report(const LocalGround& local, const LocalBody& body, double margin, bool is_separated,
+            ContactPatches& patches, std::span<Contact> contacts_out, ContactAnswer& answer_out) {
+    std::span<const Contact> found = patches.finish();
+    if (found.empty() && margin > 0.0 && is_separated) {
+        if (!add_nearest(local, body, margin, patches)) return false;
+        found = patches.finish();
+    }
+    answer_out.status =
+        found.size() > contacts_out.size() ? QueryStatus::truncated : QueryStatus::complete;
+    answer_out.count = std::min(found.size(), contacts_out.size());
+    for (std::size_t i = 0; i < answer_out.count; ++i) {
+        contacts_out[i] = found[i];
+        contacts_out[i].point_world = local.to_world(found[i].point_world);
+    }
+    return true;
+}
+
 // The minimum translation, by contacts where they prove it, else by search.
 MinTranslation compute_min_translation(const LocalGround& local, const LocalBody& body,
                                        double lift) {
@@ -159,6 +177,24 @@ MinTranslation compute_min_translation(const LocalGround& local, const LocalBody
 }
 
 }  // namespace
+
+ContactAnswer find_separated_contacts(const Shape& shape, const Pose& world_from_shape,
+                                      const Ground& ground, double margin,
+                                      std::span<Contact> contacts_out) {
+    ContactAnswer answer;
+    if (!is_valid_query(shape, world_from_shape) || !(margin >= 0.0) || !std::isfinite(margin))
+        return answer;
+    const LocalQuery query(shape, world_from_shape, ground);
+    const auto& [local, body] = query;
+    answer.lift = 0.0;
+    ContactPatches patches;
+    const bool is_known =
+        find_patches(local, body, Eigen::Vector3d::Zero(), margin, patches, answer.error_m) &&
+        report(local, body, margin, true, patches, contacts_out, answer);
+    if (!is_known) answer.status = QueryStatus::not_resident;
+    return answer;
+}
+
 }  // namespace internal
 
 using namespace internal;
@@ -177,23 +213,13 @@ ContactAnswer find_contacts(const Shape& shape, const Pose& world_from_shape, co
     answer.status = QueryStatus::not_resident;
     if (lift.is_missing) return answer;
     ContactPatches patches;
+    const bool is_separated = lift.lift <= kSeparatedLift;
     const bool is_known =
-        lift.lift > kSeparatedLift
-            ? find_overlap(local, body, lift, margin, patches, answer.error_m)
-            : find_patches(local, body, Eigen::Vector3d::Zero(), margin, patches, answer.error_m);
-    if (!is_known) return answer;
-
-    std::span<const Contact> found = patches.finish();
-    if (found.empty() && margin > 0.0 && lift.lift <= kSeparatedLift) {
-        if (!add_nearest(local, body, margin, patches)) return answer;
-        found = patches.finish();
-    }
-    answer.status =
-        found.size() > contacts_out.size() ? QueryStatus::truncated : QueryStatus::complete;
-    answer.count = std::min(found.size(), contacts_out.size());
-    for (std::size_t i = 0; i < answer.count; ++i) {
-        contacts_out[i] = found[i];
-        contacts_out[i].point_world = local.to_world(found[i].point_world);
+        is_separated
+            ? find_patches(local, body, Eigen::Vector3d::Zero(), margin, patches, answer.error_m)
+            : find_overlap(local, body, lift, margin, patches, answer.error_m);
+    if (!is_known || !report(local, body, margin, is_separated, patches, contacts_out, answer)) {
+        answer.status = QueryStatus::not_resident;
     }
     return answer;
 }

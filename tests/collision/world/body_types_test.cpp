@@ -250,8 +250,9 @@ TEST(KinematicBody, AWallPushesBoxesButNeverThroughTheGround) {
     for (const double speed : {0.5, 5.0, 50.0}) {
         SCOPED_TRACE(speed);
         World world = make_world();
-        add(world, {.shape = Box{{0.5, 8.0, 6.0}}, .type = kKinematic},
-            at({55.0, 60.0, 8.0}, {speed, 0.0, -0.2 * speed}));
+        // High enough that it has not sunk below the bodies at the end.
+        add(world, {.shape = Box{{0.5, 8.0, 12.0}}, .type = kKinematic},
+            at({55.0, 60.0, 14.0}, {speed, 0.0, -0.2 * speed}));
         std::vector<BodyId> pushed;
         for (const Shape& shape : test::all_shapes(0.5)) {
             pushed.push_back(add(world, {.shape = shape},

@@ -101,6 +101,12 @@ public:
     /// Cost: O(blocks along its edge + chunks); O(1) for aligned squares of a power of two
     RangeAnswer range(const CellRange& cells) const;
 
+    /// Whether a range of cells is the same in another ground, because the same chunks are resident there. The other
+    /// ground must have been alive for as long as its answers are remembered.
+    ///
+    /// Cost: O(chunks)
+    bool has_same_cells(const Ground& other, const CellRange& cells) const;
+
     /// The contact surface over a point.
     HeightAnswer height(double x, double y) const;
 
