@@ -12,14 +12,21 @@
 
 #include <gtest/gtest.h>
 
+#ifdef TERRANE_TEST_DEM
+#include <terrane/dem/dem_heights.h>
+#endif
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <memory>
 #include <numbers>
 #include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
 namespace terrane {
@@ -30,7 +37,7 @@ constexpr double kRadius = 300.0;  // of the rounds, metres
 constexpr std::size_t kVehicles = 20, kCrates = 500, kRails = 120;
 
 /// Gentle ground of 1 m cells, which the rounds cross in many chunks.
-std::shared_ptr<const HeightSource> make_ground() {
+std::shared_ptr<const HeightSource> make_fractal() {
     return FractalHeights::create({.seed = 23,
                                    .amplitude = 60.0,
                                    .wavelength_log2 = 10,
@@ -47,7 +54,8 @@ Eigen::Vector2d on_round(double angle, double outside) {
 
 class Convoy {
 public:
-    Convoy() : source_(make_ground()), random_(23) {
+    explicit Convoy(std::shared_ptr<const HeightSource> source)
+        : source_(std::move(source)), random_(23) {
         pager_.emplace(
             Pager::create(source_, {.memory_bytes = 24 << 20, .worker_count = 0}).value());
         world_.emplace(World::create({.report_contacts = true}).value());
@@ -183,10 +191,10 @@ private:
     std::size_t rolled_over_ = 0, rolled_over_alone_ = 0;
 };
 
-TEST(Convoy, TwentyVehiclesAmongFiveHundredCratesPassThroughNothing) {
+void drive_rounds(std::shared_ptr<const HeightSource> source) {
     const char* const asked = std::getenv("TERRANE_CONVOY_SECONDS");
     const double seconds = asked == nullptr ? 10.0 : std::atof(asked);
-    Convoy convoy;
+    Convoy convoy(std::move(source));
     std::uint64_t parked = 0, awake = 0;
     double lost = 0.0, lived = 0.0, deepest = 0.0;
     for (int step = 0; step * kStep < seconds; ++step) {
@@ -208,6 +216,22 @@ TEST(Convoy, TwentyVehiclesAmongFiveHundredCratesPassThroughNothing) {
     EXPECT_LT(convoy.farthest(), kRadius + 9.0) << "through a rail";
     EXPECT_LT(deepest, 0.2);
 }
+
+TEST(Convoy, TwentyVehiclesAmongFiveHundredCratesPassThroughNothing) {
+    drive_rounds(make_fractal());
+}
+
+#ifdef TERRANE_TEST_DEM
+TEST(Convoy, OnSurveyedGroundPassesThroughNothing) {
+    const char* const folder = std::getenv("TERRANE_DATA");
+    const std::string file = (folder != nullptr ? folder : TERRANE_SOURCE_DIR "/../shared/data") +
+                             std::string("/dem/gabilan_lidar_1m.tif");
+    if (!std::filesystem::exists(file)) GTEST_SKIP() << "needs " << file;
+    const Result<std::shared_ptr<const HeightSource>> source = DemHeights::open(file, {});
+    ASSERT_TRUE(source) << source.error().message;
+    drive_rounds(*source);
+}
+#endif
 
 }  // namespace convoy_test
 }  // namespace terrane
