@@ -17,7 +17,6 @@ namespace body_types_test {
 using test::at;
 using test::make_flat;
 using test::make_world;
-using test::turned;
 
 constexpr double kStep = 1.0 / 60.0;
 constexpr BodyType kStatic = BodyType::static_body, kKinematic = BodyType::kinematic_body;

@@ -8,7 +8,6 @@
 #include <terrane/collision/world.h>
 
 #include <cmath>
-#include <cstring>
 #include <vector>
 
 // A world in which everything that a body can be or do happens at once, for tests of determinism and of saved worlds.
@@ -43,7 +42,8 @@ inline BusyBodies fill_busy_world(World& world) {
     const std::vector<Shape> shapes = all_shapes(0.6);
     for (int i = 0; i < 40; ++i) {
         const double x = 60.0 + 2.0 * (i % 3), y = 60.0 + 2.0 * (i / 3 % 3);
-        BodyState state = at({x, y, 4.0 + 2.5 * (i / 9)});
+        const int layer = i / 9;
+        BodyState state = at({x, y, 4.0 + 2.5 * layer});
         state.pose.rotation = random.rotation();
         BodySettings settings{.shape = shapes[static_cast<std::size_t>(i) % shapes.size()]};
         settings.mass = random.between(0.5, 20.0);
@@ -114,11 +114,6 @@ inline void act_on_busy_world(World& world, const BusyBodies& bodies, int step) 
     if (step % 60 == 59) {
         EXPECT_TRUE(world.teleport(bodies.heap[5], at({61.0, 61.0, 14.0}, {0.0, 0.0, -9.0})));
     }
-}
-
-inline bool is_same_report(const StepReport& a, const StepReport& b) {
-    static_assert(sizeof(StepReport) % sizeof(double) == 0);
-    return std::memcmp(&a, &b, sizeof(StepReport)) == 0;  // no padding
 }
 
 }  // namespace terrane::test

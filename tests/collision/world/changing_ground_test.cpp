@@ -16,9 +16,7 @@
 namespace terrane {
 namespace changing_ground_test {
 
-using test::at;
 using test::make_test_ground;
-using test::make_world;
 
 constexpr double kStep = 1.0 / 60.0;
 

@@ -20,7 +20,6 @@ using test::act_on_busy_world;
 using test::at;
 using test::BusyBodies;
 using test::fill_busy_world;
-using test::is_same_report;
 using test::make_busy_ground;
 using test::make_world;
 using test::Random;
@@ -112,7 +111,7 @@ TEST(WorldSave, IsNotNoticedByAWorldThatIsReplacedByItsCopyBeforeEveryStep) {
             const StepReport report = world.step(ground, kStep);
             const StepReport report_of_copy = copy.step(ground, kStep);
             ASSERT_EQ(copy.state_hash(), world.state_hash()) << step;
-            ASSERT_TRUE(is_same_report(report, report_of_copy)) << step;
+            ASSERT_TRUE(report == report_of_copy) << step;
             expect_same_events(world, copy);
             ASSERT_EQ(copy.save(), world.save()) << step;
             copy = load(copy.save(), {}, 1 + step % 2);
@@ -134,7 +133,7 @@ TEST(WorldSave, IsNotNoticedInACrowd) {
     World copy = load(world.save());
     for (int step = 0; step < 10; ++step) {
         const StepReport report = world.step(ground, kStep);
-        ASSERT_TRUE(is_same_report(report, copy.step(ground, kStep))) << step;
+        ASSERT_TRUE(report == copy.step(ground, kStep)) << step;
         ASSERT_EQ(copy.state_hash(), world.state_hash()) << step;
         skipped += report.skipped_pairs;
         copy = load(copy.save());
@@ -157,7 +156,7 @@ TEST(WorldSave, KeepsSleepersAsleepAndTheirContacts) {
     for (int step = 0; step < 3; ++step) {
         const StepReport report = loaded.step(ground, kStep);
         EXPECT_EQ(report.asleep, 3u);
-        EXPECT_TRUE(is_same_report(report, world.step(ground, kStep)));
+        EXPECT_TRUE(report == world.step(ground, kStep));
         EXPECT_TRUE(loaded.contact_events().empty());
         EXPECT_EQ(loaded.save(), world.save());
     }

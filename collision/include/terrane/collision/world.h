@@ -67,6 +67,8 @@ struct StepReport {
     std::uint64_t refused_steps = 0;  ///< 1: dt was out of range, and nothing moved
     std::uint64_t failed_callbacks =
         0;  ///< calls of WorldCallbacks that threw or gave no valid value
+
+    bool operator==(const StepReport&) const = default;
 };
 
 /// How far World::move_to() moved a body.
