@@ -2,7 +2,7 @@
 #pragma once
 
 #include "pairs/convex_queries.h"
-#include "shapes/aabb_tree.h"
+#include "base/aabb_tree.h"
 
 #include <terrane/collision/shapes.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "shapes/aabb_tree.h"
+#include "base/aabb_tree.h"
 
 #include <terrane/collision/compound.h>
 

@@ -26,7 +26,7 @@ constexpr std::size_t kSamples = std::size_t{kChunkSamples} * kChunkSamples;
 constexpr std::size_t kCells = std::size_t{kChunkCells} * kChunkCells;
 // A chunk without what its vectors own. The 32 bytes of linkage and padding between the two structures do not count:
 // simulated loads transfer max_bytes(), which must not depend on the layout.
-constexpr std::size_t kOwnBytes = sizeof(Chunk) + sizeof(ChunkVertices) - 32;
+constexpr std::size_t kOwnBytes = sizeof(Chunk) + sizeof(ChunkVertices) - 48;
 
 // The sum, rounded up.
 float add_up(float bound, double half_quantum) {
@@ -296,7 +296,8 @@ std::size_t Chunk::bytes() const {
                                 ? kOwnBytes + vertices->coarse_bounds.capacity() * sizeof(float)
                                 : kOwnBytes - sizeof(ChunkVertices::areas);
     return own + heights.capacity() * sizeof(std::int32_t) +
-           cell_bounds.capacity() * sizeof(float) + cell_flags.capacity();
+           cell_bounds.capacity() * sizeof(float) + cell_flags.capacity() +
+           (solid != nullptr ? solid->bytes() : 0);
 }
 
 void internal::complete_chunk(double quantum, std::shared_ptr<ChunkVertices> vertices,

@@ -3,18 +3,40 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 
 namespace terrane {
 
-// A point of a closed cell: metres from its south-west corner.
+// A point of a closed cell: metres from its south-west corner, and in the world.
 struct Ground::CellPoint {
     std::int64_t column, row;
     double x, y;
+    double x_world, y_world;
 };
+
+namespace {
+
+// The highest of a heightfield's answer, if it is not replaced, and of the triangles of a joined solid.
+void answer_from_solid(const SolidSurface& solid, bool is_replaced, double x, double y,
+                       double at_most, HeightAnswer& answer) {
+    const bool has_field = !is_replaced && answer.height <= at_most;
+    const std::optional<SolidSurface::Hit> hit = solid.highest(x, y, at_most);
+    if (hit && !(has_field && answer.height >= hit->t)) {
+        answer.height = hit->t;
+        answer.normal = solid.normal(hit->triangle);
+        answer.error_m = solid.triangles().error_m;
+    } else if (!has_field) {
+        answer = {.status = GroundStatus::miss};
+    }
+}
+
+}  // namespace
 
 // Returns false if the cell is no ground; true with an answer, or with not_resident. Selects the triangle without
 // branches: which one it is cannot be predicted, and a misprediction costs more than the arithmetic here.
-inline bool Ground::height_over(const CellPoint& point, HeightAnswer& answer) const {
+inline bool Ground::height_over(const CellPoint& point, double at_most,
+                                HeightAnswer& answer) const {
     if (!is_in_extent(point.column, point.row)) return false;
     const Chunk* const chunk = find_chunk(point.column, point.row);
     if (chunk == nullptr) {
@@ -52,10 +74,25 @@ inline bool Ground::height_over(const CellPoint& point, HeightAnswer& answer) co
     const Eigen::Vector3d up(-slope_x / spacing_, -slope_y / spacing_, 1.0);
     answer.normal = up / up.norm();
     answer.error_m = static_cast<double>(chunk->cell_bounds[cell]);
+    if (chunk->solid != nullptr) {
+        answer_from_solid(*chunk->solid, chunk->solid->is_replaced(cell, !is_south), point.x_world,
+                          point.y_world, at_most, answer);
+    } else if (!(answer.height <= at_most)) {
+        answer = {.status = GroundStatus::miss};
+    }
     return true;
 }
 
 HeightAnswer Ground::height(double x, double y) const {
+    return height_at_most(x, y, std::numeric_limits<double>::infinity());
+}
+
+HeightAnswer Ground::height_below(double x, double y, double z) const {
+    if (std::isnan(z)) return {};
+    return height_at_most(x, y, z);
+}
+
+inline HeightAnswer Ground::height_at_most(double x, double y, double at_most) const {
     HeightAnswer answer;
     if (!extent_.contains(x, y)) {
         if (std::isfinite(x) && std::isfinite(y)) answer.status = GroundStatus::outside;
@@ -65,16 +102,20 @@ HeightAnswer Ground::height(double x, double y) const {
     const std::int64_t column = columns_.last_up_to(x);
     const std::int64_t row = rows_.last_up_to(y);
     const auto over = [&](std::int64_t before_x, std::int64_t before_y) -> CellPoint {
-        return {column - before_x, row - before_y, x - columns_.at(column - before_x),
-                y - rows_.at(row - before_y)};
+        return {column - before_x,
+                row - before_y,
+                x - columns_.at(column - before_x),
+                y - rows_.at(row - before_y),
+                x,
+                y};
     };
     const CellPoint point = over(0, 0);
-    if (height_over(point, answer)) return answer;
+    if (height_over(point, at_most, answer)) return answer;
     // cells are closed: on a line the western or southern cell answers if the other one is no ground
     const bool is_on_column = point.x == 0.0, is_on_row = point.y == 0.0;
-    if (is_on_column && height_over(over(1, 0), answer)) return answer;
-    if (is_on_row && height_over(over(0, 1), answer)) return answer;
-    if (is_on_column && is_on_row) height_over(over(1, 1), answer);
+    if (is_on_column && height_over(over(1, 0), at_most, answer)) return answer;
+    if (is_on_row && height_over(over(0, 1), at_most, answer)) return answer;
+    if (is_on_column && is_on_row) height_over(over(1, 1), at_most, answer);
     return answer;
 }
 

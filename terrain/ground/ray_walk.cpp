@@ -34,13 +34,20 @@ void Ground::RayWalk::walk(double leave) {
                 side_ = 0;
                 return false;
             }
-            return open_chunk(over.column, over.row) ||
-                   (!clears({chunk_->low, chunk_->high}, over) && visit_parts<kChunkShift>(over));
+            if (open_chunk(over.column, over.row)) return true;
+            if (chunk_->solid != nullptr) return visit_solid_chunk(over);
+            return !clears({chunk_->low, chunk_->high}, over) && visit_parts<kChunkShift>(over);
         });
         return;
     }
     if (open_chunk(columns[0], rows[0])) return;
     SquareSpan over{columns[0], rows[0], 0.0, leave};
+    if (chunk_->solid != nullptr) {
+        over.column &= -kChunkCells;
+        over.row &= -kChunkCells;
+        visit_solid_chunk(over);
+        return;
+    }
     if (differing == 0) {
         is_whole_ ? intersect_cell(over) : visit_partial_cell(over);
         return;
@@ -75,6 +82,28 @@ bool Ground::RayWalk::open_chunk(std::int64_t column, std::int64_t row) {
     is_whole_ = chunk_->cell_flags.empty() && west >= extent.west && south >= extent.south &&
                 west + kChunkCells - 1 <= extent.east && south + kChunkCells - 1 <= extent.north;
     return false;
+}
+
+// A chunk with triangles of volumes: the first of them that the ray meets, unless a cell is hit before. Cells are not
+// skipped by heights, because the ray may pass through replaced triangles and change its side.
+bool Ground::RayWalk::visit_solid_chunk(const SquareSpan& over) {
+    const std::optional<SolidSurface::Hit> met =
+        chunk_->solid->ray(start_world_, displacement_, over.begin, over.end);
+    const CellRange cells = cells_of(over, kChunkCells);
+    bool is_hit = false;
+    visit_squares<0>(cells, over.begin, over.end, [&](const SquareSpan& part) {
+        if (met && part.begin > met->t) return true;
+        is_hit = is_whole_ ? intersect_cell(part) : visit_partial_cell(part);
+        return is_hit;
+    });
+    if (is_hit && (status_ != GroundStatus::ok || !met || t_ <= met->t)) return true;
+    if (!met) return false;
+    status_ = GroundStatus::ok;
+    t_ = met->t;
+    solid_triangle_ = met->triangle;
+    error_m_ = chunk_->solid->triangles().error_m;
+    is_filled_ = false;
+    return true;
 }
 
 // A cell that may lie beyond the extent or be no ground.
@@ -136,6 +165,10 @@ bool Ground::RayWalk::intersect(const GroundCell& cell, std::int64_t column, std
         const double begin = part == 0 ? t0 : middle;
         const double end = part == 0 ? middle : t1;
         const bool is_first = crosses ? (cut0 > 0.0) == (part == 0) : cut0 + cut1 > 0.0;
+        if (chunk_->solid != nullptr && is_replaced(column, row, is_first)) {
+            side_ = 0;
+            continue;
+        }
         const Plane& plane = is_first ? first : second;
         const double clear0 = clearance(plane, begin);
         const double clear1 = clearance(plane, end);
@@ -148,6 +181,13 @@ bool Ground::RayWalk::intersect(const GroundCell& cell, std::int64_t column, std
         side_ = side1;
     }
     return false;
+}
+
+// Whether a triangle, southern or northern, of a cell of the chunk is not part of the joined solid's surface.
+bool Ground::RayWalk::is_replaced(std::int64_t column, std::int64_t row, bool is_south) const {
+    const std::size_t cell = cell_index(static_cast<int>(column & (kChunkCells - 1)),
+                                        static_cast<int>(row & (kChunkCells - 1)));
+    return chunk_->solid->is_replaced(cell, !is_south);
 }
 
 bool Ground::RayWalk::record_hit(double t, const Plane& plane, const GroundCell& cell) {
@@ -163,6 +203,11 @@ bool Ground::RayWalk::record_hit(double t, const Plane& plane, const GroundCell&
 void Ground::RayWalk::answer(RayAnswer& answer_out) const {
     answer_out.status = status_;
     if (status_ != GroundStatus::ok) return;
+    if (solid_triangle_) {
+        answer_out.normal = chunk_->solid->normal(*solid_triangle_);
+        answer_out.error_m = error_m_;
+        return;
+    }
     const double spacing = ground_.spacing_, quantum = ground_.quantum_;
     const Eigen::Vector3d up(-quantum * slope_x_ / spacing, -quantum * slope_y_ / spacing, 1.0);
     answer_out.normal = up / up.norm();

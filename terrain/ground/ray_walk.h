@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 
 namespace terrane {
 namespace internal {
@@ -65,7 +66,9 @@ public:
           y_(axis(ground.rows_, start.y(), displacement.y())),
           base_(std::floor(start.z() * ground.inverse_quantum_)),
           z_(start.z() * ground.inverse_quantum_ - base_),
-          dz_(displacement.z() * ground.inverse_quantum_) {}
+          dz_(displacement.z() * ground.inverse_quantum_),
+          start_world_(start),
+          displacement_(displacement) {}
 
     void walk(double leave);
     void answer(RayAnswer& answer_out) const;
@@ -179,21 +182,26 @@ private:
         return intersect(read_cell(*chunk_, over.column, over.row), over.column, over.row, over);
     }
     bool visit_partial_cell(const SquareSpan& over);
+    bool visit_solid_chunk(const SquareSpan& over);
     bool intersect(const GroundCell& cell, std::int64_t column, std::int64_t row,
                    const SquareSpan& over);
+    bool is_replaced(std::int64_t column, std::int64_t row, bool is_south) const;
     bool record_hit(double t, const Plane& plane, const GroundCell& cell);
 
     const Ground& ground_;
     RayAxis x_, y_;
     double base_, z_, dz_;  // quanta
-    int side_ = 0;          // of the surface: 1 above, -1 below, 0 unknown
+    WorldPos start_world_;
+    Eigen::Vector3d displacement_;
+    int side_ = 0;  // of the surface: 1 above, -1 below, 0 unknown
 
     const Chunk* chunk_ = nullptr;
     bool is_whole_ = false;  // all cells of the chunk are ground inside the extent
 
     GroundStatus status_ = GroundStatus::miss;
     double t_ = 0.0;
-    double slope_x_ = 0.0, slope_y_ = 0.0;  // quanta per cell
+    double slope_x_ = 0.0, slope_y_ = 0.0;         // quanta per cell
+    std::optional<std::uint32_t> solid_triangle_;  // that was hit, of the chunk's solid
     double error_m_ = 0.0;
     bool is_filled_ = false;
 };

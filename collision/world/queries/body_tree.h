@@ -2,7 +2,7 @@
 #pragma once
 
 #include "broadphase/pair_list.h"
-#include "shapes/aabb_tree.h"
+#include "base/aabb_tree.h"
 
 #include <terrane/terrain/math.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "shapes/aabb_tree.h"
+#include "base/aabb_tree.h"
 
 #include "point_clouds.h"
 

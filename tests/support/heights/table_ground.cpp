@@ -112,6 +112,10 @@ Ground make_test_ground(std::function<double(double, double)> height,
                 std::abort();
             }
             chunks.push_back(*chunk);
+            if (!settings.solid) continue;
+            auto joined = std::make_shared<Chunk>(**chunk);
+            joined->solid = settings.solid(*joined);
+            chunks.back() = std::move(joined);
         }
     }
     return Ground(std::make_shared<const ResidentSet>(lattice, extent, std::move(chunks), 1), 0,

@@ -21,6 +21,8 @@ struct TableGroundSettings {
     std::function<bool(double, double)> is_outside{};  ///< of a cell's centre; none: all is ground
     std::function<bool(int, int)> is_resident{};  ///< of a root by column and row; none: all are
     std::shared_ptr<const SurfaceMap> surface{};  ///< null: none
+    std::function<std::shared_ptr<const SolidSurface>(const Chunk&)>
+        solid{};  ///< of a chunk; none: the heightfield alone
 };
 
 /// Ground over an analytic height, every chunk resident unless the settings say otherwise. Level 0

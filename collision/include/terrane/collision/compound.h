@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <terrane/collision/aabb.h>
+#include <terrane/terrain/aabb.h>
 #include <terrane/collision/convex_hull.h>
 #include <terrane/collision/primitives.h>
 #include <terrane/terrain/math.h>

@@ -3,6 +3,7 @@
 
 #include <terrane/terrain/height_source.h>
 #include <terrane/terrain/sample_pyramid.h>
+#include <terrane/terrain/solid_surface.h>
 
 #include <array>
 #include <cstddef>
@@ -47,6 +48,9 @@ struct Chunk {
 
     /// [kChunkCells^2] bits of CellFlag; empty if all cells are ground.
     std::vector<std::uint8_t> cell_flags;
+
+    /// The surface where volumes cut or add to the heightfield; null, and nothing spent, where none touches the chunk.
+    std::shared_ptr<const SolidSurface> solid;
 
     SamplePyramid pyramid;  ///< lowest and highest samples of squares of 4 cells and more
     std::int32_t low = 0;   ///< lowest sample

@@ -15,7 +15,7 @@ namespace terrane {
 /// Whether there is an answer, and why not.
 enum class GroundStatus {
     ok,            ///< answered
-    miss,          ///< the ray hits nothing
+    miss,          ///< the ray hits nothing; there is no surface at or below the height
     outside,       ///< no ground there: beyond the extent, or nodata connected to its border
     not_resident,  ///< ground, but its chunk at contact level is absent
     invalid,       ///< the arguments are not finite
@@ -25,7 +25,8 @@ enum class GroundStatus {
 struct HeightAnswer {
     GroundStatus status = GroundStatus::invalid;  ///< whether the answer is complete
     double height = 0.0;  ///< of the contact surface, world z, metres; only where status is ok
-    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< of the contact surface, unit, z > 0
+    /// Of the contact surface, unit, out of the solid: z > 0, but for ceilings of volumes.
+    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
     double error_m = 0.0;  ///< certified: the true surface is within this of `height`
     bool filled = false;   ///< over an enclosed void that was filled
 };
@@ -107,8 +108,10 @@ public:
     /// Cost: O(chunks)
     bool has_same_cells(const Ground& other, const CellRange& cells) const;
 
-    /// The contact surface over a point.
+    /// The contact surface over a point: the highest one, where volumes fold it.
     HeightAnswer height(double x, double y) const;
+    /// The highest surface at or below a height: the next floor or ceiling down. `miss` where there is none.
+    HeightAnswer height_below(double x, double y, double z) const;
 
     /// First intersection of the segment between two points with the surface, from above or below; a start exactly
     /// on it counts. `not_resident` if absent ground comes before any hit.
@@ -145,7 +148,8 @@ private:
     static GroundCell read_cell(const Chunk& chunk, std::int64_t column, std::int64_t row);
     SampleRange range_of_absent(const ChunkKey& key) const;
     struct CellPoint;
-    bool height_over(const CellPoint& point, HeightAnswer& answer) const;
+    bool height_over(const CellPoint& point, double at_most, HeightAnswer& answer) const;
+    HeightAnswer height_at_most(double x, double y, double at_most) const;
 
     std::shared_ptr<const ResidentSet> resident_;
     std::shared_ptr<const SurfaceMap> surface_map_;

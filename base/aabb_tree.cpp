@@ -5,14 +5,17 @@
 //          Graphics Tools 1997 (refitting). C. Ericson. Real-time collision detection. 2005, section 5.3.3 (slabs).
 // Deviations: halves of equal count instead of a cost model: the depth is bounded, so that traversals need no
 //             allocation.
-#include "shapes/aabb_tree.h"
+#include "base/aabb_tree.h"
 
-#include "math/vector_math.h"
+#include <terrane/terrain/math.h>
 
 #include <algorithm>
+#include <limits>
 
 namespace terrane::internal {
 namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 Aabb around_both(const Aabb& a, const Aabb& b) {
     Aabb bounds;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <terrane/collision/aabb.h>
+#include <terrane/terrain/aabb.h>
 
 #include <array>
 #include <cstddef>

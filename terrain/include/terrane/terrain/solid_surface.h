@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/terrain/aabb.h>
+
+#include <array>
+#include <bitset>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace terrane {
+
+/// What a triangle of a joined solid is part of.
+enum class SolidPart : std::uint8_t {
+    ground,    ///< the heightfield, what is left of a triangle
+    cavity,    ///< below the heightfield: wall, floor or ceiling of a void
+    overhang,  ///< above it: the surface of added solid
+};
+
+/// Triangles that volumes make of a chunk, as plain arrays.
+struct SolidTriangles {
+    std::vector<Eigen::Vector3d> vertices_world = {};  ///< metres
+    /// Indices of vertices, counter-clockwise seen from outside the solid.
+    std::vector<std::array<std::uint32_t, 3>> triangles = {};
+    std::vector<SolidPart> parts = {};  ///< [triangles]
+    /// Triangles of the chunk's heightfield that are not part of the surface: 2 * cell_index(), + 1 for the
+    /// northern triangle of the cell.
+    std::vector<std::uint16_t> replaced = {};
+    double error_m = 0.0;  ///< bound of the distance to the true surface, metres
+};
+
+/// The surface of the joined solid over one chunk that volumes touch: the heightfield's triangles that are not
+/// replaced, and triangles of its own. A chunk without one is the heightfield alone.
+///
+/// Immutable. Threads: any number
+class SolidSurface {
+public:
+    /// Requires indices in range, and as many parts as triangles.
+    ///
+    /// Cost: O(n log n)
+    explicit SolidSurface(SolidTriangles triangles);
+    SolidSurface(const SolidSurface&) = delete;
+    SolidSurface& operator=(const SolidSurface&) = delete;
+    ~SolidSurface();
+
+    /// The triangles and the error.
+    const SolidTriangles& triangles() const { return triangles_; }
+    /// Box around the triangles; empty (low > high) where there is none.
+    const Aabb& bounds() const { return bounds_; }
+    /// Whether a triangle of the heightfield is not part of the surface.
+    /// @param cell cell_index()
+    bool is_replaced(std::size_t cell, bool is_north) const {
+        return replaced_[2 * cell + (is_north ? 1 : 0)];
+    }
+    /// Whether both triangles of a cell are part of the surface.
+    bool is_whole(std::size_t cell) const {
+        return !replaced_[2 * cell] && !replaced_[2 * cell + 1];
+    }
+
+    /// Where a ray meets a triangle.
+    struct Hit {
+        double t = 0.0;              ///< parameter of the ray
+        std::uint32_t triangle = 0;  ///< index
+    };
+    /// The first triangle that a ray meets, from either side; of those at the same t the lowest index. A ray through an
+    /// edge or a vertex meets one of its triangles.
+    ///
+    /// @param begin, end interval of t, closed
+    /// Cost: O(log n + triangles near the ray)
+    std::optional<Hit> ray(const Eigen::Vector3d& from_world, const Eigen::Vector3d& displacement,
+                           double begin, double end) const;
+    /// The highest triangle over or under a point at most at a height.
+    std::optional<Hit> highest(double x, double y, double at_most) const;
+
+    /// Unit, out of the solid.
+    Eigen::Vector3d normal(std::uint32_t triangle) const;
+    /// Bytes of memory.
+    std::size_t bytes() const;
+
+private:
+    struct Tree;
+
+    SolidTriangles triangles_;
+    Aabb bounds_;
+    std::bitset<2 * 128 * 128> replaced_;
+    std::unique_ptr<const Tree> tree_;
+};
+
+}  // namespace terrane

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: MIT
+//
+// Sources: S. Woop, C. Benthin, I. Wald. Watertight ray/triangle intersection. JCGT 2(1), 2013.
+// Deviations: both sides are hit. The products of an edge have the same bits for both triangles at it, so that a ray
+//             cannot pass between them.
+#include "base/aabb_tree.h"
+
+#include <terrane/terrain/assert.h>
+#include <terrane/terrain/height_source.h>
+#include <terrane/terrain/solid_surface.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace terrane {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+/// Boxes are widened by this, metres, so that rounding excludes no triangle.
+constexpr double kBoxMargin = 1e-9;
+
+/// A ray, sheared so that it runs along one axis.
+class ShearedRay {
+public:
+    ShearedRay(const Eigen::Vector3d& from, const Eigen::Vector3d& displacement) : from_(from) {
+        displacement.cwiseAbs().maxCoeff(&along_);
+        first_ = (along_ + 1) % 3;
+        second_ = (along_ + 2) % 3;
+        shear_first_ = displacement[first_] / displacement[along_];
+        shear_second_ = displacement[second_] / displacement[along_];
+        scale_ = 1.0 / displacement[along_];
+    }
+
+    /// The ray's parameter at a triangle; infinity where it passes by.
+    double meet(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                const Eigen::Vector3d& c) const {
+        const Point p = sheared(a), q = sheared(b), r = sheared(c);
+        const double of_a = r.u * q.v - r.v * q.u;
+        const double of_b = p.u * r.v - p.v * r.u;
+        const double of_c = q.u * p.v - q.v * p.u;
+        const bool is_front = of_a >= 0.0 && of_b >= 0.0 && of_c >= 0.0;
+        const bool is_back = of_a <= 0.0 && of_b <= 0.0 && of_c <= 0.0;
+        const double sum = of_a + of_b + of_c;
+        if (!(is_front || is_back) || sum == 0.0) return kInfinity;  // or in its plane
+        return (of_a * p.w + of_b * q.w + of_c * r.w) / sum * scale_;
+    }
+
+private:
+    struct Point {
+        double u, v, w;
+    };
+    Point sheared(const Eigen::Vector3d& point) const {
+        const Eigen::Vector3d to = point - from_;
+        return {to[first_] - shear_first_ * to[along_], to[second_] - shear_second_ * to[along_],
+                to[along_]};
+    }
+
+    Eigen::Vector3d from_;
+    Eigen::Index along_ = 2, first_ = 0, second_ = 1;
+    double shear_first_, shear_second_, scale_;
+};
+
+}  // namespace
+
+struct SolidSurface::Tree {
+    std::vector<internal::AabbNode> nodes;
+};
+
+SolidSurface::SolidSurface(SolidTriangles triangles) : triangles_(std::move(triangles)) {
+    static_assert(sizeof(replaced_) * 8 == std::size_t{2} * kChunkCells * kChunkCells);
+    TERRANE_ASSERT(triangles_.parts.size() == triangles_.triangles.size(),
+                   "as many parts as triangles");
+    for (const std::uint16_t triangle : triangles_.replaced) replaced_.set(triangle);
+    bounds_ = {Eigen::Vector3d::Constant(kInfinity), Eigen::Vector3d::Constant(-kInfinity)};
+    std::vector<Aabb> boxes;
+    boxes.reserve(triangles_.triangles.size());
+    for (const std::array<std::uint32_t, 3>& triangle : triangles_.triangles) {
+        const auto& v = triangles_.vertices_world;
+        const Eigen::Vector3d &a = v[triangle[0]], &b = v[triangle[1]], &c = v[triangle[2]];
+        const Aabb& box =
+            boxes.emplace_back(Aabb{a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)});
+        bounds_ = {bounds_.low.cwiseMin(box.low), bounds_.high.cwiseMax(box.high)};
+    }
+    tree_ = std::make_unique<const Tree>(Tree{internal::make_aabb_tree(boxes)});
+}
+
+SolidSurface::~SolidSurface() = default;
+
+std::optional<SolidSurface::Hit> SolidSurface::ray(const Eigen::Vector3d& from_world,
+                                                   const Eigen::Vector3d& displacement,
+                                                   double begin, double end) const {
+    if (displacement.isZero(0.0)) return std::nullopt;
+    const ShearedRay ray(from_world, displacement);
+    std::optional<Hit> first;
+    internal::visit_leaves_up_to(
+        tree_->nodes, end,
+        [&](const Aabb& box) {
+            return internal::segment_entry(from_world, displacement, box, kBoxMargin);
+        },
+        [&](std::uint32_t item) {
+            const std::array<std::uint32_t, 3>& triangle = triangles_.triangles[item];
+            const auto& v = triangles_.vertices_world;
+            const double t = ray.meet(v[triangle[0]], v[triangle[1]], v[triangle[2]]);
+            const double last = first ? first->t : end;
+            const bool is_first =
+                t >= begin && t <= last && (!first || t < first->t || item < first->triangle);
+            if (is_first) first = Hit{t, item};
+            return first ? first->t : end;
+        });
+    return first;
+}
+
+std::optional<SolidSurface::Hit> SolidSurface::highest(double x, double y, double at_most) const {
+    const double top = std::min(at_most, bounds_.high.z());
+    const double fall = top - bounds_.low.z();
+    if (!(fall >= 0.0)) return std::nullopt;
+    // A metre longer, so that it has a length.
+    const double length = fall + 1.0;
+    std::optional<Hit> hit = ray({x, y, top}, {0.0, 0.0, -length}, 0.0, 1.0);
+    if (hit) hit->t = top - hit->t * length;
+    return hit;
+}
+
+Eigen::Vector3d SolidSurface::normal(std::uint32_t triangle) const {
+    const std::array<std::uint32_t, 3>& corners = triangles_.triangles[triangle];
+    const auto& v = triangles_.vertices_world;
+    const Eigen::Vector3d across =
+        (v[corners[1]] - v[corners[0]]).cross(v[corners[2]] - v[corners[0]]);
+    const double size = across.norm();
+    return size > 0.0 ? Eigen::Vector3d(across / size) : Eigen::Vector3d::UnitZ();
+}
+
+std::size_t SolidSurface::bytes() const {
+    return sizeof(*this) + triangles_.vertices_world.capacity() * sizeof(Eigen::Vector3d) +
+           triangles_.triangles.capacity() * sizeof(std::array<std::uint32_t, 3>) +
+           triangles_.parts.capacity() + triangles_.replaced.capacity() * sizeof(std::uint16_t) +
+           tree_->nodes.capacity() * sizeof(internal::AabbNode);
+}
+
+}  // namespace terrane

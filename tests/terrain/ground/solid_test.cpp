@@ -1,0 +1,320 @@
+// SPDX-License-Identifier: MIT
+//
+// A pit and a closed cave in rough ground, made by hand, against all triangles one after the other.
+#include "support/heights/table_ground.h"
+#include "support/random.h"
+
+#include <terrane/terrain/ground.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <utility>
+#include <vector>
+
+namespace terrane {
+namespace solid_test {
+
+using test::make_test_ground;
+using test::Random;
+using test::TableGroundSettings;
+
+constexpr std::uint64_t kSeed = 41;
+constexpr int kWest = 30, kEast = 37, kSouth = 50, kNorth = 53;  // cells of the pit, ends included
+constexpr double kPitFloor = -20.0;
+constexpr double kCaveFloor = -30.0, kCaveCeiling = -24.0;  // of a box below the pit, and beside it
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+double rough(double x, double y) { return 3.0 * std::sin(1.7 * x) + 2.0 * std::cos(2.3 * y + x); }
+
+class Builder {
+public:
+    explicit Builder(const Chunk& chunk, double quantum) : chunk_(chunk), quantum_(quantum) {}
+
+    void add_pit() {
+        for (int row = kSouth; row <= kNorth; ++row) {
+            for (int column = kWest; column <= kEast; ++column) {
+                const auto cell = static_cast<std::uint16_t>(2 * cell_index(column, row));
+                result_.replaced.push_back(cell);
+                result_.replaced.push_back(static_cast<std::uint16_t>(cell + 1));
+                add_quad(floor(column, row), floor(column + 1, row), floor(column + 1, row + 1),
+                         floor(column, row + 1));
+            }
+        }
+        for (int column = kWest; column <= kEast; ++column) {
+            add_wall(column + 1, kSouth, column, kSouth);
+            add_wall(column, kNorth + 1, column + 1, kNorth + 1);
+        }
+        for (int row = kSouth; row <= kNorth; ++row) {
+            add_wall(kWest, row, kWest, row + 1);
+            add_wall(kEast + 1, row + 1, kEast + 1, row);
+        }
+    }
+    void add_cave() {
+        const double west = 28.5, east = 45.25, south = 47.5, north = 60.5;
+        const auto corner = [&](int i) -> Eigen::Vector3d {
+            return {(i & 1) != 0 ? east : west, (i & 2) != 0 ? north : south,
+                    (i & 4) != 0 ? kCaveCeiling : kCaveFloor};
+        };
+        // Seen from inside, which is outside of the solid.
+        const int faces[6][4] = {{0, 1, 3, 2}, {4, 6, 7, 5}, {0, 2, 6, 4},
+                                 {1, 5, 7, 3}, {0, 4, 5, 1}, {2, 3, 7, 6}};
+        for (const auto& face : faces) {
+            add_quad(corner(face[0]), corner(face[1]), corner(face[2]), corner(face[3]));
+        }
+    }
+    std::shared_ptr<const SolidSurface> finish() {
+        result_.parts.assign(result_.triangles.size(), SolidPart::cavity);
+        result_.error_m = 0.25;
+        return std::make_shared<const SolidSurface>(std::move(result_));
+    }
+
+private:
+    Eigen::Vector3d rim(int column, int row) const {
+        return {static_cast<double>(column), static_cast<double>(row),
+                quantum_ * chunk_.heights[sample_index(column, row)]};
+    }
+    static Eigen::Vector3d floor(int column, int row) {
+        return {static_cast<double>(column), static_cast<double>(row), kPitFloor};
+    }
+    void add_wall(int from_column, int from_row, int to_column, int to_row) {
+        add_quad(floor(to_column, to_row), floor(from_column, from_row), rim(from_column, from_row),
+                 rim(to_column, to_row));
+    }
+    void add_quad(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
+                  const Eigen::Vector3d& d) {
+        const auto first = static_cast<std::uint32_t>(result_.vertices_world.size());
+        for (const Eigen::Vector3d& p : {a, b, c, d}) result_.vertices_world.push_back(p);
+        result_.triangles.push_back({first, first + 1, first + 2});
+        result_.triangles.push_back({first, first + 2, first + 3});
+    }
+
+    const Chunk& chunk_;
+    double quantum_;
+    SolidTriangles result_;
+};
+
+struct Scene {
+    std::shared_ptr<const SolidSurface> solid;
+    Ground ground;
+};
+
+/// Two by two chunks, of which the south-western one has a pit and a cave.
+Scene make_scene() {
+    std::shared_ptr<const SolidSurface> solid;
+    TableGroundSettings settings;
+    settings.roots = 2;
+    settings.solid = [&](const Chunk& chunk) -> std::shared_ptr<const SolidSurface> {
+        if (chunk.key.x != 0 || chunk.key.y != 0) return nullptr;
+        Builder builder(chunk, settings.quantum);
+        builder.add_pit();
+        builder.add_cave();
+        solid = builder.finish();
+        return solid;
+    };
+    Ground ground = make_test_ground(rough, settings);
+    return {solid, std::move(ground)};
+}
+
+/// All triangles of the surface over the cells around pit and cave.
+struct Triangles {
+    std::vector<std::array<Eigen::Vector3d, 3>> all;
+};
+
+Triangles list_triangles(const Ground& ground, const SolidSurface& solid, const CellRange& cells) {
+    Triangles triangles;
+    const double quantum = ground.lattice().quantum;
+    for (std::int64_t row = cells.south; row <= cells.north; ++row) {
+        for (std::int64_t column = cells.west; column <= cells.east; ++column) {
+            const GroundCell cell = ground.cell(column, row);
+            const double x = ground.cell_x(column), y = ground.cell_y(row);
+            const Eigen::Vector3d sw(x, y, quantum * cell.south_west),
+                se(x + 1.0, y, quantum * cell.south_east),
+                nw(x, y + 1.0, quantum * cell.north_west),
+                ne(x + 1.0, y + 1.0, quantum * cell.north_east);
+            const std::size_t index = cell_index(static_cast<int>(column), static_cast<int>(row));
+            const bool is_in_chunk = column < kChunkCells && row < kChunkCells;
+            const bool cut = cell.cut_to_north_east;
+            if (!is_in_chunk || !solid.is_replaced(index, false)) {
+                triangles.all.push_back({sw, se, cut ? ne : nw});
+            }
+            if (!is_in_chunk || !solid.is_replaced(index, true)) {
+                triangles.all.push_back({nw, cut ? sw : se, ne});
+            }
+        }
+    }
+    const SolidTriangles& own = solid.triangles();
+    for (const auto& [a, b, c] : own.triangles) {
+        triangles.all.push_back(
+            {own.vertices_world[a], own.vertices_world[b], own.vertices_world[c]});
+    }
+    return triangles;
+}
+
+/// The first triangle that a segment meets, by determinants; infinity where it passes all.
+double slow_ray(const Triangles& triangles, const Eigen::Vector3d& from,
+                const Eigen::Vector3d& displacement) {
+    constexpr double kSlack = 1e-12;
+    double first = kInfinity;
+    for (const auto& [a, b, c] : triangles.all) {
+        Eigen::Matrix3d columns;
+        columns << b - a, c - a, -displacement;
+        const double determinant = columns.determinant();
+        if (std::abs(determinant) < 1e-14) continue;
+        const Eigen::Vector3d solution = columns.inverse() * (from - a);
+        const bool is_inside = solution.x() >= -kSlack && solution.y() >= -kSlack &&
+                               solution.x() + solution.y() <= 1.0 + kSlack;
+        if (is_inside && solution.z() >= 0.0 && solution.z() <= 1.0) {
+            first = std::min(first, solution.z());
+        }
+    }
+    return first;
+}
+
+TEST(JoinedSolid, AnswersTheHighestSurfaceAndTheNextOneDown) {
+    const Scene scene = make_scene();
+    const Ground& ground = scene.ground;
+    const Ground plain = make_test_ground(rough, 1.0, 2);
+    const HeightAnswer in_pit = ground.height(33.3, 51.7);
+    EXPECT_EQ(in_pit.status, GroundStatus::ok);
+    EXPECT_NEAR(in_pit.height, kPitFloor, 1e-12);
+    EXPECT_TRUE(in_pit.normal.isApprox(Eigen::Vector3d::UnitZ()));
+    EXPECT_EQ(in_pit.error_m, 0.25);
+    // Beside the pit, over the cave.
+    const HeightAnswer above = ground.height(40.4, 55.2);
+    EXPECT_EQ(above.height, plain.height(40.4, 55.2).height);
+    const HeightAnswer ceiling = ground.height_below(40.4, 55.2, above.height - 1e-9);
+    EXPECT_EQ(ceiling.status, GroundStatus::ok);
+    EXPECT_NEAR(ceiling.height, kCaveCeiling, 1e-12);
+    EXPECT_LT(ceiling.normal.z(), -0.999);
+    const HeightAnswer floor = ground.height_below(40.4, 55.2, kCaveCeiling - 1.0);
+    EXPECT_NEAR(floor.height, kCaveFloor, 1e-12);
+    EXPECT_GT(floor.normal.z(), 0.999);
+    EXPECT_EQ(ground.height_below(40.4, 55.2, kCaveFloor - 1.0).status, GroundStatus::miss);
+    // Where there is no volume.
+    EXPECT_EQ(ground.height_below(200.5, 200.5, 100.0).height, ground.height(200.5, 200.5).height);
+    EXPECT_EQ(ground.height_below(200.5, 200.5, -100.0).status, GroundStatus::miss);
+    EXPECT_EQ(ground.height_below(200.5, 200.5, std::nan("")).status, GroundStatus::invalid);
+    EXPECT_EQ(ground.height_below(-5.0, 20.0, 100.0).status, GroundStatus::outside);
+}
+
+TEST(JoinedSolid, HasAHeightOnEveryEdgeOfItsTriangles) {
+    const Scene scene = make_scene();
+    for (int row = 2 * kSouth - 4; row <= 2 * kNorth + 6; ++row) {
+        for (int column = 2 * kWest - 4; column <= 2 * kEast + 6; ++column) {
+            const HeightAnswer answer = scene.ground.height(0.5 * column, 0.5 * row);
+            ASSERT_EQ(answer.status, GroundStatus::ok) << column << ", " << row;
+            const bool is_beyond = column < 2 * kWest || column > 2 * (kEast + 1) ||
+                                   row < 2 * kSouth || row > 2 * (kNorth + 1);
+            const bool is_inside = column > 2 * kWest && column < 2 * (kEast + 1) &&
+                                   row > 2 * kSouth && row < 2 * (kNorth + 1);
+            if (is_beyond) {
+                EXPECT_GT(answer.height, -6.0);
+            }
+            if (is_inside) {
+                EXPECT_NEAR(answer.height, kPitFloor, 1e-12);
+            }
+        }
+    }
+}
+
+TEST(JoinedSolid, RaysMeetTheFirstTriangle) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    const Scene scene = make_scene();
+    const Triangles triangles = list_triangles(scene.ground, *scene.solid, {20, 40, 60, 70});
+    Random random(kSeed);
+    int hits = 0;
+    for (int i = 0; i < 4000; ++i) {
+        const auto point = [&]() -> WorldPos {
+            return {random.between(21.0, 60.0), random.between(41.0, 70.0),
+                    random.between(-40.0, 10.0)};
+        };
+        const WorldPos from = point();
+        WorldPos to = point();
+        if (i % 5 == 0) to.head<2>() = from.head<2>();
+        const RayAnswer answer = scene.ground.ray(from, to);
+        const double expected = slow_ray(triangles, from, to - from);
+        if (expected == kInfinity) {
+            ASSERT_EQ(answer.status, GroundStatus::miss) << i;
+            continue;
+        }
+        ASSERT_EQ(answer.status, GroundStatus::ok) << i;
+        ASSERT_NEAR(answer.fraction, expected, 1e-9) << i;
+        ++hits;
+    }
+    EXPECT_GT(hits, 1000);
+}
+
+TEST(JoinedSolid, NoRayLeavesACaveThroughAnEdge) {
+    const Scene scene = make_scene();
+    const WorldPos inside(36.9, 54.1, -27.3);
+    const SolidTriangles& own = scene.solid->triangles();
+    for (const auto& triangle : own.triangles) {
+        for (int k = 0; k < 3; ++k) {
+            const Eigen::Vector3d& a = own.vertices_world[triangle[static_cast<std::size_t>(k)]];
+            const Eigen::Vector3d& b =
+                own.vertices_world[triangle[static_cast<std::size_t>((k + 1) % 3)]];
+            if (std::max(a.z(), b.z()) > kCaveCeiling) continue;  // of the pit
+            for (const double share : {0.0, 0.25, 0.5, 1.0 / 3.0}) {
+                const WorldPos target = a + share * (b - a);
+                const RayAnswer answer = scene.ground.ray(inside, inside + 1.5 * (target - inside));
+                ASSERT_EQ(answer.status, GroundStatus::ok);
+                ASSERT_NEAR(answer.fraction, 1.0 / 1.5, 1e-9);
+            }
+        }
+    }
+}
+
+TEST(JoinedSolid, ARayOverAPitOfAnotherChunkIsNotDisturbed) {
+    const Scene scene = make_scene();
+    // Down into the pit, through it, and far over the border of the chunk.
+    const RayAnswer through = scene.ground.ray({33.0, 52.0, -10.0}, {133.0, 130.0, -10.0});
+    EXPECT_EQ(through.status, GroundStatus::ok);
+    EXPECT_LT(through.point_world.x(), kEast + 1.0 + 1e-9);
+    const RayAnswer over = scene.ground.ray({33.0, 52.0, 20.0}, {233.0, 150.0, 20.0});
+    EXPECT_EQ(over.status, GroundStatus::miss);
+    // Inside of the solid, below all: it comes out nowhere.
+    const RayAnswer below = scene.ground.ray({10.0, 10.0, -60.0}, {250.0, 240.0, -60.0});
+    EXPECT_EQ(below.status, GroundStatus::miss);
+    const RayAnswer up = scene.ground.ray({200.0, 200.0, -60.0}, {200.0, 200.0, 60.0});
+    EXPECT_NEAR(up.point_world.z(), scene.ground.height(200.0, 200.0).height, 1e-9);
+}
+
+TEST(JoinedSolid, ARayThroughAHoleGoesOnBelowTheHeightfield) {
+    TableGroundSettings settings;
+    settings.roots = 2;
+    settings.solid = [](const Chunk& chunk) {
+        SolidTriangles hole;
+        if (chunk.key.x == 0 && chunk.key.y == 0) {
+            for (const std::size_t i : {0u, 1u}) {
+                hole.replaced.push_back(static_cast<std::uint16_t>(2 * cell_index(100, 100) + i));
+            }
+        }
+        return std::make_shared<const SolidSurface>(std::move(hole));
+    };
+    const Ground ground = make_test_ground([](double, double) { return 0.0; }, settings);
+    // Over whole cells, down through the hole, and on below whole cells, in the chunk and beyond it.
+    const WorldPos above(98.5, 100.4, 0.6);
+    EXPECT_EQ(ground.ray(above, {102.5, 100.4, -0.6}).status, GroundStatus::miss);
+    EXPECT_EQ(ground.ray(above, {198.5, 100.4, -29.4}).status, GroundStatus::miss);
+    // And up again, through the heightfield from below.
+    const WorldPos below(100.2, 100.4, -0.5);
+    EXPECT_NEAR(ground.ray(below, {110.2, 100.4, 0.5}).fraction, 0.5, 1e-12);
+    EXPECT_EQ(ground.height(100.5, 100.5).status, GroundStatus::miss);
+}
+
+TEST(JoinedSolid, WithoutTrianglesMeetsNothing) {
+    const SolidSurface empty{SolidTriangles{}};
+    EXPECT_FALSE(empty.ray({0.0, 0.0, 0.0}, {0.0, 0.0, 1.0}, 0.0, 1.0));
+    EXPECT_FALSE(empty.highest(0.0, 0.0, kInfinity));
+    const Scene scene = make_scene();
+    EXPECT_FALSE(scene.solid->ray({36.0, 54.0, -27.0}, {0.0, 0.0, 0.0}, 0.0, 1.0));
+    EXPECT_FALSE(scene.solid->highest(std::nan(""), 54.0, kInfinity));
+}
+
+}  // namespace solid_test
+}  // namespace terrane
