@@ -10,11 +10,22 @@ using internal::Field;
 
 struct VolumeTile::State {
     VolumeTileKey key;
-    internal::TileLines lines;
+    Lattice lattice;
+    int level = 0;
+    std::vector<std::int32_t>
+        heights;  // lines are made of them when they are needed: they are five times as large
     internal::TileLevelSet level_set;
 
-    State(const VolumeTileKey& key_, const internal::TileLines& lines_)
-        : key(key_), lines(lines_), level_set(lines_.spacing) {}
+    State(const Volumes& volumes, const VolumeTileKey& key_, std::span<const std::int32_t> heights_)
+        : key(key_),
+          lattice(volumes.lattice()),
+          level(volumes.level()),
+          heights(heights_.begin(), heights_.end()),
+          level_set(volumes.spacing()) {}
+
+    internal::TileLines lines() const {
+        return *internal::TileLines::create(lattice, level, key, heights);
+    }
 };
 
 VolumeTile::VolumeTile(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -24,19 +35,23 @@ VolumeTile::~VolumeTile() = default;
 
 Result<VolumeTile> VolumeTile::create(const Volumes& volumes, const VolumeTileKey& key,
                                       std::span<const std::int32_t> heights) {
-    auto lines = internal::TileLines::create(volumes.lattice(), volumes.level(), key, heights);
+    const auto lines =
+        internal::TileLines::create(volumes.lattice(), volumes.level(), key, heights);
     if (!lines) return tl::unexpected(lines.error());
-    VolumeTile tile(std::make_unique<State>(key, *lines));
-    for (const std::uint32_t i : volumes.operations_at(key)) tile.apply(volumes.operations()[i]);
+    VolumeTile tile(std::make_unique<State>(volumes, key, heights));
+    for (const std::uint32_t i : volumes.operations_at(key)) {
+        const PlacedVolume& volume = volumes.operations()[i];
+        tile.state_->level_set.apply(volume.op(), volume.shape(), *lines);
+    }
     return tile;
 }
 
 void VolumeTile::apply(const PlacedVolume& volume) {
-    state_->level_set.apply(volume.op(), volume.shape(), state_->lines);
+    state_->level_set.apply(volume.op(), volume.shape(), state_->lines());
 }
 
 VolumeContour VolumeTile::contour() const {
-    return internal::contour_tile(state_->level_set, state_->lines, state_->key);
+    return internal::contour_tile(state_->level_set, state_->lines(), state_->key);
 }
 
 VolumeTile::NodeDistances VolumeTile::distances(int column, int row, std::int32_t k) const {
@@ -44,15 +59,21 @@ VolumeTile::NodeDistances VolumeTile::distances(int column, int row, std::int32_
         column >= 0 && column < kVolumeTileSamples && row >= 0 && row < kVolumeTileSamples,
         "a line of the tile");
     const int line = internal::line_index(column, row);
-    return {state_->level_set.value(Field::to_void, line, k),
-            state_->level_set.value(Field::to_solid, line, k)};
+    const auto metres = [&](Field field) {
+        return static_cast<float>(state_->level_set.step() *
+                                  state_->level_set.value(field, line, k));
+    };
+    return {metres(Field::to_void), metres(Field::to_solid)};
 }
 
 WorldPos VolumeTile::position(int column, int row, std::int32_t k) const {
-    return state_->lines.position(internal::line_index(column, row), k);
+    return state_->lines().position(internal::line_index(column, row), k);
 }
 
-std::size_t VolumeTile::bytes() const { return sizeof(State) + state_->level_set.bytes(); }
+std::size_t VolumeTile::bytes() const {
+    return sizeof(State) + state_->heights.capacity() * sizeof(std::int32_t) +
+           state_->level_set.bytes();
+}
 std::uint64_t VolumeTile::band_node_count() const { return state_->level_set.band_node_count(); }
 
 }  // namespace terrane

@@ -7,6 +7,7 @@
 #include <bit>
 #include <cmath>
 #include <map>
+#include <sstream>
 
 namespace terrane::test {
 namespace {
@@ -30,11 +31,10 @@ bool on_one_border(const VolumeWorld& world, const VolumeVertexKey& a, const Vol
 }
 
 std::string text(const VolumeVertexKey& key) {
-    const auto node = [](const VolumeNode& n) {
-        return "(" + std::to_string(n.column) + " " + std::to_string(n.row) + " " +
-               std::to_string(n.k) + ")";
-    };
-    return node(key.first) + node(key.second);
+    std::ostringstream out;
+    for (const VolumeNode& n : {key.first, key.second})
+        out << '(' << n.column << ' ' << n.row << ' ' << n.k << ')';
+    return out.str();
 }
 
 }  // namespace

@@ -53,6 +53,10 @@ TEST(JoinedScenes, HaveTheSolidOfTheirOperations) {
                 random.below(static_cast<int>(scene.random.operations.size())))];
             const Eigen::Vector3d p = near.world_from_shape.translation +
                                       s * random.between(0.0, 25.0) * random.direction();
+            if (std::min(p.x(), p.y()) <= 0.0 || p.x() >= s * (world.columns - 1) ||
+                p.y() >= s * (world.rows - 1)) {
+                continue;
+            }
             // Beside a steep triangle, features smaller than its edges are lost.
             const auto [low, high] = world.cell_range(p.x(), p.y());
             const double slope = std::sqrt(2.0) * (high - low) / s;

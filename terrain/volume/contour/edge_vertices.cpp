@@ -39,31 +39,31 @@ TileFields::TileFields(const TileLevelSet& level_set, const TileLines& lines)
 double TileFields::value(Field field, const LineNode& node) const {
     const FieldRuns& runs = of(field);
     const std::span<const FieldRuns::Run> own = runs.of_line(node.line);
-    if (own.empty()) return double{runs.far_value[static_cast<std::size_t>(node.line)]};
+    if (own.empty()) return runs.far_value[static_cast<std::size_t>(node.line)];
     // The first run that does not end below the node; between runs, the end of the one below has the sign.
     const auto run = std::ranges::lower_bound(own, node.k, {}, &FieldRuns::Run::last);
     if (run != own.end() && run->first <= node.k) {
-        return double{runs.values[run->begin + static_cast<std::uint32_t>(node.k - run->first)]};
+        return runs.values[run->begin + static_cast<std::uint32_t>(node.k - run->first)];
     }
     const bool below_all = run == own.begin();
     const FieldRuns::Run& near = below_all ? own.front() : *(run - 1);
     const std::uint32_t end =
         below_all ? near.begin : near.begin + static_cast<std::uint32_t>(near.last - near.first);
-    return double{runs.values[end] < 0.0f ? -runs.band : runs.band};
+    return runs.values[end] < 0 ? -kBandSteps : kBandSteps;
 }
 
 void TileFields::copy_inside(Field field, int line, std::int32_t first, std::size_t count,
                              std::vector<std::uint8_t>& inside_out) const {
     const FieldRuns& runs = of(field);
     const bool negative_is_solid = field == Field::to_solid;
-    const auto is_solid = [&](float value) {
-        return std::uint8_t{(value < 0.0f) == negative_is_solid};
+    const auto is_solid = [&](double value) {
+        return std::uint8_t{(value < 0.0) == negative_is_solid};
     };
     const std::span<const FieldRuns::Run> own = runs.of_line(line);
     const std::int32_t end = first + static_cast<std::int32_t>(count);
     inside_out.resize(count);
     auto run = std::ranges::lower_bound(own, first, {}, &FieldRuns::Run::last);
-    std::uint8_t sign = is_solid(static_cast<float>(value(field, {line, first})));
+    std::uint8_t sign = is_solid(value(field, {line, first}));
     std::int32_t k = first;
     for (; run != own.end() && run->first < end; ++run) {
         for (; k < run->first; ++k) inside_out[static_cast<std::size_t>(k - first)] = sign;

@@ -29,7 +29,7 @@ struct TileFields {
     TileFields(const TileLevelSet& level_set, const TileLines& lines);
 
     const FieldRuns& of(Field field) const { return field == Field::to_void ? to_void : to_solid; }
-    /// Metres, at most the band.
+    /// In steps, -kBandSteps to kBandSteps.
     double value(Field field, const LineNode& node) const;
     /// Whether nodes of a line are in the solid, which is what is not void below the heightfield, and what is solid
     /// above it: 1 or 0 for `count` nodes from `first` on.

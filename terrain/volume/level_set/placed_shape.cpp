@@ -97,16 +97,18 @@ void ShapeTraversal::leave() {
 }
 
 void ShapeTraversal::distances(std::span<const Eigen::Vector3d> nodes_world,
-                               std::span<float> distances_out) {
-    const auto limited = [this](double d) {
-        return static_cast<float>(std::clamp(d, -band_, band_));
+                               std::span<std::int16_t> steps_out) {
+    const double steps_of_metre = kBandSteps / band_;
+    const auto in_steps = [&](double d) {
+        return static_cast<std::int16_t>(
+            std::floor(std::clamp(d, -band_, band_) * steps_of_metre + 0.5));
     };
     if (reader_ != nullptr) {
         // Where the shape's band ends nothing more is known than that the surface is beyond it.
         const double known = reader_->band() * 0.999;
         for (std::size_t i = 0; i < nodes_world.size(); ++i) {
             const double d = reader_->signed_distance(nodes_world[i]);
-            distances_out[i] = limited(std::abs(d) < known ? d : d < 0.0 ? -band_ : band_);
+            steps_out[i] = in_steps(std::abs(d) < known ? d : d < 0.0 ? -band_ : band_);
         }
         return;
     }
@@ -117,7 +119,7 @@ void ShapeTraversal::distances(std::span<const Eigen::Vector3d> nodes_world,
         double least = band_;
         for (const std::uint32_t part : parts)
             least = std::min(least, exact.part_distance(part, nodes_world[i]));
-        distances_out[i] = limited(least);
+        steps_out[i] = in_steps(least);
     }
 }
 

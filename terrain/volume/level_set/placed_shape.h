@@ -4,6 +4,7 @@
 #include "level_set/sampled_shape.h"
 #include "shapes/exact_shape.h"
 
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <variant>
@@ -31,6 +32,9 @@ private:
     WorldBox bounds_;
 };
 
+/// Level sets hold distances as whole numbers from -kBandSteps to kBandSteps, in steps of band / kBandSteps.
+inline constexpr std::int16_t kBandSteps = 32767;
+
 /// A box of nodes: its middle, and half of its extent, metres.
 struct NodeBox {
     Eigen::Vector3d centre_world, half_extents;
@@ -51,8 +55,9 @@ public:
     BoxSide enter(const NodeBox& box);
     /// Leaves the box that was entered last.
     void leave();
-    /// Distances of nodes of the box that was entered last, limited to the band.
-    void distances(std::span<const Eigen::Vector3d> nodes_world, std::span<float> distances_out);
+    /// Distances of nodes of the box that was entered last, limited to the band, rounded to whole kBandSteps-th parts
+    /// of it.
+    void distances(std::span<const Eigen::Vector3d> nodes_world, std::span<std::int16_t> steps_out);
 
 private:
     BoxSide enter_exact(const ExactShape& shape, const NodeBox& box);

@@ -13,7 +13,7 @@ namespace terrane::internal {
 namespace {
 
 constexpr int kLeafSide = 4, kLeafNodes = 64;
-using NodeLeaf = openvdb::tree::LeafNode<float, 2>;
+using NodeLeaf = openvdb::tree::LeafNode<std::int16_t, 2>;
 using NodeTree =
     openvdb::tree::Tree<openvdb::tree::RootNode<openvdb::tree::InternalNode<NodeLeaf, 2>>>;
 
@@ -26,31 +26,34 @@ struct LeafBox {
     bool is_leaf() const { return high - low == Eigen::Vector3i::Ones(); }
 };
 
-using LeafValues = std::array<float, kLeafNodes>;
+using LeafValues = std::array<std::int16_t, kLeafNodes>;
 
 // The larger or smaller of each value of a leaf and `distances`.
 void combine_leaf(NodeTree& tree, const openvdb::Coord& origin, const LeafValues& distances,
-                  bool keeps_least, float band) {
-    const float limit = keeps_least ? -band : band;  // a value that nothing changes
+                  bool keeps_least) {
+    const auto limit = static_cast<std::int16_t>(
+        keeps_least ? -kBandSteps : kBandSteps);  // a value that nothing changes
     NodeLeaf* leaf = tree.probeLeaf(origin);
     if (leaf == nullptr) {
         if (tree.getValue(origin) == limit) return;
-        const auto changes = [&](float d) { return keeps_least ? d < band : d > -band; };
+        const auto changes = [&](std::int16_t d) {
+            return keeps_least ? d < kBandSteps : d > -kBandSteps;
+        };
         if (std::ranges::none_of(distances, changes)) return;
         leaf = tree.touchLeaf(origin);
     }
     bool all_at_limit = true;
     for (openvdb::Index i = 0; i < kLeafNodes; ++i) {
-        const float was = leaf->getValue(i), d = distances[i];
-        const float value = keeps_least ? std::min(was, d) : std::max(was, d);
+        const std::int16_t was = leaf->getValue(i), d = distances[i];
+        const std::int16_t value = keeps_least ? std::min(was, d) : std::max(was, d);
         leaf->setValueOnly(i, value);
-        leaf->setActiveState(i, std::abs(value) < band);
+        leaf->setActiveState(i, std::abs(value) < kBandSteps);
         all_at_limit = all_at_limit && value == limit;
     }
     if (all_at_limit) tree.addTile(1, origin, limit, false);
 }
 
-void fill_leaf(NodeTree& tree, const openvdb::Coord& origin, float value) {
+void fill_leaf(NodeTree& tree, const openvdb::Coord& origin, std::int16_t value) {
     if (tree.probeConstLeaf(origin) != nullptr || tree.getValue(origin) != value) {
         tree.addTile(1, origin, value, false);
     }
@@ -60,7 +63,7 @@ void fill_leaf(NodeTree& tree, const openvdb::Coord& origin, float value) {
 
 struct TileLevelSet::Trees {
     NodeTree to_void, to_solid;
-    explicit Trees(float band) : to_void(band), to_solid(band) {}
+    Trees() : to_void(kBandSteps), to_solid(kBandSteps) {}
     NodeTree& of(Field field) { return field == Field::to_void ? to_void : to_solid; }
 };
 
@@ -71,8 +74,7 @@ public:
     Application(TileLevelSet& level_set, VolumeOp op, const PlacedShape& shape,
                 const TileLines& lines)
         : lines_(lines),
-          band_(level_set.band_),
-          traversal_(shape, double{level_set.band_}),
+          traversal_(shape, level_set.band_),
           least_(op == VolumeOp::remove ? level_set.trees_->to_void : level_set.trees_->to_solid),
           most_(op == VolumeOp::remove ? level_set.trees_->to_solid : level_set.trees_->to_void) {}
 
@@ -121,8 +123,8 @@ private:
             for (int y = box.low[1]; y < box.high[1]; ++y) {
                 for (int z = box.low[2]; z < box.high[2]; ++z) {
                     const openvdb::Coord origin(kLeafSide * x, kLeafSide * y, kLeafSide * z);
-                    fill_leaf(least_, origin, -band_);
-                    fill_leaf(most_, origin, band_);
+                    fill_leaf(least_, origin, -kBandSteps);
+                    fill_leaf(most_, origin, kBandSteps);
                 }
             }
         }
@@ -147,29 +149,28 @@ private:
         }
         LeafValues read, distances, opposite;
         traversal_.distances({nodes.data(), count}, {read.data(), count});
-        distances.fill(band_);
+        distances.fill(kBandSteps);
         for (std::size_t i = 0; i < count; ++i) distances[index[i]] = read[i];
-        std::ranges::transform(distances, opposite.begin(), [](float d) { return -d; });
-        combine_leaf(least_, origin, distances, true, band_);
-        combine_leaf(most_, origin, opposite, false, band_);
+        std::ranges::transform(distances, opposite.begin(),
+                               [](std::int16_t d) { return static_cast<std::int16_t>(-d); });
+        combine_leaf(least_, origin, distances, true);
+        combine_leaf(most_, origin, opposite, false);
     }
 
     const TileLines& lines_;
-    const float band_;
     ShapeTraversal traversal_;
     NodeTree& least_;  // of the field that becomes negative inside the shape
     NodeTree& most_;
 };
 
-TileLevelSet::TileLevelSet(double spacing) : band_(static_cast<float>(kBandSpacings * spacing)) {
-    trees_ = std::make_unique<Trees>(band_);
-}
+TileLevelSet::TileLevelSet(double spacing)
+    : trees_(std::make_unique<Trees>()), band_(kBandSpacings * spacing) {}
 
 TileLevelSet::~TileLevelSet() = default;
 
 void TileLevelSet::apply(VolumeOp op, const PlacedShape& shape, const TileLines& lines) {
     const WorldBox& bounds = shape.bounds();
-    const double s = lines.spacing, reach = double{band_} + s;
+    const double s = lines.spacing, reach = band_ + s;
     const double most = (kVolumeTileSamples - 1) / kLeafSide;
     LeafBox box;
     for (int axis = 0; axis < 3; ++axis) {
@@ -186,7 +187,7 @@ void TileLevelSet::apply(VolumeOp op, const PlacedShape& shape, const TileLines&
     Application(*this, op, shape, lines).visit(box);
 }
 
-float TileLevelSet::value(Field field, int line, std::int32_t k) const {
+std::int16_t TileLevelSet::value(Field field, int line, std::int32_t k) const {
     return trees_->of(field).getValue(
         openvdb::Coord(line % kVolumeTileSamples, line / kVolumeTileSamples, k));
 }
@@ -195,14 +196,14 @@ FieldRuns TileLevelSet::runs(Field field, const TileLines& lines) const {
     const NodeTree& tree = trees_->of(field);
     struct Piece {
         int line, k;
-        const float* values;
+        const std::int16_t* values;
     };
     // Leaves come in the order of their coordinates, so that each line's pieces ascend.
     std::vector<Piece> pieces;
     std::vector<std::uint32_t> counts(kTileLines + 1, 0);
     for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) {
         const openvdb::Coord& origin = leaf->origin();
-        const float* values = leaf->buffer().data();
+        const std::int16_t* values = leaf->buffer().data();
         for (int x = 0; x < kLeafSide && origin[0] + x < kVolumeTileSamples; ++x) {
             for (int y = 0; y < kLeafSide && origin[1] + y < kVolumeTileSamples; ++y) {
                 const int line = line_index(origin[0] + x, origin[1] + y);
@@ -218,8 +219,7 @@ FieldRuns TileLevelSet::runs(Field field, const TileLines& lines) const {
 
     FieldRuns runs;
     runs.line_begin.push_back(0);
-    runs.far_value.assign(kTileLines, band_);
-    runs.band = band_;
+    runs.far_value.assign(kTileLines, kBandSteps);
     for (int line = 0; line < kTileLines; ++line) {
         const auto l = static_cast<std::size_t>(line);
         for (std::uint32_t i = counts[l]; i < counts[l + 1]; ++i) {

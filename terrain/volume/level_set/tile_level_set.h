@@ -25,7 +25,7 @@ struct FieldRuns {
     };
     std::vector<std::uint32_t> line_begin;  // [kTileLines + 1] into runs
     std::vector<Run> runs;                  // of each line, ascending
-    std::vector<float> values;              // metres
+    std::vector<std::int16_t> values;       // steps
     std::vector<float> far_value;  // [kTileLines] of lines without runs: plus or minus the band
     float band = 0.0f;             // limit of values, metres
 
@@ -36,7 +36,9 @@ struct FieldRuns {
 };
 
 /// Two sparse grids over the nodes of a tile: trees of OpenVDB with leaves of 4 x 4 x 4 nodes, at coordinates
-/// (column, row, k). Values are limited to three spacings; where all are at that limit there is no leaf.
+/// (column, row, k). Values are limited to three spacings; where all are at that limit there is no leaf. They are held
+/// in 16 bits: a step is 1e-4 spacing, and nodes within half a step of a surface are on it, whatever the rounding of
+/// its distances.
 ///
 /// Composition is ours and not openvdb::tools::csgUnion: an operation updates both fields at once, without a grid of
 /// its own, and without OpenVDB's threads. Values are the same, `TileLevelSet.HasTheValuesOfOpenVdbsOwnComposition`.
@@ -48,18 +50,20 @@ public:
     /// remove: to_void = min(to_void, d), to_solid = max(to_solid, -d). add: the other way round.
     void apply(VolumeOp op, const PlacedShape& shape, const TileLines& lines);
 
-    float value(Field field, int line, std::int32_t k) const;
+    /// In steps.
+    std::int16_t value(Field field, int line, std::int32_t k) const;
     /// @param lines those of apply()
     FieldRuns runs(Field field, const TileLines& lines) const;
     std::size_t bytes() const;
     std::uint64_t band_node_count() const;
-    float band() const { return band_; }
+    /// Metres of a step.
+    double step() const { return band_ / kBandSteps; }
 
 private:
     struct Trees;
     class Application;
     std::unique_ptr<Trees> trees_;
-    float band_;
+    double band_;  // metres
 };
 
 }  // namespace terrane::internal

@@ -35,20 +35,21 @@ struct VolumeBox {
 /// cross itself.
 struct VolumeTube {
     /// At least one point, at most 2^20; metres, shape frame. One point makes a sphere.
-    std::vector<Eigen::Vector3d> path_shape;
+    std::vector<Eigen::Vector3d> path_shape = {};
     double radius = 3.0;  ///< metres, > 0
 };
 
 /// The inside of a closed mesh of triangles, counter-clockwise seen from outside.
 struct VolumeMesh {
-    std::vector<Eigen::Vector3d> points_shape;            ///< metres, shape frame
-    std::vector<std::array<std::uint32_t, 3>> triangles;  ///< indices of points
+    std::vector<Eigen::Vector3d> points_shape = {};            ///< metres, shape frame
+    std::vector<std::array<std::uint32_t, 3>> triangles = {};  ///< indices of points
 };
 
 /// The inside of a level set in a `.vdb` file of OpenVDB. The shape's frame is the file's world frame.
 struct VolumeFile {
-    std::string path;  ///< of the file
-    std::string grid;  ///< name of a grid of floats, class level set; empty: the file's only grid
+    std::string path = {};  ///< of the file
+    std::string grid =
+        {};  ///< name of a grid of floats, class level set; empty: the file's only grid
 };
 
 /// What a volume is made from.
@@ -64,8 +65,8 @@ enum class VolumeOp : std::uint8_t {
 /// One step of a list of operations. Later operations prevail: where shapes overlap, the last one decides.
 struct VolumeOperation {
     VolumeOp op = VolumeOp::remove;  ///< what the shape does
-    VolumeShape shape;               ///< of what
-    Pose world_from_shape;           ///< where
+    VolumeShape shape = {};          ///< of what
+    Pose world_from_shape = {};      ///< where
     /// Wanted distance between the samples of the level set, metres, > 0. The level of the terrain whose spacing
     /// is nearest is used (see Volumes).
     double voxel = 0.5;
