@@ -19,7 +19,8 @@ VolumeWorld random_world(Random& random, double spacing) {
             case 1:
                 return 20.0 + spacing * (slope_x * x + slope_y * y);
             case 2:
-                return spacing * steep * (slope_x * x + slope_y * y) / std::hypot(slope_x, slope_y);
+                return spacing * steep * (slope_x * x + slope_y * y) /
+                       std::sqrt(slope_x * slope_x + slope_y * slope_y);
             case 3:
                 return column < middle ? 20.0 : 20.0 + 8.0 * spacing;  // a cliff
             case 4:
@@ -39,7 +40,9 @@ RandomScene::RandomScene(std::uint64_t seed) {
     world = random_world(random, spacing);
     const int count = 1 + random.below(6);
     for (int i = 0; i < count; ++i) {
-        VolumeOperation operation;
+        const Eigen::Vector3d before =
+            i > 0 ? operations.back().world_from_shape.translation : Eigen::Vector3d(0, 0, 0);
+        VolumeOperation& operation = operations.emplace_back();
         operation.voxel = spacing;
         operation.op = random.below(3) == 0 ? VolumeOp::add : VolumeOp::remove;
         // Near the middle of the world, where two chunks meet: on a corner of tiles, at a node, or anywhere.
@@ -69,32 +72,33 @@ RandomScene::RandomScene(std::uint64_t seed) {
                 break;
         }
         if (i > 0 && random.below(3) == 0) {  // concentric, or touching
-            at = operations.back().world_from_shape.translation;
+            at = before;
             if (random.below(2) == 0) at.x() += 2.0 * radius;
         }
         operation.world_from_shape.translation = at;
         if (random.below(2) == 0) operation.world_from_shape.rotation = random.rotation();
         switch (random.below(4)) {
             case 0:
-                operation.shape = VolumeSphere{radius};
+                operation.shape.emplace<VolumeSphere>(VolumeSphere{radius});
                 break;
             case 1:
-                operation.shape = VolumeCapsule{radius, spacing * random.between(0.0, 12.0)};
+                operation.shape.emplace<VolumeCapsule>(
+                    VolumeCapsule{radius, spacing * random.between(0.0, 12.0)});
                 break;
             case 2:
-                operation.shape = VolumeBox{{radius, spacing * random.between(0.6, 12.0),
-                                             spacing * (1.0 + random.below(9))}};
+                operation.shape.emplace<VolumeBox>(
+                    VolumeBox{{radius, spacing * random.between(0.6, 12.0),
+                               spacing * (1.0 + random.below(9))}});
                 break;
             default: {
-                VolumeTube tube{{}, std::max(0.6 * spacing, 0.3 * radius)};
+                auto& tube = operation.shape.emplace<VolumeTube>();
+                tube.radius = std::max(0.6 * spacing, 0.3 * radius);
                 for (int p = 2 + random.below(4); p > 0; --p) {
                     tube.path_shape.push_back(random.direction() * spacing *
                                               random.between(0.0, 25.0));
                 }
-                operation.shape = tube;
             }
         }
-        operations.push_back(operation);
     }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The level set of a closed mesh, by openvdb::tools::meshToVolume, whose instance for triangles is in OpenVDB's library.
+// The level set of a closed mesh, by openvdb::tools::meshToVolume.
 #include "level_set/sampled_grid.h"
 #include "shapes/mesh_checks.h"
 

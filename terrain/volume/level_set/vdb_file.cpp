@@ -163,7 +163,8 @@ Result<std::shared_ptr<const SampledShape>> SampledShape::of_file(const VolumeFi
             Grid{grid, index_from_offset, world_from_shape.translation,
                  Eigen::Vector3d(origin[0], origin[1], origin[2]), voxel, band}));
     } catch (const std::bad_alloc&) {
-        throw;
+        // The size was checked: a length inside the file is wrong.
+        return fail(ErrorCode::bad_data, "cannot read \"" + file.path + "\": it is damaged");
     } catch (const std::exception& error) {
         return fail(ErrorCode::bad_data, "cannot read \"" + file.path + "\": " + error.what());
     }

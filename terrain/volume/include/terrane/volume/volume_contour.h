@@ -15,10 +15,9 @@ namespace terrane {
 /// Node k of a line with height h is at z = h + (k - m) spacing, where m = floor(h / spacing + 1/2): the sample itself
 /// is node m, and node k lies within half a spacing of z = k spacing.
 struct VolumeNode {
-    std::int64_t column =
-        0;  ///< of the sample, in spacings of the pinned level from lattice point (0, 0)
-    std::int64_t row = 0;  ///< as column
-    std::int32_t k = 0;    ///< counted upward
+    std::int64_t column = 0;  ///< of the sample, in spacings of the pinned level from (0, 0)
+    std::int64_t row = 0;     ///< as column
+    std::int32_t k = 0;       ///< counted upward
     friend constexpr auto operator<=>(const VolumeNode&, const VolumeNode&) = default;
 };
 
