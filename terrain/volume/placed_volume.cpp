@@ -128,7 +128,7 @@ std::vector<VolumeTileKey> PlacedVolume::tiles() const {
         }
     }
     std::ranges::sort(tiles);
-    tiles.erase(std::ranges::unique(tiles).begin(), tiles.end());
+    tiles.erase(std::unique(tiles.begin(), tiles.end()), tiles.end());
     return tiles;
 }
 

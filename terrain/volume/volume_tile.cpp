@@ -4,6 +4,8 @@
 #include <terrane/terrain/assert.h>
 #include <terrane/volume/volume_tile.h>
 
+#include <cmath>
+
 namespace terrane {
 
 using internal::Field;
@@ -67,7 +69,16 @@ VolumeTile::NodeDistances VolumeTile::distances(int column, int row, std::int32_
 }
 
 WorldPos VolumeTile::position(int column, int row, std::int32_t k) const {
-    return state_->lines().position(internal::line_index(column, row), k);
+    // As TileLines::position(), of one line.
+    const State& state = *state_;
+    const double spacing = state.lattice.level_spacing(state.level);
+    const std::int64_t step = state.lattice.step(state.level);
+    const auto line = static_cast<std::size_t>(internal::line_index(column, row));
+    const double height = static_cast<double>(state.heights[line]) * state.lattice.quantum;
+    const auto surface = static_cast<std::int32_t>(std::floor(height / spacing + 0.5));
+    return {state.lattice.x((state.key.column * kVolumeTileCells + column) * step),
+            state.lattice.y((state.key.row * kVolumeTileCells + row) * step),
+            height + static_cast<double>(k - surface) * spacing};
 }
 
 std::size_t VolumeTile::bytes() const {

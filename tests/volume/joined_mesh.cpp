@@ -104,16 +104,22 @@ JoinedMesh join(const VolumeWorld& world, const Volumes& volumes,
                 const std::vector<VolumeContour>& contours) {
     JoinedMesh mesh;
     std::map<VolumeVertexKey, std::uint32_t> index;
+    constexpr std::uint32_t kNone = ~0u;
+    std::vector<std::uint32_t> samples(world.heights.size(), kNone);
     const auto find = [&](const VolumeVertexKey& key, const WorldPos& position) {
-        const auto [found, is_new] =
-            index.try_emplace(key, static_cast<std::uint32_t>(mesh.keys.size()));
-        if (is_new) {
+        const auto next = static_cast<std::uint32_t>(mesh.keys.size());
+        const bool is_sample = key.is_sample();
+        std::uint32_t& found = is_sample ? samples[static_cast<std::size_t>(
+                                               key.first.row * world.columns + key.first.column)]
+                                         : index.try_emplace(key, kNone).first->second;
+        if (found == kNone) {
+            found = next;
             mesh.keys.push_back(key);
             mesh.positions.push_back(position);
-        } else if (mesh.positions[found->second] != position) {
+        } else if (mesh.keys[found] != key || mesh.positions[found] != position) {
             mesh.fault = "tiles disagree about " + text(key);
         }
-        return found->second;
+        return found;
     };
     std::vector<char> replaced(static_cast<std::size_t>(2 * (world.columns - 1) * (world.rows - 1)),
                                0);
