@@ -18,11 +18,12 @@ SEES = {
     "terrain": {"terrain"},
     "store": {"store", "terrain"},
     "dem": {"dem", "store", "terrain"},
+    "volume": {"volume", "terrain"},
     "collision": {"collision", "terrain"},
     "render": {"render", "terrain"},
     "tools": {"tools", "render", "collision", "dem", "store", "terrain"},
 }
-FOLDER = {"store": "terrain/store", "dem": "terrain/dem"}  # others are named after their component
+FOLDER = {"store": "terrain/store", "dem": "terrain/dem", "volume": "terrain/volume"}  # others are named after their component
 # Rooms of another component that a component may include, beside base: a store writes what chunks hold.
 LENT = {"store": {"terrain/chunks"}}
 

@@ -6,13 +6,15 @@ set(prefix ${WORK_DIR}/prefix)
 file(REMOVE_RECURSE ${prefix})
 run(${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${prefix})
 
-# The component `terrain` neither searches for GDAL, zstd, PNG and epoxy nor loads them.
+# The component `terrain` neither searches for GDAL, zstd, OpenVDB, PNG and epoxy nor loads them.
 build_project(${CMAKE_CURRENT_LIST_DIR}/readme_example ${WORK_DIR}/readme_example
     -DCMAKE_PREFIX_PATH=${prefix}
     -DCMAKE_DISABLE_FIND_PACKAGE_GDAL=ON
+    -DCMAKE_DISABLE_FIND_PACKAGE_OpenVDB=ON
+    -DCMAKE_DISABLE_FIND_PACKAGE_TBB=ON
     -DCMAKE_DISABLE_FIND_PACKAGE_PNG=ON
     -DCMAKE_DISABLE_FIND_PACKAGE_PkgConfig=ON)
-set(foreign "^lib(gdal|zstd|png|epoxy|EGL|GL|GLX|GLdispatch|OpenGL)[^a-z]")
+set(foreign "^lib(gdal|zstd|openvdb|tbb|png|epoxy|EGL|GL|GLX|GLdispatch|OpenGL)[^a-z]")
 find_loaded_libraries(${WORK_DIR}/readme_example/first_ground loaded)
 list(FILTER loaded INCLUDE REGEX "${foreign}")
 expect_same("the libraries that heights load for nothing" "${loaded}" "")
@@ -41,6 +43,22 @@ if(COMPONENTS MATCHES "dem")
         message(FATAL_ERROR "GDAL was not found in a program that reads rasters")
     endif()
 endif()
+
+# OpenVDB and TBB are loaded by programs that use volumes, and by no others.
+foreach(program IN ITEMS height ball baked raster picture cave)
+    if(NOT EXISTS ${WORK_DIR}/stranger/${program})
+        continue()
+    endif()
+    find_loaded_libraries(${WORK_DIR}/stranger/${program} loaded)
+    list(FILTER loaded INCLUDE REGEX "^lib(openvdb|tbb)[^a-z]")
+    if(program STREQUAL "cave")
+        if(NOT loaded MATCHES "libopenvdb")
+            message(FATAL_ERROR "OpenVDB was not found in a program that has volumes")
+        endif()
+    else()
+        expect_same("the libraries of volumes that ${program} loads for nothing" "${loaded}" "")
+    endif()
+endforeach()
 
 # A component that is not installed is an error that names it.
 execute_process(

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "level_set/tile_level_set.h"
+
+#include <terrane/volume/volume_contour.h>
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace terrane::internal {
+
+/// What a sample of the heightfield is: the state of the last operation that covers it.
+enum class SampleState : std::uint8_t { natural, in_void, in_solid };
+
+/// One node: a line of the tile, and k.
+struct LineNode {
+    int line = 0;
+    std::int32_t k = 0;
+    friend constexpr auto operator<=>(const LineNode&, const LineNode&) = default;
+};
+
+/// Both fields of a tile, and the states of its samples.
+struct TileFields {
+    FieldRuns to_void, to_solid;
+    std::array<SampleState, kTileLines> states{};
+
+    TileFields(const TileLevelSet& level_set, const TileLines& lines);
+
+    const FieldRuns& of(Field field) const { return field == Field::to_void ? to_void : to_solid; }
+    /// In steps, -kBandSteps to kBandSteps.
+    double value(Field field, const LineNode& node) const;
+    /// Whether nodes of a line are in the solid, which is what is not void below the heightfield, and what is solid
+    /// above it: 1 or 0 for `count` nodes from `first` on.
+    void copy_inside(Field field, int line, std::int32_t first, std::size_t count,
+                     std::vector<std::uint8_t>& inside_out) const;
+};
+
+/// The vertices of a contour: makes each edge's vertex once.
+///
+/// A vertex is at the zero of the field along the edge: of the linear interpolant between the ends where they are at
+/// most one spacing apart in k, else of the field interpolated between the two lines along the edge. It keeps 2^-8 of
+/// the edge away from both ends. On an edge of the heightfield from void to solid it is in the middle of the zeros of
+/// both fields, so that cavity and overhang share it.
+class EdgeVertices {
+public:
+    EdgeVertices(const TileLines& lines, const TileFields& fields, VolumeContour& contour_out);
+
+    /// Index of the vertex between two nodes of different sign of a field.
+    std::uint32_t crossing(const LineNode& a, const LineNode& b, Field field);
+    /// Index of the vertex that is a sample of the heightfield.
+    std::uint32_t sample(int line);
+
+private:
+    struct Slot {
+        LineNode first, second;
+        std::uint32_t vertex = 0;  // index + 1; 0: free
+    };
+    Slot& find_slot(const LineNode& first, const LineNode& second);
+    void grow();
+    double fraction(const LineNode& first, const LineNode& second, Field field) const;
+    double fraction_of_zero(const LineNode& first, const LineNode& second, Field field) const;
+    double value_at(Field field, int line, double z) const;
+
+    const TileLines& lines_;
+    const TileFields& fields_;
+    VolumeContour& contour_;
+    std::vector<Slot> slots_;  // open addressing, a power of two
+};
+
+}  // namespace terrane::internal

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "level_set/tile_level_set.h"
+
+#include <terrane/volume/volume_contour.h>
+
+namespace terrane::internal {
+
+/// The surface of the joined solid over a tile: cavities and overhangs of all columns, and what is left of the
+/// triangles of the heightfield that have a sample in a void or solid.
+VolumeContour contour_tile(const TileLevelSet& level_set, const TileLines& lines,
+                           const VolumeTileKey& key);
+
+}  // namespace terrane::internal

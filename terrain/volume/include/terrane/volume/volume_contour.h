@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/volume/placed_volume.h>
+
+#include <array>
+#include <compare>
+#include <cstdint>
+#include <vector>
+
+namespace terrane {
+
+/// A node of the contour's lattice: on the vertical line through a sample of the pinned level.
+///
+/// Node k of a line with height h is at z = h + (k - m) spacing, where m = floor(h / spacing + 1/2): the sample itself
+/// is node m, and node k lies within half a spacing of z = k spacing.
+struct VolumeNode {
+    std::int64_t column = 0;  ///< of the sample, in spacings of the pinned level from (0, 0)
+    std::int64_t row = 0;     ///< as column
+    std::int32_t k = 0;       ///< counted upward
+    friend constexpr auto operator<=>(const VolumeNode&, const VolumeNode&) = default;
+};
+
+/// Name of a vertex, the same in all tiles: the edge between two nodes that it lies on, the smaller node first. A
+/// sample of the heightfield has its node twice.
+struct VolumeVertexKey {
+    VolumeNode first, second;  ///< ends of the edge
+    friend constexpr auto operator<=>(const VolumeVertexKey&, const VolumeVertexKey&) = default;
+    /// Whether it is a sample of the heightfield.
+    constexpr bool is_sample() const { return first == second; }
+};
+
+/// What a triangle is part of.
+enum class VolumeSurface : std::uint8_t {
+    ground,    ///< the heightfield, what is left of a triangle
+    cavity,    ///< below the heightfield: wall, floor or ceiling of a void
+    overhang,  ///< above it: the surface of added solid
+};
+
+/// The surface of the joined solid over one tile. Triangles are counter-clockwise seen from outside the solid.
+///
+/// Together with the triangles of the heightfield that no tile replaces, the contours of all tiles are a closed
+/// surface, except along the world's border: at every edge as many triangles run one way as the other, by keys.
+struct VolumeContour {
+    VolumeTileKey key;                  ///< the tile
+    std::vector<VolumeVertexKey> keys;  ///< of each vertex
+    /// Of each vertex, metres, world: a function of the key, the heights at its two lines and the operations near
+    /// them, so that tiles agree bit for bit.
+    std::vector<WorldPos> positions_world;
+    std::vector<std::array<std::uint32_t, 3>> triangles;  ///< indices of vertices
+    std::vector<VolumeSurface> surfaces;                  ///< of each triangle
+    /// Triangles of the heightfield that are not part of the surface, ascending: 2 * (row * 32 + column) of the
+    /// cell in the tile, + 1 for the northern triangle of the cell. What is left of them is in `triangles`.
+    std::vector<std::uint16_t> replaced;
+    std::uint64_t layer_count = 0;  ///< prisms of one spacing that were visited
+};
+
+}  // namespace terrane

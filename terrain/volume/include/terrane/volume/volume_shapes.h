@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/terrain/math.h>
+#include <terrane/terrain/result.h>
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace terrane {
+
+// Shapes are closed sets in a frame of their own, placed by VolumeOperation::world_from_shape. Lengths are metres.
+
+/// Sphere around the origin.
+struct VolumeSphere {
+    double radius = 5.0;  ///< metres, > 0
+};
+
+/// Everything within `radius` of the segment from (0, 0, -half_height) to (0, 0, half_height).
+struct VolumeCapsule {
+    double radius = 2.0;       ///< metres, > 0
+    double half_height = 5.0;  ///< from the centre to the middle of a cap, metres, >= 0
+};
+
+/// Box around the origin, along the axes of the shape's frame.
+struct VolumeBox {
+    /// Along x, y, z, metres, > 0.
+    Eigen::Vector3d half_extents = Eigen::Vector3d::Constant(2.5);
+};
+
+/// Everything within `radius` of a polyline: a union of capsules, rounded at joints and ends. The polyline may
+/// cross itself.
+struct VolumeTube {
+    /// At least one point, at most 2^20; metres, shape frame. One point makes a sphere.
+    std::vector<Eigen::Vector3d> path_shape = {};
+    double radius = 3.0;  ///< metres, > 0
+};
+
+/// The inside of a closed mesh of triangles, counter-clockwise seen from outside.
+struct VolumeMesh {
+    std::vector<Eigen::Vector3d> points_shape = {};            ///< metres, shape frame
+    std::vector<std::array<std::uint32_t, 3>> triangles = {};  ///< indices of points
+};
+
+/// The inside of a level set in a `.vdb` file of OpenVDB. The shape's frame is the file's world frame.
+struct VolumeFile {
+    std::string path = {};  ///< of the file
+    std::string grid =
+        {};  ///< name of a grid of floats, class level set; empty: the file's only grid
+};
+
+/// What a volume is made from.
+using VolumeShape =
+    std::variant<VolumeSphere, VolumeCapsule, VolumeBox, VolumeTube, VolumeMesh, VolumeFile>;
+
+/// Whether a volume is taken from the solid or united with it.
+enum class VolumeOp : std::uint8_t {
+    remove,  ///< a cave, a tunnel, a dig
+    add,     ///< an overhang, a bridge, a fill
+};
+
+/// One step of a list of operations. Later operations prevail: where shapes overlap, the last one decides.
+struct VolumeOperation {
+    VolumeOp op = VolumeOp::remove;  ///< what the shape does
+    VolumeShape shape = {};          ///< of what
+    Pose world_from_shape = {};      ///< where
+    /// Wanted distance between the samples of the level set, metres, > 0. The level of the terrain whose spacing
+    /// is nearest is used (see Volumes).
+    double voxel = 0.5;
+};
+
+/// Checks sizes, numbers and poses; meshes and files are checked where they are read (PlacedVolume::create()).
+///
+/// Fails: invalid_argument, naming the field and its value, for a size that is not above 0 and at most 1e5 m, a
+///        number that is not finite, a rotation that is not orthonormal to 1e-6, a polyline without points or with more
+///        than 2^20, a mesh without triangles or with more than 2^22, or with an index beyond its points
+Result<void> check(const VolumeOperation& operation);
+
+}  // namespace terrane

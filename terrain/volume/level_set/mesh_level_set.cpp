@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+// The level set of a closed mesh, by openvdb::tools::meshToVolume.
+#include "level_set/sampled_grid.h"
+#include "shapes/mesh_checks.h"
+
+#include <terrane/terrain/number_text.h>
+
+#include <openvdb/tools/MeshToVolume.h>
+
+#include <exception>
+
+namespace terrane::internal {
+namespace {
+
+constexpr float kBandVoxels = 4.0f;
+// Bytes of the level set for each voxel of its band: leaves that the band fills by half, and the work of conversion.
+constexpr double kBytesOfVoxel = 24.0;
+
+}  // namespace
+
+Result<std::shared_ptr<const SampledShape>> SampledShape::of_mesh(const VolumeMesh& mesh,
+                                                                  const Pose& world_from_shape,
+                                                                  double voxel,
+                                                                  const VolumeSettings& settings) {
+    if (auto ok = check_closed(mesh); !ok) return tl::unexpected(ok.error());
+    const double band_voxels = surface_area(mesh) / (voxel * voxel) * double{2.0f * kBandVoxels};
+    if (band_voxels * kBytesOfVoxel > static_cast<double>(settings.memory_bytes)) {
+        return fail(ErrorCode::out_of_memory, "the level set of the mesh needs about " +
+                                                  number_text(band_voxels * kBytesOfVoxel) +
+                                                  " bytes, more than memory_bytes, " +
+                                                  number_text(settings.memory_bytes));
+    }
+    initialize_openvdb();
+    std::vector<openvdb::Vec3s> points;
+    points.reserve(mesh.points_shape.size());
+    for (const Eigen::Vector3d& p_shape : mesh.points_shape) {
+        const Eigen::Vector3d offset = rotate(world_from_shape.rotation, p_shape);
+        points.emplace_back(static_cast<float>(offset[0] / voxel),
+                            static_cast<float>(offset[1] / voxel),
+                            static_cast<float>(offset[2] / voxel));
+    }
+    std::vector<openvdb::Vec3I> triangles;
+    triangles.reserve(mesh.triangles.size());
+    for (const auto& triangle : mesh.triangles)
+        triangles.emplace_back(triangle[0], triangle[1], triangle[2]);
+    try {
+        const openvdb::tools::QuadAndTriangleDataAdapter<openvdb::Vec3s, openvdb::Vec3I> adapter(
+            points, triangles);
+        const auto transform = openvdb::math::Transform::createLinearTransform(voxel);
+        auto grid = openvdb::tools::meshToVolume<openvdb::FloatGrid>(adapter, *transform,
+                                                                     kBandVoxels, kBandVoxels);
+        const double band = double{grid->background()};
+        return std::make_shared<const SampledShape>(std::make_unique<Grid>(
+            Grid{std::move(grid), Eigen::Matrix3d::Identity() / voxel, world_from_shape.translation,
+                 Eigen::Vector3d::Zero(), voxel, band}));
+    } catch (const std::bad_alloc&) {
+        throw;
+    } catch (const std::exception& error) {
+        return fail(ErrorCode::bad_data,
+                    std::string("OpenVDB cannot convert the mesh: ") + error.what());
+    }
+}
+
+}  // namespace terrane::internal

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: MIT
+#include "level_set/placed_shape.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace terrane::internal {
+
+PlacedShape::PlacedShape(Kind kind) : kind_(std::move(kind)) {
+    const auto* exact = std::get_if<ExactShape>(&kind_);
+    bounds_ = exact != nullptr ? exact->bounds() : std::get<1>(kind_)->bounds();
+}
+
+std::vector<WorldBox> PlacedShape::part_bounds() const {
+    const auto* exact = std::get_if<ExactShape>(&kind_);
+    if (exact == nullptr || exact->capsules.empty()) return {bounds_};
+    std::vector<WorldBox> boxes;
+    for (const CapsulePart& part : exact->capsules) {
+        // A long segment is cut into pieces, so that its boxes are few tiles more than it touches.
+        const double length = std::sqrt(dot_product(part.along, part.along));
+        const int count = std::clamp(static_cast<int>(length / (2.0 * part.radius)), 1, 1 << 16);
+        for (int i = 0; i < count; ++i) {
+            WorldBox box;
+            box.include(part.from_world + part.along * (double(i) / count), part.radius);
+            box.include(part.from_world + part.along * (double(i + 1) / count), part.radius);
+            boxes.push_back(box);
+        }
+    }
+    return boxes;
+}
+
+std::size_t PlacedShape::bytes() const {
+    const auto* exact = std::get_if<ExactShape>(&kind_);
+    if (exact == nullptr) return std::get<1>(kind_)->bytes();
+    return exact->capsules.size() * sizeof(CapsulePart) + exact->boxes.size() * sizeof(BoxPart);
+}
+
+double PlacedShape::signed_distance(const Eigen::Vector3d& p_world) const {
+    const auto* exact = std::get_if<ExactShape>(&kind_);
+    if (exact != nullptr) return exact->signed_distance(p_world);
+    return SampledShape::Reader(*std::get<1>(kind_)).signed_distance(p_world);
+}
+
+ShapeTraversal::ShapeTraversal(const PlacedShape& shape, double band)
+    : shape_(&shape), band_(band), begins_{0} {
+    if (const auto* exact = std::get_if<ExactShape>(&shape.kind())) {
+        parts_.resize(exact->part_count());
+        std::iota(parts_.begin(), parts_.end(), 0u);
+    } else {
+        reader_ = std::make_unique<SampledShape::Reader>(*std::get<1>(shape.kind()));
+    }
+}
+
+BoxSide ShapeTraversal::enter(const NodeBox& box) {
+    const auto* exact = std::get_if<ExactShape>(&shape_->kind());
+    return exact != nullptr ? enter_exact(*exact, box) : enter_sampled(box);
+}
+
+BoxSide ShapeTraversal::enter_exact(const ExactShape& shape, const NodeBox& box) {
+    const std::size_t begin = begins_.back(), end = parts_.size();
+    begins_.push_back(end);
+    // Distances change by at most the way from the centre; the slack is above all rounding.
+    const double reach =
+        std::sqrt(dot_product(box.half_extents, box.half_extents)) + band_ * 0x1p-10;
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t i = begin; i < end; ++i) {
+        const std::uint32_t part = parts_[i];
+        const double distance = shape.part_distance(part, box.centre_world);
+        if (distance - reach > band_) continue;
+        least = std::min(least, distance);
+        parts_.push_back(part);
+    }
+    if (least + reach < -band_) return BoxSide::inside;
+    return parts_.size() > end ? BoxSide::near : BoxSide::outside;
+}
+
+BoxSide ShapeTraversal::enter_sampled(const NodeBox& box) {
+    begins_.push_back(parts_.size());
+    const WorldBox& bounds = shape_->bounds();
+    for (int axis = 0; axis < 3; ++axis) {
+        if (box.centre_world[axis] + box.half_extents[axis] < bounds.low[axis] ||
+            box.centre_world[axis] - box.half_extents[axis] > bounds.high[axis]) {
+            return BoxSide::outside;
+        }
+    }
+    // Large boxes are divided; a few leaves are looked up.
+    if (box.half_extents.maxCoeff() > 16.0 * reader_->voxel() ||
+        reader_->is_near(box.centre_world, box.half_extents))
+        return BoxSide::near;
+    return reader_->signed_distance(box.centre_world) < 0.0 ? BoxSide::inside : BoxSide::outside;
+}
+
+void ShapeTraversal::leave() {
+    parts_.resize(begins_.back());
+    begins_.pop_back();
+}
+
+void ShapeTraversal::distances(std::span<const Eigen::Vector3d> nodes_world,
+                               std::span<std::int16_t> steps_out) {
+    const double steps_of_metre = kBandSteps / band_;
+    const auto in_steps = [&](double d) {
+        return static_cast<std::int16_t>(
+            std::floor(std::clamp(d, -band_, band_) * steps_of_metre + 0.5));
+    };
+    if (reader_ != nullptr) {
+        // Where the shape's band ends nothing more is known than that the surface is beyond it.
+        const double known = reader_->band() * 0.999;
+        for (std::size_t i = 0; i < nodes_world.size(); ++i) {
+            const double d = reader_->signed_distance(nodes_world[i]);
+            steps_out[i] = in_steps(std::abs(d) < known ? d : d < 0.0 ? -band_ : band_);
+        }
+        return;
+    }
+    const auto& exact = std::get<ExactShape>(shape_->kind());
+    const std::span<const std::uint32_t> parts(parts_.data() + begins_.back(),
+                                               parts_.size() - begins_.back());
+    for (std::size_t i = 0; i < nodes_world.size(); ++i) {
+        double least = band_;
+        for (const std::uint32_t part : parts)
+            least = std::min(least, exact.part_distance(part, nodes_world[i]));
+        steps_out[i] = in_steps(least);
+    }
+}
+
+}  // namespace terrane::internal

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "level_set/sampled_shape.h"
+
+#include <openvdb/Grid.h>
+#include <openvdb/openvdb.h>
+
+namespace terrane::internal {
+
+/// A grid and its place: index = index_from_offset * (p_world - origin_world) + index_of_origin.
+struct SampledShape::Grid {
+    openvdb::FloatGrid::Ptr grid;
+    Eigen::Matrix3d index_from_offset;
+    Eigen::Vector3d origin_world, index_of_origin;
+    double voxel = 1.0;  // metres
+    double band = 3.0;   // metres
+};
+
+/// Registers OpenVDB's types, once.
+void initialize_openvdb();
+
+/// Fails: bad_data unless neighbouring values differ by at most 5/4 voxel and regions without voxels meet voxels and
+///        each other without a change of sign
+Result<void> check_distances(const openvdb::FloatGrid& grid);
+
+}  // namespace terrane::internal

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "shapes/volume_math.h"
+
+#include <terrane/volume/placed_volume.h>
+
+#include <memory>
+
+namespace terrane::internal {
+
+/// A level set of OpenVDB as a shape: signed distances at the points of its own grid, interpolated trilinearly.
+/// Immutable.
+///
+/// Threads: any number
+class SampledShape {
+public:
+    struct Grid;  // of OpenVDB
+
+    /// The level set of a closed mesh with voxels of a given size and a band of four of them on both sides.
+    ///
+    /// Fails: as PlacedVolume::create() for meshes
+    static Result<std::shared_ptr<const SampledShape>> of_mesh(const VolumeMesh& mesh,
+                                                               const Pose& world_from_shape,
+                                                               double voxel,
+                                                               const VolumeSettings& settings);
+    /// A level set of a file, for nodes that are `spacing` apart.
+    ///
+    /// Fails: as PlacedVolume::create() for files
+    static Result<std::shared_ptr<const SampledShape>> of_file(const VolumeFile& file,
+                                                               const Pose& world_from_shape,
+                                                               double spacing,
+                                                               const VolumeSettings& settings);
+
+    explicit SampledShape(std::unique_ptr<Grid> grid);
+    ~SampledShape();
+
+    /// Of its band, world, metres.
+    const WorldBox& bounds() const { return bounds_; }
+    std::size_t bytes() const;
+
+    /// Reads many distances. The shape outlives it. Threads: one.
+    class Reader {
+    public:
+        explicit Reader(const SampledShape& shape);
+        ~Reader();
+        Reader(const Reader&) = delete;
+        Reader& operator=(const Reader&) = delete;
+
+        /// Metres, at most the band.
+        double signed_distance(const Eigen::Vector3d& p_world);
+        /// Whether a box along the world's axes may have points within the band.
+        bool is_near(const Eigen::Vector3d& centre_world, const Eigen::Vector3d& half_extents);
+        /// Half width of the band, metres.
+        double band() const;
+        /// Side of its voxels, metres.
+        double voxel() const;
+
+    private:
+        struct Accessor;
+        const Grid* grid_;
+        std::unique_ptr<Accessor> accessor_;
+    };
+
+private:
+    std::unique_ptr<Grid> grid_;
+    WorldBox bounds_;
+};
+
+}  // namespace terrane::internal

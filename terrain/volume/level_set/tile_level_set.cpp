@@ -1,0 +1,249 @@
+// SPDX-License-Identifier: MIT
+#include "level_set/tile_level_set.h"
+
+#include <openvdb/tree/InternalNode.h>
+#include <openvdb/tree/LeafNode.h>
+#include <openvdb/tree/RootNode.h>
+#include <openvdb/tree/Tree.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace terrane::internal {
+namespace {
+
+constexpr int kLeafSide = 4, kLeafNodes = 64;
+using NodeLeaf = openvdb::tree::LeafNode<std::int16_t, 2>;
+using NodeTree =
+    openvdb::tree::Tree<openvdb::tree::RootNode<openvdb::tree::InternalNode<NodeLeaf, 2>>>;
+
+int leaf_of(double node) { return static_cast<int>(std::floor(node / kLeafSide)); }
+
+/// A box of leaves: first ones, and one past the last.
+struct LeafBox {
+    Eigen::Vector3i low, high;
+    bool is_empty() const { return low[0] >= high[0] || low[1] >= high[1] || low[2] >= high[2]; }
+    bool is_leaf() const { return high - low == Eigen::Vector3i::Ones(); }
+};
+
+using LeafValues = std::array<std::int16_t, kLeafNodes>;
+
+// The larger or smaller of each value of a leaf and `distances`.
+void combine_leaf(NodeTree& tree, const openvdb::Coord& origin, const LeafValues& distances,
+                  bool keeps_least) {
+    const auto limit = static_cast<std::int16_t>(
+        keeps_least ? -kBandSteps : kBandSteps);  // a value that nothing changes
+    NodeLeaf* leaf = tree.probeLeaf(origin);
+    if (leaf == nullptr) {
+        if (tree.getValue(origin) == limit) return;
+        const auto changes = [&](std::int16_t d) {
+            return keeps_least ? d < kBandSteps : d > -kBandSteps;
+        };
+        if (std::ranges::none_of(distances, changes)) return;
+        leaf = tree.touchLeaf(origin);
+    }
+    bool all_at_limit = true;
+    for (openvdb::Index i = 0; i < kLeafNodes; ++i) {
+        const std::int16_t was = leaf->getValue(i), d = distances[i];
+        const std::int16_t value = keeps_least ? std::min(was, d) : std::max(was, d);
+        leaf->setValueOnly(i, value);
+        leaf->setActiveState(i, std::abs(value) < kBandSteps);
+        all_at_limit = all_at_limit && value == limit;
+    }
+    if (all_at_limit) tree.addTile(1, origin, limit, false);
+}
+
+void fill_leaf(NodeTree& tree, const openvdb::Coord& origin, std::int16_t value) {
+    if (tree.probeConstLeaf(origin) != nullptr || tree.getValue(origin) != value) {
+        tree.addTile(1, origin, value, false);
+    }
+}
+
+}  // namespace
+
+struct TileLevelSet::Trees {
+    NodeTree to_void, to_solid;
+    Trees() : to_void(kBandSteps), to_solid(kBandSteps) {}
+    NodeTree& of(Field field) { return field == Field::to_void ? to_void : to_solid; }
+};
+
+/// One operation on a tile: divides boxes of leaves until the shape's surface is beyond the band of a box, or the box
+/// is one leaf.
+class TileLevelSet::Application {
+public:
+    Application(TileLevelSet& level_set, VolumeOp op, const PlacedShape& shape,
+                const TileLines& lines)
+        : lines_(lines),
+          traversal_(shape, level_set.band_),
+          least_(op == VolumeOp::remove ? level_set.trees_->to_void : level_set.trees_->to_solid),
+          most_(op == VolumeOp::remove ? level_set.trees_->to_solid : level_set.trees_->to_void) {}
+
+    void visit(const LeafBox& box) {
+        if (box.is_empty()) return;
+        const BoxSide side = traversal_.enter(extent_of(box));
+        if (side == BoxSide::inside) {
+            fill(box);
+        } else if (side == BoxSide::near) {
+            if (box.is_leaf()) {
+                combine(box.low);
+            } else {
+                divide(box);
+            }
+        }
+        traversal_.leave();
+    }
+
+private:
+    NodeBox extent_of(const LeafBox& box) const {
+        NodeBox extent;
+        for (int axis = 0; axis < 3; ++axis) {
+            const double first = kLeafSide * double(box.low[axis]),
+                         last = kLeafSide * double(box.high[axis]) - 1.0;
+            extent.centre_world[axis] = 0.5 * (first + last) * lines_.spacing;
+            // Nodes are within half a spacing of their coordinates.
+            extent.half_extents[axis] =
+                (0.5 * (last - first) + (axis == 2 ? 0.5 : 0.0)) * lines_.spacing;
+        }
+        extent.centre_world[0] += lines_.x[0];
+        extent.centre_world[1] += lines_.y[0];
+        return extent;
+    }
+
+    void divide(const LeafBox& box) {
+        const Eigen::Vector3i size = box.high - box.low;
+        const int axis = size[2] >= size[0] && size[2] >= size[1] ? 2 : size[0] >= size[1] ? 0 : 1;
+        LeafBox low = box, high = box;
+        low.high[axis] = high.low[axis] = box.low[axis] + size[axis] / 2;
+        visit(low);
+        visit(high);
+    }
+
+    void fill(const LeafBox& box) {
+        for (int x = box.low[0]; x < box.high[0]; ++x) {
+            for (int y = box.low[1]; y < box.high[1]; ++y) {
+                for (int z = box.low[2]; z < box.high[2]; ++z) {
+                    const openvdb::Coord origin(kLeafSide * x, kLeafSide * y, kLeafSide * z);
+                    fill_leaf(least_, origin, -kBandSteps);
+                    fill_leaf(most_, origin, kBandSteps);
+                }
+            }
+        }
+    }
+
+    void combine(const Eigen::Vector3i& at) {
+        const openvdb::Coord origin(kLeafSide * at[0], kLeafSide * at[1], kLeafSide * at[2]);
+        // Nodes beyond the tile's last line keep their values.
+        std::array<Eigen::Vector3d, kLeafNodes> nodes;
+        std::array<std::size_t, kLeafNodes> index;
+        std::size_t count = 0;
+        for (int x = 0; x < kLeafSide; ++x) {
+            for (int y = 0; y < kLeafSide; ++y) {
+                if (origin[0] + x >= kVolumeTileSamples || origin[1] + y >= kVolumeTileSamples)
+                    continue;
+                const int line = line_index(origin[0] + x, origin[1] + y);
+                for (int z = 0; z < kLeafSide; ++z) {
+                    nodes[count] = lines_.position(line, origin[2] + z);
+                    index[count++] = static_cast<std::size_t>((x * kLeafSide + y) * kLeafSide + z);
+                }
+            }
+        }
+        LeafValues read, distances, opposite;
+        traversal_.distances({nodes.data(), count}, {read.data(), count});
+        distances.fill(kBandSteps);
+        for (std::size_t i = 0; i < count; ++i) distances[index[i]] = read[i];
+        std::ranges::transform(distances, opposite.begin(),
+                               [](std::int16_t d) { return static_cast<std::int16_t>(-d); });
+        combine_leaf(least_, origin, distances, true);
+        combine_leaf(most_, origin, opposite, false);
+    }
+
+    const TileLines& lines_;
+    ShapeTraversal traversal_;
+    NodeTree& least_;  // of the field that becomes negative inside the shape
+    NodeTree& most_;
+};
+
+TileLevelSet::TileLevelSet(double spacing)
+    : trees_(std::make_unique<Trees>()), band_(kBandSpacings * spacing) {}
+
+TileLevelSet::~TileLevelSet() = default;
+
+void TileLevelSet::apply(VolumeOp op, const PlacedShape& shape, const TileLines& lines) {
+    const WorldBox& bounds = shape.bounds();
+    const double s = lines.spacing, reach = band_ + s;
+    const double most = (kVolumeTileSamples - 1) / kLeafSide;
+    LeafBox box;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double origin = axis == 0 ? lines.x[0] : axis == 1 ? lines.y[0] : 0.0;
+        // Limited before the conversion: a large shape may reach far beyond the tile.
+        const double low =
+            std::clamp((bounds.low[axis] - reach - origin) / s, -kMostNode, kMostNode);
+        const double high =
+            std::clamp((bounds.high[axis] + reach - origin) / s, -kMostNode, kMostNode);
+        box.low[axis] = axis == 2 ? leaf_of(low) : std::max(leaf_of(low), 0);
+        box.high[axis] =
+            (axis == 2 ? leaf_of(high) : std::min(leaf_of(high), static_cast<int>(most))) + 1;
+    }
+    Application(*this, op, shape, lines).visit(box);
+}
+
+std::int16_t TileLevelSet::value(Field field, int line, std::int32_t k) const {
+    return trees_->of(field).getValue(
+        openvdb::Coord(line % kVolumeTileSamples, line / kVolumeTileSamples, k));
+}
+
+FieldRuns TileLevelSet::runs(Field field, const TileLines& lines) const {
+    const NodeTree& tree = trees_->of(field);
+    struct Piece {
+        int line, k;
+        const std::int16_t* values;
+    };
+    // Leaves come in the order of their coordinates, so that each line's pieces ascend.
+    std::vector<Piece> pieces;
+    std::vector<std::uint32_t> counts(kTileLines + 1, 0);
+    for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) {
+        const openvdb::Coord& origin = leaf->origin();
+        const std::int16_t* values = leaf->buffer().data();
+        for (int x = 0; x < kLeafSide && origin[0] + x < kVolumeTileSamples; ++x) {
+            for (int y = 0; y < kLeafSide && origin[1] + y < kVolumeTileSamples; ++y) {
+                const int line = line_index(origin[0] + x, origin[1] + y);
+                pieces.push_back({line, origin[2], values + (x * kLeafSide + y) * kLeafSide});
+                ++counts[static_cast<std::size_t>(line) + 1];
+            }
+        }
+    }
+    for (std::size_t line = 0; line < kTileLines; ++line) counts[line + 1] += counts[line];
+    std::vector<const Piece*> sorted(pieces.size());
+    std::vector<std::uint32_t> next = counts;
+    for (const Piece& piece : pieces) sorted[next[static_cast<std::size_t>(piece.line)]++] = &piece;
+
+    FieldRuns runs;
+    runs.line_begin.push_back(0);
+    runs.far_value.assign(kTileLines, kBandSteps);
+    for (int line = 0; line < kTileLines; ++line) {
+        const auto l = static_cast<std::size_t>(line);
+        for (std::uint32_t i = counts[l]; i < counts[l + 1]; ++i) {
+            const Piece& piece = *sorted[i];
+            if (i > counts[l] && runs.runs.back().last + 1 == piece.k) {
+                runs.runs.back().last += kLeafSide;
+            } else {
+                runs.runs.push_back({piece.k, piece.k + kLeafSide - 1,
+                                     static_cast<std::uint32_t>(runs.values.size())});
+            }
+            runs.values.insert(runs.values.end(), piece.values, piece.values + kLeafSide);
+        }
+        if (counts[l] == counts[l + 1]) runs.far_value[l] = value(field, line, lines.surface[l]);
+        runs.line_begin.push_back(static_cast<std::uint32_t>(runs.runs.size()));
+    }
+    return runs;
+}
+
+std::size_t TileLevelSet::bytes() const {
+    return sizeof(Trees) + trees_->to_void.memUsage() + trees_->to_solid.memUsage();
+}
+
+std::uint64_t TileLevelSet::band_node_count() const {
+    return trees_->to_void.activeVoxelCount() + trees_->to_solid.activeVoxelCount();
+}
+
+}  // namespace terrane::internal

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: MIT
+// Level sets from `.vdb` files.
+#include "level_set/sampled_grid.h"
+
+#include <terrane/terrain/number_text.h>
+
+#include <openvdb/io/File.h>
+
+#include <exception>
+#include <filesystem>
+
+namespace terrane::internal {
+namespace {
+
+constexpr double kMostSlope = 1.25;  // of neighbouring values, per voxel: 1 for true distances
+constexpr double kLeastBandSpacings =
+    2.0;  // narrower bands do not hold both ends of the edges that cross the surface
+
+using GridResult = Result<openvdb::FloatGrid::Ptr>;
+
+/// Without its voxels: name, class, type and statistics.
+Result<openvdb::GridBase::Ptr> choose_grid(openvdb::io::File& reader, const VolumeFile& file) {
+    const openvdb::GridPtrVecPtr grids = reader.readAllGridMetadata();
+    openvdb::GridBase::Ptr chosen;
+    for (const openvdb::GridBase::Ptr& grid : *grids) {
+        if (file.grid.empty() ? grids->size() == 1 : grid->getName() == file.grid) chosen = grid;
+    }
+    if (chosen == nullptr) {
+        return fail(ErrorCode::bad_data, "\"" + file.path + "\" has " + number_text(grids->size()) +
+                                             " grids, and none is called \"" + file.grid + "\"");
+    }
+    if (!chosen->isType<openvdb::FloatGrid>() ||
+        chosen->getGridClass() != openvdb::GRID_LEVEL_SET) {
+        return fail(ErrorCode::bad_data,
+                    "grid \"" + chosen->getName() + "\" of \"" + file.path +
+                        "\" is no level set of floats: " + chosen->type() + ", class " +
+                        openvdb::GridBase::gridClassToString(chosen->getGridClass()));
+    }
+    return chosen;
+}
+
+Result<void> check_bytes(const std::string& path, double bytes, const VolumeSettings& settings) {
+    if (bytes <= static_cast<double>(settings.memory_bytes)) return {};
+    return fail(ErrorCode::out_of_memory, "\"" + path + "\" needs " + number_text(bytes) +
+                                              " bytes, more than memory_bytes, " +
+                                              number_text(settings.memory_bytes));
+}
+
+GridResult read_grid(const VolumeFile& file, const VolumeSettings& settings) {
+    std::error_code status;
+    const auto file_bytes = std::filesystem::file_size(file.path, status);
+    if (status)
+        return fail(ErrorCode::io, "cannot read \"" + file.path + "\": " + status.message());
+    if (auto ok = check_bytes(file.path, static_cast<double>(file_bytes), settings); !ok) {
+        return tl::unexpected(ok.error());
+    }
+    initialize_openvdb();
+    openvdb::io::File reader(file.path);
+    reader.open(false);  // all at once: no later reads from a file that may have changed
+    auto chosen = choose_grid(reader, file);
+    if (!chosen) return tl::unexpected(chosen.error());
+    if (const auto stated = (*chosen)->getMetadata<openvdb::Int64Metadata>("file_mem_bytes")) {
+        if (auto ok = check_bytes(file.path, static_cast<double>(stated->value()), settings); !ok) {
+            return tl::unexpected(ok.error());
+        }
+    }
+    auto grid = openvdb::gridPtrCast<openvdb::FloatGrid>(reader.readGrid((*chosen)->getName()));
+    reader.close();
+    if (auto ok = check_bytes(file.path, static_cast<double>(grid->memUsage()), settings); !ok) {
+        return tl::unexpected(ok.error());
+    }
+    grid->tree().voxelizeActiveTiles(false);
+    return grid;
+}
+
+Result<void> check_shape(const openvdb::FloatGrid& grid, const std::string& path, double spacing) {
+    if (grid.activeVoxelCount() == 0)
+        return fail(ErrorCode::bad_data, "\"" + path + "\" has no active voxels");
+    if (!grid.transform().isLinear() || !grid.hasUniformVoxels()) {
+        return fail(ErrorCode::bad_data, "\"" + path + "\" has voxels that are not cubes");
+    }
+    const double band = double{grid.background()};
+    if (!(band >= kLeastBandSpacings * spacing) || !std::isfinite(band)) {
+        return fail(ErrorCode::bad_data, "the band of \"" + path + "\" is " + number_text(band) +
+                                             " m wide, less than two spacings of " +
+                                             number_text(spacing) + " m");
+    }
+    if (check_distances(grid)) return {};
+    return fail(ErrorCode::bad_data, "\"" + path + "\" does not hold signed distances");
+}
+
+}  // namespace
+
+Result<void> check_distances(const openvdb::FloatGrid& grid) {
+    const double most = kMostSlope * grid.voxelSize()[0], band = double{grid.background()};
+    auto values = grid.getConstAccessor();
+    const auto fault = [] { return fail(ErrorCode::bad_data, "no signed distances"); };
+    const auto agree = [&](float a, float b) {
+        return std::abs(double{a} - double{b}) <= most && std::abs(double{a}) <= 1.001 * band;
+    };
+    for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf) {
+        for (auto voxel = leaf->cbeginValueAll(); voxel; ++voxel) {
+            const openvdb::Coord at = voxel.getCoord();
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                for (const int step : {-1, 1}) {
+                    openvdb::Coord beside = at;
+                    beside[axis] += step;
+                    if (!agree(*voxel, values.getValue(beside))) return fault();
+                }
+            }
+        }
+    }
+    // Beside a region inside are voxels, which were compared, or other regions inside.
+    for (auto tile = grid.tree().cbeginValueOff(); tile; ++tile) {
+        if (tile.isVoxelValue() || !(*tile < 0.0f)) continue;
+        openvdb::CoordBBox box;
+        tile.getBoundingBox(box);
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const std::size_t u = (axis + 1) % 3, v = (axis + 2) % 3;
+            for (const int plane : {box.min()[axis] - 1, box.max()[axis] + 1}) {
+                openvdb::Coord beside;
+                beside[axis] = plane;
+                for (beside[u] = box.min()[u]; beside[u] <= box.max()[u]; beside[u] += 8) {
+                    for (beside[v] = box.min()[v]; beside[v] <= box.max()[v]; beside[v] += 8) {
+                        if (values.probeConstLeaf(beside) == nullptr &&
+                            !(values.getValue(beside) < 0.0f)) {
+                            return fault();
+                        }
+                    }
+                }
+            }
+        }
+    }
+    return {};
+}
+
+Result<std::shared_ptr<const SampledShape>> SampledShape::of_file(const VolumeFile& file,
+                                                                  const Pose& world_from_shape,
+                                                                  double spacing,
+                                                                  const VolumeSettings& settings) {
+    try {
+        auto read = read_grid(file, settings);
+        if (!read) return tl::unexpected(read.error());
+        const openvdb::FloatGrid::Ptr grid = *read;
+        if (auto ok = check_shape(*grid, file.path, spacing); !ok)
+            return tl::unexpected(ok.error());
+        const openvdb::Vec3d origin = grid->worldToIndex(openvdb::Vec3d(0.0));
+        Eigen::Matrix3d index_from_shape;
+        for (int axis = 0; axis < 3; ++axis) {
+            openvdb::Vec3d unit(0.0);
+            unit[axis] = 1.0;
+            const openvdb::Vec3d column = grid->worldToIndex(unit) - origin;
+            index_from_shape.col(axis) = Eigen::Vector3d(column[0], column[1], column[2]);
+        }
+        // rows times the inverse rotation: index_from_shape * rotation^T
+        Eigen::Matrix3d index_from_offset;
+        for (int row = 0; row < 3; ++row) {
+            index_from_offset.row(row) =
+                rotate(world_from_shape.rotation, index_from_shape.row(row)).transpose();
+        }
+        const double voxel = grid->voxelSize()[0], band = double{grid->background()};
+        return std::make_shared<const SampledShape>(std::make_unique<Grid>(
+            Grid{grid, index_from_offset, world_from_shape.translation,
+                 Eigen::Vector3d(origin[0], origin[1], origin[2]), voxel, band}));
+    } catch (const std::bad_alloc&) {
+        // The size was checked: a length inside the file is wrong.
+        return fail(ErrorCode::bad_data, "cannot read \"" + file.path + "\": it is damaged");
+    } catch (const std::exception& error) {
+        return fail(ErrorCode::bad_data, "cannot read \"" + file.path + "\": " + error.what());
+    }
+}
+
+}  // namespace terrane::internal

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: MIT
+#include "level_set/placed_shape.h"
+#include "level_set/tile_lines.h"
+
+#include <terrane/terrain/number_text.h>
+#include <terrane/volume/placed_volume.h>
+
+#include <algorithm>
+
+namespace terrane {
+namespace {
+
+using internal::PlacedShape;
+using internal::WorldBox;
+
+constexpr std::size_t kMostTiles = std::size_t{1} << 22;
+
+/// Tiles under a box, limited to those of the world; first and last column and row.
+struct TileRange {
+    VolumeTileKey first, last;
+    double count() const {
+        return last.column < first.column || last.row < first.row
+                   ? 0.0
+                   : static_cast<double>(last.column - first.column + 1) *
+                         static_cast<double>(last.row - first.row + 1);
+    }
+};
+
+TileRange tiles_under(const Lattice& lattice, int level, const WorldBox& box) {
+    const double spacing = lattice.level_spacing(level), side = spacing * kVolumeTileCells;
+    const double reach = (internal::kBandSpacings + 1.0) * spacing;
+    const std::int64_t tile_side = lattice.step(level) * kVolumeTileCells;
+    const auto tile_at = [&](double p, double origin, std::int64_t first, std::int64_t end) {
+        const double at = std::floor((p - origin) / side);
+        return static_cast<std::int64_t>(std::clamp(at,
+                                                    static_cast<double>(first / tile_side) - 1.0,
+                                                    static_cast<double>(end / tile_side)));
+    };
+    TileRange range;
+    range.first = {tile_at(box.low[0] - reach, lattice.origin_x, lattice.west(), lattice.east()),
+                   tile_at(box.low[1] - reach, lattice.origin_y, lattice.south(), lattice.north())};
+    range.last = {tile_at(box.high[0] + reach, lattice.origin_x, lattice.west(), lattice.east()),
+                  tile_at(box.high[1] + reach, lattice.origin_y, lattice.south(), lattice.north())};
+    range.first = {std::max(range.first.column, lattice.west() / tile_side),
+                   std::max(range.first.row, lattice.south() / tile_side)};
+    range.last = {std::min(range.last.column, lattice.east() / tile_side - 1),
+                  std::min(range.last.row, lattice.north() / tile_side - 1)};
+    return range;
+}
+
+Result<PlacedShape> place(const Lattice& lattice, int level, const VolumeOperation& operation,
+                          const VolumeSettings& settings) {
+    const double spacing = lattice.level_spacing(level);
+    const auto thin = [&](double thickness) {
+        return fail(ErrorCode::invalid_argument, "the volume is " + number_text(thickness) +
+                                                     " m thick, less than its voxel of " +
+                                                     number_text(spacing) + " m");
+    };
+    Result<std::shared_ptr<const internal::SampledShape>> sampled = nullptr;
+    if (const auto* mesh = std::get_if<VolumeMesh>(&operation.shape)) {
+        WorldBox box;
+        for (const auto& triangle : mesh->triangles) {
+            for (const std::uint32_t p : triangle) box.include(mesh->points_shape[p], 0.0);
+        }
+        if (const double thickness = (box.high - box.low).minCoeff(); thickness < spacing)
+            return thin(thickness);
+        sampled =
+            internal::SampledShape::of_mesh(*mesh, operation.world_from_shape, spacing, settings);
+    } else if (const auto* file = std::get_if<VolumeFile>(&operation.shape)) {
+        sampled =
+            internal::SampledShape::of_file(*file, operation.world_from_shape, spacing, settings);
+    } else {
+        auto exact = internal::ExactShape::place(operation);
+        if (const double thickness = exact.thickness(); thickness < spacing) return thin(thickness);
+        return PlacedShape(std::move(exact));
+    }
+    if (!sampled) return tl::unexpected(sampled.error());
+    return PlacedShape(*sampled);
+}
+
+Result<void> check_place(const Lattice& lattice, int level, const PlacedShape& shape) {
+    const WorldBox& box = shape.bounds();
+    const double most = internal::kMostNode * lattice.level_spacing(level);
+    if (!(box.low[2] > -most && box.high[2] < most)) {
+        return fail(ErrorCode::invalid_argument,
+                    "the volume reaches from " + number_text(box.low[2]) + " to " +
+                        number_text(box.high[2]) + " m, beyond 2^28 voxels");
+    }
+    if (box.high[0] < lattice.x(lattice.west()) || box.low[0] > lattice.x(lattice.east()) ||
+        box.high[1] < lattice.y(lattice.south()) || box.low[1] > lattice.y(lattice.north())) {
+        return fail(ErrorCode::invalid_argument,
+                    "the volume at (" + number_text(0.5 * (box.low[0] + box.high[0])) + ", " +
+                        number_text(0.5 * (box.low[1] + box.high[1])) + ") is outside the world");
+    }
+    double tile_count = 0.0;
+    for (const WorldBox& part : shape.part_bounds())
+        tile_count += tiles_under(lattice, level, part).count();
+    if (tile_count <= static_cast<double>(kMostTiles)) return {};
+    return fail(ErrorCode::invalid_argument, "the volume touches about " + number_text(tile_count) +
+                                                 " tiles of 32 voxels, more than 4194304");
+}
+
+}  // namespace
+
+Result<PlacedVolume> PlacedVolume::create(const Lattice& lattice, int level,
+                                          const VolumeOperation& operation,
+                                          const VolumeSettings& settings) {
+    if (level < 0 || level > lattice.finest_level) {
+        return fail(ErrorCode::invalid_argument, "level must be 0 to " +
+                                                     number_text(lattice.finest_level) + ", got " +
+                                                     number_text(level));
+    }
+    if (auto ok = check(operation); !ok) return tl::unexpected(ok.error());
+    auto shape = place(lattice, level, operation, settings);
+    if (!shape) return tl::unexpected(shape.error());
+    if (auto ok = check_place(lattice, level, *shape); !ok) return tl::unexpected(ok.error());
+    return PlacedVolume(operation.op, std::make_shared<const PlacedShape>(std::move(*shape)),
+                        lattice, level);
+}
+
+std::vector<VolumeTileKey> PlacedVolume::tiles() const {
+    std::vector<VolumeTileKey> tiles;
+    for (const WorldBox& part : shape_->part_bounds()) {
+        const TileRange range = tiles_under(lattice_, level_, part);
+        for (std::int64_t column = range.first.column; column <= range.last.column; ++column) {
+            for (std::int64_t row = range.first.row; row <= range.last.row; ++row)
+                tiles.push_back({column, row});
+        }
+    }
+    std::ranges::sort(tiles);
+    tiles.erase(std::unique(tiles.begin(), tiles.end()), tiles.end());
+    return tiles;
+}
+
+std::size_t PlacedVolume::bytes() const { return shape_->bytes(); }
+
+double PlacedVolume::signed_distance(const WorldPos& p_world) const {
+    return shape_->signed_distance(p_world);
+}
+
+}  // namespace terrane

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: MIT
+#include "volume/random_scene.h"
+
+#include <cmath>
+
+namespace terrane::test {
+namespace {
+
+VolumeWorld random_world(Random& random, double spacing) {
+    const double slope_x = random.between(-1.0, 1.0), slope_y = random.between(-1.0, 1.0);
+    const double steep = random.between(1.0, 10.0), noise = random.between(0.0, 2.0) * spacing;
+    const int kind = random.below(6), middle = 128 + random.below(9) - 4;
+    Random grain(random.bits());
+    return VolumeWorld::make(2, spacing, [&](int column, int row) {
+        const double x = column - 128, y = row - 64;
+        switch (kind) {
+            case 0:
+                return 20.0;  // flat, through nodes
+            case 1:
+                return 20.0 + spacing * (slope_x * x + slope_y * y);
+            case 2:
+                return spacing * steep * (slope_x * x + slope_y * y) /
+                       std::sqrt(slope_x * slope_x + slope_y * slope_y);
+            case 3:
+                return column < middle ? 20.0 : 20.0 + 8.0 * spacing;  // a cliff
+            case 4:
+                return 20.0 + grain.between(-1.0, 1.0) * noise;
+            default:
+                return 20.0 + spacing * (6.0 * slope_x * std::abs(x) + slope_y * y) +
+                       grain.between(0.0, 1.0) * noise;
+        }
+    });
+}
+
+}  // namespace
+
+RandomScene::RandomScene(std::uint64_t seed) {
+    Random random(seed);
+    const double spacing = random.below(2) == 0 ? 1.0 : 0.5 * random.between(0.7, 1.3);
+    world = random_world(random, spacing);
+    const int count = 1 + random.below(6);
+    for (int i = 0; i < count; ++i) {
+        const Eigen::Vector3d before =
+            i > 0 ? operations.back().world_from_shape.translation : Eigen::Vector3d(0, 0, 0);
+        VolumeOperation& operation = operations.emplace_back();
+        operation.voxel = spacing;
+        operation.op = random.below(3) == 0 ? VolumeOp::add : VolumeOp::remove;
+        // Near the middle of the world, where two chunks meet: on a corner of tiles, at a node, or anywhere.
+        Eigen::Vector3d at(128.0 * spacing, 64.0 * spacing, 0.0);
+        const int where = random.below(4);
+        if (where == 1) at.x() += random.below(41) - 20.0, at.y() += random.below(41) - 20.0;
+        if (where >= 2)
+            at += spacing *
+                  Eigen::Vector3d(random.between(-24.0, 24.0), random.between(-24.0, 24.0), 0.0);
+        double radius = spacing * random.between(0.8, 12.0);
+        if (random.below(3) == 0) radius = spacing * std::floor(radius / spacing + 1.0);
+        at.z() = world.height(at.x(), at.y());
+        switch (random.below(5)) {
+            case 0:
+                break;  // half in the ground
+            case 1:
+                at.z() += radius;
+                break;  // tangential from above
+            case 2:
+                at.z() -= radius;
+                break;  // and from below
+            case 3:
+                at.z() += spacing * random.between(-30.0, 30.0);
+                break;
+            default:
+                at.z() += spacing * (random.below(13) - 6.0);
+                break;
+        }
+        if (i > 0 && random.below(3) == 0) {  // concentric, or touching
+            at = before;
+            if (random.below(2) == 0) at.x() += 2.0 * radius;
+        }
+        operation.world_from_shape.translation = at;
+        if (random.below(2) == 0) operation.world_from_shape.rotation = random.rotation();
+        switch (random.below(4)) {
+            case 0:
+                operation.shape.emplace<VolumeSphere>(VolumeSphere{radius});
+                break;
+            case 1:
+                operation.shape.emplace<VolumeCapsule>(
+                    VolumeCapsule{radius, spacing * random.between(0.0, 12.0)});
+                break;
+            case 2:
+                operation.shape.emplace<VolumeBox>(
+                    VolumeBox{{radius, spacing * random.between(0.6, 12.0),
+                               spacing * (1.0 + random.below(9))}});
+                break;
+            default: {
+                auto& tube = operation.shape.emplace<VolumeTube>();
+                tube.radius = std::max(0.6 * spacing, 0.3 * radius);
+                for (int p = 2 + random.below(4); p > 0; --p) {
+                    tube.path_shape.push_back(random.direction() * spacing *
+                                              random.between(0.0, 25.0));
+                }
+            }
+        }
+    }
+}
+
+}  // namespace terrane::test
