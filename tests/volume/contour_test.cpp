@@ -35,7 +35,7 @@ struct Joined {
         : volumes(Volumes::create(world.lattice, operations).value()),
           contours(contour_all(world, volumes)),
           mesh(join(world, volumes, contours)) {}
-    std::size_t count(VolumeSurface surface) const {
+    std::size_t count(SolidPart surface) const {
         std::size_t count = 0;
         for (const VolumeContour& contour : contours) {
             count += static_cast<std::size_t>(std::ranges::count(contour.surfaces, surface));
@@ -63,8 +63,8 @@ TEST(Contour, EnclosesTheVolumeOfSpheresBelowAboveAndInTheGround) {
                                          : 0.5;
             EXPECT_NEAR(signed_volume(joined.mesh) - ground, (removes ? -1.0 : 1.0) * share * ball,
                         0.01 * ball);
-            EXPECT_EQ(joined.count(VolumeSurface::cavity) > 0, removes && !above);
-            EXPECT_EQ(joined.count(VolumeSurface::overhang) > 0, !removes && !below);
+            EXPECT_EQ(joined.count(SolidPart::cavity) > 0, removes && !above);
+            EXPECT_EQ(joined.count(SolidPart::overhang) > 0, !removes && !below);
             EXPECT_EQ(joined.replaced() > 0, !below && !above);
         }
     }
@@ -88,8 +88,8 @@ TEST(Contour, IsClosedForAllStatesOfATrianglesSamples) {
         }
         const Joined joined(world, operations);
         EXPECT_EQ(find_leak(world, joined.mesh), "") << "seed " << seed;
-        EXPECT_GT(joined.count(VolumeSurface::ground), 100u);
-        EXPECT_GT(joined.count(VolumeSurface::overhang), 100u);
+        EXPECT_GT(joined.count(SolidPart::ground), 100u);
+        EXPECT_GT(joined.count(SolidPart::overhang), 100u);
     }
 }
 

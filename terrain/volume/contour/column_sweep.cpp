@@ -145,8 +145,7 @@ void ColumnSweep::march(const std::array<LineNode, 4>& nodes, unsigned inside, F
 
 void ColumnSweep::emit(std::uint32_t a, std::uint32_t b, std::uint32_t c, Field field) {
     contour_.triangles.push_back({a, b, c});
-    contour_.surfaces.push_back(field == Field::to_void ? VolumeSurface::cavity
-                                                        : VolumeSurface::overhang);
+    contour_.surfaces.push_back(field == Field::to_void ? SolidPart::cavity : SolidPart::overhang);
 }
 
 }  // namespace terrane::internal

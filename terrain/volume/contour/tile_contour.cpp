@@ -56,7 +56,7 @@ private:
     }
     void emit(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
         contour_.triangles.push_back({a, b, c});
-        contour_.surfaces.push_back(VolumeSurface::ground);
+        contour_.surfaces.push_back(SolidPart::ground);
     }
     void emit_quad(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
         emit(a, b, c);

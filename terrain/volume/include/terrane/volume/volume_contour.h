@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <terrane/terrain/solid_surface.h>
 #include <terrane/volume/placed_volume.h>
 
 #include <array>
@@ -30,13 +31,6 @@ struct VolumeVertexKey {
     constexpr bool is_sample() const { return first == second; }
 };
 
-/// What a triangle is part of.
-enum class VolumeSurface : std::uint8_t {
-    ground,    ///< the heightfield, what is left of a triangle
-    cavity,    ///< below the heightfield: wall, floor or ceiling of a void
-    overhang,  ///< above it: the surface of added solid
-};
-
 /// The surface of the joined solid over one tile. Triangles are counter-clockwise seen from outside the solid.
 ///
 /// Together with the triangles of the heightfield that no tile replaces, the contours of all tiles are a closed
@@ -48,7 +42,7 @@ struct VolumeContour {
     /// them, so that tiles agree bit for bit.
     std::vector<WorldPos> positions_world;
     std::vector<std::array<std::uint32_t, 3>> triangles;  ///< indices of vertices
-    std::vector<VolumeSurface> surfaces;                  ///< of each triangle
+    std::vector<SolidPart> surfaces;                      ///< of each triangle
     /// Triangles of the heightfield that are not part of the surface, ascending: 2 * (row * 32 + column) of the
     /// cell in the tile, + 1 for the northern triangle of the cell. What is left of them is in `triangles`.
     std::vector<std::uint16_t> replaced;

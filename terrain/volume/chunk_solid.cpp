@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+#include <terrane/volume/chunk_solid.h>
+#include <terrane/volume/volume_tile.h>
+
+#include <algorithm>
+#include <array>
+#include <string>
+#include <utility>
+
+namespace terrane {
+namespace {
+
+constexpr int kTilesPerChunk = kChunkCells / kVolumeTileCells;
+
+/// The samples of a tile of a chunk, row by row.
+std::vector<std::int32_t> copy_heights(const Chunk& chunk, int tile_column, int tile_row) {
+    std::vector<std::int32_t> heights;
+    heights.reserve(static_cast<std::size_t>(kVolumeTileSamples) * kVolumeTileSamples);
+    for (int row = 0; row < kVolumeTileSamples; ++row) {
+        const auto first = chunk.heights.begin() +
+                           static_cast<std::ptrdiff_t>(sample_index(
+                               tile_column * kVolumeTileCells, tile_row * kVolumeTileCells + row));
+        heights.insert(heights.end(), first, first + kVolumeTileSamples);
+    }
+    return heights;
+}
+
+/// The longest edge that a surface passes through, metres. Two corners of a tetrahedron on the same side of the surface
+/// are both joined to one on the other side by such edges, so that twice their length bounds its diameter.
+double longest_edge(const VolumeTile& tile, const VolumeContour& contour) {
+    const auto place = [&](const VolumeNode& node) {
+        return tile.position(static_cast<int>(node.column - contour.key.column * kVolumeTileCells),
+                             static_cast<int>(node.row - contour.key.row * kVolumeTileCells),
+                             node.k);
+    };
+    double longest = 0.0;
+    for (const VolumeVertexKey& key : contour.keys) {
+        if (!key.is_sample()) {
+            longest = std::max(longest, (place(key.second) - place(key.first)).norm());
+        }
+    }
+    return longest;
+}
+
+/// Adds a tile's contour to a chunk's triangles.
+void add(VolumeContour&& contour, int tile_column, int tile_row, SolidTriangles& chunk) {
+    const auto first = static_cast<std::uint32_t>(chunk.vertices_world.size());
+    chunk.vertices_world.insert(chunk.vertices_world.end(), contour.positions_world.begin(),
+                                contour.positions_world.end());
+    for (const std::array<std::uint32_t, 3>& triangle : contour.triangles) {
+        chunk.triangles.push_back({first + triangle[0], first + triangle[1], first + triangle[2]});
+    }
+    chunk.parts.insert(chunk.parts.end(), contour.surfaces.begin(), contour.surfaces.end());
+    for (const std::uint16_t replaced : contour.replaced) {
+        const int cell = replaced / 2;
+        const std::size_t in_chunk =
+            cell_index(tile_column * kVolumeTileCells + cell % kVolumeTileCells,
+                       tile_row * kVolumeTileCells + cell / kVolumeTileCells);
+        chunk.replaced.push_back(static_cast<std::uint16_t>(2 * in_chunk + replaced % 2));
+    }
+}
+
+}  // namespace
+
+Result<std::shared_ptr<const SolidSurface>> make_chunk_solid(const Volumes& volumes,
+                                                             const Chunk& chunk) {
+    if (chunk.key.level != volumes.level()) {
+        return tl::unexpected(Error{ErrorCode::invalid_argument,
+                                    "a chunk of level " + std::to_string(chunk.key.level) +
+                                        " has no volumes: the pinned level is " +
+                                        std::to_string(volumes.level())});
+    }
+    SolidTriangles triangles;
+    double longest = 0.0;
+    for (int row = 0; row < kTilesPerChunk; ++row) {
+        for (int column = 0; column < kTilesPerChunk; ++column) {
+            const VolumeTileKey key{std::int64_t{chunk.key.x} * kTilesPerChunk + column,
+                                    std::int64_t{chunk.key.y} * kTilesPerChunk + row};
+            if (volumes.operations_at(key).empty()) continue;
+            Result<VolumeTile> tile =
+                VolumeTile::create(volumes, key, copy_heights(chunk, column, row));
+            if (!tile) return tl::unexpected(tile.error());
+            VolumeContour contour = tile->contour();
+            longest = std::max(longest, longest_edge(*tile, contour));
+            add(std::move(contour), column, row, triangles);
+        }
+    }
+    if (triangles.triangles.empty() && triangles.replaced.empty()) return nullptr;
+    triangles.error_m = 2.0 * longest;
+    return std::make_shared<const SolidSurface>(std::move(triangles));
+}
+
+}  // namespace terrane
