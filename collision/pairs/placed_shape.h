@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "pairs/convex_queries.h"
 #include "base/aabb_tree.h"
+#include "pairs/convex_queries.h"
 
 #include <terrane/collision/shapes.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "math/vector_math.h"
 #include "base/aabb_tree.h"
+#include "math/vector_math.h"
 #include "shapes/compound_data.h"
 #include "shapes/hull_data.h"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <terrane/terrain/aabb.h>
 #include <terrane/collision/shapes.h>
+#include <terrane/terrain/aabb.h>
 
 namespace terrane::internal {
 

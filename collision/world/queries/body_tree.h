@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "broadphase/pair_list.h"
 #include "base/aabb_tree.h"
+#include "broadphase/pair_list.h"
 
 #include <terrane/terrain/math.h>
 

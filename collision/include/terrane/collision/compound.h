@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <terrane/terrain/aabb.h>
 #include <terrane/collision/convex_hull.h>
 #include <terrane/collision/primitives.h>
+#include <terrane/terrain/aabb.h>
 #include <terrane/terrain/math.h>
 #include <terrane/terrain/result.h>
 
