@@ -15,6 +15,10 @@ target_compile_options(terrane_options INTERFACE
 if(TERRANE_SANITIZE)
     target_compile_options(terrane_options INTERFACE -fsanitize=${TERRANE_SANITIZE} -fno-omit-frame-pointer)
     target_link_options(terrane_options INTERFACE -fsanitize=${TERRANE_SANITIZE})
+    if(CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
+        target_compile_options(terrane_options INTERFACE
+            -fsanitize-ignorelist=${CMAKE_CURRENT_LIST_DIR}/sanitizer_ignorelist.txt)
+    endif()
 endif()
 
 # terrane_glob_rooms(<out> rooms...)

@@ -30,21 +30,20 @@ TileRange tiles_under(const Lattice& lattice, int level, const WorldBox& box) {
     const double spacing = lattice.level_spacing(level), side = spacing * kVolumeTileCells;
     const double reach = (internal::kBandSpacings + 1.0) * spacing;
     const std::int64_t tile_side = lattice.step(level) * kVolumeTileCells;
+    const std::int64_t west = lattice.west() / tile_side, south = lattice.south() / tile_side;
+    const std::int64_t east = lattice.east() / tile_side, north = lattice.north() / tile_side;
+    // Limited before the conversion: one beyond the world on both sides.
     const auto tile_at = [&](double p, double origin, std::int64_t first, std::int64_t end) {
         const double at = std::floor((p - origin) / side);
-        return static_cast<std::int64_t>(std::clamp(at,
-                                                    static_cast<double>(first / tile_side) - 1.0,
-                                                    static_cast<double>(end / tile_side)));
+        return static_cast<std::int64_t>(
+            std::clamp(at, static_cast<double>(first - 1), static_cast<double>(end)));
     };
     TileRange range;
-    range.first = {tile_at(box.low[0] - reach, lattice.origin_x, lattice.west(), lattice.east()),
-                   tile_at(box.low[1] - reach, lattice.origin_y, lattice.south(), lattice.north())};
-    range.last = {tile_at(box.high[0] + reach, lattice.origin_x, lattice.west(), lattice.east()),
-                  tile_at(box.high[1] + reach, lattice.origin_y, lattice.south(), lattice.north())};
-    range.first = {std::max(range.first.column, lattice.west() / tile_side),
-                   std::max(range.first.row, lattice.south() / tile_side)};
-    range.last = {std::min(range.last.column, lattice.east() / tile_side - 1),
-                  std::min(range.last.row, lattice.north() / tile_side - 1)};
+    range.first = {std::max(tile_at(box.low[0] - reach, lattice.origin_x, west, east), west),
+                   std::max(tile_at(box.low[1] - reach, lattice.origin_y, south, north), south)};
+    range.last = {
+        std::min(tile_at(box.high[0] + reach, lattice.origin_x, west, east), east - 1),
+        std::min(tile_at(box.high[1] + reach, lattice.origin_y, south, north), north - 1)};
     return range;
 }
 

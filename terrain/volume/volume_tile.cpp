@@ -18,11 +18,12 @@ struct VolumeTile::State {
         heights;  // lines are made of them when they are needed: they are five times as large
     internal::TileLevelSet level_set;
 
-    State(const Volumes& volumes, const VolumeTileKey& key_, std::span<const std::int32_t> heights_)
-        : key(key_),
+    State(const Volumes& volumes, const VolumeTileKey& of_tile,
+          std::span<const std::int32_t> samples)
+        : key(of_tile),
           lattice(volumes.lattice()),
           level(volumes.level()),
-          heights(heights_.begin(), heights_.end()),
+          heights(samples.begin(), samples.end()),
           level_set(volumes.spacing()) {}
 
     internal::TileLines lines() const {

@@ -49,9 +49,9 @@ RandomScene::RandomScene(std::uint64_t seed) {
         Eigen::Vector3d at(128.0 * spacing, 64.0 * spacing, 0.0);
         const int where = random.below(4);
         if (where == 1) at.x() += random.below(41) - 20.0, at.y() += random.below(41) - 20.0;
-        if (where >= 2)
-            at += spacing *
-                  Eigen::Vector3d(random.between(-24.0, 24.0), random.between(-24.0, 24.0), 0.0);
+        // Named, so that every compiler draws in the same order.
+        const double off_x = random.between(-24.0, 24.0), off_y = random.between(-24.0, 24.0);
+        if (where >= 2) at += spacing * Eigen::Vector3d(off_x, off_y, 0.0);
         double radius = spacing * random.between(0.8, 12.0);
         if (random.below(3) == 0) radius = spacing * std::floor(radius / spacing + 1.0);
         at.z() = world.height(at.x(), at.y());
@@ -85,17 +85,17 @@ RandomScene::RandomScene(std::uint64_t seed) {
                 operation.shape.emplace<VolumeCapsule>(
                     VolumeCapsule{radius, spacing * random.between(0.0, 12.0)});
                 break;
-            case 2:
-                operation.shape.emplace<VolumeBox>(
-                    VolumeBox{{radius, spacing * random.between(0.6, 12.0),
-                               spacing * (1.0 + random.below(9))}});
-                break;
+            case 2: {
+                const double width = spacing * random.between(0.6, 12.0);
+                const double height = spacing * (1.0 + random.below(9));
+                operation.shape.emplace<VolumeBox>(VolumeBox{{radius, width, height}});
+            } break;
             default: {
                 auto& tube = operation.shape.emplace<VolumeTube>();
                 tube.radius = std::max(0.6 * spacing, 0.3 * radius);
                 for (int p = 2 + random.below(4); p > 0; --p) {
-                    tube.path_shape.push_back(random.direction() * spacing *
-                                              random.between(0.0, 25.0));
+                    const double length = spacing * random.between(0.0, 25.0);
+                    tube.path_shape.push_back(length * random.direction());
                 }
             }
         }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "contour/column_sweep.h"
 
+#include "shapes/volume_math.h"
+
 #include <algorithm>
 
 namespace terrane::internal {
@@ -132,7 +134,8 @@ void ColumnSweep::march(const std::array<LineNode, 4>& nodes, unsigned inside, F
         const std::uint32_t a = vertex(i, k), b = vertex(i, l), c = vertex(j, l), d = vertex(j, k);
         const auto& p = contour_.positions_world;
         // The shorter diagonal; no other tetrahedron sees it.
-        if ((p[a] - p[c]).squaredNorm() <= (p[b] - p[d]).squaredNorm()) {
+        const Eigen::Vector3d a_to_c = p[c] - p[a], b_to_d = p[d] - p[b];
+        if (dot_product(a_to_c, a_to_c) <= dot_product(b_to_d, b_to_d)) {
             emit(a, b, c, field);
             emit(a, c, d, field);
         } else {

@@ -30,17 +30,21 @@ public:
             if (is_natural(i) == (natural_count == 1)) odd_one = i;
         }
         const std::size_t i = odd_one, j = (i + 1) % 3, k = (i + 2) % 3;
+        // Braces, so that every compiler makes the vertices in the same order.
         if (natural_count == 2) {
-            emit_quad(crossing(i, j), sample(j), sample(k), crossing(i, k));
+            emit_quad(Quad{crossing(i, j), sample(j), sample(k), crossing(i, k)});
         } else if (state(j) == state(k)) {
-            emit(sample(i), crossing(i, j), crossing(i, k));
+            emit(Corners{sample(i), crossing(i, j), crossing(i, k)});
         } else {
             // Cavity and overhang meet at the crossing of the opposite edge.
-            emit_quad(sample(i), crossing(i, j), crossing(j, k), crossing(i, k));
+            emit_quad(Quad{sample(i), crossing(i, j), crossing(j, k), crossing(i, k)});
         }
     }
 
 private:
+    using Corners = std::array<std::uint32_t, 3>;
+    using Quad = std::array<std::uint32_t, 4>;
+
     SampleState state(std::size_t i) const {
         return fields_.states[static_cast<std::size_t>(column_[i])];
     }
@@ -54,13 +58,13 @@ private:
         return vertices_.crossing(node(column_[i]), node(column_[j]),
                                   is_void ? Field::to_void : Field::to_solid);
     }
-    void emit(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-        contour_.triangles.push_back({a, b, c});
+    void emit(const Corners& corners) {
+        contour_.triangles.push_back(corners);
         contour_.surfaces.push_back(SolidPart::ground);
     }
-    void emit_quad(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
-        emit(a, b, c);
-        emit(a, c, d);
+    void emit_quad(const Quad& quad) {
+        emit({quad[0], quad[1], quad[2]});
+        emit({quad[0], quad[2], quad[3]});
     }
 
     const TileLines& lines_;

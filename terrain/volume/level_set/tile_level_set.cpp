@@ -171,7 +171,7 @@ TileLevelSet::~TileLevelSet() = default;
 void TileLevelSet::apply(VolumeOp op, const PlacedShape& shape, const TileLines& lines) {
     const WorldBox& bounds = shape.bounds();
     const double s = lines.spacing, reach = band_ + s;
-    const double most = (kVolumeTileSamples - 1) / kLeafSide;
+    constexpr int last_leaf = (kVolumeTileSamples - 1) / kLeafSide;
     LeafBox box;
     for (int axis = 0; axis < 3; ++axis) {
         const double origin = axis == 0 ? lines.x[0] : axis == 1 ? lines.y[0] : 0.0;
@@ -181,8 +181,7 @@ void TileLevelSet::apply(VolumeOp op, const PlacedShape& shape, const TileLines&
         const double high =
             std::clamp((bounds.high[axis] + reach - origin) / s, -kMostNode, kMostNode);
         box.low[axis] = axis == 2 ? leaf_of(low) : std::max(leaf_of(low), 0);
-        box.high[axis] =
-            (axis == 2 ? leaf_of(high) : std::min(leaf_of(high), static_cast<int>(most))) + 1;
+        box.high[axis] = (axis == 2 ? leaf_of(high) : std::min(leaf_of(high), last_leaf)) + 1;
     }
     Application(*this, op, shape, lines).visit(box);
 }

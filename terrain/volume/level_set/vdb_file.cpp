@@ -5,9 +5,11 @@
 #include <terrane/terrain/number_text.h>
 
 #include <openvdb/io/File.h>
+#include <openvdb/io/Stream.h>
 
 #include <exception>
 #include <filesystem>
+#include <fstream>
 
 namespace terrane::internal {
 namespace {
@@ -18,11 +20,23 @@ constexpr double kLeastBandSpacings =
 
 using GridResult = Result<openvdb::FloatGrid::Ptr>;
 
+Result<void> check_bytes(const std::string& path, double bytes, const VolumeSettings& settings) {
+    if (bytes <= static_cast<double>(settings.memory_bytes)) return {};
+    return fail(ErrorCode::out_of_memory, "\"" + path + "\" needs " + number_text(bytes) +
+                                              " bytes, more than memory_bytes, " +
+                                              number_text(settings.memory_bytes));
+}
+
 /// Without its voxels: name, class, type and statistics.
-Result<openvdb::GridBase::Ptr> choose_grid(openvdb::io::File& reader, const VolumeFile& file) {
+Result<openvdb::GridBase::Ptr> choose_grid(openvdb::io::File& reader, const VolumeFile& file,
+                                           const VolumeSettings& settings) {
     const openvdb::GridPtrVecPtr grids = reader.readAllGridMetadata();
     openvdb::GridBase::Ptr chosen;
+    double bytes = 0.0;
     for (const openvdb::GridBase::Ptr& grid : *grids) {
+        if (const auto stated = grid->getMetadata<openvdb::Int64Metadata>("file_mem_bytes")) {
+            bytes += static_cast<double>(stated->value());
+        }
         if (file.grid.empty() ? grids->size() == 1 : grid->getName() == file.grid) chosen = grid;
     }
     if (chosen == nullptr) {
@@ -36,14 +50,8 @@ Result<openvdb::GridBase::Ptr> choose_grid(openvdb::io::File& reader, const Volu
                         "\" is no level set of floats: " + chosen->type() + ", class " +
                         openvdb::GridBase::gridClassToString(chosen->getGridClass()));
     }
+    if (auto ok = check_bytes(file.path, bytes, settings); !ok) return tl::unexpected(ok.error());
     return chosen;
-}
-
-Result<void> check_bytes(const std::string& path, double bytes, const VolumeSettings& settings) {
-    if (bytes <= static_cast<double>(settings.memory_bytes)) return {};
-    return fail(ErrorCode::out_of_memory, "\"" + path + "\" needs " + number_text(bytes) +
-                                              " bytes, more than memory_bytes, " +
-                                              number_text(settings.memory_bytes));
 }
 
 GridResult read_grid(const VolumeFile& file, const VolumeSettings& settings) {
@@ -56,16 +64,20 @@ GridResult read_grid(const VolumeFile& file, const VolumeSettings& settings) {
     }
     initialize_openvdb();
     openvdb::io::File reader(file.path);
-    reader.open(false);  // all at once: no later reads from a file that may have changed
-    auto chosen = choose_grid(reader, file);
+    reader.open(false);
+    auto chosen = choose_grid(reader, file, settings);
     if (!chosen) return tl::unexpected(chosen.error());
-    if (const auto stated = (*chosen)->getMetadata<openvdb::Int64Metadata>("file_mem_bytes")) {
-        if (auto ok = check_bytes(file.path, static_cast<double>(stated->value()), settings); !ok) {
-            return tl::unexpected(ok.error());
-        }
-    }
-    auto grid = openvdb::gridPtrCast<openvdb::FloatGrid>(reader.readGrid((*chosen)->getName()));
     reader.close();
+    // Through a stream that throws at the end of the file: io::File takes lengths from what it could not read.
+    std::ifstream in(file.path, std::ios::binary);
+    in.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
+    openvdb::io::Stream stream(in, false);
+    openvdb::FloatGrid::Ptr grid;
+    for (const openvdb::GridBase::Ptr& read : *stream.getGrids()) {
+        if (read->getName() == (*chosen)->getName())
+            grid = openvdb::gridPtrCast<openvdb::FloatGrid>(read);
+    }
+    if (grid == nullptr) return fail(ErrorCode::bad_data, "\"" + file.path + "\" is damaged");
     if (auto ok = check_bytes(file.path, static_cast<double>(grid->memUsage()), settings); !ok) {
         return tl::unexpected(ok.error());
     }
@@ -163,7 +175,7 @@ Result<std::shared_ptr<const SampledShape>> SampledShape::of_file(const VolumeFi
             Grid{grid, index_from_offset, world_from_shape.translation,
                  Eigen::Vector3d(origin[0], origin[1], origin[2]), voxel, band}));
     } catch (const std::bad_alloc&) {
-        // The size was checked: a length inside the file is wrong.
+        // Sizes were checked: a length inside the file is wrong.
         return fail(ErrorCode::bad_data, "cannot read \"" + file.path + "\": it is damaged");
     } catch (const std::exception& error) {
         return fail(ErrorCode::bad_data, "cannot read \"" + file.path + "\": " + error.what());
