@@ -12,6 +12,7 @@
 #include <random>
 
 // OpenVDB's reader leaks the nodes that it has read when it throws.
+// NOLINTNEXTLINE(readability-identifier-naming): the sanitizer's name
 extern "C" const char* __lsan_default_suppressions();   // NOLINT(bugprone-reserved-identifier)
 extern "C" const char* __lsan_default_suppressions() {  // NOLINT(bugprone-reserved-identifier)
     return "leak:readTopology\nleak:readBuffers\n";
