@@ -115,6 +115,7 @@ std::int64_t Ground::row_at(double y) const { return rows_.last_up_to(y); }
 bool Ground::has_same_cells(const Ground& other, const CellRange& cells) const {
     if (level_ != other.level_) return false;
     if (resident_ == other.resident_) return true;
+    if (!(lattice() == other.lattice()) || !(in_extent_ == other.in_extent_)) return false;
     for (std::int64_t row = cells.south >> kChunkShift; row <= cells.north >> kChunkShift; ++row) {
         for (std::int64_t column = cells.west >> kChunkShift; column <= cells.east >> kChunkShift;
              ++column) {

@@ -26,6 +26,7 @@ void answer_from_solid(const SolidSurface& solid, bool is_replaced, double x, do
         answer.height = hit->t;
         answer.normal = solid.normal(hit->triangle);
         answer.error_m = solid.triangles().error_m;
+        answer.filled = false;
     } else if (!has_field) {
         answer = {.status = GroundStatus::miss};
     }

@@ -15,6 +15,12 @@
 #include <array>
 
 namespace terrane {
+namespace {
+
+/// Rounding of a ray's parameter at a border, as a share of it.
+constexpr double kSpanSlack = 1e-15;
+
+}  // namespace
 
 void Ground::RayWalk::walk(double leave) {
     // starts with the smallest square that contains both ends
@@ -87,8 +93,12 @@ bool Ground::RayWalk::open_chunk(std::int64_t column, std::int64_t row) {
 // A chunk with triangles of volumes: the first of them that the ray meets, unless a cell is hit before. Cells are not
 // skipped by heights, because the ray may pass through replaced triangles and change its side.
 bool Ground::RayWalk::visit_solid_chunk(const SquareSpan& over) {
-    const std::optional<SolidSurface::Hit> met =
-        chunk_->solid->ray(start_world_, displacement_, over.begin, over.end);
+    // A little beyond both borders of the chunk: a triangle there is at a parameter with other rounding.
+    const double slack =
+        kSpanSlack * (1.0 + start_world_.cwiseAbs().maxCoeff() / displacement_.norm());
+    std::optional<SolidSurface::Hit> met =
+        chunk_->solid->ray(start_world_, displacement_, over.begin - slack, over.end + slack);
+    if (met) met->t = std::clamp(met->t, over.begin, std::max(over.begin, over.end));
     const CellRange cells = cells_of(over, kChunkCells);
     bool is_hit = false;
     visit_squares<0>(cells, over.begin, over.end, [&](const SquareSpan& part) {

@@ -19,6 +19,8 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// Boxes are widened by this, metres, so that rounding excludes no triangle.
 constexpr double kBoxMargin = 1e-9;
+/// Rounding of the height of a triangle, as a share of it.
+constexpr double kHeightSlack = 1e-14;
 
 /// A ray, sheared so that it runs along one axis.
 class ShearedRay {
@@ -112,13 +114,13 @@ std::optional<SolidSurface::Hit> SolidSurface::ray(const Eigen::Vector3d& from_w
 }
 
 std::optional<SolidSurface::Hit> SolidSurface::highest(double x, double y, double at_most) const {
-    const double top = std::min(at_most, bounds_.high.z());
-    const double fall = top - bounds_.low.z();
-    if (!(fall >= 0.0)) return std::nullopt;
-    // A metre longer, so that it has a length.
-    const double length = fall + 1.0;
+    const double highest = std::min(at_most, bounds_.high.z());
+    if (!(highest >= bounds_.low.z())) return std::nullopt;
+    // From a rounding above, so that a surface at this height is met; a metre longer, so that it has a length.
+    const double top = highest + kHeightSlack * (1.0 + std::abs(highest));
+    const double length = top - bounds_.low.z() + 1.0;
     std::optional<Hit> hit = ray({x, y, top}, {0.0, 0.0, -length}, 0.0, 1.0);
-    if (hit) hit->t = top - hit->t * length;
+    if (hit) hit->t = std::min(top - hit->t * length, at_most);
     return hit;
 }
 

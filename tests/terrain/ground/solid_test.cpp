@@ -307,6 +307,43 @@ TEST(JoinedSolid, ARayThroughAHoleGoesOnBelowTheHeightfield) {
     EXPECT_EQ(ground.height(100.5, 100.5).status, GroundStatus::miss);
 }
 
+TEST(JoinedSolid, CellsAreTheSameOnlyOnTheSameLatticeAndExtent) {
+    std::shared_ptr<const Chunk> chunk;
+    TableGroundSettings settings;
+    settings.solid = [&](const Chunk& made) -> std::shared_ptr<const SolidSurface> {
+        chunk = std::make_shared<const Chunk>(made);
+        return nullptr;
+    };
+    const Lattice lattice = make_test_ground(rough, settings).lattice();
+    const WorldRect extent{0.0, 0.0, 128.0, 128.0};
+    const auto make = [&](const Lattice& on, const WorldRect& within) {
+        return Ground(std::make_shared<const ResidentSet>(
+                          on, within, std::vector<std::shared_ptr<const Chunk>>{chunk}, 1u),
+                      0);
+    };
+    const Ground ground = make(lattice, extent);
+    const CellRange cells{10, 10, 20, 20};
+    EXPECT_TRUE(ground.has_same_cells(make(lattice, extent), cells));
+    Lattice moved = lattice, higher = lattice;
+    moved.origin_x -= 4.0;
+    higher.quantum *= 2.0;
+    EXPECT_FALSE(ground.has_same_cells(make(moved, {-4.0, 0.0, 124.0, 128.0}), cells));
+    EXPECT_FALSE(ground.has_same_cells(make(higher, extent), cells));
+    EXPECT_FALSE(ground.has_same_cells(make(lattice, {0.0, 0.0, 15.0, 128.0}), cells));
+    EXPECT_FALSE(ground.has_same_cells(make_test_ground(rough, 1.0, 1), cells));
+}
+
+TEST(JoinedSolid, AHeightThatIsAskedForAgainIsFound) {
+    const Scene scene = make_scene();
+    Random random(kSeed);
+    for (int i = 0; i < 20000; ++i) {
+        const double x = random.between(25.0, 50.0), y = random.between(45.0, 62.0);
+        const HeightAnswer answer = scene.ground.height(x, y);
+        ASSERT_NEAR(scene.ground.height_below(x, y, answer.height).height, answer.height, 1e-12)
+            << i;
+    }
+}
+
 TEST(JoinedSolid, WithoutTrianglesMeetsNothing) {
     const SolidSurface empty{SolidTriangles{}};
     EXPECT_FALSE(empty.ray({0.0, 0.0, 0.0}, {0.0, 0.0, 1.0}, 0.0, 1.0));
