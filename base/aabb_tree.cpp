@@ -7,15 +7,12 @@
 //             allocation.
 #include "base/aabb_tree.h"
 
-#include <terrane/terrain/math.h>
+#include "base/vector_math.h"
 
 #include <algorithm>
-#include <limits>
 
 namespace terrane::internal {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 Aabb around_both(const Aabb& a, const Aabb& b) {
     Aabb bounds;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "bodies/body_checks.h"
 
-#include "math/vector_math.h"
+#include "base/vector_math.h"
 
 #include <terrane/terrain/number_text.h>
 

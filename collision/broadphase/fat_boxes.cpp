@@ -83,9 +83,7 @@ void FatBoxes::find_moved(std::span<const Aabb> boxes) {
 
 void FatBoxes::enlarge(const Aabb& box, Aabb& fat_out) const {
     if (!is_box(box)) {
-        constexpr double kInfinity = std::numeric_limits<double>::infinity();
-        fat_out.low.setConstant(kInfinity);
-        fat_out.high.setConstant(-kInfinity);
+        fat_out = empty_box();
         return;
     }
     const double skin = kSkin * (box.high - box.low).maxCoeff();

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "base/boxes.h"
+
 #include <terrane/collision/broadphase.h>
 
 #include <algorithm>
@@ -19,18 +21,6 @@ inline bool is_box(const Aabb& box) {
         is &= static_cast<int>(box.low[i] >= -kLargestCoordinate) &
               static_cast<int>(box.low[i] <= box.high[i]) &
               static_cast<int>(box.high[i] <= kLargestCoordinate);
-    }
-    return is != 0;
-}
-
-/// Whether two boxes, each widened by a margin, overlap or touch: the exact test of all methods. Without branches,
-/// because most of the boxes that are compared are near each other and either may be.
-inline bool overlap(const Aabb& a, const Aabb& b, double margin) {
-    const double both = 2.0 * margin;
-    int is = 1;
-    for (int i = 0; i < 3; ++i) {
-        is &= static_cast<int>(a.low[i] - b.high[i] <= both) &
-              static_cast<int>(b.low[i] - a.high[i] <= both);
     }
     return is != 0;
 }

@@ -6,7 +6,7 @@
 //             functions. 1980, chapter 8 (range reduction).
 // Deviations: sine, cosine and arc tangent are Taylor sums over a small range instead of minimax polynomials: a few
 //             terms more, and every coefficient can be checked by eye.
-#include "math/vector_math.h"
+#include "base/vector_math.h"
 
 #include <terrane/collision/ground_cast.h>
 

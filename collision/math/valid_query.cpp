@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "math/valid_query.h"
 
-#include "math/vector_math.h"
+#include "base/vector_math.h"
 
 namespace terrane::internal {
 

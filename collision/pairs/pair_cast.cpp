@@ -4,7 +4,7 @@
 //          detection for non-convex polyhedra. The Visual Computer 2006 (bounds along the normal).
 // Deviations: the points' speeds along the normal are exact at the start of a step, so that only their change is
 //             bounded; the step is the largest found whose end has a gap by that bound.
-#include "math/vector_math.h"
+#include "base/vector_math.h"
 #include "pairs/placed_shape.h"
 
 #include <algorithm>

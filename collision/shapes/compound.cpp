@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "base/aabb_tree.h"
-#include "math/vector_math.h"
+#include "base/boxes.h"
+#include "base/vector_math.h"
 #include "shapes/compound_data.h"
 #include "shapes/hull_data.h"
 
@@ -84,10 +85,7 @@ Result<void> check_part(const CompoundPart& part, std::size_t index) {
 
 void add_part(const CompoundPart& part, internal::CompoundData& data_out) {
     const Pose& pose = part.body_from_part;
-    using internal::kInfinity;
-    Aabb bounds;
-    bounds.low = Eigen::Vector3d::Constant(kInfinity);
-    bounds.high = Eigen::Vector3d::Constant(-kInfinity);
+    Aabb bounds = internal::empty_box();
     double farthest = 0.0;
     const double radius = visit_core(part.shape, [&](const Eigen::Vector3d& point) {
         const Eigen::Vector3d placed = pose.translation + rotated(pose.rotation, point);

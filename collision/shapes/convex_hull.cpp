@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "math/vector_math.h"
+#include "base/vector_math.h"
 #include "shapes/hull_data.h"
 
 #include <terrane/collision/convex_hull.h>

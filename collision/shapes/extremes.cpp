@@ -7,7 +7,7 @@
 //             vertices that are as high within the rounding, which are connected on a convex surface.
 #include "shapes/extremes.h"
 
-#include "math/vector_math.h"
+#include "base/vector_math.h"
 
 #include <algorithm>
 #include <array>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "shapes/hull_data.h"
 
-#include "math/vector_math.h"
+#include "base/vector_math.h"
 #include "shapes/hull/hull_lattice.h"
 #include "shapes/hull/simplex.h"
 #include "shapes/hull/triangle_hull.h"

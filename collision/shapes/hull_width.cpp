@@ -3,7 +3,7 @@
 //          Machine Intelligence 1988.
 // Deviations: antipodal pairs of edges are found by bisection: while a direction rotates over an edge from one of its
 //             faces to the other, the opposite support vertex changes at each antipodal edge.
-#include "math/vector_math.h"
+#include "base/vector_math.h"
 #include "shapes/hull_data.h"
 
 #include <algorithm>

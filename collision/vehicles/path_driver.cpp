@@ -5,8 +5,8 @@
 //             along a given path: the limit of its curvature, then backward integration of the braking).
 // Deviations: the steering angle of a curvature is a quotient of polynomials, not an arc tangent, so
 //             that its bits do not depend on the C library.
+#include "base/vector_math.h"
 #include "bodies/body_checks.h"
-#include "math/vector_math.h"
 
 #include <terrane/collision/path_driver.h>
 

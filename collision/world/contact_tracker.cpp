@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "world/contact_tracker.h"
 
-#include "math/vector_math.h"
+#include "base/vector_math.h"
 
 #include <terrane/collision/shape_pairs.h>
 

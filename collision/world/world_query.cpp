@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Spatial queries of a world. The tree is made by the first query after a change, so that a world that is never asked
 // has none.
+#include "base/boxes.h"
 #include "world/queries/body_bounds.h"
 #include "world/world_state.h"
 
@@ -26,10 +27,9 @@ internal::QueryScene World::State::scene(const Ground& ground) const {
 void World::State::update_scene() const {
     query_bodies.resize(bodies.size());
     query_bounds.resize(bodies.size());
-    const Eigen::Vector3d infinite = Eigen::Vector3d::Constant(internal::kInfinity);
     for (std::size_t i = 0; i < bodies.size(); ++i) {
         query_bodies[i] = {};
-        query_bounds[i] = {infinite, -infinite};
+        query_bounds[i] = internal::empty_box();
         if (!ids.is_used(i)) continue;
         const internal::RigidBody& body = bodies[i];
         query_bodies[i] = {&body_shapes[i], body.pose,      ids.id(i),

@@ -22,10 +22,13 @@ void answer_from_solid(const SolidSurface& solid, bool is_replaced, double x, do
                        double at_most, HeightAnswer& answer) {
     const bool has_field = !is_replaced && answer.height <= at_most;
     const std::optional<SolidSurface::Hit> hit = solid.highest(x, y, at_most);
-    if (hit && !(has_field && answer.height >= hit->t)) {
+    // The solid has copies of triangles beside replaced ones: the heightfield answers ties, to rounding.
+    const double rounding = 1e-14 * (1.0 + std::abs(answer.height));
+    if (hit && !(has_field && answer.height >= hit->t - rounding)) {
         answer.height = hit->t;
         answer.normal = solid.normal(hit->triangle);
-        answer.error_m = solid.triangles().error_m;
+        // A clipped triangle has the error of its cell.
+        answer.error_m = std::max(answer.error_m, solid.triangles().error_m);
         answer.filled = false;
     } else if (!has_field) {
         answer = {.status = GroundStatus::miss};

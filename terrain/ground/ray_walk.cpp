@@ -17,8 +17,14 @@
 namespace terrane {
 namespace {
 
-/// Rounding of a ray's parameter at a border, as a share of it.
-constexpr double kSpanSlack = 1e-15;
+/// Rounding of a ray's parameter at a border, as a share of it; large, for triangles that the ray nearly runs along.
+constexpr double kSpanSlack = 1e-13;
+
+/// cell_index() of a cell in its chunk.
+std::size_t index_in_chunk(std::int64_t column, std::int64_t row) {
+    return cell_index(static_cast<int>(column & (kChunkCells - 1)),
+                      static_cast<int>(row & (kChunkCells - 1)));
+}
 
 }  // namespace
 
@@ -111,7 +117,11 @@ bool Ground::RayWalk::visit_solid_chunk(const SquareSpan& over) {
     status_ = GroundStatus::ok;
     t_ = met->t;
     solid_triangle_ = met->triangle;
-    error_m_ = chunk_->solid->triangles().error_m;
+    // A clipped triangle has the error of its cell.
+    const std::int64_t column = std::clamp(x_.cell(t_), cells.west, cells.east);
+    const std::int64_t row = std::clamp(y_.cell(t_), cells.south, cells.north);
+    error_m_ = std::max(chunk_->solid->triangles().error_m,
+                        static_cast<double>(chunk_->cell_bounds[index_in_chunk(column, row)]));
     is_filled_ = false;
     return true;
 }
@@ -138,11 +148,12 @@ bool Ground::RayWalk::visit_partial_cell(const SquareSpan& over) {
         status_ = GroundStatus::not_resident;
         return true;
     }
-    return intersect(cell, column, row, over);
+    return intersect(*ground_.find_chunk(column, row), column, row, over);
 }
 
-bool Ground::RayWalk::intersect(const GroundCell& cell, std::int64_t column, std::int64_t row,
+bool Ground::RayWalk::intersect(const Chunk& chunk, std::int64_t column, std::int64_t row,
                                 const SquareSpan& over) {
+    const GroundCell cell = read_cell(chunk, column, row);
     const double south_west = above_base(cell.south_west);
     const double south_east = above_base(cell.south_east);
     const double north_west = above_base(cell.north_west);
@@ -175,7 +186,8 @@ bool Ground::RayWalk::intersect(const GroundCell& cell, std::int64_t column, std
         const double begin = part == 0 ? t0 : middle;
         const double end = part == 0 ? middle : t1;
         const bool is_first = crosses ? (cut0 > 0.0) == (part == 0) : cut0 + cut1 > 0.0;
-        if (chunk_->solid != nullptr && is_replaced(column, row, is_first)) {
+        if (chunk.solid != nullptr &&
+            chunk.solid->is_replaced(index_in_chunk(column, row), !is_first)) {
             side_ = 0;
             continue;
         }
@@ -191,13 +203,6 @@ bool Ground::RayWalk::intersect(const GroundCell& cell, std::int64_t column, std
         side_ = side1;
     }
     return false;
-}
-
-// Whether a triangle, southern or northern, of a cell of the chunk is not part of the joined solid's surface.
-bool Ground::RayWalk::is_replaced(std::int64_t column, std::int64_t row, bool is_south) const {
-    const std::size_t cell = cell_index(static_cast<int>(column & (kChunkCells - 1)),
-                                        static_cast<int>(row & (kChunkCells - 1)));
-    return chunk_->solid->is_replaced(cell, !is_south);
 }
 
 bool Ground::RayWalk::record_hit(double t, const Plane& plane, const GroundCell& cell) {

@@ -179,13 +179,12 @@ private:
     }
     bool open_chunk(std::int64_t column, std::int64_t row);
     bool intersect_cell(const SquareSpan& over) {
-        return intersect(read_cell(*chunk_, over.column, over.row), over.column, over.row, over);
+        return intersect(*chunk_, over.column, over.row, over);
     }
     bool visit_partial_cell(const SquareSpan& over);
     bool visit_solid_chunk(const SquareSpan& over);
-    bool intersect(const GroundCell& cell, std::int64_t column, std::int64_t row,
+    bool intersect(const Chunk& chunk, std::int64_t column, std::int64_t row,
                    const SquareSpan& over);
-    bool is_replaced(std::int64_t column, std::int64_t row, bool is_south) const;
     bool record_hit(double t, const Plane& plane, const GroundCell& cell);
 
     const Ground& ground_;

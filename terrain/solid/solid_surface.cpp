@@ -4,6 +4,7 @@
 // Deviations: both sides are hit. The products of an edge have the same bits for both triangles at it, so that a ray
 //             cannot pass between them.
 #include "base/aabb_tree.h"
+#include "base/boxes.h"
 
 #include <terrane/terrain/assert.h>
 #include <terrane/terrain/height_source.h>
@@ -16,7 +17,6 @@
 namespace terrane {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// Boxes are widened by this, metres, so that rounding excludes no triangle.
 constexpr double kBoxMargin = 1e-9;
 /// Rounding of the height of a triangle, as a share of it.
@@ -44,7 +44,7 @@ public:
         const bool is_front = of_a >= 0.0 && of_b >= 0.0 && of_c >= 0.0;
         const bool is_back = of_a <= 0.0 && of_b <= 0.0 && of_c <= 0.0;
         const double sum = of_a + of_b + of_c;
-        if (!(is_front || is_back) || sum == 0.0) return kInfinity;  // or in its plane
+        if (!(is_front || is_back) || sum == 0.0) return internal::kInfinity;  // or in its plane
         return (of_a * p.w + of_b * q.w + of_c * r.w) / sum * scale_;
     }
 
@@ -74,14 +74,14 @@ SolidSurface::SolidSurface(SolidTriangles triangles) : triangles_(std::move(tria
     TERRANE_ASSERT(triangles_.parts.size() == triangles_.triangles.size(),
                    "as many parts as triangles");
     for (const std::uint16_t triangle : triangles_.replaced) replaced_.set(triangle);
-    bounds_ = {Eigen::Vector3d::Constant(kInfinity), Eigen::Vector3d::Constant(-kInfinity)};
+    bounds_ = internal::empty_box();
+    const auto& v = triangles_.vertices_world;
     std::vector<Aabb> boxes;
-    boxes.reserve(triangles_.triangles.size());
-    for (const std::array<std::uint32_t, 3>& triangle : triangles_.triangles) {
-        const auto& v = triangles_.vertices_world;
-        const Eigen::Vector3d &a = v[triangle[0]], &b = v[triangle[1]], &c = v[triangle[2]];
-        const Aabb& box =
-            boxes.emplace_back(Aabb{a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)});
+    const std::size_t count = triangles_.triangles.size() + triangles_.kept_neighbours.size();
+    boxes.reserve(count);
+    for (std::uint32_t i = 0; i < count; ++i) {
+        Aabb& box = boxes.emplace_back(internal::empty_box());
+        for (const std::uint32_t corner : corners(i)) internal::include(v[corner], 0.0, box);
         bounds_ = {bounds_.low.cwiseMin(box.low), bounds_.high.cwiseMax(box.high)};
     }
     tree_ = std::make_unique<const Tree>(Tree{internal::make_aabb_tree(boxes)});
@@ -101,7 +101,7 @@ std::optional<SolidSurface::Hit> SolidSurface::ray(const Eigen::Vector3d& from_w
             return internal::segment_entry(from_world, displacement, box, kBoxMargin);
         },
         [&](std::uint32_t item) {
-            const std::array<std::uint32_t, 3>& triangle = triangles_.triangles[item];
+            const std::array<std::uint32_t, 3>& triangle = corners(item);
             const auto& v = triangles_.vertices_world;
             const double t = ray.meet(v[triangle[0]], v[triangle[1]], v[triangle[2]]);
             const double last = first ? first->t : end;
@@ -125,10 +125,9 @@ std::optional<SolidSurface::Hit> SolidSurface::highest(double x, double y, doubl
 }
 
 Eigen::Vector3d SolidSurface::normal(std::uint32_t triangle) const {
-    const std::array<std::uint32_t, 3>& corners = triangles_.triangles[triangle];
+    const auto& [a, b, c] = corners(triangle);
     const auto& v = triangles_.vertices_world;
-    const Eigen::Vector3d across =
-        (v[corners[1]] - v[corners[0]]).cross(v[corners[2]] - v[corners[0]]);
+    const Eigen::Vector3d across = (v[b] - v[a]).cross(v[c] - v[a]);
     const double size = across.norm();
     return size > 0.0 ? Eigen::Vector3d(across / size) : Eigen::Vector3d::UnitZ();
 }
@@ -136,6 +135,7 @@ Eigen::Vector3d SolidSurface::normal(std::uint32_t triangle) const {
 std::size_t SolidSurface::bytes() const {
     return sizeof(*this) + triangles_.vertices_world.capacity() * sizeof(Eigen::Vector3d) +
            triangles_.triangles.capacity() * sizeof(std::array<std::uint32_t, 3>) +
+           triangles_.kept_neighbours.capacity() * sizeof(std::array<std::uint32_t, 3>) +
            triangles_.parts.capacity() + triangles_.replaced.capacity() * sizeof(std::uint16_t) +
            tree_->nodes.capacity() * sizeof(internal::AabbNode);
 }

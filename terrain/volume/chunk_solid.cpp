@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <string>
 #include <utility>
 
@@ -60,6 +61,53 @@ void add(VolumeContour&& contour, int tile_column, int tile_row, SolidTriangles&
     }
 }
 
+/// Adds the triangles of the heightfield around the replaced ones.
+void add_kept_neighbours(const Lattice& lattice, const Chunk& chunk, SolidTriangles& solid) {
+    constexpr std::size_t kTriangles = std::size_t{2} * kChunkCells * kChunkCells;
+    std::vector<std::uint8_t> is_replaced(kTriangles), is_near(kTriangles);
+    for (const std::uint16_t replaced : solid.replaced) {
+        is_replaced[replaced] = 1;
+        const int column = replaced / 2 % kChunkCells, row = replaced / 2 / kChunkCells;
+        for (int y = std::max(row - 1, 0); y <= std::min(row + 1, kChunkCells - 1); ++y) {
+            for (int x = std::max(column - 1, 0); x <= std::min(column + 1, kChunkCells - 1); ++x) {
+                is_near[2 * cell_index(x, y)] = is_near[2 * cell_index(x, y) + 1] = 1;
+            }
+        }
+    }
+    std::map<std::size_t, std::uint32_t> vertices;  // by index of the sample
+    const auto vertex = [&](int column, int row) {
+        const std::size_t sample = sample_index(column, row);
+        const auto [found, is_new] =
+            vertices.try_emplace(sample, static_cast<std::uint32_t>(solid.vertices_world.size()));
+        if (is_new) {
+            // The bits of the contour's vertices at samples.
+            solid.vertices_world.emplace_back(
+                lattice.x(chunk.corner.x + column * chunk.step),
+                lattice.y(chunk.corner.y + row * chunk.step),
+                static_cast<double>(chunk.heights[sample]) * lattice.quantum);
+        }
+        return found->second;
+    };
+    for (int row = 0; row < kChunkCells; ++row) {
+        for (int column = 0; column < kChunkCells; ++column) {
+            if ((chunk.flags_at(column, row) & cell_outside) != 0) continue;
+            const bool cut = cut_to_north_east(column, row);  // as of the lattice: chunks are even
+            for (const bool is_north : {false, true}) {
+                const std::size_t triangle = 2 * cell_index(column, row) + (is_north ? 1 : 0);
+                if (is_near[triangle] == 0 || is_replaced[triangle] != 0) continue;
+                const int base = is_north ? row + 1 : row;
+                const int west = is_north ? column + 1 : column,
+                          east = is_north ? column : column + 1;
+                // The horizontal edge, then the corner on the other side of the cell.
+                const int apex = cut == is_north ? column : column + 1;
+                const std::uint32_t a = vertex(west, base), b = vertex(east, base);
+                const std::uint32_t c = vertex(apex, is_north ? row : row + 1);
+                solid.kept_neighbours.push_back({a, b, c});
+            }
+        }
+    }
+}
+
 }  // namespace
 
 Result<std::shared_ptr<const SolidSurface>> make_chunk_solid(const Volumes& volumes,
@@ -87,6 +135,7 @@ Result<std::shared_ptr<const SolidSurface>> make_chunk_solid(const Volumes& volu
     }
     if (triangles.triangles.empty() && triangles.replaced.empty()) return nullptr;
     triangles.error_m = 2.0 * longest;
+    add_kept_neighbours(volumes.lattice(), chunk, triangles);
     return std::make_shared<const SolidSurface>(std::move(triangles));
 }
 

@@ -11,7 +11,6 @@ namespace terrane {
 namespace {
 
 using internal::PlacedShape;
-using internal::WorldBox;
 
 constexpr std::size_t kMostTiles = std::size_t{1} << 22;
 
@@ -26,7 +25,7 @@ struct TileRange {
     }
 };
 
-TileRange tiles_under(const Lattice& lattice, int level, const WorldBox& box) {
+TileRange tiles_under(const Lattice& lattice, int level, const Aabb& box) {
     const double spacing = lattice.level_spacing(level), side = spacing * kVolumeTileCells;
     const double reach = (internal::kBandSpacings + 1.0) * spacing;
     const std::int64_t tile_side = lattice.step(level) * kVolumeTileCells;
@@ -47,6 +46,13 @@ TileRange tiles_under(const Lattice& lattice, int level, const WorldBox& box) {
     return range;
 }
 
+/// The world's rectangle, widened by what shapes reach beyond their surface.
+Aabb world_of(const Lattice& lattice, int level) {
+    const double reach = (internal::kBandSpacings + 1.0) * lattice.level_spacing(level);
+    return {{lattice.x(lattice.west()) - reach, lattice.y(lattice.south()) - reach, 0.0},
+            {lattice.x(lattice.east()) + reach, lattice.y(lattice.north()) + reach, 0.0}};
+}
+
 Result<PlacedShape> place(const Lattice& lattice, int level, const VolumeOperation& operation,
                           const VolumeSettings& settings) {
     const double spacing = lattice.level_spacing(level);
@@ -57,9 +63,11 @@ Result<PlacedShape> place(const Lattice& lattice, int level, const VolumeOperati
     };
     Result<std::shared_ptr<const internal::SampledShape>> sampled = nullptr;
     if (const auto* mesh = std::get_if<VolumeMesh>(&operation.shape)) {
-        WorldBox box;
+        Aabb box = internal::empty_box();
         for (const auto& triangle : mesh->triangles) {
-            for (const std::uint32_t p : triangle) box.include(mesh->points_shape[p], 0.0);
+            for (const std::uint32_t p : triangle) {
+                internal::include(mesh->points_shape[p], 0.0, box);
+            }
         }
         if (const double thickness = (box.high - box.low).minCoeff(); thickness < spacing)
             return thin(thickness);
@@ -78,7 +86,7 @@ Result<PlacedShape> place(const Lattice& lattice, int level, const VolumeOperati
 }
 
 Result<void> check_place(const Lattice& lattice, int level, const PlacedShape& shape) {
-    const WorldBox& box = shape.bounds();
+    const Aabb& box = shape.bounds();
     const double most = internal::kMostNode * lattice.level_spacing(level);
     if (!(box.low[2] > -most && box.high[2] < most)) {
         return fail(ErrorCode::invalid_argument,
@@ -92,11 +100,13 @@ Result<void> check_place(const Lattice& lattice, int level, const PlacedShape& s
                         number_text(0.5 * (box.low[1] + box.high[1])) + ") is outside the world");
     }
     double tile_count = 0.0;
-    for (const WorldBox& part : shape.part_bounds())
+    shape.visit_part_bounds(world_of(lattice, level), [&](const Aabb& part) {
         tile_count += tiles_under(lattice, level, part).count();
+        return tile_count <= static_cast<double>(kMostTiles);
+    });
     if (tile_count <= static_cast<double>(kMostTiles)) return {};
-    return fail(ErrorCode::invalid_argument, "the volume touches about " + number_text(tile_count) +
-                                                 " tiles of 32 voxels, more than 4194304");
+    return fail(ErrorCode::invalid_argument,
+                "the pieces of the volume touch more than 4194304 tiles of 32 voxels");
 }
 
 }  // namespace
@@ -119,13 +129,14 @@ Result<PlacedVolume> PlacedVolume::create(const Lattice& lattice, int level,
 
 std::vector<VolumeTileKey> PlacedVolume::tiles() const {
     std::vector<VolumeTileKey> tiles;
-    for (const WorldBox& part : shape_->part_bounds()) {
+    shape_->visit_part_bounds(world_of(lattice_, level_), [&](const Aabb& part) {
         const TileRange range = tiles_under(lattice_, level_, part);
         for (std::int64_t column = range.first.column; column <= range.last.column; ++column) {
             for (std::int64_t row = range.first.row; row <= range.last.row; ++row)
                 tiles.push_back({column, row});
         }
-    }
+        return true;
+    });
     std::ranges::sort(tiles);
     tiles.erase(std::unique(tiles.begin(), tiles.end()), tiles.end());
     return tiles;

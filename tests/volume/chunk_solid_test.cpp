@@ -131,6 +131,54 @@ TEST(ChunkSolid, RaysInATunnelMeetItsWallAtItsRadius) {
     EXPECT_NEAR((back.point_world - from).norm(), 5.0, 0.1);
 }
 
+TEST(ChunkSolid, NothingSlipsThroughTheSeamWithTheHeightfield) {
+    // Neither spacing nor origin is a short binary fraction, so that coordinates round.
+    TableGroundSettings settings{.spacing = 0.3, .roots = 2, .origin_x = 123456.7};
+    Lattice lattice;
+    lattice.origin_x = settings.origin_x;
+    lattice.spacing = settings.spacing;
+    lattice.quantum = settings.quantum;
+    lattice.root_count_x = lattice.root_count_y = settings.roots;
+    const auto rough = [](double x, double y) { return std::sin(0.7 * x) + std::cos(0.9 * y); };
+    // Over the border of two chunks.
+    VolumeOperation dig = remove(VolumeSphere{3.0}, {123456.7 + 38.4, 19.2, 0.5});
+    dig.voxel = settings.spacing;
+    const Volumes volumes = Volumes::create(lattice, std::vector{dig}).value();
+    std::vector<std::shared_ptr<const SolidSurface>> solids;
+    settings.solid = [&](const Chunk& chunk) {
+        std::shared_ptr<const SolidSurface> solid = make_chunk_solid(volumes, chunk).value();
+        if (solid != nullptr) solids.push_back(solid);
+        return solid;
+    };
+    const Ground ground = make_test_ground(rough, settings);
+    ASSERT_EQ(solids.size(), 2u);
+    Random random(7);
+    SCOPED_TRACE("seed 7");
+    int count = 0;
+    for (const auto& solid : solids) {
+        const SolidTriangles& own = solid->triangles();
+        ASSERT_FALSE(own.kept_neighbours.empty());
+        for (const auto& triangle : own.kept_neighbours) {
+            for (std::size_t k = 0; k < 3; ++k) {
+                const Eigen::Vector3d &a = own.vertices_world[triangle[k]],
+                                      &b = own.vertices_world[triangle[(k + 1) % 3]];
+                for (int i = 0; i < 8; ++i) {
+                    const WorldPos target = a + random.between(0.0, 1.0) * (b - a);
+                    Eigen::Vector3d n = random.direction();
+                    n.z() = std::abs(n.z()) + 3.0;  // steeper than the ground: it passes through
+                    const RayAnswer answer = ground.ray(target + 0.2 * n, target - 0.2 * n);
+                    ASSERT_EQ(answer.status, GroundStatus::ok) << target.transpose();
+                    const HeightAnswer height = ground.height(target.x(), target.y());
+                    ASSERT_EQ(height.status, GroundStatus::ok);
+                    ASSERT_NEAR(height.height, target.z(), 1e-6);
+                    ++count;
+                }
+            }
+        }
+    }
+    EXPECT_GT(count, 2000);
+}
+
 TEST(ChunkSolid, OfAChunkWithoutVolumesIsNull) {
     const Scene scene = make_scene();
     // The northern chunks have none.

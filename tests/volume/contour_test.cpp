@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "support/random.h"
 #include "volume/analytic_solid.h"
+#include "volume/flat_world.h"
 #include "volume/joined_mesh.h"
 
 #include <gtest/gtest.h>
@@ -14,16 +15,6 @@ namespace contour_test {
 using namespace test;
 
 constexpr double kPi = 3.14159265358979323846;
-
-VolumeOperation place(VolumeOp op, VolumeShape shape, const Eigen::Vector3d& at) {
-    VolumeOperation operation{.op = op, .shape = std::move(shape), .voxel = 1.0};
-    operation.world_from_shape.translation = at;
-    return operation;
-}
-
-VolumeWorld flat_world() {
-    return VolumeWorld::make(1, 1.0, [](int, int) { return 40.0; });
-}
 
 struct Joined {
     Volumes volumes;

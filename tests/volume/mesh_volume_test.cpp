@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "support/random.h"
+#include "volume/flat_world.h"
 #include "volume/joined_mesh.h"
 
 #include <gtest/gtest.h>
@@ -38,21 +39,6 @@ VolumeMesh ball(int divisions, double radius) {
     }
     for (Eigen::Vector3d& p : mesh.points_shape) p *= radius;
     return mesh;
-}
-
-VolumeWorld flat_world() {
-    return VolumeWorld::make(1, 1.0, [](int, int) { return 40.0; });
-}
-
-VolumeOperation place(VolumeShape shape, const Eigen::Vector3d& at) {
-    VolumeOperation operation{.shape = std::move(shape), .voxel = 1.0};
-    operation.world_from_shape.translation = at;
-    return operation;
-}
-
-std::string refusal(const VolumeOperation& operation, const VolumeSettings& settings = {}) {
-    const auto placed = PlacedVolume::create(flat_world().lattice, 0, operation, settings);
-    return placed ? "" : placed.error().message;
 }
 
 TEST(MeshVolume, IsWatertightAndNearItsMeshWhereverItIsTurned) {
@@ -125,6 +111,12 @@ TEST(MeshVolume, RefusesMeshesThatBoundNoSolid) {
     EXPECT_NE(
         refusal(place(ball(3, 30.0), at), {.memory_bytes = 10'000}).find("more than memory_bytes"),
         std::string::npos);
+    // A needle has little area, and its level set is around its edges.
+    const VolumeMesh needle{{{-50, 0, 0}, {50, 0, 0}, {0, 1.2, 0}, {0, 0, 1.2}},
+                            {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}}};
+    EXPECT_EQ(refusal(place(needle, at)), "");
+    EXPECT_NE(refusal(place(needle, at), {.memory_bytes = 100'000}).find("more than memory_bytes"),
+              std::string::npos);
 }
 
 }  // namespace mesh_volume_test

@@ -71,6 +71,17 @@ std::string refusal(const VolumeOperation& operation) {
     return placed.has_value() ? "" : placed.error().message;
 }
 
+TEST(VolumeShapes, LegsOfATubeFarBeyondTheWorldCostNothing) {
+    VolumeTube tube{.radius = 1.0};
+    for (int i = 0; i < 20'000; ++i) {
+        const double side = i % 2 == 0 ? 1e5 : -1e5;
+        tube.path_shape.emplace_back(side, side, 0.0);
+    }
+    const auto placed = PlacedVolume::create(wide_world(), 0, {.shape = tube, .voxel = 1.0});
+    ASSERT_TRUE(placed) << placed.error().message;
+    EXPECT_LT(placed->tiles().size(), 10'000u);
+}
+
 TEST(VolumeShapes, RefusesSizesAndNumbersThatMakeNoSense) {
     EXPECT_EQ(refusal({.shape = VolumeSphere{5.0}, .voxel = 1.0}), "");
     EXPECT_EQ(refusal({.shape = VolumeSphere{0.0}}),

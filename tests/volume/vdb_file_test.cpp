@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "volume/flat_world.h"
 #include "volume/joined_mesh.h"
 
 #include <gtest/gtest.h>
@@ -22,21 +23,6 @@ namespace terrane {
 namespace vdb_file_test {
 
 using namespace test;
-
-VolumeWorld flat_world() {
-    return VolumeWorld::make(1, 1.0, [](int, int) { return 40.0; });
-}
-
-VolumeOperation place(VolumeShape shape, const Eigen::Vector3d& at) {
-    VolumeOperation operation{.shape = std::move(shape), .voxel = 1.0};
-    operation.world_from_shape.translation = at;
-    return operation;
-}
-
-std::string refusal(const VolumeOperation& operation, const VolumeSettings& settings = {}) {
-    const auto placed = PlacedVolume::create(flat_world().lattice, 0, operation, settings);
-    return placed ? "" : placed.error().message;
-}
 
 class VdbFile : public testing::Test {
 protected:

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "support/hash.h"
+#include "volume/flat_world.h"
 #include "volume/random_scene.h"
 
 #include <terrane/volume/volume_tile.h>
@@ -13,16 +14,6 @@ namespace terrane {
 namespace volume_tile_test {
 
 using namespace test;
-
-VolumeOperation place(VolumeOp op, VolumeShape shape, const Eigen::Vector3d& at) {
-    VolumeOperation operation{.op = op, .shape = std::move(shape), .voxel = 1.0};
-    operation.world_from_shape.translation = at;
-    return operation;
-}
-
-VolumeWorld flat_world() {
-    return VolumeWorld::make(1, 1.0, [](int, int) { return 40.0; });
-}
 
 TEST(VolumeTile, RefusesWhatIsNotItsTile) {
     const VolumeWorld world = flat_world();

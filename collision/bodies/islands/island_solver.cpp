@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "bodies/islands/island_solver.h"
 
+#include "base/boxes.h"
 #include "ground/frame/local_body.h"
 
 #include <algorithm>
@@ -55,7 +56,6 @@ Eigen::Vector3d half_box(const RigidBody& body, double turn_distance) {
 void IslandSolver::update_bounds(std::span<const RigidBody> bodies,
                                  std::span<const Mobility> mobility, const StepSpan& span) {
     const double duration = span.duration;
-    const Eigen::Vector3d infinite = Eigen::Vector3d::Constant(kInfinity);
     bounds_.resize(bodies.size());
     spheres_.resize(bodies.size());
     has_bounds_.resize(bodies.size(), 0);
@@ -67,7 +67,7 @@ void IslandSolver::update_bounds(std::span<const RigidBody> bodies,
         if (is_still && has_bounds_[i] != 0) continue;
         has_bounds_[i] = is_still ? 1 : 0;
         if (mobility[i] == Mobility::absent) {
-            bounds_[i] = {infinite, -infinite};
+            bounds_[i] = empty_box();
             spheres_[i] = {};
             continue;
         }

@@ -108,12 +108,11 @@ public:
 private:
     /// A contact that has closed in the step, for the restitution after it.
     struct Impact {
-        std::uint32_t a, b;       // b is kNone for a contact with the ground
-        double gap;               // that the contact had to close in the substep, metres
-        double acceleration;      // along the approach, m/s^2
-        double pushed_speed;      // of the approach, by wheels in the substep, m/s
-        double restitution;       // 0 to 1
-        double separating_speed;  // m/s; < 0: the contact does not bounce
+        std::uint32_t a, b;   // b is kNone for a contact with the ground
+        double gap;           // that the contact had to close in the substep, metres
+        double acceleration;  // along the approach, m/s^2
+        double pushed_speed;  // of the approach, by wheels in the substep, m/s
+        double restitution;   // 0 to 1
     };
     /// Buffers of a thread that steps an island.
     struct Scratch {

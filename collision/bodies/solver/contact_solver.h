@@ -97,8 +97,8 @@ public:
     bool empty() const { return count_ == 0; }
     /// Changes the gap of a contact; all else of it stays, and the next solve starts with the impulses of the last.
     void set_gap(std::size_t contact, double gap) { room_[contact].gap_ = gap; }
-    /// Moves the contact points with the bodies of infinite mass that spin, for a time: with half a substep, contacts
-    /// have the velocity of its middle, and what rides on a turntable stays at its radius.
+    /// Moves the contact points with the bodies of infinite mass that spin, for a time, to first order: half a substep
+    /// gives contacts the velocity of the substep's middle, so that a body on a turntable hardly drifts outward.
     void turn_fixed_bodies(double time);
     /// Distance that a contact may close, metres; negative: it is below its rest gap.
     double gap_to_rest(std::size_t contact) const {

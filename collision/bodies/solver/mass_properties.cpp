@@ -8,7 +8,7 @@
 // Deviations: one formula for simplices of every dimension, so that plates, rods and points have mass too.
 #include "bodies/solver/mass_properties.h"
 
-#include "math/vector_math.h"
+#include "base/vector_math.h"
 #include "shapes/compound_data.h"
 #include "shapes/hull_data.h"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "base/vector_math.h"
 #include "bodies/solver/mass_properties.h"
-#include "math/vector_math.h"
 
 #include <cstdint>
 

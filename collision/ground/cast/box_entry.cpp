@@ -3,8 +3,8 @@
 //          separating axis is linear in time, so that the largest time of entry is that of contact).
 // Deviations: the axes are those of column.h, not normalised, since times are ratios. Along the box's own axes the
 //             cross product with an edge of the box has two components.
+#include "base/vector_math.h"
 #include "ground/cast/column_entry.h"
-#include "math/vector_math.h"
 
 #include <algorithm>
 

@@ -4,7 +4,7 @@
 // Deviations: the first plane is the triangle's, which excludes most columns.
 #include "ground/cast/column_entry.h"
 
-#include "math/vector_math.h"
+#include "base/vector_math.h"
 
 #include <algorithm>
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "ground/cast/ground_advance.h"
 
+#include "base/vector_math.h"
 #include "ground/cast/column_entry.h"
 #include "ground/contact/nearest.h"
 #include "ground/lift/ground_lift.h"
-#include "math/vector_math.h"
 
 #include <algorithm>
 

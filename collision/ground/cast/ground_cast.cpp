@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
+#include "base/vector_math.h"
 #include "ground/cast/caster.h"
 #include "ground/contact/contact_patches.h"
 #include "math/valid_query.h"
-#include "math/vector_math.h"
 
 #include <terrane/collision/ground_cast.h>
 

@@ -4,9 +4,9 @@
 //             vertical with the box's edges.
 #include "ground/column/column.h"
 
+#include "base/vector_math.h"
 #include "ground/column/round_column.h"
 #include "ground/frame/triangle_plane.h"
-#include "math/vector_math.h"
 
 namespace terrane::internal {
 namespace {

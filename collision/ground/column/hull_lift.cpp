@@ -4,9 +4,9 @@
 // Deviations: the ray is the vertical through the origin; the height at which it leaves the Minkowski difference,
 //             triangle minus hull, is the lift. The first portal is found in the horizontal plane. The ray is not a
 //             segment, so that the answer is exact: on a facet of the difference.
+#include "base/vector_math.h"
 #include "ground/column/hull_column.h"
 #include "ground/frame/triangle_plane.h"
-#include "math/vector_math.h"
 
 namespace terrane::internal {
 namespace {

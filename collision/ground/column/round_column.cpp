@@ -5,8 +5,8 @@
 // moving disc, or over a corner. The plane of the face bounds all of these from above.
 #include "ground/column/round_column.h"
 
+#include "base/vector_math.h"
 #include "ground/frame/triangle_plane.h"
-#include "math/vector_math.h"
 
 #include <algorithm>
 #include <cmath>

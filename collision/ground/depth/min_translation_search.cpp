@@ -10,10 +10,10 @@
 // where the lifts are linear over its triangle; elsewhere its error falls with the square of the triangle's size.
 #include "ground/depth/min_translation_search.h"
 
+#include "base/vector_math.h"
 #include "ground/depth/min_translation.h"
 #include "ground/depth/offset_bounds.h"
 #include "math/half_spaces.h"
-#include "math/vector_math.h"
 
 #include <algorithm>
 #include <array>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "math/vector_math.h"
+#include "base/vector_math.h"
 #include "shapes/extremes.h"
 
 #include <terrane/collision/convex_hull.h>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "base/vector_math.h"
 #include "ground/frame/local_shape.h"
-#include "math/vector_math.h"
 
 #include <algorithm>
 #include <array>

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "ground/lift/ground_lift.h"
 
+#include "base/vector_math.h"
 #include "ground/frame/window_features.h"
 #include "ground/lift/box_lift.h"
 #include "ground/lift/box_slabs.h"
 #include "ground/lift/round_lift.h"
 #include "ground/lift/underside.h"
-#include "math/vector_math.h"
 
 #include <optional>
 

@@ -4,7 +4,7 @@
 // Deviations: within a piece of the motion bounds move along a line and are widened by the displacement by rotation.
 #include "pairs/compound/compound_cast.h"
 
-#include "math/vector_math.h"
+#include "base/vector_math.h"
 #include "pairs/compound/part_pairs.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "pairs/compound/compound_ray.h"
 
-#include "math/vector_math.h"
+#include "base/vector_math.h"
 
 namespace terrane::internal {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include "base/vector_math.h"
 #include "math/valid_query.h"
-#include "math/vector_math.h"
 #include "pairs/compound/compound_cast.h"
 #include "pairs/compound/compound_contacts.h"
 #include "pairs/compound/compound_ray.h"

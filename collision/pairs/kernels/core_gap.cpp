@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "pairs/kernels/core_gap.h"
 
-#include "math/vector_math.h"
+#include "base/vector_math.h"
 #include "pairs/kernels/closest.h"
 
 #include <algorithm>

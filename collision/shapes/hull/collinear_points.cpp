@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "math/vector_math.h"
+#include "base/vector_math.h"
 #include "shapes/hull/face_merge.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "shapes/hull/face_merge.h"
 
-#include "math/vector_math.h"
+#include "base/vector_math.h"
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 //          Processing Letters 1979 (make_flat_faces).
 #include "shapes/hull/simplex.h"
 
-#include "math/vector_math.h"
+#include "base/vector_math.h"
 
 #include <algorithm>
 #include <cmath>

@@ -6,7 +6,7 @@
 //             afterwards (face_merge).
 #include "shapes/hull/triangle_hull.h"
 
-#include "math/vector_math.h"
+#include "base/vector_math.h"
 
 #include <cmath>
 #include <cstddef>

@@ -2,7 +2,7 @@
 // Sources: C. Ericson. Real-time collision detection. 2005, sections 4.2.3 to 4.2.6.
 #include "world/queries/body_bounds.h"
 
-#include "math/vector_math.h"
+#include "base/vector_math.h"
 #include "pairs/kernels/core.h"
 #include "shapes/compound_data.h"
 

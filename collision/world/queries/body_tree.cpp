@@ -2,7 +2,8 @@
 // Sources: C. Ericson. Real-time collision detection. 2005, sections 5.5.8 (moving boxes) and 6.3 (traversals).
 #include "world/queries/body_tree.h"
 
-#include "math/vector_math.h"
+#include "base/boxes.h"
+#include "base/vector_math.h"
 
 #include <terrane/terrain/assert.h>
 
@@ -21,7 +22,7 @@ double box_separation(const Aabb& a, const Aabb& b) {
 }
 
 void BodyTree::take(std::span<const Aabb> bounds) {
-    const Aabb empty{Eigen::Vector3d::Constant(kInfinity), Eigen::Vector3d::Constant(-kInfinity)};
+    const Aabb empty = empty_box();
     boxes_.resize(bounds.size());
     for (std::size_t i = 0; i < bounds.size(); ++i) {
         boxes_[i] = is_box(bounds[i]) ? bounds[i] : empty;

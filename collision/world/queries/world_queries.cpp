@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "world/queries/world_queries.h"
 
+#include "base/vector_math.h"
 #include "math/valid_query.h"
-#include "math/vector_math.h"
 #include "pairs/kernels/core.h"
 #include "world/queries/body_bounds.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "contour/column_sweep.h"
 
-#include "shapes/volume_math.h"
+#include "base/boxes.h"
 
 #include <algorithm>
 
@@ -135,7 +135,7 @@ void ColumnSweep::march(const std::array<LineNode, 4>& nodes, unsigned inside, F
         const auto& p = contour_.positions_world;
         // The shorter diagonal; no other tetrahedron sees it.
         const Eigen::Vector3d a_to_c = p[c] - p[a], b_to_d = p[d] - p[b];
-        if (dot_product(a_to_c, a_to_c) <= dot_product(b_to_d, b_to_d)) {
+        if (dot(a_to_c, a_to_c) <= dot(b_to_d, b_to_d)) {
             emit(a, b, c, field);
             emit(a, c, d, field);
         } else {

@@ -31,8 +31,8 @@ struct TileFields {
     const FieldRuns& of(Field field) const { return field == Field::to_void ? to_void : to_solid; }
     /// In steps, -kBandSteps to kBandSteps.
     double value(Field field, const LineNode& node) const;
-    /// Whether nodes of a line are in the solid, which is what is not void below the heightfield, and what is solid
-    /// above it: 1 or 0 for `count` nodes from `first` on.
+    /// Classifies `count` nodes of a line from `first` on by the sign of a field: 1 in the solid, 0 outside. With
+    /// `to_void` every node that is not void is in the solid; with `to_solid` every node that is solid.
     void copy_inside(Field field, int line, std::int32_t first, std::size_t count,
                      std::vector<std::uint8_t>& inside_out) const;
 };

@@ -8,7 +8,7 @@
 namespace terrane::internal {
 namespace {
 
-/// What is left of a triangle of the heightfield: the part at its natural samples.
+/// Clips triangles of the heightfield: keeps the polygon between the natural samples and the crossings.
 class GroundCut {
 public:
     GroundCut(const TileLines& lines, const TileFields& fields, EdgeVertices& vertices,

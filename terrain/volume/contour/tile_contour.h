@@ -7,8 +7,8 @@
 
 namespace terrane::internal {
 
-/// The surface of the joined solid over a tile: cavities and overhangs of all columns, and what is left of the
-/// triangles of the heightfield that have a sample in a void or solid.
+/// Contours a tile: marches the tetrahedra of all columns, and clips the triangles of the heightfield that have a
+/// sample in a void or solid.
 VolumeContour contour_tile(const TileLevelSet& level_set, const TileLines& lines,
                            const VolumeTileKey& key);
 

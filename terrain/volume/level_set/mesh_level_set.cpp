@@ -23,18 +23,19 @@ Result<std::shared_ptr<const SampledShape>> SampledShape::of_mesh(const VolumeMe
                                                                   double voxel,
                                                                   const VolumeSettings& settings) {
     if (auto ok = check_closed(mesh); !ok) return tl::unexpected(ok.error());
+    const auto too_large = [&](double bytes) {
+        return fail(ErrorCode::out_of_memory,
+                    "the level set of the mesh needs about " + number_text(bytes) +
+                        " bytes, more than memory_bytes, " + number_text(settings.memory_bytes));
+    };
+    const auto most = static_cast<double>(settings.memory_bytes);
     const double band_voxels = surface_area(mesh) / (voxel * voxel) * double{2.0f * kBandVoxels};
-    if (band_voxels * kBytesOfVoxel > static_cast<double>(settings.memory_bytes)) {
-        return fail(ErrorCode::out_of_memory, "the level set of the mesh needs about " +
-                                                  number_text(band_voxels * kBytesOfVoxel) +
-                                                  " bytes, more than memory_bytes, " +
-                                                  number_text(settings.memory_bytes));
-    }
+    if (band_voxels * kBytesOfVoxel > most) return too_large(band_voxels * kBytesOfVoxel);
     initialize_openvdb();
     std::vector<openvdb::Vec3s> points;
     points.reserve(mesh.points_shape.size());
     for (const Eigen::Vector3d& p_shape : mesh.points_shape) {
-        const Eigen::Vector3d offset = rotate(world_from_shape.rotation, p_shape);
+        const Eigen::Vector3d offset = rotated(world_from_shape.rotation, p_shape);
         points.emplace_back(static_cast<float>(offset[0] / voxel),
                             static_cast<float>(offset[1] / voxel),
                             static_cast<float>(offset[2] / voxel));
@@ -49,6 +50,9 @@ Result<std::shared_ptr<const SampledShape>> SampledShape::of_mesh(const VolumeMe
         const auto transform = openvdb::math::Transform::createLinearTransform(voxel);
         auto grid = openvdb::tools::meshToVolume<openvdb::FloatGrid>(adapter, *transform,
                                                                      kBandVoxels, kBandVoxels);
+        // The area says little of needles, whose band is around their edges.
+        const auto bytes = static_cast<double>(grid->memUsage());
+        if (bytes > most) return too_large(bytes);
         const double band = double{grid->background()};
         return std::make_shared<const SampledShape>(std::make_unique<Grid>(
             Grid{std::move(grid), Eigen::Matrix3d::Identity() / voxel, world_from_shape.translation,

@@ -12,22 +12,41 @@ PlacedShape::PlacedShape(Kind kind) : kind_(std::move(kind)) {
     bounds_ = exact != nullptr ? exact->bounds() : std::get<1>(kind_)->bounds();
 }
 
-std::vector<WorldBox> PlacedShape::part_bounds() const {
+void PlacedShape::visit_part_bounds(const Aabb& within,
+                                    const std::function<bool(const Aabb&)>& visit) const {
     const auto* exact = std::get_if<ExactShape>(&kind_);
-    if (exact == nullptr || exact->capsules.empty()) return {bounds_};
-    std::vector<WorldBox> boxes;
+    if (exact == nullptr || exact->capsules.empty()) {
+        visit(bounds_);
+        return;
+    }
     for (const CapsulePart& part : exact->capsules) {
+        // The interval of the segment that is over the rectangle, widened by the radius.
+        double begin = 0.0, end = 1.0;
+        for (int axis = 0; axis < 2; ++axis) {
+            const double from = part.from_world[axis], along = part.along[axis];
+            const double low = within.low[axis] - part.radius,
+                         high = within.high[axis] + part.radius;
+            if (along == 0.0) {
+                if (from < low || from > high) end = -1.0;
+                continue;
+            }
+            const double t0 = (low - from) / along, t1 = (high - from) / along;
+            begin = std::max(begin, std::min(t0, t1));
+            end = std::min(end, std::max(t0, t1));
+        }
+        if (begin > end) continue;
         // A long segment is cut into pieces, so that its boxes are few tiles more than it touches.
-        const double length = std::sqrt(dot_product(part.along, part.along));
+        const double length = (end - begin) * std::sqrt(dot(part.along, part.along));
         const int count = std::clamp(static_cast<int>(length / (2.0 * part.radius)), 1, 1 << 16);
         for (int i = 0; i < count; ++i) {
-            WorldBox box;
-            box.include(part.from_world + part.along * (double(i) / count), part.radius);
-            box.include(part.from_world + part.along * (double(i + 1) / count), part.radius);
-            boxes.push_back(box);
+            Aabb box = empty_box();
+            for (const int k : {i, i + 1}) {
+                const double t = begin + (end - begin) * (static_cast<double>(k) / count);
+                include(part.from_world + part.along * t, part.radius, box);
+            }
+            if (!visit(box)) return;
         }
     }
-    return boxes;
 }
 
 std::size_t PlacedShape::bytes() const {
@@ -60,9 +79,9 @@ BoxSide ShapeTraversal::enter(const NodeBox& box) {
 BoxSide ShapeTraversal::enter_exact(const ExactShape& shape, const NodeBox& box) {
     const std::size_t begin = begins_.back(), end = parts_.size();
     begins_.push_back(end);
-    // Distances change by at most the way from the centre; the slack is above all rounding.
-    const double reach =
-        std::sqrt(dot_product(box.half_extents, box.half_extents)) + band_ * 0x1p-10;
+    // A signed distance is 1-Lipschitz: within the box it differs from the centre's by at most half the box's diagonal.
+    // The slack bounds the rounding.
+    const double reach = std::sqrt(dot(box.half_extents, box.half_extents)) + band_ * 0x1p-10;
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t i = begin; i < end; ++i) {
         const std::uint32_t part = parts_[i];
@@ -77,7 +96,7 @@ BoxSide ShapeTraversal::enter_exact(const ExactShape& shape, const NodeBox& box)
 
 BoxSide ShapeTraversal::enter_sampled(const NodeBox& box) {
     begins_.push_back(parts_.size());
-    const WorldBox& bounds = shape_->bounds();
+    const Aabb& bounds = shape_->bounds();
     for (int axis = 0; axis < 3; ++axis) {
         if (box.centre_world[axis] + box.half_extents[axis] < bounds.low[axis] ||
             box.centre_world[axis] - box.half_extents[axis] > bounds.high[axis]) {

@@ -5,6 +5,7 @@
 #include "shapes/exact_shape.h"
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <variant>
@@ -21,15 +22,18 @@ public:
 
     const Kind& kind() const { return kind_; }
     /// Of the shape; of sampled ones, of their band.
-    const WorldBox& bounds() const { return bounds_; }
-    /// Boxes whose union contains the shape: those of a tube's capsules, for finding tiles.
-    std::vector<WorldBox> part_bounds() const;
+    const Aabb& bounds() const { return bounds_; }
+    /// Visits boxes whose union contains the part of the shape over a rectangle: those of pieces of a tube's capsules,
+    /// for finding tiles. Stops where visit returns false.
+    ///
+    /// @param within its low and high x and y
+    void visit_part_bounds(const Aabb& within, const std::function<bool(const Aabb&)>& visit) const;
     std::size_t bytes() const;
     double signed_distance(const Eigen::Vector3d& p_world) const;
 
 private:
     Kind kind_;
-    WorldBox bounds_;
+    Aabb bounds_;
 };
 
 /// Level sets hold distances as whole numbers from -kBandSteps to kBandSteps, in steps of band / kBandSteps.

@@ -22,8 +22,8 @@ SampledShape::SampledShape(std::unique_ptr<Grid> grid) : grid_(std::move(grid)) 
         for (int axis = 0; axis < 3; ++axis) {
             index[axis] = ((corner >> axis) & 1) != 0 ? last[axis] + 1 : first[axis] - 1;
         }
-        bounds_.include(
-            grid_->origin_world + rotate(offset_from_index, index - grid_->index_of_origin), 0.0);
+        include(grid_->origin_world + rotated(offset_from_index, index - grid_->index_of_origin),
+                0.0, bounds_);
     }
 }
 
@@ -46,7 +46,7 @@ double SampledShape::Reader::voxel() const { return grid_->voxel; }
 
 double SampledShape::Reader::signed_distance(const Eigen::Vector3d& p_world) {
     const Eigen::Vector3d index =
-        rotate(grid_->index_from_offset, p_world - grid_->origin_world) + grid_->index_of_origin;
+        rotated(grid_->index_from_offset, p_world - grid_->origin_world) + grid_->index_of_origin;
     // Beyond the range of coordinates there is only the background.
     for (int axis = 0; axis < 3; ++axis) {
         if (!(std::abs(index[axis]) < 0x1p30)) return grid_->band;
@@ -72,7 +72,7 @@ bool SampledShape::Reader::is_near(const Eigen::Vector3d& centre_world,
                                    const Eigen::Vector3d& half_extents) {
     const Eigen::Matrix3d& m = grid_->index_from_offset;
     const Eigen::Vector3d centre =
-        rotate(m, centre_world - grid_->origin_world) + grid_->index_of_origin;
+        rotated(m, centre_world - grid_->origin_world) + grid_->index_of_origin;
     Eigen::Vector3i low, high;
     for (int axis = 0; axis < 3; ++axis) {
         const double half = std::abs(m(axis, 0)) * half_extents[0] +

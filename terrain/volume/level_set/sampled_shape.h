@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "shapes/volume_math.h"
+#include "base/boxes.h"
 
 #include <terrane/volume/placed_volume.h>
 
@@ -36,7 +36,7 @@ public:
     ~SampledShape();
 
     /// Of its band, world, metres.
-    const WorldBox& bounds() const { return bounds_; }
+    const Aabb& bounds() const { return bounds_; }
     std::size_t bytes() const;
 
     /// Reads many distances. The shape outlives it. Threads: one.
@@ -64,7 +64,7 @@ public:
 
 private:
     std::unique_ptr<Grid> grid_;
-    WorldBox bounds_;
+    Aabb bounds_ = empty_box();
 };
 
 }  // namespace terrane::internal

@@ -169,7 +169,7 @@ TileLevelSet::TileLevelSet(double spacing)
 TileLevelSet::~TileLevelSet() = default;
 
 void TileLevelSet::apply(VolumeOp op, const PlacedShape& shape, const TileLines& lines) {
-    const WorldBox& bounds = shape.bounds();
+    const Aabb& bounds = shape.bounds();
     const double s = lines.spacing, reach = band_ + s;
     constexpr int last_leaf = (kVolumeTileSamples - 1) / kLeafSide;
     LeafBox box;

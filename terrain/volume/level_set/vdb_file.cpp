@@ -168,7 +168,7 @@ Result<std::shared_ptr<const SampledShape>> SampledShape::of_file(const VolumeFi
         Eigen::Matrix3d index_from_offset;
         for (int row = 0; row < 3; ++row) {
             index_from_offset.row(row) =
-                rotate(world_from_shape.rotation, index_from_shape.row(row)).transpose();
+                rotated(world_from_shape.rotation, index_from_shape.row(row)).transpose();
         }
         const double voxel = grid->voxelSize()[0], band = double{grid->background()};
         return std::make_shared<const SampledShape>(std::make_unique<Grid>(

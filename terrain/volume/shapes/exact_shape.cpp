@@ -9,25 +9,25 @@ namespace {
 CapsulePart make_capsule(const Eigen::Vector3d& from_world, const Eigen::Vector3d& to_world,
                          double radius) {
     const Eigen::Vector3d along = to_world - from_world;
-    const double square = dot_product(along, along);
+    const double square = dot(along, along);
     return {from_world, along, square > 0.0 ? 1.0 / square : 0.0, radius};
 }
 
 Eigen::Vector3d to_place(const Pose& pose, const Eigen::Vector3d& p_shape) {
-    return rotate(pose.rotation, p_shape) + pose.translation;
+    return rotated(pose.rotation, p_shape) + pose.translation;
 }
 
 }  // namespace
 
 double signed_distance(const CapsulePart& part, const Eigen::Vector3d& p_world) {
     const Eigen::Vector3d p = p_world - part.from_world;
-    const double t = std::clamp(dot_product(p, part.along) * part.inverse_square, 0.0, 1.0);
+    const double t = std::clamp(dot(p, part.along) * part.inverse_square, 0.0, 1.0);
     const Eigen::Vector3d off = p - t * part.along;
-    return std::sqrt(dot_product(off, off)) - part.radius;
+    return std::sqrt(dot(off, off)) - part.radius;
 }
 
 double signed_distance(const BoxPart& part, const Eigen::Vector3d& p_world) {
-    const Eigen::Vector3d p = rotate_back(part.world_from_box, p_world - part.centre_world);
+    const Eigen::Vector3d p = rotated_back(part.world_from_box, p_world - part.centre_world);
     Eigen::Vector3d beyond;
     double largest = -std::numeric_limits<double>::infinity();
     for (int axis = 0; axis < 3; ++axis) {
@@ -35,7 +35,7 @@ double signed_distance(const BoxPart& part, const Eigen::Vector3d& p_world) {
         largest = std::max(largest, excess);
         beyond[axis] = std::max(excess, 0.0);
     }
-    return largest <= 0.0 ? largest : std::sqrt(dot_product(beyond, beyond));
+    return largest <= 0.0 ? largest : std::sqrt(dot(beyond, beyond));
 }
 
 ExactShape ExactShape::place(const VolumeOperation& operation) {
@@ -60,20 +60,19 @@ ExactShape ExactShape::place(const VolumeOperation& operation) {
     return shape;
 }
 
-WorldBox ExactShape::bounds() const {
-    WorldBox box;
+Aabb ExactShape::bounds() const {
+    Aabb box = empty_box();
     for (const CapsulePart& part : capsules) {
-        box.include(part.from_world, part.radius);
-        box.include(part.from_world + part.along, part.radius);
+        include(part.from_world, part.radius, box);
+        include(part.from_world + part.along, part.radius, box);
     }
     for (const BoxPart& part : boxes) {
         for (int corner = 0; corner < 8; ++corner) {
             const Eigen::Vector3d& half = part.half_extents;
-            box.include(part.centre_world +
-                            rotate(part.world_from_box, {(corner & 1) != 0 ? half[0] : -half[0],
-                                                         (corner & 2) != 0 ? half[1] : -half[1],
-                                                         (corner & 4) != 0 ? half[2] : -half[2]}),
-                        0.0);
+            const Eigen::Vector3d offset((corner & 1) != 0 ? half[0] : -half[0],
+                                         (corner & 2) != 0 ? half[1] : -half[1],
+                                         (corner & 4) != 0 ? half[2] : -half[2]);
+            include(part.centre_world + rotated(part.world_from_box, offset), 0.0, box);
         }
     }
     return box;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "shapes/volume_math.h"
+#include "base/boxes.h"
 
 #include <terrane/volume/volume_shapes.h>
 
@@ -36,7 +36,7 @@ struct ExactShape {
     /// Makes the parts of a sphere, capsule, box or tube that check() accepts.
     static ExactShape place(const VolumeOperation& operation);
 
-    WorldBox bounds() const;
+    Aabb bounds() const;
     /// Smallest extent along any direction, metres.
     double thickness() const;
     /// The least distance to a part.

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "shapes/mesh_checks.h"
 
-#include "shapes/volume_math.h"
+#include "base/aabb_tree.h"
+#include "base/boxes.h"
 
 #include <terrane/terrain/number_text.h>
 
 #include <algorithm>
-#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -39,76 +39,31 @@ Result<void> check_edges(const VolumeMesh& mesh) {
     return {};
 }
 
-/// Finds two triangles of which one has an edge that passes through the other: boxes are divided at medians until few
-/// overlap, and then compared pair by pair.
+/// Finds two triangles of which one has an edge that passes through the other, among those whose boxes overlap.
 class CrossingSearch {
 public:
-    explicit CrossingSearch(const VolumeMesh& mesh) : mesh_(mesh), boxes_(mesh.triangles.size()) {
+    explicit CrossingSearch(const VolumeMesh& mesh)
+        : mesh_(mesh), boxes_(mesh.triangles.size(), empty_box()) {
         for (std::size_t i = 0; i < boxes_.size(); ++i) {
             for (const std::uint32_t p : mesh.triangles[i])
-                boxes_[i].include(mesh.points_shape[p], 0.0);
+                include(mesh.points_shape[p], 0.0, boxes_[i]);
         }
     }
 
-    std::optional<TrianglePair> find() {
-        std::vector<std::uint32_t> all(boxes_.size());
-        std::iota(all.begin(), all.end(), 0u);
-        return search(all, 0);
+    std::optional<TrianglePair> find() const {
+        const std::vector<AabbNode> tree = make_aabb_tree(boxes_);
+        std::optional<TrianglePair> found;
+        for (std::uint32_t i = 0; i < boxes_.size() && !found; ++i) {
+            visit_leaves(
+                tree, [&](const Aabb& box) { return !found && overlap(box, boxes_[i], 0.0); },
+                [&](std::uint32_t j) {
+                    if (i < j && (pierces(i, j) || pierces(j, i))) found = TrianglePair{i, j};
+                });
+        }
+        return found;
     }
 
 private:
-    static constexpr std::size_t kFew = 24;
-
-    std::optional<TrianglePair> search(std::vector<std::uint32_t>& list, int fruitless) {
-        if (list.size() <= kFew || fruitless == 3) return compare_all(list);
-        const int axis = longest_axis(list);
-        const auto middle = list.begin() + static_cast<std::ptrdiff_t>(list.size() / 2);
-        std::nth_element(list.begin(), middle, list.end(), [&](std::uint32_t a, std::uint32_t b) {
-            return std::pair(boxes_[a].low[axis], a) < std::pair(boxes_[b].low[axis], b);
-        });
-        const double cut = boxes_[*middle].low[axis];
-        for (const bool low_side : {true, false}) {
-            std::vector<std::uint32_t> side;
-            for (const std::uint32_t i : list) {
-                if (low_side ? boxes_[i].low[axis] <= cut : boxes_[i].high[axis] >= cut)
-                    side.push_back(i);
-            }
-            const bool helped = side.size() * 8 < list.size() * 7;
-            if (auto found = search(side, helped ? 0 : fruitless + 1)) return found;
-        }
-        return std::nullopt;
-    }
-
-    int longest_axis(const std::vector<std::uint32_t>& list) const {
-        WorldBox box;
-        for (const std::uint32_t i : list) {
-            box.include(boxes_[i].low, 0.0);
-            box.include(boxes_[i].high, 0.0);
-        }
-        const Eigen::Vector3d size = box.high - box.low;
-        if (size[0] >= size[1] && size[0] >= size[2]) return 0;
-        return size[1] >= size[2] ? 1 : 2;
-    }
-
-    std::optional<TrianglePair> compare_all(const std::vector<std::uint32_t>& list) const {
-        for (std::size_t i = 0; i < list.size(); ++i) {
-            for (std::size_t j = i + 1; j < list.size(); ++j) {
-                if (overlap(boxes_[list[i]], boxes_[list[j]]) &&
-                    (pierces(list[i], list[j]) || pierces(list[j], list[i]))) {
-                    return TrianglePair{std::min(list[i], list[j]), std::max(list[i], list[j])};
-                }
-            }
-        }
-        return std::nullopt;
-    }
-
-    static bool overlap(const WorldBox& a, const WorldBox& b) {
-        for (int axis = 0; axis < 3; ++axis) {
-            if (a.high[axis] < b.low[axis] || b.high[axis] < a.low[axis]) return false;
-        }
-        return true;
-    }
-
     // Whether an edge of one triangle passes through the inside of another without a common point.
     bool pierces(std::uint32_t with_edges, std::uint32_t through) const {
         const Triangle& t = mesh_.triangles[through];
@@ -130,18 +85,18 @@ private:
         const Eigen::Vector3d u = mesh_.points_shape[b] - origin,
                               v = mesh_.points_shape[c] - origin;
         const Eigen::Vector3d w = mesh_.points_shape[d] - origin;
-        const double volume = dot_product(cross_product(u, v), w);
+        const double volume = dot(cross(u, v), w);
         const double noise = 1e-12 * u.lpNorm<1>() * v.lpNorm<1>() * w.lpNorm<1>();
         return volume > noise ? 1 : volume < -noise ? -1 : 0;
     }
 
     const VolumeMesh& mesh_;
-    std::vector<WorldBox> boxes_;
+    std::vector<Aabb> boxes_;
 };
 
 Eigen::Vector3d doubled_area(const VolumeMesh& mesh, const Triangle& triangle) {
     const Eigen::Vector3d& a = mesh.points_shape[triangle[0]];
-    return cross_product(mesh.points_shape[triangle[1]] - a, mesh.points_shape[triangle[2]] - a);
+    return cross(mesh.points_shape[triangle[1]] - a, mesh.points_shape[triangle[2]] - a);
 }
 
 }  // namespace
@@ -157,7 +112,7 @@ Result<void> check_closed(const VolumeMesh& mesh) {
     for (const Triangle& triangle : mesh.triangles) {
         const Eigen::Vector3d from =
             mesh.points_shape[triangle[0]] - mesh.points_shape[mesh.triangles[0][0]];
-        volume += dot_product(from, doubled_area(mesh, triangle)) / 6.0;
+        volume += dot(from, doubled_area(mesh, triangle)) / 6.0;
     }
     if (volume > 0.0) return {};
     return fail(ErrorCode::bad_data,
@@ -168,7 +123,7 @@ double surface_area(const VolumeMesh& mesh) {
     double area = 0.0;
     for (const Triangle& triangle : mesh.triangles) {
         const Eigen::Vector3d doubled = doubled_area(mesh, triangle);
-        area += 0.5 * std::sqrt(dot_product(doubled, doubled));
+        area += 0.5 * std::sqrt(dot(doubled, doubled));
     }
     return area;
 }

@@ -9,7 +9,7 @@ namespace terrane::internal {
 /// through a triangle, and the signed volume is positive. Surfaces that only touch are accepted.
 ///
 /// Fails: bad_data, naming an edge or two triangles
-/// Cost:  O(triangles log triangles) where boxes of triangles overlap few others
+/// Cost:  O(triangles log triangles + pairs of triangles whose boxes overlap): all pairs of a fan
 Result<void> check_closed(const VolumeMesh& mesh);
 
 /// Sum of the areas of a mesh's triangles, square metres.

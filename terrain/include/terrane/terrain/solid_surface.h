@@ -9,14 +9,13 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <span>
 #include <vector>
 
 namespace terrane {
 
 /// What a triangle of a joined solid is part of.
 enum class SolidPart : std::uint8_t {
-    ground,    ///< the heightfield, what is left of a triangle
+    ground,    ///< the clipped part of a triangle of the heightfield
     cavity,    ///< below the heightfield: wall, floor or ceiling of a void
     overhang,  ///< above it: the surface of added solid
 };
@@ -30,6 +29,10 @@ struct SolidTriangles {
     /// Triangles of the chunk's heightfield that are not part of the surface: 2 * cell_index(), + 1 for the
     /// northern triangle of the cell.
     std::vector<std::uint16_t> replaced = {};
+    /// Triangles of the heightfield that are not replaced and have a corner in common with one that is, as indices of
+    /// vertices. Rays and heights test them with the others, so that nothing slips through between the two surfaces;
+    /// they are not drawn.
+    std::vector<std::array<std::uint32_t, 3>> kept_neighbours = {};
     double error_m = 0.0;  ///< bound of the distance to the true surface, metres
 };
 
@@ -56,15 +59,11 @@ public:
     bool is_replaced(std::size_t cell, bool is_north) const {
         return replaced_[2 * cell + (is_north ? 1 : 0)];
     }
-    /// Whether both triangles of a cell are part of the surface.
-    bool is_whole(std::size_t cell) const {
-        return !replaced_[2 * cell] && !replaced_[2 * cell + 1];
-    }
 
     /// Where a ray meets a triangle.
     struct Hit {
         double t = 0.0;              ///< parameter of the ray
-        std::uint32_t triangle = 0;  ///< index
+        std::uint32_t triangle = 0;  ///< index; those of kept_neighbours follow those of triangles
     };
     /// The first triangle that a ray meets, from either side; of those at the same t the lowest index. A ray through an
     /// edge or a vertex meets one of its triangles.
@@ -73,7 +72,7 @@ public:
     /// Cost: O(log n + triangles near the ray)
     std::optional<Hit> ray(const Eigen::Vector3d& from_world, const Eigen::Vector3d& displacement,
                            double begin, double end) const;
-    /// The highest triangle over or under a point at most at a height.
+    /// The highest triangle over or under a point at most at a height; Hit::t is the height there, world z, metres.
     std::optional<Hit> highest(double x, double y, double at_most) const;
 
     /// Unit, out of the solid.
@@ -83,6 +82,11 @@ public:
 
 private:
     struct Tree;
+    const std::array<std::uint32_t, 3>& corners(std::uint32_t triangle) const {
+        const std::size_t count = triangles_.triangles.size();
+        return triangle < count ? triangles_.triangles[triangle]
+                                : triangles_.kept_neighbours[triangle - count];
+    }
 
     SolidTriangles triangles_;
     Aabb bounds_;

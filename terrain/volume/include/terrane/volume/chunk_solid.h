@@ -12,7 +12,8 @@ namespace terrane {
 /// chunk. Chunks are contoured alone and agree bit for bit at their borders.
 ///
 /// Its error is the largest diameter of a tetrahedron that the surface passes through, because each triangle is in one
-/// with a part of the true surface: a bound, many times the error of smooth surfaces (docs/volumes.md).
+/// with a part of the true surface: a bound, many times the error of smooth surfaces (docs/volumes.md). What is
+/// thinner than two spacings may be lost between nodes; the error does not bound that.
 ///
 /// Fails:   invalid_argument for a chunk of another level, or as VolumeTile::create()
 /// Threads: any number

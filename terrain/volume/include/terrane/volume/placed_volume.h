@@ -29,7 +29,8 @@ struct VolumeTileKey {
 
 /// Limits of level sets that are sampled.
 struct VolumeSettings {
-    /// Most bytes of the level set of one mesh or file; what needs more is refused before it is made.
+    /// Most bytes of the level set of one mesh or file. What its size says needs more is refused before it is made,
+    /// what turns out to need more afterwards.
     std::size_t memory_bytes = std::size_t{1} << 30;
 };
 
@@ -45,11 +46,12 @@ public:
     /// @param level   the pinned level, 0 to the finest; its spacing is the distance between samples
     ///
     /// Fails: invalid_argument as check(), and for a shape that is thinner than the spacing, that lies outside the
-    ///        world's rectangle or beyond 2^28 spacings from height 0, or that covers more than 2^22 tiles; bad_data
-    ///        for a mesh that is open, crosses itself or is inside out, and for a file that holds no level set of
+    ///        world's rectangle or beyond 2^28 spacings from height 0, or whose pieces cover more than 2^22 tiles;
+    ///        bad_data for a mesh that is open, crosses itself or is inside out, and for a file that holds no level set of
     ///        floats with cubic voxels, a band of at least two spacings on both sides and true distances; io for a
     ///        file that cannot be read; out_of_memory for a level set of more than VolumeSettings::memory_bytes
-    /// Cost:  O(tiles); of a mesh also O(triangles log triangles), and its level set by OpenVDB's threads
+    /// Cost:  O(tiles); of a mesh also O(triangles log triangles + pairs of triangles whose boxes overlap, which
+    ///        are all pairs of a fan), and its level set by OpenVDB's threads
     static Result<PlacedVolume> create(const Lattice& lattice, int level,
                                        const VolumeOperation& operation,
                                        const VolumeSettings& settings = {});

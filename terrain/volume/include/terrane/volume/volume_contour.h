@@ -33,8 +33,9 @@ struct VolumeVertexKey {
 
 /// The surface of the joined solid over one tile. Triangles are counter-clockwise seen from outside the solid.
 ///
-/// Together with the triangles of the heightfield that no tile replaces, the contours of all tiles are a closed
-/// surface, except along the world's border: at every edge as many triangles run one way as the other, by keys.
+/// The contours of all tiles, with the triangles of the heightfield that no tile replaces, form a closed 2-manifold
+/// with a boundary at the world's border: each inner edge, named by its vertices' keys, has one triangle in each
+/// direction.
 struct VolumeContour {
     VolumeTileKey key;                  ///< the tile
     std::vector<VolumeVertexKey> keys;  ///< of each vertex
@@ -44,7 +45,7 @@ struct VolumeContour {
     std::vector<std::array<std::uint32_t, 3>> triangles;  ///< indices of vertices
     std::vector<SolidPart> surfaces;                      ///< of each triangle
     /// Triangles of the heightfield that are not part of the surface, ascending: 2 * (row * 32 + column) of the
-    /// cell in the tile, + 1 for the northern triangle of the cell. What is left of them is in `triangles`.
+    /// cell in the tile, + 1 for the northern triangle of the cell. `triangles` has their clipped parts.
     std::vector<std::uint16_t> replaced;
     std::uint64_t layer_count = 0;  ///< prisms of one spacing that were visited
 };
