@@ -73,7 +73,7 @@ std::string refusal(const VolumeOperation& operation) {
 
 TEST(VolumeShapes, LegsOfATubeFarBeyondTheWorldCostNothing) {
     VolumeTube tube{.radius = 1.0};
-    for (int i = 0; i < 20'000; ++i) {
+    for (int i = 0; i < 1'000; ++i) {
         const double side = i % 2 == 0 ? 1e5 : -1e5;
         tube.path_shape.emplace_back(side, side, 0.0);
     }

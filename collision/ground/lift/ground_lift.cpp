@@ -175,8 +175,9 @@ GroundLift find_lift(const LocalGround& local, const LocalShape& shape, const Ei
     constexpr std::int64_t kMany = 4 * kSamples;
     if (cells.east - cells.west > kMany && cells.north - cells.south > kMany) {
         for (int i = 0; i < kSamples * kSamples && !visitor.has_enough(); ++i) {
-            const double u = (i % kSamples + 0.5) / kSamples;
-            const double v = (i / kSamples + 0.5) / kSamples;
+            const int column = i % kSamples, row = i / kSamples;
+            const double u = (column + 0.5) / kSamples;
+            const double v = (row + 0.5) / kSamples;
             take_at(low[0] + u * (high[0] - low[0]), low[1] + v * (high[1] - low[1]));
         }
     }

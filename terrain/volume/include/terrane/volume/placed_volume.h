@@ -47,9 +47,10 @@ public:
     ///
     /// Fails: invalid_argument as check(), and for a shape that is thinner than the spacing, that lies outside the
     ///        world's rectangle or beyond 2^28 spacings from height 0, or whose pieces cover more than 2^22 tiles;
-    ///        bad_data for a mesh that is open, crosses itself or is inside out, and for a file that holds no level set of
-    ///        floats with cubic voxels, a band of at least two spacings on both sides and true distances; io for a
-    ///        file that cannot be read; out_of_memory for a level set of more than VolumeSettings::memory_bytes
+    ///        bad_data for a mesh that is open, crosses itself or is inside out, and for a file that holds no level
+    ///        set of floats with cubic voxels, a band of at least two spacings on both sides and true distances;
+    ///        io for a file that cannot be read; out_of_memory for a level set of more than
+    ///        VolumeSettings::memory_bytes
     /// Cost:  O(tiles); of a mesh also O(triangles log triangles + pairs of triangles whose boxes overlap, which
     ///        are all pairs of a fan), and its level set by OpenVDB's threads
     static Result<PlacedVolume> create(const Lattice& lattice, int level,
