@@ -2,6 +2,7 @@
 #include "paging/chunk_tree.h"
 
 #include <terrane/terrain/assert.h>
+#include <terrane/terrain/height_source.h>
 
 #include <algorithm>
 
@@ -20,10 +21,10 @@ bool overlaps(const Lattice& lattice, const ChunkKey& key, const WorldRect& rect
            own.north >= rect.south;
 }
 
-ChunkTree::ChunkTree(const Lattice& lattice) : lattice_(lattice) {
-    for (std::int32_t y = 0; y < lattice.root_count_y; ++y) {
-        for (std::int32_t x = 0; x < lattice.root_count_x; ++x) {
-            roots_.push_back({lattice.first_root_x + x, lattice.first_root_y + y, 0});
+ChunkTree::ChunkTree(const HeightSource& source) : source_(&source), lattice_(source.lattice()) {
+    for (std::int32_t y = 0; y < lattice_.root_count_y; ++y) {
+        for (std::int32_t x = 0; x < lattice_.root_count_x; ++x) {
+            roots_.push_back({lattice_.first_root_x + x, lattice_.first_root_y + y, 0});
         }
     }
 }
@@ -49,33 +50,42 @@ ChunkTree::Index ChunkTree::insert(std::shared_ptr<const Chunk> chunk) {
         parent.child[static_cast<std::size_t>(key.quadrant())] = index;
         ++parent.child_count;
     }
-    if (key.level < lattice_.finest_level) {
-        for (int quadrant = 0; quadrant < 4; ++quadrant) {
-            const auto at = static_cast<std::size_t>(quadrant);
-            const ChunkKey child = key.child(quadrant);
-            const double bound = static_cast<double>(chunk->quadrant_bound[at]);
-            // the surface over the child, with a margin of one of its cells
-            const double margin = lattice_.level_spacing(child.level);
-            constexpr int kHalf = kChunkAreas / 2;
-            std::int32_t low = chunk->high;
-            std::int32_t high = chunk->low;
-            for (int i = 0; i < kHalf * kHalf; ++i) {
-                const int column = i % kHalf + (quadrant & 1) * kHalf;
-                const int row = i / kHalf + (quadrant >> 1) * kHalf;
-                const Chunk::Area& area =
-                    chunk->areas[static_cast<std::size_t>(row * kChunkAreas + column)];
-                low = std::min(low, area.low);
-                high = std::max(high, area.high);
-            }
-            const WorldRect rect = rect_of(lattice_, child);
-            node.bounds[at] = bound;
-            node.boxes[at] = {
-                {rect.west - margin, rect.south - margin, lattice_.quantum * low - bound},
-                {rect.east + margin, rect.north + margin, lattice_.quantum * high + bound}};
-        }
-    }
     node.chunk = std::move(chunk);
+    if (key.level < lattice_.finest_level) find_quadrants(node);
     return index;
+}
+
+// Sets boxes and bounds.
+void ChunkTree::find_quadrants(Node& node) const {
+    const Chunk& chunk = *node.chunk;
+    for (int quadrant = 0; quadrant < 4; ++quadrant) {
+        const auto at = static_cast<std::size_t>(quadrant);
+        const ChunkKey child = chunk.key.child(quadrant);
+        double bound = static_cast<double>(chunk.quadrant_bound[at]);
+        // the surface over the child, with a margin of one of its cells
+        const double margin = lattice_.level_spacing(child.level);
+        constexpr int kHalf = kChunkAreas / 2;
+        std::int32_t low = chunk.high;
+        std::int32_t high = chunk.low;
+        for (int i = 0; i < kHalf * kHalf; ++i) {
+            const int column = i % kHalf + (quadrant & 1) * kHalf;
+            const int row = i / kHalf + (quadrant >> 1) * kHalf;
+            const Chunk::Area& area =
+                chunk.areas[static_cast<std::size_t>(row * kChunkAreas + column)];
+            low = std::min(low, area.low);
+            high = std::max(high, area.high);
+        }
+        HeightInterval heights{lattice_.quantum * low - bound, lattice_.quantum * high + bound};
+        if (const auto solid = source_->solid_extent(child)) {
+            bound += solid->error_m;
+            heights = {std::min(heights.low, solid->heights.low),
+                       std::max(heights.high, solid->heights.high)};
+        }
+        const WorldRect rect = rect_of(lattice_, child);
+        node.bounds[at] = bound;
+        node.boxes[at] = {{rect.west - margin, rect.south - margin, heights.low},
+                          {rect.east + margin, rect.north + margin, heights.high}};
+    }
 }
 
 void ChunkTree::erase(Index index) {

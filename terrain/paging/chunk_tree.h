@@ -42,7 +42,8 @@ public:
         std::optional<FadeVisibility> visibility;  ///< of this update, computed on demand
     };
 
-    explicit ChunkTree(const Lattice& lattice);
+    /// @param source outlives the tree, which asks it for the extents of volumes
+    explicit ChunkTree(const HeightSource& source);
 
     /// Requires a resident parent, except of roots, and a chunk that is not resident.
     Index insert(std::shared_ptr<const Chunk> chunk);
@@ -61,6 +62,9 @@ public:
     const std::vector<ChunkKey>& roots() const { return roots_; }
 
 private:
+    void find_quadrants(Node& node) const;
+
+    const HeightSource* source_;
     Lattice lattice_;
     std::vector<ChunkKey> roots_;
     std::vector<Node> nodes_;

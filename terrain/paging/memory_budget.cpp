@@ -38,7 +38,7 @@ void MemoryBudget::begin_plan(std::span<const PredictedView> predicted_views, bo
     predicted_views_ = predicted_views;
     stats_ = &stats;
     ++update_;
-    pending_count_ = fading_out_count_ = fading_out_bytes_ = 0;
+    pending_bytes_ = fading_out_count_ = fading_out_bytes_ = 0;
     is_listed_ = false;
     for (auto& tier : candidates_) tier = {};
     std::erase_if(awaiting_release_, [this](const EvictedChunk& evicted) {
@@ -169,20 +169,21 @@ void MemoryBudget::evict(ChunkTree::Index index) {
     }
 }
 
-MemoryBudget::Admission MemoryBudget::admit(const Need& need, double slack_s, ByteClaim& claim) {
+MemoryBudget::Admission MemoryBudget::admit(const Need& need, std::size_t bytes, double slack_s,
+                                            ByteClaim& claim) {
     const bool is_urgent = need.why <= NeedClass::contact;
     const bool may_evict = skips_fades_ || is_urgent ||
                            settings_.policy == PagingPolicy::distance ||
                            (need.why == NeedClass::drawn && slack_s <= kEvictAhead_s);
     for (;;) {
         const std::size_t most = limit(need.why);
-        const std::size_t wanted = bytes_->load() + (pending_count_ + 1) * Chunk::max_bytes();
+        const std::size_t wanted = bytes_->load() + pending_bytes_ + bytes;
         if (wanted <= most) {
-            claim = ByteClaim(bytes_, Chunk::max_bytes());
+            claim = ByteClaim(bytes_, bytes);
             return Admission::granted;
         }
         if (wanted <= most + soon_free_bytes()) {
-            ++pending_count_;
+            pending_bytes_ += bytes;
             ++stats_->over_ceiling;
             return Admission::pending;
         }

@@ -44,8 +44,9 @@ public:
     };
     /// Evicts until one more chunk of this need fits, and claims its bytes.
     ///
+    /// @param bytes   HeightSource::max_chunk_bytes() of the chunk
     /// @param slack_s see LoadCandidate
-    Admission admit(const Need& need, double slack_s, ByteClaim& claim);
+    Admission admit(const Need& need, std::size_t bytes, double slack_s, ByteClaim& claim);
     /// Whether an earlier claim may be used for a chunk of this need.
     bool may_keep_claim(const Need& need) const { return bytes_->load() <= limit(need.why); }
 
@@ -104,7 +105,7 @@ private:
     std::span<const FadeObserver> observers_;
     bool skips_fades_ = false;
     std::size_t contact_reserve_ = 0;
-    std::size_t pending_count_ = 0;  // loads answered `pending`
+    std::size_t pending_bytes_ = 0;  // of loads answered `pending`
     std::size_t fading_out_count_ = 0;
     std::size_t fading_out_bytes_ = 0;
     bool is_listed_ = false;

@@ -60,8 +60,13 @@ Result<Pager> Pager::create(std::shared_ptr<const HeightSource> source,
         if (!good) return tl::unexpected(good.error());
     }
     const Lattice& lattice = source->lattice();
-    const std::size_t least = Chunk::max_bytes() * static_cast<std::size_t>(lattice.root_count_x) *
-                              static_cast<std::size_t>(lattice.root_count_y);
+    std::size_t least = 0;
+    for (std::int32_t y = 0; y < lattice.root_count_y; ++y) {
+        for (std::int32_t x = 0; x < lattice.root_count_x; ++x) {
+            least +=
+                source->max_chunk_bytes({lattice.first_root_x + x, lattice.first_root_y + y, 0});
+        }
+    }
     if (settings.memory_bytes < least) {
         return fail(ErrorCode::out_of_memory, "memory_bytes must hold the root squares, " +
                                                   std::to_string(least) + ", got " +
@@ -174,7 +179,9 @@ std::string Pager::last_failure() const { return state_->last_failure; }
 PagerStats Pager::stats() const {
     PagerStats stats = state_->stats;
     const std::size_t bytes = state_->bytes->load();
-    stats.in_flight_bytes = std::min(bytes, state_->in_flight.size() * Chunk::max_bytes());
+    std::size_t claimed_bytes = 0;
+    for (const auto& [key, load] : state_->in_flight) claimed_bytes += load.bytes;
+    stats.in_flight_bytes = std::min(bytes, claimed_bytes);
     stats.resident_bytes = bytes - stats.in_flight_bytes;
     stats.resident_chunks = state_->tree.size();
     return stats;

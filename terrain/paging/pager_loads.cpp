@@ -170,7 +170,7 @@ bool Pager::State::queue_loads() {
 
     postpone();
     std::vector<LoadRequest> requests;
-    std::map<ChunkKey, bool> queued;
+    std::map<ChunkKey, internal::LoadInProgress> queued;
     std::size_t pending_count = 0;
     for (const LoadCandidate& candidate : needs.candidates()) {
         if (requests.size() + pending_count >= most) break;
@@ -193,13 +193,15 @@ bool Pager::State::queue_loads() {
                 continue;
             }
         }
+        const std::size_t needed_bytes = source->max_chunk_bytes(candidate.key);
         ByteClaim claim;
         MemoryBudget::Admission admission = MemoryBudget::Admission::granted;
-        if (!old.empty() && budget.may_keep_claim(candidate.need)) {
+        if (!old.empty() && old.back().claim.bytes() == needed_bytes &&
+            budget.may_keep_claim(candidate.need)) {
             claim = std::move(old.back().claim);
             old.pop_back();
         } else {
-            admission = budget.admit(candidate.need, candidate.slack_s, claim);
+            admission = budget.admit(candidate.need, needed_bytes, candidate.slack_s, claim);
         }
         if (admission == MemoryBudget::Admission::refused) break;
         if (admission == MemoryBudget::Admission::pending) {
@@ -207,11 +209,12 @@ bool Pager::State::queue_loads() {
             continue;
         }
         ++(is_speculation ? speculation_count : needed_count);
-        queued.emplace(candidate.key, is_speculation);
+        queued[candidate.key] = {
+            .bytes = needed_bytes, .unneeded_since_s = time_s, .is_speculation = is_speculation};
         requests.push_back({candidate.key, std::move(claim)});
     }
-    for (const auto& [key, is_speculation] : queued) {
-        in_flight[key] = {.unneeded_since_s = time_s, .is_speculation = is_speculation};
+    for (const auto& [key, load] : queued) {
+        in_flight[key] = load;
         const auto evicted = eviction_times_s.find(key);
         if (evicted != eviction_times_s.end() && time_s - evicted->second < settings.horizon)
             ++stats.reloaded;

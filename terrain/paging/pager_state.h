@@ -22,6 +22,7 @@ namespace internal {
 
 /// A load that has begun and is not taken yet.
 struct LoadInProgress {
+    std::size_t bytes = 0;  // claimed
     bool is_needed = true;
     double unneeded_since_s = 0.0;
     bool is_cancelled = false;
@@ -51,7 +52,7 @@ struct Pager::State {
         : source(std::move(ground)),
           settings(chosen),
           contact_level(level),
-          tree(source->lattice()),
+          tree(*source),
           needs(chosen, level),
           contact(*source, level),
           budget(tree, bytes, chosen),

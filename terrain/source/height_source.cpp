@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <terrane/terrain/chunk.h>
 #include <terrane/terrain/height_source.h>
 
 #include <algorithm>
@@ -20,6 +21,14 @@ Result<void> HeightSource::cell_flags(const SampleGrid& /*grid*/,
 Result<std::shared_ptr<const Chunk>> HeightSource::stored_chunk(
     const ChunkKey& /*key*/, const std::stop_token& /*stop*/) const {
     return std::shared_ptr<const Chunk>();
+}
+
+std::optional<SolidExtent> HeightSource::solid_extent(const ChunkKey& /*key*/) const {
+    return std::nullopt;
+}
+
+std::size_t HeightSource::max_chunk_bytes(const ChunkKey& /*key*/) const {
+    return Chunk::max_bytes();
 }
 
 }  // namespace terrane

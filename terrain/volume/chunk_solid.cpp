@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 #include <string>
 #include <utility>
@@ -43,23 +44,72 @@ double longest_edge(const VolumeTile& tile, const VolumeContour& contour) {
     return longest;
 }
 
-/// Adds a tile's contour to a chunk's triangles.
-void add(VolumeContour&& contour, int tile_column, int tile_row, SolidTriangles& chunk) {
-    const auto first = static_cast<std::uint32_t>(chunk.vertices_world.size());
-    chunk.vertices_world.insert(chunk.vertices_world.end(), contour.positions_world.begin(),
-                                contour.positions_world.end());
-    for (const std::array<std::uint32_t, 3>& triangle : contour.triangles) {
-        chunk.triangles.push_back({first + triangle[0], first + triangle[1], first + triangle[2]});
+/// Largest vertical distance of a contour's vertices from the heightfield, metres. Vertical distance is linear along each
+/// triangle of a contour, so this bounds that of all its points; and where the heightfield is replaced, a part of the
+/// contour is above or below it.
+double farthest_from_ground(const VolumeTile& tile, const VolumeContour& contour) {
+    const auto ground = [&](const VolumeNode& node) {
+        return tile.ground(static_cast<int>(node.column - contour.key.column * kVolumeTileCells),
+                           static_cast<int>(node.row - contour.key.row * kVolumeTileCells));
+    };
+    double farthest = 0.0;
+    for (std::size_t i = 0; i < contour.keys.size(); ++i) {
+        const WorldPos first = ground(contour.keys[i].first),
+                       second = ground(contour.keys[i].second);
+        const WorldPos& p = contour.positions_world[i];
+        const Eigen::Vector2d along = (second - first).head<2>();
+        const double length = along.squaredNorm();
+        const double t = length > 0.0 ? (p - first).head<2>().dot(along) / length : 0.0;
+        const double height = first.z() + t * (second.z() - first.z());
+        farthest = std::max(farthest, std::abs(height - p.z()));
     }
-    chunk.parts.insert(chunk.parts.end(), contour.surfaces.begin(), contour.surfaces.end());
-    for (const std::uint16_t replaced : contour.replaced) {
-        const int cell = replaced / 2;
-        const std::size_t in_chunk =
-            cell_index(tile_column * kVolumeTileCells + cell % kVolumeTileCells,
-                       tile_row * kVolumeTileCells + cell / kVolumeTileCells);
-        chunk.replaced.push_back(static_cast<std::uint16_t>(2 * in_chunk + replaced % 2));
-    }
+    return farthest * (1.0 + 1e-12) + 1e-9;
 }
+
+/// The triangles of a chunk: those of its tiles, each vertex once.
+class ChunkTriangles {
+public:
+    void add(VolumeContour&& contour, int tile_column, int tile_row) {
+        std::vector<std::uint32_t> in_chunk(contour.keys.size());
+        for (std::size_t i = 0; i < contour.keys.size(); ++i) {
+            in_chunk[i] = vertex(contour, i);
+        }
+        for (const std::array<std::uint32_t, 3>& triangle : contour.triangles) {
+            chunk_.triangles.push_back(
+                {in_chunk[triangle[0]], in_chunk[triangle[1]], in_chunk[triangle[2]]});
+        }
+        chunk_.parts.insert(chunk_.parts.end(), contour.surfaces.begin(), contour.surfaces.end());
+        for (const std::uint16_t replaced : contour.replaced) {
+            const int cell = replaced / 2;
+            const std::size_t of_chunk =
+                cell_index(tile_column * kVolumeTileCells + cell % kVolumeTileCells,
+                           tile_row * kVolumeTileCells + cell / kVolumeTileCells);
+            chunk_.replaced.push_back(static_cast<std::uint16_t>(2 * of_chunk + replaced % 2));
+        }
+    }
+    SolidTriangles& operator*() { return chunk_; }
+    SolidTriangles* operator->() { return &chunk_; }
+
+private:
+    // Only vertices on the lines between tiles are in more than one of them.
+    std::uint32_t vertex(const VolumeContour& contour, std::size_t i) {
+        const VolumeVertexKey& key = contour.keys[i];
+        const auto is_on_line = [](std::int64_t a, std::int64_t b) {
+            return a == b && a % kVolumeTileCells == 0;
+        };
+        const auto next = static_cast<std::uint32_t>(chunk_.vertices_world.size());
+        if (is_on_line(key.first.column, key.second.column) ||
+            is_on_line(key.first.row, key.second.row)) {
+            const auto [found, is_new] = on_lines_.try_emplace(key, next);
+            if (!is_new) return found->second;
+        }
+        chunk_.vertices_world.push_back(contour.positions_world[i]);
+        return next;
+    }
+
+    SolidTriangles chunk_;
+    std::map<VolumeVertexKey, std::uint32_t> on_lines_;
+};
 
 /// Adds the triangles of the heightfield around the replaced ones.
 void add_kept_neighbours(const Lattice& lattice, const Chunk& chunk, SolidTriangles& solid) {
@@ -118,7 +168,7 @@ Result<std::shared_ptr<const SolidSurface>> make_chunk_solid(const Volumes& volu
                                         " has no volumes: the pinned level is " +
                                         std::to_string(volumes.level())});
     }
-    SolidTriangles triangles;
+    ChunkTriangles triangles;
     double longest = 0.0;
     for (int row = 0; row < kTilesPerChunk; ++row) {
         for (int column = 0; column < kTilesPerChunk; ++column) {
@@ -130,13 +180,15 @@ Result<std::shared_ptr<const SolidSurface>> make_chunk_solid(const Volumes& volu
             if (!tile) return tl::unexpected(tile.error());
             VolumeContour contour = tile->contour();
             longest = std::max(longest, longest_edge(*tile, contour));
-            add(std::move(contour), column, row, triangles);
+            triangles->hidden_error_m =
+                std::max(triangles->hidden_error_m, farthest_from_ground(*tile, contour));
+            triangles.add(std::move(contour), column, row);
         }
     }
-    if (triangles.triangles.empty() && triangles.replaced.empty()) return nullptr;
-    triangles.error_m = 2.0 * longest;
-    add_kept_neighbours(volumes.lattice(), chunk, triangles);
-    return std::make_shared<const SolidSurface>(std::move(triangles));
+    if (triangles->triangles.empty() && triangles->replaced.empty()) return nullptr;
+    triangles->error_m = 2.0 * longest;
+    add_kept_neighbours(volumes.lattice(), chunk, *triangles);
+    return std::make_shared<const SolidSurface>(std::move(*triangles));
 }
 
 }  // namespace terrane

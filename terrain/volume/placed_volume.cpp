@@ -46,6 +46,12 @@ TileRange tiles_under(const Lattice& lattice, int level, const Aabb& box) {
     return range;
 }
 
+/// Extent of a box along an axis inside a column or row of tiles, metres.
+double width_inside(const Aabb& box, int axis, double origin, std::int64_t index, double side) {
+    const double begin = origin + static_cast<double>(index) * side;
+    return std::max(0.0, std::min(box.high[axis], begin + side) - std::max(box.low[axis], begin));
+}
+
 /// The world's rectangle, widened by what shapes reach beyond their surface.
 Aabb world_of(const Lattice& lattice, int level) {
     const double reach = (internal::kBandSpacings + 1.0) * lattice.level_spacing(level);
@@ -127,19 +133,37 @@ Result<PlacedVolume> PlacedVolume::create(const Lattice& lattice, int level,
                         lattice, level);
 }
 
-std::vector<VolumeTileKey> PlacedVolume::tiles() const {
-    std::vector<VolumeTileKey> tiles;
+std::vector<VolumeTilePart> PlacedVolume::tiles() const {
+    const double spacing = lattice_.level_spacing(level_), side = spacing * kVolumeTileCells;
+    std::vector<VolumeTilePart> parts;
     shape_->visit_part_bounds(world_of(lattice_, level_), [&](const Aabb& part) {
         const TileRange range = tiles_under(lattice_, level_, part);
+        const double height = part.high[2] - part.low[2];
         for (std::int64_t column = range.first.column; column <= range.last.column; ++column) {
-            for (std::int64_t row = range.first.row; row <= range.last.row; ++row)
-                tiles.push_back({column, row});
+            const double width = width_inside(part, 0, lattice_.origin_x, column, side);
+            for (std::int64_t row = range.first.row; row <= range.last.row; ++row) {
+                const double depth = width_inside(part, 1, lattice_.origin_y, row, side);
+                parts.push_back({{column, row},
+                                 {part.low[2], part.high[2]},
+                                 2.0 * (width * depth + (width + depth) * height)});
+            }
         }
         return true;
     });
-    std::ranges::sort(tiles);
-    tiles.erase(std::unique(tiles.begin(), tiles.end()), tiles.end());
-    return tiles;
+    std::ranges::stable_sort(parts, {}, &VolumeTilePart::key);
+    std::size_t count = 0;
+    for (const VolumeTilePart& part : parts) {
+        if (count > 0 && parts[count - 1].key == part.key) {
+            VolumeTilePart& all = parts[count - 1];
+            all.heights = {std::min(all.heights.low, part.heights.low),
+                           std::max(all.heights.high, part.heights.high)};
+            all.area += part.area;
+        } else {
+            parts[count++] = part;
+        }
+    }
+    parts.resize(count);
+    return parts;
 }
 
 std::size_t PlacedVolume::bytes() const { return shape_->bytes(); }

@@ -82,6 +82,15 @@ WorldPos VolumeTile::position(int column, int row, std::int32_t k) const {
             height + static_cast<double>(k - surface) * spacing};
 }
 
+WorldPos VolumeTile::ground(int column, int row) const {
+    const State& state = *state_;
+    const std::int64_t step = state.lattice.step(state.level);
+    const auto line = static_cast<std::size_t>(internal::line_index(column, row));
+    return {state.lattice.x((state.key.column * kVolumeTileCells + column) * step),
+            state.lattice.y((state.key.row * kVolumeTileCells + row) * step),
+            static_cast<double>(state.heights[line]) * state.lattice.quantum};
+}
+
 std::size_t VolumeTile::bytes() const {
     return sizeof(State) + state_->heights.capacity() * sizeof(std::int32_t) +
            state_->level_set.bytes();

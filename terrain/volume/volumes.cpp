@@ -3,6 +3,7 @@
 #include <terrane/volume/volumes.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace terrane {
 
@@ -11,8 +12,12 @@ struct Volumes::State {
     int level = 0;
     std::vector<PlacedVolume> operations;
     std::vector<VolumeTileKey> tiles;    // sorted
-    std::vector<std::uint32_t> begins;   // [tiles + 1] into indices
+    std::vector<std::uint32_t> begins;   // [tiles + 1] into indices and parts
     std::vector<std::uint32_t> indices;  // of operations, ascending for each tile
+    std::vector<VolumeTilePart> parts;   // of each index
+
+    // First and number of a tile's indices.
+    std::pair<std::size_t, std::size_t> range_of(const VolumeTileKey& key) const;
 };
 
 int pinned_level(const Lattice& lattice, double voxel) {
@@ -43,22 +48,28 @@ Result<Volumes> Volumes::create(const Lattice& lattice, std::span<const VolumeOp
         if (auto ok = check(operations[i]); !ok) return named(i, ok.error());
         voxel = std::min(voxel, operations[i].voxel);
     }
-    state->level = pinned_level(lattice, voxel);
-    std::vector<std::pair<VolumeTileKey, std::uint32_t>> touches;
+    state->level = settings.level.value_or(pinned_level(lattice, voxel));
+    struct Touch {
+        VolumeTilePart part;
+        std::uint32_t index = 0;  // of the operation
+    };
+    std::vector<Touch> touches;
     for (std::size_t i = 0; i < operations.size(); ++i) {
         auto placed = PlacedVolume::create(lattice, state->level, operations[i], settings);
         if (!placed) return named(i, placed.error());
-        for (const VolumeTileKey& key : placed->tiles())
-            touches.emplace_back(key, static_cast<std::uint32_t>(i));
+        for (const VolumeTilePart& part : placed->tiles())
+            touches.push_back({part, static_cast<std::uint32_t>(i)});
         state->operations.push_back(std::move(*placed));
     }
-    std::ranges::sort(touches);
-    for (const auto& [key, index] : touches) {
-        if (state->tiles.empty() || state->tiles.back() != key) {
-            state->tiles.push_back(key);
+    std::ranges::sort(touches, {},
+                      [](const Touch& touch) { return std::pair(touch.part.key, touch.index); });
+    for (const auto& [part, index] : touches) {
+        if (state->tiles.empty() || state->tiles.back() != part.key) {
+            state->tiles.push_back(part.key);
             state->begins.push_back(static_cast<std::uint32_t>(state->indices.size()));
         }
         state->indices.push_back(index);
+        state->parts.push_back(part);
     }
     state->begins.push_back(static_cast<std::uint32_t>(state->indices.size()));
     return Volumes(std::move(state));
@@ -70,11 +81,21 @@ double Volumes::spacing() const { return state_->lattice.level_spacing(state_->l
 std::span<const PlacedVolume> Volumes::operations() const { return state_->operations; }
 std::span<const VolumeTileKey> Volumes::tiles() const { return state_->tiles; }
 
+std::pair<std::size_t, std::size_t> Volumes::State::range_of(const VolumeTileKey& key) const {
+    const auto found = std::ranges::lower_bound(tiles, key);
+    if (found == tiles.end() || *found != key) return {0, 0};
+    const auto i = static_cast<std::size_t>(found - tiles.begin());
+    return {begins[i], begins[i + 1] - begins[i]};
+}
+
 std::span<const std::uint32_t> Volumes::operations_at(const VolumeTileKey& key) const {
-    const auto found = std::ranges::lower_bound(state_->tiles, key);
-    if (found == state_->tiles.end() || *found != key) return {};
-    const auto i = static_cast<std::size_t>(found - state_->tiles.begin());
-    return {state_->indices.data() + state_->begins[i], state_->begins[i + 1] - state_->begins[i]};
+    const auto [first, count] = state_->range_of(key);
+    return {state_->indices.data() + first, count};
+}
+
+std::span<const VolumeTilePart> Volumes::parts_at(const VolumeTileKey& key) const {
+    const auto [first, count] = state_->range_of(key);
+    return {state_->parts.data() + first, count};
 }
 
 }  // namespace terrane

@@ -20,7 +20,8 @@ inline std::string name_of(const ChunkKey& key) {
 ///
 /// @param make returns a Result<std::shared_ptr<const Chunk>>, never null
 ///
-/// Fails:  as make() does; out_of_memory if it throws std::bad_alloc, io if it throws anything else
+/// Fails:  as make() does; out_of_memory if the chunk is larger than the claim, or it throws std::bad_alloc; io if it
+///         throws anything else
 /// Throws: nothing
 template <class Make>
 Result<std::shared_ptr<const Chunk>> load_claimed(const ChunkKey& key, ByteClaim claim,
@@ -28,8 +29,14 @@ Result<std::shared_ptr<const Chunk>> load_claimed(const ChunkKey& key, ByteClaim
     try {
         try {
             Result<std::shared_ptr<const Chunk>> made = make();
-            if (made) made = claimed(std::move(*made), std::move(claim));
-            return made;
+            if (!made) return made;
+            if (const std::size_t bytes = (*made)->bytes(); bytes > claim.bytes()) {
+                return fail(ErrorCode::out_of_memory,
+                            name_of(key) + " has " + std::to_string(bytes) +
+                                " bytes, more than the " + std::to_string(claim.bytes()) +
+                                " that its load has claimed");
+            }
+            return claimed(std::move(*made), std::move(claim));
         } catch (const std::bad_alloc&) {
             throw;
         } catch (const std::exception& trouble) {

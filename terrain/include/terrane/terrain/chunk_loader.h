@@ -10,7 +10,7 @@
 
 namespace terrane {
 
-/// Bytes of chunks: those of each live chunk, and Chunk::max_bytes() for each requested one.
+/// Bytes of chunks: those of each live chunk, and HeightSource::max_chunk_bytes() for each requested one.
 using ByteCount = std::atomic<std::size_t>;
 
 /// A share of a byte count that is released when the claim is destroyed, on any thread. Threads: one at a time for each
@@ -34,7 +34,7 @@ private:
     std::size_t bytes_ = 0;
 };
 
-/// A chunk to load, and its claim of Chunk::max_bytes().
+/// A chunk to load, and its claim of HeightSource::max_chunk_bytes().
 struct LoadRequest {
     ChunkKey key;     ///< of the chunk
     ByteClaim claim;  ///< bytes of the ceiling, held until the load ends
@@ -46,7 +46,7 @@ struct FinishedLoad {
     /// The chunk owns its claim. Errors are those of make_chunk(), and
     ///   cancelled      by cancel()
     ///   timed_out      the storage did not answer; it may still hold the claim
-    ///   out_of_memory  memory is exhausted
+    ///   out_of_memory  memory is exhausted, or the chunk is larger than its claim
     ///   io             the source threw an exception
     /// With an error other than timed_out the claim has been released.
     Result<std::shared_ptr<const Chunk>> chunk;

@@ -3,8 +3,10 @@
 
 #include <terrane/terrain/lattice.h>
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <stop_token>
 
@@ -16,6 +18,13 @@ struct Chunk;
 struct HeightInterval {
     double low = 0.0;   ///< metres
     double high = 0.0;  ///< metres, >= low
+};
+
+/// What the volumes over the square of a chunk add to the heightfield: see HeightSource::solid_extent().
+struct SolidExtent {
+    double error_m =
+        0.0;  ///< bound of the distance, both ways, of the heightfield alone from the true surface
+    HeightInterval heights;  ///< encloses the surfaces of volumes, world z, metres
 };
 
 /// Kind of a cell of the ground. Bits, because a cell may touch both a filled void and the outside.
@@ -126,6 +135,15 @@ public:
     /// Fails: io; bad_data if the stored chunk is damaged
     virtual Result<std::shared_ptr<const Chunk>> stored_chunk(const ChunkKey& key,
                                                               const std::stop_token& stop) const;
+
+    /// What the true surface over the square of a chunk of any level has besides the heightfield: caves, tunnels,
+    /// overhangs. Chunks of the finest level then have a Chunk::solid. Called in every frame, as interval(). Default:
+    /// nothing.
+    virtual std::optional<SolidExtent> solid_extent(const ChunkKey& key) const;
+
+    /// Most bytes of a chunk: what a load claims of the byte ceiling. A chunk that turns out larger is a failed load;
+    /// its retry may claim more. Default: Chunk::max_bytes().
+    virtual std::size_t max_chunk_bytes(const ChunkKey& key) const;
 
 protected:
     HeightSource(const Lattice& lattice, const WorldRect& extent)

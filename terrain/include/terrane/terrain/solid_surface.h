@@ -34,6 +34,8 @@ struct SolidTriangles {
     /// they are not drawn.
     std::vector<std::array<std::uint32_t, 3>> kept_neighbours = {};
     double error_m = 0.0;  ///< bound of the distance to the true surface, metres
+    /// Bound of the distance between this surface and the heightfield alone, both ways, metres.
+    double hidden_error_m = 0.0;
 };
 
 /// The surface of the joined solid over one chunk that volumes touch: the heightfield's triangles that are not

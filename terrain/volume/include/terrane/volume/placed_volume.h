@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <terrane/terrain/height_source.h>
 #include <terrane/terrain/lattice.h>
 #include <terrane/volume/volume_shapes.h>
 
@@ -8,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace terrane {
@@ -27,11 +29,20 @@ struct VolumeTileKey {
     friend constexpr auto operator<=>(const VolumeTileKey&, const VolumeTileKey&) = default;
 };
 
+/// A tile that a volume may touch.
+struct VolumeTilePart {
+    VolumeTileKey key;       ///< the tile
+    HeightInterval heights;  ///< encloses the part of the shape over it, world z, metres
+    double area = 0.0;       ///< of the surfaces of the boxes around its pieces there, m^2
+};
+
 /// Limits of level sets that are sampled.
 struct VolumeSettings {
     /// Most bytes of the level set of one mesh or file. What its size says needs more is refused before it is made,
     /// what turns out to need more afterwards.
     std::size_t memory_bytes = std::size_t{1} << 30;
+    /// The level whose spacing is the distance between samples; none: see Volumes.
+    std::optional<int> level = std::nullopt;
 };
 
 /// An operation, checked and prepared for one level of a terrain: exact distances of a sphere, capsule, box or tube, or
@@ -59,8 +70,8 @@ public:
 
     /// Whether it is removed or added.
     VolumeOp op() const { return op_; }
-    /// Tiles of the world that the shape, widened by three spacings, may touch; sorted.
-    std::vector<VolumeTileKey> tiles() const;
+    /// Tiles of the world that the shape, widened by three spacings, may touch; sorted by key.
+    std::vector<VolumeTilePart> tiles() const;
     /// Bytes of its level set or list of capsules.
     std::size_t bytes() const;
     /// Signed distance as the level sets get it, metres, negative inside; of meshes and files interpolated between

@@ -57,6 +57,8 @@ public:
     NodeDistances distances(int column, int row, std::int32_t k) const;
     /// World position of a node. The same bits in all tiles.
     WorldPos position(int column, int row, std::int32_t k) const;
+    /// World position of a sample of the heightfield.
+    WorldPos ground(int column, int row) const;
 
     /// Bytes of the level sets, and nodes within three spacings of a surface in them.
     std::size_t bytes() const;

@@ -16,7 +16,8 @@ namespace terrane {
 /// void, and every point above it that is solid.
 ///
 /// Volumes are contoured at one level of the terrain, the *pinned level*: the one whose spacing is nearest to the
-/// finest wanted voxel, on a scale of ratios, or the finest level. Its samples are the heights of the heightfield.
+/// finest wanted voxel, on a scale of ratios, unless VolumeSettings::level says otherwise. Its samples are the heights
+/// of the heightfield.
 ///
 /// Immutable, cheap to copy. Threads: any number.
 class Volumes {
@@ -41,6 +42,8 @@ public:
     std::span<const VolumeTileKey> tiles() const;
     /// Indices of the operations that may touch a tile, ascending; empty for other tiles. Cost: O(log tiles)
     std::span<const std::uint32_t> operations_at(const VolumeTileKey& key) const;
+    /// The parts of these operations over the tile, in the same order.
+    std::span<const VolumeTilePart> parts_at(const VolumeTileKey& key) const;
 
 private:
     struct State;

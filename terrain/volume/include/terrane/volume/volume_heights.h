@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/terrain/height_source.h>
+#include <terrane/volume/volumes.h>
+
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <stop_token>
+
+namespace terrane {
+
+namespace internal {
+class SolidExtents;
+class SolidSizes;
+}  // namespace internal
+
+/// A heightfield with volumes: what a pager loads from. Heights, samples and bounds are those of the heightfield; the
+/// chunks of its finest level that volumes touch have a Chunk::solid.
+///
+/// Volumes are contoured at the finest level of the terrain, where contact is: what is drawn near the eye is what
+/// bodies touch.
+///
+/// Threads: any number, as HeightSource
+class VolumeHeights final : public HeightSource {
+public:
+    /// @param heights the heightfield, on the lattice of the volumes
+    ///
+    /// Fails: invalid_argument for volumes of another lattice, or of another level than its finest
+    /// Cost:  O(tiles that volumes touch * levels)
+    static Result<std::shared_ptr<const VolumeHeights>> create(
+        std::shared_ptr<const HeightSource> heights, const Volumes& volumes);
+    ~VolumeHeights() override;
+
+    /// The heightfield; the volumes.
+    const HeightSource& heights() const { return *heights_; }
+    const Volumes& volumes() const { return volumes_; }
+
+    double height(double x, double y) const override;
+    Result<void> sample(const SampleGrid& grid, std::span<double> heights_out) const override;
+    Result<void> vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override;
+    Result<void> cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override;
+    Result<void> mesh_bounds(const SampleGrid& grid, std::span<float> vertex_bounds_out,
+                             std::span<float> cell_bounds_out) const override;
+    Result<void> cell_flags(const SampleGrid& grid,
+                            std::span<std::uint8_t> flags_out) const override;
+    /// Includes the surfaces of volumes.
+    HeightInterval interval(const WorldRect& rect) const override;
+    double rise_bound(double distance) const override;
+    /// Chunks of the finest level that volumes touch; others as stored by the heightfield.
+    Result<std::shared_ptr<const Chunk>> stored_chunk(const ChunkKey& key,
+                                                      const std::stop_token& stop) const override;
+    std::optional<SolidExtent> solid_extent(const ChunkKey& key) const override;
+    /// From the area of the volumes' surfaces; where that was too little, what the chunk has turned out to need.
+    std::size_t max_chunk_bytes(const ChunkKey& key) const override;
+
+private:
+    VolumeHeights(std::shared_ptr<const HeightSource> heights, const Volumes& volumes);
+
+    std::shared_ptr<const HeightSource> heights_;
+    Volumes volumes_;
+    std::unique_ptr<const internal::SolidExtents> extents_;
+    std::unique_ptr<internal::SolidSizes> sizes_;
+};
+
+}  // namespace terrane

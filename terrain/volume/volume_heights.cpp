@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: MIT
+#include "paging/solid_extents.h"
+
+#include <terrane/terrain/chunk.h>
+#include <terrane/terrain/number_text.h>
+#include <terrane/volume/chunk_solid.h>
+#include <terrane/volume/volume_heights.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace terrane {
+namespace {
+
+/// Bytes of a SolidSurface for each square spacing of the boxes around a volume's pieces: measured 160 to 410 for tubes
+/// and spheres.
+constexpr double kBytesPerSquare = 450.0;
+/// For what is cut of the heightfield.
+constexpr double kLeastBytes = 0x1p18;
+
+}  // namespace
+
+Result<std::shared_ptr<const VolumeHeights>> VolumeHeights::create(
+    std::shared_ptr<const HeightSource> heights, const Volumes& volumes) {
+    if (!heights) return fail(ErrorCode::invalid_argument, "volumes need a heightfield");
+    if (!(heights->lattice() == volumes.lattice())) {
+        return fail(ErrorCode::invalid_argument,
+                    "the volumes were placed for another lattice than the heightfield's");
+    }
+    if (const int finest = heights->lattice().finest_level; volumes.level() != finest) {
+        return fail(ErrorCode::invalid_argument, "volumes must be placed for the finest level, " +
+                                                     number_text(finest) + ", got " +
+                                                     number_text(volumes.level()));
+    }
+    return std::shared_ptr<const VolumeHeights>(new VolumeHeights(std::move(heights), volumes));
+}
+
+VolumeHeights::VolumeHeights(std::shared_ptr<const HeightSource> heights, const Volumes& volumes)
+    : HeightSource(heights->lattice(), heights->extent()),
+      heights_(std::move(heights)),
+      volumes_(volumes),
+      extents_(std::make_unique<const internal::SolidExtents>(*heights_, volumes_)),
+      sizes_(std::make_unique<internal::SolidSizes>()) {}
+
+VolumeHeights::~VolumeHeights() = default;
+
+double VolumeHeights::height(double x, double y) const { return heights_->height(x, y); }
+
+Result<void> VolumeHeights::sample(const SampleGrid& grid, std::span<double> heights_out) const {
+    return heights_->sample(grid, heights_out);
+}
+
+Result<void> VolumeHeights::vertex_bounds(const SampleGrid& grid,
+                                          std::span<float> bounds_out) const {
+    return heights_->vertex_bounds(grid, bounds_out);
+}
+
+Result<void> VolumeHeights::cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const {
+    return heights_->cell_bounds(grid, bounds_out);
+}
+
+Result<void> VolumeHeights::mesh_bounds(const SampleGrid& grid, std::span<float> vertex_bounds_out,
+                                        std::span<float> cell_bounds_out) const {
+    return heights_->mesh_bounds(grid, vertex_bounds_out, cell_bounds_out);
+}
+
+Result<void> VolumeHeights::cell_flags(const SampleGrid& grid,
+                                       std::span<std::uint8_t> flags_out) const {
+    return heights_->cell_flags(grid, flags_out);
+}
+
+HeightInterval VolumeHeights::interval(const WorldRect& rect) const {
+    HeightInterval heights = heights_->interval(rect);
+    if (const auto solids = extents_->over(rect)) {
+        heights = {std::min(heights.low, solids->low), std::max(heights.high, solids->high)};
+    }
+    return heights;
+}
+
+double VolumeHeights::rise_bound(double distance) const { return heights_->rise_bound(distance); }
+
+Result<std::shared_ptr<const Chunk>> VolumeHeights::stored_chunk(
+    const ChunkKey& key, const std::stop_token& stop) const {
+    if (key.level != volumes_.level() || !extents_->of_chunk(key)) {
+        return heights_->stored_chunk(key, stop);
+    }
+    auto made = make_chunk(*heights_, key, stop);
+    if (!made) return made;
+    auto solid = make_chunk_solid(volumes_, **made);
+    if (!solid) return tl::unexpected(solid.error());
+    if (*solid == nullptr) return made;
+    auto chunk = std::make_shared<Chunk>(**made);
+    chunk->solid = std::move(*solid);
+    if (const std::size_t bytes = chunk->bytes(); bytes > max_chunk_bytes(key)) {
+        sizes_->record(key, bytes);
+    }
+    return std::shared_ptr<const Chunk>(std::move(chunk));
+}
+
+std::optional<SolidExtent> VolumeHeights::solid_extent(const ChunkKey& key) const {
+    return extents_->of_chunk(key);
+}
+
+std::size_t VolumeHeights::max_chunk_bytes(const ChunkKey& key) const {
+    const std::size_t plain = heights_->max_chunk_bytes(key);
+    if (key.level != volumes_.level() || !extents_->of_chunk(key)) return plain;
+    const double squares = extents_->area(key) / (volumes_.spacing() * volumes_.spacing());
+    const double bytes = kLeastBytes + kBytesPerSquare * squares;
+    return std::max(plain + static_cast<std::size_t>(bytes), sizes_->of(key));
+}
+
+}  // namespace terrane
