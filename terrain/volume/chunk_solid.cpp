@@ -44,9 +44,9 @@ double longest_edge(const VolumeTile& tile, const VolumeContour& contour) {
     return longest;
 }
 
-/// Largest vertical distance of a contour's vertices from the heightfield, metres. Vertical distance is linear along each
-/// triangle of a contour, so this bounds that of all its points; and where the heightfield is replaced, a part of the
-/// contour is above or below it.
+/// Largest vertical distance of a contour's vertices from the heightfield, metres. Vertical distance is linear along
+/// each triangle of a contour, so this bounds that of all its points; and where the heightfield is replaced, a part of
+/// the contour is above or below it.
 double farthest_from_ground(const VolumeTile& tile, const VolumeContour& contour) {
     const auto ground = [&](const VolumeNode& node) {
         return tile.ground(static_cast<int>(node.column - contour.key.column * kVolumeTileCells),

@@ -22,8 +22,8 @@ struct HeightInterval {
 
 /// What the volumes over the square of a chunk add to the heightfield: see HeightSource::solid_extent().
 struct SolidExtent {
-    double error_m =
-        0.0;  ///< bound of the distance, both ways, of the heightfield alone from the true surface
+    /// Bound of the distance, both ways, of the heightfield alone from the true surface, metres.
+    double error_m = 0.0;
     HeightInterval heights;  ///< encloses the surfaces of volumes, world z, metres
 };
 

@@ -37,6 +37,7 @@ public:
     const HeightSource& heights() const { return *heights_; }
     const Volumes& volumes() const { return volumes_; }
 
+    // Of the heightfield, as HeightSource.
     double height(double x, double y) const override;
     Result<void> sample(const SampleGrid& grid, std::span<double> heights_out) const override;
     Result<void> vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override;
