@@ -31,6 +31,7 @@ std::shared_ptr<const ResidentSet::Structure> ResidentSet::Change::make(
     for (const ChunkKey& key : evicted) remove(key);
     merge(std::move(arrived));
     fill_table();
+    list_solids();
     link_neighbours();
     link_parents();
     TERRANE_ASSERT(
@@ -106,6 +107,19 @@ void ResidentSet::Change::fill_table() {
         TERRANE_ASSERT(index == kNone, "no chunk may be resident twice");
         index = static_cast<std::int32_t>(i);
     }
+}
+
+void ResidentSet::Change::list_solids() {
+    for (const std::int32_t index : before_.solids) {
+        const std::int32_t now = new_indices_[at(index + 1)];
+        if (now != kNone) made_->solids.push_back(now);
+    }
+    const std::size_t kept = made_->solids.size();
+    for (const std::int32_t index : arrived_) {
+        if (made_->chunks[at(index)]->solid != nullptr) made_->solids.push_back(index);
+    }
+    std::inplace_merge(made_->solids.begin(), made_->solids.begin() + offset(kept),
+                       made_->solids.end());
 }
 
 void ResidentSet::Change::link_neighbours() {

@@ -41,6 +41,7 @@ private:
     void keep(std::size_t first, std::size_t end);
     void add(std::shared_ptr<const Chunk> chunk);
     void fill_table();
+    void list_solids();
     void link_neighbours();
     void link_parents();
 

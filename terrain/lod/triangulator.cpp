@@ -19,6 +19,7 @@
 #include "lod/mesh/residual_error.h"
 #include "lod/selection/selection.h"
 #include "lod/selection/vertex_keys.h"
+#include "lod/solids/solid_selection.h"
 
 #include <terrane/terrain/assert.h>
 #include <terrane/terrain/number_text.h>
@@ -37,6 +38,7 @@ using internal::OpenChunk;
 using internal::ResidualError;
 using internal::ScreenError;
 using internal::Selection;
+using internal::SolidSelection;
 using internal::VertexKeys;
 using internal::WorkerTeam;
 
@@ -64,6 +66,7 @@ struct Triangulator::State {
           team(std::max(1, chosen.worker_count)),
           keys(ground, internal::best_simd_level(), chosen.open_chunks),
           selection(team.size()),
+          solids(ground),
           residual_errors(static_cast<std::size_t>(team.size())),
           // pages are not touched before use
           indices(std::make_unique_for_overwrite<std::uint16_t[]>(3 * chosen.triangle_budget)) {
@@ -76,6 +79,7 @@ struct Triangulator::State {
     WorkerTeam team;
     VertexKeys keys;
     Selection selection;
+    SolidSelection solids;
     float last_threshold = 0.0f;  // start value of the search: does not affect results
 
     // of the frame
@@ -89,7 +93,7 @@ struct Triangulator::State {
     // Slightly below the target, so that the reported error meets it after rounding up.
     float target_key(const ScreenError& screen) const {
         const double factor = Morph(settings.morph_ratio, 1.0f).error_factor();
-        return screen.key_of(settings.max_error_px /
+        return screen.key_of((settings.max_error_px - solids.allowed_px()) /
                              (factor * ScreenError::kRounding * ScreenError::kRounding));
     }
     void select(const ResidentSet& resident, const ScreenError& screen);
@@ -102,12 +106,13 @@ struct Triangulator::State {
 // Finds the threshold: the target's, or the smallest that the budget allows.
 void Triangulator::State::select(const ResidentSet& resident, const ScreenError& screen) {
     const float target = target_key(screen);
-    const std::size_t budget = settings.triangle_budget - root_triangles(lattice);
+    const std::size_t budget =
+        settings.triangle_budget - root_triangles(lattice) - solids.reserved_triangles();
     float floor = std::min(target, last_threshold > 0.0f ? kFloorMargin * last_threshold
                                                          : screen.key_of(kFirstFloor_px));
     for (;;) {
         selection.begin(floor, std::min(last_threshold, floor));
-        keys.compute(resident, screen, floor, selection, team);
+        keys.compute(resident, screen, solids.pins(), floor, selection, team);
         threshold = selection.find(keys.open(), keys.kernels(), budget, team);
         if (threshold < floor || floor == target) break;
         floor = std::min(target, kFloorStep * floor);
@@ -152,7 +157,8 @@ void Triangulator::State::emit(const ScreenError& screen, const Morph& morph) {
                                static_cast<std::uint32_t>(3 * chunk->triangle_count),
                                morph.is_on() ? chunk->offsets.data() : nullptr});
     }
-    TERRANE_ASSERT(triangle_count <= settings.triangle_budget, "the budget must hold");
+    TERRANE_ASSERT(triangle_count + solids.triangle_count() <= settings.triangle_budget,
+                   "the budget must hold");
     std::fill(residual_errors.begin(), residual_errors.end(), ResidualError{});
     team.run(open.size(), [&](std::size_t i, int worker) {
         const OpenChunk& chunk = *open[i];
@@ -201,10 +207,13 @@ void Triangulator::State::report(const ScreenError& screen, const Morph& morph) 
         return missing_px > 0.0 ? threshold_px * morph.error_with_missing(missing_px / threshold_px)
                                 : 0.0;
     };
-    const double chosen = threshold_px * morph.error_factor();
+    // where volumes are left out, the heightfield that closes over them has its own error, too
+    const double closed = threshold_px * morph.error_factor();
+    const double chosen = closed + solids.left_out_px();
     const double absent =
-        std::max(displayed(residual.absent), fading_error(screen, morph, threshold_px));
-    const double finest = displayed(residual.finest);
+        std::max({displayed(residual.absent), fading_error(screen, morph, threshold_px),
+                  solids.absent_px() > 0.0 ? closed + solids.absent_px() : 0.0});
+    const double finest = std::max(displayed(residual.finest), solids.drawn_px());
     const double target = settings.max_error_px;
     const double sliding = threshold_px * residual.morphing;
     mesh.error_px = std::max({chosen, absent, finest, sliding}) * ScreenError::kRounding;
@@ -281,6 +290,7 @@ TerrainMesh Triangulator::update(std::shared_ptr<const ResidentSet> resident, co
     mesh.resident = std::move(resident);
     mesh.chunks = {};
     mesh.indices = {};
+    mesh.solids = {};
     mesh.triangle_count = 0;
     mesh.error_px = 0.0;
     mesh.threshold_px = state.settings.max_error_px;
@@ -289,13 +299,18 @@ TerrainMesh Triangulator::update(std::shared_ptr<const ResidentSet> resident, co
 
     const ScreenError screen(view, *state.source,
                              internal::clearance_of(*state.source, view.eye_world));
+    state.solids.begin(mesh.resident, screen, state.settings.max_error_px,
+                       state.settings.morph_ratio,
+                       state.settings.triangle_budget - root_triangles(state.lattice));
     state.select(*mesh.resident, screen);
     const Morph morph(state.settings.morph_ratio, state.threshold);
     state.activate_and_morph(morph);
+    state.solids.decide(state.keys, morph, state.threshold, screen);
     state.emit(screen, morph);
     mesh.chunks = state.mesh_chunks;
     mesh.indices = {state.indices.get(), 3 * state.triangle_count};
-    mesh.triangle_count = state.triangle_count;
+    mesh.solids = state.solids.drawn();
+    mesh.triangle_count = state.triangle_count + state.solids.triangle_count();
     state.report(screen, morph);
     return mesh;
 }

@@ -133,7 +133,13 @@ Eigen::Vector3d SolidSurface::normal(std::uint32_t triangle) const {
 }
 
 std::size_t SolidSurface::bytes() const {
-    return sizeof(*this) + triangles_.vertices_world.capacity() * sizeof(Eigen::Vector3d) +
+    using Corners = std::array<std::uint32_t, 3>;
+    std::size_t drawn = triangles_.levels.capacity() * sizeof(SolidLevel);
+    for (const SolidLevel& level : triangles_.levels) {
+        drawn += level.triangles.capacity() * sizeof(Corners);
+    }
+    for (const auto& cap : triangles_.caps) drawn += cap.capacity() * sizeof(Corners);
+    return sizeof(*this) + drawn + triangles_.vertices_world.capacity() * sizeof(Eigen::Vector3d) +
            triangles_.triangles.capacity() * sizeof(std::array<std::uint32_t, 3>) +
            triangles_.kept_neighbours.capacity() * sizeof(std::array<std::uint32_t, 3>) +
            triangles_.parts.capacity() + triangles_.replaced.capacity() * sizeof(std::uint16_t) +

@@ -37,7 +37,7 @@ double longest_edge(const VolumeTile& tile, const VolumeContour& contour) {
     };
     double longest = 0.0;
     for (const VolumeVertexKey& key : contour.keys) {
-        if (!key.is_sample()) {
+        if (!key.is_node()) {
             longest = std::max(longest, (place(key.second) - place(key.first)).norm());
         }
     }
@@ -77,6 +77,12 @@ public:
         for (const std::array<std::uint32_t, 3>& triangle : contour.triangles) {
             chunk_.triangles.push_back(
                 {in_chunk[triangle[0]], in_chunk[triangle[1]], in_chunk[triangle[2]]});
+        }
+        for (std::size_t side = 0; side < 4; ++side) {
+            for (const std::array<std::uint32_t, 3>& triangle : contour.caps[side]) {
+                chunk_.caps[side].push_back(
+                    {in_chunk[triangle[0]], in_chunk[triangle[1]], in_chunk[triangle[2]]});
+            }
         }
         chunk_.parts.insert(chunk_.parts.end(), contour.surfaces.begin(), contour.surfaces.end());
         for (const std::uint16_t replaced : contour.replaced) {
@@ -178,7 +184,8 @@ Result<std::shared_ptr<const SolidSurface>> make_chunk_solid(const Volumes& volu
             Result<VolumeTile> tile =
                 VolumeTile::create(volumes, key, copy_heights(chunk, column, row));
             if (!tile) return tl::unexpected(tile.error());
-            VolumeContour contour = tile->contour();
+            const int last = kTilesPerChunk - 1;
+            VolumeContour contour = tile->contour({column == 0, column == last, row == 0, row == last});
             longest = std::max(longest, longest_edge(*tile, contour));
             triangles->hidden_error_m =
                 std::max(triangles->hidden_error_m, farthest_from_ground(*tile, contour));

@@ -53,8 +53,8 @@ void VolumeTile::apply(const PlacedVolume& volume) {
     state_->level_set.apply(volume.op(), volume.shape(), state_->lines());
 }
 
-VolumeContour VolumeTile::contour() const {
-    return internal::contour_tile(state_->level_set, state_->lines(), state_->key);
+VolumeContour VolumeTile::contour(const std::array<bool, 4>& closes) const {
+    return internal::contour_tile(state_->level_set, state_->lines(), state_->key, closes);
 }
 
 VolumeTile::NodeDistances VolumeTile::distances(int column, int row, std::int32_t k) const {

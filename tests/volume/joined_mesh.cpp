@@ -108,7 +108,7 @@ JoinedMesh join(const VolumeWorld& world, const Volumes& volumes,
     std::vector<std::uint32_t> samples(world.heights.size(), kNone);
     const auto find = [&](const VolumeVertexKey& key, const WorldPos& position) {
         const auto next = static_cast<std::uint32_t>(mesh.keys.size());
-        const bool is_sample = key.is_sample();
+        const bool is_sample = key.is_node();
         std::uint32_t& found = is_sample ? samples[static_cast<std::size_t>(
                                                key.first.row * world.columns + key.first.column)]
                                          : index.try_emplace(key, kNone).first->second;

@@ -55,7 +55,7 @@ TEST(MeshVolume, IsWatertightAndNearItsMeshWhereverItIsTurned) {
         double worst = 0.0;
         for (const VolumeContour& contour : contours) {
             for (std::size_t i = 0; i < contour.keys.size(); ++i) {
-                if (contour.keys[i].is_sample()) continue;
+                if (contour.keys[i].is_node()) continue;
                 const Eigen::Vector3d p =
                     contour.positions_world[i] - operation.world_from_shape.translation;
                 worst = std::max(worst, std::abs(p.norm() - 15.0));

@@ -81,7 +81,7 @@ TEST(JoinedScenes, HaveVerticesNearTheSurface) {
         const double s = scene.volumes.spacing();
         for (std::size_t i = 0; i < scene.mesh.keys.size(); ++i) {
             const VolumeVertexKey& key = scene.mesh.keys[i];
-            if (key.is_sample()) continue;
+            if (key.is_node()) continue;
             const double to_void = std::abs(scene.solid.to_void(scene.mesh.positions[i])) / s;
             const double to_solid = std::abs(scene.solid.to_solid(scene.mesh.positions[i])) / s;
             const double off = std::min(to_void, to_solid);

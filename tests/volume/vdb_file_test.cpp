@@ -68,7 +68,7 @@ TEST_F(VdbFile, IsContouredNearItsSurface) {
         EXPECT_EQ(find_leak(world, mesh), "");
         double worst = 0.0;
         for (std::size_t i = 0; i < mesh.keys.size(); ++i) {
-            if (mesh.keys[i].is_sample()) continue;
+            if (mesh.keys[i].is_node()) continue;
             worst = std::max(
                 worst,
                 std::abs((mesh.positions[i] - Eigen::Vector3d(63.3, 64.4, 36.0)).norm() - 15.0));

@@ -14,6 +14,8 @@
 
 namespace terrane::internal {
 
+struct ReplacedTriangles;
+
 /// Sides of a chunk, in the order of ResidentSet::Links::neighbour.
 enum Side : std::size_t { west = 0, east = 1, south = 2, north = 3 };
 
@@ -79,6 +81,9 @@ struct OpenChunk {
     std::uint64_t east_bits = 0, north_bits = 0;
     std::uint64_t active_areas = 0;  ///< those with an active centre: only they are drawn
 
+    bool is_pinned = false;  ///< volumes may lower its keys: see SolidPins
+    /// Triangles that are not drawn, because the chunk's solid surface replaces them; null: none.
+    const ReplacedTriangles* replaced = nullptr;
     std::size_t triangle_count = 0;
     std::size_t first_triangle = 0;
 

@@ -8,6 +8,7 @@
 #include "lod/mesh/emission.h"
 
 #include "lod/mesh/active_set.h"
+#include "lod/pins/replaced_triangles.h"
 
 #include <terrane/terrain/lattice.h>
 
@@ -112,8 +113,36 @@ private:
     std::uint16_t* end_;
 };
 
+// Emits the triangles of a square of the finest level that are not replaced.
+void emit_remaining(const ReplacedTriangles::OfArea& replaced, int square, unsigned word,
+                    std::uint16_t centre, Writer& writer) {
+    const auto at = [&](int x, int y) {
+        return static_cast<std::uint16_t>(centre + y * kChunkSamples + x);
+    };
+    for (std::size_t k = 0; k < 4; ++k) {
+        const SquareSide& begin = kSides[k];
+        const SquareSide& end = kSides[(k + 1) % 4];
+        const std::uint16_t first = at(begin.corner_x, begin.corner_y);
+        const std::uint16_t middle = at(begin.middle_x, begin.middle_y);
+        const std::uint16_t last = at(end.corner_x, end.corner_y);
+        if ((word >> k & 1) == 0) {
+            writer.add_triangle(first, last, centre);
+            continue;
+        }
+        if ((replaced.squares[2 * k] >> square & 1) == 0) {
+            writer.add_triangle(first, middle, centre);
+        }
+        if ((replaced.squares[2 * k + 1] >> square & 1) == 0) {
+            writer.add_triangle(middle, last, centre);
+        }
+    }
+}
+
 void emit_area(const OpenChunk& chunk, int area, Writer& writer) {
     const AreaBits bits = area_bits(chunk, area);
+    const ReplacedTriangles::OfArea* const replaced =
+        chunk.replaced != nullptr ? chunk.replaced->find(area) : nullptr;
+    const std::uint64_t cut = replaced != nullptr ? replaced->any() : 0;
     const int west = area % kChunkAreas * kAreaCells, south = area / kChunkAreas * kAreaCells;
     for (int row = 0; row < kAreaSquares; ++row) {
         const auto of = [&](std::uint64_t word) {
@@ -129,8 +158,14 @@ void emit_area(const OpenChunk& chunk, int area, Writer& writer) {
         const auto first = static_cast<std::uint16_t>(sample_index(west + 1, south + 2 * row + 1));
         for (; centres != 0; centres &= centres - 1) {
             const int column = std::countr_zero(centres);
-            writer.add(kShapes[static_cast<std::size_t>(words >> (8 * column) & 0xff)],
-                       static_cast<std::uint16_t>(first + 2 * column));
+            const auto word = static_cast<unsigned>(words >> (8 * column) & 0xff);
+            const auto centre = static_cast<std::uint16_t>(first + 2 * column);
+            const int square = kAreaSquares * row + column;
+            if ((cut >> square & 1) != 0) {
+                emit_remaining(*replaced, square, word, centre, writer);
+            } else {
+                writer.add(kShapes[word], centre);
+            }
         }
     }
 }
@@ -214,7 +249,7 @@ std::size_t count_triangles(const OpenChunk& chunk, float threshold) {
             count -= 2 * number(bits.divided[k]);
         }
     });
-    return count;
+    return chunk.replaced != nullptr ? count - chunk.replaced->count : count;
 }
 
 void emit_triangles(const OpenChunk& chunk, float threshold, std::uint16_t* indices_out) {

@@ -47,6 +47,7 @@ void VertexKeys::open_chunk(const ResidentSet& resident, std::size_t index) {
     by_index_[index] = &chunk;
     chunk.chunk = resident.chunks()[index].get();
     chunk.index = static_cast<std::int32_t>(index);
+    chunk.replaced = nullptr;
     chunk.held_areas = 0;
     chunk.is_side_held = chunk.is_coarse_held = false;
     const float fade = chunk.is_root() ? 1.0f : resident.fade(index);
@@ -87,7 +88,10 @@ void VertexKeys::open_areas(const ScreenError& screen, float floor, OpenChunk& c
         if (!chunk.is_root()) {
             const ScreenError::WorldBox reach =
                 screen.reach_of_area(*chunk.chunk, area, half_width);
-            if (!(screen.least_key(reach, bound, is_in_view) < floor)) continue;
+            if (!(screen.least_key(reach, bound, is_in_view) < floor) &&
+                !(chunk.is_pinned && pins_->opens(*chunk.chunk, area, floor))) {
+                continue;
+            }
         }
         const std::uint64_t bit = std::uint64_t{1} << area;
         chunk.open_areas |= bit;
@@ -113,6 +117,7 @@ void VertexKeys::own_keys(const OpenChunk& chunk, int area, AreaVertices::Kind k
     if ((chunk.partly_visible_areas >> area & 1) != 0) {
         kernels_->weigh(group, chunk.eye_heights, chunk.planes, keys_out);
     }
+    if (chunk.is_pinned) pins_->lower(*chunk.chunk, area, kind, keys_out);
 }
 
 // The own key of one vertex, by the same operations as the kernels.
@@ -134,11 +139,12 @@ float VertexKeys::own_side_key(const OpenChunk& chunk, Side side, int i) const {
     const SideVertices& vertices =
         is_east ? chunk.chunk->vertices->east_side : chunk.chunk->vertices->north_side;
     const auto k = static_cast<std::size_t>(i);
-    return own_key(chunk, is_east ? kChunkCells : 2 * i + 1, is_east ? 2 * i + 1 : kChunkCells,
-                   over_eye<float>(vertices.low[k], chunk.eye_heights),
-                   over_eye<float>(vertices.high[k], chunk.eye_heights),
-                   reach(*chunk.chunk, 1, false).half_width,
-                   from_upper_half(vertices.inverse_square_bounds[k]));
+    const int column = is_east ? kChunkCells : 2 * i + 1, row = is_east ? 2 * i + 1 : kChunkCells;
+    const float key = own_key(chunk, column, row, over_eye<float>(vertices.low[k], chunk.eye_heights),
+                              over_eye<float>(vertices.high[k], chunk.eye_heights),
+                              reach(*chunk.chunk, 1, false).half_width,
+                              from_upper_half(vertices.inverse_square_bounds[k]));
+    return chunk.is_pinned ? pins_->lowered(*chunk.chunk, column, row, 1, false, key) : key;
 }
 
 void VertexKeys::find_centres(float floor, OpenChunk& chunk, int area) const {
@@ -232,8 +238,10 @@ void VertexKeys::find_sides(float floor, OpenChunk& chunk) const {
     }
 }
 
-void VertexKeys::compute(const ResidentSet& resident, const ScreenError& screen, float floor,
-                         Selection& selection, WorkerTeam& team) {
+void VertexKeys::compute(const ResidentSet& resident, const ScreenError& screen,
+                         const SolidPins& pins, float floor, Selection& selection,
+                         WorkerTeam& team) {
+    pins_ = &pins;
     const std::size_t count = resident.chunks().size();
     by_index_.assign(count, nullptr);
     open_count_ = 0;
@@ -243,14 +251,16 @@ void VertexKeys::compute(const ResidentSet& resident, const ScreenError& screen,
         const std::size_t first_open = open_count_;
         for (; first < count && resident.chunks()[first]->key.level == level; ++first) {
             const Chunk& chunk = *resident.chunks()[first];
+            const bool is_pinned = !pins.is_empty() && pins.opens(chunk, floor);
             if (level > 0) {
                 if (find(resident.links(first).parent) == nullptr) continue;
                 if (!(resident.fade(first) > 0.0f)) continue;
                 const float least =
                     screen.least_key(reach_of(screen, chunk), chunk.max_vertex_bound);
-                if (!(least < floor)) continue;
+                if (!(least < floor) && !is_pinned) continue;
             }
             open_chunk(resident, first);
+            open_[open_count_ - 1]->is_pinned = is_pinned;
         }
         const std::span<OpenChunk* const> here = open().subspan(first_open);
         if (here.empty()) break;

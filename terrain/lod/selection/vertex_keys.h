@@ -6,6 +6,7 @@
 #include "lod/keys/open_chunk.h"
 #include "lod/keys/screen_error.h"
 #include "lod/selection/selection.h"
+#include "lod/pins/solid_pins.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -30,12 +31,15 @@ public:
     ///
     /// Allocates: only when more chunks are open, or resident, than ever before
     ///
+    /// @param pins       outlive the answers
     /// @param selection  begun; every open chunk is added to it
-    void compute(const ResidentSet& resident, const ScreenError& screen, float floor,
-                 Selection& selection, WorkerTeam& team);
+    void compute(const ResidentSet& resident, const ScreenError& screen, const SolidPins& pins,
+                 float floor, Selection& selection, WorkerTeam& team);
 
     /// Coarse to fine, in the order of the resident set.
     std::span<OpenChunk* const> open() const { return {open_.data(), open_count_}; }
+    /// The open chunk of an index in the resident set; null where it is not open.
+    OpenChunk* find(std::int32_t index) const;
 
     /// Keys before they are raised to the parents': of an area,
     /// @param keys_out [AreaVertices::kSquares]
@@ -62,7 +66,6 @@ private:
     Reach reach(const Chunk& chunk, int stride, bool is_centre) const;
     float own_key(const OpenChunk& chunk, int column, int row, float low, float high,
                   float half_width, float inverse_square_bound) const;
-    OpenChunk* find(std::int32_t index) const;
     void open_chunk(const ResidentSet& resident, std::size_t index);
     void link(const ResidentSet& resident, OpenChunk& chunk);
     void open_areas(const ScreenError& screen, float floor, OpenChunk& chunk) const;
@@ -81,6 +84,7 @@ private:
     Lattice lattice_;
     Reaches reaches_;
     const KeyKernels* kernels_;
+    const SolidPins* pins_ = nullptr;  // of the frame
     std::vector<std::unique_ptr<OpenChunk>> pool_;
     std::vector<OpenChunk*> open_;
     std::size_t open_count_ = 0;

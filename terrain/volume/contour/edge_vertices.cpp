@@ -95,13 +95,12 @@ void EdgeVertices::grow() {
     }
 }
 
-std::uint32_t EdgeVertices::sample(int line) {
-    const LineNode node{line, lines_.surface[static_cast<std::size_t>(line)]};
+std::uint32_t EdgeVertices::node(const LineNode& node) {
     Slot& slot = find_slot(node, node);
     if (slot.vertex != 0) return slot.vertex - 1;
-    const VolumeNode name = lines_.node(line, node.k);
+    const VolumeNode name = lines_.node(node.line, node.k);
     contour_.keys.push_back({name, name});
-    contour_.positions_world.push_back(lines_.position(line, node.k));
+    contour_.positions_world.push_back(lines_.position(node.line, node.k));
     slot = {node, node, static_cast<std::uint32_t>(contour_.keys.size())};
     if (2 * contour_.keys.size() > slots_.size()) grow();
     return static_cast<std::uint32_t>(contour_.keys.size()) - 1;

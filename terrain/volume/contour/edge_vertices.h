@@ -49,8 +49,11 @@ public:
 
     /// Index of the vertex between two nodes of different sign of a field.
     std::uint32_t crossing(const LineNode& a, const LineNode& b, Field field);
-    /// Index of the vertex that is a sample of the heightfield.
-    std::uint32_t sample(int line);
+    /// Index of the vertex that is a sample of the heightfield, or another node.
+    std::uint32_t sample(int line) {
+        return node({line, lines_.surface[static_cast<std::size_t>(line)]});
+    }
+    std::uint32_t node(const LineNode& node);
 
 private:
     struct Slot {

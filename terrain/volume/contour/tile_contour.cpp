@@ -2,6 +2,7 @@
 #include "contour/tile_contour.h"
 
 #include "contour/column_sweep.h"
+#include "contour/side_caps.h"
 
 #include <terrane/terrain/lattice.h>
 
@@ -86,7 +87,7 @@ std::array<std::array<int, 3>, 2> triangles_of(const TileLines& lines, int colum
 }  // namespace
 
 VolumeContour contour_tile(const TileLevelSet& level_set, const TileLines& lines,
-                           const VolumeTileKey& key) {
+                           const VolumeTileKey& key, const std::array<bool, 4>& closes) {
     VolumeContour contour;
     contour.key = key;
     const TileFields fields(level_set, lines);
@@ -102,6 +103,10 @@ VolumeContour contour_tile(const TileLevelSet& level_set, const TileLines& lines
                                              2 * (row * kVolumeTileCells + column) + int(i)));
             }
         }
+    }
+    SideCaps caps(lines, fields, vertices, contour);
+    for (std::size_t side = 0; side < 4; ++side) {
+        if (closes[side]) caps.close(side);
     }
     return contour;
 }

@@ -152,7 +152,7 @@ Accuracy measure(const VolumeWorld& world, const VolumeOperation& operation,
     Random random(1);
     for (const VolumeContour& contour : contour_all(world, volumes)) {
         for (std::size_t i = 0; i < contour.keys.size(); ++i) {
-            if (contour.keys[i].is_sample() || !counts(contour.positions_world[i])) continue;
+            if (contour.keys[i].is_node() || !counts(contour.positions_world[i])) continue;
             const double off =
                 std::abs(AnalyticSolid::distance(operation, contour.positions_world[i])) / s;
             accuracy.vertex_mean += off;

@@ -91,6 +91,8 @@ public:
     /// In Order.
     std::span<const ResidentChunk> chunks() const { return structure_->chunks; }
     const Links& links(std::size_t index) const { return structure_->links[index]; }
+    /// Indices in chunks() of those that have a Chunk::solid, ascending.
+    std::span<const std::int32_t> solids() const { return structure_->solids; }
     /// Index of a chunk in chunks(), or kNone.
     std::int32_t find(const ChunkKey& key) const;
     /// The chunk, or null. Faster than by its index.
@@ -117,6 +119,7 @@ private:
         std::vector<ResidentChunk> chunks;
         std::vector<ChunkKey> keys;  // of the chunks: contiguous, for look-ups
         std::vector<Links> links;
+        std::vector<std::int32_t> solids;  // chunks with a solid surface, ascending
         bool has_roots = false;
         // Open addressing with linear probing: indices by the hash of their keys. 2^(64 - table_shift) entries,
         // at most half of them in use.

@@ -20,6 +20,12 @@ enum class SolidPart : std::uint8_t {
     overhang,  ///< above it: the surface of added solid
 };
 
+/// A coarser version of a chunk's triangles, for drawing: the same border, and a subset of the vertices.
+struct SolidLevel {
+    std::vector<std::array<std::uint32_t, 3>> triangles = {};  ///< indices of vertices
+    double error_m = 0.0;  ///< bound of the distance to the finest version, both ways, metres
+};
+
 /// Triangles that volumes make of a chunk, as plain arrays.
 struct SolidTriangles {
     std::vector<Eigen::Vector3d> vertices_world = {};  ///< metres
@@ -36,6 +42,11 @@ struct SolidTriangles {
     double error_m = 0.0;  ///< bound of the distance to the true surface, metres
     /// Bound of the distance between this surface and the heightfield alone, both ways, metres.
     double hidden_error_m = 0.0;
+    std::vector<SolidLevel> levels = {};  ///< coarser and coarser, with ascending errors
+    /// For the western, eastern, southern and northern side: triangles that close the surface along it, drawn where the
+    /// neighbour's solid surface is not. Together with this chunk's triangles and the neighbour's heightfield they are
+    /// watertight. Indices of vertices.
+    std::array<std::vector<std::array<std::uint32_t, 3>>, 4> caps = {};
 };
 
 /// The surface of the joined solid over one chunk that volumes touch: the heightfield's triangles that are not

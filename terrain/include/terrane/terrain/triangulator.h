@@ -4,6 +4,7 @@
 #include <terrane/terrain/resident_set.h>
 #include <terrane/terrain/view.h>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -39,16 +40,35 @@ struct MeshChunk {
     }
 };
 
+/// The triangles of volumes over one chunk: they and those of its heightfield that they do not replace are drawn.
+struct MeshSolid {
+    using Triangles = std::span<const std::array<std::uint32_t, 3>>;
+    const Chunk* chunk = nullptr;  ///< whose solid's vertices the indices name
+    Triangles triangles;           ///< of one level of detail, counter-clockwise from outside
+    /// For each side where the neighbour's volumes are not drawn: what closes the surface there.
+    std::array<Triangles, 4> caps = {};
+
+    /// Triangles of the chunk's solid surface in this frame.
+    std::size_t triangle_count() const {
+        std::size_t count = triangles.size();
+        for (const Triangles& cap : caps) count += cap.size();
+        return count;
+    }
+};
+
 /// A frame's mesh: indices into the samples of resident chunks. A view of the triangulator's buffers, valid until
 /// the next update().
 struct TerrainMesh {
     std::shared_ptr<const ResidentSet> resident;  ///< keeps the chunks alive
     std::span<const MeshChunk> chunks;            ///< coarse to fine
     std::span<const std::uint16_t> indices;  ///< of samples; triangles counter-clockwise from above
-    std::size_t triangle_count = 0;
+    std::span<const MeshSolid> solids;       ///< in the order of the resident set
+    std::size_t triangle_count = 0;          ///< of chunks and solids
     MeshStatus status = MeshStatus::not_resident;
     /// Certified bound of the displayed surface's distance from the true surface, morphing included, for all ground
-    /// points inside the view's side planes, in pixels of the picture's centre.
+    /// points inside the view's side planes, in pixels of the picture's centre. Of the heightfield the vertical distance;
+    /// of volumes, and where they replace the heightfield, the Euclidean one, both ways. Where volumes are not drawn, the
+    /// heightfield closes over them, and what that hides counts.
     double error_px = 0.0;
     /// Vertices with at most this priority, pixels, are not in the mesh; for CameraNeed::threshold_px.
     double threshold_px = 0.0;

@@ -23,12 +23,12 @@ struct VolumeNode {
 };
 
 /// Name of a vertex, the same in all tiles: the edge between two nodes that it lies on, the smaller node first. A
-/// sample of the heightfield has its node twice.
+/// vertex at a node, such as a sample of the heightfield, has its node twice.
 struct VolumeVertexKey {
     VolumeNode first, second;  ///< ends of the edge
     friend constexpr auto operator<=>(const VolumeVertexKey&, const VolumeVertexKey&) = default;
-    /// Whether it is a sample of the heightfield.
-    constexpr bool is_sample() const { return first == second; }
+    /// Whether it is a node.
+    constexpr bool is_node() const { return first == second; }
 };
 
 /// The surface of the joined solid over one tile. Triangles are counter-clockwise seen from outside the solid.
@@ -47,6 +47,9 @@ struct VolumeContour {
     /// Triangles of the heightfield that are not part of the surface, ascending: 2 * (row * 32 + column) of the
     /// cell in the tile, + 1 for the northern triangle of the cell. `triangles` has their clipped parts.
     std::vector<std::uint16_t> replaced;
+    /// For the western, eastern, southern and northern side: triangles in the vertical plane of the side that close the
+    /// surface there, as if there were no volumes beyond; empty unless asked for. Indices of vertices.
+    std::array<std::vector<std::array<std::uint32_t, 3>>, 4> caps;
     std::uint64_t layer_count = 0;  ///< prisms of one spacing that were visited
 };
 

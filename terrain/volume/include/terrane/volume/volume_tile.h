@@ -4,6 +4,7 @@
 #include <terrane/volume/volume_contour.h>
 #include <terrane/volume/volumes.h>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -46,7 +47,9 @@ public:
     /// Accuracy: a vertex lies on an edge through which the surface of the joined solid passes, at most 1.74 spacings
     ///           long unless beside steep ground. For one sphere of 20 spacings it is within 0.02 spacing of it, and so
     ///           are triangles; across the edges of a box triangles cut the corner by up to 0.6 (docs/volumes.md)
-    VolumeContour contour() const;
+    ///
+    /// @param closes the western, eastern, southern and northern side: whether VolumeContour::caps has its cap
+    VolumeContour contour(const std::array<bool, 4>& closes = {}) const;
 
     /// Signed distances at a node, metres, at most three spacings; negative where it is void, or solid.
     struct NodeDistances {

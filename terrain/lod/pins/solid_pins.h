@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "lod/pins/replaced_triangles.h"
+
+#include <terrane/terrain/lattice.h>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace terrane::internal {
+
+/// Where volumes need the heightfield at its finest level: rectangles of lattice points around replaced triangles, with
+/// the priority of showing them.
+///
+/// The key of a vertex is lowered to that of every pin that the square around it touches: three spacings to each side
+/// of a centre, two of a midpoint. These squares nest from parent to child (see terrain/source/detail), so that pins
+/// keep keys monotone, and all ancestors of a pinned vertex are pinned.
+class SolidPins {
+public:
+    void clear() {
+        pins_.clear();
+        groups_.clear();
+    }
+    /// Pins the replaced triangles of a chunk.
+    void add(const Chunk& chunk, const ReplacedTriangles& replaced, float key);
+    bool is_empty() const { return groups_.empty(); }
+
+    /// Whether a pin with a key below the floor may lower keys of a chunk's own vertices, or of an area's.
+    bool opens(const Chunk& chunk, float floor) const;
+    bool opens(const Chunk& chunk, int area, float floor) const;
+    /// Lowers the keys of an area.
+    /// @param keys [AreaVertices::kSquares]
+    void lower(const Chunk& chunk, int area, AreaVertices::Kind kind, float* keys) const;
+    /// The key of one vertex, lowered.
+    /// @param column, row its sample
+    /// @param stride      its spacing in samples
+    float lowered(const Chunk& chunk, int column, int row, int stride, bool is_centre,
+                  float key) const;
+
+private:
+    /// Lattice points, edges included.
+    struct Rect {
+        std::int64_t west = 0, south = 0, east = 0, north = 0;
+        bool overlaps(const Rect& other) const {
+            return west <= other.east && east >= other.west && south <= other.north &&
+                   north >= other.south;
+        }
+    };
+    struct Group {
+        Rect all;
+        std::size_t first = 0, end = 0;  // of pins_
+        float key = 0.0f;
+    };
+    static Rect around(LatticePoint point, std::int64_t half);
+    static Rect reach_of(const Chunk& chunk);
+    static Rect reach_of(const Chunk& chunk, int area);
+    template <typename Use>
+    void visit(const Rect& rect, const Use& use) const;
+
+    std::vector<Rect> pins_;
+    std::vector<Group> groups_;
+};
+
+}  // namespace terrane::internal
