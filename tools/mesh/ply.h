@@ -14,12 +14,12 @@ namespace terrane::tools {
 /// Triangles that share their vertices, in world coordinates.
 struct IndexedMesh {
     std::vector<WorldPos> vertices_world;
-    /// Counter-clockwise seen from above.
+    /// Counter-clockwise seen from outside the ground: from above, but for ceilings of volumes.
     std::vector<std::array<std::uint32_t, 3>> triangles;
 };
 
-/// The triangles of all chunks of a frame as one mesh at displayed heights. Samples of different chunks are one vertex
-/// where they have the same lattice point and, bit for bit, the same displayed height. The triangulator promises that
+/// The triangles of all chunks and volumes of a frame as one mesh at displayed heights. Vertices are one where they have
+/// the same displayed position, bit for bit. The triangulator promises that
 /// they always do; a crack would show as an edge with one triangle.
 IndexedMesh weld(const TerrainMesh& mesh);
 

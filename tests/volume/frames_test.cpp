@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: MIT
+//
+// P1, P2 and P3 of frames with volumes: random operations, resident sets, fades, views, budgets and targets.
+// TERRANE_SCENES=1000 for the long run; the seed of a failure is printed.
+#include "support/heights/wave_heights.h"
+#include "support/mesh_checks.h"
+#include "support/random.h"
+#include "volume/frame_mesh.h"
+
+#include <terrane/terrain/triangulator.h>
+#include <terrane/volume/volume_heights.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <map>
+#include <memory>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace terrane {
+namespace frames_test {
+
+using test::FrameMesh;
+using test::Random;
+using test::WaveHeights;
+
+constexpr int kFinest = 3;
+
+Lattice small_lattice() {
+    Lattice lattice;
+    lattice.finest_level = kFinest;
+    return lattice;
+}
+
+std::shared_ptr<const HeightSource> random_hills(Random& random) {
+    const double amplitude = random.below(4) == 0 ? 0.01 : random.between(5.0, 40.0);
+    return std::make_shared<const WaveHeights>(small_lattice(), amplitude,
+                                               random.between(100.0, 500.0));
+}
+
+VolumeShape random_shape(Random& random) {
+    const double radius = random.between(1.5, 9.0);
+    switch (random.below(4)) {
+        case 0:
+            return VolumeSphere{radius};
+        case 1:
+            return VolumeCapsule{radius, random.between(0.0, 20.0)};
+        case 2: {
+            const double width = random.between(1.5, 12.0), height = random.between(1.5, 12.0);
+            return VolumeBox{{radius, width, height}};
+        }
+        default: {
+            VolumeTube tube{{}, radius};
+            Eigen::Vector3d at = Eigen::Vector3d::Zero();
+            for (int i = 2 + random.below(3); i > 0; --i) {
+                tube.path_shape.push_back(at);
+                const double length = random.between(5.0, 60.0);
+                at += length * random.direction();
+            }
+            return tube;
+        }
+    }
+}
+
+// Near the corner of four chunks: on the ground, tangential to it, under it.
+std::vector<VolumeOperation> random_operations(Random& random, const HeightSource& ground) {
+    std::vector<VolumeOperation> operations;
+    for (int i = 1 + random.below(4); i > 0; --i) {
+        VolumeOperation& made = operations.emplace_back();
+        made.voxel = 1.0;
+        made.op = random.below(4) == 0 ? VolumeOp::add : VolumeOp::remove;
+        made.shape = random_shape(random);
+        const double x = 512.0 + random.between(-40.0, 40.0);
+        const double y = 512.0 + random.between(-40.0, 40.0);
+        const double z = ground.height(x, y) + random.between(-20.0, 8.0);
+        made.world_from_shape.translation = {x, y, z};
+        if (random.below(2) == 0) made.world_from_shape.rotation = random.rotation();
+    }
+    return operations;
+}
+
+/// Chunks of a source, made when they are needed first.
+class Chunks {
+public:
+    explicit Chunks(const HeightSource& source) : source_(source) {}
+    std::shared_ptr<const Chunk> get(const ChunkKey& key) {
+        auto& chunk = made_[key];
+        if (!chunk) chunk = make_chunk(source_, key).value();
+        return chunk;
+    }
+
+private:
+    const HeightSource& source_;
+    std::map<ChunkKey, std::shared_ptr<const Chunk>> made_;
+};
+
+// The four chunks at the corner, their ancestors, and others; any of them may be absent or fading.
+std::shared_ptr<const ResidentSet> random_residents(Random& random, Chunks& chunks,
+                                                    const HeightSource& source) {
+    std::map<ChunkKey, float> fades;
+    const bool is_complete = random.below(3) == 0;
+    const auto add = [&](ChunkKey key) {
+        const float fade =
+            is_complete || random.below(3) != 0 ? 1.0f : static_cast<float>(random.below(5)) / 4.0f;
+        fades.try_emplace(key, fade);
+        while (key.level > 0) fades.try_emplace(key = key.parent(), 1.0f);
+    };
+    add({0, 0, 0});
+    for (const int y : {3, 4}) {
+        for (const int x : {3, 4}) {
+            if (is_complete || random.below(5) != 0) add({x, y, kFinest});
+        }
+    }
+    for (int i = random.below(6); i > 0; --i) {
+        add({2 + random.below(4), 2 + random.below(4), kFinest});
+    }
+    std::vector<std::shared_ptr<const Chunk>> resident;
+    std::vector<float> of_each;
+    for (const auto& [key, fade] : fades) {
+        resident.push_back(chunks.get(key));
+        of_each.push_back(fade);
+    }
+    return std::make_shared<const ResidentSet>(source.lattice(), source.extent(),
+                                               std::move(resident), of_each, 1);
+}
+
+View random_view(Random& random, double distance) {
+    for (;;) {
+        const Eigen::Vector3d target(512.0 + random.between(-30.0, 30.0),
+                                     512.0 + random.between(-30.0, 30.0),
+                                     random.between(-30.0, 30.0));
+        Eigen::Vector3d away = random.direction();
+        away.z() = random.below(3) == 0 ? away.z() : std::abs(away.z());
+        const auto view = look_at(target + distance * away, target, random.between(0.3, 1.8),
+                                  100 + random.below(1200), 100 + random.below(900));
+        if (view) return *view;
+    }
+}
+
+bool is_visible(const View& view, const Eigen::Vector3d& p) {
+    for (const Eigen::Vector3d& normal : make_frustum(view).normals) {
+        if (normal.dot(p - view.eye_world) < 0.0) return false;
+    }
+    return true;
+}
+
+/// Screen error of volumes: from points of the finest surface to the displayed one, and back, by brute force.
+double measure_solids(const ResidentSet& resident, Chunks& chunks, const FrameMesh& shown,
+                      const View& view, Random& random) {
+    double most = 0.0;
+    const auto px = [&](double distance, const Eigen::Vector3d& p) {
+        return distance * view.pixels_per_radian() /
+               std::max(view.near_distance, (p - view.eye_world).norm());
+    };
+    static_cast<void>(resident);
+    for (const int y : {3, 4}) {
+        for (const int x : {3, 4}) {
+            const auto chunk = chunks.get({x, y, kFinest});
+            if (!chunk->solid) continue;
+            const SolidTriangles& finest = chunk->solid->triangles();
+            for (int i = 0; i < 40; ++i) {
+                const auto& [a, b, c] = finest.triangles[static_cast<std::size_t>(
+                    random.below(static_cast<int>(finest.triangles.size())))];
+                const Eigen::Vector3d p =
+                    (finest.vertices_world[a] + finest.vertices_world[b] + finest.vertices_world[c]) /
+                    3.0;
+                if (is_visible(view, p)) most = std::max(most, px(shown.distance(p), p));
+            }
+        }
+    }
+    return most;
+}
+
+int scene_count() {
+    const char* const wanted = std::getenv("TERRANE_SCENES");
+    return wanted != nullptr ? std::atoi(wanted) : 40;
+}
+
+TEST(Frames, WithVolumesKeepBudgetAndCertificateAndAreWatertight) {
+    int drawn = 0, with_caps = 0, replaced = 0, met = 0, frames = 0;
+    double tightest = 0.0;
+    for (int seed = 1; seed <= scene_count(); ++seed) {
+        SCOPED_TRACE("seed " + std::to_string(seed));
+        Random random(static_cast<std::uint64_t>(seed));
+        const auto ground = random_hills(random);
+        const auto volumes = Volumes::create(ground->lattice(), random_operations(random, *ground),
+                                             {.level = kFinest});
+        ASSERT_TRUE(volumes) << volumes.error().message;
+        const auto source = VolumeHeights::create(ground, *volumes).value();
+        Chunks chunks(*source);
+        for (int set = 0; set < 3; ++set) {
+            const auto resident = random_residents(random, chunks, *source);
+            for (const double distance : {random.between(5.0, 60.0), random.between(60.0, 400.0),
+                                          random.between(400.0, 20000.0)}) {
+                const View view = random_view(random, distance);
+                TriangulatorSettings settings;
+                const int most = random.below(3) == 0 ? 20'000 : 300'000;
+                settings.triangle_budget = static_cast<std::size_t>(2 + random.below(most));
+                settings.max_error_px = std::exp(random.between(-3.0, 3.0));
+                settings.morph_ratio = random.below(4) == 0 ? 1.0 : random.between(1.0, 2.0);
+                Triangulator triangulator = Triangulator::create(*source, settings).value();
+                const TerrainMesh mesh = triangulator.update(resident, view);
+                ASSERT_LE(mesh.triangle_count, settings.triangle_budget);
+                const FrameMesh shown(mesh);
+                ASSERT_EQ(shown.find_flaw(mesh), "");
+                ASSERT_EQ(mesh.status == MeshStatus::error_met,
+                          mesh.error_px <= settings.max_error_px);
+                const double measured =
+                    measure_solids(*resident, chunks, shown, view, random);
+                ASSERT_LE(measured, mesh.error_px);
+                const double of_heights =
+                    test::measure_error_px(test::make_soup(mesh), *ground, view, 1);
+                ASSERT_LE(of_heights, mesh.error_px);
+                ++frames;
+                drawn += mesh.solids.empty() ? 0 : 1;
+                met += mesh.status == MeshStatus::error_met ? 1 : 0;
+                for (const MeshSolid& solid : mesh.solids) {
+                    replaced += solid.chunk->solid->triangles().replaced.empty() ? 0 : 1;
+                    for (const auto& cap : solid.caps) with_caps += cap.empty() ? 0 : 1;
+                }
+                tightest = std::max(tightest, measured / mesh.error_px);
+            }
+        }
+    }
+    std::printf("%d frames, %d with volumes, %d replaced chunks, %d caps, %d within the target; "
+                "measured over certified at most %.3f\n",
+                frames, drawn, replaced, with_caps, met, tightest);
+    EXPECT_GT(drawn, frames / 10);
+    EXPECT_GT(replaced, 0);
+    EXPECT_GT(with_caps, 0);
+    EXPECT_GT(met, 0);
+}
+
+}  // namespace frames_test
+}  // namespace terrane
