@@ -3,6 +3,7 @@
 #include "draw/frame_uniforms.h"
 #include "draw/ground_draws.h"
 #include "draw/object_mesh.h"
+#include "draw/solid_draws.h"
 #include "gl/framebuffer.h"
 #include "gl/gl_error.h"
 #include "gl/shader.h"
@@ -90,17 +91,20 @@ struct TerrainRenderer::State {
     Framebuffer picture;
     GroundShade shade;
     GlProgram ground, wires;
+    GlProgram solid_ground, solid_walls, solid_wires;
     ObjectProgram objects;
     GlVertexArray object_layout;
     GlBuffer frame_uniforms;
     ObjectMesh cube, ball, tube;
     GroundDraws draws;
+    SolidDraws solids;
 
     State(Framebuffer target, GroundShade made)
         : picture(std::move(target)), shade(std::move(made)) {}
 
     Result<void> make_programs();
     void make_buffers();
+    void draw_walls();
     void draw_wires();
     void draw_objects(const View& view, std::span<const DrawnObject> drawn);
 };
@@ -112,6 +116,16 @@ Result<void> TerrainRenderer::State::make_programs() {
     if (!made_wires) return tl::unexpected(made_wires.error());
     Result<ObjectProgram> made_objects = make_object_program();
     if (!made_objects) return tl::unexpected(made_objects.error());
+    Result<GlProgram> made_solid = make_program("the ground of volumes", solid_vert, depth_frag);
+    if (!made_solid) return tl::unexpected(made_solid.error());
+    Result<GlProgram> made_walls = make_program("the walls of volumes", solid_vert, solid_frag);
+    if (!made_walls) return tl::unexpected(made_walls.error());
+    Result<GlProgram> made_solid_wires =
+        make_program("the wireframe of volumes", solid_vert, line_frag);
+    if (!made_solid_wires) return tl::unexpected(made_solid_wires.error());
+    solid_ground = std::move(*made_solid);
+    solid_walls = std::move(*made_walls);
+    solid_wires = std::move(*made_solid_wires);
     ground = std::move(*made_ground);
     wires = std::move(*made_wires);
     objects = std::move(*made_objects);
@@ -135,6 +149,13 @@ void TerrainRenderer::State::make_buffers() {
     }
 }
 
+void TerrainRenderer::State::draw_walls() {
+    if (solids.is_empty()) return;
+    glUseProgram(solid_walls.name());
+    shade.bind_noise();
+    solids.draw(SolidDraws::Part::walls, solid_walls.name());
+}
+
 void TerrainRenderer::State::draw_wires() {
     glPolygonMode(GL_FRONT_AND_BACK, GL_LINE);
     glEnable(GL_POLYGON_OFFSET_LINE);
@@ -144,6 +165,9 @@ void TerrainRenderer::State::draw_wires() {
     glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
     glUseProgram(wires.name());
     draws.draw();
+    glUseProgram(solid_wires.name());
+    solids.draw(SolidDraws::Part::ground, solid_wires.name());
+    solids.draw(SolidDraws::Part::walls, solid_wires.name());
     glDisable(GL_BLEND);
     glDepthMask(GL_TRUE);
     glDisable(GL_POLYGON_OFFSET_LINE);
@@ -218,7 +242,9 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
         const Result<void> lit = state.shade.prepare(mesh.resident, view, eye);
         if (!lit) return lit;
     }
-    const bool has_overlay = state.settings.wireframe || !objects.empty();
+    if (const Result<void> ready = state.solids.prepare(mesh, eye); !ready) return ready;
+    const bool has_overlay =
+        state.settings.wireframe || !objects.empty() || !state.solids.is_empty();
 
     const FrameUniforms uniforms = make_frame_uniforms(state.settings, lattice, view, eye);
     glNamedBufferSubData(state.frame_uniforms.name(), 0, sizeof(uniforms), &uniforms);
@@ -232,10 +258,15 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
     glClear(GL_DEPTH_BUFFER_BIT);
     glUseProgram(state.ground.name());
     state.draws.draw();
+    if (!state.solids.is_empty()) {
+        glUseProgram(state.solid_ground.name());
+        state.solids.draw(SolidDraws::Part::ground, state.solid_ground.name());
+    }
     if (has_overlay) {
         state.picture.bind_depth_and_overlay();
         glClearColor(0.0f, 0.0f, 0.0f, 0.0f);
         glClear(GL_COLOR_BUFFER_BIT);
+        state.draw_walls();
         if (state.settings.wireframe) state.draw_wires();
         state.draw_objects(view, objects);
     }
@@ -250,7 +281,7 @@ Image TerrainRenderer::read() const { return state_->picture.read(); }
 int TerrainRenderer::sample_count() const { return state_->picture.sample_count(); }
 
 std::size_t TerrainRenderer::buffer_bytes() const {
-    return state_->draws.pool().bytes() + state_->shade.light().bytes();
+    return state_->draws.pool().bytes() + state_->solids.bytes() + state_->shade.light().bytes();
 }
 
 }  // namespace terrane

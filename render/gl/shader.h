@@ -16,6 +16,7 @@ extern const std::string_view light_glsl;
 extern const std::string_view terrain_vert, depth_frag, line_frag;
 extern const std::string_view object_vert, object_frag;
 extern const std::string_view shade_vert, shade_frag;
+extern const std::string_view solid_vert, solid_frag;
 
 /// Compiles and links a program; light.glsl is prepended to both stages.
 ///

@@ -25,6 +25,9 @@ public:
     /// Computes the colours of a picture from its depth and overlay, with the bound uniforms.
     void draw(const Framebuffer& picture, bool has_overlay) const;
 
+    /// Binds the noise of the ground to texture unit 1, as shade.frag and solid.frag use it.
+    void bind_noise() const { glBindTextureUnit(1, noise_.name()); }
+
     /// Call after the last draw() of a prepared frame.
     void finish() { light_->finish(); }
 

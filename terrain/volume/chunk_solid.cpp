@@ -93,6 +93,21 @@ public:
             chunk_.replaced.push_back(static_cast<std::uint16_t>(2 * of_chunk + replaced % 2));
         }
     }
+    /// Puts the parts of the heightfield first, otherwise in the order of add().
+    void sort_parts() {
+        const std::vector<SolidPart> parts = std::move(chunk_.parts);
+        const auto triangles = std::move(chunk_.triangles);
+        chunk_.parts.clear();
+        chunk_.triangles.clear();
+        for (const bool is_ground : {true, false}) {
+            for (std::size_t i = 0; i < triangles.size(); ++i) {
+                if ((parts[i] == SolidPart::ground) != is_ground) continue;
+                chunk_.triangles.push_back(triangles[i]);
+                chunk_.parts.push_back(parts[i]);
+            }
+            if (is_ground) chunk_.ground_count = chunk_.triangles.size();
+        }
+    }
     SolidTriangles& operator*() { return chunk_; }
     SolidTriangles* operator->() { return &chunk_; }
 
@@ -193,6 +208,7 @@ Result<std::shared_ptr<const SolidSurface>> make_chunk_solid(const Volumes& volu
         }
     }
     if (triangles->triangles.empty() && triangles->replaced.empty()) return nullptr;
+    triangles.sort_parts();
     triangles->error_m = 2.0 * longest;
     add_kept_neighbours(volumes.lattice(), chunk, *triangles);
     return std::make_shared<const SolidSurface>(std::move(*triangles));

@@ -32,6 +32,8 @@ struct SolidTriangles {
     /// Indices of vertices, counter-clockwise seen from outside the solid.
     std::vector<std::array<std::uint32_t, 3>> triangles = {};
     std::vector<SolidPart> parts = {};  ///< [triangles]
+    /// Number of triangles that are a part of the heightfield: the first ones, of all levels too.
+    std::size_t ground_count = 0;
     /// Triangles of the chunk's heightfield that are not part of the surface: 2 * cell_index(), + 1 for the
     /// northern triangle of the cell.
     std::vector<std::uint16_t> replaced = {};
