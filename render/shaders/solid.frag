@@ -8,9 +8,9 @@ in float depth_below;
 
 layout(location = 0) out vec4 colour_out;
 
-const float kSunDepth = 2.5;   // metres at which two thirds of the sun are gone
-const float kSkyDepth = 7.0;   // and of the sky
-const float kLampRange = 14.0; // metres at which the lamp has a quarter of its light
+const float kSunDepth = 5.0;   // metres at which two thirds of the sun are gone
+const float kSkyDepth = 11.0;  // and of the sky
+const float kLampRange = 20.0; // metres at which the lamp has a quarter of its light
 
 void main() {
     float distance = length(p_eye);
@@ -24,9 +24,12 @@ void main() {
                                (float(frame.eye_height.x) * 65536.0 + float(frame.eye_height.y)) *
                                frame.grid.y);
     vec3 weight = abs(normal) / (abs(normal.x) + abs(normal.y) + abs(normal.z));
-    vec3 rough = weight.z * texture(noise, root).xyz +
-                 weight.x * texture(noise, vec2(root.y, up)).xyz +
-                 weight.y * texture(noise, vec2(root.x, up)).xyz - 0.5;
+    vec3 rough = vec3(0.0);
+    for (float scale = 1.0; scale < 10.0; scale *= 4.0) {
+        rough += weight.z * texture(noise, scale * root).xyz +
+                 weight.x * texture(noise, scale * vec2(root.y, up)).xyz +
+                 weight.y * texture(noise, scale * vec2(root.x, up)).xyz - 0.5;
+    }
     rough *= exp2(-distance / 150.0);
 
     vec3 albedo = mix(vec3(0.215, 0.190, 0.160), vec3(0.150, 0.138, 0.128),
@@ -41,7 +44,7 @@ void main() {
     float range = 1.0 + distance / kLampRange;
     float lamp = (1.0 - sky) * (0.25 + 0.75 * max(dot(normal, -along), 0.0)) *
                  (0.35 + 0.65 * smoothstep(0.6, 0.95, dot(along, frame.forward.xyz)));
-    light += albedo * vec3(2.3, 2.1, 1.8) * lamp / (range * range);
+    light += albedo * vec3(5.2, 4.7, 4.0) * lamp / (range * range);
     // no haze of the open air inside
     vec3 shown = display(light);
     colour_out = vec4(mix(shown, behind_air(shown, p_eye, distance), sky), 1.0);

@@ -27,23 +27,6 @@ std::vector<std::int32_t> copy_heights(const Chunk& chunk, int tile_column, int 
     return heights;
 }
 
-/// The longest edge that a surface passes through, metres. Two corners of a tetrahedron on the same side of the surface
-/// are both joined to one on the other side by such edges, so that twice their length bounds its diameter.
-double longest_edge(const VolumeTile& tile, const VolumeContour& contour) {
-    const auto place = [&](const VolumeNode& node) {
-        return tile.position(static_cast<int>(node.column - contour.key.column * kVolumeTileCells),
-                             static_cast<int>(node.row - contour.key.row * kVolumeTileCells),
-                             node.k);
-    };
-    double longest = 0.0;
-    for (const VolumeVertexKey& key : contour.keys) {
-        if (!key.is_node()) {
-            longest = std::max(longest, (place(key.second) - place(key.first)).norm());
-        }
-    }
-    return longest;
-}
-
 /// Largest vertical distance of a contour's vertices from the heightfield, metres. Vertical distance is linear along
 /// each triangle of a contour, so this bounds that of all its points; and where the heightfield is replaced, a part of
 /// the contour is above or below it.
@@ -190,7 +173,6 @@ Result<std::shared_ptr<const SolidSurface>> make_chunk_solid(const Volumes& volu
                                         std::to_string(volumes.level())});
     }
     ChunkTriangles triangles;
-    double longest = 0.0;
     for (int row = 0; row < kTilesPerChunk; ++row) {
         for (int column = 0; column < kTilesPerChunk; ++column) {
             const VolumeTileKey key{std::int64_t{chunk.key.x} * kTilesPerChunk + column,
@@ -201,7 +183,7 @@ Result<std::shared_ptr<const SolidSurface>> make_chunk_solid(const Volumes& volu
             if (!tile) return tl::unexpected(tile.error());
             const int last = kTilesPerChunk - 1;
             VolumeContour contour = tile->contour({column == 0, column == last, row == 0, row == last});
-            longest = std::max(longest, longest_edge(*tile, contour));
+            triangles->error_m = std::max(triangles->error_m, contour.error_m);
             triangles->hidden_error_m =
                 std::max(triangles->hidden_error_m, farthest_from_ground(*tile, contour));
             triangles.add(std::move(contour), column, row);
@@ -209,7 +191,6 @@ Result<std::shared_ptr<const SolidSurface>> make_chunk_solid(const Volumes& volu
     }
     if (triangles->triangles.empty() && triangles->replaced.empty()) return nullptr;
     triangles.sort_parts();
-    triangles->error_m = 2.0 * longest;
     add_kept_neighbours(volumes.lattice(), chunk, *triangles);
     return std::make_shared<const SolidSurface>(std::move(*triangles));
 }

@@ -117,6 +117,14 @@ void ColumnSweep::visit(const Layers& layers) {
 
 // Nodes: positive volume. Triangles: counter-clockwise from outside the solid.
 void ColumnSweep::march(const std::array<LineNode, 4>& nodes, unsigned inside, Field field) {
+    std::array<WorldPos, 4> corners;
+    for (std::size_t i = 0; i < 4; ++i) corners[i] = lines_.position(nodes[i].line, nodes[i].k);
+    for (std::size_t i = 0; i < 3; ++i) {
+        for (std::size_t j = i + 1; j < 4; ++j) {
+            const Eigen::Vector3d edge = corners[j] - corners[i];
+            longest_squared_ = std::max(longest_squared_, dot(edge, edge));
+        }
+    }
     const auto vertex = [&](std::size_t a, std::size_t b) {
         return vertices_.crossing(nodes[a], nodes[b], field);
     };

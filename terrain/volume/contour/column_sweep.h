@@ -29,6 +29,8 @@ public:
 
     /// @param column lines, counter-clockwise from above
     void contour(const std::array<int, 3>& column);
+    /// Squared diameter of the largest tetrahedron that the surface has passed through, m^2.
+    double longest_squared() const { return longest_squared_; }
 
 private:
     struct Layers {
@@ -51,6 +53,7 @@ private:
     const TileFields& fields_;
     EdgeVertices& vertices_;
     VolumeContour& contour_;
+    double longest_squared_ = 0.0;
 
     std::array<int, 3> column_{};             // lines
     std::array<std::int32_t, 3> surface_{};   // their samples

@@ -6,6 +6,8 @@
 
 #include <terrane/terrain/lattice.h>
 
+#include <cmath>
+
 namespace terrane::internal {
 namespace {
 
@@ -104,6 +106,7 @@ VolumeContour contour_tile(const TileLevelSet& level_set, const TileLines& lines
             }
         }
     }
+    contour.error_m = std::sqrt(sweep.longest_squared()) * (1.0 + 1e-12);
     SideCaps caps(lines, fields, vertices, contour);
     for (std::size_t side = 0; side < 4; ++side) {
         if (closes[side]) caps.close(side);

@@ -50,6 +50,9 @@ struct VolumeContour {
     /// For the western, eastern, southern and northern side: triangles in the vertical plane of the side that close the
     /// surface there, as if there were no volumes beyond; empty unless asked for. Indices of vertices.
     std::array<std::vector<std::array<std::uint32_t, 3>>, 4> caps;
+    /// Largest diameter of a tetrahedron that the surface passes through, metres: each triangle lies in one with a part
+    /// of the true surface.
+    double error_m = 0.0;
     std::uint64_t layer_count = 0;  ///< prisms of one spacing that were visited
 };
 
