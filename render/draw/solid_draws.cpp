@@ -67,8 +67,7 @@ std::vector<SolidVertex> make_solid_vertices(const Lattice& lattice, const Chunk
         const double length = normals[i].norm();
         const Eigen::Vector3d normal =
             length > 0.0 ? Eigen::Vector3d(normals[i] / length) : Eigen::Vector3d::UnitZ();
-        for (int axis = 0; axis < 3; ++axis)
-            made.normal[axis] = static_cast<float>(normal[axis]);
+        for (int axis = 0; axis < 3; ++axis) made.normal[axis] = static_cast<float>(normal[axis]);
         made.depth = static_cast<float>(height_over(lattice, chunk, column, row) - p.z());
     }
     return vertices;
@@ -130,7 +129,8 @@ Result<void> SolidDraws::prepare(const TerrainMesh& mesh, const EyeFrame& eye) {
         add(solid.triangles);
         for (const SolidLevel& level : solid.levels) add(level.triangles);
         for (std::size_t side = 0; side < 4; ++side) {
-            if (!shown.caps[side].empty()) draw.walls.push_back({first, 3 * shown.caps[side].size()});
+            if (!shown.caps[side].empty())
+                draw.walls.push_back({first, 3 * shown.caps[side].size()});
             first += 3 * solid.caps[side].size();
         }
     }

@@ -182,7 +182,8 @@ Result<std::shared_ptr<const SolidSurface>> make_chunk_solid(const Volumes& volu
                 VolumeTile::create(volumes, key, copy_heights(chunk, column, row));
             if (!tile) return tl::unexpected(tile.error());
             const int last = kTilesPerChunk - 1;
-            VolumeContour contour = tile->contour({column == 0, column == last, row == 0, row == last});
+            VolumeContour contour =
+                tile->contour({column == 0, column == last, row == 0, row == last});
             triangles->error_m = std::max(triangles->error_m, contour.error_m);
             triangles->hidden_error_m =
                 std::max(triangles->hidden_error_m, farthest_from_ground(*tile, contour));

@@ -22,6 +22,7 @@ TEST(ChunkCodec, GivesBackEveryBitOfAChunk) {
         const auto decoded = decode_chunk(bytes, source->lattice(), key);
         ASSERT_TRUE(decoded.has_value());
         EXPECT_TRUE(same_chunk(chunk, **decoded));
+        EXPECT_LE((*decoded)->bytes(), Chunk::max_bytes());
     }
 }
 

@@ -24,8 +24,8 @@ double distance_to_triangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
                             const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
     const Eigen::Vector3d normal = (b - a).cross(c - a);
     const double square = normal.squaredNorm();
-    const double of_edges = std::min({distance_to_segment(p, a, b), distance_to_segment(p, b, c),
-                                      distance_to_segment(p, c, a)});
+    const double of_edges = std::min(
+        {distance_to_segment(p, a, b), distance_to_segment(p, b, c), distance_to_segment(p, c, a)});
     if (square == 0.0) return of_edges;
     const bool is_over = (b - a).cross(p - a).dot(normal) >= 0.0 &&
                          (c - b).cross(p - b).dot(normal) >= 0.0 &&
@@ -91,14 +91,12 @@ std::string FrameMesh::find_flaw(const TerrainMesh& mesh) const {
     for (std::size_t i = 0; i < edges.size(); ++i) {
         const auto [a, b] = edges[i];
         const bool is_double = i + 1 < edges.size() && edges[i + 1] == edges[i];
-        const bool has_opposite =
-            std::ranges::binary_search(edges, std::pair(b, a));
+        const bool has_opposite = std::ranges::binary_search(edges, std::pair(b, a));
         if (!is_double && has_opposite) continue;
         const WorldPos &p = positions[a], &q = positions[b];
-        const bool is_border = (p.x() == west && q.x() == west) ||
-                               (p.x() == east && q.x() == east) ||
-                               (p.y() == south && q.y() == south) ||
-                               (p.y() == north && q.y() == north);
+        const bool is_border =
+            (p.x() == west && q.x() == west) || (p.x() == east && q.x() == east) ||
+            (p.y() == south && q.y() == south) || (p.y() == north && q.y() == north);
         if (is_border && !is_double) continue;
         out << (is_double ? "two triangles on one side of the edge " : "an open edge ");
         place(a);

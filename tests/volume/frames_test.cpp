@@ -164,9 +164,9 @@ double measure_solids(const ResidentSet& resident, Chunks& chunks, const FrameMe
             for (int i = 0; i < 40; ++i) {
                 const auto& [a, b, c] = finest.triangles[static_cast<std::size_t>(
                     random.below(static_cast<int>(finest.triangles.size())))];
-                const Eigen::Vector3d p =
-                    (finest.vertices_world[a] + finest.vertices_world[b] + finest.vertices_world[c]) /
-                    3.0;
+                const Eigen::Vector3d p = (finest.vertices_world[a] + finest.vertices_world[b] +
+                                           finest.vertices_world[c]) /
+                                          3.0;
                 if (is_visible(view, p)) most = std::max(most, px(shown.distance(p), p));
             }
         }
@@ -208,8 +208,7 @@ TEST(Frames, WithVolumesKeepBudgetAndCertificateAndAreWatertight) {
                 ASSERT_EQ(shown.find_flaw(mesh), "");
                 ASSERT_EQ(mesh.status == MeshStatus::error_met,
                           mesh.error_px <= settings.max_error_px);
-                const double measured =
-                    measure_solids(*resident, chunks, shown, view, random);
+                const double measured = measure_solids(*resident, chunks, shown, view, random);
                 ASSERT_LE(measured, mesh.error_px);
                 const double of_heights =
                     test::measure_error_px(test::make_soup(mesh), *ground, view, 1);
@@ -225,9 +224,10 @@ TEST(Frames, WithVolumesKeepBudgetAndCertificateAndAreWatertight) {
             }
         }
     }
-    std::printf("%d frames, %d with volumes, %d replaced chunks, %d caps, %d within the target; "
-                "measured over certified at most %.3f\n",
-                frames, drawn, replaced, with_caps, met, tightest);
+    std::printf(
+        "%d frames, %d with volumes, %d replaced chunks, %d caps, %d within the target; "
+        "measured over certified at most %.3f\n",
+        frames, drawn, replaced, with_caps, met, tightest);
     EXPECT_GT(drawn, frames / 10);
     EXPECT_GT(replaced, 0);
     EXPECT_GT(with_caps, 0);

@@ -18,8 +18,8 @@ struct IndexedMesh {
     std::vector<std::array<std::uint32_t, 3>> triangles;
 };
 
-/// The triangles of all chunks and volumes of a frame as one mesh at displayed heights. Vertices are one where they have
-/// the same displayed position, bit for bit. The triangulator promises that
+/// The triangles of all chunks and volumes of a frame as one mesh at displayed heights. Vertices are one where they
+/// have the same displayed position, bit for bit. The triangulator promises that
 /// they always do; a crack would show as an edge with one triangle.
 IndexedMesh weld(const TerrainMesh& mesh);
 

@@ -61,10 +61,9 @@ void SolidPins::add(const Chunk& chunk, const ReplacedTriangles& replaced, float
     group.end = pins_.size();
     group.all = pins_[group.first];
     for (std::size_t i = group.first; i < group.end; ++i) {
-        group.all = {std::min(group.all.west, pins_[i].west),
-                     std::min(group.all.south, pins_[i].south),
-                     std::max(group.all.east, pins_[i].east),
-                     std::max(group.all.north, pins_[i].north)};
+        group.all = {
+            std::min(group.all.west, pins_[i].west), std::min(group.all.south, pins_[i].south),
+            std::max(group.all.east, pins_[i].east), std::max(group.all.north, pins_[i].north)};
     }
     groups_.push_back(group);
 }

@@ -34,9 +34,9 @@ float VertexKeys::own_coarse_key(const ScreenError& screen, const OpenChunk& roo
     const Reach around = reach(*root.chunk, 2 * stride, is_centre);
     const std::int32_t height = root.chunk->heights[sample_index(2 * column, 2 * row)];
     const float z = screen.height_over_eye(lattice_.quantum * height);
-    const float key = own_key(root, 2 * column, 2 * row, z - around.half_height,
-                              z + around.half_height, around.half_width,
-                              root.chunk->vertices->coarse_bounds[coarse_index(column, row)]);
+    const float key =
+        own_key(root, 2 * column, 2 * row, z - around.half_height, z + around.half_height,
+                around.half_width, root.chunk->vertices->coarse_bounds[coarse_index(column, row)]);
     if (!root.is_pinned) return key;
     return pins_->lowered(*root.chunk, 2 * column, 2 * row, 2 * stride, is_centre, key);
 }

@@ -140,10 +140,11 @@ float VertexKeys::own_side_key(const OpenChunk& chunk, Side side, int i) const {
         is_east ? chunk.chunk->vertices->east_side : chunk.chunk->vertices->north_side;
     const auto k = static_cast<std::size_t>(i);
     const int column = is_east ? kChunkCells : 2 * i + 1, row = is_east ? 2 * i + 1 : kChunkCells;
-    const float key = own_key(chunk, column, row, over_eye<float>(vertices.low[k], chunk.eye_heights),
-                              over_eye<float>(vertices.high[k], chunk.eye_heights),
-                              reach(*chunk.chunk, 1, false).half_width,
-                              from_upper_half(vertices.inverse_square_bounds[k]));
+    const float key =
+        own_key(chunk, column, row, over_eye<float>(vertices.low[k], chunk.eye_heights),
+                over_eye<float>(vertices.high[k], chunk.eye_heights),
+                reach(*chunk.chunk, 1, false).half_width,
+                from_upper_half(vertices.inverse_square_bounds[k]));
     return chunk.is_pinned ? pins_->lowered(*chunk.chunk, column, row, 1, false, key) : key;
 }
 

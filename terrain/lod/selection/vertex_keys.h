@@ -5,8 +5,8 @@
 #include "lod/keys/key_kernels.h"
 #include "lod/keys/open_chunk.h"
 #include "lod/keys/screen_error.h"
-#include "lod/selection/selection.h"
 #include "lod/pins/solid_pins.h"
+#include "lod/selection/selection.h"
 
 #include <cstddef>
 #include <cstdint>

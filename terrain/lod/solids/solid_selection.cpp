@@ -60,9 +60,10 @@ bool are_in_place(const ReplacedTriangles& replaced, const OpenChunk& chunk, boo
                 const int column = west + 2 * (square % kAreaSquares);
                 const int row = south + 2 * (square / kAreaSquares);
                 for (const Sample& sample : {corner, middle, Sample{1, 1}}) {
-                    is_in_place = is_in_place && chunk.offsets[sample_index(
-                                                     column + sample.column,
-                                                     row + sample.row)] == 0.0f;
+                    is_in_place =
+                        is_in_place &&
+                        chunk.offsets[sample_index(column + sample.column, row + sample.row)] ==
+                            0.0f;
                 }
             });
             if (!is_in_place) return false;
@@ -86,9 +87,8 @@ void SolidSelection::follow(const std::shared_ptr<const ResidentSet>& resident) 
         made.index = index;
         made.chunk = &chunk;
         // those of the set before are still alive, so that equal pointers are equal surfaces
-        const auto known = std::ranges::find(before, chunk.solid.get(), [](const Solid& solid) {
-            return solid.chunk->solid.get();
-        });
+        const auto known = std::ranges::find(
+            before, chunk.solid.get(), [](const Solid& solid) { return solid.chunk->solid.get(); });
         made.replaced = known != before.end()
                             ? known->replaced
                             : std::make_shared<const ReplacedTriangles>(*chunk.solid);
@@ -120,9 +120,9 @@ void SolidSelection::list_absent(const ResidentSet& resident) {
             const std::int64_t side = lattice.chunk_side(child.level);
             AbsentExtent absent;
             absent.error_m = extent->error_m;
-            absent.box = {{lattice.x(corner.x), lattice.y(corner.y), extent->heights.low},
-                          {lattice.x(corner.x + side), lattice.y(corner.y + side),
-                           extent->heights.high}};
+            absent.box = {
+                {lattice.x(corner.x), lattice.y(corner.y), extent->heights.low},
+                {lattice.x(corner.x + side), lattice.y(corner.y + side), extent->heights.high}};
             absent_.push_back(absent);
         }
     }
@@ -146,8 +146,7 @@ std::size_t SolidSelection::choose_levels(double allowed_px) {
 
 // Chooses levels that fit into the budget.
 void SolidSelection::fit(double target_px, std::size_t budget) {
-    const auto most =
-        static_cast<std::size_t>(kBudgetShare * static_cast<double>(budget));
+    const auto most = static_cast<std::size_t>(kBudgetShare * static_cast<double>(budget));
     double allowed_px = kLevelShare * target_px;
     reserved_ = choose_levels(allowed_px);
     for (int i = 0; i < kMostTries && reserved_ > most; ++i) {
@@ -219,9 +218,9 @@ void SolidSelection::separate_corners() {
                 if (triangles.caps[along].empty() || triangles.caps[across].empty()) continue;
                 const std::int32_t beside = neighbour(solid.index, along);
                 const std::int32_t above = neighbour(solid.index, across);
-                const std::int32_t diagonal =
-                    beside != ResidentSet::kNone ? neighbour(beside, across)
-                                                 : neighbour(above, along);
+                const std::int32_t diagonal = beside != ResidentSet::kNone
+                                                  ? neighbour(beside, across)
+                                                  : neighbour(above, along);
                 if (!is_drawn(beside) && !is_drawn(above) && is_drawn(diagonal)) return true;
             }
         }
@@ -241,8 +240,9 @@ void SolidSelection::draw(const Solid& solid) {
     const SolidTriangles& triangles = solid.chunk->solid->triangles();
     MeshSolid made;
     made.chunk = solid.chunk;
-    made.triangles = solid.level == 0 ? MeshSolid::Triangles(triangles.triangles)
-                                      : MeshSolid::Triangles(triangles.levels[solid.level - 1].triangles);
+    made.triangles = solid.level == 0
+                         ? MeshSolid::Triangles(triangles.triangles)
+                         : MeshSolid::Triangles(triangles.levels[solid.level - 1].triangles);
     const ResidentSet& resident = *followed_;
     const Lattice& lattice = resident.lattice();
     const ChunkKey& key = solid.chunk->key;

@@ -3,9 +3,9 @@
 
 #include "lod/keys/screen_error.h"
 #include "lod/mesh/morph.h"
-#include "lod/selection/vertex_keys.h"
 #include "lod/pins/replaced_triangles.h"
 #include "lod/pins/solid_pins.h"
+#include "lod/selection/vertex_keys.h"
 
 #include <terrane/terrain/triangulator.h>
 

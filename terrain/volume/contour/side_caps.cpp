@@ -104,14 +104,13 @@ void SideCaps::join_edge() {
         return fields_.states[static_cast<std::size_t>(strip_[i])];
     };
     if (state(0) == state(1)) return;
-    const bool is_void =
-        state(0) == SampleState::in_void || state(1) == SampleState::in_void;
+    const bool is_void = state(0) == SampleState::in_void || state(1) == SampleState::in_void;
     const auto sample = [&](std::size_t i) {
         return LineNode{strip_[i], lines_.surface[static_cast<std::size_t>(strip_[i])]};
     };
     const std::uint32_t a = vertices_.node(sample(0));
-    const std::uint32_t b = vertices_.crossing(sample(0), sample(1),
-                                               is_void ? Field::to_void : Field::to_solid);
+    const std::uint32_t b =
+        vertices_.crossing(sample(0), sample(1), is_void ? Field::to_void : Field::to_solid);
     const std::uint32_t c = vertices_.node(sample(1));
     emit(a, b, c, is_reversed_);
 }

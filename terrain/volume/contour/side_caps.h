@@ -10,8 +10,8 @@
 
 namespace terrane::internal {
 
-/// Closes a contour along a side of its tile, as if there were no volumes beyond it: the part of the vertical plane that
-/// is void below the heightfield, or solid above it.
+/// Closes a contour along a side of its tile, as if there were no volumes beyond it: the part of the vertical plane
+/// that is void below the heightfield, or solid above it.
 ///
 /// The plane is divided as the columns on both sides divide it (column_sweep.h, with two lines in place of three), so
 /// that the boundary of a cap consists of the contour's edges in the plane and of whole edges of the heightfield. Where

@@ -42,6 +42,7 @@ struct MeshChunk {
 
 /// The triangles of volumes over one chunk: they and those of its heightfield that they do not replace are drawn.
 struct MeshSolid {
+    /// Indices of three vertices each.
     using Triangles = std::span<const std::array<std::uint32_t, 3>>;
     const Chunk* chunk = nullptr;  ///< whose solid's vertices the indices name
     Triangles triangles;           ///< of one level of detail, counter-clockwise from outside
@@ -66,9 +67,9 @@ struct TerrainMesh {
     std::size_t triangle_count = 0;          ///< of chunks and solids
     MeshStatus status = MeshStatus::not_resident;
     /// Certified bound of the displayed surface's distance from the true surface, morphing included, for all ground
-    /// points inside the view's side planes, in pixels of the picture's centre. Of the heightfield the vertical distance;
-    /// of volumes, and where they replace the heightfield, the Euclidean one, both ways. Where volumes are not drawn, the
-    /// heightfield closes over them, and what that hides counts.
+    /// points inside the view's side planes, in pixels of the picture's centre. Of the heightfield it is the vertical
+    /// distance; of volumes, and where they replace the heightfield, the Euclidean one, both ways. Where volumes are not
+    /// drawn, the heightfield closes over them, and what that hides counts.
     double error_px = 0.0;
     /// Vertices with at most this priority, pixels, are not in the mesh; for CameraNeed::threshold_px.
     double threshold_px = 0.0;
