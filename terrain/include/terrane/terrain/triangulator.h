@@ -68,8 +68,8 @@ struct TerrainMesh {
     MeshStatus status = MeshStatus::not_resident;
     /// Certified bound of the displayed surface's distance from the true surface, morphing included, for all ground
     /// points inside the view's side planes, in pixels of the picture's centre. Of the heightfield it is the vertical
-    /// distance; of volumes, and where they replace the heightfield, the Euclidean one, both ways. Where volumes are not
-    /// drawn, the heightfield closes over them, and what that hides counts.
+    /// distance; of volumes, and where they replace the heightfield, the Euclidean one, both ways. Where volumes are
+    /// not drawn, the heightfield closes over them, and what that hides counts.
     double error_px = 0.0;
     /// Vertices with at most this priority, pixels, are not in the mesh; for CameraNeed::threshold_px.
     double threshold_px = 0.0;
