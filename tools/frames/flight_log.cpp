@@ -23,20 +23,21 @@ std::string header(std::span<const std::string> extra_columns) {
         "time_s,eye_x_m,eye_y_m,eye_z_m,triangles,budget,error_px,measured_error_px,update_ms,"
         "chunks_resident,resident_bytes,late_chunks,max_pop_px,"
         "status,threshold_px,max_pop_elsewhere_px,points,holes,in_flight_bytes,chunks_loaded,"
-        "chunks_evicted,late";
+        "chunks_evicted,late,solid_triangles,max_solid_pop_px";
     for (const std::string& name : extra_columns) line += "," + name;
     return line + "\n";
 }
 
 std::string csv_line(const FrameRecord& r) {
     std::string line = fmt::format(
-        "{},{},{},{},{},{},{},{},{:.4f},{},{},{},{},{},{},{},{},{},{},{},{},{}", r.time,
+        "{},{},{},{},{},{},{},{},{:.4f},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}", r.time,
         r.eye_world.x(), r.eye_world.y(), r.eye_world.z(), r.triangles, r.budget, r.error_px,
         number_or_nothing(r.measured_error_px), r.update_ms, r.paging.resident_chunks,
         r.paging.resident_bytes, r.paging.late_chunks, number_or_nothing(r.max_pop_px),
         name_of(r.status), r.threshold_px, number_or_nothing(r.max_pop_elsewhere_px),
         number_or_nothing(r.points), number_or_nothing(r.holes), r.paging.in_flight_bytes,
-        r.paging.loaded, r.paging.evicted, r.is_late() ? 1 : 0);
+        r.paging.loaded, r.paging.evicted, r.is_late() ? 1 : 0, r.solid_triangles,
+        number_or_nothing(r.max_solid_pop_px));
     for (const double value : r.extra) line += fmt::format(",{}", value);
     return line + "\n";
 }
@@ -121,6 +122,10 @@ nlohmann::ordered_json summarize(std::span<const FrameRecord> frames, std::size_
             count_if([](const FrameRecord& r) { return *r.max_pop_px > kPopLimit_px; });
         summary["max_pop_elsewhere_px"] = largest(values_of(
             frames, [](const FrameRecord& r) { return r.max_pop_elsewhere_px.value_or(0.0); }));
+        if (count_if([](const FrameRecord& r) { return r.solid_triangles > 0; }) > 0) {
+            summary["max_solid_pop_px"] = largest(values_of(
+                frames, [](const FrameRecord& r) { return r.max_solid_pop_px.value_or(0.0); }));
+        }
         const auto points =
             values_of(frames, [](const FrameRecord& r) { return r.points.value_or(0); });
         summary["points_min"] =

@@ -28,11 +28,13 @@ struct FrameRecord {
     MeshStatus status = MeshStatus::not_resident;
     double update_ms = 0.0;  ///< of Pager::update and Triangulator::update together
     PagerStats paging;
-    std::optional<double> measured_error_px;  ///< with --verify, like the next four
+    std::size_t solid_triangles = 0;          ///< those of volumes
+    std::optional<double> measured_error_px;  ///< with --verify, like the next five
     std::optional<double> max_pop_px;
     std::optional<double> max_pop_elsewhere_px;
     std::optional<std::size_t> points;
     std::optional<std::size_t> holes;
+    std::optional<double> max_solid_pop_px;
     std::vector<double> extra;  ///< values of FlightLog's extra columns
 
     /// Whether a needed chunk is absent and the error is above the target or nothing is drawn.

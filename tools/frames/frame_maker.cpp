@@ -62,6 +62,9 @@ MadeFrame FrameMaker::make(CameraNeed camera, std::span<const BodyNeed> bodies, 
     record.time = time;
     record.eye_world = view.eye_world;
     record.triangles = frame.mesh.triangle_count;
+    for (const MeshSolid& solid : frame.mesh.solids) {
+        record.solid_triangles += solid.triangle_count();
+    }
     record.budget = budget_;
     record.error_px = frame.mesh.error_px;
     record.max_error_px = max_error_px_;
@@ -76,6 +79,7 @@ MadeFrame FrameMaker::make(CameraNeed camera, std::span<const BodyNeed> bodies, 
         record.max_pop_elsewhere_px = measured.max_pop_elsewhere_px;
         record.points = measured.points;
         record.holes = measured.holes;
+        record.max_solid_pop_px = measured.max_solid_pop_px;
     }
     return frame;
 }

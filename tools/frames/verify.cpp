@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <utility>
 
@@ -14,6 +15,12 @@ namespace {
 // The R2 sequence: fractional parts of the multiples of these.
 constexpr double kR2x = 0.7548776662466927;
 constexpr double kR2y = 0.5698402909980532;
+
+// Points of volumes of a frame; cells of their index, in finest spacings; metres beyond which a displayed triangle is not
+// searched for.
+constexpr std::size_t kSolidPoints = 4000;
+constexpr double kSolidCell = 4.0;
+constexpr double kMostSearched = 20.0;
 
 double fraction(double value) { return value - std::floor(value); }
 
@@ -74,7 +81,10 @@ public:
     void add(double x, double y) {
         const double truth = verifier_.source_.height(x, y);
         const WorldPos p_world(x, y, truth);
-        if (!std::isfinite(truth) || !camera_.sees(p_world) || !verifier_.is_ground(x, y)) return;
+        if (!std::isfinite(truth) || !camera_.sees(p_world) || !verifier_.is_ground(x, y) ||
+            verifier_.is_replaced(x, y)) {
+            return;
+        }
         ++result.points;
         const std::optional<double> shown = heap_.height(x, y);
         if (!shown || !std::isfinite(*shown)) {
@@ -99,7 +109,8 @@ public:
         const WorldPos p_world(vertex.x(), vertex.y(), truth);
         if (!std::isfinite(truth) || !camera_.sees(p_world) ||
             !verifier_.before_->camera.sees(p_world) ||
-            !verifier_.is_ground(p_world.x(), p_world.y())) {
+            !verifier_.is_ground(p_world.x(), p_world.y()) ||
+            verifier_.is_replaced(p_world.x(), p_world.y())) {
             return;
         }
         count_movement(std::abs(*height - vertex.z()), p_world);
@@ -126,7 +137,95 @@ Verifier::Verifier(const HeightSource& source, std::size_t least_points)
     : source_(source), least_points_(least_points) {}
 
 Measurement Verifier::measure(const TerrainMesh& mesh, const View& view) {
-    return measure(TriangleHeap::from(mesh), view, mesh.error_px);
+    resident_ = mesh.resident;
+    const bool has_solids = resident_ != nullptr && !resident_->solids().empty();
+    Measurement result = measure(TriangleHeap::from(mesh), view, mesh.error_px);
+    if (has_solids) {
+        const double spacing = resident_->lattice().spacing;
+        before_->solids.emplace(mesh, kSolidCell * spacing);
+        measure_solids(result);
+    }
+    return result;
+}
+
+// Whether volumes replace a triangle of the heightfield's cell at a place. A point on a border of cells belongs to all.
+bool Verifier::is_replaced(double x, double y) const {
+    if (resident_ == nullptr || resident_->solids().empty()) return false;
+    const Lattice& lattice = resident_->lattice();
+    const double column = (x - lattice.origin_x) / lattice.spacing;
+    const double row = (y - lattice.origin_y) / lattice.spacing;
+    constexpr double kSlack = 1e-6;  // cells
+    for (const double to_x : {-kSlack, kSlack}) {
+        for (const double to_y : {-kSlack, kSlack}) {
+            const auto i = static_cast<std::int64_t>(std::floor(column + to_x));
+            const auto j = static_cast<std::int64_t>(std::floor(row + to_y));
+            const auto chunk_x =
+                static_cast<std::int32_t>(std::floor(static_cast<double>(i) / kChunkCells));
+            const auto chunk_y =
+                static_cast<std::int32_t>(std::floor(static_cast<double>(j) / kChunkCells));
+            const Chunk* const chunk = resident_->find_chunk(
+                {chunk_x, chunk_y, static_cast<std::uint8_t>(lattice.finest_level)});
+            if (chunk == nullptr || chunk->solid == nullptr) continue;
+            const std::size_t cell =
+                cell_index(static_cast<int>(i - std::int64_t{chunk_x} * kChunkCells),
+                           static_cast<int>(j - std::int64_t{chunk_y} * kChunkCells));
+            if (chunk->solid->is_replaced(cell, false) || chunk->solid->is_replaced(cell, true))
+                return true;
+        }
+    }
+    return false;
+}
+
+Eigen::Vector3d Verifier::displayed(const Frame& frame, const Eigen::Vector3d& p_world) {
+    Eigen::Vector3d nearest = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
+    double least = nearest.x();
+    if (const auto height = frame.heap.height(p_world.x(), p_world.y())) {
+        nearest = {p_world.x(), p_world.y(), *height};
+        least = std::abs(*height - p_world.z());
+    }
+    if (!frame.solids) return nearest;
+    const Eigen::Vector3d in_solid = frame.solids->nearest(p_world, std::min(least, kMostSearched));
+    return in_solid.allFinite() ? in_solid : nearest;
+}
+
+void Verifier::measure_solids(Measurement& result) const {
+    const Frame& frame = *before_;
+    const std::optional<Frame>& before = older_;
+    std::size_t count = 0;
+    for (const std::int32_t index : resident_->solids()) {
+        count += resident_->chunks()[static_cast<std::size_t>(index)]
+                     ->solid->triangles()
+                     .triangles.size();
+    }
+    const std::size_t stride = std::max<std::size_t>(1, count / kSolidPoints);
+    std::size_t next = 0;
+    const auto measure_point = [&](const Eigen::Vector3d& p) {
+        if (!frame.camera.sees(p)) return;
+        const Eigen::Vector3d q = displayed(frame, p);
+        ++result.solid_points;
+        if (!q.allFinite()) {
+            ++result.holes;
+            return;
+        }
+        result.solid_error_px =
+            std::max(result.solid_error_px, frame.camera.to_pixels((q - p).norm(), p));
+        if (!before || !before->camera.sees(p)) return;
+        const Eigen::Vector3d was = displayed(*before, p);
+        if (!was.allFinite()) return;
+        result.max_solid_pop_px =
+            std::max(result.max_solid_pop_px, frame.camera.to_pixels((q - was).norm(), p));
+    };
+    for (const std::int32_t index : resident_->solids()) {
+        const SolidTriangles& solid =
+            resident_->chunks()[static_cast<std::size_t>(index)]->solid->triangles();
+        for (; next < solid.triangles.size(); next += stride) {
+            const auto& [a, b, c] = solid.triangles[next];
+            const auto& v = solid.vertices_world;
+            measure_point((v[a] + v[b] + v[c]) / 3.0);
+        }
+        next -= solid.triangles.size();
+    }
+    result.error_px = std::max(result.error_px, result.solid_error_px);
 }
 
 bool Verifier::is_ground(double x, double y) const {
@@ -203,7 +302,8 @@ Measurement Verifier::measure(TriangleHeap heap, const View& view, double certif
         for (const WorldPos& vertex : before_->heap.vertices()) points.add_vertex(vertex, heap);
     }
     const Measurement result = points.result;
-    before_ = Frame{std::move(heap), camera};
+    older_ = std::move(before_);
+    before_ = Frame{std::move(heap), camera, std::nullopt};
     return result;
 }
 

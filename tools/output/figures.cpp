@@ -47,6 +47,7 @@ const std::map<std::string, std::string>& own_titles() {
         {"measured_error_px_max", "Measured screen error (most), px"},
         {"max_pop_px", "Movement between frames (most), px"},
         {"max_pop_elsewhere_px", "Movement elsewhere (most), px"},
+        {"max_solid_pop_px", "Movement of volumes between frames (most), px"},
         {"pop_frames", "Frames that move too far"},
         {"uncertified_frames", "Frames whose measured error is above the certified one"},
         {"points_min", "Points measured in a frame (least)"},
