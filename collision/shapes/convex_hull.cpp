@@ -35,6 +35,12 @@ std::span<const Eigen::Vector3d> ConvexHull::vertices() const { return data_->ve
 
 std::size_t ConvexHull::face_count() const { return data_->faces.size(); }
 
+std::span<const std::uint32_t> ConvexHull::face(std::size_t i) const {
+    const internal::Polyhedron& polyhedron = data_->polyhedron;
+    const internal::Polyhedron::Face& face = polyhedron.faces[i];
+    return polyhedron.loops.subspan(face.first, face.count);
+}
+
 Result<void> check(const ConvexHull&) { return {}; }
 
 double bounding_radius(const ConvexHull& hull) { return internal::hull_data(hull).bounding_radius; }

@@ -70,6 +70,14 @@ nlohmann::ordered_json describe(const Terrain& terrain) {
         info["crs_from_world"] = format_crs_from_world(dem);
         info["world_from_crs"] = format_world_from_crs(dem);
     }
+    for (const VolumeSummary& volume : terrain.volumes) {
+        const Eigen::Vector3d &low = volume.bounds_world.low, &high = volume.bounds_world.high;
+        info["volumes"].push_back(
+            {{"op", volume.op},
+             {"shape", volume.shape},
+             {"voxel_m", volume.voxel_m},
+             {"bounds_m", {low.x(), low.y(), low.z(), high.x(), high.y(), high.z()}}});
+    }
     return info;
 }
 

@@ -39,8 +39,8 @@ constexpr const char* kGdalCache_mb = "256";
 using Json = nlohmann::ordered_json;
 
 constexpr int kMaxNesting = 64;  // brackets in a scene file
-const std::array<std::string, 6> kSceneKeys{"dem",      "seed",   "fractal",
-                                            "detail_m", "bodies", "surface"};
+const std::array<std::string, 7> kSceneKeys{"dem",    "seed",    "fractal", "detail_m",
+                                            "bodies", "volumes", "surface"};
 
 std::string quoted(const std::string& text) { return "'" + text + "'"; }
 
@@ -168,7 +168,8 @@ void add_terrain_options(CLI::App& app, TerrainOptions& options) {
         app.add_option("--scene", options.scene,
                        "The same choices in a JSON file, with the keys dem, seed, fractal and "
                        "detail_m; and bodies, "
-                       "which drop, drive and walk play, and surface, the friction by place");
+                       "which drop, drive and walk play, volumes (caves, tunnels, overhangs), and "
+                       "surface, the friction by place");
     scene_option->type_name("FILE.json")->group("Terrain");
     scene_option->excludes("--dem")->excludes("--seed")->excludes("--fractal");
     app.add_option(
@@ -250,6 +251,10 @@ CommandResult<TerrainOptions> parse_scene(const std::string& text, const std::st
             Parsed<std::vector<PlacedBody>> bodies = read_bodies(value);
             if (!bodies) return failure(fmt::format("scene '{}': {}", path, bodies.error()));
             options.bodies = *std::move(bodies);
+        } else if (key == "volumes") {
+            auto volumes = read_volumes(value, folder.string());
+            if (!volumes) return failure(fmt::format("scene '{}': {}", path, volumes.error()));
+            options.volumes = *std::move(volumes);
         } else if (key == "surface") {
             Parsed<SceneSurface> surface = read_surface(value, folder.string());
             if (!surface) return failure(fmt::format("scene '{}': {}", path, surface.error()));
@@ -278,8 +283,19 @@ CommandResult<Terrain> open_terrain(const TerrainOptions& options) {
         if (options.detail_m) scene->detail_m = options.detail_m;
         scene->dem_memory_mb = options.dem_memory_mb;
         scene->cache = options.cache;
+        if (scene->volumes && !scene->detail_m && !ChunkStore::is_store(scene->dem)) {
+            scene->detail_m = finest_voxel(*scene->volumes);
+        }
         CommandResult<Terrain> terrain = open_terrain(*scene);
         if (!terrain) return terrain;
+        if (scene->volumes) {
+            auto with = add_volumes(terrain->source, *scene->volumes);
+            if (!with) {
+                return failure(fmt::format("scene '{}': {}", options.scene, with.error().message));
+            }
+            terrain->source = *std::move(with);
+            terrain->volumes = list_volumes(*terrain->source, *scene->volumes);
+        }
         terrain->bodies = std::move(scene->bodies);
         if (!scene->surface) return terrain;
         auto surface = open_surface(*scene->surface, terrain->dem ? &*terrain->dem : nullptr);

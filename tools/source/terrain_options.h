@@ -3,6 +3,7 @@
 
 #include "options/command.h"
 #include "scene/scene_surface.h"
+#include "scene/scene_volumes.h"
 #include "world/placed_body.h"
 
 #include <terrane/dem/dem_heights.h>
@@ -27,7 +28,8 @@ struct TerrainOptions {
     std::optional<double> detail_m;       ///< finest spacing, metres
     std::optional<double> dem_memory_mb;  ///< most memory for opening a raster, mebibytes
     std::vector<PlacedBody> bodies = {};  ///< of a scene
-    std::optional<SceneSurface> surface = std::nullopt;  ///< of a scene
+    std::optional<SceneSurface> surface = std::nullopt;     ///< of a scene
+    std::shared_ptr<const SceneVolumes> volumes = nullptr;  ///< of a scene; null: none
     std::string cache;  ///< a folder, "beside" or "off"; "": the user's cache folder
 };
 
@@ -43,17 +45,19 @@ struct Terrain {
     std::optional<StoreInfo> store = std::nullopt;  ///< of a baked terrain
     std::vector<PlacedBody> bodies = {};            ///< of a scene
     std::shared_ptr<const SurfaceMap> surface = {};  ///< of a scene; null: none
+    std::vector<VolumeSummary> volumes = {};         ///< of a scene
 };
 
 /// Parses a scene file: {"dem": "file.tif", "seed": 7, "detail_m": 1} or {"seed": 7, "fractal": "ridged"}, with
-/// `bodies` (read_bodies()) and `surface` (read_surface()) where wanted; refuses other keys. Paths of files are
+/// `bodies` (read_bodies()), `volumes` (read_volumes()) and `surface` (read_surface()) where wanted; refuses other keys. Paths of files are
 /// relative to the folder of the scene file.
 ///
 /// @param path of the scene file: for messages and relative paths
 CommandResult<TerrainOptions> parse_scene(const std::string& text, const std::string& path);
 
 /// Opens the selected terrain. Finest spacing of a fractal: the largest power of two up to detail_m, default 1 m; of a
-/// raster: its cell, or with detail 1 m by default.
+/// raster: its cell, or with detail 1 m by default. Of a scene with volumes it is at most their finest voxel, unless
+/// detail_m is given.
 ///
 /// Fails: exit_usage where no terrain is selected or a value is out of range; exit_failed where a file
 ///        cannot be read or is invalid

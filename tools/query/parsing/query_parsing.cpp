@@ -36,12 +36,18 @@ int nesting_of(std::string_view line) {
     return deepest;
 }
 
-Parsed<Question> read_height(const Json& object) {
+Parsed<Question> read_height(const Json& object, bool has_z) {
     const Parsed<double> x = read_coordinate(object, "x");
     if (!x) return wrong(x.error());
     const Parsed<double> y = read_coordinate(object, "y");
     if (!y) return wrong(y.error());
-    return HeightQuestion{.x = *x, .y = *y};
+    HeightQuestion question{.x = *x, .y = *y};
+    if (has_z) {
+        const Parsed<double> z = read_coordinate(object, "z");
+        if (!z) return wrong(z.error());
+        question.below_z = *z;
+    }
+    return question;
 }
 
 // A shape with start and end pose; without `to` the end is the start.
@@ -123,9 +129,10 @@ Parsed<Question> read_cast(const Json& object) {
 Parsed<Question> read_question(const Json& object) {
     const auto op = object.find("op");
     if (op == object.end()) return wrong("op is missing");
-    if (*op == "height") {
-        if (object.contains("other")) return wrong("height is asked of the ground, not of other");
-        return read_height(object);
+    if (*op == "height" || *op == "height_below") {
+        if (object.contains("other"))
+            return wrong(op->get<std::string>() + " is asked of the ground, not of other");
+        return read_height(object, *op == "height_below");
     }
     if (*op == "ray") return read_ray(object);
     if (*op == "cast") return read_cast(object);
@@ -134,7 +141,8 @@ Parsed<Question> read_question(const Json& object) {
     if (*op == "distance") return read_shape_question(object, ShapeOp::distance);
     if (*op == "pseudodistance") return read_shape_question(object, ShapeOp::pseudodistance);
     return wrong(
-        fmt::format("op must be height, ray, test, find, distance, pseudodistance or cast, got {}",
+        fmt::format("op must be height, height_below, ray, test, find, distance, pseudodistance or "
+                    "cast, got {}",
                     shown(*op)));
 }
 

@@ -15,6 +15,7 @@ namespace terrane::tools {
 
 struct HeightQuestion {
     double x = 0.0, y = 0.0;
+    std::optional<double> below_z = std::nullopt;  ///< of height_below: the highest answer wanted
 };
 
 /// The shape of `other`, which replaces the ground. At rest its end pose is its start.

@@ -5,6 +5,7 @@
 #include <terrane/terrain/result.h>
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <span>
 
@@ -50,6 +51,8 @@ public:
     /// Faces are polygons of three or more vertices. A flat hull has two, back to back; one with fewer than three
     /// vertices has none.
     std::size_t face_count() const;
+    /// Indices of a face's vertices, counter-clockwise seen from outside. Requires i < face_count().
+    std::span<const std::uint32_t> face(std::size_t i) const;
 
 private:
     explicit ConvexHull(std::shared_ptr<const internal::HullData> data);

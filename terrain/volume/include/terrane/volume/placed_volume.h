@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <terrane/terrain/aabb.h>
 #include <terrane/terrain/height_source.h>
 #include <terrane/terrain/lattice.h>
 #include <terrane/volume/volume_shapes.h>
@@ -72,6 +73,8 @@ public:
     VolumeOp op() const { return op_; }
     /// Tiles of the world that the shape, widened by three spacings, may touch; sorted by key.
     std::vector<VolumeTilePart> tiles() const;
+    /// Around the shape; around the band of a mesh's or file's level set, world, metres.
+    Aabb bounds() const;
     /// Bytes of its level set or list of capsules.
     std::size_t bytes() const;
     /// Signed distance as the level sets get it, metres, negative inside; of meshes and files interpolated between
