@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: MIT
+#include "simplify/input_checks.h"
+
+#include <terrane/terrain/number_text.h>
+
+#include <cmath>
+#include <string>
+
+namespace terrane::internal {
+namespace {
+
+constexpr double kMaxCoordinate = 0x1p38;
+// Corners are numbered by 32 bits.
+constexpr std::size_t kMaxTriangles = 1'000'000'000;
+
+Result<void> check_vertices(std::span<const Eigen::Vector3d> vertices) {
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+        for (int axis = 0; axis < 3; ++axis) {
+            const double value = vertices[i][axis];
+            if (std::abs(value) <= kMaxCoordinate) continue;
+            return fail(ErrorCode::invalid_argument, "coordinates must be within 2^38 m, got " +
+                                                         number_text(value) + " at vertex " +
+                                                         number_text(i));
+        }
+    }
+    return {};
+}
+
+Result<void> check_triangles(const SimplifyInput& input) {
+    const std::size_t count = input.vertices.size();
+    for (std::size_t i = 0; i < input.triangles.size(); ++i) {
+        const std::array<std::uint32_t, 3>& t = input.triangles[i];
+        for (const std::uint32_t vertex : t) {
+            if (vertex < count) continue;
+            return fail(ErrorCode::invalid_argument, "triangle " + number_text(i) +
+                                                         " names vertex " + number_text(vertex) +
+                                                         " of " + number_text(count));
+        }
+        if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) {
+            return fail(ErrorCode::invalid_argument,
+                        "triangle " + number_text(i) + " names vertex " +
+                            number_text(t[0] == t[1] ? t[0] : t[2]) + " twice");
+        }
+    }
+    return {};
+}
+
+Result<void> check_levels(std::span<const SimplifyLevel> levels) {
+    for (std::size_t i = 0; i < levels.size(); ++i) {
+        if (!(levels[i].error_m >= 0.0)) {
+            return fail(ErrorCode::invalid_argument, "error_m must be at least 0, got " +
+                                                         number_text(levels[i].error_m) +
+                                                         " in level " + number_text(i));
+        }
+        if (i == 0 || levels[i].error_m >= levels[i - 1].error_m) continue;
+        return fail(ErrorCode::invalid_argument, "error_m must not decrease, got " +
+                                                     number_text(levels[i].error_m) + " in level " +
+                                                     number_text(i) + " after " +
+                                                     number_text(levels[i - 1].error_m));
+    }
+    return {};
+}
+
+}  // namespace
+
+Result<void> check_simplify_input(const SimplifyInput& input,
+                                  std::span<const SimplifyLevel> levels) {
+    if (!input.locked.empty() && input.locked.size() != input.vertices.size()) {
+        return fail(ErrorCode::invalid_argument,
+                    "locked must have a value for each of " + number_text(input.vertices.size()) +
+                        " vertices, got " + number_text(input.locked.size()));
+    }
+    if (input.vertices.size() >= ~std::uint32_t{0} || input.triangles.size() > kMaxTriangles) {
+        return fail(ErrorCode::invalid_argument,
+                    "a mesh must have fewer than 2^32 vertices and at most 1e9 triangles, got " +
+                        number_text(input.vertices.size()) + " and " +
+                        number_text(input.triangles.size()));
+    }
+    if (auto ok = check_vertices(input.vertices); !ok) return ok;
+    if (auto ok = check_triangles(input); !ok) return ok;
+    return check_levels(levels);
+}
+
+}  // namespace terrane::internal

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace terrane::internal {
+
+/// Vertices with more triangles than this stay, and none gets more by a contraction: work for one contraction is bounded.
+inline constexpr std::size_t kMaxValence = 48;
+inline constexpr std::uint32_t kNoTriangle = ~std::uint32_t{0};
+
+/// The triangles around a vertex u in order. Triangle i is (u, vertices[i], vertices[i + 1]), cyclic; that of a border
+/// is kNoTriangle.
+struct Ring {
+    std::array<std::uint32_t, kMaxValence + 1> vertices;
+    std::array<std::uint32_t, kMaxValence + 1> triangles;
+    std::array<std::uint8_t, kMaxValence + 1> corners;  ///< [triangles] which corner u is, 0 to 2
+    std::size_t count = 0;                              ///< of vertices
+    bool is_closed =
+        false;  ///< no border; else the border is between the last vertex and the first
+
+    /// The same with another first vertex. @param first index in vertices
+    Ring rotated(std::size_t first) const;
+};
+
+/// Vertices joined to a vertex, in the order in which its triangles name them.
+struct Neighbours {
+    std::array<std::uint32_t, 2 * kMaxValence> vertices;
+    std::array<std::uint8_t, 2 * kMaxValence>
+        edge_triangles;  ///< how many triangles the edge to it has
+    std::size_t count = 0;
+    bool has_all = true;  ///< false: more than kMaxValence triangles
+
+    bool contains(std::uint32_t vertex) const {
+        for (std::size_t i = 0; i < count; ++i) {
+            if (vertices[i] == vertex) return true;
+        }
+        return false;
+    }
+};
+
+/// Triangles as a list for each vertex, for contractions. Any triangles: manifold or not.
+class StarMesh {
+public:
+    using Triangle = std::array<std::uint32_t, 3>;
+
+    StarMesh(std::size_t vertex_count, std::span<const Triangle> triangles);
+
+    std::span<const Triangle> triangles() const { return triangles_; }
+    bool is_alive(std::size_t triangle) const { return triangles_[triangle][0] != kGone; }
+    std::size_t alive_count() const { return alive_count_; }
+
+    /// Sorts the triangles around a vertex. False where they are not one disk or half disk with consistent winding, or
+    /// more than kMaxValence.
+    bool find_ring(std::uint32_t vertex, Ring& ring_out);
+    void find_neighbours(std::uint32_t vertex, Neighbours& neighbours_out);
+    /// Whether a triangle of a vertex other than those of u has two other corners.
+    bool has_triangle(std::uint32_t vertex, std::uint32_t second, std::uint32_t third,
+                      std::uint32_t not_of);
+    /// Moves u onto ring.vertices[0]: its triangles with that vertex go, the others keep their index.
+    void contract(std::uint32_t u, const Ring& ring);
+
+private:
+    static constexpr std::uint32_t kGone = ~std::uint32_t{0};
+    static constexpr std::uint32_t kEnd = ~std::uint32_t{0};
+
+    // Visits the corners (3 * triangle + i) of a vertex; removes those of triangles that are gone. visit: bool, false
+    // ends it.
+    template <class Visit>
+    void visit_corners(std::uint32_t vertex, const Visit& visit);
+
+    std::vector<Triangle> triangles_;
+    std::vector<std::uint32_t> next_corner_;   // [3 * triangles] list of the same vertex
+    std::vector<std::uint32_t> first_corner_;  // [vertices]
+    std::size_t alive_count_ = 0;
+};
+
+}  // namespace terrane::internal
