@@ -125,6 +125,11 @@ void Pager::finish() {
     state.evicted_in_finish.clear();
 }
 
+bool Pager::replace(std::span<const std::shared_ptr<const Chunk>> chunks,
+                    std::span<const ChunkKey> changed, const std::function<void()>& switch_source) {
+    return state_->replace(chunks, changed, switch_source);
+}
+
 Pager::Ticket Pager::require(const WorldRect& region, double deadline_s) {
     const Ticket ticket = state_->next_ticket++;
     const bool is_finite = std::isfinite(region.west) && std::isfinite(region.south) &&

@@ -61,6 +61,11 @@ void Pager::State::accept(FinishedLoad& load) {
         }
         return;
     }
+    if (!source->is_current(**load.chunk)) {
+        ++stats.outdated;
+        must_plan = true;
+        return;
+    }
     retries.succeeded(load.key);
     times.add(load.key.level, load.seconds);
     if (!insert(*load.chunk, load.bytes_read)) {

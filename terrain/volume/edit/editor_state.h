@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "edit/change.h"
+#include "edit/chunk_files.h"
+#include "edit/dig_log.h"
+
+#include <terrane/volume/volume_editor.h>
+
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+#include <thread>
+
+namespace terrane {
+
+/// Changes go from `queue` to `prepared` on the worker, or in update() where there is none, and from there into force in
+/// update(). Both keep their order. A chunk that arrives between is made again for the last change that touches it: a
+/// *completion*.
+struct VolumeEditor::State {
+    State(std::shared_ptr<VolumeHeights> ground, const VolumeEditorSettings& chosen);
+    ~State();
+
+    // Constant, or of the owner.
+    const std::shared_ptr<VolumeHeights> source;
+    const VolumeEditorSettings settings;
+    const Volumes volumes;
+    internal::EditedVolumes& edited;
+    std::shared_ptr<internal::ChunkFiles> files;  // null without a folder
+    std::optional<internal::DigLog> log;
+    std::vector<std::shared_ptr<const internal::Edit>> done;  // edits not taken back, waiting ones too
+    std::uint32_t last_number = 0;
+    std::map<ChunkKey, std::uint32_t> unsaved;  // chunks and their last change
+
+    struct Completion {
+        std::shared_ptr<internal::PreparedChange> change;
+        std::vector<std::shared_ptr<const Chunk>> chunks;
+    };
+    struct Snapshot {
+        std::shared_ptr<const internal::Edit> edit;
+        std::map<ChunkKey, internal::ChunkVersion> before;
+    };
+    mutable std::mutex mutex;  // of all below
+    std::condition_variable_any changed;
+    std::deque<internal::Change> queue;
+    std::deque<std::shared_ptr<internal::PreparedChange>> prepared;
+    std::deque<Completion> completions;
+    bool is_working = false;
+    /// Of the last update(): weak, so that old chunks are not kept.
+    std::weak_ptr<const ResidentSet> resident;
+    std::deque<Snapshot> snapshots;
+    VolumeEditorStats counts;
+    std::string last_failure;
+    std::jthread worker;  // last: stopped first
+
+    using Lock = std::unique_lock<std::mutex>;
+    /// Makes the first change or completion, if there is one.
+    bool work(Lock& lock);
+    void prepare(Lock& lock);
+    void complete(Lock& lock);
+    void use_latest_tiles(internal::PreparedChange& change, const ChunkKey& key) const;
+    void run(const std::stop_token& stop);
+
+    /// How many of the first `most` prepared changes can come into force now; asks for chunks that are missing.
+    std::size_t ready_count(std::size_t most, const ResidentSet& set);
+    /// Brings the first changes into force; whether they fit.
+    bool switch_to(std::size_t count, Pager* pager);
+    std::uint32_t update(Pager* pager);
+    Result<void> replay();
+    Result<std::uint32_t> submit(internal::Change change);
+};
+
+}  // namespace terrane

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: MIT
+//
+// The worker's half of an editor: changes and the chunks that they need.
+#include "edit/editor_state.h"
+
+#include <utility>
+
+namespace terrane {
+
+using internal::Change;
+using internal::ChunkVersion;
+using internal::PreparedChange;
+
+void VolumeEditor::State::run(const std::stop_token& stop) {
+    Lock lock(mutex);
+    while (!stop.stop_requested()) {
+        if (work(lock)) continue;
+        changed.wait(lock, stop, [this] { return !queue.empty() || !completions.empty(); });
+    }
+}
+
+bool VolumeEditor::State::work(Lock& lock) {
+    if (completions.empty() && queue.empty()) return false;
+    is_working = true;
+    if (!completions.empty()) {
+        complete(lock);
+    } else {
+        prepare(lock);
+    }
+    is_working = false;
+    changed.notify_all();
+    return true;
+}
+
+// The lock is released while tiles are made.
+void VolumeEditor::State::prepare(Lock& lock) {
+    auto made = std::make_shared<PreparedChange>();
+    made->change = std::move(queue.front());
+    queue.pop_front();
+    const Change& change = made->change;
+    made->touched = change.edit->chunks(volumes.level());
+    std::map<ChunkKey, ChunkVersion> before;
+    std::vector<std::shared_ptr<const Chunk>> chunks;
+    const auto set = resident.lock();
+    for (const ChunkKey& key : made->touched) {
+        ChunkVersion& version = before[key];
+        auto last = prepared.rbegin();
+        while (last != prepared.rend() && !(*last)->versions.contains(key)) ++last;
+        version = last != prepared.rend() ? (*last)->versions.at(key) : edited.version_of(key);
+        const std::int32_t index = set ? set->find(key) : ResidentSet::kNone;
+        if (index != ResidentSet::kNone) {
+            const std::shared_ptr<const Chunk>& chunk =
+                set->chunks()[static_cast<std::size_t>(index)];
+            chunks.push_back(chunk);
+        }
+    }
+    std::map<ChunkKey, ChunkVersion> earlier;
+    const bool has_snapshot = change.is_undo && !snapshots.empty() &&
+                              snapshots.back().edit == change.edit;
+    if (has_snapshot) {
+        earlier = std::move(snapshots.back().before);
+        snapshots.pop_back();
+    }
+    lock.unlock();
+    begin(*made, source->heights(), volumes, edited, std::move(before),
+          has_snapshot ? &earlier : nullptr);
+    for (const auto& chunk : chunks) {
+        make_chunk_of(*made, volumes, *chunk);
+        if (!made->failure.empty()) break;  // update() asks for it again
+    }
+    chunks.clear();
+    lock.lock();
+    if (!made->failure.empty()) {
+        ++counts.failed;
+        last_failure = made->failure;
+    }
+    if (!change.is_undo) {
+        snapshots.push_back({change.edit, std::move(made->before)});
+        while (snapshots.size() > static_cast<std::size_t>(settings.undo_depth))
+            snapshots.pop_front();
+    }
+    made->before.clear();
+    prepared.push_back(std::move(made));
+}
+
+void VolumeEditor::State::complete(Lock& lock) {
+    const Completion wanted = std::move(completions.front());
+    completions.pop_front();
+    PreparedChange& change = *wanted.change;
+    for (const auto& chunk : wanted.chunks) use_latest_tiles(change, chunk->key);
+    lock.unlock();
+    for (const auto& chunk : wanted.chunks) {
+        make_chunk_of(change, volumes, *chunk);
+        if (!change.failure.empty()) break;
+    }
+    lock.lock();
+    change.is_completing = false;
+    if (change.failure.empty()) {
+        counts.completed += wanted.chunks.size();
+    } else {
+        ++counts.failed;
+        last_failure = change.failure;
+    }
+}
+
+// Of those held anywhere that are a beginning of the change's own.
+void VolumeEditor::State::use_latest_tiles(PreparedChange& change, const ChunkKey& key) const {
+    ChunkVersion& version = change.versions.at(key);
+    const auto consider = [&version](const ChunkVersion& other) {
+        if (other.is_made() && begins_with(version.list(), other.list()) &&
+            (!version.tiles || other.tile_edits > version.tile_edits)) {
+            version.tiles = other.tiles;
+            version.tile_edits = other.tile_edits;
+        }
+    };
+    consider(edited.version_of(key));
+    for (const auto& earlier : prepared) {
+        const auto found = earlier->versions.find(key);
+        if (earlier->change.number < change.change.number && found != earlier->versions.end())
+            consider(found->second);
+    }
+}
+
+}  // namespace terrane
