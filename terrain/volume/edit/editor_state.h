@@ -14,8 +14,9 @@
 
 namespace terrane {
 
-/// Changes go from `queue` to `prepared` on the worker, or in update() where there is none, and from there into force in
-/// update(). Both keep their order. A chunk that arrives between is made again for the last change that touches it: a
+/// Changes wait in `submitted` for update(), which finds the resident chunks that they touch, go from `queue` to
+/// `prepared` on the worker, or in update() where there is none, and from there into force in update(). All keep their
+/// order. A chunk that arrives between is made again for the last change that touches it: a
 /// *completion*.
 struct VolumeEditor::State {
     State(std::shared_ptr<VolumeHeights> ground, const VolumeEditorSettings& chosen);
@@ -32,6 +33,12 @@ struct VolumeEditor::State {
     std::uint32_t last_number = 0;
     std::map<ChunkKey, std::uint32_t> unsaved;  // chunks and their last change
 
+    std::deque<internal::Change> submitted;
+
+    struct Start {
+        internal::Change change;
+        std::vector<std::shared_ptr<const Chunk>> chunks;  // resident ones that it touches
+    };
     struct Completion {
         std::shared_ptr<internal::PreparedChange> change;
         std::vector<std::shared_ptr<const Chunk>> chunks;
@@ -42,18 +49,17 @@ struct VolumeEditor::State {
     };
     mutable std::mutex mutex;  // of all below
     std::condition_variable_any changed;
-    std::deque<internal::Change> queue;
+    std::deque<Start> queue;
     std::deque<std::shared_ptr<internal::PreparedChange>> prepared;
     std::deque<Completion> completions;
     bool is_working = false;
-    /// Of the last update(): weak, so that old chunks are not kept.
-    std::weak_ptr<const ResidentSet> resident;
     std::deque<Snapshot> snapshots;
     VolumeEditorStats counts;
     std::string last_failure;
     std::jthread worker;  // last: stopped first
 
     using Lock = std::unique_lock<std::mutex>;
+    bool is_idle() const { return queue.empty() && completions.empty() && !is_working; }
     /// Makes the first change or completion, if there is one.
     bool work(Lock& lock);
     void prepare(Lock& lock);
@@ -61,13 +67,15 @@ struct VolumeEditor::State {
     void use_latest_tiles(internal::PreparedChange& change, const ChunkKey& key) const;
     void run(const std::stop_token& stop);
 
+    /// Hands the submitted changes to the worker.
+    void start(const ResidentSet& set);
     /// How many of the first `most` prepared changes can come into force now; asks for chunks that are missing.
     std::size_t ready_count(std::size_t most, const ResidentSet& set);
     /// Brings the first changes into force; whether they fit.
     bool switch_to(std::size_t count, Pager* pager);
     std::uint32_t update(Pager* pager);
     Result<void> replay();
-    Result<std::uint32_t> submit(internal::Change change);
+    std::uint32_t submit(internal::Change change);
 };
 
 }  // namespace terrane

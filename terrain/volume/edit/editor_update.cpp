@@ -13,6 +13,22 @@ using internal::EditedVolumes;
 using internal::PreparedChange;
 
 // Requires the lock.
+void VolumeEditor::State::start(const ResidentSet& set) {
+    for (internal::Change& change : submitted) {
+        Start begun{std::move(change), {}};
+        for (const ChunkKey& key : begun.change.edit->chunks(volumes.level())) {
+            const std::int32_t index = set.find(key);
+            if (index == ResidentSet::kNone) continue;
+            const std::shared_ptr<const Chunk>& chunk =
+                set.chunks()[static_cast<std::size_t>(index)];
+            begun.chunks.push_back(chunk);
+        }
+        queue.push_back(std::move(begun));
+    }
+    submitted.clear();
+}
+
+// Requires the lock.
 std::size_t VolumeEditor::State::ready_count(std::size_t most, const ResidentSet& set) {
     std::size_t count = most;
     for (std::size_t i = 0; i < count; ++i) {
@@ -102,12 +118,16 @@ std::uint32_t VolumeEditor::State::update(Pager* pager) {
     const std::shared_ptr<const ResidentSet> set = pager ? pager->resident() : nullptr;
     const ResidentSet& chunks = set ? *set : kNothing;
     Lock lock(mutex);
-    resident = set;
+    start(chunks);
     const auto make_all = [&] {
         while (settings.worker_count == 0 && work(lock)) {
         }
     };
     make_all();
+    if (pager == nullptr) {
+        changed.notify_all();
+        changed.wait(lock, [this] { return is_idle(); });
+    }
     std::size_t count = ready_count(prepared.size(), chunks);
     const std::uint64_t failed = counts.failed;
     while (settings.worker_count == 0 && !completions.empty() && counts.failed == failed) {
@@ -123,7 +143,7 @@ std::uint32_t VolumeEditor::State::update(Pager* pager) {
         // Where all do not fit at once, the first may.
         count = count == 1 ? 0 : ready_count(1, chunks);
     }
-    if (!completions.empty()) changed.notify_all();
+    if (!completions.empty() || !queue.empty()) changed.notify_all();
     return edited.number();
 }
 

@@ -35,24 +35,17 @@ bool VolumeEditor::State::work(Lock& lock) {
 // The lock is released while tiles are made.
 void VolumeEditor::State::prepare(Lock& lock) {
     auto made = std::make_shared<PreparedChange>();
-    made->change = std::move(queue.front());
+    made->change = std::move(queue.front().change);
+    auto chunks = std::move(queue.front().chunks);
     queue.pop_front();
     const Change& change = made->change;
     made->touched = change.edit->chunks(volumes.level());
     std::map<ChunkKey, ChunkVersion> before;
-    std::vector<std::shared_ptr<const Chunk>> chunks;
-    const auto set = resident.lock();
     for (const ChunkKey& key : made->touched) {
         ChunkVersion& version = before[key];
         auto last = prepared.rbegin();
         while (last != prepared.rend() && !(*last)->versions.contains(key)) ++last;
         version = last != prepared.rend() ? (*last)->versions.at(key) : edited.version_of(key);
-        const std::int32_t index = set ? set->find(key) : ResidentSet::kNone;
-        if (index != ResidentSet::kNone) {
-            const std::shared_ptr<const Chunk>& chunk =
-                set->chunks()[static_cast<std::size_t>(index)];
-            chunks.push_back(chunk);
-        }
     }
     std::map<ChunkKey, ChunkVersion> earlier;
     const bool has_snapshot = change.is_undo && !snapshots.empty() &&

@@ -141,13 +141,9 @@ Result<std::uint32_t> VolumeEditor::undo() {
     return state.submit({state.last_number + 1, std::move(last), true});
 }
 
-Result<std::uint32_t> VolumeEditor::State::submit(internal::Change change) {
+std::uint32_t VolumeEditor::State::submit(internal::Change change) {
     last_number = change.number;
-    {
-        const Lock lock(mutex);
-        queue.push_back(std::move(change));
-    }
-    changed.notify_all();
+    submitted.push_back(std::move(change));
     return last_number;
 }
 
@@ -157,13 +153,7 @@ std::uint32_t VolumeEditor::update() { return state_->update(nullptr); }
 void VolumeEditor::wait() {
     State& state = *state_;
     State::Lock lock(state.mutex);
-    if (state.settings.worker_count == 0) {
-        while (state.work(lock)) {
-        }
-    }
-    state.changed.wait(lock, [&] {
-        return state.queue.empty() && state.completions.empty() && !state.is_working;
-    });
+    state.changed.wait(lock, [&] { return state.is_idle(); });
 }
 
 Result<void> VolumeEditor::save() {
@@ -187,7 +177,8 @@ VolumeEditorStats VolumeEditor::stats() const {
     const State& state = *state_;
     const State::Lock lock(state.mutex);
     VolumeEditorStats stats = state.counts;
-    stats.waiting = state.queue.size() + state.prepared.size() + (state.is_working ? 1u : 0u);
+    stats.waiting = state.submitted.size() + state.queue.size() + state.prepared.size() +
+                    (state.is_working ? 1u : 0u);
     stats.in_force = state.edited.number();
     if (state.files) {
         const internal::ChunkFiles::Counts files = state.files->counts();

@@ -39,10 +39,11 @@ struct VolumeEditorStats {
 
 /// Digs and fills while a simulation runs.
 ///
-/// dig(), fill() and undo() are *changes*, numbered 1, 2, ... They check and return; a thread applies the shape to the
-/// level sets of the tiles that it touches, contours these tiles, and makes new chunks of those that are resident. The
-/// owner calls update() once a frame: it brings all finished changes into force at once, in the resident set of the
-/// pager's next update, so that neighbouring chunks always agree. From then on chunks that are loaded have them, too.
+/// dig(), fill() and undo() are *changes*, numbered 1, 2, ... They check and return. The owner calls update() once a
+/// frame, which hands them to a thread: it applies the shape to the level sets of the tiles that it touches, contours
+/// these tiles, and makes new chunks of those that are resident. A later update() brings all finished changes into force
+/// at once, in the resident set of the pager's next update, so that neighbouring chunks always agree. From then on chunks
+/// that are loaded have them, too.
 ///
 ///     editor.dig(VolumeSphere{2.0}, pose);
 ///     editor.update(pager);             // each frame
@@ -85,17 +86,17 @@ public:
     /// Fails: invalid_argument if there is none
     Result<std::uint32_t> undo();
 
-    /// Brings the changes into force whose chunks are made, in their order. Call it between the pager's updates, once a
+    /// Begins the changes so far, and brings those into force whose chunks are made, in their order. Call it between the pager's updates, once a
     /// frame. A change waits where a chunk that it touches has arrived meanwhile and is still being made, and where
     /// chunks do not fit below the pager's ceiling, until others have been evicted.
     ///
     /// Returns: the number of the last change in force
     /// Cost:    O(chunks swapped); with worker_count = 0 that of making them
     std::uint32_t update(Pager& pager);
-    /// The same where no pager has loaded from the source yet.
+    /// The same where no pager has loaded from the source yet; waits until all changes are in force.
     std::uint32_t update();
 
-    /// Blocks until all changes so far are made. They come into force with update(). Not for use in a frame.
+    /// Blocks until what update() has begun is made; the next update() brings it into force. Not for use in a frame.
     void wait();
 
     /// Appends the changes in force to the log, flushes it to the disk, and writes the files of chunks that have changed
