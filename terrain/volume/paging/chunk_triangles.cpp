@@ -105,6 +105,16 @@ void add_kept_neighbours(const Lattice& lattice, const Chunk& chunk, SolidTriang
 std::shared_ptr<const SolidSurface> make_solid(const Lattice& lattice, const Chunk& chunk,
                                                const ChunkTiles& tiles) {
     ChunkTriangles triangles;
+    std::size_t vertex_count = 0, triangle_count = 0, replaced_count = 0;
+    for (const auto& tile : tiles) {
+        vertex_count += tile ? tile->contour.keys.size() : 0;
+        triangle_count += tile ? tile->contour.triangles.size() : 0;
+        replaced_count += tile ? tile->contour.replaced.size() : 0;
+    }
+    triangles->vertices_world.reserve(vertex_count + replaced_count + 64);  // with kept neighbours
+    triangles->triangles.reserve(triangle_count);
+    triangles->parts.reserve(triangle_count);
+    triangles->replaced.reserve(replaced_count);
     double longest_m = 0.0;
     for (int i = 0; i < kChunkTiles; ++i) {
         const auto& tile = tiles[static_cast<std::size_t>(i)];
