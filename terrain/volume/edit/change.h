@@ -23,6 +23,7 @@ struct PreparedChange {
     std::map<ChunkKey, ChunkVersion> before;     ///< [touched]
     /// New chunks of those that were resident when it was made.
     std::map<ChunkKey, std::shared_ptr<const Chunk>> chunks;
+    std::vector<ChunkKey> deferred;  ///< resident ones whose chunk a later change makes
     std::string failure;         ///< why a chunk could not be made; empty if all were
     bool is_completing = false;  ///< a chunk that has arrived since is being made
 };

@@ -94,6 +94,7 @@ Result<std::shared_ptr<const Chunk>> EditedVolumes::make(std::shared_ptr<const C
         chunk = with_tiles(volumes_.lattice(), *chunk, *tiles,
                            version.edits ? version.edits->changed : 0);
     }
+    std::vector<std::shared_ptr<const ChunkTiles>> dropped;  // freed after the lock
     const std::scoped_lock lock(mutex_);
     const auto found = entries_.find(key);
     const ChunkVersion now = found == entries_.end() ? ChunkVersion() : found->second.version;
@@ -106,17 +107,21 @@ Result<std::shared_ptr<const Chunk>> EditedVolumes::make(std::shared_ptr<const C
         Entry& entry = entries_[key];
         entry.chunk_bytes = std::max(version.edits ? 0 : entry.chunk_bytes, chunk->bytes());
     }
+    dropped.swap(dropped_);
     return chunk;
 }
 
 void EditedVolumes::keep_tiles(std::size_t most_bytes, std::shared_ptr<const ChunkFiles> files) {
+    std::vector<std::shared_ptr<const ChunkTiles>> dropped;
     const std::scoped_lock lock(mutex_);
     most_tile_bytes_ = most_bytes;
     files_ = std::move(files);
     drop_old();
+    dropped.swap(dropped_);
 }
 
-void EditedVolumes::switch_to(std::span<const NewVersion> versions, std::uint32_t number) {
+std::vector<std::shared_ptr<const ChunkTiles>> EditedVolumes::switch_to(
+    std::span<const NewVersion> versions, std::uint32_t number) {
     const std::scoped_lock lock(mutex_);
     number_ = number;
     for (const NewVersion& each : versions) {
@@ -126,6 +131,7 @@ void EditedVolumes::switch_to(std::span<const NewVersion> versions, std::uint32_
         entry.chunk_bytes = each.chunk_bytes;
         extents_.set(each.key, each.version.edits->extent);
     }
+    return std::exchange(dropped_, {});
 }
 
 void EditedVolumes::hold(Entry& entry, const ChunkKey& key,
@@ -133,6 +139,7 @@ void EditedVolumes::hold(Entry& entry, const ChunkKey& key,
     if (entry.version.tiles) {
         tile_bytes_ -= entry.tile_bytes;
         uses_.erase(entry.use);
+        dropped_.push_back(std::move(entry.version.tiles));
     }
     entry.version.tiles = std::move(tiles);
     entry.version.tile_edits = tile_edits;
@@ -148,6 +155,7 @@ void EditedVolumes::drop_old() {
     while (tile_bytes_ > most_tile_bytes_ && !uses_.empty()) {
         Entry& oldest = entries_.at(uses_.back());
         tile_bytes_ -= oldest.tile_bytes;
+        dropped_.push_back(std::move(oldest.version.tiles));
         oldest.version.tiles.reset();
         uses_.pop_back();
     }

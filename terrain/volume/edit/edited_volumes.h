@@ -46,8 +46,10 @@ public:
         ChunkVersion version;
         std::size_t chunk_bytes = 0;  ///< 0: not known
     };
-    /// Brings versions into force. Cost: O(versions * levels)
-    void switch_to(std::span<const NewVersion> versions, std::uint32_t number);
+    /// Brings versions into force, and returns the tiles that it dropped, to be freed elsewhere. Cost: O(versions *
+    /// levels)
+    std::vector<std::shared_ptr<const ChunkTiles>> switch_to(std::span<const NewVersion> versions,
+                                                             std::uint32_t number);
 
 private:
     struct Entry {
@@ -69,6 +71,7 @@ private:
     std::size_t tile_bytes_ = 0, most_tile_bytes_ = 0;
     std::uint32_t number_ = 0;
     std::shared_ptr<const ChunkFiles> files_;
+    std::vector<std::shared_ptr<const ChunkTiles>> dropped_;
 };
 
 }  // namespace terrane::internal

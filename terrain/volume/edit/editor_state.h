@@ -54,6 +54,11 @@ struct VolumeEditor::State {
     std::deque<Completion> completions;
     bool is_working = false;
     std::deque<Snapshot> snapshots;
+    /// The last change of a batch: of the changes that waited when it began, each chunk is made for the last one only.
+    std::uint32_t batch_end = 0;
+    /// Replaced chunks, which the worker frees when nobody else holds them: megabytes each.
+    std::vector<std::shared_ptr<const Chunk>> old_chunks;
+    std::vector<std::shared_ptr<const internal::ChunkTiles>> old_tiles;
     VolumeEditorStats counts;
     std::string last_failure;
     std::jthread worker;  // last: stopped first
@@ -65,14 +70,18 @@ struct VolumeEditor::State {
     void prepare(Lock& lock);
     void complete(Lock& lock);
     void use_latest_tiles(internal::PreparedChange& change, const ChunkKey& key) const;
+    bool has_free_chunks() const;
+    bool free_old(Lock& lock);
     void run(const std::stop_token& stop);
 
     /// Hands the submitted changes to the worker.
     void start(const ResidentSet& set);
     /// How many of the first `most` prepared changes can come into force now; asks for chunks that are missing.
-    std::size_t ready_count(std::size_t most, const ResidentSet& set);
+    ///
+    /// @param splits_batches also for those that later changes of a batch will make
+    std::size_t ready_count(std::size_t most, const ResidentSet& set, bool splits_batches);
     /// Brings the first changes into force; whether they fit.
-    bool switch_to(std::size_t count, Pager* pager);
+    bool switch_to(std::size_t count, Pager* pager, const ResidentSet& set);
     std::uint32_t update(Pager* pager);
     Result<void> replay();
     std::uint32_t submit(internal::Change change);

@@ -29,7 +29,8 @@ void VolumeEditor::State::start(const ResidentSet& set) {
 }
 
 // Requires the lock.
-std::size_t VolumeEditor::State::ready_count(std::size_t most, const ResidentSet& set) {
+std::size_t VolumeEditor::State::ready_count(std::size_t most, const ResidentSet& set,
+                                             bool splits_batches) {
     std::size_t count = most;
     for (std::size_t i = 0; i < count; ++i) {
         if (prepared[i]->is_completing) count = i;
@@ -49,7 +50,10 @@ std::size_t VolumeEditor::State::ready_count(std::size_t most, const ResidentSet
             PreparedChange& change = *prepared[last];
             const std::int32_t index = set.find(key);
             if (index == ResidentSet::kNone || change.chunks.contains(key)) continue;
-            if (incomplete == nullptr && !change.is_completing) {
+            const bool comes_later =
+                !splits_batches && change.change.number < batch_end &&
+                std::ranges::find(change.deferred, key) != change.deferred.end();
+            if (incomplete == nullptr && !change.is_completing && !comes_later) {
                 incomplete = &change;
                 completion.change = prepared[last];
             }
@@ -68,7 +72,7 @@ std::size_t VolumeEditor::State::ready_count(std::size_t most, const ResidentSet
 }
 
 // Called without the lock: the first prepared changes are nobody else's while they are not being completed.
-bool VolumeEditor::State::switch_to(std::size_t count, Pager* pager) {
+bool VolumeEditor::State::switch_to(std::size_t count, Pager* pager, const ResidentSet& set) {
     std::vector<std::shared_ptr<PreparedChange>> changes;
     {
         const Lock lock(mutex);
@@ -80,6 +84,7 @@ bool VolumeEditor::State::switch_to(std::size_t count, Pager* pager) {
     }
     std::vector<ChunkKey> touched;
     std::vector<std::shared_ptr<const Chunk>> chunks;
+    std::vector<std::shared_ptr<const Chunk>> old;
     std::vector<EditedVolumes::NewVersion> versions;
     for (const auto& [key, change] : last) {
         touched.push_back(key);
@@ -87,10 +92,13 @@ bool VolumeEditor::State::switch_to(std::size_t count, Pager* pager) {
         const auto chunk = change->chunks.find(key);
         if (chunk == change->chunks.end()) continue;
         chunks.push_back(chunk->second);
+        if (const std::int32_t index = set.find(key); index != ResidentSet::kNone)
+            old.emplace_back(set.chunks()[static_cast<std::size_t>(index)]);
         versions.back().chunk_bytes = chunk->second->bytes();
     }
     const std::uint32_t number = changes.back()->change.number;
-    const auto bring_up_to_date = [&] { edited.switch_to(versions, number); };
+    std::vector<std::shared_ptr<const internal::ChunkTiles>> tiles;
+    const auto bring_up_to_date = [&] { tiles = edited.switch_to(versions, number); };
     if (pager == nullptr) {
         bring_up_to_date();
     } else if (!pager->replace(chunks, touched, bring_up_to_date)) {
@@ -110,6 +118,10 @@ bool VolumeEditor::State::switch_to(std::size_t count, Pager* pager) {
     }
     const Lock lock(mutex);
     prepared.erase(prepared.begin(), prepared.begin() + static_cast<std::ptrdiff_t>(count));
+    if (settings.worker_count > 0) {
+        old_chunks.insert(old_chunks.end(), old.begin(), old.end());
+        old_tiles.insert(old_tiles.end(), tiles.begin(), tiles.end());
+    }
     return true;
 }
 
@@ -128,22 +140,22 @@ std::uint32_t VolumeEditor::State::update(Pager* pager) {
         changed.notify_all();
         changed.wait(lock, [this] { return is_idle(); });
     }
-    std::size_t count = ready_count(prepared.size(), chunks);
+    std::size_t count = ready_count(prepared.size(), chunks, false);
     const std::uint64_t failed = counts.failed;
     while (settings.worker_count == 0 && !completions.empty() && counts.failed == failed) {
         make_all();
-        count = ready_count(prepared.size(), chunks);
+        count = ready_count(prepared.size(), chunks, false);
     }
     while (count > 0) {
         lock.unlock();
-        const bool fits = switch_to(count, pager);
+        const bool fits = switch_to(count, pager, chunks);
         lock.lock();
         if (fits) break;
         ++counts.postponed;
         // Where all do not fit at once, the first may.
-        count = count == 1 ? 0 : ready_count(1, chunks);
+        count = count == 1 ? 0 : ready_count(1, chunks, true);
     }
-    if (!completions.empty() || !queue.empty()) changed.notify_all();
+    if (!is_idle() || has_free_chunks()) changed.notify_all();
     return edited.number();
 }
 

@@ -3,6 +3,7 @@
 // The worker's half of an editor: changes and the chunks that they need.
 #include "edit/editor_state.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace terrane {
@@ -14,9 +15,30 @@ using internal::PreparedChange;
 void VolumeEditor::State::run(const std::stop_token& stop) {
     Lock lock(mutex);
     while (!stop.stop_requested()) {
-        if (work(lock)) continue;
-        changed.wait(lock, stop, [this] { return !queue.empty() || !completions.empty(); });
+        if (free_old(lock) || work(lock)) continue;
+        changed.wait(lock, stop, [this] {
+            return !queue.empty() || !completions.empty() || has_free_chunks();
+        });
     }
+}
+
+// Requires the lock.
+bool VolumeEditor::State::has_free_chunks() const {
+    return !old_tiles.empty() || std::ranges::any_of(old_chunks, [](const auto& chunk) {
+        return chunk.use_count() == 1;
+    });
+}
+
+bool VolumeEditor::State::free_old(Lock& lock) {
+    if (!has_free_chunks()) return false;
+    std::vector<std::shared_ptr<const Chunk>> chunks, held;
+    for (auto& chunk : old_chunks) (chunk.use_count() == 1 ? chunks : held).push_back(std::move(chunk));
+    old_chunks = std::move(held);
+    const auto tiles = std::exchange(old_tiles, {});
+    lock.unlock();
+    chunks.clear();
+    lock.lock();
+    return true;
 }
 
 bool VolumeEditor::State::work(Lock& lock) {
@@ -39,6 +61,18 @@ void VolumeEditor::State::prepare(Lock& lock) {
     auto chunks = std::move(queue.front().chunks);
     queue.pop_front();
     const Change& change = made->change;
+    if (change.number > batch_end)
+        batch_end = queue.empty() ? change.number : queue.back().change.number;
+    std::erase_if(chunks, [&](const auto& chunk) {
+        const bool is_later = std::ranges::any_of(queue, [&](const Start& later) {
+            return later.change.number <= batch_end &&
+                   std::ranges::any_of(later.chunks, [&](const auto& other) {
+                       return other->key == chunk->key;
+                   });
+        });
+        if (is_later) made->deferred.push_back(chunk->key);
+        return is_later;
+    });
     made->touched = change.edit->chunks(volumes.level());
     std::map<ChunkKey, ChunkVersion> before;
     for (const ChunkKey& key : made->touched) {
@@ -67,13 +101,20 @@ void VolumeEditor::State::prepare(Lock& lock) {
         ++counts.failed;
         last_failure = made->failure;
     }
+    std::deque<Snapshot> old;  // freed without the lock
     if (!change.is_undo) {
         snapshots.push_back({change.edit, std::move(made->before)});
-        while (snapshots.size() > static_cast<std::size_t>(settings.undo_depth))
+        while (snapshots.size() > static_cast<std::size_t>(settings.undo_depth)) {
+            old.push_back(std::move(snapshots.front()));
             snapshots.pop_front();
+        }
     }
     made->before.clear();
     prepared.push_back(std::move(made));
+    lock.unlock();
+    old.clear();
+    earlier.clear();
+    lock.lock();
 }
 
 void VolumeEditor::State::complete(Lock& lock) {
