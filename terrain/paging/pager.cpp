@@ -89,6 +89,7 @@ void Pager::update(std::span<const CameraNeed> cameras, std::span<const BodyNeed
                    double time_s) {
     State& state = *state_;
     const bool is_due = state.take_clients(cameras, bodies, time_s);
+    if (!std::exchange(state.is_replacement_wanted, false)) state.wanted_replacement_bytes = 0;
     state.loader->advance(state.time_s);
     state.take_finished();
     state.budget.begin_update(state.observers, state.skips_fades);

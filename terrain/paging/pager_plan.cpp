@@ -125,8 +125,7 @@ void Pager::State::plan() {
     count_groundless();
     count_waits();
     budget.begin_plan(predicted_views, !bodies.empty() || !tickets.empty(), stats);
-    if (wanted_replacement_bytes > 0)
-        budget.make_room(std::exchange(wanted_replacement_bytes, std::size_t{0}));
+    if (wanted_replacement_bytes > 0) budget.make_room(wanted_replacement_bytes);
 }
 
 void Pager::State::count_late() {

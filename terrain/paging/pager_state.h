@@ -103,7 +103,8 @@ struct Pager::State {
     std::vector<internal::SetEntry> order;  // of the set's chunks
     std::vector<std::shared_ptr<const Chunk>> arrived;
     std::vector<ChunkKey> replaced_keys;   // since the last set
-    std::size_t wanted_replacement_bytes = 0;  // of the last call of replace() that did not fit
+    std::size_t wanted_replacement_bytes = 0;  // of replace(), where it did not fit
+    bool is_replacement_wanted = false;        // since the last update()
     PagerStats stats;
     std::string last_failure;             // message of the last load that failed
     std::unique_ptr<ChunkLoader> loader;  // last: stopped first

@@ -24,6 +24,7 @@ bool Pager::State::replace(std::span<const std::shared_ptr<const Chunk>> chunks,
     if (!budget.claim_replacements(needed_bytes, all)) {
         ++stats.postponed_replacements;
         wanted_replacement_bytes = needed_bytes;
+        is_replacement_wanted = true;
         must_plan = true;
         return false;
     }

@@ -70,16 +70,20 @@ std::optional<LogRecord> record_of(std::span<const std::uint8_t> content) {
     return record;
 }
 
-/// Whether a record that follows from the hash before it begins after `at`: then what is at `at` is damaged, not torn.
+/// Whether a whole record that follows from a hash begins at `at`.
+bool is_record(std::span<const std::uint8_t> bytes, std::size_t at, std::uint64_t before) {
+    if (at + kFrameBytes > bytes.size()) return false;
+    const auto length = ByteReader(bytes.subspan(at)).get<std::uint32_t>();
+    if (length > bytes.size() - at - kFrameBytes) return false;
+    return chained(before, bytes.subspan(at + 4, length)) ==
+           ByteReader(bytes.subspan(at + 4 + length)).get<std::uint64_t>();
+}
+
+/// Whether a record begins after `at` that follows from the hash before it: then what is at `at` is damaged, not torn.
 bool has_later_record(std::span<const std::uint8_t> bytes, std::size_t at) {
     for (std::size_t next = at + 8; next + kFrameBytes <= bytes.size(); ++next) {
-        const auto length = ByteReader(bytes.subspan(next)).get<std::uint32_t>();
-        if (length > bytes.size() - next - kFrameBytes) continue;
-        const auto before = ByteReader(bytes.subspan(next - 8)).get<std::uint64_t>();
-        if (chained(before, bytes.subspan(next + 4, length)) ==
-            ByteReader(bytes.subspan(next + 4 + length)).get<std::uint64_t>()) {
+        if (is_record(bytes, next, ByteReader(bytes.subspan(next - 8)).get<std::uint64_t>()))
             return true;
-        }
     }
     return false;
 }
@@ -128,28 +132,25 @@ Result<void> DigLog::parse(std::span<const std::uint8_t> bytes) {
         return bad("is of other volumes or another lattice");
     std::size_t at = kHeaderBytes;
     while (at < bytes.size()) {
+        const std::uint64_t before = hashes_.empty() ? 0 : hashes_.back();
         const std::size_t left = bytes.size() - at;
         const auto length = ByteReader(bytes.subspan(at)).get<std::uint32_t>();
-        const bool is_whole = left >= kFrameBytes && length <= left - kFrameBytes;
-        std::uint64_t hash = 0;
-        bool is_good = false;
-        if (is_whole) {
-            const auto content = bytes.subspan(at + 4, length);
-            hash = chained(hashes_.empty() ? 0 : hashes_.back(), content);
-            is_good = hash == ByteReader(bytes.subspan(at + 4 + length)).get<std::uint64_t>();
-            if (is_good) {
-                auto record = record_of(content);
-                if (!record || (!records_.empty() && record->number <= records_.back().number))
-                    return bad("has an impossible record at byte " + number_text(at));
-                records_.push_back(std::move(*record));
-                hashes_.push_back(hash);
-                at += kFrameBytes + length;
-            }
+        if (!is_record(bytes, at, before)) {
+            // A record after it may follow from what its own hash should be.
+            const bool is_whole = left >= kFrameBytes && length <= left - kFrameBytes;
+            if (has_later_record(bytes, at) ||
+                (is_whole && is_record(bytes, at + kFrameBytes + length,
+                                       chained(before, bytes.subspan(at + 4, length)))))
+                return bad("is damaged at byte " + number_text(at));
+            break;
         }
-        if (is_good) continue;
-        if (has_later_record(bytes, at))
-            return bad("is damaged at byte " + number_text(at));
-        break;
+        const auto content = bytes.subspan(at + 4, length);
+        auto record = record_of(content);
+        if (!record || (!records_.empty() && record->number <= records_.back().number))
+            return bad("has an impossible record at byte " + number_text(at));
+        records_.push_back(std::move(*record));
+        hashes_.push_back(chained(before, content));
+        at += kFrameBytes + length;
     }
     saved_bytes_ = at;
     file_bytes_ = bytes.size();

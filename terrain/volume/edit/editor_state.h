@@ -59,6 +59,7 @@ struct VolumeEditor::State {
     /// Replaced chunks, which the worker frees when nobody else holds them: megabytes each.
     std::vector<std::shared_ptr<const Chunk>> old_chunks;
     std::vector<std::shared_ptr<const internal::ChunkTiles>> old_tiles;
+    std::vector<std::shared_ptr<internal::PreparedChange>> old_changes;
     VolumeEditorStats counts;
     std::string last_failure;
     std::jthread worker;  // last: stopped first

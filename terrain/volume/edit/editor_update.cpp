@@ -121,6 +121,7 @@ bool VolumeEditor::State::switch_to(std::size_t count, Pager* pager, const Resid
     if (settings.worker_count > 0) {
         old_chunks.insert(old_chunks.end(), old.begin(), old.end());
         old_tiles.insert(old_tiles.end(), tiles.begin(), tiles.end());
+        old_changes.insert(old_changes.end(), changes.begin(), changes.end());
     }
     return true;
 }

@@ -24,7 +24,7 @@ void VolumeEditor::State::run(const std::stop_token& stop) {
 
 // Requires the lock.
 bool VolumeEditor::State::has_free_chunks() const {
-    return !old_tiles.empty() || std::ranges::any_of(old_chunks, [](const auto& chunk) {
+    return !old_tiles.empty() || !old_changes.empty() || std::ranges::any_of(old_chunks, [](const auto& chunk) {
         return chunk.use_count() == 1;
     });
 }
@@ -34,9 +34,12 @@ bool VolumeEditor::State::free_old(Lock& lock) {
     std::vector<std::shared_ptr<const Chunk>> chunks, held;
     for (auto& chunk : old_chunks) (chunk.use_count() == 1 ? chunks : held).push_back(std::move(chunk));
     old_chunks = std::move(held);
-    const auto tiles = std::exchange(old_tiles, {});
+    auto tiles = std::exchange(old_tiles, {});
+    auto changes = std::exchange(old_changes, {});
     lock.unlock();
     chunks.clear();
+    tiles.clear();
+    changes.clear();
     lock.lock();
     return true;
 }
