@@ -99,6 +99,37 @@ TEST(VolumeEditor, ALoadInFlightDoesNotBringOldGroundBack) {
     EXPECT_EQ(difference(*pager.resident(), world.volumes_with(edits)), "");
 }
 
+TEST(VolumeEditor, AChunkThatArrivesWhileAChangeIsOnItsWayIsMadeAgainFirst) {
+    EditedWorld world;
+    Pager pager = Pager::create(world.source, {.worker_count = 0}).value();
+    settle(pager);
+    VolumeEditor editor = VolumeEditor::create(world.source, {.worker_count = 1}).value();
+    std::vector<VolumeOperation> edits;
+    for (int i = 0; i < 3; ++i) {  // over the corner of four chunks, of which one is resident
+        edits.push_back({.op = VolumeOp::remove,
+                         .shape = VolumeSphere{6.0},
+                         .world_from_shape = at(128.0 + i, 128.0, world.hills->height(128, 128)),
+                         .voxel = 1.0});
+        apply(editor, edits.back());
+    }
+    pager.require({10.0, 10.0, 20.0, 20.0}, 0.0);
+    settle(pager);
+    editor.update(pager);
+    editor.wait();
+    pager.require({10.0, 10.0, 200.0, 200.0}, 0.0);
+    settle(pager);
+    EXPECT_EQ(difference(*pager.resident(), world.volumes_with({})), "");
+    EXPECT_EQ(editor.update(pager), 0u);
+    pager.update({}, {}, 1000.0);
+    EXPECT_EQ(difference(*pager.resident(), world.volumes_with({})), "");
+    editor.wait();
+    EXPECT_EQ(editor.stats().completed, 3u);
+    EXPECT_EQ(editor.update(pager), 3u);
+    pager.update({}, {}, 1001.0);
+    EXPECT_EQ(pager.stats().replaced, 4u);
+    EXPECT_EQ(difference(*pager.resident(), world.volumes_with(edits)), "");
+}
+
 // At every moment all resident chunks are those of the number in force, whatever arrives and is evicted meanwhile.
 TEST(VolumeEditor, AllChunksChangeInTheSameUpdate) {
     EditedWorld world;
