@@ -57,34 +57,50 @@ ChunkTree::Index ChunkTree::insert(std::shared_ptr<const Chunk> chunk) {
 
 // Sets boxes and bounds.
 void ChunkTree::find_quadrants(Node& node) const {
+    for (int quadrant = 0; quadrant < 4; ++quadrant) find_quadrant(node, quadrant);
+}
+
+void ChunkTree::find_quadrant(Node& node, int quadrant) const {
     const Chunk& chunk = *node.chunk;
-    for (int quadrant = 0; quadrant < 4; ++quadrant) {
-        const auto at = static_cast<std::size_t>(quadrant);
-        const ChunkKey child = chunk.key.child(quadrant);
-        double bound = static_cast<double>(chunk.quadrant_bound[at]);
-        // the surface over the child, with a margin of one of its cells
-        const double margin = lattice_.level_spacing(child.level);
-        constexpr int kHalf = kChunkAreas / 2;
-        std::int32_t low = chunk.high;
-        std::int32_t high = chunk.low;
-        for (int i = 0; i < kHalf * kHalf; ++i) {
-            const int column = i % kHalf + (quadrant & 1) * kHalf;
-            const int row = i / kHalf + (quadrant >> 1) * kHalf;
-            const Chunk::Area& area =
-                chunk.areas[static_cast<std::size_t>(row * kChunkAreas + column)];
-            low = std::min(low, area.low);
-            high = std::max(high, area.high);
-        }
-        HeightInterval heights{lattice_.quantum * low - bound, lattice_.quantum * high + bound};
-        if (const auto solid = source_->solid_extent(child)) {
-            bound += solid->error_m;
-            heights = {std::min(heights.low, solid->heights.low),
-                       std::max(heights.high, solid->heights.high)};
-        }
-        const WorldRect rect = rect_of(lattice_, child);
-        node.bounds[at] = bound;
-        node.boxes[at] = {{rect.west - margin, rect.south - margin, heights.low},
-                          {rect.east + margin, rect.north + margin, heights.high}};
+    const auto at = static_cast<std::size_t>(quadrant);
+    const ChunkKey child = chunk.key.child(quadrant);
+    double bound = static_cast<double>(chunk.quadrant_bound[at]);
+    // the surface over the child, with a margin of one of its cells
+    const double margin = lattice_.level_spacing(child.level);
+    constexpr int kHalf = kChunkAreas / 2;
+    std::int32_t low = chunk.high;
+    std::int32_t high = chunk.low;
+    for (int i = 0; i < kHalf * kHalf; ++i) {
+        const int column = i % kHalf + (quadrant & 1) * kHalf;
+        const int row = i / kHalf + (quadrant >> 1) * kHalf;
+        const Chunk::Area& area = chunk.areas[static_cast<std::size_t>(row * kChunkAreas + column)];
+        low = std::min(low, area.low);
+        high = std::max(high, area.high);
+    }
+    HeightInterval heights{lattice_.quantum * low - bound, lattice_.quantum * high + bound};
+    if (const auto solid = source_->solid_extent(child)) {
+        bound += solid->error_m;
+        heights = {std::min(heights.low, solid->heights.low),
+                   std::max(heights.high, solid->heights.high)};
+    }
+    const WorldRect rect = rect_of(lattice_, child);
+    node.bounds[at] = bound;
+    node.boxes[at] = {{rect.west - margin, rect.south - margin, heights.low},
+                      {rect.east + margin, rect.north + margin, heights.high}};
+}
+
+void ChunkTree::replace(Index index, std::shared_ptr<const Chunk> chunk) {
+    Node& node = (*this)[index];
+    TERRANE_ASSERT(node.chunk->key == chunk->key, "a chunk is replaced by one of its key");
+    node.chunk = std::move(chunk);
+    node.visibility.reset();
+    if (node.chunk->key.level < lattice_.finest_level) find_quadrants(node);
+}
+
+void ChunkTree::refresh_above(const ChunkKey& key) {
+    for (ChunkKey at = key; at.level > 0; at = at.parent()) {
+        const Index above = find(at.parent());
+        if (above != kNone) find_quadrant((*this)[above], at.quadrant());
     }
 }
 

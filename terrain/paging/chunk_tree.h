@@ -49,6 +49,10 @@ public:
     Index insert(std::shared_ptr<const Chunk> chunk);
     /// Requires a chunk without children.
     void erase(Index index);
+    /// Exchanges a chunk for another one of the same key.
+    void replace(Index index, std::shared_ptr<const Chunk> chunk);
+    /// Asks the source again what volumes add over a chunk, for the resident chunks above it.
+    void refresh_above(const ChunkKey& key);
 
     Index find(const ChunkKey& key) const;
     Node& operator[](Index index) { return nodes_[static_cast<std::size_t>(index)]; }
@@ -63,6 +67,7 @@ public:
 
 private:
     void find_quadrants(Node& node) const;
+    void find_quadrant(Node& node, int quadrant) const;
 
     const HeightSource* source_;
     Lattice lattice_;

@@ -169,6 +169,28 @@ void MemoryBudget::evict(ChunkTree::Index index) {
     }
 }
 
+bool MemoryBudget::claim_replacements(std::size_t bytes, ByteClaim& claim) {
+    if (bytes_->load() + bytes > settings_.memory_bytes) return false;
+    claim = ByteClaim(bytes_, bytes);
+    return true;
+}
+
+void MemoryBudget::make_room(std::size_t bytes) {
+    const Need need{.why = NeedClass::contact};
+    while (bytes_->load() + bytes > settings_.memory_bytes + soon_free_bytes()) {
+        std::priority_queue<EvictionCandidate>* const tier = find_victim(need);
+        if (tier == nullptr) break;
+        const ChunkTree::Index index = tier->top().index;
+        ChunkTree::Node& node = (*tree_)[index];
+        stats_->hard_evictions +=
+            !skips_fades_ && !node.is_new && visibility_of(node).ratio > node.inverse_fade ? 1u
+                                                                                           : 0u;
+        tier->pop();
+        evict(index);
+    }
+    pending_bytes_ += bytes;
+}
+
 MemoryBudget::Admission MemoryBudget::admit(const Need& need, std::size_t bytes, double slack_s,
                                             ByteClaim& claim) {
     const bool is_urgent = need.why <= NeedClass::contact;

@@ -47,6 +47,11 @@ public:
     /// @param bytes   HeightSource::max_chunk_bytes() of the chunk
     /// @param slack_s see LoadCandidate
     Admission admit(const Need& need, std::size_t bytes, double slack_s, ByteClaim& claim);
+    /// Claims bytes for chunks that replace resident ones, if they fit now.
+    bool claim_replacements(std::size_t bytes, ByteClaim& claim);
+    /// Evicts until so many bytes fit or are about to be released, as for contact, and keeps them from the loads of
+    /// this plan. Call after begin_plan().
+    void make_room(std::size_t bytes);
     /// Whether an earlier claim may be used for a chunk of this need.
     bool may_keep_claim(const Need& need) const { return bytes_->load() <= limit(need.why); }
 

@@ -89,6 +89,7 @@ void Pager::update(std::span<const CameraNeed> cameras, std::span<const BodyNeed
                    double time_s) {
     State& state = *state_;
     const bool is_due = state.take_clients(cameras, bodies, time_s);
+    if (!std::exchange(state.is_replacement_wanted, false)) state.wanted_replacement_bytes = 0;
     state.loader->advance(state.time_s);
     state.take_finished();
     state.budget.begin_update(state.observers, state.skips_fades);
@@ -123,6 +124,11 @@ void Pager::finish() {
     state.publish();
     state.skips_fades = false;
     state.evicted_in_finish.clear();
+}
+
+bool Pager::replace(std::span<const std::shared_ptr<const Chunk>> chunks,
+                    std::span<const ChunkKey> changed, const std::function<void()>& switch_source) {
+    return state_->replace(chunks, changed, switch_source);
 }
 
 Pager::Ticket Pager::require(const WorldRect& region, double deadline_s) {

@@ -46,8 +46,17 @@ bool Pager::State::insert(std::shared_ptr<const Chunk> chunk, std::size_t bytes_
 void Pager::State::accept(FinishedLoad& load) {
     if (skips_fades) load.bytes_read = 0;
     stats.bytes_read += load.bytes_read;
+    const auto begun = in_flight.find(load.key);
+    const std::size_t claimed_bytes = begun == in_flight.end() ? 0 : begun->second.bytes;
     in_flight.erase(load.key);
     if (!load.chunk) {
+        if (load.chunk.error().code == ErrorCode::out_of_memory &&
+            claimed_bytes < source->max_chunk_bytes(load.key)) {
+            // The source has changed since the load began, or knows better now.
+            ++stats.outdated;
+            must_plan = true;
+            return;
+        }
         switch (load.chunk.error().code) {
             case ErrorCode::cancelled:
                 break;
@@ -59,6 +68,11 @@ void Pager::State::accept(FinishedLoad& load) {
                 last_failure = load.chunk.error().message;
                 retries.failed(load.key, time_s);
         }
+        return;
+    }
+    if (!source->is_current(**load.chunk)) {
+        ++stats.outdated;
+        must_plan = true;
         return;
     }
     retries.succeeded(load.key);

@@ -125,6 +125,7 @@ void Pager::State::plan() {
     count_groundless();
     count_waits();
     budget.begin_plan(predicted_views, !bodies.empty() || !tickets.empty(), stats);
+    if (wanted_replacement_bytes > 0) budget.make_room(wanted_replacement_bytes);
 }
 
 void Pager::State::count_late() {
@@ -184,6 +185,8 @@ void Pager::State::publish() {
     if (skips_fades) evicted_in_finish.insert(evicted.begin(), evicted.end());
     std::erase_if(eviction_times_s,
                   [this](const auto& entry) { return time_s - entry.second > settings.horizon; });
+    evicted.insert(evicted.end(), replaced_keys.begin(), replaced_keys.end());
+    replaced_keys.clear();
     // drops chunks that were inserted and evicted since the last set
     std::erase_if(arrived, [this](const std::shared_ptr<const Chunk>& chunk) {
         const ChunkTree::Index index = tree.find(chunk->key);

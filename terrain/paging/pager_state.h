@@ -102,6 +102,9 @@ struct Pager::State {
     std::shared_ptr<const ResidentSet> set;
     std::vector<internal::SetEntry> order;  // of the set's chunks
     std::vector<std::shared_ptr<const Chunk>> arrived;
+    std::vector<ChunkKey> replaced_keys;       // since the last set
+    std::size_t wanted_replacement_bytes = 0;  // of replace(), where it did not fit
+    bool is_replacement_wanted = false;        // since the last update()
     PagerStats stats;
     std::string last_failure;             // message of the last load that failed
     std::unique_ptr<ChunkLoader> loader;  // last: stopped first
@@ -124,6 +127,8 @@ struct Pager::State {
     void postpone();
     bool may_speculate(std::size_t in_flight_count) const;
     bool queue_loads();
+    bool replace(std::span<const std::shared_ptr<const Chunk>> chunks,
+                 std::span<const ChunkKey> changed, const std::function<void()>& switch_source);
     void fade();
     void publish();
     void load_until_stable();

@@ -32,6 +32,8 @@ class Simplifier {
 public:
     explicit Simplifier(const SimplifyInput& input)
         : vertices_(input.vertices),
+          locked_(input.locked),
+          may_join_locked_(input.may_join_locked),
           mesh_(input.vertices.size(), input.triangles),
           bounds_(input.triangles.size()),
           kinds_(input.vertices.size(), VertexKind::fixed),
@@ -43,7 +45,7 @@ public:
             origin_ = vertices_[input.triangles[0][0]];
         add_planes(input.triangles);
         for (std::uint32_t u = 0; u < vertices_.size(); ++u) {
-            if (!input.locked.empty() && input.locked[u] != 0) continue;
+            if (is_locked(u)) continue;
             if (!mesh_.find_ring(u, ring_)) continue;
             kinds_[u] = ring_.is_closed ? VertexKind::interior : VertexKind::border;
         }
@@ -94,6 +96,7 @@ private:
         double own_cost = 0.0;  // of the quadric at the vertex
     };
 
+    bool is_locked(std::uint32_t vertex) const { return !locked_.empty() && locked_[vertex] != 0; }
     Eigen::Vector3d local(std::uint32_t vertex) const { return vertices_[vertex] - origin_; }
 
     void add_planes(std::span<const StarMesh::Triangle> triangles) {
@@ -200,6 +203,9 @@ private:
             const bool is_apex = (i == 1 && ring.triangles[0] != kNoTriangle) ||
                                  (i == last && ring.triangles[last] != kNoTriangle);
             if (of_target_.contains(ring.vertices[i]) != is_apex) return false;
+            // the edges that are new
+            if (!is_apex && !may_join_locked_ && is_locked(v) && is_locked(ring.vertices[i]))
+                return false;
         }
         return ring.count > 3 || !mesh_.has_triangle(v, ring.vertices[1], ring.vertices[2], u);
     }
@@ -220,6 +226,8 @@ private:
     }
 
     std::span<const Eigen::Vector3d> vertices_;
+    std::span<const std::uint8_t> locked_;
+    bool may_join_locked_;
     StarMesh mesh_;
     std::vector<TriangleBound> bounds_;  // [triangles]
     std::vector<VertexKind> kinds_;      // [vertices] fixed: also those that are gone

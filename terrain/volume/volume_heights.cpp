@@ -1,27 +1,15 @@
 // SPDX-License-Identifier: MIT
-#include "paging/solid_extents.h"
+#include "edit/edited_volumes.h"
 
 #include <terrane/terrain/chunk.h>
 #include <terrane/terrain/number_text.h>
-#include <terrane/volume/chunk_solid.h>
 #include <terrane/volume/volume_heights.h>
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 namespace terrane {
-namespace {
-
-/// Bytes of a SolidSurface for each square spacing of the boxes around a volume's pieces: measured 160 to 410 for tubes
-/// and spheres.
-constexpr double kBytesPerSquare = 450.0;
-/// For what is cut of the heightfield.
-constexpr double kLeastBytes = 0x1p18;
-
-}  // namespace
-
-Result<std::shared_ptr<const VolumeHeights>> VolumeHeights::create(
+Result<std::shared_ptr<VolumeHeights>> VolumeHeights::create(
     std::shared_ptr<const HeightSource> heights, const Volumes& volumes) {
     if (!heights) return fail(ErrorCode::invalid_argument, "volumes need a heightfield");
     if (!(heights->lattice() == volumes.lattice())) {
@@ -33,15 +21,14 @@ Result<std::shared_ptr<const VolumeHeights>> VolumeHeights::create(
                                                      number_text(finest) + ", got " +
                                                      number_text(volumes.level()));
     }
-    return std::shared_ptr<const VolumeHeights>(new VolumeHeights(std::move(heights), volumes));
+    return std::shared_ptr<VolumeHeights>(new VolumeHeights(std::move(heights), volumes));
 }
 
 VolumeHeights::VolumeHeights(std::shared_ptr<const HeightSource> heights, const Volumes& volumes)
     : HeightSource(heights->lattice(), heights->extent()),
       heights_(std::move(heights)),
       volumes_(volumes),
-      extents_(std::make_unique<const internal::SolidExtents>(*heights_, volumes_)),
-      sizes_(std::make_unique<internal::SolidSizes>()) {}
+      edited_(std::make_unique<internal::EditedVolumes>(*heights_, volumes_)) {}
 
 VolumeHeights::~VolumeHeights() = default;
 
@@ -72,7 +59,7 @@ Result<void> VolumeHeights::cell_flags(const SampleGrid& grid,
 
 HeightInterval VolumeHeights::interval(const WorldRect& rect) const {
     HeightInterval heights = heights_->interval(rect);
-    if (const auto solids = extents_->over(rect)) {
+    if (const auto solids = edited_->over(rect)) {
         heights = {std::min(heights.low, solids->low), std::max(heights.high, solids->high)};
     }
     return heights;
@@ -82,32 +69,27 @@ double VolumeHeights::rise_bound(double distance) const { return heights_->rise_
 
 Result<std::shared_ptr<const Chunk>> VolumeHeights::stored_chunk(
     const ChunkKey& key, const std::stop_token& stop) const {
-    if (key.level != volumes_.level() || !extents_->of_chunk(key)) {
+    if (key.level != volumes_.level() || !edited_->is_touched(key)) {
         return heights_->stored_chunk(key, stop);
     }
     auto made = make_chunk(*heights_, key, stop);
     if (!made) return made;
-    auto solid = make_chunk_solid(volumes_, **made);
-    if (!solid) return tl::unexpected(solid.error());
-    if (*solid == nullptr) return made;
-    auto chunk = std::make_shared<Chunk>(**made);
-    chunk->solid = std::move(*solid);
-    if (const std::size_t bytes = chunk->bytes(); bytes > max_chunk_bytes(key)) {
-        sizes_->record(key, bytes);
-    }
-    return std::shared_ptr<const Chunk>(std::move(chunk));
+    return edited_->make(std::move(*made));
 }
 
 std::optional<SolidExtent> VolumeHeights::solid_extent(const ChunkKey& key) const {
-    return extents_->of_chunk(key);
+    const auto extent = edited_->extent_of(key);
+    if (!extent) return std::nullopt;
+    return extent->solid;
 }
 
 std::size_t VolumeHeights::max_chunk_bytes(const ChunkKey& key) const {
     const std::size_t plain = heights_->max_chunk_bytes(key);
-    if (key.level != volumes_.level() || !extents_->of_chunk(key)) return plain;
-    const double squares = extents_->area(key) / (volumes_.spacing() * volumes_.spacing());
-    const double bytes = kLeastBytes + kBytesPerSquare * squares;
-    return std::max(plain + static_cast<std::size_t>(bytes), sizes_->of(key));
+    return key.level == volumes_.level() ? edited_->max_bytes(key, plain) : plain;
+}
+
+bool VolumeHeights::is_current(const Chunk& chunk) const {
+    return chunk.key.level != volumes_.level() || edited_->is_current(chunk);
 }
 
 }  // namespace terrane

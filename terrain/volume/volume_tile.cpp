@@ -49,6 +49,21 @@ Result<VolumeTile> VolumeTile::create(const Volumes& volumes, const VolumeTileKe
     return tile;
 }
 
+Result<VolumeTile> VolumeTile::decode(const Volumes& volumes, const VolumeTileKey& key,
+                                      std::span<const std::int32_t> heights,
+                                      std::span<const std::uint8_t> bytes) {
+    const auto lines =
+        internal::TileLines::create(volumes.lattice(), volumes.level(), key, heights);
+    if (!lines) return tl::unexpected(lines.error());
+    VolumeTile tile(std::make_unique<State>(volumes, key, heights));
+    if (auto ok = tile.state_->level_set.decode(bytes); !ok) return tl::unexpected(ok.error());
+    return tile;
+}
+
+VolumeTile VolumeTile::copy() const { return VolumeTile(std::make_unique<State>(*state_)); }
+
+std::vector<std::uint8_t> VolumeTile::encoded() const { return state_->level_set.encoded(); }
+
 void VolumeTile::apply(const PlacedVolume& volume) {
     state_->level_set.apply(volume.op(), volume.shape(), state_->lines());
 }
@@ -82,6 +97,8 @@ WorldPos VolumeTile::position(int column, int row, std::int32_t k) const {
             height + static_cast<double>(k - surface) * spacing};
 }
 
+std::span<const std::int32_t> VolumeTile::heights() const { return state_->heights; }
+
 WorldPos VolumeTile::ground(int column, int row) const {
     const State& state = *state_;
     const std::int64_t step = state.lattice.step(state.level);
@@ -90,6 +107,9 @@ WorldPos VolumeTile::ground(int column, int row) const {
             state.lattice.y((state.key.row * kVolumeTileCells + row) * step),
             static_cast<double>(state.heights[line]) * state.lattice.quantum};
 }
+
+const VolumeTileKey& VolumeTile::key() const { return state_->key; }
+double VolumeTile::spacing() const { return state_->lattice.level_spacing(state_->level); }
 
 std::size_t VolumeTile::bytes() const {
     return sizeof(State) + state_->heights.capacity() * sizeof(std::int32_t) +

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: MIT
+#include "shapes/operation_bytes.h"
+
+#include <terrane/store/sealed_file.h>
 #include <terrane/terrain/number_text.h>
 #include <terrane/volume/volumes.h>
 
@@ -11,6 +14,7 @@ struct Volumes::State {
     Lattice lattice;
     int level = 0;
     std::vector<PlacedVolume> operations;
+    std::array<std::uint64_t, 2> fingerprint{};
     std::vector<VolumeTileKey> tiles;    // sorted
     std::vector<std::uint32_t> begins;   // [tiles + 1] into indices and parts
     std::vector<std::uint32_t> indices;  // of operations, ascending for each tile
@@ -35,15 +39,20 @@ int pinned_level(const Lattice& lattice, double voxel) {
 Result<Volumes> Volumes::create(const Lattice& lattice, std::span<const VolumeOperation> operations,
                                 const VolumeSettings& settings) {
     if (auto ok = check(lattice); !ok) return tl::unexpected(ok.error());
-    if (operations.empty())
+    if (operations.empty() && !settings.level)
         return fail(ErrorCode::invalid_argument, "the list of volumes is empty");
+    if (settings.level && (*settings.level < 0 || *settings.level > lattice.finest_level)) {
+        return fail(ErrorCode::invalid_argument, "level must be 0 to " +
+                                                     number_text(lattice.finest_level) + ", got " +
+                                                     number_text(*settings.level));
+    }
     auto state = std::make_shared<State>();
     state->lattice = lattice;
     const auto named = [](std::size_t i, const Error& error) {
         return fail(error.code, "volume " + number_text(i) + ": " + error.message);
     };
     // Checked first: the level follows from all of them.
-    double voxel = operations.front().voxel;
+    double voxel = operations.empty() ? 1.0 : operations.front().voxel;
     for (std::size_t i = 0; i < operations.size(); ++i) {
         if (auto ok = check(operations[i]); !ok) return named(i, ok.error());
         voxel = std::min(voxel, operations[i].voxel);
@@ -53,14 +62,30 @@ Result<Volumes> Volumes::create(const Lattice& lattice, std::span<const VolumeOp
         VolumeTilePart part;
         std::uint32_t index = 0;  // of the operation
     };
+    ContentHasher hasher;
+    const auto add = [&hasher](const ByteWriter& bytes) { hasher.add(bytes.bytes()); };
+    ByteWriter of_lattice;
+    for (const double value :
+         {lattice.origin_x, lattice.origin_y, lattice.spacing, lattice.quantum})
+        of_lattice.put(value);
+    for (const std::int32_t value :
+         {lattice.first_root_x, lattice.first_root_y, lattice.root_count_x, lattice.root_count_y,
+          std::int32_t{lattice.finest_level}, std::int32_t{state->level}})
+        of_lattice.put(value);
+    add(of_lattice);
     std::vector<Touch> touches;
     for (std::size_t i = 0; i < operations.size(); ++i) {
         auto placed = PlacedVolume::create(lattice, state->level, operations[i], settings);
         if (!placed) return named(i, placed.error());
         for (const VolumeTilePart& part : placed->tiles())
             touches.push_back({part, static_cast<std::uint32_t>(i)});
+        ByteWriter of_operation;
+        internal::put(of_operation, operations[i]);
+        of_operation.put(static_cast<std::uint64_t>(placed->bytes()));
+        add(of_operation);
         state->operations.push_back(std::move(*placed));
     }
+    state->fingerprint = {hasher.value().low, hasher.value().high};
     std::ranges::sort(touches, {},
                       [](const Touch& touch) { return std::pair(touch.part.key, touch.index); });
     for (const auto& [part, index] : touches) {
@@ -79,6 +104,7 @@ const Lattice& Volumes::lattice() const { return state_->lattice; }
 int Volumes::level() const { return state_->level; }
 double Volumes::spacing() const { return state_->lattice.level_spacing(state_->level); }
 std::span<const PlacedVolume> Volumes::operations() const { return state_->operations; }
+std::array<std::uint64_t, 2> Volumes::fingerprint() const { return state_->fingerprint; }
 std::span<const VolumeTileKey> Volumes::tiles() const { return state_->tiles; }
 
 std::pair<std::size_t, std::size_t> Volumes::State::range_of(const VolumeTileKey& key) const {

@@ -18,7 +18,7 @@ SEES = {
     "terrain": {"terrain"},
     "store": {"store", "terrain"},
     "dem": {"dem", "store", "terrain"},
-    "volume": {"volume", "terrain"},
+    "volume": {"volume", "store", "terrain"},
     "collision": {"collision", "terrain"},
     "render": {"render", "terrain"},
     "tools": {"tools", "render", "collision", "volume", "dem", "store", "terrain"},

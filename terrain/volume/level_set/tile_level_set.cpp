@@ -1,21 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "level_set/tile_level_set.h"
 
-#include <openvdb/tree/InternalNode.h>
-#include <openvdb/tree/LeafNode.h>
-#include <openvdb/tree/RootNode.h>
-#include <openvdb/tree/Tree.h>
+#include "level_set/node_tree.h"
 
 #include <algorithm>
 #include <cmath>
 
 namespace terrane::internal {
 namespace {
-
-constexpr int kLeafSide = 4, kLeafNodes = 64;
-using NodeLeaf = openvdb::tree::LeafNode<std::int16_t, 2>;
-using NodeTree =
-    openvdb::tree::Tree<openvdb::tree::RootNode<openvdb::tree::InternalNode<NodeLeaf, 2>>>;
 
 int leaf_of(double node) { return static_cast<int>(std::floor(node / kLeafSide)); }
 
@@ -60,12 +52,6 @@ void fill_leaf(NodeTree& tree, const openvdb::Coord& origin, std::int16_t value)
 }
 
 }  // namespace
-
-struct TileLevelSet::Trees {
-    NodeTree to_void, to_solid;
-    Trees() : to_void(kBandSteps), to_solid(kBandSteps) {}
-    NodeTree& of(Field field) { return field == Field::to_void ? to_void : to_solid; }
-};
 
 /// One operation on a tile: divides boxes of leaves until the shape's surface is beyond the band of a box, or the box
 /// is one leaf.

@@ -45,7 +45,17 @@ struct FieldRuns {
 class TileLevelSet {
 public:
     explicit TileLevelSet(double spacing);
+    TileLevelSet(const TileLevelSet& other);
+    TileLevelSet& operator=(const TileLevelSet&) = delete;
     ~TileLevelSet();
+
+    /// Both trees in OpenVDB's format, uncompressed; the same bytes for the same level set.
+    std::vector<std::uint8_t> encoded() const;
+    /// Replaces the level set by what encoded() gave. OpenVDB's reader is not hardened: only for bytes that are known
+    /// to be whole.
+    ///
+    /// Fails: bad_data if there are too few or too many bytes
+    Result<void> decode(std::span<const std::uint8_t> bytes);
 
     /// remove: to_void = min(to_void, d), to_solid = max(to_solid, -d). add: the other way round.
     void apply(VolumeOp op, const PlacedShape& shape, const TileLines& lines);

@@ -1,17 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "paging/solid_extents.h"
 
+#include "paging/chunk_tiles.h"
+
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 namespace terrane::internal {
 namespace {
-
-constexpr int kTilesPerChunk = kChunkCells / kVolumeTileCells;
-
-std::int32_t floor_divide(std::int64_t a, std::int64_t b) {
-    return static_cast<std::int32_t>(a / b - (a % b < 0 ? 1 : 0));
-}
 
 /// The rectangle of a tile, widened by a cell.
 WorldRect rect_of(const Volumes& volumes, const VolumeTileKey& key) {
@@ -24,8 +21,8 @@ WorldRect rect_of(const Volumes& volumes, const VolumeTileKey& key) {
 }
 
 /// What one operation adds to the heightfield over a tile; none if nothing.
-std::optional<SolidExtent> extent_of(VolumeOp op, const HeightInterval& shape,
-                                     const HeightInterval& ground, double spacing) {
+std::optional<SolidExtent> solid_of(VolumeOp op, const HeightInterval& shape,
+                                    const HeightInterval& ground, double spacing) {
     // The contour cuts off or overshoots by less than the longest edge of its lattice over flat ground.
     const double margin = 2.0 * spacing;
     HeightInterval part{shape.low - margin, shape.high + margin};
@@ -41,49 +38,58 @@ std::optional<SolidExtent> extent_of(VolumeOp op, const HeightInterval& shape,
 
 }  // namespace
 
+std::optional<ChunkExtent> united(const std::optional<ChunkExtent>& a,
+                                  const std::optional<ChunkExtent>& b) {
+    if (!a || !b) return a ? a : b;
+    return ChunkExtent{{std::max(a->solid.error_m, b->solid.error_m),
+                        {std::min(a->solid.heights.low, b->solid.heights.low),
+                         std::max(a->solid.heights.high, b->solid.heights.high)}},
+                       a->area + b->area};
+}
+
+std::optional<ChunkExtent> extent_of(const HeightSource& heights, const Volumes& volumes,
+                                     VolumeOp op, const VolumeTilePart& part) {
+    const auto solid =
+        solid_of(op, part.heights, heights.interval(rect_of(volumes, part.key)), volumes.spacing());
+    if (!solid) return std::nullopt;
+    return ChunkExtent{*solid, part.area};
+}
+
 SolidExtents::SolidExtents(const HeightSource& heights, const Volumes& volumes)
     : lattice_(volumes.lattice()) {
+    std::map<ChunkKey, std::optional<ChunkExtent>> extents;
     for (const VolumeTileKey& tile : volumes.tiles()) {
-        const HeightInterval ground = heights.interval(rect_of(volumes, tile));
-        std::optional<Extent> all;
+        std::optional<ChunkExtent>& all = extents[chunk_of(tile, volumes.level())];
         const auto indices = volumes.operations_at(tile);
         for (std::size_t i = 0; i < indices.size(); ++i) {
-            const VolumeTilePart& part = volumes.parts_at(tile)[i];
-            const auto solid = extent_of(volumes.operations()[indices[i]].op(), part.heights,
-                                         ground, volumes.spacing());
-            if (!solid) continue;
-            if (!all) all = Extent{*solid, 0.0};
-            all->solid.error_m = std::max(all->solid.error_m, solid->error_m);
-            all->solid.heights = {std::min(all->solid.heights.low, solid->heights.low),
-                                  std::max(all->solid.heights.high, solid->heights.high)};
-            all->area += part.area;
+            all = united(all, extent_of(heights, volumes, volumes.operations()[indices[i]].op(),
+                                        volumes.parts_at(tile)[i]));
         }
-        if (!all) continue;
-        include({floor_divide(tile.column, kTilesPerChunk), floor_divide(tile.row, kTilesPerChunk),
-                 static_cast<std::uint8_t>(volumes.level())},
-                *all);
     }
+    for (const auto& [key, extent] : extents) set(key, extent);
 }
 
-// In the chunk and all above it.
-void SolidExtents::include(const ChunkKey& key, const Extent& extent) {
-    for (ChunkKey at = key;; at = at.parent()) {
-        const auto [found, is_new] = chunks_.try_emplace(at, extent);
-        if (!is_new) {
-            Extent& all = found->second;
-            all.solid.error_m = std::max(all.solid.error_m, extent.solid.error_m);
-            all.solid.heights = {std::min(all.solid.heights.low, extent.solid.heights.low),
-                                 std::max(all.solid.heights.high, extent.solid.heights.high)};
-            all.area += extent.area;
+void SolidExtents::set(const ChunkKey& key, const std::optional<ChunkExtent>& extent) {
+    std::optional<ChunkExtent> changed = extent;
+    for (ChunkKey at = key;;) {
+        if (of_chunk(at) == changed) return;
+        if (changed) {
+            chunks_.insert_or_assign(at, *changed);
+        } else {
+            chunks_.erase(at);
         }
         if (at.level == 0) return;
+        at = at.parent();
+        changed.reset();
+        for (int quadrant = 0; quadrant < 4; ++quadrant)
+            changed = united(changed, of_chunk(at.child(quadrant)));
     }
 }
 
-std::optional<SolidExtent> SolidExtents::of_chunk(const ChunkKey& key) const {
+std::optional<ChunkExtent> SolidExtents::of_chunk(const ChunkKey& key) const {
     const auto found = chunks_.find(key);
     if (found == chunks_.end()) return std::nullopt;
-    return found->second.solid;
+    return found->second;
 }
 
 std::optional<HeightInterval> SolidExtents::over(const WorldRect& rect) const {
@@ -119,22 +125,6 @@ std::optional<HeightInterval> SolidExtents::over(const WorldRect& rect) const {
         }
     }
     return heights;
-}
-
-double SolidExtents::area(const ChunkKey& key) const {
-    const auto found = chunks_.find(key);
-    return found == chunks_.end() ? 0.0 : found->second.area;
-}
-
-std::size_t SolidSizes::of(const ChunkKey& key) const {
-    const std::scoped_lock lock(mutex_);
-    const auto found = bytes_.find(key);
-    return found == bytes_.end() ? 0 : found->second;
-}
-
-void SolidSizes::record(const ChunkKey& key, std::size_t bytes) {
-    const std::scoped_lock lock(mutex_);
-    bytes_[key] = bytes;
 }
 
 }  // namespace terrane::internal

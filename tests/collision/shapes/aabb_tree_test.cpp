@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "base/aabb_tree.h"
 
+#include "base/boxes.h"
 #include "point_clouds.h"
 
 #include <gtest/gtest.h>
@@ -52,6 +53,29 @@ TEST(AabbTree, FindsTheBoxesThatBruteForceFinds) {
                 if (meets(bounds[k], low, high)) expected.insert(k);
             }
             EXPECT_EQ(found, expected) << count << " boxes, box " << i;
+        }
+    }
+}
+
+TEST(AabbTree, IsTheSameHoweverItIsBuilt) {
+    SCOPED_TRACE("seed 32");
+    test::Random random(32);
+    for (const std::size_t count : {0u, 1u, 2u, 3u, 5u, 64u, 1000u, 20000u}) {
+        std::vector<Aabb> bounds = random_bounds(random, count);
+        for (std::size_t i = 0; i < count; ++i) {
+            if (i % 7 == 3) bounds[i].low.x() = bounds[i].high.x() = i % 2 == 0 ? 0.0 : -0.0;
+            if (i % 11 == 5) bounds[i] = internal::empty_box();
+        }
+        std::vector<std::uint32_t> order;
+        std::vector<AabbNode> expected;
+        internal::build_aabb_tree(bounds, order, expected);
+        const std::vector<AabbNode> tree = internal::make_aabb_tree(bounds);
+        ASSERT_EQ(tree.size(), expected.size());
+        for (std::size_t i = 0; i < tree.size(); ++i) {
+            ASSERT_EQ(tree[i].item, expected[i].item) << count << " boxes, node " << i;
+            ASSERT_EQ(tree[i].end, expected[i].end);
+            ASSERT_EQ(tree[i].bounds.low, expected[i].bounds.low);
+            ASSERT_EQ(tree[i].bounds.high, expected[i].bounds.high);
         }
     }
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Chunks that are larger than their loads have claimed: a failed load, whose retry claims more; the ceiling holds.
+// Chunks that are larger than their loads have claimed: loaded again with a larger claim; the ceiling holds.
 #include "support/heights/wave_heights.h"
 
 #include <terrane/terrain/pager.h>
@@ -91,8 +91,7 @@ TEST(ChunkClaims, ALargeChunkArrivesAtItsSecondLoad) {
         Pager pager =
             Pager::create(source, {.memory_bytes = ceiling, .worker_count = workers}).value();
         EXPECT_TRUE(arrives(pager, source->key(), ceiling)) << pager.last_failure();
-        EXPECT_EQ(pager.stats().failed, 1u);
-        EXPECT_NE(pager.last_failure().find("more than the"), std::string::npos);
+        EXPECT_EQ(pager.stats().failed, 0u);
         EXPECT_GE(pager.stats().resident_bytes, source->solid_bytes());
     }
 }

@@ -28,7 +28,9 @@ struct ChunkVertices;
 /// Index of a sample: row * kChunkSamples + column, row 0 south, column 0 west. Index of a cell:
 /// row * kChunkCells + column.
 struct Chunk {
-    ChunkKey key;           ///< level and position
+    ChunkKey key;  ///< level and position
+    /// Number of the last change of its volumes that it was made with, for HeightSource::is_current(); 0 if none.
+    std::uint32_t change = 0;
     LatticePoint corner;    ///< south-west corner
     std::int64_t step = 1;  ///< finest spacings between samples
 

@@ -145,6 +145,10 @@ public:
     /// its retry may claim more. Default: Chunk::max_bytes().
     virtual std::size_t max_chunk_bytes(const ChunkKey& key) const;
 
+    /// Whether a chunk that was loaded is still what the source would make of its key. A pager asks before it inserts
+    /// one, and loads the chunk again where the answer is no: the source has changed during the load. Default: true.
+    virtual bool is_current(const Chunk& chunk) const;
+
 protected:
     HeightSource(const Lattice& lattice, const WorldRect& extent)
         : lattice_(lattice), extent_(extent) {}

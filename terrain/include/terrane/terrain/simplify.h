@@ -23,6 +23,9 @@ struct SimplifyInput {
     std::span<const std::array<std::uint32_t, 3>> triangles = {};
     /// [vertices] not 0: the vertex stays. Empty: none.
     std::span<const std::uint8_t> locked = {};
+    /// Whether an edge may be made between two locked vertices. False where another mesh shares them and may have that
+    /// edge too.
+    bool may_join_locked = true;
 };
 
 /// Where a level ends: at the first of its two limits, or where no contraction is left.

@@ -12,28 +12,27 @@
 namespace terrane {
 
 namespace internal {
-class SolidExtents;
-class SolidSizes;
+class EditedVolumes;
 }  // namespace internal
 
 /// A heightfield with volumes: what a pager loads from. Heights, samples and bounds are those of the heightfield; the
 /// chunks of its finest level that volumes touch have a Chunk::solid.
 ///
 /// Volumes are contoured at the finest level of the terrain, where contact is: what is drawn near the eye is what
-/// bodies touch.
+/// bodies touch. A VolumeEditor digs and fills while it is read.
 ///
-/// Threads: any number, as HeightSource
+/// Threads: any number, as HeightSource, while one VolumeEditor changes it
 class VolumeHeights final : public HeightSource {
 public:
     /// @param heights the heightfield, on the lattice of the volumes
     ///
     /// Fails: invalid_argument for volumes of another lattice, or of another level than its finest
     /// Cost:  O(tiles that volumes touch * levels)
-    static Result<std::shared_ptr<const VolumeHeights>> create(
+    static Result<std::shared_ptr<VolumeHeights>> create(
         std::shared_ptr<const HeightSource> heights, const Volumes& volumes);
     ~VolumeHeights() override;
 
-    /// The heightfield; the volumes.
+    /// The heightfield; the volumes, without edits.
     const HeightSource& heights() const { return *heights_; }
     const Volumes& volumes() const { return volumes_; }
 
@@ -55,14 +54,18 @@ public:
     std::optional<SolidExtent> solid_extent(const ChunkKey& key) const override;
     /// From the area of the volumes' surfaces; where that was too little, what the chunk has turned out to need.
     std::size_t max_chunk_bytes(const ChunkKey& key) const override;
+    /// Whether no change that touches the chunk has come into force since it was made.
+    bool is_current(const Chunk& chunk) const override;
+
+    /// For Terrane's own sources.
+    internal::EditedVolumes& edited() { return *edited_; }
 
 private:
     VolumeHeights(std::shared_ptr<const HeightSource> heights, const Volumes& volumes);
 
     std::shared_ptr<const HeightSource> heights_;
     Volumes volumes_;
-    std::unique_ptr<const internal::SolidExtents> extents_;
-    std::unique_ptr<internal::SolidSizes> sizes_;
+    std::unique_ptr<internal::EditedVolumes> edited_;
 };
 
 }  // namespace terrane

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <vector>
 
 namespace terrane {
 
@@ -36,6 +37,19 @@ public:
     static Result<VolumeTile> create(const Volumes& volumes, const VolumeTileKey& key,
                                      std::span<const std::int32_t> heights);
 
+    /// Reads what encoded() gave of the same tile. Its bytes must be known to be whole, as by a checksum: OpenVDB's
+    /// reader is not hardened.
+    ///
+    /// Fails: as create(); bad_data where there are too few or too many bytes
+    static Result<VolumeTile> decode(const Volumes& volumes, const VolumeTileKey& key,
+                                     std::span<const std::int32_t> heights,
+                                     std::span<const std::uint8_t> bytes);
+
+    /// Another tile with the same level sets. Cost: O(bytes())
+    VolumeTile copy() const;
+    /// The level sets as bytes: the same for the same operations and heights with one version of OpenVDB.
+    std::vector<std::uint8_t> encoded() const;
+
     /// Applies one more operation, which was placed for the same lattice and level.
     ///
     /// Cost: O(nodes of the tile within three spacings of its surface)
@@ -60,8 +74,14 @@ public:
     NodeDistances distances(int column, int row, std::int32_t k) const;
     /// World position of a node. The same bits in all tiles.
     WorldPos position(int column, int row, std::int32_t k) const;
+    /// [33 * 33] as given to create().
+    std::span<const std::int32_t> heights() const;
     /// World position of a sample of the heightfield.
     WorldPos ground(int column, int row) const;
+
+    /// Which tile; metres between its nodes.
+    const VolumeTileKey& key() const;
+    double spacing() const;
 
     /// Bytes of the level sets, and nodes within three spacings of a surface in them.
     std::size_t bytes() const;

@@ -3,6 +3,7 @@
 
 #include <terrane/volume/placed_volume.h>
 
+#include <array>
 #include <cstddef>
 #include <memory>
 #include <span>
@@ -24,8 +25,10 @@ class Volumes {
 public:
     Volumes() = delete;
 
-    /// Fails: as PlacedVolume::create(), naming the operation by its index; invalid_argument for an empty list or a
-    ///        lattice out of range
+    /// An empty list needs VolumeSettings::level: ground that is only dug at run time (VolumeEditor).
+    ///
+    /// Fails: as PlacedVolume::create(), naming the operation by its index; invalid_argument for an empty list without
+    ///        a level or a lattice out of range
     /// Cost:  that of its placed volumes, and O(tiles that they touch)
     static Result<Volumes> create(const Lattice& lattice,
                                   std::span<const VolumeOperation> operations,
@@ -37,6 +40,10 @@ public:
     double spacing() const;
     /// The operations in their order.
     std::span<const PlacedVolume> operations() const;
+
+    /// A hash of lattice, level and operations, 128 bits: what files of digs are bound to. Of a VolumeFile path, grid and
+    /// size of its level set count, not all of its voxels.
+    std::array<std::uint64_t, 2> fingerprint() const;
 
     /// The tiles that volumes may touch, sorted; other tiles are the heightfield alone.
     std::span<const VolumeTileKey> tiles() const;
