@@ -5,9 +5,9 @@
 #include "paging/demand/camera_motion.h"
 #include "paging/demand/contact_needs.h"
 #include "paging/load_times.h"
+#include "paging/loaders/retries.h"
 #include "paging/memory_budget.h"
 #include "paging/need_finder.h"
-#include "paging/retries.h"
 
 #include <terrane/terrain/pager.h>
 
@@ -102,7 +102,7 @@ struct Pager::State {
     std::shared_ptr<const ResidentSet> set;
     std::vector<internal::SetEntry> order;  // of the set's chunks
     std::vector<std::shared_ptr<const Chunk>> arrived;
-    std::vector<ChunkKey> replaced_keys;   // since the last set
+    std::vector<ChunkKey> replaced_keys;       // since the last set
     std::size_t wanted_replacement_bytes = 0;  // of replace(), where it did not fit
     bool is_replacement_wanted = false;        // since the last update()
     PagerStats stats;

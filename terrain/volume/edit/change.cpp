@@ -48,8 +48,8 @@ void make_chunk_of(PreparedChange& prepared, const Volumes& volumes, const Chunk
             version.tiles = std::move(*tiles);
             version.tile_edits = version.list().size();
         }
-        prepared.chunks[resident.key] = with_tiles(volumes.lattice(), resident, *version.tiles,
-                                                   version.edits->changed);
+        prepared.chunks[resident.key] =
+            with_tiles(volumes.lattice(), resident, *version.tiles, version.edits->changed);
         prepared.failure.clear();
     } catch (const std::bad_alloc&) {
         prepared.failure = "out of memory";

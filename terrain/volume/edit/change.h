@@ -18,14 +18,14 @@ struct Change {
 /// A change with all that it needs to come into force.
 struct PreparedChange {
     Change change;
-    std::vector<ChunkKey> touched;               ///< sorted
-    std::map<ChunkKey, ChunkVersion> versions;   ///< [touched]
-    std::map<ChunkKey, ChunkVersion> before;     ///< [touched]
+    std::vector<ChunkKey> touched;              ///< sorted
+    std::map<ChunkKey, ChunkVersion> versions;  ///< [touched]
+    std::map<ChunkKey, ChunkVersion> before;    ///< [touched]
     /// New chunks of those that were resident when it was made.
     std::map<ChunkKey, std::shared_ptr<const Chunk>> chunks;
     std::vector<ChunkKey> deferred;  ///< resident ones whose chunk a later change makes
-    std::string failure;         ///< why a chunk could not be made; empty if all were
-    bool is_completing = false;  ///< a chunk that has arrived since is being made
+    std::string failure;             ///< why a chunk could not be made; empty if all were
+    bool is_completing = false;      ///< a chunk that has arrived since is being made
 };
 
 /// The chunks that a change touches, and their versions after it, without tiles where these have to be made.

@@ -87,7 +87,8 @@ Result<std::vector<std::uint8_t>> read_tile(const SealedReader& file, const Tile
     if (auto ok = file.read(tile.offset, stored); !ok) return tl::unexpected(ok.error());
     std::vector<std::uint8_t> content(static_cast<std::size_t>(tile.content_bytes));
     const auto size = decompress(stored, content);
-    if (!size || *size != content.size() || pair_of(hash_of(content)) != tile.hash) return damaged();
+    if (!size || *size != content.size() || pair_of(hash_of(content)) != tile.hash)
+        return damaged();
     return content;
 }
 
@@ -158,8 +159,8 @@ Result<std::optional<ChunkFiles::Read>> ChunkFiles::try_read(const Chunk& chunk,
         if (record.stored_bytes == 0) continue;
         const auto content = read_tile(*file, record);
         if (!content) return tl::unexpected(content.error());
-        auto tile = VolumeTile::decode(volumes_, tile_of(chunk.key, i), tile_heights(chunk, i),
-                                       *content);
+        auto tile =
+            VolumeTile::decode(volumes_, tile_of(chunk.key, i), tile_heights(chunk, i), *content);
         if (!tile) return bad("cannot be read: " + tile.error().message);
         (*tiles)[static_cast<std::size_t>(i)] = std::make_shared<const TileSolid>(std::move(*tile));
     }
@@ -169,7 +170,8 @@ Result<std::optional<ChunkFiles::Read>> ChunkFiles::try_read(const Chunk& chunk,
 Result<void> ChunkFiles::write(const ChunkKey& key, const ChunkTiles& tiles,
                                std::uint32_t position) const {
     const auto hash = log_hash(position);
-    if (!hash) return fail(ErrorCode::invalid_argument, "the log has no change " + number_text(position));
+    if (!hash)
+        return fail(ErrorCode::invalid_argument, "the log has no change " + number_text(position));
     auto file = SealedWriter::create(path_of(key), kKind);
     if (!file) return tl::unexpected(file.error());
     Directory directory{volumes_.fingerprint(), {}, key, position, *hash, {}};

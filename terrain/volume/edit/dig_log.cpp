@@ -98,8 +98,7 @@ Result<DigLog> DigLog::open(std::string path, const std::array<std::uint64_t, 2>
     struct stat status {};
     if (stat(log.path_.c_str(), &status) != 0) {
         if (errno == ENOENT) return log;
-        return fail(ErrorCode::io,
-                    "cannot open \"" + log.path_ + "\": " + std::strerror(errno));
+        return fail(ErrorCode::io, "cannot open \"" + log.path_ + "\": " + std::strerror(errno));
     }
     std::ifstream in;
     if (S_ISREG(status.st_mode)) in.open(log.path_, std::ios::binary);
@@ -115,8 +114,7 @@ Result<void> DigLog::parse(std::span<const std::uint8_t> bytes) {
     const auto bad = [&](const std::string& what) {
         return fail(ErrorCode::bad_data, "\"" + path_ + "\" " + what);
     };
-    if (bytes.size() < kHeaderBytes ||
-        !std::equal(kMagic.begin(), kMagic.end(), bytes.begin()))
+    if (bytes.size() < kHeaderBytes || !std::equal(kMagic.begin(), kMagic.end(), bytes.begin()))
         return bad("is no log of digs");
     ByteReader in(bytes.subspan(kMagic.size()));
     const auto version = in.get<std::uint32_t>();

@@ -12,8 +12,8 @@ std::optional<ChunkExtent> extent_over(const HeightSource& heights, const Volume
                                        const ChunkKey& key, const Edit& edit) {
     std::optional<ChunkExtent> extent;
     for (int i = 0; i < kChunkTiles; ++i) {
-        const auto part = std::ranges::lower_bound(edit.parts, tile_of(key, i), {},
-                                                   &VolumeTilePart::key);
+        const auto part =
+            std::ranges::lower_bound(edit.parts, tile_of(key, i), {}, &VolumeTilePart::key);
         if (part == edit.parts.end() || part->key != tile_of(key, i)) continue;
         extent = united(extent, extent_of(heights, volumes, edit.placed.op(), *part));
     }
@@ -44,8 +44,7 @@ std::vector<ChunkKey> Edit::chunks(int level) const {
 }
 
 bool begins_with(const EditList& list, const EditList& first) {
-    return first.empty() ||
-           (first.size() <= list.size() && list[first.size() - 1] == first.back());
+    return first.empty() || (first.size() <= list.size() && list[first.size() - 1] == first.back());
 }
 
 std::optional<std::size_t> ChunkEdits::count_at(std::uint32_t position) const {

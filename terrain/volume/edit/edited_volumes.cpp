@@ -89,7 +89,8 @@ Result<std::shared_ptr<const Chunk>> EditedVolumes::make(std::shared_ptr<const C
     auto made = make_tiles(volumes_, *chunk, version);
     if (!made) return tl::unexpected(made.error());
     const std::shared_ptr<const ChunkTiles> tiles = std::move(*made);
-    const bool is_plain = std::ranges::none_of(*tiles, [](const auto& tile) { return tile != nullptr; });
+    const bool is_plain =
+        std::ranges::none_of(*tiles, [](const auto& tile) { return tile != nullptr; });
     if (!is_plain || version.edits) {
         chunk = with_tiles(volumes_.lattice(), *chunk, *tiles,
                            version.edits ? version.edits->changed : 0);
@@ -134,8 +135,8 @@ std::vector<std::shared_ptr<const ChunkTiles>> EditedVolumes::switch_to(
     return std::exchange(dropped_, {});
 }
 
-void EditedVolumes::hold(Entry& entry, const ChunkKey& key,
-                         std::shared_ptr<const ChunkTiles> tiles, std::size_t tile_edits) {
+void EditedVolumes::hold(Entry& entry, const ChunkKey& key, std::shared_ptr<const ChunkTiles> tiles,
+                         std::size_t tile_edits) {
     if (entry.version.tiles) {
         tile_bytes_ -= entry.tile_bytes;
         uses_.erase(entry.use);

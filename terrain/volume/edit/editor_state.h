@@ -29,7 +29,8 @@ struct VolumeEditor::State {
     internal::EditedVolumes& edited;
     std::shared_ptr<internal::ChunkFiles> files;  // null without a folder
     std::optional<internal::DigLog> log;
-    std::vector<std::shared_ptr<const internal::Edit>> done;  // edits not taken back, waiting ones too
+    std::vector<std::shared_ptr<const internal::Edit>>
+        done;  // edits not taken back, waiting ones too
     std::uint32_t last_number = 0;
     std::map<ChunkKey, std::uint32_t> unsaved;  // chunks and their last change
 

@@ -24,15 +24,16 @@ void VolumeEditor::State::run(const std::stop_token& stop) {
 
 // Requires the lock.
 bool VolumeEditor::State::has_free_chunks() const {
-    return !old_tiles.empty() || !old_changes.empty() || std::ranges::any_of(old_chunks, [](const auto& chunk) {
-        return chunk.use_count() == 1;
-    });
+    return !old_tiles.empty() || !old_changes.empty() ||
+           std::ranges::any_of(old_chunks,
+                               [](const auto& chunk) { return chunk.use_count() == 1; });
 }
 
 bool VolumeEditor::State::free_old(Lock& lock) {
     if (!has_free_chunks()) return false;
     std::vector<std::shared_ptr<const Chunk>> chunks, held;
-    for (auto& chunk : old_chunks) (chunk.use_count() == 1 ? chunks : held).push_back(std::move(chunk));
+    for (auto& chunk : old_chunks)
+        (chunk.use_count() == 1 ? chunks : held).push_back(std::move(chunk));
     old_chunks = std::move(held);
     auto tiles = std::exchange(old_tiles, {});
     auto changes = std::exchange(old_changes, {});
@@ -69,9 +70,8 @@ void VolumeEditor::State::prepare(Lock& lock) {
     std::erase_if(chunks, [&](const auto& chunk) {
         const bool is_later = std::ranges::any_of(queue, [&](const Start& later) {
             return later.change.number <= batch_end &&
-                   std::ranges::any_of(later.chunks, [&](const auto& other) {
-                       return other->key == chunk->key;
-                   });
+                   std::ranges::any_of(later.chunks,
+                                       [&](const auto& other) { return other->key == chunk->key; });
         });
         if (is_later) made->deferred.push_back(chunk->key);
         return is_later;
@@ -85,8 +85,8 @@ void VolumeEditor::State::prepare(Lock& lock) {
         version = last != prepared.rend() ? (*last)->versions.at(key) : edited.version_of(key);
     }
     std::map<ChunkKey, ChunkVersion> earlier;
-    const bool has_snapshot = change.is_undo && !snapshots.empty() &&
-                              snapshots.back().edit == change.edit;
+    const bool has_snapshot =
+        change.is_undo && !snapshots.empty() && snapshots.back().edit == change.edit;
     if (has_snapshot) {
         earlier = std::move(snapshots.back().before);
         snapshots.pop_back();

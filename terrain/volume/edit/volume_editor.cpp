@@ -50,8 +50,8 @@ Result<VolumeEditor> VolumeEditor::create(std::shared_ptr<VolumeHeights> source,
             return fail(ErrorCode::io,
                         "cannot make \"" + settings.folder + "\": " + status.message());
         }
-        auto log = internal::DigLog::open(settings.folder + "/digs.log",
-                                          state->volumes.fingerprint());
+        auto log =
+            internal::DigLog::open(settings.folder + "/digs.log", state->volumes.fingerprint());
         if (!log) return tl::unexpected(log.error());
         state->log = std::move(*log);
         state->files = std::make_shared<internal::ChunkFiles>(settings.folder, state->volumes);
@@ -75,10 +75,11 @@ Result<void> VolumeEditor::State::replay() {
                         "change " + number_text(record.number) + " of the log: " + why);
         };
         if (record.operation) {
-            auto placed = PlacedVolume::create(volumes.lattice(), volumes.level(), *record.operation);
+            auto placed =
+                PlacedVolume::create(volumes.lattice(), volumes.level(), *record.operation);
             if (!placed) return bad(placed.error().message);
-            done.push_back(std::make_shared<const Edit>(record.number, *record.operation,
-                                                        std::move(*placed)));
+            done.push_back(
+                std::make_shared<const Edit>(record.number, *record.operation, std::move(*placed)));
         } else if (done.empty() || done.back()->number != record.undone) {
             return bad("it undoes " + number_text(record.undone) + ", which is not the last edit");
         }
@@ -158,7 +159,8 @@ void VolumeEditor::wait() {
 
 Result<void> VolumeEditor::save() {
     State& state = *state_;
-    if (!state.log) return fail(ErrorCode::invalid_argument, "this editor has no folder to save to");
+    if (!state.log)
+        return fail(ErrorCode::invalid_argument, "this editor has no folder to save to");
     if (auto ok = state.log->save(); !ok) return ok;
     for (auto chunk = state.unsaved.begin(); chunk != state.unsaved.end();) {
         const internal::ChunkVersion version = state.edited.version_of(chunk->first);

@@ -66,8 +66,8 @@ std::vector<std::int32_t> tile_heights(const Chunk& chunk, int tile) {
     const int column = tile % kTilesPerChunk * kVolumeTileCells;
     const int first_row = tile / kTilesPerChunk * kVolumeTileCells;
     for (int row = first_row; row < first_row + kVolumeTileSamples; ++row) {
-        const auto first = chunk.heights.begin() +
-                           static_cast<std::ptrdiff_t>(sample_index(column, row));
+        const auto first =
+            chunk.heights.begin() + static_cast<std::ptrdiff_t>(sample_index(column, row));
         heights.insert(heights.end(), first, first + kVolumeTileSamples);
     }
     return heights;
@@ -78,8 +78,7 @@ TileSolid::TileSolid(VolumeTile tile)
       contour(level_set.contour()),
       longest_edge_m(longest_edge(level_set, contour)),
       farthest_from_ground_m(farthest_from_ground(level_set, contour)) {
-    bytes = sizeof(*this) + level_set.bytes() +
-            contour.keys.capacity() * sizeof(VolumeVertexKey) +
+    bytes = sizeof(*this) + level_set.bytes() + contour.keys.capacity() * sizeof(VolumeVertexKey) +
             contour.positions_world.capacity() * sizeof(WorldPos) +
             contour.triangles.capacity() * sizeof(contour.triangles[0]) +
             contour.surfaces.capacity() + contour.replaced.capacity() * sizeof(std::uint16_t);

@@ -46,8 +46,7 @@ std::shared_ptr<VolumeHeights> ground() {
     settings.root_size_log2 = 10;
     settings.first_root_x = settings.first_root_y = 0;
     settings.root_count_x = settings.root_count_y = 1;
-    std::shared_ptr<const HeightSource> hills =
-        FractalHeights::create(settings).value();
+    std::shared_ptr<const HeightSource> hills = FractalHeights::create(settings).value();
     const auto none =
         Volumes::create(hills->lattice(), {}, {.level = hills->lattice().finest_level}).value();
     return VolumeHeights::create(std::move(hills), none).value();
@@ -64,8 +63,8 @@ double fraction(int i, double factor) { return std::fmod(factor * i, 1.0); }
 
 void measure_one_dig(int repetitions) {
     const auto source = ground();
-    Pager pager = Pager::create(source, {.memory_bytes = std::size_t{1} << 30, .worker_count = 0})
-                      .value();
+    Pager pager =
+        Pager::create(source, {.memory_bytes = std::size_t{1} << 30, .worker_count = 0}).value();
     pager.require({400.0, 400.0, 600.0, 600.0}, 0.0);
     pager.update({}, {}, 0.0);
     VolumeEditor editor = VolumeEditor::create(source, {.worker_count = 0}).value();
@@ -101,8 +100,8 @@ void measure_one_dig(int repetitions) {
 // Flies over the ground at 20 m/s, with a dig of 5 m in every `every`th frame of 1/60 s; 0: none.
 void measure_frames(int frames, int every) {
     const auto source = ground();
-    Pager pager = Pager::create(source, {.memory_bytes = std::size_t{1} << 30, .worker_count = 1})
-                      .value();
+    Pager pager =
+        Pager::create(source, {.memory_bytes = std::size_t{1} << 30, .worker_count = 1}).value();
     VolumeEditor editor = VolumeEditor::create(source, {.worker_count = 1}).value();
     std::vector<double> update, edit, latency;
     std::vector<double> dug_at;
@@ -136,8 +135,7 @@ void measure_frames(int frames, int every) {
         const double second = thread_ms();
         pager.update({&camera, 1}, {&body, 1}, time_s);
         const double third = thread_ms();
-        for (; in_force < number; ++in_force)
-            latency.push_back(1e3 * (now_s() - dug_at[in_force]));
+        for (; in_force < number; ++in_force) latency.push_back(1e3 * (now_s() - dug_at[in_force]));
         if (i > 60) {
             edit.push_back(second - first);
             update.push_back(third - second);
@@ -145,13 +143,14 @@ void measure_frames(int frames, int every) {
         std::this_thread::sleep_until(begin + std::chrono::duration<double>((i + 1) / 60.0));
     }
     const PagerStats stats = pager.stats();
-    std::printf("%d frames, %d digs of 5 m, %zu in force, %llu chunks swapped, %llu loads outdated, "
-                "%llu chunks completed, %llu loaded\n",
-                frames, digs, static_cast<std::size_t>(in_force),
-                static_cast<unsigned long long>(stats.replaced),
-                static_cast<unsigned long long>(stats.outdated),
-                static_cast<unsigned long long>(editor.stats().completed),
-                static_cast<unsigned long long>(stats.loaded));
+    std::printf(
+        "%d frames, %d digs of 5 m, %zu in force, %llu chunks swapped, %llu loads outdated, "
+        "%llu chunks completed, %llu loaded\n",
+        frames, digs, static_cast<std::size_t>(in_force),
+        static_cast<unsigned long long>(stats.replaced),
+        static_cast<unsigned long long>(stats.outdated),
+        static_cast<unsigned long long>(editor.stats().completed),
+        static_cast<unsigned long long>(stats.loaded));
     print("  Pager::update", update);
     if (digs > 0) {
         print("  VolumeEditor::update", edit);

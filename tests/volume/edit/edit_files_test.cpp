@@ -4,7 +4,6 @@
 #include "volume/edit/edited_world.h"
 
 #include <gtest/gtest.h>
-
 #include <sys/resource.h>
 
 #include <csignal>
@@ -130,7 +129,8 @@ TEST(EditFiles, ADamagedFileOfAChunkIsRefusedAndTheChunkMadeFromTheLog) {
         write_bytes(path, bad);
         EXPECT_EQ(saved.compare().files_refused, 1u) << "byte " << at << " of " << good.size();
     }
-    for (const std::size_t length : {std::size_t{0}, std::size_t{71}, good.size() / 2, good.size() - 1}) {
+    for (const std::size_t length :
+         {std::size_t{0}, std::size_t{71}, good.size() / 2, good.size() - 1}) {
         write_bytes(path, {good.begin(), good.begin() + static_cast<std::ptrdiff_t>(length)});
         EXPECT_EQ(saved.compare().files_refused, 1u) << "cut to " << length;
     }
@@ -149,7 +149,8 @@ TEST(EditFiles, ATornEndOfTheLogIsLeftOutAndOverwritten) {
     const std::vector<char> good = read_bytes(saved.folder.log());
     for (const std::size_t extra : {std::size_t{1}, std::size_t{11}, std::size_t{60}}) {
         std::vector<char> torn = good;
-        torn.insert(torn.end(), good.begin() + 36, good.begin() + 36 + static_cast<std::ptrdiff_t>(extra));
+        torn.insert(torn.end(), good.begin() + 36,
+                    good.begin() + 36 + static_cast<std::ptrdiff_t>(extra));
         write_bytes(saved.folder.log(), torn);
         EXPECT_EQ(saved.compare().torn_bytes, extra);
     }

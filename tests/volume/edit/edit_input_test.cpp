@@ -120,9 +120,9 @@ TEST(EditInput, DigsStayBelowTheCeiling) {
             all_bytes = whole.stats().resident_bytes;
         }
         const std::size_t ceiling = all_bytes + (std::size_t{64} << 10);
-        Pager pager = Pager::create(world.source, {.memory_bytes = ceiling,
-                                                   .worker_count = worker_count})
-                          .value();
+        Pager pager =
+            Pager::create(world.source, {.memory_bytes = ceiling, .worker_count = worker_count})
+                .value();
         VolumeEditor editor =
             VolumeEditor::create(world.source, {.worker_count = worker_count}).value();
         Random random(8);

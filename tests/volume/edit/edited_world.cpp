@@ -4,7 +4,6 @@
 #include <terrane/volume/chunk_solid.h>
 
 #include <gtest/gtest.h>
-
 #include <unistd.h>
 
 #include <algorithm>
@@ -55,8 +54,7 @@ VolumeOperation random_edit(Random& random, const WaveHeights& hills) {
     VolumeOperation edit{.op = random.below(3) == 0 ? VolumeOp::add : VolumeOp::remove,
                          .voxel = 1.0};
     const double x = 256.0 + random.between(-60.0, 60.0), y = 256.0 + random.between(-60.0, 60.0);
-    edit.world_from_shape =
-        at(x, y, hills.height(x, y) + random.between(-12.0, 6.0));
+    edit.world_from_shape = at(x, y, hills.height(x, y) + random.between(-12.0, 6.0));
     edit.world_from_shape.rotation = random.rotation();
     switch (random.below(4)) {
         case 0:
@@ -90,8 +88,8 @@ std::uint32_t apply(VolumeEditor& editor, const VolumeOperation& operation) {
 
 Pager whole_world(const std::shared_ptr<const HeightSource>& source, int worker_count,
                   std::size_t memory_bytes) {
-    Pager pager = Pager::create(source, {.memory_bytes = memory_bytes, .worker_count = worker_count})
-                      .value();
+    Pager pager =
+        Pager::create(source, {.memory_bytes = memory_bytes, .worker_count = worker_count}).value();
     pager.require(whole_extent(source->lattice()), 0.0);
     return pager;
 }

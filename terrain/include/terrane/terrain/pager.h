@@ -97,7 +97,6 @@ struct PagerStats {
     /// Calls of replace() that were postponed because the ceiling was reached.
     std::uint64_t postponed_replacements = 0;
     std::uint64_t outdated = 0;  ///< loads whose chunk the source had changed meanwhile
-
 };
 
 /// The state of a required region.
