@@ -92,8 +92,8 @@ public:
     Result<std::uint32_t> undo();
 
     /// Begins the changes so far, and brings those into force whose chunks are made, in their order. Call it between
-    /// the pager's updates, once a frame. A change waits where a chunk that it touches has arrived meanwhile and is still
-    /// being made, and where chunks do not fit below the pager's ceiling, until others have been evicted.
+    /// the pager's updates, once a frame. A change waits where a chunk that it touches has arrived meanwhile and is
+    /// still being made, and where chunks do not fit below the pager's ceiling, until others have been evicted.
     ///
     /// Returns: the number of the last change in force
     /// Cost:    O(chunks swapped); with worker_count = 0 that of making them
