@@ -46,7 +46,6 @@ bool Pager::State::replace(std::span<const std::shared_ptr<const Chunk>> chunks,
         stats.outdated += is_outdated ? 1u : 0u;
         return is_outdated;
     });
-    must_plan = true;
     return true;
 }
 
