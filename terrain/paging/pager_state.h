@@ -5,9 +5,9 @@
 #include "paging/demand/camera_motion.h"
 #include "paging/demand/contact_needs.h"
 #include "paging/load_times.h"
+#include "paging/loaders/retries.h"
 #include "paging/memory_budget.h"
 #include "paging/need_finder.h"
-#include "paging/retries.h"
 
 #include <terrane/terrain/pager.h>
 

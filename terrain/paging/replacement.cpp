@@ -30,6 +30,7 @@ bool Pager::State::replace(std::span<const std::shared_ptr<const Chunk>> chunks,
     }
     wanted_replacement_bytes = 0;
     switch_source();
+    contact.forget_heights();
     stats.peak_bytes = std::max(stats.peak_bytes, budget.bytes());
     for (auto& [index, chunk] : resident) {
         all.shrink(all.bytes() - chunk->bytes());  // nothing else claims meanwhile
@@ -45,7 +46,6 @@ bool Pager::State::replace(std::span<const std::shared_ptr<const Chunk>> chunks,
         stats.outdated += is_outdated ? 1u : 0u;
         return is_outdated;
     });
-    must_plan = true;
     return true;
 }
 

@@ -169,11 +169,15 @@ BodySweep::BodySweep(const HeightSource& source, int level) : grid_(source.latti
     const WorldRect& extent = source.extent();
     columns_ = inner(grid_.x, extent.west, extent.east);
     rows_ = inner(grid_.y, extent.south, extent.north);
-    highest_ = source.interval(extent).high + source.lattice().quantum;
+    find_highest(source);
     for (const ChunkAxis* axis : {&grid_.x, &grid_.y}) {
         scale_ = std::max({scale_, std::abs(axis->edge(axis->world.first)),
                            std::abs(axis->edge(axis->world.last + 1))});
     }
+}
+
+void BodySweep::find_highest(const HeightSource& source) {
+    highest_ = source.interval(source.extent()).high + source.lattice().quantum;
 }
 
 // Whether the sphere misses a square that its box overlaps, because it passes a corner.

@@ -57,6 +57,9 @@ public:
     Cost find(MotionSegment segment, double most, TouchTable& table,
               std::vector<Touch>& touches_out);
 
+    /// Asks for the highest ground again.
+    void find_highest(const HeightSource& source);
+
 private:
     /// The time interval in which the sphere's box overlaps a column or a row.
     struct Window {
@@ -79,7 +82,7 @@ private:
 
     ChunkGrid grid_;
     ChunkSpan columns_, rows_;  // with ground
-    double highest_;            // of all ground
+    double highest_ = 0.0;      // of all ground
     double scale_ = 0.0;        // largest chunk coordinate, metres
     std::vector<Lane> column_lanes_, row_lanes_;
 };

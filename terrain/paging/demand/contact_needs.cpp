@@ -10,9 +10,15 @@
 namespace terrane::internal {
 
 ContactNeeds::ContactNeeds(const HeightSource& source, int contact_level)
-    : grid_(source.lattice(), contact_level),
+    : source_(source),
+      grid_(source.lattice(), contact_level),
       sweep_(source, contact_level),
       table_(source, contact_level) {}
+
+void ContactNeeds::forget_heights() {
+    sweep_.find_highest(source_);
+    table_.forget_heights();
+}
 
 void ContactNeeds::find(std::span<const BodyNeed> bodies, std::span<const RegionNeed> regions,
                         double time_s, double horizon) {

@@ -66,6 +66,9 @@ public:
     void find(std::span<const BodyNeed> bodies, std::span<const RegionNeed> regions, double time_s,
               double horizon);
 
+    /// Call when the source's intervals have changed. Cost: O(chunks held)
+    void forget_heights();
+
     /// First touch of a chunk; infinite where nothing touches it.
     double time_until(const ChunkKey& key) const;
 
@@ -88,6 +91,7 @@ private:
                    double most);
     double touch_region(const WorldRect& region, TouchTable::TimeIndex time_index, double most);
 
+    const HeightSource& source_;
     ChunkGrid grid_;
     BodySweep sweep_;
     TouchTable table_;

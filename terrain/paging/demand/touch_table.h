@@ -40,6 +40,11 @@ public:
         return slot;
     }
 
+    /// Call when the source's intervals have changed.
+    void forget_heights() {
+        for (Chunk& chunk : chunks_) chunk.highest = kUnknown;
+    }
+
     /// Upper bound of the samples of a chunk, metres.
     double highest(Slot slot) {
         Chunk& chunk = chunks_[slot];

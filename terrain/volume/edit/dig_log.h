@@ -22,11 +22,11 @@ struct LogRecord {
 
 /// A file of changes in their order.
 ///
-/// Format, little-endian: the 8 characters "TRNDIGS\n", the version (32 bits), the fingerprint of the volumes (128 bits),
-/// XXH3 of these 28 bytes (64 bits); then records: length of the content (32 bits), content, XXH3 (64 bits) of the hash
-/// before and the content. Content: number (32 bits), kind (8 bits: 0 an edit, 1 an undo), then the operation
-/// (shapes/operation_bytes.h) or the number of the undone edit. Hashes form a chain, so that the hash of a record stands
-/// for the log up to it.
+/// Format, little-endian: the 8 characters "TRNDIGS\n", the version (32 bits), the fingerprint of the volumes (128
+/// bits), XXH3 of these 28 bytes (64 bits); then records: length of the content (32 bits), content, XXH3 (64 bits) of
+/// the hash before and the content. Content: number (32 bits), kind (8 bits: 0 an edit, 1 an undo), then the operation
+/// (shapes/operation_bytes.h) or the number of the undone edit. Hashes form a chain, so that the hash of a record
+/// stands for the log up to it.
 class DigLog {
 public:
     /// Opens a log, or begins one where there is no file. A record at the end that was not written whole is left out:

@@ -55,7 +55,7 @@ struct VolumeEditor::State {
     std::deque<Completion> completions;
     bool is_working = false;
     std::deque<Snapshot> snapshots;
-    /// The last change of a batch: of the changes that waited when it began, each chunk is made for the last one only.
+    /// The last change of a batch: of some changes that waited when it began, each chunk is made for the last one only.
     std::uint32_t batch_end = 0;
     /// Replaced chunks, which the worker frees when nobody else holds them: megabytes each.
     std::vector<std::shared_ptr<const Chunk>> old_chunks;

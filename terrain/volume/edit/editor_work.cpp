@@ -12,6 +12,11 @@ using internal::Change;
 using internal::ChunkVersion;
 using internal::PreparedChange;
 
+namespace {
+/// More would keep the first of them waiting for long.
+constexpr std::size_t kMostOfBatch = 32;
+}  // namespace
+
 void VolumeEditor::State::run(const std::stop_token& stop) {
     Lock lock(mutex);
     while (!stop.stop_requested()) {
@@ -65,8 +70,10 @@ void VolumeEditor::State::prepare(Lock& lock) {
     auto chunks = std::move(queue.front().chunks);
     queue.pop_front();
     const Change& change = made->change;
-    if (change.number > batch_end)
-        batch_end = queue.empty() ? change.number : queue.back().change.number;
+    if (change.number > batch_end) {
+        const std::size_t others = std::min(queue.size(), kMostOfBatch - 1);
+        batch_end = others == 0 ? change.number : queue[others - 1].change.number;
+    }
     std::erase_if(chunks, [&](const auto& chunk) {
         const bool is_later = std::ranges::any_of(queue, [&](const Start& later) {
             return later.change.number <= batch_end &&

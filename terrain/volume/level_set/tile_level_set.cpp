@@ -224,11 +224,15 @@ FieldRuns TileLevelSet::runs(Field field, const TileLines& lines) const {
 }
 
 std::size_t TileLevelSet::bytes() const {
-    return sizeof(Trees) + trees_->to_void.memUsage() + trees_->to_solid.memUsage();
+    return alone([this] {
+        return sizeof(Trees) + trees_->to_void.memUsage() + trees_->to_solid.memUsage();
+    });
 }
 
 std::uint64_t TileLevelSet::band_node_count() const {
-    return trees_->to_void.activeVoxelCount() + trees_->to_solid.activeVoxelCount();
+    return alone([this] {
+        return trees_->to_void.activeVoxelCount() + trees_->to_solid.activeVoxelCount();
+    });
 }
 
 }  // namespace terrane::internal

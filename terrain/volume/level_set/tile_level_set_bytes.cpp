@@ -12,7 +12,7 @@
 namespace terrane::internal {
 
 TileLevelSet::TileLevelSet(const TileLevelSet& other)
-    : trees_(std::make_unique<Trees>(*other.trees_)), band_(other.band_) {}
+    : trees_(alone([&] { return std::make_unique<Trees>(*other.trees_); })), band_(other.band_) {}
 
 std::vector<std::uint8_t> TileLevelSet::encoded() const {
     std::ostringstream out(std::ios::binary);

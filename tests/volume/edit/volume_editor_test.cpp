@@ -203,5 +203,26 @@ TEST(VolumeEditor, WhatAChangeHidesOrShowsIsFoundFromAfar) {
     EXPECT_FALSE(source->solid_extent({0, 0, 0}).has_value());
 }
 
+TEST(VolumeEditor, ABodyOnAFillAboveAllGroundHasItResident) {
+    EditedWorld world(false);
+    VolumeEditor editor = VolumeEditor::create(world.source, {.worker_count = 0}).value();
+    Pager pager = Pager::create(world.source, {.worker_count = 0}).value();
+    BodyNeed body;
+    body.centre_world = {300.0, 300.0, 101.0};
+    body.radius = 1.0;
+    double time_s = 0.0;
+    const auto height = [&] {
+        editor.update(pager);
+        pager.update({}, {&body, 1}, time_s += 1.0);
+        return Ground(pager.resident(), pager.contact_level()).height(300.0, 300.0);
+    };
+    EXPECT_EQ(height().status, GroundStatus::not_resident);
+    apply(editor, {.op = VolumeOp::add,
+                   .shape = VolumeBox{{4.0, 4.0, 100.0}},
+                   .world_from_shape = at(300.0, 300.0, 0.0),
+                   .voxel = 1.0});
+    EXPECT_NEAR(height().height, 100.0, 0.1);
+}
+
 }  // namespace volume_editor_test
 }  // namespace terrane

@@ -44,9 +44,11 @@ struct VolumeEditorStats {
 ///
 /// dig(), fill() and undo() are *changes*, numbered 1, 2, ... They check and return. The owner calls update() once a
 /// frame, which hands them to a thread: it applies the shape to the level sets of the tiles that it touches, contours
-/// these tiles, and makes new chunks of those that are resident. A later update() brings all finished changes into force
-/// at once, in the resident set of the pager's next update, so that neighbouring chunks always agree. From then on chunks
-/// that are loaded have them, too.
+/// these tiles, and makes new chunks of those that are resident. A later update() brings all finished changes into
+/// force at once, in the resident set of the pager's next update, so that neighbouring chunks always agree. From then
+/// on chunks that are loaded have them, too. Changes that wait together make each chunk once.
+///
+/// Chunks that are made and not in force yet count for no ceiling; level sets and contours have one of their own.
 ///
 ///     editor.dig(VolumeSphere{2.0}, pose);
 ///     editor.update(pager);             // each frame
@@ -89,9 +91,9 @@ public:
     /// Fails: invalid_argument if there is none
     Result<std::uint32_t> undo();
 
-    /// Begins the changes so far, and brings those into force whose chunks are made, in their order. Call it between the pager's updates, once a
-    /// frame. A change waits where a chunk that it touches has arrived meanwhile and is still being made, and where
-    /// chunks do not fit below the pager's ceiling, until others have been evicted.
+    /// Begins the changes so far, and brings those into force whose chunks are made, in their order. Call it between
+    /// the pager's updates, once a frame. A change waits where a chunk that it touches has arrived meanwhile and is
+    /// still being made, and where chunks do not fit below the pager's ceiling, until others have been evicted.
     ///
     /// Returns: the number of the last change in force
     /// Cost:    O(chunks swapped); with worker_count = 0 that of making them
@@ -99,16 +101,17 @@ public:
     /// The same where no pager has loaded from the source yet; waits until all changes are in force.
     std::uint32_t update();
 
-    /// Blocks until what update() has begun is made; the next update() brings it into force. Not for use in a frame.
+    /// Blocks until what update() has begun is made; the next update() brings it into force. Not for a frame.
     void wait();
 
-    /// Appends the changes in force to the log, flushes it to the disk, and writes the files of chunks that have changed
-    /// since theirs and whose level sets are held. Blocks: not for use in a frame.
+    /// Appends the changes in force to the log, flushes it to the disk, and writes the files of chunks that have
+    /// changed since theirs and whose level sets are held. Blocks: not for a frame.
     ///
     /// Fails: invalid_argument without a folder; io, as for a full disk: then log and files are as they were, and the
     ///        next call tries again. Chunks' files are only a shortcut: nothing is lost without one.
     Result<void> save();
 
+    /// What has happened so far.
     VolumeEditorStats stats() const;
     /// Why the last change or file was refused, one sentence; empty if none was.
     std::string last_failure() const;

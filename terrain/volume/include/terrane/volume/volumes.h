@@ -41,8 +41,8 @@ public:
     /// The operations in their order.
     std::span<const PlacedVolume> operations() const;
 
-    /// A hash of lattice, level and operations, 128 bits: what files of digs are bound to. Of a VolumeFile path, grid and
-    /// size of its level set count, not all of its voxels.
+    /// A hash of lattice, level and operations, 128 bits: what files of digs are bound to. Of a VolumeFile path, grid
+    /// and size of its level set count, not all of its voxels.
     std::array<std::uint64_t, 2> fingerprint() const;
 
     /// The tiles that volumes may touch, sorted; other tiles are the heightfield alone.
