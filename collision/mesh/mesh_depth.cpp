@@ -19,40 +19,40 @@ bool separates(const MeshQuery& query, const Eigen::Vector3d& d, bool& is_missin
     return !near.is_missing && near.distance > 0.0;
 }
 
-/// Out along the contacts of a shrunk body that is separated.
-MeshTranslation find_by_contacts(const MeshQuery& query, const MeshOverlap& overlap) {
-    constexpr int kRounds = 8;
-    MeshTranslation answer;
+/// Adds the deepest contacts that a body has after a translation, counted from before it. False where there are none.
+bool add_contacts(const MeshQuery& query, const Eigen::Vector3d& d, const MeshOverlap& overlap,
+                  HalfSpaces& spaces) {
+    constexpr std::size_t kMostOfRound = 6;
+    const LocalBody moved = query.moved(d);
     ContactPatches patches;
-    find_mesh_contacts(query.surface(), query.body(), overlap.offset, 0.0, kInfinity, patches);
-    HalfSpaces spaces;
+    find_mesh_contacts(query.surface(), moved, overlap.offset, 0.0, kInfinity, patches);
+    std::size_t count = 0;
     for (const Contact& contact : patches.finish()) {
-        if (spaces.count < HalfSpaces::kMost && contact.depth > 0.0) {
-            spaces.add({contact.normal, contact.depth + kFree});
-        }
+        if (count == kMostOfRound || !(contact.depth > -kFree)) break;
+        spaces.add({contact.normal, contact.depth + dot(contact.normal, d) + 2.0 * kFree});
+        ++count;
     }
+    return count > 0;
+}
+
+/// Lengthens a translation along the contacts that a body has after it, until it separates. Where the body is deep
+/// after it, there is no answer.
+MeshTranslation refine(const MeshQuery& query, Eigen::Vector3d d) {
+    constexpr int kRounds = 24;
+    MeshTranslation answer;
+    HalfSpaces spaces;
+    const double size = length(d);
+    if (size > 0.0) spaces.add({d / size, size});
     for (int round = 0; round < kRounds; ++round) {
-        if (spaces.count == 0 || spaces.count == HalfSpaces::kMost) return answer;
-        Eigen::Vector3d d;
-        if (!find_shortest(spaces, d)) return answer;
         if (separates(query, d, answer.is_missing)) {
             answer.is_found = true;
             answer.d = d;
             return answer;
         }
         if (answer.is_missing) return answer;
-        // What it meets there limits the translation too.
-        const LocalBody moved = query.moved(d);
-        const MeshOverlap rest = find_overlap_offset(query.surface(), moved, kFree);
-        if (rest.is_deep || rest.is_missing) return answer;
-        ContactPatches more;
-        find_mesh_contacts(query.surface(), moved, rest.offset, 0.0, kInfinity, more);
-        const std::size_t before = spaces.count;
-        for (const Contact& contact : more.finish()) {
-            if (spaces.count == HalfSpaces::kMost || !(contact.depth > 0.0)) break;
-            spaces.add({contact.normal, contact.depth + dot(contact.normal, d) + kFree});
-        }
-        if (spaces.count == before) return answer;
+        const MeshOverlap overlap = find_overlap_offset(query.surface(), query.moved(d), kFree);
+        if (overlap.is_deep || overlap.is_missing) return answer;
+        if (!add_contacts(query, d, overlap, spaces) || !find_shortest(spaces, d)) return answer;
     }
     return answer;
 }
@@ -110,7 +110,7 @@ MeshTranslation find_separating_translation(const MeshQuery& query, const MeshOv
     constexpr int kSearches = 6;
     MeshTranslation answer;
     if (!overlap.is_deep) {
-        answer = find_by_contacts(query, overlap);
+        answer = refine(query, Eigen::Vector3d::Zero());
         if (answer.is_found || answer.is_missing) return answer;
     }
     const double rise = rise_over_all(query);
@@ -118,12 +118,17 @@ MeshTranslation find_separating_translation(const MeshQuery& query, const MeshOv
     for (int search = 0; search < kSearches; ++search, around *= 2.0) {
         Candidates candidates;
         add_candidates(query, around, candidates);
-        bool is_missing = false;
+        MeshTranslation best;
         for (const Eigen::Vector3d& d : candidates.all()) {
             if (rise > 0.0 && length(d) >= rise) break;
-            if (separates(query, d, is_missing)) return {false, true, d};
-            answer.is_missing = answer.is_missing || is_missing;
+            if (best.is_found && length(d) >= length(best.d)) break;
+            const MeshTranslation found = refine(query, d);
+            const bool is_better =
+                found.is_found && (!best.is_found || length(found.d) < length(best.d));
+            if (is_better) best = found;
+            answer.is_missing = answer.is_missing || found.is_missing;
         }
+        if (best.is_found && !(rise > 0.0 && length(best.d) >= rise)) return best;
         if (around > rise) break;
     }
     if (rise > 0.0 && rise < kInfinity) {
