@@ -233,10 +233,17 @@ DistanceAnswer signed_distance(const Shape& shape, const Pose& world_from_shape,
     if (!is_beside_volume(shape, world_from_shape, ground, near)) {
         const DistanceAnswer field =
             columns::signed_distance(shape, world_from_shape, ground, max_distance);
-        const double reach = field.has_ground ? field.distance : max_distance;
+        const double reach = field.has_ground ? std::abs(field.distance) : max_distance;
         const bool is_nearest = !(reach > near) || !std::isfinite(reach) ||
                                 !is_beside_volume(shape, world_from_shape, ground, reach);
         if (is_nearest) return field;
+        // A volume may be nearer, or the way out into it shorter.
+        const DistanceAnswer joined =
+            find_distance_on_mesh(shape, world_from_shape, ground, max_distance);
+        const bool is_way_out =
+            field.has_ground && field.distance < 0.0 &&
+            !(joined.status == QueryStatus::complete && joined.distance > field.distance);
+        return is_way_out ? field : joined;
     }
     return find_distance_on_mesh(shape, world_from_shape, ground, max_distance);
 }

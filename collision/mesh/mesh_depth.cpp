@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "mesh/mesh_depth.h"
 
+#include "ground/column/closest_points.h"
 #include "ground/lift/ground_lift.h"
 #include "math/half_spaces.h"
 
@@ -57,36 +58,41 @@ MeshTranslation refine(const MeshQuery& query, Eigen::Vector3d d) {
     return answer;
 }
 
-/// The shortest candidates that were found, in order.
+/// Translations out through the nearest points of the surface, the nearest first.
 class Candidates {
 public:
-    void add(const Eigen::Vector3d& d) {
-        const double size = length(d);
-        if (count_ == kMost && !(size < sizes_[count_ - 1])) return;
+    void add(double distance, const Eigen::Vector3d& d) {
+        if (count_ == kMost && !(distance < distances_[count_ - 1])) return;
         std::size_t at = count_ < kMost ? count_++ : count_ - 1;
-        for (; at > 0 && size < sizes_[at - 1]; --at) {
-            sizes_[at] = sizes_[at - 1];
+        for (; at > 0 && distance < distances_[at - 1]; --at) {
+            distances_[at] = distances_[at - 1];
             all_[at] = all_[at - 1];
         }
-        sizes_[at] = size;
+        distances_[at] = distance;
         all_[at] = d;
     }
     std::span<const Eigen::Vector3d> all() const { return {all_.data(), count_}; }
 
 private:
-    static constexpr std::size_t kMost = 32;
+    static constexpr std::size_t kMost = 12;
     std::array<Eigen::Vector3d, kMost> all_;
-    std::array<double, kMost> sizes_{};
+    std::array<double, kMost> distances_{};
     std::size_t count_ = 0;
 };
 
-void add_candidates(const MeshQuery& query, double around, Candidates& candidates) {
-    constexpr double kFloor = 0.2;  // least z of the normal of a surface to stand on
-    query.surface().visit(query.box(around), [&](const SurfaceTriangle& t) {
-        const double depth = dot(t.normal, t.v[0]) - query.lowest(t.normal) + 2.0 * kFree;
-        if (!(depth > 0.0)) return;
-        candidates.add(depth * t.normal);
-        if (t.normal.z() > kFloor) candidates.add({0.0, 0.0, depth / t.normal.z()});
+/// @param inside point of the body
+void add_candidates(const MeshQuery& query, const Eigen::Vector3d& inside, double around,
+                    Candidates& candidates) {
+    const Eigen::Vector3d half = Eigen::Vector3d::Constant(around);
+    query.surface().visit({inside - half, inside + half}, [&](const SurfaceTriangle& triangle) {
+        const Eigen::Vector3d to = closest_on_triangle(inside, triangle) - inside;
+        const double distance = length(to);
+        if (distance > around) return;
+        const bool is_on = distance < kFree;
+        const Eigen::Vector3d u = is_on ? triangle.normal : Eigen::Vector3d(to / distance);
+        if (!(dot(u, triangle.normal) > 0.0)) return;  // its other side
+        const double behind = dot(u, inside) - query.lowest(u);
+        candidates.add(distance, (distance + behind + 2.0 * kFree) * u);
     });
 }
 
@@ -114,14 +120,17 @@ MeshTranslation find_separating_translation(const MeshQuery& query, const MeshOv
         if (answer.is_found || answer.is_missing) return answer;
     }
     const double rise = rise_over_all(query);
+    LocalHull hull;
+    const LocalShape first = query.body().part(0, hull);
+    const Eigen::Vector3d inside = MeshPart(first, 0, 0.0).inside();
     double around = query.body().whole().bounds.maxCoeff() + query.local().spacing();
     for (int search = 0; search < kSearches; ++search, around *= 2.0) {
         Candidates candidates;
-        add_candidates(query, around, candidates);
+        add_candidates(query, inside, around, candidates);
         MeshTranslation best;
         for (const Eigen::Vector3d& d : candidates.all()) {
-            if (rise > 0.0 && length(d) >= rise) break;
-            if (best.is_found && length(d) >= length(best.d)) break;
+            if (rise > 0.0 && length(d) >= rise) continue;
+            if (best.is_found && length(d) >= length(best.d)) continue;
             const MeshTranslation found = refine(query, d);
             const bool is_better =
                 found.is_found && (!best.is_found || length(found.d) < length(best.d));

@@ -48,8 +48,8 @@ struct MeshTranslation {
     Eigen::Vector3d d = Eigen::Vector3d::Zero();
 };
 
-/// Finds a short one: out along the contacts of a shallow overlap; else along the normals of triangles nearby, the
-/// shortest first; else up over everything.
+/// Finds a short one: out along the contacts of a shallow overlap; else through the nearest points of the surface, then
+/// along the contacts there; else up over everything.
 ///
 /// @param overlap of the body
 /// Cost: up to some milliseconds
