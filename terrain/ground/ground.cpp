@@ -93,6 +93,7 @@ Ground::Ground(std::shared_ptr<const ResidentSet> resident, int contact_level,
     step_ = lattice.step(level_);
     spacing_ = lattice.level_spacing(level_);
     quantum_ = lattice.quantum;
+    has_solids_ = resident_->has_solids();
     inverse_quantum_ = 1.0 / quantum_;
     columns_ = {lattice.origin_x, spacing_, 1.0 / spacing_};
     rows_ = {lattice.origin_y, spacing_, 1.0 / spacing_};
@@ -111,6 +112,11 @@ Ground::Ground(std::shared_ptr<const ResidentSet> resident, int contact_level,
 std::int64_t Ground::column_at(double x) const { return columns_.last_up_to(x); }
 
 std::int64_t Ground::row_at(double y) const { return rows_.last_up_to(y); }
+
+const SolidSurface* Ground::solid(std::int64_t column, std::int64_t row) const {
+    const Chunk* const chunk = find_chunk(column, row);
+    return chunk != nullptr ? chunk->solid.get() : nullptr;
+}
 
 bool Ground::has_same_cells(const Ground& other, const CellRange& cells) const {
     if (level_ != other.level_) return false;

@@ -124,6 +124,19 @@ std::optional<SolidSurface::Hit> SolidSurface::highest(double x, double y, doubl
     return hit;
 }
 
+std::size_t SolidSurface::find_overlaps(const Aabb& box_world, std::uint32_t& cursor,
+                                        std::span<std::uint32_t> out) const {
+    std::size_t count = 0;
+    const std::span<const internal::AabbNode> nodes = tree_->nodes;
+    while (cursor < nodes.size() && count < out.size()) {
+        const internal::AabbNode& node = nodes[cursor];
+        const bool is_near = internal::overlap(node.bounds, box_world, 0.0);
+        if (is_near && node.item != internal::AabbNode::kInner) out[count++] = node.item;
+        cursor = is_near ? cursor + 1 : node.end;
+    }
+    return count;
+}
+
 Eigen::Vector3d SolidSurface::normal(std::uint32_t triangle) const {
     const auto& [a, b, c] = corners(triangle);
     const auto& v = triangles_.vertices_world;

@@ -2,10 +2,19 @@
 #include "bodies/step/body_depth.h"
 
 #include "ground/lift/ground_lift.h"
+#include "mesh/joined_queries.h"
 
 #include <algorithm>
 
 namespace terrane::internal {
+namespace {
+
+bool is_beside_volume(const RigidBody& body, const Ground& ground) {
+    return ground.has_solids() &&
+           is_near_volume(ground, reach_box(body.pose.translation, body.radius));
+}
+
+}  // namespace
 
 Depth compute_depth(const RigidBody& body, const Ground& ground) {
     Depth deepest;
@@ -24,6 +33,9 @@ bool is_outside(const Ground& ground, const WorldPos& point) {
 }
 
 double greatest_lift(const RigidBody& body, const Ground& ground) {
+    if (is_beside_volume(body, ground)) {
+        return measure_mesh_depth(*body.shape, body.pose, ground).depth;
+    }
     const LocalGround local(ground, body.pose.translation);
     const LocalBody there(*body.shape, body.pose.rotation, local.to_local(body.pose.translation));
     return std::max(0.0, find_lift(local, there, Eigen::Vector3d::Zero(), 0.0).lift);
@@ -31,6 +43,7 @@ double greatest_lift(const RigidBody& body, const Ground& ground) {
 
 double deepest(const RigidBody& body, const Ground& ground, double lift, double at_least) {
     if (lift <= at_least) return at_least;
+    if (is_beside_volume(body, ground)) return lift;  // it is the depth
     return std::max(at_least, compute_depth(body, ground).depth);
 }
 

@@ -77,7 +77,7 @@ SubstepAnswer end_collision_step(RigidBody& body, GroundContactCache& cache, con
         return answer;
     }
     if (!moved.hit) {
-        if (surface.index == 0) cache.set_proved_clear(body);
+        if (surface.index == 0 && !surface.is_mesh) cache.set_proved_clear(body);
         return answer;
     }
     const double left = (1.0 - moved.fraction) * span.duration;

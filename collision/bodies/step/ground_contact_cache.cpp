@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "bodies/step/ground_contact_cache.h"
 
+#include "ground/contact/column_queries.h"
 #include "ground/contact/contact_patches.h"
+#include "mesh/joined_queries.h"
 
 #include <algorithm>
 #include <cmath>
@@ -121,10 +123,16 @@ void GroundContactCache::find(const RigidBody& body, const Ground& ground, int o
     moved_ = 0.0;
     refresh_pose_ = body.pose;
     margin_ = kContactMargin * body.tolerance + reach;
-    const Pose pose = raised(body.pose, offset_depth(body, offset_index));
+    const double offset = offset_depth(body, offset_index);
+    const Pose pose = raised(body.pose, offset);
+    std::array<double, kMaxCount> openings;
+    is_on_mesh_ = ground.has_solids() &&
+                  is_near_volume(ground, reach_box(body.pose.translation,
+                                                   body.radius + body.tolerance + margin_));
     const ContactAnswer answer =
-        is_clear ? find_separated_contacts(*body.shape, pose, ground, margin_, found)
-                 : find_contacts(*body.shape, pose, ground, margin_, found);
+        is_on_mesh_ ? find_on_mesh(body, ground, offset_index, found, openings)
+        : is_clear  ? find_separated_contacts(*body.shape, pose, ground, margin_, found)
+                    : columns::find_contacts(*body.shape, pose, ground, margin_, found);
     if (answer.status == QueryStatus::not_resident) {
         resident_ = false;
         return;
@@ -140,10 +148,12 @@ void GroundContactCache::find(const RigidBody& body, const Ground& ground, int o
         contact.impulse = before != nullptr ? before->impulse : Eigen::Vector3d::Zero();
         is_same_ = is_same_ && before != nullptr &&
                    (before->normal - contact.normal).isZero(kSameDirection);
-        contact.gap = contact.refresh_gap = -found[i].depth;
+        contact.opening = is_on_mesh_ ? openings[i] : contact.normal.z();
+        contact.gap = contact.refresh_gap =
+            is_on_mesh_ ? contact.opening * offset - found[i].depth : -found[i].depth;
         contact.rounding = rounding_of(*body.shape, contact.part);
         contact.refresh_core = found[i].point_world + contact.rounding * contact.normal;
-        contact.refresh_core.z() -= offset_depth(body, offset_index);
+        if (!is_on_mesh_) contact.refresh_core.z() -= offset;
         contact.core_body =
             rotated_back(body.pose.rotation, contact.refresh_core - body.pose.translation);
         const SurfaceProperties surface = combined_surface(
@@ -154,15 +164,75 @@ void GroundContactCache::find(const RigidBody& body, const Ground& ground, int o
     }
     is_same_ = is_same_ && contacts_.size() == previous_contacts_.size();
     // Contacts that were cut off may be nearer than those kept of another part: then nothing is known.
-    is_exhaustive_ = is_complete && !contacts_.empty() && has_ground_around(body, ground, margin_);
+    is_exhaustive_ = !is_on_mesh_ && is_complete && !contacts_.empty() &&
+                     has_ground_around(body, ground, margin_);
     is_reusable_ = is_complete && offset_index == 0 && reach == 0.0 &&
                    least_gap(0.0, kReusableGap * body.tolerance) >= kReusableGap * body.tolerance;
+    if (is_on_mesh_) {
+        is_reusable_ = is_reusable_ && mesh_offset_.index == 0 &&
+                       mesh_offset_.distance >= kReusableGap * body.tolerance;
+    }
+}
+
+/// The contacts beside volumes, where the shrunk body is clear; none where it is clear at no offset.
+ContactAnswer GroundContactCache::find_on_mesh(const RigidBody& body, const Ground& ground,
+                                               int offset_index, std::span<Contact> contacts_out,
+                                               std::span<double> openings_out) {
+    const double clear = kStopGap * body.tolerance;
+    const auto find_at = [&](int index) {
+        MeshContactAnswer answer =
+            find_contacts_at_offset(*body.shape, body.pose, ground, offset_depth(body, index),
+                                    margin_, 2.0 * clear, contacts_out);
+        std::copy_n(answer.openings.begin(), answer.contacts.count, openings_out.begin());
+        mesh_offset_ = {answer.contacts.status == QueryStatus::not_resident, index,
+                        answer.distance};
+        return answer.contacts;
+    };
+    const ContactAnswer answer = find_at(offset_index);
+    if (mesh_offset_.is_missing || mesh_offset_.distance >= clear) return answer;
+    const MeshOffset first = find_mesh_offset(body, ground, offset_index);
+    if (first.is_missing || first.index == kOffsetCount) {
+        mesh_offset_ = first;
+        return {.status = first.is_missing ? QueryStatus::not_resident : QueryStatus::complete};
+    }
+    return first.index == offset_index ? answer : find_at(first.index);
+}
+
+MeshOffset find_mesh_offset(const RigidBody& body, const Ground& ground, int from) {
+    const double clear = kStopGap * body.tolerance;
+    MeshOffset found;
+    const auto distance_at = [&](int index) {
+        const MeshNearness near = find_nearness_at(
+            *body.shape, body.pose, ground, offset_depth(body, index), 2.0 * clear, 2.0 * clear);
+        found.is_missing = found.is_missing || near.is_missing;
+        return near.distance;
+    };
+    found.index = from;
+    found.distance = distance_at(from);
+    if (found.is_missing || found.distance >= clear) return found;
+    // Shrunk bodies contain each other, so that those that are clear come last.
+    int deep = from;
+    found.index = kOffsetCount - 1;
+    found.distance = distance_at(found.index);
+    if (!(found.distance > 0.0)) found.index = kOffsetCount;
+    if (!(found.distance >= clear)) return found;
+    while (found.index - deep > 1) {
+        const int middle = (found.index + deep) / 2;
+        const double distance = distance_at(middle);
+        if (distance >= clear) {
+            found.index = middle;
+            found.distance = distance;
+        } else {
+            deep = middle;
+        }
+    }
+    return found;
 }
 
 void GroundContactCache::set_out_of_reach() {
     contacts_.clear();
     resident_ = is_out_of_reach_ = true;
-    is_exhaustive_ = is_reusable_ = is_same_ = false;
+    is_exhaustive_ = is_reusable_ = is_same_ = is_on_mesh_ = false;
     lift_ = -1.0;
     moved_ = 0.0;
 }
@@ -173,7 +243,7 @@ void GroundContactCache::reset() {
     step_start_contacts_.clear();
     forget_proof();
     resident_ = true;
-    is_reusable_ = is_same_ = is_out_of_reach_ = is_exhaustive_ = false;
+    is_reusable_ = is_same_ = is_out_of_reach_ = is_exhaustive_ = is_on_mesh_ = false;
     lift_ = -1.0;
     moved_ = margin_ = 0.0;
 }
@@ -201,7 +271,7 @@ void GroundContactCache::follow(const RigidBody& body) {
 double GroundContactCache::least_gap(double extra_offset, double limit) const {
     double least = limit;
     for (const CachedContact& contact : contacts_) {
-        least = std::min(least, contact.normal.z() * extra_offset + contact.gap);
+        least = std::min(least, contact.opening * extra_offset + contact.gap);
     }
     return least;
 }
@@ -213,6 +283,10 @@ bool GroundContactCache::is_near(const RigidBody& body) const {
 
 double GroundContactCache::clear_distance(double extra_offset) const {
     if (is_out_of_reach_) return std::numeric_limits<double>::infinity();
+    if (is_on_mesh_) {
+        return mesh_offset_.index < kOffsetCount ? kClearShare * mesh_offset_.distance - moved_
+                                                 : 0.0;
+    }
     if (!is_exhaustive_) return 0.0;
     return kClearShare * least_gap(extra_offset, margin_) - moved_;
 }

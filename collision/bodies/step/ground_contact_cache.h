@@ -34,6 +34,16 @@ double offset_depth(const RigidBody& body, int index);
 /// A pose moved up. Queries against a lowered surface are queries of the raised shape.
 Pose raised(Pose pose, double height);
 
+/// Beside volumes the surface is not lowered, the body is shrunk: then offsets hold for ceilings and walls too.
+struct MeshOffset {
+    bool is_missing = false;  ///< ground that is not resident may be near
+    int index = 0;            ///< the first at which the shrunk body is clear; kOffsetCount: none
+    double distance = 0.0;    ///< lower bound of its distance from all triangles there, metres
+};
+
+/// Finds the first offset, from one on, at which a body beside volumes is clear by the stop gap, if any is.
+MeshOffset find_mesh_offset(const RigidBody& body, const Ground& ground, int from);
+
 /// The contacts of one body with an offset surface. Reuses them while the body has moved less than the reuse distance:
 /// each contact then keeps its plane, and only its gap is updated.
 class GroundContactCache {
@@ -97,6 +107,13 @@ public:
     /// `extra_offset`, metres: at most half of the smallest gap. <= 0 where that is unknown.
     double clear_distance(double extra_offset) const;
 
+    /// Whether the last refresh was beside volumes, against triangles.
+    bool is_on_mesh() const { return is_on_mesh_; }
+    /// There: the first offset, from that of the refresh on, at which the shrunk body is clear; kOffsetCount if none.
+    int mesh_offset() const { return mesh_offset_.index; }
+    /// There: a lower bound of the shrunk body's distance from all triangles, metres.
+    double mesh_distance() const { return mesh_offset_.distance - moved_; }
+
     /// Smallest gap of the contacts, at most `limit`, if the surface were lower by `extra_offset`, metres.
     double least_gap(double extra_offset, double limit) const;
 
@@ -135,12 +152,15 @@ private:
         double gap;                    // now
         double refresh_gap;            // at the last refresh
         Eigen::Vector3d refresh_core;  // core point at the last refresh, world
+        double opening;                // how fast the gap grows with the offset
         double rounding;
         double friction, restitution;  // of the body on the ground's surface there
     };
     static constexpr std::size_t kFieldBytes = 60;  // of a contact in list_fields()
     void find(const RigidBody& body, const Ground& ground, int offset_index, double reach,
               bool is_clear);
+    ContactAnswer find_on_mesh(const RigidBody& body, const Ground& ground, int offset_index,
+                               std::span<Contact> contacts_out, std::span<double> openings_out);
     const CachedContact* find_previous(const CachedContact& contact) const;
 
     std::vector<CachedContact> contacts_, previous_contacts_, step_start_contacts_;
@@ -153,6 +173,8 @@ private:
     bool is_reusable_ = false;
     bool is_same_ = false;
     bool is_out_of_reach_ = false;
+    bool is_on_mesh_ = false;
+    MeshOffset mesh_offset_;
     bool is_exhaustive_ =
         false;  // holds all contacts, and there is ground everywhere below and above the body
 };

@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: MIT
 //
 // Sources:    Ericson. Real-Time Collision Detection. 2005, section 9.5 (lowering instead of inflating).
+//             Beside volumes: the body shrinks, which also holds below ceilings and beside walls. The shrunk body never
+//             touches a triangle, so that no overlap along a normal is more than the offset.
 // Deviations: the surface is not lowered by L, the cast shape is raised by L. A body that does not penetrate the
 //             surface lowered by L separates by moving up by L, so its penetration depth is at most L.
 #include "bodies/step/offset_surface.h"
 
+#include "ground/cast/column_cast.h"
 #include "ground/cast/sweep_clear.h"
 #include "ground/lift/ground_lift.h"
+#include "mesh/joined_queries.h"
 
 #include <algorithm>
 #include <cmath>
@@ -38,9 +42,42 @@ CastAnswer find_hit(const Shape& shape, const Motion& motion, const Ground& grou
         answer.fraction = clear;
         return answer;
     }
-    answer = cast(shape, piece(clear, 1.0 - clear), ground,
-                  {.tolerance = tolerance, .skip_separating = true});
+    answer = columns::cast(shape, piece(clear, 1.0 - clear), ground,
+                           {.tolerance = tolerance, .skip_separating = true});
     answer.fraction = clear + answer.fraction * (1.0 - clear);
+    return answer;
+}
+
+/// Whether a body that moves, in any rotation, may meet triangles of volumes.
+bool may_meet_volume(const RigidBody& body, const Ground& ground, const Twist& displacement) {
+    if (!ground.has_solids()) return false;
+    const double reach = body.radius + body.tolerance;
+    const Aabb from = reach_box(body.pose.translation, reach);
+    const Aabb to = reach_box(body.pose.translation + displacement.linear, reach);
+    return is_near_volume(ground, {from.low.cwiseMin(to.low), from.high.cwiseMax(to.high)});
+}
+
+/// advance() beside volumes: the shrunk body is cast against all triangles.
+MoveAnswer advance_on_mesh(RigidBody& body, const Ground& ground, const Motion& motion,
+                           const Pose& end, OffsetSurface& surface) {
+    if (!surface.is_mesh) {
+        // The contacts were those of the heightfield, farther from the volumes.
+        const MeshOffset first = find_mesh_offset(body, ground, surface.index);
+        if (first.is_missing) return {.resident = false, .hit = false, .fraction = 0.0};
+        if (first.index == kOffsetCount) return {.resident = true, .hit = true, .fraction = 0.0};
+        surface.index = first.index;
+        surface.is_mesh = true;
+        surface.stop_gap = std::max(
+            kLeastStopGap, 0.5 * std::min(first.distance, 2.0 * kStopGap * body.tolerance));
+    }
+    Motion path{body.pose, end.translation - body.pose.translation, Eigen::Vector3d::Zero()};
+    if (!std::holds_alternative<Sphere>(*body.shape)) path.rotation_vector = motion.rotation_vector;
+    const MeshSweepAnswer met =
+        sweep_mesh(*body.shape, path, ground, offset_depth(body, surface.index), surface.stop_gap);
+    if (met.is_missing) return {.resident = false, .hit = false, .fraction = 0.0};
+    const MoveAnswer answer{
+        .resident = true, .hit = met.hit, .fraction = met.hit ? met.fraction : 1.0};
+    if (answer.fraction > 0.0) body.pose = answer.fraction < 1.0 ? motion.at(answer.fraction) : end;
     return answer;
 }
 
@@ -48,13 +85,19 @@ CastAnswer find_hit(const Shape& shape, const Motion& motion, const Ground& grou
 
 OffsetSurface make_offset_surface(const RigidBody& body, const GroundContactCache& cache, int from,
                                   int index) {
+    if (cache.is_on_mesh()) {
+        const int first = std::min(std::max(index, cache.mesh_offset()), kOffsetCount - 1);
+        const double room = std::min(cache.mesh_distance(), 2.0 * kStopGap * body.tolerance);
+        return {first, true, std::max(kLeastStopGap, 0.5 * room), cache.clear_distance(0.0)};
+    }
     const double extra_offset = offset_depth(body, index) - offset_depth(body, from);
     const double gap = cache.least_gap(extra_offset, 2.0 * kStopGap * body.tolerance);
-    return {index, std::max(kLeastStopGap, 0.5 * gap), cache.clear_distance(extra_offset)};
+    return {index, false, std::max(kLeastStopGap, 0.5 * gap), cache.clear_distance(extra_offset)};
 }
 
 // The lift decreases by exactly the depth of the offset surface, so one contact query serves all surfaces.
 int first_clear_offset(const RigidBody& body, const GroundContactCache& cache) {
+    if (cache.is_on_mesh()) return cache.mesh_offset();
     const double clear = kStopGap * body.tolerance;
     int index = 0;
     for (; index < kOffsetCount; ++index) {
@@ -90,6 +133,9 @@ MoveAnswer advance(RigidBody& body, const Ground& ground, const Twist& displacem
         return answer;
     }
     surface.clear_distance = 0.0;
+    if (surface.is_mesh || may_meet_volume(body, ground, displacement)) {
+        return advance_on_mesh(body, ground, motion, end, surface);
+    }
     Motion path{raised(body.pose, offset_depth(body, surface.index)),
                 end.translation - body.pose.translation, Eigen::Vector3d::Zero()};
     if (!std::holds_alternative<Sphere>(*body.shape)) path.rotation_vector = displacement.angular;
@@ -117,9 +163,25 @@ MoveAnswer move_body(RigidBody& body, GroundContactCache& cache, const Ground& g
 
 CastAnswer cast_wheel(const Shape& shape, const Motion& motion, const Ground& ground,
                       double tolerance) {
+    const double radius = bounding_radius(shape);
+    const Aabb from = reach_box(motion.start.translation, radius);
+    const Aabb to = reach_box(motion.start.translation + motion.translation, radius);
+    if (ground.has_solids() &&
+        is_near_volume(ground, {from.low.cwiseMin(to.low), from.high.cwiseMax(to.high)})) {
+        const MeshSweepAnswer met =
+            sweep_mesh(shape, motion, ground, kFirstOffset * tolerance, kStopGap * tolerance);
+        CastAnswer answer;
+        answer.status = met.is_missing ? QueryStatus::not_resident : QueryStatus::complete;
+        answer.hit = met.hit;
+        answer.fraction = met.fraction;
+        answer.contact.normal = met.normal;
+        answer.contact.point_world = met.on_shape_world;
+        return answer;
+    }
     Motion path = motion;
     path.start = raised(motion.start, kFirstOffset * tolerance);
-    return cast(shape, path, ground, {.tolerance = kStopGap * tolerance, .skip_separating = false});
+    return columns::cast(shape, path, ground,
+                         {.tolerance = kStopGap * tolerance, .skip_separating = false});
 }
 
 }  // namespace terrane::internal

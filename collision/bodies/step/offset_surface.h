@@ -11,6 +11,7 @@ namespace terrane::internal {
 /// The offset surface that a body moves against.
 struct OffsetSurface {
     int index = 0;          ///< 0 is the highest
+    bool is_mesh = false;   ///< beside volumes: the body shrinks by the offset
     double stop_gap = 0.0;  ///< casts stop at this gap, metres
     double clear_distance =
         0.0;  ///< every point may move this far without coming near the surface, metres

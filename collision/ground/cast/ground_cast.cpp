@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "base/vector_math.h"
 #include "ground/cast/caster.h"
+#include "ground/cast/column_cast.h"
+#include "ground/contact/column_queries.h"
 #include "ground/contact/contact_patches.h"
 #include "math/valid_query.h"
 
@@ -50,7 +52,8 @@ double find_ground_offset(const LocalGround& local, const LocalBody& body) {
 bool find_closing(const Shape& shape, const Motion& motion, const Pose& pose, const Ground& ground,
                   double tolerance, Contact& contact_out) {
     std::array<Contact, 16> contacts;
-    const std::size_t count = find_contacts(shape, pose, ground, tolerance, contacts).count;
+    const std::size_t count =
+        columns::find_contacts(shape, pose, ground, tolerance, contacts).count;
     double fastest = -kInfinity;
     for (std::size_t i = 0; i < count; ++i) {
         const Eigen::Vector3d arm = contacts[i].point_world - pose.translation;
@@ -85,9 +88,7 @@ Contact find_met(const LocalGround& local, const LocalBody& body, const PieceAns
 }
 
 }  // namespace
-}  // namespace internal
-
-using namespace internal;
+namespace columns {
 
 CastAnswer cast(const Shape& shape, const Motion& motion, const Ground& ground,
                 const CastSettings& settings) {
@@ -135,7 +136,8 @@ CastAnswer cast(const Shape& shape, const Motion& motion, const Ground& ground,
         const bool is_found =
             settings.skip_separating
                 ? find_closing(shape, motion, pose, ground, settings.tolerance, answer.contact)
-                : find_contacts(shape, pose, ground, settings.tolerance, {&answer.contact, 1})
+                : columns::find_contacts(shape, pose, ground, settings.tolerance,
+                                         {&answer.contact, 1})
                           .count > 0;
         if (is_found) return answer;
     }
@@ -145,4 +147,6 @@ CastAnswer cast(const Shape& shape, const Motion& motion, const Ground& ground,
     return answer;
 }
 
+}  // namespace columns
+}  // namespace internal
 }  // namespace terrane

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "ground/column/normal_cone.h"
+#include "ground/contact/column_queries.h"
 #include "ground/contact/contact_patches.h"
 #include "ground/contact/nearest.h"
 #include "ground/depth/min_translation.h"
@@ -195,9 +196,7 @@ ContactAnswer find_separated_contacts(const Shape& shape, const Pose& world_from
     return answer;
 }
 
-}  // namespace internal
-
-using namespace internal;
+namespace columns {
 
 ContactAnswer find_contacts(const Shape& shape, const Pose& world_from_shape, const Ground& ground,
                             double margin, std::span<Contact> contacts_out) {
@@ -286,14 +285,6 @@ TestAnswer test_contact(const Shape& shape, const Pose& world_from_shape, const 
     return answer;
 }
 
-PseudodistanceAnswer pseudodistance(const Shape& shape, const Pose& world_from_shape,
-                                    const Ground& ground) {
-    const LiftAnswer lift = compute_lift(shape, world_from_shape, ground);
-    PseudodistanceAnswer answer;
-    answer.status = lift.status;
-    answer.pseudodistance = -lift.lift;
-    answer.error_m = lift.error_m;
-    return answer;
-}
-
+}  // namespace columns
+}  // namespace internal
 }  // namespace terrane

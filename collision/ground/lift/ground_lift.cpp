@@ -2,6 +2,7 @@
 #include "ground/lift/ground_lift.h"
 
 #include "base/vector_math.h"
+#include "ground/frame/solid_chunks.h"
 #include "ground/frame/window_features.h"
 #include "ground/lift/box_lift.h"
 #include "ground/lift/box_slabs.h"
@@ -222,7 +223,18 @@ double bound_ground(const LocalGround& local, const Eigen::Vector3d& centre,
     const RangeAnswer range = local.ground().range(cells);
     if (range.status == GroundStatus::outside) return -kInfinity;
     if (range.high == std::numeric_limits<std::int32_t>::max()) return kInfinity;
-    return local.z(range.high);
+    const double field = local.z(range.high);
+    if (!local.ground().has_solids()) return field;
+    return std::max(
+        field, highest_solid(local.ground(), cells) - local.to_world(Eigen::Vector3d::Zero()).z());
+}
+
+double highest_solid(const Ground& ground, const CellRange& cells) {
+    double highest = -kInfinity;
+    visit_solids(ground, cells, [&](const SolidSurface& solid, const CellRange&) {
+        highest = std::max(highest, solid.bounds().high.z());
+    });
+    return highest;
 }
 
 }  // namespace terrane::internal

@@ -49,10 +49,10 @@ void cross_edges(const SupportPolygon& a, std::size_t i, const SupportPolygon& b
 
 }  // namespace
 
-void find_core_contacts(const Core& a, const Core& b, const Gap& gap, Manifold& manifold) {
-    const ContactPlane plane(gap.normal);
-    const SupportPolygon of_a(a, plane, -1.0);
-    const SupportPolygon of_b(b, plane, 1.0);
+namespace {
+
+void intersect(const Core& a, const Core& b, const ContactPlane& plane, const SupportPolygon& of_a,
+               const SupportPolygon& of_b, Manifold& manifold) {
     const double radii = a.radius + b.radius;
     const double size = a.reach + b.reach;
     const double slack = 1e-11 * size;
@@ -78,6 +78,23 @@ void find_core_contacts(const Core& a, const Core& b, const Gap& gap, Manifold& 
             cross_edges(of_a, i, of_b, j, slack, add);
         }
     }
+}
+
+}  // namespace
+
+void intersect_support_features(const Core& a, const Core& b, const Eigen::Vector3d& normal,
+                                Manifold& manifold) {
+    const ContactPlane plane(normal);
+    intersect(a, b, plane, SupportPolygon(a, plane, -1.0), SupportPolygon(b, plane, 1.0), manifold);
+}
+
+void find_core_contacts(const Core& a, const Core& b, const Gap& gap, Manifold& manifold) {
+    const ContactPlane plane(gap.normal);
+    const SupportPolygon of_a(a, plane, -1.0);
+    const SupportPolygon of_b(b, plane, 1.0);
+    intersect(a, b, plane, of_a, of_b, manifold);
+    const double radii = a.radius + b.radius;
+    const double size = a.reach + b.reach;
     // The deepest contact may be missing: vertex on vertex, or on a face that is too steep for a support face.
     if (manifold.has_depth(-gap.distance - 1e-9 * (size + radii))) return;
     Eigen::Vector3d on_a = gap.core_a;

@@ -30,6 +30,7 @@ public:
 
     void add(const Eigen::Vector3d& point_on_a, double depth, ShapeFeature a, ShapeFeature b,
              std::uint32_t part_a = 0, std::uint32_t part_b = 0);
+    bool is_empty() const { return count_ == 0; }
     bool has_depth(double depth) const { return count_ > 0 && deepest_ >= depth; }
 
     /// Writes the contacts, deepest first, and returns their number, at most four.
@@ -58,5 +59,9 @@ private:
 
 /// Contacts of two cores along gap.normal: the intersection of their support features, projected along it.
 void find_core_contacts(const Core& a, const Core& b, const Gap& gap, Manifold& manifold);
+
+/// The same without the deepest contact where the features do not meet.
+void intersect_support_features(const Core& a, const Core& b, const Eigen::Vector3d& normal,
+                                Manifold& manifold);
 
 }  // namespace terrane::internal

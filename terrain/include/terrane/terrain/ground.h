@@ -102,6 +102,14 @@ public:
     /// Cost: O(blocks along its edge + chunks); O(1) for aligned squares of a power of two
     RangeAnswer range(const CellRange& cells) const;
 
+    /// Whether volumes cut or add to the heightfield of any resident chunk. Cost: O(1)
+    bool has_solids() const { return has_solids_; }
+    /// The joined solid of the chunk that a cell of the contact level lies in; null where there is none, or the chunk
+    /// is not resident. Alive as long as this ground.
+    ///
+    /// Cost: O(1)
+    const SolidSurface* solid(std::int64_t column, std::int64_t row) const;
+
     /// Whether a range of cells is the same in another ground, because the same chunks are resident there. The other
     /// ground must have been alive for as long as its answers are remembered.
     ///
@@ -153,6 +161,7 @@ private:
 
     std::shared_ptr<const ResidentSet> resident_;
     std::shared_ptr<const SurfaceMap> surface_map_;
+    bool has_solids_ = false;
     int level_ = 0;
     std::int64_t step_ = 1;
     double spacing_ = 1.0;

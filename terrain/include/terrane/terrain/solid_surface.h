@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace terrane {
@@ -89,6 +90,26 @@ public:
                            double begin, double end) const;
     /// The highest triangle over or under a point at most at a height; Hit::t is the height there, world z, metres.
     std::optional<Hit> highest(double x, double y, double at_most) const;
+
+    /// Writes the indices of triangles whose boxes overlap or touch a box, those of kept_neighbours after those of
+    /// triangles, in an order that depends on nothing else. Fewer than fit: there are no more.
+    ///
+    /// @param box_world  metres; a side may be infinite
+    /// @param cursor     0 at first, then as the last call left it
+    /// @param out        caller's buffer
+    /// Cost: O(log n + triangles near the box)
+    std::size_t find_overlaps(const Aabb& box_world, std::uint32_t& cursor,
+                              std::span<std::uint32_t> out) const;
+    /// Corners of a triangle, counter-clockwise seen from outside the solid.
+    std::array<Eigen::Vector3d, 3> corners_world(std::uint32_t triangle) const {
+        const std::array<std::uint32_t, 3>& c = corners(triangle);
+        const auto& v = triangles_.vertices_world;
+        return {v[c[0]], v[c[1]], v[c[2]]};
+    }
+    /// Whether a triangle of find_overlaps() is a copy of one of the heightfield.
+    bool is_kept_neighbour(std::uint32_t triangle) const {
+        return triangle >= triangles_.triangles.size();
+    }
 
     /// Unit, out of the solid.
     Eigen::Vector3d normal(std::uint32_t triangle) const;

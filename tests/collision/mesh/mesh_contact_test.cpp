@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: MIT
+//
+// Queries of shapes in a closed room below the ground, against formulas.
+#include "cave_scene.h"
+#include "collision/bodies/body_cases.h"
+#include "support/random.h"
+
+#include <terrane/collision/ground_cast.h>
+#include <terrane/collision/ground_contact.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace terrane {
+namespace mesh_contact_test {
+
+using namespace test;
+
+const Eigen::Vector3d kLow(40.0, 40.0, 10.0), kHigh(60.0, 60.0, 20.0);  // of the room
+
+/// Gaps of a shape from the six walls of the room; wall 2 i is the lower one along axis i.
+std::array<double, 6> wall_gaps(const Shape& shape, const Pose& pose, double shift) {
+    std::array<double, 6> gaps{};
+    for (int i = 0; i < 3; ++i) {
+        const Eigen::Vector3d axis = pose.rotation.transpose() * Eigen::Vector3d::Unit(i);
+        const double at = pose.translation[i] - (i < 2 ? shift : 0.0);
+        gaps[static_cast<std::size_t>(2 * i)] = at - support_distance(shape, -axis) - kLow[i];
+        gaps[static_cast<std::size_t>(2 * i + 1)] = kHigh[i] - at - support_distance(shape, axis);
+    }
+    return gaps;
+}
+
+/// A random pose in the room whose least gap from a wall is about `gap`.
+Pose pose_near_walls(Random& random, const Shape& shape, double gap, double shift) {
+    Pose pose;
+    pose.rotation = random.rotation();
+    for (int i = 0; i < 3; ++i) {
+        const Eigen::Vector3d axis = pose.rotation.transpose() * Eigen::Vector3d::Unit(i);
+        const double low = kLow[i] + support_distance(shape, -axis) + gap;
+        const double high = kHigh[i] - support_distance(shape, axis) - gap;
+        const int where = random.below(4);
+        const double at = random.between(low, high);
+        pose.translation[i] = (where == 0 ? low : where == 1 ? high : at) + (i < 2 ? shift : 0.0);
+    }
+    return pose;
+}
+
+class MeshQueries : public ::testing::TestWithParam<double> {};
+
+TEST_P(MeshQueries, DistancesApartAreThoseOfTheNearestWall) {
+    const double shift = GetParam();
+    const CaveScene scene = make_cave(shift, true);
+    Random random(11);
+    SCOPED_TRACE("seed 11");
+    for (const Shape& shape : all_shapes()) {
+        for (int i = 0; i < 200; ++i) {
+            const double gap = std::pow(10.0, random.between(-6.0, 0.0));
+            const Pose pose = pose_near_walls(random, shape, gap, shift);
+            const auto gaps = wall_gaps(shape, pose, shift);
+            const auto least = std::min_element(gaps.begin(), gaps.end());
+            const DistanceAnswer answer = signed_distance(shape, pose, scene.ground, 100.0);
+            ASSERT_EQ(answer.status, QueryStatus::complete);
+            ASSERT_TRUE(answer.has_ground);
+            ASSERT_NEAR(answer.distance, *least, 1e-9 + 1e-15 * shift) << name_of(shape) << i;
+            const auto second = [&] {
+                auto sorted = gaps;
+                std::sort(sorted.begin(), sorted.end());
+                return sorted[1];
+            }();
+            if (second - *least < 1e-6) continue;
+            const auto wall = least - gaps.begin();
+            Eigen::Vector3d n = Eigen::Vector3d::Unit(wall / 2);
+            if (wall % 2 == 1) n = -n;
+            ASSERT_NEAR(answer.normal.dot(n), 1.0, 1e-6) << name_of(shape) << i;
+            ASSERT_FALSE(test_contact(shape, pose, scene.ground).is_touching);
+        }
+    }
+}
+
+TEST_P(MeshQueries, ContactsAreThoseOfTheWallsWithinTheMargin) {
+    const double shift = GetParam();
+    const CaveScene scene = make_cave(shift, true);
+    Random random(12);
+    SCOPED_TRACE("seed 12");
+    constexpr double kMargin = 0.05;
+    for (const Shape& shape : all_shapes()) {
+        for (int i = 0; i < 200; ++i) {
+            const double gap = random.between(-0.04, 0.04);
+            const Pose pose = pose_near_walls(random, shape, gap, shift);
+            const auto gaps = wall_gaps(shape, pose, shift);
+            std::array<Contact, 64> contacts;
+            const ContactAnswer answer =
+                find_contacts(shape, pose, scene.ground, kMargin, contacts);
+            ASSERT_EQ(answer.status, QueryStatus::complete);
+            std::array<double, 6> deepest;
+            deepest.fill(-std::numeric_limits<double>::infinity());
+            for (std::size_t k = 0; k < answer.count; ++k) {
+                int axis = 0;
+                ASSERT_NEAR(contacts[k].normal.cwiseAbs().maxCoeff(&axis), 1.0, 1e-6)
+                    << name_of(shape) << i << ": " << contacts[k].normal.transpose();
+                const auto wall =
+                    static_cast<std::size_t>(2 * axis + (contacts[k].normal[axis] < 0.0 ? 1 : 0));
+                deepest[wall] = std::max(deepest[wall], contacts[k].depth);
+            }
+            for (std::size_t wall = 0; wall < 6; ++wall) {
+                if (gaps[wall] > kMargin - 1e-6) continue;
+                ASSERT_NEAR(deepest[wall], -gaps[wall], 1e-6) << name_of(shape) << i << ' ' << wall;
+            }
+        }
+    }
+}
+
+TEST_P(MeshQueries, OverlapsAreResolvedByTheSumOfTheWalls) {
+    const double shift = GetParam();
+    const CaveScene scene = make_cave(shift, true);
+    Random random(13);
+    SCOPED_TRACE("seed 13");
+    for (const Shape& shape : simple_shapes()) {
+        for (int i = 0; i < 100; ++i) {
+            const Pose pose = pose_near_walls(random, shape, -random.between(1e-3, 0.3), shift);
+            const auto gaps = wall_gaps(shape, pose, shift);
+            double square = 0.0;
+            for (const double gap : gaps) square += std::min(gap, 0.0) * std::min(gap, 0.0);
+            if (square == 0.0) continue;
+            const DistanceAnswer answer = signed_distance(shape, pose, scene.ground, 0.0);
+            ASSERT_EQ(answer.status, QueryStatus::complete);
+            ASSERT_NEAR(answer.distance, -std::sqrt(square), 1e-6 * std::sqrt(square) + 1e-8)
+                << name_of(shape) << i;
+            Pose after = pose;
+            after.translation -= answer.distance * answer.normal;
+            const auto left = wall_gaps(shape, after, shift);
+            ASSERT_GT(*std::min_element(left.begin(), left.end()), -1e-8);
+            ASSERT_TRUE(test_contact(shape, pose, scene.ground).is_touching);
+        }
+    }
+}
+
+TEST_P(MeshQueries, CastsStopWithinTheToleranceAndNeverLate) {
+    const double shift = GetParam();
+    const CaveScene scene = make_cave(shift, true);
+    Random random(14);
+    SCOPED_TRACE("seed 14");
+    constexpr double kTolerance = 1e-4;
+    for (const Shape& shape : all_shapes()) {
+        for (int i = 0; i < 60; ++i) {
+            Motion motion;
+            motion.start = pose_near_walls(random, shape, random.between(0.01, 3.0), shift);
+            motion.translation = random.between(0.0, 40.0) * random.direction();
+            if (i % 2 == 0) motion.rotation_vector = random.between(0.0, 3.0) * random.direction();
+            const CastAnswer answer = cast(shape, motion, scene.ground, {.tolerance = kTolerance});
+            ASSERT_EQ(answer.status, QueryStatus::complete);
+            constexpr int kSamples = 200;
+            for (int k = 0; k <= kSamples; ++k) {
+                const double t = answer.fraction * k / kSamples;
+                const auto gaps = wall_gaps(shape, motion.at(t), shift);
+                ASSERT_GT(*std::min_element(gaps.begin(), gaps.end()), -1e-9 - 1e-15 * shift)
+                    << name_of(shape) << i << " at " << t << " of " << answer.fraction;
+            }
+            if (!answer.hit) continue;
+            const auto gaps = wall_gaps(shape, motion.at(answer.fraction), shift);
+            ASSERT_LT(*std::min_element(gaps.begin(), gaps.end()), kTolerance + 1e-9);
+        }
+    }
+}
+
+TEST(MeshContact, AShapeInTheSolidComesOutTheShortWay) {
+    const CaveScene scene = make_cave(0.0, true);
+    for (const Shape& shape : all_shapes(0.5)) {
+        for (const double depth : {3.0, 1.7}) {
+            Pose pose;
+            pose.translation = {50.0, 50.0, 10.0 - depth};  // below the floor
+            const DistanceAnswer answer = signed_distance(shape, pose, scene.ground, 0.0);
+            ASSERT_EQ(answer.status, QueryStatus::complete);
+            ASSERT_LT(answer.distance, 0.0) << name_of(shape);
+            EXPECT_GT(answer.distance, -depth - 2.0) << name_of(shape);
+            pose.translation -= answer.distance * answer.normal;
+            EXPECT_LT(scene.depth(shape, pose), 1e-6) << name_of(shape);
+        }
+        // Between the room and the ground, nearer to the ground.
+        Pose pose;
+        pose.translation = {50.0, 50.0, 36.0};
+        const DistanceAnswer answer = signed_distance(shape, pose, scene.ground, 0.0);
+        ASSERT_LT(answer.distance, 0.0);
+        pose.translation -= answer.distance * answer.normal;
+        EXPECT_LT(scene.depth(shape, pose), 1e-6) << name_of(shape);
+        EXPECT_GT(pose.translation.z(), 40.0) << name_of(shape);
+    }
+}
+
+TEST(MeshContact, RefusesWhatIsNotFinite) {
+    const CaveScene scene = make_cave();
+    Pose pose;
+    pose.translation = {50.0, 50.0, std::nan("")};
+    std::array<Contact, 4> contacts;
+    for (const Shape& shape : all_shapes()) {
+        EXPECT_EQ(find_contacts(shape, pose, scene.ground, 0.1, contacts).status,
+                  QueryStatus::invalid);
+        EXPECT_EQ(signed_distance(shape, pose, scene.ground, 0.1).status, QueryStatus::invalid);
+        EXPECT_EQ(cast(shape, {pose}, scene.ground).status, QueryStatus::invalid);
+        EXPECT_EQ(compute_lift(shape, pose, scene.ground).status, QueryStatus::invalid);
+        EXPECT_EQ(test_contact(shape, pose, scene.ground).status, QueryStatus::invalid);
+    }
+}
+
+TEST(MeshContact, OnTheGroundAboveARoomIsAsWithoutIt) {
+    const CaveScene scene = make_cave(0.0, true);
+    const Ground plain = make_test_ground([](double, double) { return CaveScene::kTop; }, 1.0, 1);
+    Random random(15);
+    for (const Shape& shape : all_shapes()) {
+        Pose pose;
+        pose.rotation = random.rotation();
+        pose.translation = {50.3, 49.2, 40.3};
+        std::array<Contact, 64> with, without;
+        const ContactAnswer a = find_contacts(shape, pose, scene.ground, 0.1, with);
+        const ContactAnswer b = find_contacts(shape, pose, plain, 0.1, without);
+        ASSERT_EQ(a.count, b.count);
+        ASSERT_EQ(a.lift, b.lift);
+        for (std::size_t i = 0; i < a.count; ++i) {
+            EXPECT_EQ(with[i].point_world, without[i].point_world);
+            EXPECT_EQ(with[i].normal, without[i].normal);
+        }
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(NearAndFar, MeshQueries, ::testing::Values(0.0, 1048576.0));
+
+}  // namespace mesh_contact_test
+}  // namespace terrane
