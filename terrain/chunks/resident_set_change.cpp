@@ -24,7 +24,6 @@ ResidentSet::Change::Change(const Structure& before)
     made_->extent = before.extent;
     made_->owners = before.owners;
     made_->free_slots = before.free_slots;
-    made_->solid_count = before.solid_count;
 }
 
 std::shared_ptr<const ResidentSet::Structure> ResidentSet::Change::make(
@@ -47,9 +46,7 @@ void ResidentSet::Change::remove(const ChunkKey& key) {
                    "an evicted chunk must be resident, and evicted once");
     new_indices_[at(index + 1)] = kEvicted;
     made_->free_slots.push_back(before_.slots[at(index)]);
-    std::shared_ptr<const Chunk>& removed = owner(made_->free_slots.back());
-    if (removed->solid != nullptr) --made_->solid_count;
-    removed.reset();
+    owner(made_->free_slots.back()).reset();
 }
 
 void ResidentSet::Change::merge(std::vector<std::shared_ptr<const Chunk>> arrived) {
@@ -95,7 +92,6 @@ void ResidentSet::Change::keep(std::size_t first, std::size_t end) {
 
 void ResidentSet::Change::add(std::shared_ptr<const Chunk> chunk) {
     arrived_.push_back(next_index());
-    if (chunk->solid != nullptr) ++made_->solid_count;
     made_->keys.push_back(chunk->key);
     made_->links.emplace_back();
     made_->slots.push_back(take_slot());

@@ -110,7 +110,7 @@ public:
     /// Whether all root squares are resident: without them nothing is drawn.
     bool has_roots() const { return structure_->has_roots; }
     /// Whether volumes cut or add to the heightfield of any chunk: see Chunk::solid.
-    bool has_solids() const { return structure_->solid_count > 0; }
+    bool has_solids() const { return !structure_->solids.empty(); }
 
 private:
     class Change;
@@ -123,7 +123,6 @@ private:
         std::vector<Links> links;
         std::vector<std::int32_t> solids;  // chunks with a solid surface, ascending
         bool has_roots = false;
-        std::int32_t solid_count = 0;  // chunks with a solid
         // Open addressing with linear probing: indices by the hash of their keys. 2^(64 - table_shift) entries,
         // at most half of them in use.
         std::vector<std::int32_t> table{kNone, kNone};
