@@ -8,7 +8,7 @@
 #include "mesh/mesh_contacts.h"
 
 #include "ground/column/closest_points.h"
-#include "pairs/kernels/manifold.h"
+#include "mesh/face_contacts.h"
 
 #include <algorithm>
 
@@ -42,7 +42,12 @@ public:
           margin_(margin),
           exact_below_(exact_below),
           nearest_(nearest),
-          patches_(patches) {}
+          patches_(patches),
+          faces_(part, margin) {}
+
+    void finish() const {
+        if (patches_ != nullptr) faces_.finish(*patches_);
+    }
 
     void pair(const SurfaceTriangle& triangle) {
         const double bound = part_.bound_distance(triangle);
@@ -55,9 +60,9 @@ public:
         // Above the triangle's plane: where the lowest point is over the triangle, it is the nearest.
         double deepest = -kInfinity;
         if (front >= 0.0 && bound <= reach() && !is_point()) {
-            deepest = pair_face(triangle);
+            deepest = faces_.add(triangle);
             if (deepest >= part_.shift(triangle.normal) - front - kDeepest) {
-                if (bound < nearest_.distance) measure(triangle, bound);
+                if (front < nearest_.distance) nearest_ = {front, true, true};
                 return;
             }
         }
@@ -94,13 +99,6 @@ private:
         nearest_ = {distance, std::abs(facing) >= kFace, facing > 0.0};
     }
 
-    /// Contacts of the part's support feature over a triangle; returns the largest depth, -infinity for none.
-    double pair_face(const SurfaceTriangle& triangle) {
-        const TriangleCore core(triangle);
-        Manifold manifold(triangle.normal, kInfinity);
-        intersect_support_features(part_.whole_core(), core.core(), triangle.normal, manifold);
-        return manifold.is_empty() ? -kInfinity : report(manifold);
-    }
     /// Contacts at the closest points, and along the support features there.
     void add_pair(const MeshPair& pair, const Eigen::Vector3d& normal) {
         const double shift = part_.shift(normal);
@@ -118,17 +116,6 @@ private:
         patches_->add(make_contact(pair.on_part - shift * normal, normal, -gap, deepest.feature,
                                    part_.index()));
     }
-    double report(Manifold& manifold) {
-        std::array<PairContact, 4> contacts;
-        const std::size_t count = manifold.finish(contacts);
-        for (std::size_t i = 0; i < count; ++i) {
-            if (contacts[i].depth < -margin_) continue;
-            patches_->add(make_contact(contacts[i].point_world, contacts[i].normal,
-                                       contacts[i].depth, contacts[i].feature_a, part_.index()));
-        }
-        return contacts[0].depth;
-    }
-
     const SurfaceTriangles& surface_;
     const MeshPart& part_;
     double offset_;
@@ -136,6 +123,7 @@ private:
     double exact_below_;
     NearestTriangle& nearest_;
     ContactPatches* patches_;
+    FaceContacts faces_;
 };
 
 MeshNearness find(const SurfaceTriangles& surface, const LocalBody& body, double offset,
@@ -153,6 +141,7 @@ MeshNearness find(const SurfaceTriangles& surface, const LocalBody& body, double
         MeshPairing pairing(surface, part, offset, margin, exact_below, nearest, patches);
         const bool is_known = surface.visit(
             part.box(around), [&](const SurfaceTriangle& triangle) { pairing.pair(triangle); });
+        pairing.finish();
         result.is_missing = result.is_missing || !is_known;
         // What no triangle crosses is on one side: that of its nearest triangle, if that is nearest to its interior.
         const bool is_known_side = nearest.is_face && !body.is_compound();
@@ -213,30 +202,53 @@ MeshNearness find_mesh_contacts(const SurfaceTriangles& surface, const LocalBody
 }
 
 MeshOverlap find_overlap_offset(const SurfaceTriangles& surface, const LocalBody& body,
-                                double touch) {
-    constexpr int kHalvings = 40;
-    constexpr double kLeft = 1e-6;
+                                double touch, double accuracy) {
+    constexpr double kLeft = 1e-6;   // of a body is left, so that it has an inside
+    constexpr double kGrowth = 8.0;  // of the offsets that are tried
+    constexpr double kFirst = 1e-3;  // of the body
     MeshOverlap overlap;
-    const double most = body.whole().bounds.maxCoeff();
+    const double most = (1.0 - kLeft) * body.whole().bounds.maxCoeff();
     const auto nearness = [&](double offset) {
         const MeshNearness near = find_nearness(surface, body, offset, 2.0 * touch, 2.0 * touch);
         overlap.is_missing = overlap.is_missing || near.is_missing;
         return near.distance;
     };
-    overlap.distance = nearness(0.0);
-    if (overlap.is_missing || overlap.distance > 0.0) return overlap;
-    // Not all of the way, so that what is left has an inside.
-    double clear = (1.0 - kLeft) * most, deep = 0.0;
-    overlap.offset = clear;
-    overlap.distance = nearness(clear);
-    overlap.is_deep = !(overlap.distance > 0.0);
-    for (int i = 0; i < kHalvings && !overlap.is_deep && clear - deep > 0.1 * touch; ++i) {
+    const auto accept = [&](double offset, double distance) {
+        overlap.offset = offset;
+        overlap.distance = distance;
+    };
+    const double at_first = nearness(0.0);
+    accept(0.0, at_first);
+    if (overlap.is_missing || at_first > 0.0) return overlap;
+    double deep = 0.0, clear = most;
+    if (!body.is_compound() && body.whole().kind == ShapeKind::round && at_first > -kInfinity) {
+        const double offset = touch - at_first;
+        const double distance = nearness(offset);
+        if (distance > 0.0) {
+            accept(offset, distance);
+            return overlap;
+        }
+        deep = std::min(offset, most);
+    } else {
+        clear = std::min(most, std::max(touch, kFirst * most));
+    }
+    for (;;) {
+        const double distance = nearness(clear);
+        accept(clear, distance);
+        if (distance > 0.0) break;
+        if (clear >= most) {
+            overlap.is_deep = true;
+            return overlap;
+        }
+        deep = clear;
+        clear = std::min(most, kGrowth * clear);
+    }
+    while (clear - deep > touch && clear > (1.0 + accuracy) * deep) {
         const double middle = 0.5 * (clear + deep);
         const double distance = nearness(middle);
         if (distance > 0.0) {
             clear = middle;
-            overlap.offset = middle;
-            overlap.distance = distance;
+            accept(middle, distance);
         } else {
             deep = middle;
         }
