@@ -39,6 +39,13 @@ std::size_t clip(const std::array<FlatPoint, 8>& from, std::size_t count, double
 
 }  // namespace
 
+bool FaceContacts::is_flat(const LocalShape& shape, const SurfaceTriangle& triangle) {
+    return shape.kind == ShapeKind::box &&
+           std::any_of(shape.axes.begin(), shape.axes.end(), [&](const Eigen::Vector3d& axis) {
+               return std::abs(dot(triangle.normal, axis)) >= kFlat;
+           });
+}
+
 double FaceContacts::add(const SurfaceTriangle& triangle) {
     const LocalShape& shape = part_.whole();
     if (shape.kind == ShapeKind::round) return add_segment(triangle);

@@ -13,6 +13,9 @@ public:
     /// @param margin gaps of the whole up to this are contacts, metres
     FaceContacts(const MeshPart& part, double margin) : part_(part), margin_(margin) {}
 
+    /// Whether a face of a box lies along a triangle.
+    static bool is_flat(const LocalShape& shape, const SurfaceTriangle& triangle);
+
     /// Adds the contacts of the part's support feature over a triangle, along its normal. Returns the largest depth of
     /// the whole, metres; minus infinity where they do not overlap in projection.
     double add(const SurfaceTriangle& triangle);

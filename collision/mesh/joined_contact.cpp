@@ -41,22 +41,28 @@ ContactAnswer find_contacts_on_mesh(const Shape& shape, const Pose& pose, const 
     ContactAnswer answer;
     const MeshQuery query(shape, pose, ground);
     answer.status = QueryStatus::not_resident;
-    const MeshOverlap overlap =
-        find_overlap_offset(query.surface(), query.body(), kMeshTouch, kRoughly);
-    if (overlap.is_missing) return answer;
     ContactPatches patches;
-    if (overlap.is_deep) {
-        const MeshTranslation out = find_separating_translation(query, overlap);
-        if (!out.is_found) return answer;
-        answer.lift = length(out.d);
-        patches.add(contact_of_translation(query, out.d));
-    } else {
-        const MeshNearness near = find_mesh_contacts(query.surface(), query.body(), overlap.offset,
-                                                     margin, kMeshTouch, patches);
-        if (near.is_missing) return answer;
-        const bool is_apart = overlap.offset == 0.0;
-        answer.lift = is_apart ? -near.distance : overlap.offset;
+    const auto find_at = [&](double offset) {
+        return find_mesh_contacts(query.surface(), query.body(), offset, margin, kMeshTouch,
+                                  patches);
+    };
+    MeshNearness near = find_at(0.0);
+    answer.lift = -near.distance;
+    if (!near.is_missing && !(near.distance > 0.0)) {
+        const MeshOverlap overlap =
+            find_overlap_offset(query.surface(), query.body(), kMeshTouch, kRoughly);
+        if (overlap.is_missing) return answer;
+        answer.lift = overlap.offset;
+        if (overlap.is_deep) {
+            const MeshTranslation out = find_separating_translation(query, overlap);
+            if (!out.is_found) return answer;
+            answer.lift = length(out.d);
+            patches.add(contact_of_translation(query, out.d));
+        } else {
+            near = find_at(overlap.offset);
+        }
     }
+    if (near.is_missing) return answer;
     answer.error_m = query.surface().error(query.box(margin));
     const std::span<const Contact> found = patches.finish();
     answer.status =
@@ -88,7 +94,7 @@ void find_distance(const MeshQuery& query, double max_distance, DistanceAnswer& 
                 const MeshPart part(shape, index, 0.0);
                 const bool is_resident = query.surface().visit(
                     part.box(best.distance), [&](const SurfaceTriangle& triangle) {
-                        if (part.bound_distance(triangle) > best.distance) return;
+                        if (part.bound_distance(triangle, kInfinity) > best.distance) return;
                         const MeshPair pair = part.closest(triangle, best.distance);
                         const bool is_nearer = is_found ? pair.distance < best.distance
                                                         : pair.distance <= best.distance;

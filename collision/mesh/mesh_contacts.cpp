@@ -31,6 +31,28 @@ struct NearestTriangle {
     bool is_front = false;  ///< on the outer side of the triangle
 };
 
+/// Whether a triangle excludes a direction from the normal cone at a point: it touches the point, and rises above the
+/// plane through it.
+struct ConeTest {
+    ConeTest(const Eigen::Vector3d& point_in, const Eigen::Vector3d& n_in, double spacing)
+        : point(point_in), n(n_in), near(kTouchesPoint * spacing) {}
+
+    bool refuses(const SurfaceTriangle& triangle) const {
+        bool rises = false;
+        for (const Eigen::Vector3d& v : triangle.v) {
+            const Eigen::Vector3d to = v - point;
+            const double height = dot(n, to);
+            rises = rises || (height > near && height > kConeSlack * length(to) + near);
+        }
+        if (!rises) return false;
+        const Eigen::Vector3d apart = closest_on_triangle(point, triangle) - point;
+        return dot(apart, apart) <= near * near;
+    }
+
+    Eigen::Vector3d point, n;
+    double near;
+};
+
 /// Pairs one part with one triangle after the other.
 class MeshPairing {
 public:
@@ -45,28 +67,38 @@ public:
           patches_(patches),
           faces_(part, margin) {}
 
-    void finish() const {
-        if (patches_ != nullptr) faces_.finish(*patches_);
+    /// Adds what was found to the patches.
+    void finish() {
+        if (patches_ == nullptr) return;
+        faces_.finish(*patches_);
+        for (std::size_t i = 0; i < candidate_count_; ++i) add_candidate(candidates_[i]);
     }
 
     void pair(const SurfaceTriangle& triangle) {
-        const double bound = part_.bound_distance(triangle);
-        const double front = part_.lowest(triangle.normal) - dot(triangle.normal, triangle.v[0]);
+        const double enough = std::max(nearest_.distance, patches_ != nullptr ? reach() : 0.0);
+        const double bound = part_.bound_distance(triangle, enough);
+        if (bound >= enough) return;
         if (patches_ == nullptr) {
             if (bound < nearest_.distance) measure(triangle, bound);
             return;
         }
-        if (bound > reach() && bound >= nearest_.distance) return;
+        if (near_count_ < near_.size()) near_[near_count_++] = triangle;
         // Above the triangle's plane: where the lowest point is over the triangle, it is the nearest.
+        const double front = part_.lowest(triangle.normal) - dot(triangle.normal, triangle.v[0]);
         double deepest = -kInfinity;
-        if (front >= 0.0 && bound <= reach() && !is_point()) {
+        if (front >= 0.0 && !is_point()) {
             deepest = faces_.add(triangle);
             if (deepest >= part_.shift(triangle.normal) - front - kDeepest) {
                 if (front < nearest_.distance) nearest_ = {front, true, true};
                 return;
             }
+            // Where a face lies on the triangle, other features of the two say the same.
+            if (deepest > -kInfinity && FaceContacts::is_flat(part_.whole(), triangle)) {
+                if (bound < nearest_.distance) measure(triangle, bound);
+                return;
+            }
         }
-        const MeshPair pair = part_.closest(triangle, std::max(reach(), nearest_.distance));
+        const MeshPair pair = part_.closest(triangle, enough);
         take(triangle, pair);
         if (pair.lower > reach() || !(pair.distance > 0.0)) return;
         const double facing = dot(pair.normal, triangle.normal);
@@ -74,8 +106,10 @@ public:
         if (facing >= kFace) {
             const double depth = part_.shift(triangle.normal) - pair.distance;
             if (deepest < depth - kDeepest) add_pair(pair, triangle.normal);
-        } else if (is_in_surface_cone(surface_, pair.on_triangle, pair.normal)) {
-            add_pair(pair, pair.normal);
+        } else if (candidate_count_ < candidates_.size()) {
+            candidates_[candidate_count_++] = pair;
+        } else {
+            add_candidate(pair);
         }
     }
 
@@ -99,7 +133,19 @@ private:
         nearest_ = {distance, std::abs(facing) >= kFace, facing > 0.0};
     }
 
-    /// Contacts at the closest points, and along the support features there.
+    /// A contact at an edge or a vertex, where its direction is in the cone. Most are refused by a triangle that the
+    /// part is near to.
+    void add_candidate(const MeshPair& pair) {
+        const ConeTest test(pair.on_triangle, pair.normal, surface_.local().spacing());
+        for (std::size_t i = 0; i < near_count_; ++i) {
+            if (test.refuses(near_[i])) return;
+        }
+        if (is_in_surface_cone(surface_, pair.on_triangle, pair.normal)) {
+            add_pair(pair, pair.normal);
+        }
+    }
+
+    /// A contact at the closest points.
     void add_pair(const MeshPair& pair, const Eigen::Vector3d& normal) {
         const double shift = part_.shift(normal);
         if (part_.is_round()) {
@@ -116,6 +162,7 @@ private:
         patches_->add(make_contact(pair.on_part - shift * normal, normal, -gap, deepest.feature,
                                    part_.index()));
     }
+
     const SurfaceTriangles& surface_;
     const MeshPart& part_;
     double offset_;
@@ -124,6 +171,14 @@ private:
     NearestTriangle& nearest_;
     ContactPatches* patches_;
     FaceContacts faces_;
+    // Triangles within reach, and pairs at their edges and vertices: the first ones. Not initialised beyond the counts.
+    union {
+        std::array<SurfaceTriangle, 48> near_;  // NOLINT(readability-identifier-naming)
+    };
+    union {
+        std::array<MeshPair, 48> candidates_;  // NOLINT(readability-identifier-naming)
+    };
+    std::size_t near_count_ = 0, candidate_count_ = 0;
 };
 
 MeshNearness find(const SurfaceTriangles& surface, const LocalBody& body, double offset,
@@ -170,19 +225,11 @@ MeshNearness find(const SurfaceTriangles& surface, const LocalBody& body, double
 
 bool is_in_surface_cone(const SurfaceTriangles& surface, const Eigen::Vector3d& point,
                         const Eigen::Vector3d& n) {
-    const double near = kTouchesPoint * surface.local().spacing();
-    const Eigen::Vector3d half = Eigen::Vector3d::Constant(near);
+    const ConeTest test(point, n, surface.local().spacing());
+    const Eigen::Vector3d half = Eigen::Vector3d::Constant(test.near);
     bool is_in = true;
     surface.visit({point - half, point + half}, [&](const SurfaceTriangle& triangle) {
-        if (!is_in) return;
-        bool rises = false;
-        for (const Eigen::Vector3d& v : triangle.v) {
-            const Eigen::Vector3d to = v - point;
-            rises = rises || dot(n, to) > kConeSlack * length(to) + near;
-        }
-        if (!rises) return;
-        const Eigen::Vector3d apart = closest_on_triangle(point, triangle) - point;
-        is_in = dot(apart, apart) > near * near;
+        is_in = is_in && !test.refuses(triangle);
     });
     return is_in;
 }
