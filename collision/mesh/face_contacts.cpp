@@ -40,6 +40,10 @@ std::size_t clip(const std::array<FlatPoint, 8>& from, std::size_t count, double
 }  // namespace
 
 bool FaceContacts::is_flat(const LocalShape& shape, const SurfaceTriangle& triangle) {
+    if (shape.kind == ShapeKind::round) {
+        const double along = dot(triangle.normal, shape.core);
+        return along * along <= (1.0 - kFlat * kFlat) * dot(shape.core, shape.core);
+    }
     return shape.kind == ShapeKind::box &&
            std::any_of(shape.axes.begin(), shape.axes.end(), [&](const Eigen::Vector3d& axis) {
                return std::abs(dot(triangle.normal, axis)) >= kFlat;

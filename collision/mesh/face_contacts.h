@@ -13,7 +13,7 @@ public:
     /// @param margin gaps of the whole up to this are contacts, metres
     FaceContacts(const MeshPart& part, double margin) : part_(part), margin_(margin) {}
 
-    /// Whether a face of a box lies along a triangle.
+    /// Whether a face of a box, or the side of a capsule, lies along a triangle.
     static bool is_flat(const LocalShape& shape, const SurfaceTriangle& triangle);
 
     /// Adds the contacts of the part's support feature over a triangle, along its normal. Returns the largest depth of
