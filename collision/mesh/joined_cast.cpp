@@ -14,6 +14,7 @@ namespace internal {
 namespace {
 
 constexpr double kCastTouch = 1e-9;  // metres
+constexpr double kAccuracy = 1e-3;   // of the overlap that is ignored at the start
 
 bool may_meet_volume(const Shape& shape, const Motion& motion, const Ground& ground) {
     if (!ground.has_solids()) return false;
@@ -29,7 +30,8 @@ CastAnswer cast_on_mesh(const Shape& shape, const Motion& motion, const Ground& 
     answer.fraction = 0.0;
     answer.status = QueryStatus::not_resident;
     const MeshQuery query(shape, motion.start, ground);
-    const MeshOverlap overlap = find_overlap_offset(query.surface(), query.body(), kCastTouch);
+    const MeshOverlap overlap =
+        find_overlap_offset(query.surface(), query.body(), kCastTouch, kAccuracy);
     if (overlap.is_missing) return answer;
     answer.status = QueryStatus::complete;
     answer.started_in_contact = overlap.offset > 0.0 || overlap.distance <= kCastTouch;

@@ -15,6 +15,8 @@ namespace {
 
 /// Distances below this are exact and count as touching, metres.
 constexpr double kMeshTouch = 1e-9;
+/// Accuracies of offsets: where only the directions of contacts count, and where the offset is the answer.
+constexpr double kRoughly = 1.0, kFine = 0.01;
 
 Contact contact_of_translation(const MeshQuery& query, const Eigen::Vector3d& d) {
     const double depth = length(d);
@@ -39,21 +41,28 @@ ContactAnswer find_contacts_on_mesh(const Shape& shape, const Pose& pose, const 
     ContactAnswer answer;
     const MeshQuery query(shape, pose, ground);
     answer.status = QueryStatus::not_resident;
-    const MeshOverlap overlap = find_overlap_offset(query.surface(), query.body(), kMeshTouch);
-    if (overlap.is_missing) return answer;
     ContactPatches patches;
-    answer.lift = overlap.offset;
-    if (overlap.is_deep) {
-        const MeshTranslation out = find_separating_translation(query, overlap);
-        if (!out.is_found) return answer;
-        answer.lift = length(out.d);
-        patches.add(contact_of_translation(query, out.d));
-    } else {
-        const MeshNearness near = find_mesh_contacts(query.surface(), query.body(), overlap.offset,
-                                                     margin, kInfinity, patches);
-        if (near.is_missing) return answer;
-        if (overlap.offset == 0.0) answer.lift = -near.distance;
+    const auto find_at = [&](double offset) {
+        return find_mesh_contacts(query.surface(), query.body(), offset, margin, kMeshTouch,
+                                  patches);
+    };
+    MeshNearness near = find_at(0.0);
+    answer.lift = -near.distance;
+    if (!near.is_missing && !(near.distance > 0.0)) {
+        const MeshOverlap overlap =
+            find_overlap_offset(query.surface(), query.body(), kMeshTouch, kRoughly);
+        if (overlap.is_missing) return answer;
+        answer.lift = overlap.offset;
+        if (overlap.is_deep) {
+            const MeshTranslation out = find_separating_translation(query, overlap);
+            if (!out.is_found) return answer;
+            answer.lift = length(out.d);
+            patches.add(contact_of_translation(query, out.d));
+        } else {
+            near = find_at(overlap.offset);
+        }
     }
+    if (near.is_missing) return answer;
     answer.error_m = query.surface().error(query.box(margin));
     const std::span<const Contact> found = patches.finish();
     answer.status =
@@ -85,7 +94,7 @@ void find_distance(const MeshQuery& query, double max_distance, DistanceAnswer& 
                 const MeshPart part(shape, index, 0.0);
                 const bool is_resident = query.surface().visit(
                     part.box(best.distance), [&](const SurfaceTriangle& triangle) {
-                        if (part.bound_distance(triangle) > best.distance) return;
+                        if (part.bound_distance(triangle, kInfinity) > best.distance) return;
                         const MeshPair pair = part.closest(triangle, best.distance);
                         const bool is_nearer = is_found ? pair.distance < best.distance
                                                         : pair.distance <= best.distance;
@@ -117,7 +126,8 @@ DistanceAnswer find_distance_on_mesh(const Shape& shape, const Pose& pose, const
     DistanceAnswer answer;
     const MeshQuery query(shape, pose, ground);
     answer.status = QueryStatus::not_resident;
-    const MeshOverlap overlap = find_overlap_offset(query.surface(), query.body(), kMeshTouch);
+    const MeshOverlap overlap =
+        find_overlap_offset(query.surface(), query.body(), kMeshTouch, kRoughly);
     if (overlap.is_missing) return answer;
     if (overlap.offset == 0.0) {
         find_distance(query, max_distance, answer);
@@ -138,7 +148,8 @@ DistanceAnswer find_distance_on_mesh(const Shape& shape, const Pose& pose, const
 LiftAnswer find_lift_on_mesh(const Shape& shape, const Pose& pose, const Ground& ground) {
     LiftAnswer answer;
     const MeshQuery query(shape, pose, ground);
-    const MeshOverlap overlap = find_overlap_offset(query.surface(), query.body(), kMeshTouch);
+    const MeshOverlap overlap =
+        find_overlap_offset(query.surface(), query.body(), kMeshTouch, kFine);
     answer.status = overlap.is_missing ? QueryStatus::not_resident : QueryStatus::complete;
     answer.lift = overlap.offset;
     answer.error_m = query.surface().error(query.box(0.0));
@@ -165,7 +176,8 @@ bool is_beside_volume(const Shape& shape, const Pose& pose, const Ground& ground
 MeshDepth measure_mesh_depth(const Shape& shape, const Pose& world_from_shape,
                              const Ground& ground) {
     const MeshQuery query(shape, world_from_shape, ground);
-    const MeshOverlap overlap = find_overlap_offset(query.surface(), query.body(), kMeshTouch);
+    const MeshOverlap overlap =
+        find_overlap_offset(query.surface(), query.body(), kMeshTouch, kFine);
     return {overlap.is_missing, overlap.offset};
 }
 

@@ -8,7 +8,7 @@
 #include "mesh/mesh_contacts.h"
 
 #include "ground/column/closest_points.h"
-#include "pairs/kernels/manifold.h"
+#include "mesh/face_contacts.h"
 
 #include <algorithm>
 
@@ -31,6 +31,28 @@ struct NearestTriangle {
     bool is_front = false;  ///< on the outer side of the triangle
 };
 
+/// Whether a triangle excludes a direction from the normal cone at a point: it touches the point, and rises above the
+/// plane through it.
+struct ConeTest {
+    ConeTest(const Eigen::Vector3d& point_in, const Eigen::Vector3d& n_in, double spacing)
+        : point(point_in), n(n_in), near(kTouchesPoint * spacing) {}
+
+    bool refuses(const SurfaceTriangle& triangle) const {
+        bool rises = false;
+        for (const Eigen::Vector3d& v : triangle.v) {
+            const Eigen::Vector3d to = v - point;
+            const double height = dot(n, to);
+            rises = rises || (height > near && height > kConeSlack * length(to) + near);
+        }
+        if (!rises) return false;
+        const Eigen::Vector3d apart = closest_on_triangle(point, triangle) - point;
+        return dot(apart, apart) <= near * near;
+    }
+
+    Eigen::Vector3d point, n;
+    double near;
+};
+
 /// Pairs one part with one triangle after the other.
 class MeshPairing {
 public:
@@ -42,26 +64,41 @@ public:
           margin_(margin),
           exact_below_(exact_below),
           nearest_(nearest),
-          patches_(patches) {}
+          patches_(patches),
+          faces_(part, margin) {}
+
+    /// Adds what was found to the patches.
+    void finish() {
+        if (patches_ == nullptr) return;
+        faces_.finish(*patches_);
+        for (std::size_t i = 0; i < candidate_count_; ++i) add_candidate(candidates_[i]);
+    }
 
     void pair(const SurfaceTriangle& triangle) {
-        const double bound = part_.bound_distance(triangle);
-        const double front = part_.lowest(triangle.normal) - dot(triangle.normal, triangle.v[0]);
+        const double enough = std::max(nearest_.distance, patches_ != nullptr ? reach() : 0.0);
+        const double bound = part_.bound_distance(triangle, enough);
+        if (bound >= enough) return;
         if (patches_ == nullptr) {
             if (bound < nearest_.distance) measure(triangle, bound);
             return;
         }
-        if (bound > reach() && bound >= nearest_.distance) return;
+        if (near_count_ < near_.size()) near_[near_count_++] = triangle;
         // Above the triangle's plane: where the lowest point is over the triangle, it is the nearest.
+        const double front = part_.lowest(triangle.normal) - dot(triangle.normal, triangle.v[0]);
         double deepest = -kInfinity;
-        if (front >= 0.0 && bound <= reach() && !is_point()) {
-            deepest = pair_face(triangle);
+        if (front >= 0.0 && !is_point()) {
+            deepest = faces_.add(triangle);
             if (deepest >= part_.shift(triangle.normal) - front - kDeepest) {
+                if (front < nearest_.distance) nearest_ = {front, true, true};
+                return;
+            }
+            // Where a face lies on the triangle, other features of the two say the same.
+            if (deepest > -kInfinity && FaceContacts::is_flat(part_.whole(), triangle)) {
                 if (bound < nearest_.distance) measure(triangle, bound);
                 return;
             }
         }
-        const MeshPair pair = part_.closest(triangle, std::max(reach(), nearest_.distance));
+        const MeshPair pair = part_.closest(triangle, enough);
         take(triangle, pair);
         if (pair.lower > reach() || !(pair.distance > 0.0)) return;
         const double facing = dot(pair.normal, triangle.normal);
@@ -69,8 +106,10 @@ public:
         if (facing >= kFace) {
             const double depth = part_.shift(triangle.normal) - pair.distance;
             if (deepest < depth - kDeepest) add_pair(pair, triangle.normal);
-        } else if (is_in_surface_cone(surface_, pair.on_triangle, pair.normal)) {
-            add_pair(pair, pair.normal);
+        } else if (candidate_count_ < candidates_.size()) {
+            candidates_[candidate_count_++] = pair;
+        } else {
+            add_candidate(pair);
         }
     }
 
@@ -94,14 +133,19 @@ private:
         nearest_ = {distance, std::abs(facing) >= kFace, facing > 0.0};
     }
 
-    /// Contacts of the part's support feature over a triangle; returns the largest depth, -infinity for none.
-    double pair_face(const SurfaceTriangle& triangle) {
-        const TriangleCore core(triangle);
-        Manifold manifold(triangle.normal, kInfinity);
-        intersect_support_features(part_.whole_core(), core.core(), triangle.normal, manifold);
-        return manifold.is_empty() ? -kInfinity : report(manifold);
+    /// A contact at an edge or a vertex, where its direction is in the cone. Most are refused by a triangle that the
+    /// part is near to.
+    void add_candidate(const MeshPair& pair) {
+        const ConeTest test(pair.on_triangle, pair.normal, surface_.local().spacing());
+        for (std::size_t i = 0; i < near_count_; ++i) {
+            if (test.refuses(near_[i])) return;
+        }
+        if (is_in_surface_cone(surface_, pair.on_triangle, pair.normal)) {
+            add_pair(pair, pair.normal);
+        }
     }
-    /// Contacts at the closest points, and along the support features there.
+
+    /// A contact at the closest points.
     void add_pair(const MeshPair& pair, const Eigen::Vector3d& normal) {
         const double shift = part_.shift(normal);
         if (part_.is_round()) {
@@ -118,16 +162,6 @@ private:
         patches_->add(make_contact(pair.on_part - shift * normal, normal, -gap, deepest.feature,
                                    part_.index()));
     }
-    double report(Manifold& manifold) {
-        std::array<PairContact, 4> contacts;
-        const std::size_t count = manifold.finish(contacts);
-        for (std::size_t i = 0; i < count; ++i) {
-            if (contacts[i].depth < -margin_) continue;
-            patches_->add(make_contact(contacts[i].point_world, contacts[i].normal,
-                                       contacts[i].depth, contacts[i].feature_a, part_.index()));
-        }
-        return contacts[0].depth;
-    }
 
     const SurfaceTriangles& surface_;
     const MeshPart& part_;
@@ -136,6 +170,15 @@ private:
     double exact_below_;
     NearestTriangle& nearest_;
     ContactPatches* patches_;
+    FaceContacts faces_;
+    // Triangles within reach, and pairs at their edges and vertices: the first ones. Not initialised beyond the counts.
+    union {
+        std::array<SurfaceTriangle, 48> near_;  // NOLINT(readability-identifier-naming)
+    };
+    union {
+        std::array<MeshPair, 48> candidates_;  // NOLINT(readability-identifier-naming)
+    };
+    std::size_t near_count_ = 0, candidate_count_ = 0;
 };
 
 MeshNearness find(const SurfaceTriangles& surface, const LocalBody& body, double offset,
@@ -153,6 +196,7 @@ MeshNearness find(const SurfaceTriangles& surface, const LocalBody& body, double
         MeshPairing pairing(surface, part, offset, margin, exact_below, nearest, patches);
         const bool is_known = surface.visit(
             part.box(around), [&](const SurfaceTriangle& triangle) { pairing.pair(triangle); });
+        pairing.finish();
         result.is_missing = result.is_missing || !is_known;
         // What no triangle crosses is on one side: that of its nearest triangle, if that is nearest to its interior.
         const bool is_known_side = nearest.is_face && !body.is_compound();
@@ -181,19 +225,11 @@ MeshNearness find(const SurfaceTriangles& surface, const LocalBody& body, double
 
 bool is_in_surface_cone(const SurfaceTriangles& surface, const Eigen::Vector3d& point,
                         const Eigen::Vector3d& n) {
-    const double near = kTouchesPoint * surface.local().spacing();
-    const Eigen::Vector3d half = Eigen::Vector3d::Constant(near);
+    const ConeTest test(point, n, surface.local().spacing());
+    const Eigen::Vector3d half = Eigen::Vector3d::Constant(test.near);
     bool is_in = true;
     surface.visit({point - half, point + half}, [&](const SurfaceTriangle& triangle) {
-        if (!is_in) return;
-        bool rises = false;
-        for (const Eigen::Vector3d& v : triangle.v) {
-            const Eigen::Vector3d to = v - point;
-            rises = rises || dot(n, to) > kConeSlack * length(to) + near;
-        }
-        if (!rises) return;
-        const Eigen::Vector3d apart = closest_on_triangle(point, triangle) - point;
-        is_in = dot(apart, apart) > near * near;
+        is_in = is_in && !test.refuses(triangle);
     });
     return is_in;
 }
@@ -213,30 +249,53 @@ MeshNearness find_mesh_contacts(const SurfaceTriangles& surface, const LocalBody
 }
 
 MeshOverlap find_overlap_offset(const SurfaceTriangles& surface, const LocalBody& body,
-                                double touch) {
-    constexpr int kHalvings = 40;
-    constexpr double kLeft = 1e-6;
+                                double touch, double accuracy) {
+    constexpr double kLeft = 1e-6;   // of a body is left, so that it has an inside
+    constexpr double kGrowth = 8.0;  // of the offsets that are tried
+    constexpr double kFirst = 1e-3;  // of the body
     MeshOverlap overlap;
-    const double most = body.whole().bounds.maxCoeff();
+    const double most = (1.0 - kLeft) * body.whole().bounds.maxCoeff();
     const auto nearness = [&](double offset) {
         const MeshNearness near = find_nearness(surface, body, offset, 2.0 * touch, 2.0 * touch);
         overlap.is_missing = overlap.is_missing || near.is_missing;
         return near.distance;
     };
-    overlap.distance = nearness(0.0);
-    if (overlap.is_missing || overlap.distance > 0.0) return overlap;
-    // Not all of the way, so that what is left has an inside.
-    double clear = (1.0 - kLeft) * most, deep = 0.0;
-    overlap.offset = clear;
-    overlap.distance = nearness(clear);
-    overlap.is_deep = !(overlap.distance > 0.0);
-    for (int i = 0; i < kHalvings && !overlap.is_deep && clear - deep > 0.1 * touch; ++i) {
+    const auto accept = [&](double offset, double distance) {
+        overlap.offset = offset;
+        overlap.distance = distance;
+    };
+    const double at_first = nearness(0.0);
+    accept(0.0, at_first);
+    if (overlap.is_missing || at_first > 0.0) return overlap;
+    double deep = 0.0, clear = most;
+    if (!body.is_compound() && body.whole().kind == ShapeKind::round && at_first > -kInfinity) {
+        const double offset = touch - at_first;
+        const double distance = nearness(offset);
+        if (distance > 0.0) {
+            accept(offset, distance);
+            return overlap;
+        }
+        deep = std::min(offset, most);
+    } else {
+        clear = std::min(most, std::max(touch, kFirst * most));
+    }
+    for (;;) {
+        const double distance = nearness(clear);
+        accept(clear, distance);
+        if (distance > 0.0) break;
+        if (clear >= most) {
+            overlap.is_deep = true;
+            return overlap;
+        }
+        deep = clear;
+        clear = std::min(most, kGrowth * clear);
+    }
+    while (clear - deep > touch && clear > (1.0 + accuracy) * deep) {
         const double middle = 0.5 * (clear + deep);
         const double distance = nearness(middle);
         if (distance > 0.0) {
             clear = middle;
-            overlap.offset = middle;
-            overlap.distance = distance;
+            accept(middle, distance);
         } else {
             deep = middle;
         }

@@ -44,9 +44,11 @@ struct MeshOverlap {
     double distance = 0.0;  ///< lower bound of the distance at that offset
 };
 
-/// Finds the least offset at which a body is separated, by bisection; 0 where it is separated as it is.
-/// @param touch how near to the least, metres, > 0
+/// Finds an offset at which a body is separated: exact for spheres and capsules whose core is, 0 where it is
+/// separated as it is, else by bisection.
+/// @param touch    distances below this count as touching, metres, > 0
+/// @param accuracy the answer is at most the least by this share above it, or by 1
 MeshOverlap find_overlap_offset(const SurfaceTriangles& surface, const LocalBody& body,
-                                double touch);
+                                double touch, double accuracy);
 
 }  // namespace terrane::internal

@@ -12,6 +12,8 @@ namespace {
 
 /// What is left of a gap after a separating translation, metres.
 constexpr double kFree = 1e-9;
+/// Contacts do not need the least offset.
+constexpr double kRough = 1.0;
 
 bool separates(const MeshQuery& query, const Eigen::Vector3d& d, bool& is_missing) {
     const LocalBody moved = query.moved(d);
@@ -51,7 +53,8 @@ MeshTranslation refine(const MeshQuery& query, Eigen::Vector3d d) {
             return answer;
         }
         if (answer.is_missing) return answer;
-        const MeshOverlap overlap = find_overlap_offset(query.surface(), query.moved(d), kFree);
+        const MeshOverlap overlap =
+            find_overlap_offset(query.surface(), query.moved(d), kFree, kRough);
         if (overlap.is_deep || overlap.is_missing) return answer;
         if (!add_contacts(query, d, overlap, spaces) || !find_shortest(spaces, d)) return answer;
     }

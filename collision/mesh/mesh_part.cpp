@@ -100,24 +100,27 @@ double MeshPart::opening(const Eigen::Vector3d& n) const {
     return reach_ > 0.0 ? (dot(n, inside_) - lowest_of_whole(n)) / reach_ : 0.0;
 }
 
-double MeshPart::bound_distance(const SurfaceTriangle& triangle) const {
-    const double plane = dot(triangle.normal, triangle.v[0]);
-    double bound = std::max(lowest(triangle.normal) - plane, plane + lowest(-triangle.normal));
+double MeshPart::bound_distance(const SurfaceTriangle& triangle, double enough) const {
+    double bound = -kInfinity;
     for (int i = 0; i < 3; ++i) {
-        const auto [low, high] =
-            std::minmax({triangle.v[0][i], triangle.v[1][i], triangle.v[2][i]});
+        const double a = triangle.v[0][i], b = triangle.v[1][i], c = triangle.v[2][i];
         // The box around the whole contains the shrunk part.
-        bound = std::max({bound, low - shape_.centre[i] - shape_.bounds[i],
-                          shape_.centre[i] - shape_.bounds[i] - high});
+        bound = std::max(bound, std::max(std::min({a, b, c}) - shape_.centre[i],
+                                         shape_.centre[i] - std::max({a, b, c})) -
+                                    shape_.bounds[i]);
     }
+    if (bound >= enough) return bound;
+    const double plane = dot(triangle.normal, triangle.v[0]);
+    bound = std::max({bound, lowest(triangle.normal) - plane, plane + lowest(-triangle.normal)});
+    if (bound >= enough) return bound;
     if (shape_.kind == ShapeKind::box) {
         for (std::size_t i = 0; i < 3; ++i) {
             const Eigen::Vector3d& axis = shape_.axes[i];
             const double at = dot(axis, shape_.centre);
             const double a = dot(axis, triangle.v[0]) - at, b = dot(axis, triangle.v[1]) - at,
                          c = dot(axis, triangle.v[2]) - at;
-            const auto [low, high] = std::minmax({a, b, c});
-            bound = std::max(bound, std::max(low, -high) - half_[static_cast<Eigen::Index>(i)]);
+            bound = std::max(bound, std::max(std::min({a, b, c}), -std::max({a, b, c})) -
+                                        half_[static_cast<Eigen::Index>(i)]);
         }
     }
     return bound;

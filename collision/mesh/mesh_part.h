@@ -51,7 +51,8 @@ public:
     double opening(const Eigen::Vector3d& n) const;
 
     /// A lower bound of the distance from a triangle by a few separating planes, metres.
-    double bound_distance(const SurfaceTriangle& triangle) const;
+    /// @param enough the search may stop at a bound of at least this
+    double bound_distance(const SurfaceTriangle& triangle, double enough) const;
     /// @param enough the search may stop at a lower bound above it
     MeshPair closest(const SurfaceTriangle& triangle, double enough) const;
 

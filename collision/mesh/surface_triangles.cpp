@@ -58,17 +58,22 @@ bool is_near_volume(const Ground& ground, const Aabb& box_world) {
     // Sweeps over many chunks are cut into pieces anyway.
     constexpr std::int64_t kMostCells = 64 * kChunkCells;
     if (cells.east - cells.west > kMostCells || cells.north - cells.south > kMostCells) return true;
+    bool meets = false;
+    visit_solids(ground, cells, [&](const SolidSurface& solid, const CellRange&) {
+        meets = meets || has_contour(solid, box_world);
+    });
+    if (meets) return true;
     // Columns of all heights: what is over or under a triangle of a volume.
     Aabb columns = box_world;
     columns.low.z() = -kInfinity;
     columns.high.z() = kInfinity;
-    bool is_touched = false, meets = false;
+    bool is_touched = false;
     double top = -kInfinity;
     visit_solids(ground, cells, [&](const SolidSurface& solid, const CellRange& in_chunk) {
         if (!has_overlap(solid, columns)) return;
         is_touched = true;
         top = std::max(top, solid.bounds().high.z());
-        meets = meets || has_replaced(solid, in_chunk) || has_contour(solid, box_world);
+        meets = meets || has_replaced(solid, in_chunk);
     });
     if (!is_touched) return false;
     const RangeAnswer range = ground.range(cells);
