@@ -166,6 +166,8 @@ std::vector<VolumeTilePart> PlacedVolume::tiles() const {
     return parts;
 }
 
+const Aabb& PlacedVolume::bounds_world() const { return shape_->bounds(); }
+
 std::size_t PlacedVolume::bytes() const { return shape_->bytes(); }
 
 double PlacedVolume::signed_distance(const WorldPos& p_world) const {

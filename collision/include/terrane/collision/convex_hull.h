@@ -5,6 +5,7 @@
 #include <terrane/terrain/result.h>
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <span>
 
@@ -50,6 +51,11 @@ public:
     /// Faces are polygons of three or more vertices. A flat hull has two, back to back; one with fewer than three
     /// vertices has none.
     std::size_t face_count() const;
+    /// The corners of a face, counter-clockwise seen from outside, as indices of vertices(). Every edge is of two
+    /// faces, once in each direction.
+    ///
+    /// @param index below face_count()
+    std::span<const std::uint32_t> face(std::size_t index) const;
 
 private:
     explicit ConvexHull(std::shared_ptr<const internal::HullData> data);

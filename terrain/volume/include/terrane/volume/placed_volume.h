@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <terrane/terrain/aabb.h>
 #include <terrane/terrain/height_source.h>
 #include <terrane/terrain/lattice.h>
 #include <terrane/volume/volume_shapes.h>
@@ -70,6 +71,8 @@ public:
 
     /// Whether it is removed or added.
     VolumeOp op() const { return op_; }
+    /// Box around the shape; of meshes and files, around the band of their level set.
+    const Aabb& bounds_world() const;
     /// Tiles of the world that the shape, widened by three spacings, may touch; sorted by key.
     std::vector<VolumeTilePart> tiles() const;
     /// Bytes of its level set or list of capsules.
