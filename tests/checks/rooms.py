@@ -21,7 +21,7 @@ SEES = {
     "volume": {"volume", "terrain"},
     "collision": {"collision", "terrain"},
     "render": {"render", "terrain"},
-    "tools": {"tools", "render", "collision", "dem", "store", "terrain"},
+    "tools": {"tools", "render", "collision", "volume", "dem", "store", "terrain"},
 }
 FOLDER = {"store": "terrain/store", "dem": "terrain/dem", "volume": "terrain/volume"}  # others are named after their component
 # Rooms of another component that a component may include, beside base: a store writes what chunks hold.

@@ -76,7 +76,9 @@ auto ask_along(QueryGround& ground, const WorldPos& from_world, const WorldPos& 
 
 void answer_height(const HeightQuestion& question, QueryGround& ground, Json& answer) {
     const HeightAnswer found = ask_around(ground, WorldPos(question.x, question.y, 0.0), 0.0, [&] {
-        return ground.ground().height(question.x, question.y);
+        return question.below
+                   ? ground.ground().height_below(question.x, question.y, *question.below)
+                   : ground.ground().height(question.x, question.y);
     });
     answer["status"] = name_of(found.status);
     if (found.status != GroundStatus::ok) return;

@@ -44,6 +44,15 @@ Parsed<Question> read_height(const Json& object) {
     return HeightQuestion{.x = *x, .y = *y};
 }
 
+Parsed<Question> read_height_below(const Json& object) {
+    Parsed<Question> question = read_height(object);
+    if (!question) return question;
+    const Parsed<double> z = read_coordinate(object, "z");
+    if (!z) return wrong(z.error());
+    std::get<HeightQuestion>(*question).below = *z;
+    return question;
+}
+
 // A shape with start and end pose; without `to` the end is the start.
 Parsed<OtherShape> read_moving(const Json& object) {
     const Parsed<Shape> shape = read_shape(object, "shape");
@@ -123,9 +132,11 @@ Parsed<Question> read_cast(const Json& object) {
 Parsed<Question> read_question(const Json& object) {
     const auto op = object.find("op");
     if (op == object.end()) return wrong("op is missing");
-    if (*op == "height") {
-        if (object.contains("other")) return wrong("height is asked of the ground, not of other");
-        return read_height(object);
+    if (*op == "height" || *op == "height_below") {
+        if (object.contains("other")) {
+            return wrong(op->get<std::string>() + " is asked of the ground, not of other");
+        }
+        return *op == "height" ? read_height(object) : read_height_below(object);
     }
     if (*op == "ray") return read_ray(object);
     if (*op == "cast") return read_cast(object);
@@ -134,7 +145,8 @@ Parsed<Question> read_question(const Json& object) {
     if (*op == "distance") return read_shape_question(object, ShapeOp::distance);
     if (*op == "pseudodistance") return read_shape_question(object, ShapeOp::pseudodistance);
     return wrong(
-        fmt::format("op must be height, ray, test, find, distance, pseudodistance or cast, got {}",
+        fmt::format("op must be height, height_below, ray, test, find, distance, pseudodistance or "
+                    "cast, got {}",
                     shown(*op)));
 }
 

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "query/parsing/value_parsing.h"
+
+#include <terrane/terrain/height_source.h>
+
+#include <memory>
+#include <string>
+
+namespace terrane::tools {
+
+/// `volumes` of a scene. Opaque, as SceneVolumeField is, so that the program can be built without terrane::volume.
+struct SceneVolumes;
+
+/// The volumes of a scene, placed and checked on the lattice of a ground.
+struct SceneVolumeField;
+
+/// Parses `volumes` of a scene:
+/// `[{"op":"remove"|"add","shape":V,"position":[x,y,z],"rotation":[w,x,y,z],"voxel_m":v}..]` with V a sphere, capsule,
+/// box or hull as read_shape() takes it, `{"tube":{"path":[[x,y,z]..],"radius":r}}`, `{"mesh":"file"}` (read_mesh()),
+/// `{"vdb":"file"}` or `{"vdb":{"file":"file","grid":"name"}}`. Op, shape and position are required. Errors begin with
+/// the path of the key: "volumes[2].voxel_m must be". Meshes are read here; null for an empty list.
+///
+/// Fails besides: where the program was built without terrane::volume, for all but an empty list
+///
+/// @param folder that relative files are found from
+Parsed<std::shared_ptr<const SceneVolumes>> read_volumes(const nlohmann::ordered_json& list,
+                                                         const std::string& folder);
+
+/// The smallest voxel_m of the list, metres.
+double finest_voxel(const SceneVolumes& volumes);
+
+/// Places volumes at the finest level of a ground.
+///
+/// Fails: as Volumes::create(), and invalid_argument for a volume that is beside the ground's extent; messages begin
+///        with "volumes[2]"
+Result<std::shared_ptr<const SceneVolumeField>> place_volumes(const SceneVolumes& volumes,
+                                                              const HeightSource& ground);
+
+/// A ground with volumes: VolumeHeights. `ground` has the lattice that they were placed on.
+Result<std::shared_ptr<const HeightSource>> add_volumes(std::shared_ptr<const HeightSource> ground,
+                                                        const SceneVolumeField& field);
+
+/// What `terrane info` says of volumes, in their order: `[{"op":"remove","shape":"tube","voxel_m":v,
+/// "bounds_m":[[x,y,z],[x,y,z]]}..]`, where v is the spacing that they are contoured at, and the bounds of a .vdb file
+/// are those of its band.
+nlohmann::ordered_json describe_volumes(const SceneVolumeField& field);
+
+}  // namespace terrane::tools
