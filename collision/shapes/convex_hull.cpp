@@ -35,10 +35,9 @@ std::span<const Eigen::Vector3d> ConvexHull::vertices() const { return data_->ve
 
 std::size_t ConvexHull::face_count() const { return data_->faces.size(); }
 
-std::span<const std::uint32_t> ConvexHull::face(std::size_t i) const {
-    const internal::Polyhedron& polyhedron = data_->polyhedron;
-    const internal::Polyhedron::Face& face = polyhedron.faces[i];
-    return polyhedron.loops.subspan(face.first, face.count);
+std::span<const std::uint32_t> ConvexHull::face(std::size_t index) const {
+    const internal::Polyhedron::Face& face = data_->faces[index];
+    return std::span(data_->loops).subspan(face.first, face.count);
 }
 
 Result<void> check(const ConvexHull&) { return {}; }

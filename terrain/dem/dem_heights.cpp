@@ -18,6 +18,12 @@ Result<void> check(const DemSettings& settings) {
                       settings.read_timeout);
         return fail(ErrorCode::invalid_argument, text);
     }
+    if (!(settings.spacing_tolerance >= 1.0 && settings.spacing_tolerance <= 2.0)) {
+        char text[80];
+        std::snprintf(text, sizeof text, "spacing_tolerance must be 1 to 2, got %g",
+                      settings.spacing_tolerance);
+        return fail(ErrorCode::invalid_argument, text);
+    }
     return internal::check_detail(settings);
 }
 
@@ -29,7 +35,8 @@ Result<std::shared_ptr<const HeightSource>> open_source(const std::string& path,
     store.patience_s = settings.read_timeout;
     store.bounds_cache = settings.cache;
     auto source =
-        internal::DemSource::create(path, settings.finest_spacing, store, settings.progress);
+        internal::DemSource::create(path, settings.finest_spacing, store, settings.progress,
+                                    settings.spacing_tolerance);
     if (!source) return tl::unexpected(source.error());
     if (info_out != nullptr) {
         *info_out = (*source)->info();

@@ -35,12 +35,12 @@ DemSource::DemSource(std::shared_ptr<const RasterStore> store,
 
 Result<std::shared_ptr<const DemSource>> DemSource::create(
     const std::string& path, double finest_spacing, const StoreSettings& settings,
-    std::function<bool(double)> report_progress) {
+    std::function<bool(double)> report_progress, double spacing_tolerance) {
     auto reader = RasterReader::open(path, settings.patience_s);
     if (!reader) return tl::unexpected(reader.error());
     // A spacing out of range and a raster too large are refused before it is read.
     const DemInfo& raster = (*reader)->info();
-    const auto first_grid = make_grid(raster, finest_spacing);
+    const auto first_grid = make_grid(raster, finest_spacing, spacing_tolerance);
     if (!first_grid) return tl::unexpected(first_grid.error());
     const double all_samples = sizeof(float) * static_cast<double>(raster.columns) * raster.rows;
     const double held_bytes = all_samples <= static_cast<double>(settings.memory_bytes)
@@ -56,7 +56,7 @@ Result<std::shared_ptr<const DemSource>> DemSource::create(
     auto opened = RasterStore::open(std::move(*reader), settings, needed_bytes, progress);
     if (!opened) return tl::unexpected(opened.error());
     std::shared_ptr<const RasterStore> store = std::move(*opened);
-    const auto grid = make_grid(store->info(), finest_spacing);
+    const auto grid = make_grid(store->info(), finest_spacing, spacing_tolerance);
     if (!grid) return tl::unexpected(grid.error());
 
     const auto fine = std::make_shared<const FineSurface>(*grid, store);

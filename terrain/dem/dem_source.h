@@ -22,7 +22,7 @@ public:
     ///        spacing is out of range
     static Result<std::shared_ptr<const DemSource>> create(
         const std::string& path, double finest_spacing, const StoreSettings& settings,
-        std::function<bool(double)> report_progress = {});
+        std::function<bool(double)> report_progress = {}, double spacing_tolerance = 1.0);
 
     const DemInfo& info() const { return store_->info(); }
     const BilinearGrid& grid() const { return fine_->grid(); }

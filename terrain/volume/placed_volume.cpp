@@ -166,7 +166,7 @@ std::vector<VolumeTilePart> PlacedVolume::tiles() const {
     return parts;
 }
 
-Aabb PlacedVolume::bounds() const { return shape_->bounds(); }
+const Aabb& PlacedVolume::bounds_world() const { return shape_->bounds(); }
 
 std::size_t PlacedVolume::bytes() const { return shape_->bytes(); }
 

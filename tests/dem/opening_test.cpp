@@ -115,6 +115,38 @@ TEST(DemOpening, ScatteredNodataCountsForTheLimit) {
     EXPECT_TRUE(DemHeights::open(path, {}).has_value());
 }
 
+TEST(DemOpening, TakesTheHalvingOfACellWithinTheTolerance) {
+    const TemporaryFolder folder;
+    const std::string path = folder.file("raster.tif");
+    write_raster(path, rough(20, 30));
+    DemInfo info;
+    ASSERT_TRUE(DemHeights::open(path, {}, &info).has_value());
+    ASSERT_EQ(info.cell_x, info.cell_y);
+    const auto halvings = [&](double ratio, double tolerance) {
+        const double finest = ratio * info.cell_x;
+        DemSettings settings;
+        settings.finest_spacing = finest;
+        settings.spacing_tolerance = tolerance;
+        const auto source = DemHeights::open(path, settings);
+        EXPECT_TRUE(source.has_value());
+        return source ? info.cell_x / (*source)->lattice().spacing : 0.0;
+    };
+    EXPECT_EQ(halvings(0.72, 1.0), 2.0);
+    EXPECT_EQ(halvings(0.72, std::sqrt(2.0)), 1.0);
+    EXPECT_EQ(halvings(0.70, std::sqrt(2.0)), 2.0);
+    EXPECT_EQ(halvings(0.36, std::sqrt(2.0)), 2.0);
+    EXPECT_EQ(halvings(0.35, std::sqrt(2.0)), 4.0);
+    EXPECT_EQ(halvings(8.0, 1.0), 1.0);
+    for (const double tolerance : {0.5, 2.5, std::nan("")}) {
+        DemSettings settings;
+        settings.spacing_tolerance = tolerance;
+        const auto refused = DemHeights::open(path, settings);
+        ASSERT_FALSE(refused.has_value());
+        EXPECT_NE(refused.error().message.find("spacing_tolerance must be 1 to 2"),
+                  std::string::npos);
+    }
+}
+
 TEST(DemOpening, TellsAShareThatGrowsToOneAndStopsWhereItIsTold) {
     const TemporaryFolder folder;
     const std::string path = folder.file("raster.tif");

@@ -41,8 +41,9 @@ std::shared_ptr<SlowHeights> open_slow_storage(const FlyOptions& options, const 
     constexpr double kMegabyte = 1e6;
     const double bandwidth =
         given(options.bandwidth_mb).value_or(std::numeric_limits<double>::infinity());
-    return std::make_shared<SlowHeights>(
-        terrain.source, 1e-3 * given(options.latency_ms).value_or(0.0), kMegabyte * bandwidth);
+    return std::make_shared<SlowHeights>(heightfield_of(terrain),
+                                         1e-3 * given(options.latency_ms).value_or(0.0),
+                                         kMegabyte * bandwidth);
 }
 
 // Plays the flight: frame i shows time i / fps. Loaders run in real time.
@@ -97,8 +98,11 @@ CommandResult<void> run_fly(const FlyOptions& options, const CLI::App& command) 
     const CommandResult<std::size_t> frame_count = count_frames(options.fps, path->duration());
     if (!frame_count) return pass_on(frame_count.error());
     const std::shared_ptr<SlowHeights> storage = open_slow_storage(options, *terrain);
-    Result<FrameMaker> maker =
-        FrameMaker::create(storage ? storage : terrain->source, frame_maker_settings(options));
+    const auto source = storage
+                            ? with_volumes(*terrain, storage)
+                            : CommandResult<std::shared_ptr<const HeightSource>>(terrain->source);
+    if (!source) return pass_on(source.error());
+    Result<FrameMaker> maker = FrameMaker::create(*source, frame_maker_settings(options));
     if (!maker) return pass_on(maker.error());
     Result<FlightOutput> output = FlightOutput::create(options, *terrain->source);
     if (!output) return pass_on(output.error());

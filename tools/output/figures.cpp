@@ -25,10 +25,10 @@ bool is_one_of(const std::string& key, const std::array<std::string_view, N>& ke
 }
 
 // Coordinates, heights and grid sizes: 9 digits.
-constexpr std::array<std::string_view, 13> kPlaces{
-    "extent_m",         "min_m",     "max_m",       "root_size_m",     "lattice_origin_m",
-    "finest_spacing_m", "cell_m",    "centre",      "metres_per_unit", "eye_m",
-    "forward",          "quantum_m", "guaranteed_m"};
+constexpr std::array<std::string_view, 15> kPlaces{
+    "extent_m",         "min_m",     "max_m",        "root_size_m",     "lattice_origin_m",
+    "finest_spacing_m", "cell_m",    "centre",       "metres_per_unit", "eye_m",
+    "forward",          "quantum_m", "guaranteed_m", "voxel_m",         "bounds_m"};
 
 // Echoes of the command line: not rounded.
 constexpr std::array<std::string_view, 11> kEchoed{

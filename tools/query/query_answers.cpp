@@ -76,8 +76,8 @@ auto ask_along(QueryGround& ground, const WorldPos& from_world, const WorldPos& 
 
 void answer_height(const HeightQuestion& question, QueryGround& ground, Json& answer) {
     const HeightAnswer found = ask_around(ground, WorldPos(question.x, question.y, 0.0), 0.0, [&] {
-        return question.below_z
-                   ? ground.ground().height_below(question.x, question.y, *question.below_z)
+        return question.below
+                   ? ground.ground().height_below(question.x, question.y, *question.below)
                    : ground.ground().height(question.x, question.y);
     });
     answer["status"] = name_of(found.status);

@@ -46,6 +46,11 @@ bool QueryGround::load(const WorldRect& region) {
     ground_.reset();
     time_s_ += 1.0;
     pager_.update({}, {}, time_s_);
+    if (pager_.state_of(ticket) == TicketState::failing) {
+        // a chunk with volumes may turn out larger than its claim; the next load claims what it needs
+        time_s_ += 1.0;
+        pager_.update({}, {}, time_s_);
+    }
     ground_.emplace(pager_.resident(), level, surface_);
     return pager_.is_ready(ticket);
 }

@@ -17,37 +17,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kMaxSpeed = 1e6;  // m/s and rad/s, what a world accepts
 
-Parsed<void> check_shape_keys(const Json& shape, const std::string& path);
-
-/// Refuses keys that read_shape() would ignore. What has no known kind is left to it.
-Parsed<void> check_part_keys(const Json& part, const std::string& path) {
-    if (const Parsed<void> good = check_keys(part, path, {"shape", "position", "rotation"});
-        !good) {
-        return good;
-    }
-    const auto shape = part.find("shape");
-    return shape == part.end() ? Parsed<void>{} : check_shape_keys(*shape, path + ".shape");
-}
-
-Parsed<void> check_shape_keys(const Json& shape, const std::string& path) {
-    if (!shape.is_object() || shape.size() != 1) return {};
-    const std::string& kind = shape.begin().key();
-    const Json& content = shape.begin().value();
-    const std::string inner = path + "." + kind;
-    if (kind == "compound" && content.is_array()) {
-        for (std::size_t i = 0; i < content.size(); ++i) {
-            const Parsed<void> good = check_part_keys(content[i], fmt::format("{}[{}]", inner, i));
-            if (!good) return good;
-        }
-    }
-    if (!content.is_object()) return {};
-    if (kind == "sphere") return check_keys(content, inner, {"radius"});
-    if (kind == "capsule") return check_keys(content, inner, {"radius", "half_height"});
-    if (kind == "box") return check_keys(content, inner, {"half_extents"});
-    if (kind == "hull") return check_keys(content, inner, {"points"});
-    return {};
-}
-
 /// The shape of a body. Messages begin with the rest of its key path.
 Parsed<Shape> read_body_shape(const Json& body) {
     Parsed<Shape> shape = read_shape(body, "shape");

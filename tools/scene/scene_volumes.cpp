@@ -1,233 +1,188 @@
 // SPDX-License-Identifier: MIT
 #include "scene/scene_volumes.h"
 
-#include "options/spelling.h"
-#include "query/parsing/shape_parsing.h"
-#include "scene/mesh_reading.h"
 #include "scene/scene_keys.h"
+#include "scene/volume_shapes.h"
 
-#if TERRANE_HAS_VOLUME
-#include <terrane/collision/convex_hull.h>
 #include <terrane/volume/volume_heights.h>
-#endif
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
-#include <optional>
+#include <charconv>
+#include <limits>
 #include <utility>
+#include <vector>
 
 namespace terrane::tools {
 
-#if TERRANE_HAS_VOLUME
-
 struct SceneVolumes {
+    /// What a volume is called in answers and messages.
+    struct Name {
+        std::string kind, file;
+    };
     std::vector<VolumeOperation> operations;
-    std::vector<std::string> shapes;  // names of their kinds
+    std::vector<Name> names;  // of each operation
+};
+
+struct SceneVolumeField {
+    Volumes volumes;
+    std::vector<SceneVolumes::Name> names;
+    std::vector<Aabb> bounds_world;
 };
 
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kFinestVoxel = 1e-3, kCoarsestVoxel = 1e3;  // metres
-constexpr double kDefaultVoxel = 0.5;
+constexpr double kMostVoxel = 1e5;  // metres, what a volume accepts
 
-Parsed<std::string> read_file_name(const Json& value, const char* kind, const std::string& folder) {
-    if (!value.is_string() || value.get<std::string>().empty())
-        return wrong(fmt::format("shape.{} must be a path, got {}", kind, shown(value)));
-    return (std::filesystem::path(folder) / value.get<std::string>()).string();
+Parsed<VolumeOp> read_op(const Json& volume) {
+    const auto found = volume.find("op");
+    if (found == volume.end()) return wrong("op is missing");
+    if (*found == "remove") return VolumeOp::remove;
+    if (*found == "add") return VolumeOp::add;
+    return wrong("op must be remove or add, got " + shown(*found));
 }
 
-Parsed<VolumeShape> read_tube(const Json& content, const std::string& path) {
-    if (const Parsed<void> good = check_keys(content, path + ".shape.tube", {"path", "radius"});
-        !good)
-        return wrong(good.error());
-    VolumeTube tube;
-    const auto points = content.find("path");
-    if (points == content.end() || !points->is_array())
-        return wrong(path + ".shape.tube.path must be a list of points");
-    for (std::size_t i = 0; i < points->size(); ++i) {
-        const auto point = numbers_of<3>((*points)[i]);
-        if (!point) {
-            return wrong(fmt::format("{}.shape.tube.path[{}] must be 3 numbers, got {}", path, i,
-                                     shown((*points)[i])));
-        }
-        tube.path_shape.push_back({(*point)[0], (*point)[1], (*point)[2]});
+Parsed<double> read_voxel(const Json& volume, double otherwise) {
+    if (!volume.contains("voxel_m")) return otherwise;
+    const Parsed<double> voxel = read_number(volume, "voxel_m");
+    if (voxel && !(*voxel > 0.0 && *voxel <= kMostVoxel)) {
+        return wrong(fmt::format("voxel_m must be above 0 and at most {:.6g}, got {:.6g}",
+                                 kMostVoxel, *voxel));
     }
-    const Parsed<double> radius = read_number(content, "radius");
-    if (!radius) return wrong(path + ".shape.tube." + radius.error());
-    tube.radius = *radius;
-    return VolumeShape(std::move(tube));
+    return voxel;
 }
 
-Parsed<VolumeShape> read_mesh_shape(const Json& content, const std::string& path,
-                                    const std::string& folder) {
-    const Parsed<std::string> file = read_file_name(content, "mesh", folder);
-    if (!file) return wrong(path + "." + file.error());
-    Result<FileMesh> mesh = read_mesh(*file);
-    if (!mesh) return wrong(path + ".shape: " + mesh.error().message);
-    return VolumeShape(VolumeMesh{std::move(mesh->points), std::move(mesh->triangles)});
-}
-
-/// The closed mesh of a convex hull.
-VolumeMesh mesh_of(const ConvexHull& hull) {
-    VolumeMesh mesh;
-    const auto vertices = hull.vertices();
-    mesh.points_shape.assign(vertices.begin(), vertices.end());
-    for (std::size_t face = 0; face < hull.face_count(); ++face) {
-        const auto corners = hull.face(face);
-        for (std::size_t i = 2; i < corners.size(); ++i)
-            mesh.triangles.push_back({corners[0], corners[i - 1], corners[i]});
-    }
-    return mesh;
-}
-
-Parsed<VolumeShape> read_volume_shape(const Json& volume, const std::string& path,
-                                      const std::string& folder, std::string& kind_out) {
-    const auto shape = volume.find("shape");
-    if (shape == volume.end()) return wrong(path + ".shape is missing");
-    if (!shape->is_object() || shape->size() != 1)
-        return wrong(path + ".shape must be an object with one key, got " + shown(*shape));
-    const std::string& kind = kind_out = shape->begin().key();
-    const Json& content = shape->begin().value();
-    const std::string inner = path + ".shape." + kind;
-    if (kind == "tube") return read_tube(content, path);
-    if (kind == "mesh") return read_mesh_shape(content, path, folder);
-    if (kind == "vdb") {
-        const Parsed<std::string> file = read_file_name(content, "vdb", folder);
-        if (!file) return wrong(path + "." + file.error());
-        return VolumeShape(VolumeFile{.path = *file});
-    }
-    const std::vector<std::pair<std::string, std::initializer_list<std::string_view>>> kinds{
-        {"sphere", {"radius"}},
-        {"capsule", {"radius", "half_height"}},
-        {"box", {"half_extents"}},
-        {"hull", {"points"}}};
-    const auto known = std::ranges::find(kinds, kind, &decltype(kinds)::value_type::first);
-    if (known == kinds.end()) {
-        return wrong(path +
-                     ".shape must be a sphere, capsule, box, hull, tube, mesh or vdb, got '" +
-                     kind + "'");
-    }
-    if (const Parsed<void> good = check_keys(content, inner, known->second); !good)
-        return wrong(good.error());
-    const Parsed<Shape> convex = read_shape(volume, "shape");
-    if (!convex) return wrong(path + ".shape: " + convex.error());
-    if (const auto* sphere = std::get_if<Sphere>(&*convex))
-        return VolumeShape(VolumeSphere{sphere->radius});
-    if (const auto* capsule = std::get_if<Capsule>(&*convex))
-        return VolumeShape(VolumeCapsule{capsule->radius, capsule->half_height});
-    if (const auto* box = std::get_if<Box>(&*convex))
-        return VolumeShape(VolumeBox{box->half_extents});
-    return VolumeShape(mesh_of(std::get<ConvexHull>(*convex)));
-}
-
-Parsed<VolumeOperation> read_volume(const Json& volume, const std::string& path,
-                                    const std::string& folder, std::string& kind_out) {
-    if (const Parsed<void> good =
-            check_keys(volume, path, {"op", "shape", "position", "rotation", "voxel_m"});
-        !good) {
-        return wrong(good.error());
-    }
+/// All but the shape. Messages begin with the rest of the key path.
+Parsed<VolumeOperation> read_operation(const Json& volume) {
     VolumeOperation operation;
-    const auto op = volume.find("op");
-    if (op == volume.end()) return wrong(path + ".op is missing");
-    if (*op == "remove") {
-        operation.op = VolumeOp::remove;
-    } else if (*op == "add") {
-        operation.op = VolumeOp::add;
-    } else {
-        return wrong(path + ".op must be remove or add, got " + shown(*op));
-    }
-    Parsed<VolumeShape> shape = read_volume_shape(volume, path, folder, kind_out);
-    if (!shape) return wrong(shape.error());
-    operation.shape = *std::move(shape);
-    const Parsed<Pose> pose = read_pose(volume, PositionAbsent::is_origin);
-    if (!pose) return wrong(path + "." + pose.error());
-    operation.world_from_shape = *pose;
-    const Parsed<double> voxel =
-        read_in_range(volume, "voxel_m", kDefaultVoxel, kFinestVoxel, kCoarsestVoxel);
-    if (!voxel) return wrong(path + "." + voxel.error());
+    const Parsed<VolumeOp> op = read_op(volume);
+    if (!op) return wrong(op.error());
+    operation.op = *op;
+    const Parsed<double> voxel = read_voxel(volume, operation.voxel);
+    if (!voxel) return wrong(voxel.error());
     operation.voxel = *voxel;
-    if (const Result<void> good = check(operation); !good)
-        return wrong(path + ": " + good.error().message);
+    const Parsed<Pose> pose = read_pose(volume, PositionAbsent::is_wrong);
+    if (!pose) return wrong(pose.error());
+    operation.world_from_shape = *pose;
     return operation;
 }
+
+/// "volumes[2]", with the file that its shape is from.
+std::string called(std::size_t index, const SceneVolumes& volumes) {
+    const SceneVolumes::Name& name = volumes.names[index];
+    if (name.file.empty()) return fmt::format("volumes[{}]", index);
+    return fmt::format("volumes[{}], {} '{}'", index, name.kind, name.file);
+}
+
+/// The library says "volume 2: "; a scene "volumes[2]: ".
+Error in_scene(Error error, const SceneVolumes& volumes) {
+    constexpr std::string_view kBegin = "volume ";
+    if (!error.message.starts_with(kBegin)) return error;
+    const char* const begin = error.message.data() + kBegin.size();
+    const char* const end = error.message.data() + error.message.size();
+    std::size_t index = 0;
+    const auto [rest, fault] = std::from_chars(begin, end, index);
+    if (fault != std::errc() || index >= volumes.names.size() || rest == end || *rest != ':') {
+        return error;
+    }
+    error.message = called(index, volumes) + std::string(rest, end);
+    return error;
+}
+
+/// The box of a mesh without the band of its level set; of other shapes as placed.
+Aabb bounds_of(const VolumeOperation& operation, const PlacedVolume& placed) {
+    const auto* mesh = std::get_if<VolumeMesh>(&operation.shape);
+    if (mesh == nullptr) return placed.bounds_world();
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    Aabb box{Eigen::Vector3d::Constant(kInfinity), Eigen::Vector3d::Constant(-kInfinity)};
+    for (const auto& triangle : mesh->triangles) {
+        for (const std::uint32_t corner : triangle) {
+            const WorldPos p_world = operation.world_from_shape * mesh->points_shape[corner];
+            box.low = box.low.cwiseMin(p_world);
+            box.high = box.high.cwiseMax(p_world);
+        }
+    }
+    return box;
+}
+
+bool is_beside(const Aabb& box, const WorldRect& extent) {
+    return box.high.x() < extent.west || box.low.x() > extent.east || box.high.y() < extent.south ||
+           box.low.y() > extent.north;
+}
+
+Json corner_of(const WorldPos& p_world) { return {p_world.x(), p_world.y(), p_world.z()}; }
 
 }  // namespace
 
 Parsed<std::shared_ptr<const SceneVolumes>> read_volumes(const Json& list,
                                                          const std::string& folder) {
-    if (!list.is_array() || list.empty())
-        return wrong("volumes must be a list of at least one volume, got " + shown(list));
+    if (!list.is_array()) return wrong("volumes must be a list, got " + shown(list));
+    if (list.empty()) return std::shared_ptr<const SceneVolumes>();
     auto volumes = std::make_shared<SceneVolumes>();
     for (const Json& each : list) {
         const std::string path = fmt::format("volumes[{}]", volumes->operations.size());
-        std::string kind;
-        Parsed<VolumeOperation> operation = read_volume(each, path, folder, kind);
-        if (!operation) return wrong(operation.error());
+        const Parsed<void> good =
+            check_keys(each, path, {"op", "shape", "position", "rotation", "voxel_m"});
+        if (!good) return wrong(good.error());
+        Parsed<VolumeOperation> operation = read_operation(each);
+        if (!operation) return wrong(path + "." + operation.error());
+        Parsed<SceneVolumeShape> shape = read_volume_shape(each, path, folder);
+        if (!shape) return wrong(shape.error());
+        operation->shape = std::move(shape->shape);
         volumes->operations.push_back(*std::move(operation));
-        volumes->shapes.push_back(std::move(kind));
+        volumes->names.push_back({std::move(shape->kind), std::move(shape->file)});
     }
-    return std::shared_ptr<const SceneVolumes>(std::move(volumes));
+    return volumes;
 }
 
 double finest_voxel(const SceneVolumes& volumes) {
-    return std::ranges::min(volumes.operations, {}, &VolumeOperation::voxel).voxel;
+    return std::ranges::min_element(volumes.operations, {}, &VolumeOperation::voxel)->voxel;
 }
 
-Result<std::shared_ptr<const HeightSource>> add_volumes(std::shared_ptr<const HeightSource> heights,
-                                                        const SceneVolumes& volumes) {
-    const Lattice& lattice = heights->lattice();
-    const Result<Volumes> placed =
-        Volumes::create(lattice, volumes.operations, {.level = lattice.finest_level});
-    if (!placed) {
-        // "volume 2: ..." of the library
-        std::string message = placed.error().message;
-        if (const std::size_t end = message.find(':'); message.starts_with("volume ")) {
-            message = "volumes[" + message.substr(7, end - 7) + "]" + message.substr(end);
-        }
-        return fail(placed.error().code, message);
-    }
-    auto made = VolumeHeights::create(std::move(heights), *placed);
-    if (!made) return tl::unexpected(made.error());
-    return std::shared_ptr<const HeightSource>(*std::move(made));
-}
-
-std::vector<VolumeSummary> list_volumes(const HeightSource& with, const SceneVolumes& volumes) {
-    std::vector<VolumeSummary> list;
-    const auto& source = static_cast<const VolumeHeights&>(with);
+Result<std::shared_ptr<const SceneVolumeField>> place_volumes(const SceneVolumes& volumes,
+                                                              const HeightSource& ground) {
+    Result<Volumes> placed = Volumes::create(ground.lattice(), volumes.operations,
+                                             {.level = ground.lattice().finest_level});
+    if (!placed) return tl::unexpected<Error>(in_scene(placed.error(), volumes));
+    SceneVolumeField field{*std::move(placed), volumes.names, {}};
+    const WorldRect& extent = ground.extent();
     for (std::size_t i = 0; i < volumes.operations.size(); ++i) {
-        list.push_back({volumes.operations[i].op == VolumeOp::remove ? "remove" : "add",
-                        volumes.shapes[i], volumes.operations[i].voxel,
-                        source.volumes().operations()[i].bounds()});
+        const Aabb box = bounds_of(volumes.operations[i], field.volumes.operations()[i]);
+        if (is_beside(box, extent)) {
+            return fail(
+                ErrorCode::invalid_argument,
+                fmt::format("{} is beside the terrain: it lies in [{:.6g}, {:.6g}, {:.6g}, "
+                            "{:.6g}], the terrain in [{:.6g}, {:.6g}, {:.6g}, {:.6g}] "
+                            "(west, south, east, north)",
+                            called(i, volumes), box.low.x(), box.low.y(), box.high.x(),
+                            box.high.y(), extent.west, extent.south, extent.east, extent.north));
+        }
+        field.bounds_world.push_back(box);
+    }
+    return std::make_shared<const SceneVolumeField>(std::move(field));
+}
+
+Result<std::shared_ptr<const HeightSource>> add_volumes(std::shared_ptr<const HeightSource> ground,
+                                                        const SceneVolumeField& field) {
+    return VolumeHeights::create(std::move(ground), field.volumes);
+}
+
+Json describe_volumes(const SceneVolumeField& field) {
+    Json list = Json::array();
+    for (std::size_t i = 0; i < field.names.size(); ++i) {
+        const bool is_added = field.volumes.operations()[i].op() == VolumeOp::add;
+        Json volume;
+        volume["op"] = is_added ? "add" : "remove";
+        volume["shape"] = field.names[i].kind;
+        volume["voxel_m"] = field.volumes.spacing();
+        volume["bounds_m"] = {corner_of(field.bounds_world[i].low),
+                              corner_of(field.bounds_world[i].high)};
+        list.push_back(std::move(volume));
     }
     return list;
 }
-
-#else
-
-struct SceneVolumes {};
-
-Parsed<std::shared_ptr<const SceneVolumes>> read_volumes(const nlohmann::ordered_json& /*list*/,
-                                                         const std::string& /*folder*/) {
-    return wrong("volumes need a program that is built with TERRANE_VOLUME");
-}
-
-double finest_voxel(const SceneVolumes& /*volumes*/) { return 0.0; }
-
-Result<std::shared_ptr<const HeightSource>> add_volumes(std::shared_ptr<const HeightSource> heights,
-                                                        const SceneVolumes& /*volumes*/) {
-    return heights;
-}
-
-std::vector<VolumeSummary> list_volumes(const HeightSource& /*with*/,
-                                        const SceneVolumes& /*volumes*/) {
-    return {};
-}
-
-#endif
 
 }  // namespace terrane::tools

@@ -3,43 +3,48 @@
 
 #include "query/parsing/value_parsing.h"
 
-#include <terrane/terrain/aabb.h>
 #include <terrane/terrain/height_source.h>
 
 #include <memory>
 #include <string>
-#include <vector>
 
 namespace terrane::tools {
 
-/// `volumes` of a scene. Opaque, so that the program can be built without terrane::volume, and then refuses them.
+/// `volumes` of a scene. Opaque, as SceneVolumeField is, so that the program can be built without terrane::volume.
 struct SceneVolumes;
 
-/// Parses `volumes` of a scene: `[{"op":"remove"|"add","shape":V,"position":[x,y,z],"rotation":[w,x,y,z],
-/// "voxel_m":v}..]` with V a convex shape as read_shape() takes it, `{"tube":{"path":[[x,y,z]..],"radius":r}}`,
-/// `{"mesh":"file"}` or `{"vdb":"file"}`. op and shape are required. Errors begin with the path of the key:
-/// "volumes[2].voxel_m must be".
+/// The volumes of a scene, placed and checked on the lattice of a ground.
+struct SceneVolumeField;
+
+/// Parses `volumes` of a scene:
+/// `[{"op":"remove"|"add","shape":V,"position":[x,y,z],"rotation":[w,x,y,z],"voxel_m":v}..]` with V a sphere, capsule,
+/// box or hull as read_shape() takes it, `{"tube":{"path":[[x,y,z]..],"radius":r}}`, `{"mesh":"file"}` (read_mesh()),
+/// `{"vdb":"file"}` or `{"vdb":{"file":"file","grid":"name"}}`. Op, shape and position are required. Errors begin with
+/// the path of the key: "volumes[2].voxel_m must be". Meshes are read here; null for an empty list.
+///
+/// Fails besides: where the program was built without terrane::volume, for all but an empty list
 ///
 /// @param folder that relative files are found from
 Parsed<std::shared_ptr<const SceneVolumes>> read_volumes(const nlohmann::ordered_json& list,
                                                          const std::string& folder);
 
-/// The finest voxel_m, metres.
+/// The smallest voxel_m of the list, metres.
 double finest_voxel(const SceneVolumes& volumes);
 
-/// A heightfield with the volumes, contoured at its finest level.
+/// Places volumes at the finest level of a ground.
 ///
-/// Fails: as Volumes::create(), naming the volume: "volumes[2]: the volume is"
-Result<std::shared_ptr<const HeightSource>> add_volumes(std::shared_ptr<const HeightSource> heights,
-                                                        const SceneVolumes& volumes);
+/// Fails: as Volumes::create(), and invalid_argument for a volume that is beside the ground's extent; messages begin
+///        with "volumes[2]"
+Result<std::shared_ptr<const SceneVolumeField>> place_volumes(const SceneVolumes& volumes,
+                                                              const HeightSource& ground);
 
-/// One volume, for descriptions.
-struct VolumeSummary {
-    std::string op, shape;   ///< as in the scene
-    double voxel_m = 0.0;    ///< as in the scene, metres
-    Aabb bounds_world = {};  ///< metres
-};
-/// @param with the source that add_volumes() made
-std::vector<VolumeSummary> list_volumes(const HeightSource& with, const SceneVolumes& volumes);
+/// A ground with volumes: VolumeHeights. `ground` has the lattice that they were placed on.
+Result<std::shared_ptr<const HeightSource>> add_volumes(std::shared_ptr<const HeightSource> ground,
+                                                        const SceneVolumeField& field);
+
+/// What `terrane info` says of volumes, in their order: `[{"op":"remove","shape":"tube","voxel_m":v,
+/// "bounds_m":[[x,y,z],[x,y,z]]}..]`, where v is the spacing that they are contoured at, and the bounds of a .vdb file
+/// are those of its band.
+nlohmann::ordered_json describe_volumes(const SceneVolumeField& field);
 
 }  // namespace terrane::tools

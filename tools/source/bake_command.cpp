@@ -47,7 +47,9 @@ CommandResult<void> run_bake(const BakeOptions& options) {
         progress.show(share);
         return !is_interrupted();
     };
-    const Result<StoreInfo> baked = ChunkStore::bake(*terrain->source, options.out, settings);
+    // a store has heights alone: a scene adds its volumes to a baked terrain as to any other
+    const Result<StoreInfo> baked =
+        ChunkStore::bake(*heightfield_of(*terrain), options.out, settings);
     if (!baked && baked.error().code == ErrorCode::invalid_argument) {
         return usage_error(baked.error().message);
     }
@@ -58,6 +60,9 @@ CommandResult<void> run_bake(const BakeOptions& options) {
     summary["max_error_m"] = baked->max_error_m;
     summary["sha"] = baked->sha;
     summary["out"] = options.out;
+    if (terrain->volumes != nullptr) {
+        summary["volumes_left_out"] = describe_volumes(*terrain->volumes).size();
+    }
     print_summary(summary, options.json);
     return {};
 }

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <utility>
 
 namespace terrane::tools {
 namespace {
@@ -70,13 +71,17 @@ nlohmann::ordered_json describe(const Terrain& terrain) {
         info["crs_from_world"] = format_crs_from_world(dem);
         info["world_from_crs"] = format_world_from_crs(dem);
     }
-    for (const VolumeSummary& volume : terrain.volumes) {
-        const Eigen::Vector3d &low = volume.bounds_world.low, &high = volume.bounds_world.high;
-        info["volumes"].push_back(
-            {{"op", volume.op},
-             {"shape", volume.shape},
-             {"voxel_m", volume.voxel_m},
-             {"bounds_m", {low.x(), low.y(), low.z(), high.x(), high.y(), high.z()}}});
+    if (terrain.volumes != nullptr) info["volumes"] = describe_volumes(*terrain.volumes);
+    return info;
+}
+
+/// For people: a line for each volume.
+nlohmann::ordered_json list_volumes(nlohmann::ordered_json info) {
+    if (!info.contains("volumes")) return info;
+    const nlohmann::ordered_json volumes = std::move(info["volumes"]);
+    info["volumes"] = volumes.size();
+    for (std::size_t i = 0; i < volumes.size(); ++i) {
+        info[fmt::format("volumes[{}]", i)] = volumes[i];
     }
     return info;
 }
@@ -84,7 +89,8 @@ nlohmann::ordered_json describe(const Terrain& terrain) {
 CommandResult<void> run_info(const InfoOptions& options) {
     const CommandResult<Terrain> terrain = open_terrain(options.terrain);
     if (!terrain) return pass_on(terrain.error());
-    print_summary(describe(*terrain), options.json);
+    const nlohmann::ordered_json info = describe(*terrain);
+    print_summary(options.json ? info : list_volumes(info), options.json);
     return {};
 }
 
@@ -94,7 +100,7 @@ void add_info_command(CLI::App& app, CommandContext& context) {
     const auto options = std::make_shared<InfoOptions>();
     CLI::App* info = app.add_subcommand(
         "info",
-        "Describes a terrain: extent, heights, levels, and the conversion to its coordinates");
+        "Describes a terrain: extent, heights, levels, the conversion to its coordinates, volumes");
     add_terrain_options(*info, options->terrain);
     info->add_flag("--json", options->json, "Print one JSON object");
     info->footer("Example: terrane info --dem tools/data/jacksboro.tif --json");

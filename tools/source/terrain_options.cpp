@@ -23,6 +23,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <numbers>
 #include <string_view>
 #include <utility>
 
@@ -40,7 +41,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr int kMaxNesting = 64;  // brackets in a scene file
 const std::array<std::string, 7> kSceneKeys{"dem",    "seed",    "fractal", "detail_m",
-                                            "bodies", "volumes", "surface"};
+                                            "bodies", "surface", "volumes"};
 
 std::string quoted(const std::string& text) { return "'" + text + "'"; }
 
@@ -53,15 +54,24 @@ std::optional<FractalKind> parse_fractal_kind(std::string_view text) {
     return static_cast<FractalKind>(found - std::begin(kFractalKinds));
 }
 
+/// The finest voxel of the volumes where it, and not --detail-m or detail_m, decides the finest spacing.
+std::optional<double> deciding_voxel(const TerrainOptions& options) {
+    if (options.detail_m || options.volumes == nullptr) return std::nullopt;
+    return finest_voxel(*options.volumes);
+}
+
 CommandResult<Terrain> open_fractal(const TerrainOptions& options) {
-    const double detail_m = options.detail_m.value_or(1.0);
+    const std::optional<double> voxel = deciding_voxel(options);
+    const double detail_m = options.detail_m.value_or(std::min(voxel.value_or(1.0), 1.0));
     int exponent = 0;
     std::frexp(detail_m, &exponent);  // detail = mantissa * 2^exponent, mantissa 0.5 to 1
     const int spacing_log2 = exponent - 1;
     if (spacing_log2 < kFinestLog2 || spacing_log2 > kCoarsestLog2) {
-        return usage_error(
-            fmt::format("--detail-m of a fractal must be {:.6g} to {:.6g}, got {:.6g}",
-                        std::ldexp(1.0, kFinestLog2), std::ldexp(1.0, kCoarsestLog2), detail_m));
+        const std::string range =
+            fmt::format("of a fractal must be {:.6g} to {:.6g}, got {:.6g}",
+                        std::ldexp(1.0, kFinestLog2), std::ldexp(1.0, kCoarsestLog2), detail_m);
+        if (voxel) return failure("the finest voxel_m of the volumes " + range);
+        return usage_error("--detail-m " + range);
     }
     FractalSettings settings;
     settings.seed = *options.seed;
@@ -89,6 +99,12 @@ CommandResult<Terrain> open_dem(const TerrainOptions& options) {
     DemSettings settings;
     settings.detail_seed = options.seed;
     settings.finest_spacing = options.detail_m.value_or(options.seed ? 1.0 : 0.0);
+    const std::optional<double> voxel = deciding_voxel(options);
+    // the default of detail stays where it is fine enough
+    if (voxel && !(options.seed && std::numbers::sqrt2 * *voxel >= settings.finest_spacing)) {
+        settings.finest_spacing = *voxel;
+        settings.spacing_tolerance = std::numbers::sqrt2;
+    }
     if (options.dem_memory_mb) {
         settings.memory_bytes = static_cast<std::size_t>(*options.dem_memory_mb * kMebibyte);
     }
@@ -108,8 +124,10 @@ CommandResult<Terrain> open_dem(const TerrainOptions& options) {
         // the only argument of the library that comes from the command line
         std::string message = source.error().message;
         constexpr std::string_view kArgument = "finest_spacing";
-        if (message.starts_with(kArgument)) message.replace(0, kArgument.size(), "--detail-m");
-        return usage_error(std::move(message));
+        if (message.starts_with(kArgument)) {
+            message.replace(0, kArgument.size(), voxel ? "the finest voxel_m" : "--detail-m");
+        }
+        return voxel ? failure(std::move(message)) : usage_error(std::move(message));
     }
     if (!info.cache_note.empty()) {
         std::fprintf(stderr, "terrane: %s\n", info.cache_note.c_str());
@@ -117,6 +135,25 @@ CommandResult<Terrain> open_dem(const TerrainOptions& options) {
     std::string name = options.dem;
     if (options.seed) name += fmt::format(" with detail of seed {}", *options.seed);
     return Terrain{.source = *source, .dem = info, .name = std::move(name)};
+}
+
+/// Adds what a scene has besides its terrain.
+CommandResult<Terrain> play_scene(const std::string& path, TerrainOptions scene, Terrain terrain) {
+    terrain.bodies = std::move(scene.bodies);
+    if (scene.volumes != nullptr) {
+        auto placed = place_volumes(*scene.volumes, *terrain.source);
+        if (!placed) return failure(fmt::format("scene '{}': {}", path, placed.error().message));
+        terrain.volumes = *std::move(placed);
+        terrain.heightfield = terrain.source;
+        auto source = with_volumes(terrain, terrain.heightfield);
+        if (!source) return pass_on(source.error());
+        terrain.source = *std::move(source);
+    }
+    if (!scene.surface) return terrain;
+    auto surface = open_surface(*scene.surface, terrain.dem ? &*terrain.dem : nullptr);
+    if (!surface) return pass_on(surface.error());
+    terrain.surface = *std::move(surface);
+    return terrain;
 }
 
 CommandResult<std::string> read_text(const std::string& path) {
@@ -168,8 +205,8 @@ void add_terrain_options(CLI::App& app, TerrainOptions& options) {
         app.add_option("--scene", options.scene,
                        "The same choices in a JSON file, with the keys dem, seed, fractal and "
                        "detail_m; and bodies, "
-                       "which drop, drive and walk play, volumes (caves, tunnels, overhangs), and "
-                       "surface, the friction by place");
+                       "which drop, drive and walk play, surface, the friction by place, and "
+                       "volumes: caves, tunnels, digs");
     scene_option->type_name("FILE.json")->group("Terrain");
     scene_option->excludes("--dem")->excludes("--seed")->excludes("--fractal");
     app.add_option(
@@ -208,6 +245,18 @@ void add_terrain_options(CLI::App& app, TerrainOptions& options) {
            "what needs more is refused. 2048 unless said")
         ->type_name("N")
         ->group("Terrain");
+}
+
+std::shared_ptr<const HeightSource> heightfield_of(const Terrain& terrain) {
+    return terrain.heightfield ? terrain.heightfield : terrain.source;
+}
+
+CommandResult<std::shared_ptr<const HeightSource>> with_volumes(
+    const Terrain& terrain, std::shared_ptr<const HeightSource> heightfield) {
+    if (terrain.volumes == nullptr) return heightfield;
+    auto source = add_volumes(std::move(heightfield), *terrain.volumes);
+    if (!source) return pass_on(source.error());
+    return *std::move(source);
 }
 
 CommandResult<TerrainOptions> parse_scene(const std::string& text, const std::string& path) {
@@ -259,6 +308,10 @@ CommandResult<TerrainOptions> parse_scene(const std::string& text, const std::st
             Parsed<SceneSurface> surface = read_surface(value, folder.string());
             if (!surface) return failure(fmt::format("scene '{}': {}", path, surface.error()));
             options.surface = *std::move(surface);
+        } else if (key == "volumes") {
+            auto volumes = read_volumes(value, folder.string());
+            if (!volumes) return failure(fmt::format("scene '{}': {}", path, volumes.error()));
+            options.volumes = *std::move(volumes);
         } else {
             return failure(fmt::format("scene '{}': unknown key '{}'{}", path, key,
                                        did_you_mean(key, kSceneKeys)));
@@ -288,20 +341,7 @@ CommandResult<Terrain> open_terrain(const TerrainOptions& options) {
         }
         CommandResult<Terrain> terrain = open_terrain(*scene);
         if (!terrain) return terrain;
-        if (scene->volumes) {
-            auto with = add_volumes(terrain->source, *scene->volumes);
-            if (!with) {
-                return failure(fmt::format("scene '{}': {}", options.scene, with.error().message));
-            }
-            terrain->source = *std::move(with);
-            terrain->volumes = list_volumes(*terrain->source, *scene->volumes);
-        }
-        terrain->bodies = std::move(scene->bodies);
-        if (!scene->surface) return terrain;
-        auto surface = open_surface(*scene->surface, terrain->dem ? &*terrain->dem : nullptr);
-        if (!surface) return pass_on(surface.error());
-        terrain->surface = *std::move(surface);
-        return terrain;
+        return play_scene(options.scene, *std::move(scene), *std::move(terrain));
     }
     if (options.fractal && !(options.seed && options.dem.empty())) {
         return usage_error("--fractal goes with --seed and without --dem");

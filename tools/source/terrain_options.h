@@ -28,8 +28,8 @@ struct TerrainOptions {
     std::optional<double> detail_m;       ///< finest spacing, metres
     std::optional<double> dem_memory_mb;  ///< most memory for opening a raster, mebibytes
     std::vector<PlacedBody> bodies = {};  ///< of a scene
-    std::optional<SceneSurface> surface = std::nullopt;     ///< of a scene
-    std::shared_ptr<const SceneVolumes> volumes = nullptr;  ///< of a scene; null: none
+    std::optional<SceneSurface> surface = std::nullopt;  ///< of a scene
+    std::shared_ptr<const SceneVolumes> volumes = {};    ///< of a scene; null: none
     std::string cache;  ///< a folder, "beside" or "off"; "": the user's cache folder
 };
 
@@ -39,25 +39,35 @@ void add_terrain_options(CLI::App& app, TerrainOptions& options);
 
 /// A terrain selected on the command line.
 struct Terrain {
-    std::shared_ptr<const HeightSource> source;
+    std::shared_ptr<const HeightSource> source;     ///< what a pager loads from, volumes included
     std::optional<DemInfo> dem;                     ///< of a raster
     std::string name;                               ///< for messages: the raster's path or the seed
     std::optional<StoreInfo> store = std::nullopt;  ///< of a baked terrain
     std::vector<PlacedBody> bodies = {};            ///< of a scene
-    std::shared_ptr<const SurfaceMap> surface = {};  ///< of a scene; null: none
-    std::vector<VolumeSummary> volumes = {};         ///< of a scene
+    std::shared_ptr<const SurfaceMap> surface = {};        ///< of a scene; null: none
+    std::shared_ptr<const SceneVolumeField> volumes = {};  ///< of a scene; null: none
+    std::shared_ptr<const HeightSource> heightfield =
+        {};  ///< the source without its volumes; null: none
 };
 
+/// The source of a terrain without its volumes.
+std::shared_ptr<const HeightSource> heightfield_of(const Terrain& terrain);
+
+/// The volumes of a terrain on another source of its heightfield, such as a slower one; that source where it has none.
+CommandResult<std::shared_ptr<const HeightSource>> with_volumes(
+    const Terrain& terrain, std::shared_ptr<const HeightSource> heightfield);
+
 /// Parses a scene file: {"dem": "file.tif", "seed": 7, "detail_m": 1} or {"seed": 7, "fractal": "ridged"}, with
-/// `bodies` (read_bodies()), `volumes` (read_volumes()) and `surface` (read_surface()) where wanted; refuses other keys. Paths of files are
-/// relative to the folder of the scene file.
+/// `bodies` (read_bodies()), `surface` (read_surface()) and `volumes` (read_volumes()) where wanted; refuses other
+/// keys. Paths of files are relative to the folder of the scene file.
 ///
 /// @param path of the scene file: for messages and relative paths
 CommandResult<TerrainOptions> parse_scene(const std::string& text, const std::string& path);
 
 /// Opens the selected terrain. Finest spacing of a fractal: the largest power of two up to detail_m, default 1 m; of a
-/// raster: its cell, or with detail 1 m by default. Of a scene with volumes it is at most their finest voxel, unless
-/// detail_m is given.
+/// raster: its cell, or with detail 1 m by default. Volumes make what is coarser by default finer: a fractal gets the
+/// largest power of two up to their finest voxel; square cells are halved until they are at most the square root of 2
+/// times it, other rasters get exactly it. A baked terrain has its own spacing.
 ///
 /// Fails: exit_usage where no terrain is selected or a value is out of range; exit_failed where a file
 ///        cannot be read or is invalid

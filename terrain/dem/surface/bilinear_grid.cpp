@@ -45,7 +45,8 @@ std::int64_t roots_along(std::int64_t length, std::int64_t root) {
 
 }  // namespace
 
-Result<BilinearGrid> make_grid(const DemInfo& info, double finest_spacing) {
+Result<BilinearGrid> make_grid(const DemInfo& info, double finest_spacing,
+                               double spacing_tolerance) {
     if (!(finest_spacing >= 0.0 && std::isfinite(finest_spacing))) {
         return fail(ErrorCode::invalid_argument,
                     "finest_spacing must be 0 or more metres, got " + in_metres(finest_spacing));
@@ -75,7 +76,8 @@ Result<BilinearGrid> make_grid(const DemInfo& info, double finest_spacing) {
         }
     }
     double spacing = base;
-    while (finest_spacing > 0.0 && spacing > finest_spacing) {
+    const double longest = finest_spacing * (grid.aligned ? spacing_tolerance : 1.0);
+    while (finest_spacing > 0.0 && spacing > longest) {
         spacing *= 0.5;
         if (++grid.cell_log2 > kFinestLevel) return tl::unexpected(too_fine);
     }

@@ -58,8 +58,11 @@ private:
 
 /// Lays a lattice over a raster.
 ///
+/// @param finest_spacing, spacing_tolerance as of DemSettings
+///
 /// Fails: invalid_argument where the finest spacing is out of range
-Result<BilinearGrid> make_grid(const DemInfo& info, double finest_spacing);
+Result<BilinearGrid> make_grid(const DemInfo& info, double finest_spacing,
+                               double spacing_tolerance = 1.0);
 
 /// Bilinear height between four samples. Exact at the samples and on constant ground.
 inline double bilinear(double south_west, double south_east, double north_west, double north_east,

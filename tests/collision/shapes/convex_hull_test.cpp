@@ -11,7 +11,10 @@
 #include <algorithm>
 #include <cstring>
 #include <limits>
+#include <set>
+#include <span>
 #include <string>
+#include <utility>
 
 namespace terrane {
 namespace convex_hull_test {
@@ -53,6 +56,29 @@ TEST(ConvexHull, OfABoxHasSixFacesHoweverItIsTurned) {
         EXPECT_EQ(hull.vertices().size(), 8u) << i;
         EXPECT_EQ(hull.face_count(), 6u) << i;
         EXPECT_NEAR(smallest_half_extent(hull), 0.5 * scale, 1e-12 * scale) << i;
+    }
+}
+
+TEST(ConvexHull, FacesAreClosedAndTurnOutward) {
+    SCOPED_TRACE("seed 9");
+    test::Random random(9);
+    for (int i = 0; i < 100; ++i) {
+        Points points;
+        for (int k = 0; k < 4 + i; ++k) points.push_back(3.0 * random.direction());
+        const ConvexHull hull = hull_of(points);
+        std::set<std::pair<std::uint32_t, std::uint32_t>> edges;
+        double volume = 0.0;
+        for (std::size_t f = 0; f < hull.face_count(); ++f) {
+            const std::span<const std::uint32_t> face = hull.face(f);
+            ASSERT_GE(face.size(), 3u);
+            for (std::size_t k = 0; k < face.size(); ++k) {
+                EXPECT_TRUE(edges.emplace(face[k], face[(k + 1) % face.size()]).second) << i;
+                const auto corner = [&](std::size_t c) { return hull.vertices()[face[c]]; };
+                if (k >= 2) volume += corner(0).dot(corner(k - 1).cross(corner(k))) / 6.0;
+            }
+        }
+        for (const auto& [from, to] : edges) EXPECT_TRUE(edges.contains({to, from})) << i;
+        EXPECT_GT(volume, 0.0) << i;
     }
 }
 

@@ -50,6 +50,15 @@ Parsed<Question> read_height(const Json& object, bool has_z) {
     return question;
 }
 
+Parsed<Question> read_height_below(const Json& object) {
+    Parsed<Question> question = read_height(object);
+    if (!question) return question;
+    const Parsed<double> z = read_coordinate(object, "z");
+    if (!z) return wrong(z.error());
+    std::get<HeightQuestion>(*question).below = *z;
+    return question;
+}
+
 // A shape with start and end pose; without `to` the end is the start.
 Parsed<OtherShape> read_moving(const Json& object) {
     const Parsed<Shape> shape = read_shape(object, "shape");
@@ -130,9 +139,10 @@ Parsed<Question> read_question(const Json& object) {
     const auto op = object.find("op");
     if (op == object.end()) return wrong("op is missing");
     if (*op == "height" || *op == "height_below") {
-        if (object.contains("other"))
+        if (object.contains("other")) {
             return wrong(op->get<std::string>() + " is asked of the ground, not of other");
-        return read_height(object, *op == "height_below");
+        }
+        return *op == "height" ? read_height(object) : read_height_below(object);
     }
     if (*op == "ray") return read_ray(object);
     if (*op == "cast") return read_cast(object);

@@ -13,9 +13,10 @@
 
 namespace terrane::tools {
 
+/// The highest surface; with `below` the highest one at or below that height, where volumes fold the ground.
 struct HeightQuestion {
     double x = 0.0, y = 0.0;
-    std::optional<double> below_z = std::nullopt;  ///< of height_below: the highest answer wanted
+    std::optional<double> below = {};
 };
 
 /// The shape of `other`, which replaces the ground. At rest its end pose is its start.

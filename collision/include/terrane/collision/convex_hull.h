@@ -51,8 +51,11 @@ public:
     /// Faces are polygons of three or more vertices. A flat hull has two, back to back; one with fewer than three
     /// vertices has none.
     std::size_t face_count() const;
-    /// Indices of a face's vertices, counter-clockwise seen from outside. Requires i < face_count().
-    std::span<const std::uint32_t> face(std::size_t i) const;
+    /// The corners of a face, counter-clockwise seen from outside, as indices of vertices(). Every edge is of two
+    /// faces, once in each direction.
+    ///
+    /// @param index below face_count()
+    std::span<const std::uint32_t> face(std::size_t index) const;
 
 private:
     explicit ConvexHull(std::shared_ptr<const internal::HullData> data);

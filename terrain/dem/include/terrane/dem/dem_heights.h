@@ -32,6 +32,9 @@ struct DemSettings {
     /// are square metres, the spacing is a cell over a power of two, so that samples lie on the
     /// lattice.
     double finest_spacing = 0.0;
+    /// Where the cells are square metres, the spacing may be longer than `finest_spacing` by this factor, 1 to 2: the
+    /// square root of 2 takes the halving of a cell that is nearest to `finest_spacing` as a ratio.
+    double spacing_tolerance = 1.0;
     /// Adds fractal detail below the raster's own resolution; absent: none.
     std::optional<std::uint64_t> detail_seed;
     /// Amplitude of detail relative to the raster's local roughness.

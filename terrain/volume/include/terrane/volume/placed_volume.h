@@ -71,6 +71,8 @@ public:
 
     /// Whether it is removed or added.
     VolumeOp op() const { return op_; }
+    /// Box around the shape; of meshes and files, around the band of their level set.
+    const Aabb& bounds_world() const;
     /// Tiles of the world that the shape, widened by three spacings, may touch; sorted by key.
     std::vector<VolumeTilePart> tiles() const;
     /// Around the shape; around the band of a mesh's or file's level set, world, metres.
