@@ -300,10 +300,6 @@ CommandResult<TerrainOptions> parse_scene(const std::string& text, const std::st
             Parsed<std::vector<PlacedBody>> bodies = read_bodies(value);
             if (!bodies) return failure(fmt::format("scene '{}': {}", path, bodies.error()));
             options.bodies = *std::move(bodies);
-        } else if (key == "volumes") {
-            auto volumes = read_volumes(value, folder.string());
-            if (!volumes) return failure(fmt::format("scene '{}': {}", path, volumes.error()));
-            options.volumes = *std::move(volumes);
         } else if (key == "surface") {
             Parsed<SceneSurface> surface = read_surface(value, folder.string());
             if (!surface) return failure(fmt::format("scene '{}': {}", path, surface.error()));
@@ -336,9 +332,6 @@ CommandResult<Terrain> open_terrain(const TerrainOptions& options) {
         if (options.detail_m) scene->detail_m = options.detail_m;
         scene->dem_memory_mb = options.dem_memory_mb;
         scene->cache = options.cache;
-        if (scene->volumes && !scene->detail_m && !ChunkStore::is_store(scene->dem)) {
-            scene->detail_m = finest_voxel(*scene->volumes);
-        }
         CommandResult<Terrain> terrain = open_terrain(*scene);
         if (!terrain) return terrain;
         return play_scene(options.scene, *std::move(scene), *std::move(terrain));

@@ -36,18 +36,12 @@ int nesting_of(std::string_view line) {
     return deepest;
 }
 
-Parsed<Question> read_height(const Json& object, bool has_z) {
+Parsed<Question> read_height(const Json& object) {
     const Parsed<double> x = read_coordinate(object, "x");
     if (!x) return wrong(x.error());
     const Parsed<double> y = read_coordinate(object, "y");
     if (!y) return wrong(y.error());
-    HeightQuestion question{.x = *x, .y = *y};
-    if (has_z) {
-        const Parsed<double> z = read_coordinate(object, "z");
-        if (!z) return wrong(z.error());
-        question.below_z = *z;
-    }
-    return question;
+    return HeightQuestion{.x = *x, .y = *y};
 }
 
 Parsed<Question> read_height_below(const Json& object) {
