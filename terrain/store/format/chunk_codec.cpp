@@ -189,6 +189,8 @@ Result<std::shared_ptr<const Chunk>> decode_chunk(std::span<const std::uint8_t> 
     chunk->corner = lattice.corner(key);
     chunk->step = lattice.step(key.level);
     const auto parts = in.get<std::uint8_t>();
+    // reserved, so that the chunk has no more bytes than a load claims
+    chunk->heights.reserve(std::size_t{kChunkSamples} * kChunkSamples);
     for (const std::uint32_t bits : get_grid(in, kChunkSamples)) {
         chunk->heights.push_back(std::bit_cast<std::int32_t>(bits));
     }
@@ -198,6 +200,7 @@ Result<std::shared_ptr<const Chunk>> decode_chunk(std::span<const std::uint8_t> 
     for_each_vertex_number(*vertices, [&next](auto& number) {
         number = std::bit_cast<std::remove_reference_t<decltype(number)>>(*next++);
     });
+    chunk->cell_bounds.reserve(kCells);
     for (const std::uint32_t bits : get_grid(in, kChunkCells)) {
         chunk->cell_bounds.push_back(std::bit_cast<float>(bits));
     }
@@ -208,6 +211,7 @@ Result<std::shared_ptr<const Chunk>> decode_chunk(std::span<const std::uint8_t> 
     if ((parts & has_coarse_bounds) != 0) {
         std::vector<std::uint32_t> coarse(kCoarse);
         get_planes(in, std::span<std::uint32_t>(coarse));
+        vertices->coarse_bounds.reserve(kCoarse);
         for (const std::uint32_t bits : coarse) {
             vertices->coarse_bounds.push_back(std::bit_cast<float>(bits));
         }
