@@ -34,9 +34,8 @@ Result<std::shared_ptr<const HeightSource>> open_source(const std::string& path,
     store.limit_bytes = settings.memory_bytes;
     store.patience_s = settings.read_timeout;
     store.bounds_cache = settings.cache;
-    auto source =
-        internal::DemSource::create(path, settings.finest_spacing, store, settings.progress,
-                                    settings.spacing_tolerance);
+    auto source = internal::DemSource::create(path, settings.finest_spacing, store,
+                                              settings.progress, settings.spacing_tolerance);
     if (!source) return tl::unexpected(source.error());
     if (info_out != nullptr) {
         *info_out = (*source)->info();
