@@ -75,8 +75,6 @@ public:
     const Aabb& bounds_world() const;
     /// Tiles of the world that the shape, widened by three spacings, may touch; sorted by key.
     std::vector<VolumeTilePart> tiles() const;
-    /// Around the shape; around the band of a mesh's or file's level set, world, metres.
-    Aabb bounds() const;
     /// Bytes of its level set or list of capsules.
     std::size_t bytes() const;
     /// Signed distance as the level sets get it, metres, negative inside; of meshes and files interpolated between
