@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: MIT
 //
-// Sources: J. Cohen, D. Manocha, M. Olano. Simplifying Polygonal Models Using Successive Mappings. IEEE Visualization 1997.
+// Sources: J. Cohen, D. Manocha, M. Olano. Simplifying Polygonal Models Using Successive Mappings. IEEE
+// Visualization 1997.
 // Deviations: the removed vertex may have any image inside the polygon of its neighbours, because a map that is only
 // onto is enough for a Hausdorff distance: so borders and triangles without area need no cases of their own. Half-edge
 // contraction, hence no optimization of the new vertex. Where a map is not found the contraction is refused.
 //
-// The old triangles around u and the new ones around the target v are drawn in one plane: the same polygon of neighbours,
+// The old triangles around u and the new ones around the target v are drawn in one plane: the same polygon of
+// neighbours,
 // with a fan from the image of u and a fan from v. A point of an old triangle maps to the new triangle over the same
-// point of the plane. The displacement is affine on each cell of the overlay, so its extremes are at the cells' corners:
-// the image of u, crossings of old with new spokes, and neighbours, where it is 0.
+// point of the plane. The displacement is affine on each cell of the overlay, so its extremes are at the cells'
+// corners: the image of u, crossings of old with new spokes, and neighbours, where it is 0.
 #include "simplify/contraction_bound.h"
 
 #include "base/vector_math.h"
@@ -30,12 +32,12 @@ constexpr double kMinCosine = 0.2;
 constexpr double kMinCrossing = 1e-5;
 // Least length of a spoke in the plane over its length, where another spoke crosses it.
 constexpr double kMinFlatness = 0.1;
-// Tolerance of places in the plane, of the size of the star, and of parameters along a spoke. Corners that are outside by
-// less are taken in as well: too many corners do no harm. Rounding is below 1e-15 and 1e-8.
+// Tolerance of places in the plane, of the size of the star, and of parameters along a spoke. Corners that are
+// outside by less are taken in as well: too many corners do no harm. Rounding is below 1e-15 and 1e-8.
 constexpr double kPlaceTolerance = 1e-12;
 constexpr double kAlongTolerance = 1e-7;
-// Rounding of a displacement, of the size of the star: parameters along spokes have an error of at most 16 u (u = 2^-53)
-// over the sine of their angle, times 1 / kMinFlatness in space.
+// Rounding of a displacement, of the size of the star: parameters along spokes have an error of at most 16 u (u =
+// 2^-53) over the sine of their angle, times 1 / kMinFlatness in space.
 constexpr double kRounding = 320.0 * 0x1p-53;
 // Near a corner of a triangle the quadratic form is small: what is missing there is added to the constant.
 constexpr double kLeastShare = 0.02;

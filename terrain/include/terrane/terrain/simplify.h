@@ -28,7 +28,8 @@ struct SimplifyInput {
 /// Where a level ends: at the first of its two limits, or where no contraction is left.
 struct SimplifyLevel {
     std::size_t triangles = 0;  ///< the level ends as soon as it has no more than these
-    /// Largest Hausdorff distance from the input, metres, >= 0. Flat parts need a little too: see SimplifiedMesh::error_m.
+    /// Largest Hausdorff distance from the input, metres, >= 0. Flat parts need a little too: see
+    /// SimplifiedMesh::error_m.
     double error_m = std::numeric_limits<double>::infinity();
 };
 
@@ -44,8 +45,8 @@ struct SimplifiedMesh {
     /// Indices of the input's vertices, wound as the input. In the order of the input's triangles that they come from.
     std::vector<std::array<std::uint32_t, 3>> triangles = {};
     /// Certified bound of the two-sided Hausdorff distance to the input, metres: no point of either surface is farther
-    /// than this from the other. 0 where nothing was contracted; else rounding adds of the order of 1e-13 of an edge's length
-    /// for each contraction.
+    /// than this from the other. 0 where nothing was contracted; else rounding adds of the order of 1e-13 of an
+    /// edge's length for each contraction.
     double error_m = 0.0;
     SimplifyStop stop = SimplifyStop::triangle_count;  ///< why it has no fewer triangles
 };
@@ -55,7 +56,8 @@ struct SimplifiedMesh {
 /// serves all levels. See docs/simplify.md for the certificate.
 ///
 /// What stays: locked vertices; vertices whose triangles are not one disk or half disk (non-manifold, or wound against
-/// each other), or are more than 48. A vertex of a border moves along the border only. Contractions that would turn a triangle
+/// each other), or are more than 48. A vertex of a border moves along the border only. Contractions that would turn
+/// a triangle
 /// over, identify two edges or triangles, or make a triangle whose height is below 1/50 of its longest edge are
 /// refused, unless a triangle that they replace is worse. Closed surfaces stay closed, manifold ones manifold.
 ///
