@@ -48,6 +48,9 @@ private:
         std::array<double, 3> old_weights, new_weights;
         double distance;
     };
+    // Tolerance of places in the plane, of the size of the star. Corners of cells that are outside by less are taken in
+    // as well: too many corners do no harm. Rounding is below 1e-15.
+    static constexpr double kPlaceTolerance = 1e-12;
     static constexpr std::size_t kEverySpoke = ~std::size_t{0};
     static constexpr std::size_t kMaxCorners = 2 * kMaxValence + 4;
     // Three neighbours, the image, and each spoke's crossings with two spokes.

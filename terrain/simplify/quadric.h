@@ -5,7 +5,8 @@
 
 namespace terrane::internal {
 
-/// Sum of squared distances to weighted planes (Garland and Heckbert 1997), as a function of a place: p' A p + 2 b' p + c.
+/// Sum of squared distances to weighted planes (Garland and Heckbert 1997), as a function of a place: p' A p + 2 b'
+/// p + c.
 struct Quadric {
     double xx = 0.0, xy = 0.0, xz = 0.0, yy = 0.0, yz = 0.0, zz = 0.0;  ///< A, symmetric
     double x = 0.0, y = 0.0, z = 0.0;                                   ///< b

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // Sources: M. Garland, P. Heckbert. Surface Simplification Using Quadric Error Metrics. SIGGRAPH 1997.
-// P. Lindstrom, G. Turk. Fast and Memory Efficient Polygonal Simplification. IEEE Visualization 1998: ties of flat parts
-// go by length.
+// P. Lindstrom, G. Turk. Fast and Memory Efficient Polygonal Simplification. IEEE Visualization 1998: ties of flat
+// parts go by length.
 // T. Dey et al. Topology preserving edge contraction. Publ. Inst. Math. 66, 1999: the link condition.
 // Deviations: half-edge contractions; costs are means over the area of the planes, so that they compare as distances;
 // quadrics choose the order only, ContractionBound decides.

@@ -9,7 +9,8 @@
 
 namespace terrane::internal {
 
-/// Vertices with more triangles than this stay, and none gets more by a contraction: work for one contraction is bounded.
+/// Vertices with more triangles than this stay, and none gets more by a contraction: work for one contraction is
+/// bounded.
 inline constexpr std::size_t kMaxValence = 48;
 inline constexpr std::uint32_t kNoTriangle = ~std::uint32_t{0};
 

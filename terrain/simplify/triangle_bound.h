@@ -12,8 +12,8 @@ struct TriangleBound {
     /// Displacements from points of the triangle to those of the input are in this box, metres.
     std::array<double, 3> low = {}, high = {};
     /// At the place with weights w0, w1, w2 of the corners the distance is at most
-    /// constant + edges[0] w0 w1 + edges[1] w1 w2 + edges[2] w2 w0, metres: corners are vertices of the input, and little
-    /// but rounding moves them.
+    /// constant + edges[0] w0 w1 + edges[1] w1 w2 + edges[2] w2 w0, metres: corners are vertices of the input, and
+    /// little but rounding moves them.
     std::array<double, 3> edges = {};
     double constant = 0.0;  ///< metres
 

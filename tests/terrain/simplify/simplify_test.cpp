@@ -156,7 +156,7 @@ TEST(Simplify, FollowsTheLawOfChordsOnASphere) {
         // Equilateral triangles with corners on the sphere: error = edge^2 / (6 radius).
         const double law = 16.0 * std::numbers::pi * radius / (6.0 * std::numbers::sqrt3 * error_m);
         EXPECT_GE(static_cast<double>(result.triangles.size()), 0.7 * law) << error_m;
-        EXPECT_LE(static_cast<double>(result.triangles.size()), 5.0 * law) << error_m;
+        EXPECT_LE(static_cast<double>(result.triangles.size()), 3.5 * law) << error_m;
     }
 }
 
