@@ -195,7 +195,11 @@ MeshNearness find(const SurfaceTriangles& surface, const LocalBody& body, double
         const MeshPart part(shape, index, offset);
         MeshPairing pairing(surface, part, offset, margin, exact_below, nearest, patches);
         const bool is_known = surface.visit(
-            part.box(around), [&](const SurfaceTriangle& triangle) { pairing.pair(triangle); });
+            part.box(around),
+            [&](const std::array<Eigen::Vector3d, 3>& corners) {
+                return !part.is_beside(corners, around);
+            },
+            [&](const SurfaceTriangle& triangle) { pairing.pair(triangle); });
         pairing.finish();
         result.is_missing = result.is_missing || !is_known;
         // What no triangle crosses is on one side: that of its nearest triangle, if that is nearest to its interior.

@@ -108,8 +108,14 @@ double rise_over_all(const MeshQuery& query) {
     const RangeAnswer range = local.ground().range(cells);
     if (range.status == GroundStatus::outside) return 0.0;
     if (range.status == GroundStatus::not_resident) return kInfinity;
-    const double base = local.to_world(Eigen::Vector3d::Zero()).z();
-    const double top = std::max(local.z(range.high), highest_solid(local.ground(), cells) - base);
+    constexpr double kHair = 1e-6;  // for rounding, metres
+    const Eigen::Vector3d origin = local.to_world(Eigen::Vector3d::Zero());
+    const Eigen::Vector3d wider = Eigen::Vector3d::Constant(kHair);
+    Aabb columns{box.low + origin - wider, box.high + origin + wider};
+    columns.low.z() = -kInfinity;
+    columns.high.z() = kInfinity;
+    const double top =
+        std::max(local.z(range.high), highest_solid(local.ground(), cells, columns) - origin.z());
     return std::max(0.0, top - box.low.z() + 2.0 * kFree);
 }
 

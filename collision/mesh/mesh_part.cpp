@@ -100,6 +100,19 @@ double MeshPart::opening(const Eigen::Vector3d& n) const {
     return reach_ > 0.0 ? (dot(n, inside_) - lowest_of_whole(n)) / reach_ : 0.0;
 }
 
+bool MeshPart::is_beside(const std::array<Eigen::Vector3d, 3>& corners, double distance) const {
+    if (shape_.kind != ShapeKind::box) return false;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const Eigen::Vector3d& axis = shape_.axes[i];
+        const double at = dot(axis, shape_.centre);
+        const double a = dot(axis, corners[0]) - at, b = dot(axis, corners[1]) - at,
+                     c = dot(axis, corners[2]) - at;
+        const double reach = half_[static_cast<Eigen::Index>(i)] + distance;
+        if (std::min({a, b, c}) > reach || std::max({a, b, c}) < -reach) return true;
+    }
+    return false;
+}
+
 double MeshPart::bound_distance(const SurfaceTriangle& triangle, double enough) const {
     double bound = -kInfinity;
     for (int i = 0; i < 3; ++i) {

@@ -50,6 +50,8 @@ public:
     /// Derivative of shift() by the offset, 0 to 1.
     double opening(const Eigen::Vector3d& n) const;
 
+    /// Whether a triangle is farther than a distance from a box, along one of the box's axes; false for other parts.
+    bool is_beside(const std::array<Eigen::Vector3d, 3>& corners, double distance) const;
     /// A lower bound of the distance from a triangle by a few separating planes, metres.
     /// @param enough the search may stop at a bound of at least this
     double bound_distance(const SurfaceTriangle& triangle, double enough) const;

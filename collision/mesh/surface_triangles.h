@@ -42,12 +42,18 @@ public:
     /// else. False where ground that is not resident may reach the box.
     template <class Take>
     bool visit(const Aabb& box, Take&& take) const {
+        return visit(
+            box, [](const std::array<Eigen::Vector3d, 3>&) { return true; }, take);
+    }
+    /// The same for triangles that are wanted, `wants(corners)`: those of the heightfield are not asked for.
+    template <class Wants, class Take>
+    bool visit(const Aabb& box, const Wants& wants, Take&& take) const {
         const CellRange cells = local_.cells(box.low[0], box.low[1], box.high[0], box.high[1]);
         if (cells.east < cells.west || cells.north < cells.south) return true;
         FieldVisitor<Take> field{*this, box, take};
         visit_cells(local_, cells, field);
         visit_solids(local_.ground(), cells, [&](const SolidSurface& solid, const CellRange&) {
-            visit_solid(solid, box, take);
+            visit_solid(solid, box, wants, take);
         });
         return !field.is_missing;
     }
@@ -72,8 +78,9 @@ private:
             Eigen::Vector3d::Constant(1e-9 * (1.0 + 1e-6 * origin.cwiseAbs().maxCoeff()));
         return {box.low + origin - hair, box.high + origin + hair};
     }
-    template <class Take>
-    void visit_solid(const SolidSurface& solid, const Aabb& box, Take&& take) const {
+    template <class Wants, class Take>
+    void visit_solid(const SolidSurface& solid, const Aabb& box, const Wants& wants,
+                     Take&& take) const {
         const Aabb box_world = to_world(box);
         std::array<std::uint32_t, 32> found;
         std::uint32_t cursor = 0;
@@ -83,6 +90,7 @@ private:
                 if (solid.is_kept_neighbour(found[i])) continue;  // the heightfield has it
                 std::array<Eigen::Vector3d, 3> v = solid.corners_world(found[i]);
                 for (Eigen::Vector3d& corner : v) corner = local_.to_local(corner);
+                if (!wants(v)) continue;
                 const Eigen::Vector3d n = cross(v[1] - v[0], v[2] - v[0]);
                 const double size = length(n);
                 // One without area is an edge of its neighbours.

@@ -2,7 +2,7 @@
 #include "bodies/step/body_depth.h"
 
 #include "ground/lift/ground_lift.h"
-#include "mesh/joined_queries.h"
+#include "joined/joined_queries.h"
 
 #include <algorithm>
 

@@ -3,7 +3,7 @@
 
 #include "ground/contact/column_queries.h"
 #include "ground/contact/contact_patches.h"
-#include "mesh/joined_queries.h"
+#include "joined/joined_queries.h"
 
 #include <algorithm>
 #include <cmath>

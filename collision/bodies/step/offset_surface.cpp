@@ -10,7 +10,7 @@
 #include "ground/cast/column_cast.h"
 #include "ground/cast/sweep_clear.h"
 #include "ground/lift/ground_lift.h"
-#include "mesh/joined_queries.h"
+#include "joined/joined_queries.h"
 
 #include <algorithm>
 #include <cmath>

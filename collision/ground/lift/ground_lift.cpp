@@ -225,13 +225,21 @@ double bound_ground(const LocalGround& local, const Eigen::Vector3d& centre,
     if (range.high == std::numeric_limits<std::int32_t>::max()) return kInfinity;
     const double field = local.z(range.high);
     if (!local.ground().has_solids()) return field;
-    return std::max(
-        field, highest_solid(local.ground(), cells) - local.to_world(Eigen::Vector3d::Zero()).z());
+    const Eigen::Vector3d origin = local.to_world(Eigen::Vector3d::Zero());
+    constexpr double kHair = 1e-6;  // for rounding, metres
+    const Eigen::Vector3d wider = Eigen::Vector3d::Constant(kHair);
+    Aabb above{low + origin - wider, high + origin + wider};
+    above.low.z() = field + origin.z();
+    above.high.z() = kInfinity;
+    return std::max(field, highest_solid(local.ground(), cells, above) - origin.z());
 }
 
-double highest_solid(const Ground& ground, const CellRange& cells) {
+double highest_solid(const Ground& ground, const CellRange& cells, const Aabb& box_world) {
     double highest = -kInfinity;
     visit_solids(ground, cells, [&](const SolidSurface& solid, const CellRange&) {
+        std::array<std::uint32_t, 1> found;
+        std::uint32_t cursor = 0;
+        if (solid.find_overlaps(box_world, cursor, found) == 0) return;
         highest = std::max(highest, solid.bounds().high.z());
     });
     return highest;

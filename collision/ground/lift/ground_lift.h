@@ -53,13 +53,14 @@ struct LocalQuery {
     LocalBody body;
 };
 
-/// An upper bound of the height of the ground, overhangs included, in the cells that an AABB meets, metres: minus infinity where there is no
+/// An upper bound of the height of the ground in the cells that an AABB meets, metres: minus infinity where there is no
 /// ground, infinity where it is not known or the range is too large to read.
 double bound_ground(const LocalGround& local, const Eigen::Vector3d& centre,
                     const Eigen::Vector3d& bounds);
 
-/// Upper bound of what volumes have over a range of cells, world z, metres; minus infinity where there is nothing.
-double highest_solid(const Ground& ground, const CellRange& cells);
+/// Upper bound of the height of the solids that have a triangle near a box, of the chunks of a range of cells; world z,
+/// metres; minus infinity where there is none.
+double highest_solid(const Ground& ground, const CellRange& cells, const Aabb& box_world);
 
 /// The distance between an AABB and a prism, metres.
 inline double bound_distance(const Eigen::Vector3d& centre, const Eigen::Vector3d& bounds,

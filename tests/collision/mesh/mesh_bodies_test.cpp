@@ -3,6 +3,7 @@
 // Bodies in a shaft and a cavern: none gets deeper than its tolerance, judged by formulas over the poses of all steps.
 #include "cave_scene.h"
 #include "collision/bodies/body_cases.h"
+#include "support/allocation_counter.h"
 #include "support/random.h"
 
 #include <terrane/collision/ground_contact.h>
@@ -162,6 +163,92 @@ TEST(BodiesOnAMesh, PlacedInTheSolidComeOut) {
         }
         EXPECT_LT(deepest, default_contact_tolerance(shape)) << name_of(shape);
         EXPECT_GT(world.states()[body.index].pose.translation.z(), 10.0) << name_of(shape);
+    }
+}
+
+TEST(BodiesOnAMesh, GiveTheSameBitsWithAnyNumberOfWorkers) {
+    const CaveScene scene = make_cave();
+    const auto run = [&](int workers) {
+        World world = make_world({.worker_count = workers});
+        Random random(22);
+        const std::vector<Shape> shapes = all_shapes(0.4);
+        for (int i = 0; i < 40; ++i) {
+            BodyState state = at({random.between(42.0, 58.0), random.between(42.0, 58.0),
+                                  random.between(12.0, 18.0)});
+            state.pose.rotation = random.rotation();
+            state.velocity = 20.0 * random.direction();
+            EXPECT_TRUE(
+                world.add({.shape = shapes[static_cast<std::size_t>(i) % shapes.size()]}, state));
+        }
+        for (int i = 0; i < 120; ++i) world.step(scene.ground, 1.0 / 60.0);
+        std::vector<double> numbers;
+        for (const BodyState& state : world.states()) {
+            for (int k = 0; k < 3; ++k) numbers.push_back(state.pose.translation[k]);
+            for (int k = 0; k < 9; ++k) numbers.push_back(state.pose.rotation.data()[k]);
+        }
+        return numbers;
+    };
+    const std::vector<double> one = run(1);
+    EXPECT_EQ(one, run(1));
+    EXPECT_EQ(one, run(4));
+}
+
+TEST(BodiesOnAMesh, AStepAllocatesNothing) {
+    if (!AllocationCounter::kCounts) GTEST_SKIP();
+    const CaveScene scene = make_cave();
+    WorldSettings settings;
+    settings.allow_sleep = false;
+    World world = make_world(settings);
+    Random random(23);
+    const std::vector<Shape> shapes = all_shapes(0.4);
+    for (int i = 0; i < 20; ++i) {
+        BodyState state = at(
+            {random.between(42.0, 58.0), random.between(42.0, 58.0), random.between(12.0, 18.0)});
+        state.velocity = 5.0 * random.direction();
+        ASSERT_TRUE(
+            world.add({.shape = shapes[static_cast<std::size_t>(i) % shapes.size()]}, state));
+    }
+    for (int i = 0; i < 300; ++i) world.step(scene.ground, 1.0 / 60.0);
+    const AllocationCounter counter;
+    for (int i = 0; i < 100; ++i) world.step(scene.ground, 1.0 / 60.0);
+    EXPECT_EQ(counter.count(), 0u);
+}
+
+TEST(BodiesOnAMesh, ParkBesideGroundThatIsNotResident) {
+    // A room that ends at the border of the chunk, beyond which nothing is known.
+    SolidTriangles solid;
+    const auto quad = [&](Eigen::Vector3d p, Eigen::Vector3d u, Eigen::Vector3d v) {
+        const auto first = static_cast<std::uint32_t>(solid.vertices_world.size());
+        for (const Eigen::Vector3d& corner :
+             {p, Eigen::Vector3d(p + u), Eigen::Vector3d(p + u + v), Eigen::Vector3d(p + v)}) {
+            solid.vertices_world.push_back(corner);
+        }
+        solid.triangles.push_back({first, first + 1, first + 2});
+        solid.triangles.push_back({first, first + 2, first + 3});
+        solid.parts.insert(solid.parts.end(), 2, SolidPart::cavity);
+    };
+    quad({100.0, 60.0, 5.0}, {28.0, 0.0, 0.0}, {0.0, 8.0, 0.0});
+    quad({100.0, 60.0, 9.0}, {0.0, 8.0, 0.0}, {28.0, 0.0, 0.0});
+    TableGroundSettings settings;
+    settings.roots = 2;
+    settings.is_resident = [](int column, int) { return column == 0; };
+    settings.solid = [&](const Chunk& chunk) -> std::shared_ptr<const SolidSurface> {
+        if (chunk.key.x != 0 || chunk.key.y != 0) return nullptr;
+        return std::make_shared<const SolidSurface>(solid);
+    };
+    const Ground ground = make_test_ground([](double, double) { return 20.0; }, settings);
+    for (const Shape& shape : all_shapes(0.5)) {
+        World world = make_world();
+        const BodyId body =
+            world.add({.shape = shape, .friction = 0.0}, at({110.0, 64.0, 6.5}, {20.0, 0.0, 0.0}))
+                .value();
+        bool is_parked = false;
+        for (int i = 0; i < 120; ++i) {
+            is_parked = world.step(ground, 1.0 / 60.0).parked > 0;
+            ASSERT_LT(world.states()[body.index].pose.translation.x(), 128.0) << name_of(shape);
+        }
+        EXPECT_TRUE(is_parked) << name_of(shape);
+        EXPECT_GT(world.states()[body.index].pose.translation.x(), 120.0) << name_of(shape);
     }
 }
 

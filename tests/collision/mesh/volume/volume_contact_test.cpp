@@ -253,6 +253,42 @@ TEST(VolumeCharacters, OneWalksIntoAHillAndStopsAtTheEnd) {
     EXPECT_GT(character.place().x(), 98.0);
 }
 
+TEST(VolumeBodies, NeitherFallThroughABridgeNorFlyIntoItFromBelow) {
+    // A slab in the air, of 20 x 20 x 4 voxels.
+    const Ground ground = make_volume_ground(
+        flat, {place_volume(VolumeOp::add, VolumeBox{{10.0, 10.0, 2.0}}, {64.0, 64.0, 30.0})});
+    for (const double speed : {0.0, 30.0, 300.0, 3000.0}) {
+        for (const double dt : {1.0 / 60.0, 0.1}) {
+            for (const Shape& shape : all_shapes(0.5)) {
+                World world = make_world();
+                const BodyId above =
+                    world.add({.shape = shape}, at({64.3, 63.8, 36.0}, {0.0, 0.0, -speed})).value();
+                const BodyId below =
+                    world.add({.shape = shape}, at({64.3, 63.8, 15.0}, {0.0, 0.0, speed})).value();
+                for (int i = 0; i < 40; ++i) {
+                    ASSERT_EQ(world.step(ground, dt).too_deep, 0u);
+                    const auto z = [&](BodyId body) {
+                        return world.states()[body.index].pose.translation.z();
+                    };
+                    const auto x = [&](BodyId body) {
+                        return (world.states()[body.index].pose.translation -
+                                Eigen::Vector3d(64.0, 64.0, 0.0))
+                            .head<2>()
+                            .cwiseAbs()
+                            .maxCoeff();
+                    };
+                    if (x(above) < 9.0) {
+                        ASSERT_GT(z(above), 32.0) << name_of(shape) << speed << ' ' << i;
+                    }
+                    if (x(below) < 9.0) {
+                        ASSERT_LT(z(below), 28.0) << name_of(shape) << speed << ' ' << i;
+                    }
+                }
+            }
+        }
+    }
+}
+
 TEST(VolumeBodies, ABoxSlidesOverTheBorderOfTwoChunks) {
     const Ground ground = make_volume_ground(
         flat, {place_volume(VolumeOp::remove, VolumeBox{{20.0, 10.0, 6.0}}, {128.3, 64.2, -20.0})},

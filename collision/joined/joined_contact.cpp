@@ -2,8 +2,8 @@
 //
 // The queries of ground_contact.h: against columns of the heightfield, or beside volumes against triangles.
 #include "ground/contact/column_queries.h"
+#include "joined/joined_queries.h"
 #include "math/valid_query.h"
-#include "mesh/joined_queries.h"
 #include "mesh/mesh_depth.h"
 
 #include <algorithm>

@@ -2,8 +2,8 @@
 //
 // cast() of ground_cast.h: against columns of the heightfield, or beside volumes against triangles.
 #include "ground/cast/column_cast.h"
+#include "joined/joined_queries.h"
 #include "math/valid_query.h"
-#include "mesh/joined_queries.h"
 #include "mesh/mesh_depth.h"
 
 #include <algorithm>
