@@ -16,8 +16,8 @@ namespace {
 constexpr double kR2x = 0.7548776662466927;
 constexpr double kR2y = 0.5698402909980532;
 
-// Points of volumes of a frame; cells of their index, in finest spacings; metres beyond which a displayed triangle is not
-// searched for.
+// Points of volumes of a frame; cells of their index, in finest spacings; metres beyond which a displayed triangle is
+// not searched for.
 constexpr std::size_t kSolidPoints = 4000;
 constexpr double kSolidCell = 4.0;
 constexpr double kMostSearched = 20.0;
