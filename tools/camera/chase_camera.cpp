@@ -11,6 +11,8 @@ namespace {
 
 constexpr double kLeastClearance = 0.6;  // least height above the ground, metres
 constexpr double kCalmClearance = 2.0;   // target height above the ground, metres
+constexpr double kWallClearance = 0.5;   // between the eye and a wall behind it, metres
+constexpr double kLeastSight = 0.5;      // share of the way to the wall that the eye keeps
 constexpr double kTurnTime = 0.6;        // time constant of the heading, seconds
 constexpr double kHeightTime = 0.25;     // time constant of heights, seconds
 
@@ -24,34 +26,56 @@ ChaseCamera::ChaseCamera(const HeightSource& source, const Pose& pose_world,
     : source_(source), settings_(settings) {
     heading_ = Eigen::Vector3d(pose_world.rotation(0, 0), pose_world.rotation(1, 0), 0.0);
     if (heading_.norm() > 1e-3) heading_.normalize();
-    eye_world_ = wanted_eye(pose_world);
+    eye_world_ = wanted_eye(pose_world, nullptr);
     target_world_ = pose_world.translation + Eigen::Vector3d(0.0, 0.0, settings_.target_above);
 }
 
-WorldPos ChaseCamera::wanted_eye(const Pose& pose_world) const {
+// The heightfield; under a mountain the floor of the cave.
+double ChaseCamera::floor_at(double x, double y, const Pose& pose_world,
+                             const Ground* ground) const {
+    const double height = source_.height(x, y);
+    if (ground == nullptr || !ground->has_solids()) return height;
+    const double top = pose_world.translation.z() + settings_.above;
+    const HeightAnswer below = ground->height_below(x, y, top);
+    return below.status == GroundStatus::ok ? below.height : std::min(height, top);
+}
+
+WorldPos ChaseCamera::wanted_eye(const Pose& pose_world, const Ground* ground) const {
     WorldPos eye = pose_world.translation - settings_.behind * heading_;
     eye.z() = std::max(pose_world.translation.z() + settings_.above,
-                       source_.height(eye.x(), eye.y()) + kCalmClearance);
+                       floor_at(eye.x(), eye.y(), pose_world, ground) + kCalmClearance);
     return eye;
 }
 
-void ChaseCamera::follow(const Pose& pose_world, double dt) {
+// Moves the eye to this side of a wall between it and what it looks at.
+void ChaseCamera::stay_in_sight(const Ground& ground) {
+    const RayAnswer wall = ground.ray(target_world_, eye_world_);
+    if (wall.status != GroundStatus::ok) return;
+    const Eigen::Vector3d along = eye_world_ - target_world_;
+    const double free = wall.fraction * along.norm();
+    const double wanted = std::max(kLeastSight * free, free - kWallClearance);
+    eye_world_ = target_world_ + wanted / along.norm() * along;
+}
+
+void ChaseCamera::follow(const Pose& pose_world, double dt, const Ground& ground) {
     const Eigen::Vector3d ahead(pose_world.rotation(0, 0), pose_world.rotation(1, 0), 0.0);
     heading_ += lag(dt, kTurnTime) * (ahead - heading_);
     const WorldPos before = eye_world_;
-    const WorldPos wanted = wanted_eye(pose_world);
+    const WorldPos wanted = wanted_eye(pose_world, &ground);
     eye_world_.x() = wanted.x();
     eye_world_.y() = wanted.y();
     eye_world_.z() += lag(dt, kHeightTime) * (wanted.z() - eye_world_.z());
     eye_world_.z() =
-        std::max(eye_world_.z(), source_.height(eye_world_.x(), eye_world_.y()) + kLeastClearance);
-    velocity_ = (eye_world_ - before) / dt;
+        std::max(eye_world_.z(),
+                 floor_at(eye_world_.x(), eye_world_.y(), pose_world, &ground) + kLeastClearance);
 
     const WorldPos target =
         pose_world.translation + Eigen::Vector3d(0.0, 0.0, settings_.target_above);
     target_world_.x() = target.x();
     target_world_.y() = target.y();
     target_world_.z() += lag(dt, kHeightTime) * (target.z() - target_world_.z());
+    if (ground.has_solids()) stay_in_sight(ground);
+    velocity_ = (eye_world_ - before) / dt;
 }
 
 View ChaseCamera::view(const View& view) const {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <terrane/terrain/ground.h>
 #include <terrane/terrain/height_source.h>
 #include <terrane/terrain/view.h>
 
@@ -14,7 +15,7 @@ struct ChaseCameraSettings {
 };
 
 /// A camera that follows a vehicle or character from behind and above, with a lag that smooths its motion, and stays
-/// above the ground.
+/// above the ground; where there are volumes, between the floor and the ceiling, in sight of what it follows.
 class ChaseCamera {
 public:
     /// @param source must outlive the camera
@@ -23,7 +24,7 @@ public:
                 const ChaseCameraSettings& settings = {});
 
     /// Follows for dt seconds.
-    void follow(const Pose& pose_world, double dt);
+    void follow(const Pose& pose_world, double dt, const Ground& ground);
 
     /// `view` with the camera's position and orientation; field of view and size are kept.
     View view(const View& view) const;
@@ -31,7 +32,9 @@ public:
     const Eigen::Vector3d& velocity() const { return velocity_; }
 
 private:
-    WorldPos wanted_eye(const Pose& pose_world) const;
+    double floor_at(double x, double y, const Pose& pose_world, const Ground* ground) const;
+    WorldPos wanted_eye(const Pose& pose_world, const Ground* ground) const;
+    void stay_in_sight(const Ground& ground);
 
     const HeightSource& source_;
     ChaseCameraSettings settings_;

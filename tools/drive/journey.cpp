@@ -135,7 +135,7 @@ void Journey::advance(const Ground& ground, double dt) {
             totals_.distance_m += (state.pose.translation - before).norm();
         }
         count_touched();
-        camera_->follow(traveller_.pose(world_), dt / steps);
+        camera_->follow(traveller_.pose(world_), dt / steps, ground);
         traveller_.react(world_, ground, dt / steps);
     }
 }
