@@ -94,7 +94,9 @@ void find_distance(const MeshQuery& query, double max_distance, DistanceAnswer& 
                 const MeshPart part(shape, index, 0.0);
                 const bool is_resident = query.surface().visit(
                     part.box(best.distance), [&](const SurfaceTriangle& triangle) {
-                        if (part.bound_distance(triangle, kInfinity) > best.distance) return;
+                        if (part.bound_distance(triangle, 2.0 * best.distance).distance >
+                            best.distance)
+                            return;
                         const MeshPair pair = part.closest(triangle, best.distance);
                         const bool is_nearer = is_found ? pair.distance < best.distance
                                                         : pair.distance <= best.distance;

@@ -111,18 +111,23 @@ double FaceContacts::add_box_face(const SurfaceTriangle& triangle, std::size_t a
     };
     std::array<FlatPoint, 8> a, b;
     std::array<FlatPoint, 3> corners;
+    bool is_inside = true;
     for (std::size_t i = 0; i < 3; ++i) {
         const Eigen::Vector3d to = triangle.v[i] - middle;
         corners[i] = a[i] = {dot(to, x), dot(to, y)};
+        is_inside = is_inside && std::abs(a[i].x) <= hx && std::abs(a[i].y) <= hy;
     }
-    std::size_t count = clip(
-        a, 3, hx, [](const FlatPoint& p) { return p.x; }, b);
-    count = clip(
-        b, count, hx, [](const FlatPoint& p) { return -p.x; }, a);
-    count = clip(
-        a, count, hy, [](const FlatPoint& p) { return p.y; }, b);
-    count = clip(
-        b, count, hy, [](const FlatPoint& p) { return -p.y; }, a);
+    std::size_t count = 3;
+    if (!is_inside) {
+        count = clip(
+            a, 3, hx, [](const FlatPoint& p) { return p.x; }, b);
+        count = clip(
+            b, count, hx, [](const FlatPoint& p) { return -p.x; }, a);
+        count = clip(
+            a, count, hy, [](const FlatPoint& p) { return p.y; }, b);
+        count = clip(
+            b, count, hy, [](const FlatPoint& p) { return -p.y; }, a);
+    }
     double deepest = -kInfinity;
     FlatPoint best{};
     for (std::size_t i = 0; i < count; ++i) {
@@ -132,7 +137,7 @@ double FaceContacts::add_box_face(const SurfaceTriangle& triangle, std::size_t a
             best = a[i];
         }
     }
-    if (deepest < -margin_) return count > 0 ? deepest : -kInfinity;
+    if (deepest < -margin_) return deepest;
     const auto place = [&](const FlatPoint& p, const ShapeFeature& feature) {
         return make_contact(middle + p.x * x + p.y * y, n, depth_at(p), feature, part_.index());
     };
@@ -141,7 +146,7 @@ double FaceContacts::add_box_face(const SurfaceTriangle& triangle, std::size_t a
         const FlatPoint &from = corners[i], &to = corners[i == 2 ? 0 : i + 1];
         return (to.x - from.x) * (p.y - from.y) - (to.y - from.y) * (p.x - from.x);
     };
-    for (int k = 0; k < 4; ++k) {
+    for (int k = 0; k < 4 && !is_inside; ++k) {
         const FlatPoint p{(k & 1) != 0 ? hx : -hx, (k & 2) != 0 ? hy : -hy};
         const double depth = depth_at(p);
         if (depth < -margin_) continue;
@@ -185,17 +190,13 @@ void FaceContacts::add_outer(const Contact& contact) {
 }
 
 void FaceContacts::add_inner(const Contact& contact) {
-    std::size_t at = inner_count_;
-    if (at == kMostInner) {
-        at = 0;
-        for (std::size_t i = 1; i < kMostInner; ++i) {
-            if (inner_[i].depth < inner_[at].depth) at = i;
-        }
-        if (!(contact.depth > inner_[at].depth)) return;
-    } else {
-        ++inner_count_;
+    if (!wants_inner(contact.depth)) return;
+    inner_[inner_count_ < kMostInner ? inner_count_++ : shallowest_] = contact;
+    if (inner_count_ < kMostInner) return;
+    shallowest_ = 0;
+    for (std::size_t i = 1; i < kMostInner; ++i) {
+        if (inner_[i].depth < inner_[shallowest_].depth) shallowest_ = i;
     }
-    inner_[at] = contact;
 }
 
 }  // namespace terrane::internal

@@ -31,6 +31,9 @@ private:
     double add_support(const SurfaceTriangle& triangle);
     void add_outer(const Contact& contact);
     void add_inner(const Contact& contact);
+    bool wants_inner(double depth) const {
+        return inner_count_ < kMostInner || depth > inner_[shallowest_].depth;
+    }
 
     static constexpr std::size_t kMostOuter = 64, kMostInner = 12;
     const MeshPart& part_;
@@ -43,6 +46,7 @@ private:
         std::array<Contact, kMostInner> inner_;  // NOLINT(readability-identifier-naming)
     };
     std::size_t count_ = 0, inner_count_ = 0;
+    std::size_t shallowest_ = 0;  // of the inner ones, where there is no room for more
 };
 
 }  // namespace terrane::internal

@@ -76,7 +76,7 @@ public:
 
     void pair(const SurfaceTriangle& triangle) {
         const double enough = std::max(nearest_.distance, patches_ != nullptr ? reach() : 0.0);
-        const double bound = part_.bound_distance(triangle, enough);
+        const auto [bound, front] = part_.bound_distance(triangle, enough);
         if (bound >= enough) return;
         if (patches_ == nullptr) {
             if (bound < nearest_.distance) measure(triangle, bound);
@@ -84,7 +84,6 @@ public:
         }
         if (near_count_ < near_.size()) near_[near_count_++] = triangle;
         // Above the triangle's plane: where the lowest point is over the triangle, it is the nearest.
-        const double front = part_.lowest(triangle.normal) - dot(triangle.normal, triangle.v[0]);
         double deepest = -kInfinity;
         if (front >= 0.0 && !is_point()) {
             deepest = faces_.add(triangle);

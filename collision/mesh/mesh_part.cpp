@@ -113,28 +113,45 @@ bool MeshPart::is_beside(const std::array<Eigen::Vector3d, 3>& corners, double d
     return false;
 }
 
-double MeshPart::bound_distance(const SurfaceTriangle& triangle, double enough) const {
-    double bound = -kInfinity;
+TriangleBound MeshPart::bound_distance(const SurfaceTriangle& triangle, double enough) const {
+    TriangleBound bound;
+    const bool is_round = shape_.kind == ShapeKind::round;
+    double square = 0.0;
     for (int i = 0; i < 3; ++i) {
         const double a = triangle.v[0][i], b = triangle.v[1][i], c = triangle.v[2][i];
-        // The box around the whole contains the shrunk part.
-        bound = std::max(bound, std::max(std::min({a, b, c}) - shape_.centre[i],
-                                         shape_.centre[i] - std::max({a, b, c})) -
-                                    shape_.bounds[i]);
-    }
-    if (bound >= enough) return bound;
-    const double plane = dot(triangle.normal, triangle.v[0]);
-    bound = std::max({bound, lowest(triangle.normal) - plane, plane + lowest(-triangle.normal)});
-    if (bound >= enough) return bound;
-    if (shape_.kind == ShapeKind::box) {
-        for (std::size_t i = 0; i < 3; ++i) {
-            const Eigen::Vector3d& axis = shape_.axes[i];
-            const double at = dot(axis, shape_.centre);
-            const double a = dot(axis, triangle.v[0]) - at, b = dot(axis, triangle.v[1]) - at,
-                         c = dot(axis, triangle.v[2]) - at;
-            bound = std::max(bound, std::max(std::min({a, b, c}), -std::max({a, b, c})) -
-                                        half_[static_cast<Eigen::Index>(i)]);
+        // The box around the whole contains the shrunk part; that of a round part is rounded.
+        const double reach = is_round ? shape_.bounds[i] - shape_.radius : shape_.bounds[i];
+        const double gap = std::max(std::min({a, b, c}) - shape_.centre[i],
+                                    shape_.centre[i] - std::max({a, b, c})) -
+                           reach;
+        if (is_round) {
+            square += gap > 0.0 ? gap * gap : 0.0;
+        } else {
+            bound.distance = std::max(bound.distance, gap);
         }
+    }
+    if (is_round) {
+        const double far = radius_ + enough;
+        if (square >= far * far) bound.distance = enough;
+    }
+    if (bound.distance >= enough) return bound;
+    const double plane = dot(triangle.normal, triangle.v[0]);
+    const double low = lowest(triangle.normal);
+    // All but hulls are symmetric about their centre.
+    const double high = shape_.kind == ShapeKind::hull
+                            ? -lowest(-triangle.normal)
+                            : 2.0 * dot(triangle.normal, shape_.centre) - low;
+    bound.front = low - plane;
+    bound.distance = std::max({bound.distance, bound.front, plane - high});
+    if (bound.distance >= enough || shape_.kind != ShapeKind::box) return bound;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const Eigen::Vector3d& axis = shape_.axes[i];
+        const double at = dot(axis, shape_.centre);
+        const double a = dot(axis, triangle.v[0]) - at, b = dot(axis, triangle.v[1]) - at,
+                     c = dot(axis, triangle.v[2]) - at;
+        bound.distance =
+            std::max(bound.distance, std::max(std::min({a, b, c}), -std::max({a, b, c})) -
+                                         half_[static_cast<Eigen::Index>(i)]);
     }
     return bound;
 }

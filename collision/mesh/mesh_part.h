@@ -18,6 +18,13 @@ struct MeshPair {
     double lower = 0.0;  ///< certified lower bound of the distance, metres
 };
 
+/// How far a shrunk part is from a triangle, by a few separating planes.
+struct TriangleBound {
+    double distance = -kInfinity;  ///< a lower bound, metres
+    double front =
+        -kInfinity;  ///< height of the part's lowest point above the triangle's plane, metres
+};
+
 /// A convex part of a body, whole and shrunk by an offset: no point of the surface of the whole is farther than the
 /// offset from the shrunk part along any normal. Spheres and capsules lose radius, boxes half extents, hulls are
 /// scaled about the mean of their vertices. Neither copied nor moved, because cores point into it.
@@ -53,8 +60,8 @@ public:
     /// Whether a triangle is farther than a distance from a box, along one of the box's axes; false for other parts.
     bool is_beside(const std::array<Eigen::Vector3d, 3>& corners, double distance) const;
     /// A lower bound of the distance from a triangle by a few separating planes, metres.
-    /// @param enough the search may stop at a bound of at least this
-    double bound_distance(const SurfaceTriangle& triangle, double enough) const;
+    /// @param enough the search may stop at a bound of at least this; `front` is then unset
+    TriangleBound bound_distance(const SurfaceTriangle& triangle, double enough) const;
     /// @param enough the search may stop at a lower bound above it
     MeshPair closest(const SurfaceTriangle& triangle, double enough) const;
 

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace terrane::internal {
 namespace {
@@ -126,9 +127,11 @@ void GroundContactCache::find(const RigidBody& body, const Ground& ground, int o
     const double offset = offset_depth(body, offset_index);
     const Pose pose = raised(body.pose, offset);
     std::array<double, kMaxCount> openings;
-    is_on_mesh_ = ground.has_solids() &&
-                  is_near_volume(ground, reach_box(body.pose.translation,
-                                                   body.radius + body.tolerance + margin_));
+    const double travel = std::exchange(travel_, 0.0);
+    is_on_mesh_ =
+        ground.has_solids() &&
+        is_near_volume(ground, reach_box(body.pose.translation,
+                                         body.radius + body.tolerance + margin_ + travel));
     const ContactAnswer answer =
         is_on_mesh_ ? find_on_mesh(body, ground, offset_index, found, openings)
         : is_clear  ? find_separated_contacts(*body.shape, pose, ground, margin_, found)
@@ -245,7 +248,7 @@ void GroundContactCache::reset() {
     resident_ = true;
     is_reusable_ = is_same_ = is_out_of_reach_ = is_exhaustive_ = is_on_mesh_ = false;
     lift_ = -1.0;
-    moved_ = margin_ = 0.0;
+    moved_ = margin_ = travel_ = 0.0;
 }
 
 /// The contact of the same feature in the previous refresh, or null.

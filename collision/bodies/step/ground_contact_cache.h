@@ -50,6 +50,9 @@ class GroundContactCache {
 public:
     static constexpr std::size_t kMaxCount = 64;
 
+    /// How far the body may move until the next refresh, metres: the next one is beside volumes where it may meet one.
+    void expect_travel(double distance) { travel_ = distance; }
+
     /// Updates the gaps where the cached contacts are still valid, else calls refresh() for the first offset surface.
     void update(const RigidBody& body, const Ground& ground);
 
@@ -168,6 +171,7 @@ private:
     std::optional<Pose> clear_pose_;  // see set_proved_clear()
     double lift_ = -1.0;
     double moved_ = 0.0;   // since the refresh: upper bound for every point
+    double travel_ = 0.0;  // expect_travel(), of the next refresh only
     double margin_ = 0.0;  // gap up to which the refresh searched, metres
     bool resident_ = true;
     bool is_reusable_ = false;

@@ -153,6 +153,7 @@ MoveAnswer advance(RigidBody& body, const Ground& ground, const Twist& displacem
 
 MoveAnswer move_body(RigidBody& body, GroundContactCache& cache, const Ground& ground,
                      const Twist& displacement) {
+    cache.expect_travel(length(displacement.linear) + body.radius * length(displacement.angular));
     cache.update(body, ground);
     if (!cache.is_resident()) return {.resident = false, .hit = false, .fraction = 0.0};
     const int index = first_clear_offset(body, cache);

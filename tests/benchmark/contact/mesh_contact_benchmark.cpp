@@ -2,7 +2,7 @@
 // Time of contact beside volumes over that on the heightfield alone: the same shapes, at rest and in free motion, on
 // rough ground and on the contour of a cavity whose floor has the same form. One thread.
 //
-//   mesh_contact_benchmark [--quick]
+//   mesh_contact_benchmark [--quick] [--only SHAPE]
 #include "benchmark/machine.h"
 #include "collision/mesh/volume/volume_ground.h"
 #include "support/random.h"
@@ -75,7 +75,7 @@ Times measure(const Place& place, const Shape& shape, int count, int steps) {
     return times;
 }
 
-void run(bool is_quick) {
+void run(bool is_quick, std::string_view only) {
     std::printf("%s\n", describe_machine().c_str());
     const auto rough = [](double x, double y) {
         return 60.0 + 0.4 * std::sin(0.5 * x) * std::cos(0.4 * y);
@@ -89,6 +89,7 @@ void run(bool is_quick) {
     std::printf("%-8s %12s %12s %6s %14s %14s %6s\n", "", "step, us", "in a cavity", "ratio",
                 "contacts, us", "in a cavity", "ratio");
     for (const Named& each : make_shapes()) {
+        if (!only.empty() && only != each.name) continue;
         const Times a = measure({field, 60.0}, each.shape, count, steps);
         const Times b = measure({solid, 24.3}, each.shape, count, steps);
         std::printf("%-8s %12.2f %12.2f %6.2f %14.2f %14.2f %6.2f\n", each.name, a.step_us,
@@ -101,6 +102,13 @@ void run(bool is_quick) {
 }  // namespace terrane::bench
 
 int main(int argc, char** argv) {
-    terrane::bench::run(argc > 1 && std::string_view(argv[1]) == "--quick");
+    bool is_quick = false;
+    std::string_view only;
+    for (int i = 1; i < argc; ++i) {
+        const std::string_view flag = argv[i];
+        if (flag == "--quick") is_quick = true;
+        if (flag == "--only" && i + 1 < argc) only = argv[++i];
+    }
+    terrane::bench::run(is_quick, only);
     return 0;
 }

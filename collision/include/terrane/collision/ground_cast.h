@@ -16,7 +16,8 @@ struct CastAnswer {
     double error_m = 0.0;             ///< largest error_m of the cells tested
 };
 
-/// Time of impact: the first contact of a moving, turning shape with the ground.
+/// Time of impact: the first contact of a moving, turning shape with the ground; beside volumes with the joined solid,
+/// ceilings and walls included.
 ///
 /// Fails:     status `invalid` where an argument is out of range; `not_resident` where ground that is not loaded may be
 ///            met first: `fraction` is how far the motion is known to be clear

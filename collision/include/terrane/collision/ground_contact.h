@@ -26,7 +26,7 @@ struct ContactAnswer {
     QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
     std::size_t count = 0;                      ///< written to contacts_out, deepest first
     /// Vertical overlap, metres: largest of surface minus z over the shape; moving up by it always separates;
-    /// <= 0 apart.
+    /// <= 0 apart. Beside volumes: see compute_lift().
     double lift = 0.0;
     double error_m = 0.0;  ///< largest error_m of the cells tested
 };
@@ -37,6 +37,10 @@ struct ContactAnswer {
 /// concave edges contacts have a face's normal, on convex ones a normal between those of the two faces. The shortest
 /// translation that resolves all contacts, each along its normal by its depth, separates the shape (verified:
 /// lift <= 1e-9).
+///
+/// Beside volumes (Chunk::solid) the ground is the joined solid, with ceilings and walls. Contacts are paired where the
+/// shape, shrunk, is separated; one that is deeper than that, or lies in the solid, has one contact, along the
+/// translation of signed_distance().
 ///
 /// @param world_from_shape pose; the rotation must be orthonormal to 1e-6
 /// @param margin           also report gaps up to this, metres, finite, >= 0
@@ -70,6 +74,10 @@ struct DistanceAnswer {
 /// `distance_lower_bound` is a lower bound of that length: no shorter translation separates, and
 /// 0 <= distance_lower_bound <= |distance|. Apart it is the gap.
 ///
+/// Beside volumes the translation separates from the joined solid, verified, and is short, but not always the shortest:
+/// the bound is 0 then. Out of the solid it leads through the nearest points of the surface, into a cave or up. Gaps
+/// beyond 10,000 spacings are not found.
+///
 /// Boundary:  touching is 0; lifts up to 1e-10 m count as separated, so that an overlap below that is a gap of 0.
 ///            Shapes without volume (a flat hull, a sphere of radius 0) have the same definition.
 /// Accuracy:  1e-9 m apart. Overlapping, the answer always separates: the lift after it is at most 1e-9 m. It is the
@@ -99,6 +107,9 @@ struct LiftAnswer {
 
 /// The lift of a shape: its vertical overlap with the ground, the largest of surface minus z over the shape's points
 /// that lie over or below ground. Positive where they overlap; moving up by it always separates.
+///
+/// Beside volumes, where up may lead into a ceiling, it is how far the shape must shrink until it is separated, within
+/// 1 %, or minus the gap: it has the same sign.
 LiftAnswer compute_lift(const Shape& shape, const Pose& world_from_shape, const Ground& ground);
 
 /// Whether a shape and the ground overlap or touch: whether the lift is at least -1e-9 m. Stops at the first contact.
