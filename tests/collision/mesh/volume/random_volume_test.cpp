@@ -81,7 +81,8 @@ std::vector<std::pair<Eigen::Vector3d, double>> inner_points(const Shape& shape,
         for (int i = -2; i <= 2; ++i) add_ball({0.0, 0.0, 0.5 * i * c->half_height}, c->radius);
     } else if (const Box* b = std::get_if<Box>(&shape)) {
         for (int k = 0; k < 27; ++k) {
-            const Eigen::Vector3d sign(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
+            const int row = k / 3 % 3, layer = k / 9;
+            const Eigen::Vector3d sign(k % 3 - 1, row - 1, layer - 1);
             points.emplace_back(
                 (b->half_extents - Eigen::Vector3d::Constant(tolerance)).cwiseProduct(sign), 0.0);
         }
