@@ -17,6 +17,8 @@ namespace {
 constexpr double kMeshTouch = 1e-9;
 /// Accuracies of offsets: where only the directions of contacts count, and where the offset is the answer.
 constexpr double kRoughly = 1.0, kFine = 0.01;
+/// Less than what the deepest offset of the gate leaves of the tolerance.
+constexpr double kExact = 1e-4;
 
 Contact contact_of_translation(const MeshQuery& query, const Eigen::Vector3d& d) {
     const double depth = length(d);
@@ -190,7 +192,7 @@ MeshDepth measure_mesh_depth(const Shape& shape, const Pose& world_from_shape,
                              const Ground& ground) {
     const MeshQuery query(shape, world_from_shape, ground);
     const MeshOverlap overlap =
-        find_overlap_offset(query.surface(), query.body(), kMeshTouch, kFine);
+        find_overlap_offset(query.surface(), query.body(), kMeshTouch, kExact);
     return {overlap.is_missing, overlap.offset};
 }
 
