@@ -44,9 +44,12 @@ CastAnswer cast_on_mesh(const Shape& shape, const Motion& motion, const Ground& 
         }
         return answer;
     }
-    // Overlaps at the start are ignored: the shape is as much smaller.
-    const MeshSweepAnswer met =
-        sweep_mesh(shape, motion, ground, overlap.offset, settings.tolerance);
+    // Overlaps at the start are ignored: the shape is as much smaller, and a little more, so that directions are exact.
+    constexpr double kMoreShare = 0.25;  // of the tolerance
+    const double more = answer.started_in_contact ? kMoreShare * settings.tolerance : 0.0;
+    // Less than that gap, so that the floor ahead of what slides on it is no hit.
+    const double stop_gap = answer.started_in_contact ? 0.5 * more : settings.tolerance;
+    const MeshSweepAnswer met = sweep_mesh(shape, motion, ground, overlap.offset + more, stop_gap);
     answer.fraction = met.fraction;
     answer.hit = met.hit;
     if (met.is_missing) answer.status = QueryStatus::not_resident;

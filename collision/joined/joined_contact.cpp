@@ -17,6 +17,8 @@ namespace {
 constexpr double kMeshTouch = 1e-9;
 /// Accuracies of offsets: where only the directions of contacts count, and where the offset is the answer.
 constexpr double kRoughly = 1.0, kFine = 0.01;
+/// Less than what the deepest offset of the gate leaves of the tolerance.
+constexpr double kExact = 1e-4;
 
 Contact contact_of_translation(const MeshQuery& query, const Eigen::Vector3d& d) {
     const double depth = length(d);
@@ -75,8 +77,10 @@ ContactAnswer find_contacts_on_mesh(const Shape& shape, const Pose& pose, const 
     return answer;
 }
 
-/// The nearest triangle of a separated body, over ever larger distances.
-void find_distance(const MeshQuery& query, double max_distance, DistanceAnswer& answer) {
+/// The nearest triangle of a body that is separated once it is shrunk by an offset, of rounding; over ever larger
+/// distances.
+void find_distance(const MeshQuery& query, double max_distance, double offset,
+                   DistanceAnswer& answer) {
     constexpr double kMostCells = 1e4;  // farther triangles are not searched for
     const double most = std::min(max_distance, kMostCells * query.local().spacing());
     double reach = std::min(most, query.local().spacing());
@@ -84,6 +88,7 @@ void find_distance(const MeshQuery& query, double max_distance, DistanceAnswer& 
         MeshPair best;
         best.distance = reach;
         Eigen::Vector3d on_shape = Eigen::Vector3d::Zero();
+        double shift = 0.0;
         bool is_found = false, is_known = true;
         query.body().visit(
             [&](const Eigen::Vector3d& centre, const Eigen::Vector3d& bounds) {
@@ -91,7 +96,7 @@ void find_distance(const MeshQuery& query, double max_distance, DistanceAnswer& 
                 return !query.surface().is_empty({centre - half, centre + half});
             },
             [&](const LocalShape& shape, std::uint32_t index) {
-                const MeshPart part(shape, index, 0.0);
+                const MeshPart part(shape, index, offset);
                 const bool is_resident = query.surface().visit(
                     part.box(best.distance), [&](const SurfaceTriangle& triangle) {
                         if (part.bound_distance(triangle, 2.0 * best.distance).distance >
@@ -102,7 +107,8 @@ void find_distance(const MeshQuery& query, double max_distance, DistanceAnswer& 
                                                         : pair.distance <= best.distance;
                         if (!is_nearer) return;
                         best = pair;
-                        on_shape = pair.on_part - part.radius() * pair.normal;
+                        shift = part.shift(pair.normal);
+                        on_shape = pair.on_part - (part.radius() + shift) * pair.normal;
                         is_found = true;
                     });
                 is_known = is_known && is_resident;
@@ -112,7 +118,7 @@ void find_distance(const MeshQuery& query, double max_distance, DistanceAnswer& 
         if (is_found || reach >= most) {
             answer.status = QueryStatus::complete;
             answer.has_ground = is_found;
-            answer.distance = is_found ? std::max(0.0, best.distance) : max_distance;
+            answer.distance = is_found ? std::max(0.0, best.distance - shift) : max_distance;
             answer.distance_lower_bound = answer.distance;
             answer.normal = best.normal;
             answer.point_world = is_found ? query.local().to_world(on_shape)
@@ -132,7 +138,14 @@ DistanceAnswer find_distance_on_mesh(const Shape& shape, const Pose& pose, const
         find_overlap_offset(query.surface(), query.body(), kMeshTouch, kRoughly);
     if (overlap.is_missing) return answer;
     if (overlap.offset == 0.0) {
-        find_distance(query, max_distance, answer);
+        find_distance(query, max_distance, 0.0, answer);
+        return answer;
+    }
+    // An overlap of rounding is a touch.
+    const MeshNearness touching =
+        find_nearness(query.surface(), query.body(), kMeshTouch, kMeshTouch, kMeshTouch);
+    if (touching.distance > 0.0) {
+        find_distance(query, max_distance, kMeshTouch, answer);
         return answer;
     }
     const MeshTranslation out = find_separating_translation(query, overlap);
@@ -158,7 +171,7 @@ LiftAnswer find_lift_on_mesh(const Shape& shape, const Pose& pose, const Ground&
     if (overlap.is_missing) return answer;
     if (overlap.offset == 0.0) {
         DistanceAnswer apart;
-        find_distance(query, kInfinity, apart);
+        find_distance(query, kInfinity, 0.0, apart);
         answer.status = apart.status;
         answer.lift = apart.has_ground ? -apart.distance : -kInfinity;
     } else if (overlap.is_deep) {
@@ -179,7 +192,7 @@ MeshDepth measure_mesh_depth(const Shape& shape, const Pose& world_from_shape,
                              const Ground& ground) {
     const MeshQuery query(shape, world_from_shape, ground);
     const MeshOverlap overlap =
-        find_overlap_offset(query.surface(), query.body(), kMeshTouch, kFine);
+        find_overlap_offset(query.surface(), query.body(), kMeshTouch, kExact);
     return {overlap.is_missing, overlap.offset};
 }
 

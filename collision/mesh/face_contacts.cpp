@@ -39,27 +39,20 @@ std::size_t clip(const std::array<FlatPoint, 8>& from, std::size_t count, double
 
 }  // namespace
 
-bool FaceContacts::is_flat(const LocalShape& shape, const SurfaceTriangle& triangle) {
+FaceContacts::Found FaceContacts::add(const SurfaceTriangle& triangle) {
+    const LocalShape& shape = part_.whole();
     if (shape.kind == ShapeKind::round) {
         const double along = dot(triangle.normal, shape.core);
-        return along * along <= (1.0 - kFlat * kFlat) * dot(shape.core, shape.core);
+        const bool is_flat = along * along <= (1.0 - kFlat * kFlat) * dot(shape.core, shape.core);
+        return {add_segment(triangle), is_flat};
     }
-    return shape.kind == ShapeKind::box &&
-           std::any_of(shape.axes.begin(), shape.axes.end(), [&](const Eigen::Vector3d& axis) {
-               return std::abs(dot(triangle.normal, axis)) >= kFlat;
-           });
-}
-
-double FaceContacts::add(const SurfaceTriangle& triangle) {
-    const LocalShape& shape = part_.whole();
-    if (shape.kind == ShapeKind::round) return add_segment(triangle);
     if (shape.kind == ShapeKind::box) {
         for (std::size_t axis = 0; axis < 3; ++axis) {
             const double up = dot(triangle.normal, shape.axes[axis]);
-            if (std::abs(up) >= kFlat) return add_box_face(triangle, axis, up);
+            if (std::abs(up) >= kFlat) return {add_box_face(triangle, axis, up), true};
         }
     }
-    return add_support(triangle);
+    return {add_support(triangle), false};
 }
 
 /// The part of a capsule's core over a triangle.
@@ -109,25 +102,26 @@ double FaceContacts::add_box_face(const SurfaceTriangle& triangle, std::size_t a
     const auto depth_at = [&](const FlatPoint& p) {
         return depth0 + slope_x * p.x + slope_y * p.y;
     };
-    std::array<FlatPoint, 8> a, b;
     std::array<FlatPoint, 3> corners;
-    bool is_inside = true;
+    std::array<std::array<FlatPoint, 8>, 2> polygons;
+    FlatPoint low{kInfinity, kInfinity}, high{-kInfinity, -kInfinity};
     for (std::size_t i = 0; i < 3; ++i) {
         const Eigen::Vector3d to = triangle.v[i] - middle;
-        corners[i] = a[i] = {dot(to, x), dot(to, y)};
-        is_inside = is_inside && std::abs(a[i].x) <= hx && std::abs(a[i].y) <= hy;
+        const FlatPoint p{dot(to, x), dot(to, y)};
+        corners[i] = polygons[0][i] = p;
+        low = {std::min(low.x, p.x), std::min(low.y, p.y)};
+        high = {std::max(high.x, p.x), std::max(high.y, p.y)};
     }
-    std::size_t count = 3;
-    if (!is_inside) {
-        count = clip(
-            a, 3, hx, [](const FlatPoint& p) { return p.x; }, b);
-        count = clip(
-            b, count, hx, [](const FlatPoint& p) { return -p.x; }, a);
-        count = clip(
-            a, count, hy, [](const FlatPoint& p) { return p.y; }, b);
-        count = clip(
-            b, count, hy, [](const FlatPoint& p) { return -p.y; }, a);
-    }
+    std::size_t count = 3, last = 0;
+    const auto clip_side = [&](double limit, auto along) {
+        count = clip(polygons[last], count, limit, along, polygons[1 - last]);
+        last = 1 - last;
+    };
+    if (high.x > hx) clip_side(hx, [](const FlatPoint& p) { return p.x; });
+    if (low.x < -hx) clip_side(hx, [](const FlatPoint& p) { return -p.x; });
+    if (high.y > hy) clip_side(hy, [](const FlatPoint& p) { return p.y; });
+    if (low.y < -hy) clip_side(hy, [](const FlatPoint& p) { return -p.y; });
+    const std::array<FlatPoint, 8>& a = polygons[last];
     double deepest = -kInfinity;
     FlatPoint best{};
     for (std::size_t i = 0; i < count; ++i) {
@@ -146,8 +140,9 @@ double FaceContacts::add_box_face(const SurfaceTriangle& triangle, std::size_t a
         const FlatPoint &from = corners[i], &to = corners[i == 2 ? 0 : i + 1];
         return (to.x - from.x) * (p.y - from.y) - (to.y - from.y) * (p.x - from.x);
     };
-    for (int k = 0; k < 4 && !is_inside; ++k) {
+    for (int k = 0; k < 4; ++k) {
         const FlatPoint p{(k & 1) != 0 ? hx : -hx, (k & 2) != 0 ? hy : -hy};
+        if (p.x < low.x || p.x > high.x || p.y < low.y || p.y > high.y) continue;
         const double depth = depth_at(p);
         if (depth < -margin_) continue;
         const double t0 = turn(0, p), t1 = turn(1, p), t2 = turn(2, p);

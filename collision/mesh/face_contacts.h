@@ -13,12 +13,13 @@ public:
     /// @param margin gaps of the whole up to this are contacts, metres
     FaceContacts(const MeshPart& part, double margin) : part_(part), margin_(margin) {}
 
-    /// Whether a face of a box, or the side of a capsule, lies along a triangle.
-    static bool is_flat(const LocalShape& shape, const SurfaceTriangle& triangle);
-
-    /// Adds the contacts of the part's support feature over a triangle, along its normal. Returns the largest depth of
-    /// the whole, metres; minus infinity where they do not overlap in projection.
-    double add(const SurfaceTriangle& triangle);
+    struct Found {
+        double
+            depth;  ///< largest of the whole, metres; minus infinity where they do not overlap in projection
+        bool is_flat;  ///< a face of a box, or the side of a capsule, lies along the triangle
+    };
+    /// Adds the contacts of the part's support feature over a triangle, along its normal.
+    Found add(const SurfaceTriangle& triangle);
     /// Moves the contacts to the patches.
     void finish(ContactPatches& patches) const {
         for (std::size_t i = 0; i < count_; ++i) patches.add(contacts_[i]);

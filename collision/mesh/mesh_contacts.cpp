@@ -86,14 +86,15 @@ public:
         // Above the triangle's plane: where the lowest point is over the triangle, it is the nearest.
         double deepest = -kInfinity;
         if (front >= 0.0 && !is_point()) {
-            deepest = faces_.add(triangle);
-            if (deepest >= part_.shift(triangle.normal) - front - kDeepest) {
-                if (front < nearest_.distance) nearest_ = {front, true, true};
+            const FaceContacts::Found found = faces_.add(triangle);
+            deepest = found.depth;
+            // Where a face lies on the triangle, other features of the two say the same.
+            if (found.is_flat && deepest > -kInfinity) {
+                if (bound < nearest_.distance) measure(triangle, bound);
                 return;
             }
-            // Where a face lies on the triangle, other features of the two say the same.
-            if (deepest > -kInfinity && FaceContacts::is_flat(part_.whole(), triangle)) {
-                if (bound < nearest_.distance) measure(triangle, bound);
+            if (deepest >= part_.shift(triangle.normal) - front - kDeepest) {
+                if (front < nearest_.distance) nearest_ = {front, true, true};
                 return;
             }
         }

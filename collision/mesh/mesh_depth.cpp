@@ -28,7 +28,7 @@ bool add_contacts(const MeshQuery& query, const Eigen::Vector3d& d, const MeshOv
     constexpr std::size_t kMostOfRound = 6;
     const LocalBody moved = query.moved(d);
     ContactPatches patches;
-    find_mesh_contacts(query.surface(), moved, overlap.offset, 0.0, kInfinity, patches);
+    find_mesh_contacts(query.surface(), moved, overlap.offset, kFree, kInfinity, patches);
     std::size_t count = 0;
     for (const Contact& contact : patches.finish()) {
         if (count == kMostOfRound || !(contact.depth > -kFree)) break;

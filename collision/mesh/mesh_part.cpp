@@ -51,12 +51,24 @@ MeshPart::MeshPart(const LocalShape& shape, std::uint32_t index, double offset)
         for (const Eigen::Vector3d& v : vertices) reach_ = std::max(reach_, length(v - mean_));
         inside_ += rotated(shape.hull->rotation, mean_) - shape.hull->middle;
     }
+    if (shape.kind == ShapeKind::box) {
+        axes_ = shape.axes;
+        has_axes_ = true;
+    } else if (shape.kind == ShapeKind::round && shape.has_core()) {
+        const Eigen::Vector3d along = shape.core / length(shape.core);
+        axes_[0] = any_tangent(along);
+        axes_[1] = cross(along, axes_[0]);
+        axes_[2] = along;
+        has_axes_ = true;
+    }
     set_offset(offset);
 }
 
 void MeshPart::set_offset(double offset) {
     if (shape_.kind == ShapeKind::round) {
         radius_ = std::max(0.0, shape_.radius - offset);
+        half_ = Eigen::Vector3d::Constant(radius_);
+        half_[2] += length(shape_.core);
     } else if (shape_.kind == ShapeKind::box) {
         half_ = (shape_.half - Eigen::Vector3d::Constant(kBoxShare * offset))
                     .cwiseMax(Eigen::Vector3d::Zero());
@@ -101,9 +113,9 @@ double MeshPart::opening(const Eigen::Vector3d& n) const {
 }
 
 bool MeshPart::is_beside(const std::array<Eigen::Vector3d, 3>& corners, double distance) const {
-    if (shape_.kind != ShapeKind::box) return false;
+    if (!has_axes_) return false;
     for (std::size_t i = 0; i < 3; ++i) {
-        const Eigen::Vector3d& axis = shape_.axes[i];
+        const Eigen::Vector3d& axis = axes_[i];
         const double at = dot(axis, shape_.centre);
         const double a = dot(axis, corners[0]) - at, b = dot(axis, corners[1]) - at,
                      c = dot(axis, corners[2]) - at;

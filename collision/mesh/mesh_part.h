@@ -57,7 +57,8 @@ public:
     /// Derivative of shift() by the offset, 0 to 1.
     double opening(const Eigen::Vector3d& n) const;
 
-    /// Whether a triangle is farther than a distance from a box, along one of the box's axes; false for other parts.
+    /// Whether a triangle is farther than a distance from the part, along an axis of the box around a box or a capsule;
+    /// false for other parts.
     bool is_beside(const std::array<Eigen::Vector3d, 3>& corners, double distance) const;
     /// A lower bound of the distance from a triangle by a few separating planes, metres.
     /// @param enough the search may stop at a bound of at least this; `front` is then unset
@@ -76,7 +77,9 @@ private:
     const LocalShape& shape_;
     std::uint32_t index_;
     double radius_ = 0.0;                             // round
-    Eigen::Vector3d half_ = Eigen::Vector3d::Zero();  // box
+    Eigen::Vector3d half_ = Eigen::Vector3d::Zero();  // box; of the box around a capsule
+    std::array<Eigen::Vector3d, 3> axes_{};           // of that box
+    bool has_axes_ = false;
     double reach_ = 0.0;                              // hull: from the mean of its vertices
     double scale_ = 1.0;                              // hull
     Eigen::Vector3d mean_ = Eigen::Vector3d::Zero();  // hull: body frame

@@ -38,6 +38,25 @@ bool has_contour(const SolidSurface& solid, const Aabb& box) {
     return false;
 }
 
+/// Height of the heightfield's triangles over or under a point, metres; minus infinity where there is none.
+double field_height(const Ground& ground, double x, double y) {
+    const std::int64_t column = ground.column_at(x), row = ground.row_at(y);
+    const GroundCell cell = ground.cell(column, row);
+    if (cell.status != GroundStatus::ok) return -kInfinity;
+    const double u = (x - ground.cell_x(column)) / ground.spacing();
+    const double v = (y - ground.cell_y(row)) / ground.spacing();
+    const double sw = cell.south_west, se = cell.south_east, nw = cell.north_west,
+                 ne = cell.north_east;
+    double height = 0.0;
+    if (cell.cut_to_north_east) {
+        height = u >= v ? sw + u * (se - sw) + v * (ne - se) : sw + v * (nw - sw) + u * (ne - nw);
+    } else {
+        height = u + v <= 1.0 ? sw + u * (se - sw) + v * (nw - sw)
+                              : ne + (1.0 - u) * (nw - ne) + (1.0 - v) * (se - ne);
+    }
+    return ground.lattice().quantum * height;
+}
+
 bool has_replaced(const SolidSurface& solid, const CellRange& in_chunk) {
     for (std::int64_t row = in_chunk.south; row <= in_chunk.north; ++row) {
         for (std::int64_t column = in_chunk.west; column <= in_chunk.east; ++column) {
@@ -79,10 +98,12 @@ bool is_near_volume(const Ground& ground, const Aabb& box_world) {
     const RangeAnswer range = ground.range(cells);
     const double quantum = ground.lattice().quantum;
     const double high = range.status == GroundStatus::outside ? -kInfinity : quantum * range.high;
-    const double low = range.status == GroundStatus::outside ? -kInfinity : quantum * range.low;
     if (box_world.low.z() > std::max(high, top)) return false;  // above everything
-    // Clear of all volumes, the heightfield is the surface there, unless the box is below it.
-    return meets || box_world.high.z() < low;
+    if (meets) return true;
+    // No contour is in the box, and no mouth over or under it: if the heightfield passes through, it is the surface
+    // there. Else all of the box is above it, or all is below.
+    const Eigen::Vector3d centre = 0.5 * (box_world.low + box_world.high);
+    return field_height(ground, centre.x(), centre.y()) > box_world.high.z();
 }
 
 bool SurfaceTriangles::is_empty(const Aabb& box) const {

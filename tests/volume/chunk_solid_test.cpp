@@ -10,6 +10,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <optional>
@@ -177,6 +179,48 @@ TEST(ChunkSolid, NothingSlipsThroughTheSeamWithTheHeightfield) {
         }
     }
     EXPECT_GT(count, 2000);
+}
+
+TEST(ChunkSolid, FindsTheTrianglesWhoseBoxesOverlapABox) {
+    const Scene scene = make_scene();
+    ASSERT_TRUE(scene.ground.has_solids());
+    EXPECT_FALSE(make_test_ground(hill, 1.0, 2).has_solids());
+    EXPECT_EQ(scene.ground.solid(50, 200), nullptr);
+    const SolidSurface* const solid = scene.ground.solid(50, 60);
+    ASSERT_NE(solid, nullptr);
+    const std::size_t all =
+        solid->triangles().triangles.size() + solid->triangles().kept_neighbours.size();
+    Random random(8);
+    SCOPED_TRACE("seed 8");
+    std::size_t most = 0;
+    for (int i = 0; i < 100; ++i) {
+        const Eigen::Vector3d low(random.between(20.0, 110.0), random.between(55.0, 75.0),
+                                  random.between(-5.0, 8.0));
+        const Eigen::Vector3d size(random.between(0.0, 6.0), random.between(0.0, 6.0),
+                                   random.between(0.0, 6.0));
+        const Aabb box{low, low + size};
+        std::vector<std::uint32_t> expected;
+        for (std::uint32_t t = 0; t < all; ++t) {
+            const auto v = solid->corners_world(t);
+            const Eigen::Vector3d from = v[0].cwiseMin(v[1]).cwiseMin(v[2]),
+                                  to = v[0].cwiseMax(v[1]).cwiseMax(v[2]);
+            if ((from - box.high).maxCoeff() <= 0.0 && (box.low - to).maxCoeff() <= 0.0) {
+                expected.push_back(t);
+            }
+        }
+        std::vector<std::uint32_t> found;
+        std::array<std::uint32_t, 7> some;
+        std::uint32_t cursor = 0;
+        for (std::size_t count = some.size(); count == some.size();) {
+            count = solid->find_overlaps(box, cursor, some);
+            found.insert(found.end(), some.begin(),
+                         some.begin() + static_cast<std::ptrdiff_t>(count));
+        }
+        std::sort(found.begin(), found.end());
+        ASSERT_EQ(found, expected);
+        most = std::max(most, found.size());
+    }
+    EXPECT_GT(most, 50u);
 }
 
 TEST(ChunkSolid, OfAChunkWithoutVolumesIsNull) {

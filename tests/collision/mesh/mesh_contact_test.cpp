@@ -190,6 +190,50 @@ TEST(MeshContact, AShapeInTheSolidComesOutTheShortWay) {
     }
 }
 
+TEST(MeshContact, AShapeAroundTheWholeRoomGoesUp) {
+    const CaveScene scene = make_cave(0.0, true);
+    for (const Shape& shape :
+         {Shape{Sphere{18.0}}, Shape{Capsule{16.0, 4.0}}, Shape{Box{{16.0, 15.0, 12.0}}}}) {
+        Pose pose;
+        pose.translation = {50.0, 50.0, 15.0};
+        ASSERT_TRUE(test_contact(shape, pose, scene.ground).is_touching) << name_of(shape);
+        ASSERT_GT(compute_lift(shape, pose, scene.ground).lift, 0.0) << name_of(shape);
+        const DistanceAnswer answer = signed_distance(shape, pose, scene.ground, 0.0);
+        ASSERT_EQ(answer.status, QueryStatus::complete);
+        ASSERT_LT(answer.distance, 0.0) << name_of(shape);
+        pose.translation -= answer.distance * answer.normal;
+        EXPECT_FALSE(signed_distance(shape, pose, scene.ground, 0.0).distance < 0.0)
+            << name_of(shape);
+        EXPECT_GT(pose.translation.z(), 40.0) << name_of(shape);
+    }
+}
+
+TEST(MeshContact, TouchingIsADistanceOfZeroAndACastWithoutMotionStays) {
+    const CaveScene scene = make_cave(0.0, true);
+    Pose pose;
+    pose.translation = {50.3, 47.1, 10.5};
+    for (const Shape& shape : {Shape{Sphere{0.5}}, Shape{Box{{0.7, 0.4, 0.5}}}}) {
+        EXPECT_NEAR(signed_distance(shape, pose, scene.ground, 1.0).distance, 0.0, 1e-8);
+        EXPECT_TRUE(test_contact(shape, pose, scene.ground).is_touching);
+        EXPECT_TRUE(cast(shape, {pose}, scene.ground).started_in_contact);
+        EXPECT_EQ(cast(shape, {pose}, scene.ground).fraction, 0.0);
+        Pose apart = pose;
+        apart.translation.z() += 0.01;
+        const CastAnswer still = cast(shape, {apart}, scene.ground);
+        EXPECT_EQ(still.status, QueryStatus::complete);
+        EXPECT_FALSE(still.hit);
+        EXPECT_EQ(still.fraction, 1.0);
+        // Away from what it touches.
+        Motion away{pose, {0.0, 0.0, 3.0}};
+        const CastAnswer leaves = cast(shape, away, scene.ground, {.skip_separating = true});
+        EXPECT_FALSE(leaves.hit) << name_of(shape);
+        // And along it.
+        away.translation = {3.0, 1.0, 0.0};
+        EXPECT_FALSE(cast(shape, away, scene.ground, {.skip_separating = true}).hit)
+            << name_of(shape);
+    }
+}
+
 TEST(MeshContact, RefusesWhatIsNotFinite) {
     const CaveScene scene = make_cave();
     Pose pose;

@@ -48,6 +48,26 @@ TEST(ResidentSet, HasFadesOfOneByDefault) {
     for (std::size_t i = 0; i < set.chunks().size(); ++i) EXPECT_EQ(set.fade(i), 1.0f);
 }
 
+TEST(ResidentSet, KnowsWhetherAnyChunkHasASolid) {
+    const test::WaveHeights source(test::small_world(2, 1.0), 20.0, 70.0);
+    const Chunks plain = some_chunks(source);
+    Chunks with = plain;
+    Chunk changed(*plain[3]);
+    changed.solid = std::make_shared<const SolidSurface>(SolidTriangles{});
+    with[3] = std::make_shared<const Chunk>(changed);
+    const ResidentSet without(source.lattice(), source.extent(), plain, 1);
+    const ResidentSet one(source.lattice(), source.extent(), with, 1);
+    EXPECT_FALSE(without.has_solids());
+    EXPECT_TRUE(one.has_solids());
+    const std::vector<ChunkKey> key{plain[3]->key};
+    const std::vector<float> fades(plain.size(), 1.0f);
+    const ResidentSet gone(one, key, {}, std::vector<float>(plain.size() - 1, 1.0f), 2);
+    EXPECT_FALSE(gone.has_solids());
+    EXPECT_TRUE(ResidentSet(gone, {}, {with[3]}, fades, 3).has_solids());
+    EXPECT_FALSE(ResidentSet(one, key, {plain[3]}, fades, 2).has_solids());
+    EXPECT_TRUE(ResidentSet(without, key, {with[3]}, fades, 2).has_solids());
+}
+
 TEST(ResidentSet, SharesItsChunksWithASetOfOtherFades) {
     const test::WaveHeights source(test::small_world(2, 1.0), 20.0, 70.0);
     const Chunks chunks = some_chunks(source);
