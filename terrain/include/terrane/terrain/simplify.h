@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <terrane/terrain/math.h>
 #include <terrane/terrain/result.h>
-
-#include <Eigen/Core>
 
 #include <array>
 #include <cstddef>
