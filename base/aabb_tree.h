@@ -37,7 +37,7 @@ struct AabbNode {
 void build_aabb_tree(std::span<const Aabb> bounds, std::vector<std::uint32_t>& order_out,
                      std::vector<AabbNode>& nodes_out);
 
-/// The same tree, for trees that are built once. Cost: a third of that
+/// The same tree, for trees that are built once. Cost: about half of that
 std::vector<AabbNode> make_aabb_tree(std::span<const Aabb> bounds);
 
 /// Sets the bounds of all nodes; which item is where stays. Queries cost more the more the items have moved among each

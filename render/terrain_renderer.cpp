@@ -57,7 +57,7 @@ Result<void> check(const TerrainMesh& mesh, const View& view, const Framebuffer&
                         std::to_string(picture.width_px()) + " x " +
                         std::to_string(picture.height_px()));
     }
-    if (mesh.resident == nullptr && !mesh.chunks.empty()) {
+    if (mesh.resident == nullptr && !(mesh.chunks.empty() && mesh.solids.empty())) {
         return fail(ErrorCode::invalid_argument, "the mesh has chunks, but no resident set");
     }
     for (const MeshChunk& chunk : mesh.chunks) {
@@ -91,7 +91,7 @@ struct TerrainRenderer::State {
     Framebuffer picture;
     GroundShade shade;
     GlProgram ground, wires;
-    GlProgram solid_ground, solid_walls, solid_wires;
+    SolidDraws::Program solid_ground, solid_walls, solid_wires;
     ObjectProgram objects;
     GlVertexArray object_layout;
     GlBuffer frame_uniforms;
@@ -123,9 +123,9 @@ Result<void> TerrainRenderer::State::make_programs() {
     Result<GlProgram> made_solid_wires =
         make_program("the wireframe of volumes", solid_vert, line_frag);
     if (!made_solid_wires) return tl::unexpected(made_solid_wires.error());
-    solid_ground = std::move(*made_solid);
-    solid_walls = std::move(*made_walls);
-    solid_wires = std::move(*made_solid_wires);
+    solid_ground = SolidDraws::Program(std::move(*made_solid));
+    solid_walls = SolidDraws::Program(std::move(*made_walls));
+    solid_wires = SolidDraws::Program(std::move(*made_solid_wires));
     ground = std::move(*made_ground);
     wires = std::move(*made_wires);
     objects = std::move(*made_objects);
@@ -151,9 +151,8 @@ void TerrainRenderer::State::make_buffers() {
 
 void TerrainRenderer::State::draw_walls() {
     if (solids.is_empty()) return;
-    glUseProgram(solid_walls.name());
     shade.bind_noise();
-    solids.draw(SolidDraws::Part::walls, solid_walls.name());
+    solids.draw(SolidDraws::Part::walls, solid_walls);
 }
 
 void TerrainRenderer::State::draw_wires() {
@@ -165,9 +164,8 @@ void TerrainRenderer::State::draw_wires() {
     glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
     glUseProgram(wires.name());
     draws.draw();
-    glUseProgram(solid_wires.name());
-    solids.draw(SolidDraws::Part::ground, solid_wires.name());
-    solids.draw(SolidDraws::Part::walls, solid_wires.name());
+    solids.draw(SolidDraws::Part::ground, solid_wires);
+    solids.draw(SolidDraws::Part::walls, solid_wires);
     glDisable(GL_BLEND);
     glDepthMask(GL_TRUE);
     glDisable(GL_POLYGON_OFFSET_LINE);
@@ -258,10 +256,7 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
     glClear(GL_DEPTH_BUFFER_BIT);
     glUseProgram(state.ground.name());
     state.draws.draw();
-    if (!state.solids.is_empty()) {
-        glUseProgram(state.solid_ground.name());
-        state.solids.draw(SolidDraws::Part::ground, state.solid_ground.name());
-    }
+    state.solids.draw(SolidDraws::Part::ground, state.solid_ground);
     if (has_overlay) {
         state.picture.bind_depth_and_overlay();
         glClearColor(0.0f, 0.0f, 0.0f, 0.0f);

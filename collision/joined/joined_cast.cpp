@@ -16,14 +16,6 @@ namespace {
 constexpr double kCastTouch = 1e-9;  // metres
 constexpr double kAccuracy = 1e-3;   // of the overlap that is ignored at the start
 
-bool may_meet_volume(const Shape& shape, const Motion& motion, const Ground& ground) {
-    if (!ground.has_solids()) return false;
-    const double radius = bounding_radius(shape);
-    const Aabb from = reach_box(motion.start.translation, radius);
-    const Aabb to = reach_box(motion.start.translation + motion.translation, radius);
-    return is_near_volume(ground, {from.low.cwiseMin(to.low), from.high.cwiseMax(to.high)});
-}
-
 CastAnswer cast_on_mesh(const Shape& shape, const Motion& motion, const Ground& ground,
                         const CastSettings& settings) {
     CastAnswer answer;
@@ -78,7 +70,10 @@ using namespace internal;
 
 CastAnswer cast(const Shape& shape, const Motion& motion, const Ground& ground,
                 const CastSettings& settings) {
-    if (!may_meet_volume(shape, motion, ground)) {
+    const bool may_meet =
+        ground.has_solids() && may_meet_volume(ground, motion.start.translation,
+                                               bounding_radius(shape), motion.translation);
+    if (!may_meet) {
         return columns::cast(shape, motion, ground, settings);
     }
     if (!is_valid_query(shape, motion.start) || !is_finite(motion.translation) ||

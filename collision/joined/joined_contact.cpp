@@ -182,8 +182,8 @@ LiftAnswer find_lift_on_mesh(const Shape& shape, const Pose& pose, const Ground&
 }
 
 bool is_beside_volume(const Shape& shape, const Pose& pose, const Ground& ground, double margin) {
-    if (!ground.has_solids()) return false;
-    return is_near_volume(ground, reach_box(pose.translation, bounding_radius(shape) + margin));
+    return ground.has_solids() &&
+           may_meet_volume(ground, pose.translation, bounding_radius(shape) + margin);
 }
 
 }  // namespace
@@ -234,9 +234,12 @@ MeshNearness find_nearness_at(const Shape& shape, const Pose& world_from_shape,
     return find_nearness(query.surface(), query.body(), offset, reach, exact_below);
 }
 
-Aabb reach_box(const WorldPos& centre, double radius) {
+bool may_meet_volume(const Ground& ground, const WorldPos& centre, double radius,
+                     const Eigen::Vector3d& displacement) {
+    if (!ground.has_solids()) return false;
     const Eigen::Vector3d half = Eigen::Vector3d::Constant(radius);
-    return {centre - half, centre + half};
+    const WorldPos end = centre + displacement;
+    return is_near_volume(ground, {centre.cwiseMin(end) - half, centre.cwiseMax(end) + half});
 }
 
 }  // namespace internal
@@ -264,7 +267,8 @@ DistanceAnswer signed_distance(const Shape& shape, const Pose& world_from_shape,
         const bool is_nearest = !(reach > near) || !std::isfinite(reach) ||
                                 !is_beside_volume(shape, world_from_shape, ground, reach);
         if (is_nearest) return field;
-        // A volume may be nearer, or the way out into it shorter.
+        // The surface of a volume may be nearer than the heightfield, and the translation into a void shorter than the
+        // one out of the heightfield.
         const DistanceAnswer joined =
             find_distance_on_mesh(shape, world_from_shape, ground, max_distance);
         const bool is_way_out =

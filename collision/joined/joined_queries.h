@@ -35,7 +35,9 @@ MeshNearness find_nearness_at(const Shape& shape, const Pose& world_from_shape,
 MeshDepth measure_mesh_depth(const Shape& shape, const Pose& world_from_shape,
                              const Ground& ground);
 
-/// The box around a ball, world.
-Aabb reach_box(const WorldPos& centre, double radius);
+/// Whether the bounding sphere of a body that moves by a displacement may meet triangles of volumes: is_near_volume()
+/// of the box around its sweep.
+bool may_meet_volume(const Ground& ground, const WorldPos& centre, double radius,
+                     const Eigen::Vector3d& displacement = Eigen::Vector3d::Zero());
 
 }  // namespace terrane::internal

@@ -10,9 +10,9 @@
 namespace terrane::internal {
 namespace {
 
-/// What is left of a gap after a separating translation, metres.
+/// Gap between the body and the surface after a separating translation, metres.
 constexpr double kFree = 1e-9;
-/// Contacts do not need the least offset.
+/// Relative accuracy of offsets here: contacts are found at any offset at which the body is separated.
 constexpr double kRough = 1.0;
 
 bool separates(const MeshQuery& query, const Eigen::Vector3d& d, bool& is_missing) {

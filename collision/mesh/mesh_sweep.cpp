@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kPieceTurn = 0.25;  // radians
 constexpr int kMaxSteps = 400;       // against one triangle in one piece
-/// Shares of what is left of a piece that a plane is tried for.
+/// The rest of a piece, half of it, a quarter and so on are tested against a separating plane: so many of them.
 constexpr int kHalvings = 4;
 /// A step shorter than this share of the piece ends the advancement where the body is near.
 constexpr double kShortest = 1e-6;
@@ -119,7 +119,7 @@ private:
                 answer_.is_missing = answer_.is_missing || !is_known;
             });
         if (answer_.is_missing) {
-            // What lies before a hit is clear of what is resident only.
+            // A hit on resident ground counts for nothing: ground that is not resident may be met before it.
             answer_.hit = false;
             answer_.fraction = from;
         } else if (answer_.hit) {

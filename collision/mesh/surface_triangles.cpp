@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "mesh/surface_triangles.h"
 
+#include "ground/frame/triangle_plane.h"
+
 #include <algorithm>
 
 namespace terrane::internal {
@@ -39,22 +41,14 @@ bool has_contour(const SolidSurface& solid, const Aabb& box) {
 }
 
 /// Height of the heightfield's triangles over or under a point, metres; minus infinity where there is none.
-double field_height(const Ground& ground, double x, double y) {
-    const std::int64_t column = ground.column_at(x), row = ground.row_at(y);
+double field_height(const Ground& ground, const WorldPos& point) {
+    const std::int64_t column = ground.column_at(point.x()), row = ground.row_at(point.y());
     const GroundCell cell = ground.cell(column, row);
     if (cell.status != GroundStatus::ok) return -kInfinity;
-    const double u = (x - ground.cell_x(column)) / ground.spacing();
-    const double v = (y - ground.cell_y(row)) / ground.spacing();
-    const double sw = cell.south_west, se = cell.south_east, nw = cell.north_west,
-                 ne = cell.north_east;
-    double height = 0.0;
-    if (cell.cut_to_north_east) {
-        height = u >= v ? sw + u * (se - sw) + v * (ne - se) : sw + v * (nw - sw) + u * (ne - nw);
-    } else {
-        height = u + v <= 1.0 ? sw + u * (se - sw) + v * (nw - sw)
-                              : ne + (1.0 - u) * (nw - ne) + (1.0 - v) * (se - ne);
-    }
-    return ground.lattice().quantum * height;
+    const LocalGround local(ground, point);
+    const std::array<Triangle, 2> both = local.triangles(cell, column, row);
+    const Eigen::Vector3d p = local.to_local(point);
+    return point.z() + TrianglePlane(both[is_over(p, both[0]) ? 0 : 1]).above(p);
 }
 
 bool has_replaced(const SolidSurface& solid, const CellRange& in_chunk) {
@@ -82,7 +76,7 @@ bool is_near_volume(const Ground& ground, const Aabb& box_world) {
         meets = meets || has_contour(solid, box_world);
     });
     if (meets) return true;
-    // Columns of all heights: what is over or under a triangle of a volume.
+    // Extended to all heights, the box overlaps the triangles of volumes that lie over or under it.
     Aabb columns = box_world;
     columns.low.z() = -kInfinity;
     columns.high.z() = kInfinity;
@@ -103,7 +97,7 @@ bool is_near_volume(const Ground& ground, const Aabb& box_world) {
     // No contour is in the box, and no mouth over or under it: if the heightfield passes through, it is the surface
     // there. Else all of the box is above it, or all is below.
     const Eigen::Vector3d centre = 0.5 * (box_world.low + box_world.high);
-    return field_height(ground, centre.x(), centre.y()) > box_world.high.z();
+    return field_height(ground, centre) > box_world.high.z();
 }
 
 bool SurfaceTriangles::is_empty(const Aabb& box) const {

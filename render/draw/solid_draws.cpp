@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 
 namespace terrane::internal {
 namespace {
@@ -137,17 +138,21 @@ Result<void> SolidDraws::prepare(const TerrainMesh& mesh, const EyeFrame& eye) {
     return check_gl("upload the triangles of volumes");
 }
 
-void SolidDraws::draw(Part part, GLuint program) const {
+SolidDraws::Program::Program(GlProgram made)
+    : program(std::move(made)),
+      corner(glGetUniformLocation(program.name(), "corner")),
+      stride(glGetUniformLocation(program.name(), "stride")) {}
+
+void SolidDraws::draw(Part part, const Program& program) const {
     if (draws_.empty()) return;
+    glUseProgram(program.program.name());
     glBindVertexArray(layout_.name());
-    const GLint corner = glGetUniformLocation(program, "corner");
-    const GLint stride = glGetUniformLocation(program, "stride");
     for (const Draw& draw : draws_) {
         glVertexArrayVertexBuffer(layout_.name(), 0, draw.uploaded->vertices.name(), 0,
                                   sizeof(SolidVertex));
         glVertexArrayElementBuffer(layout_.name(), draw.uploaded->indices.name());
-        glUniform4iv(corner, 1, draw.corner);
-        glUniform2iv(stride, 1, draw.stride);
+        glUniform4iv(program.corner, 1, draw.corner);
+        glUniform2iv(program.stride, 1, draw.stride);
         const auto draw_range = [](const Range& range) {
             if (range.count == 0) return;
             // OpenGL passes the offset in the index buffer as a pointer

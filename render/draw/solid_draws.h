@@ -30,15 +30,25 @@ std::vector<SolidVertex> make_solid_vertices(const Lattice& lattice, const Chunk
 /// Keeps the triangles of volumes on the device while their chunks are resident, and draws those of a mesh.
 class SolidDraws {
 public:
-    /// Uploads what the mesh draws for the first time, and frees what is no longer resident. Fails with
-    /// device_unavailable.
+    /// Uploads the surfaces that a mesh draws for the first time, and frees the buffers of those that no chunk holds
+    /// any more.
+    ///
+    /// Fails: device_unavailable where OpenGL reports an error
     Result<void> prepare(const TerrainMesh& mesh, const EyeFrame& eye);
     bool is_empty() const { return draws_.empty(); }
 
+    /// A program with solid.vert, and its uniforms.
+    struct Program {
+        GlProgram program;
+        GLint corner = -1, stride = -1;
+
+        Program() = default;
+        explicit Program(GlProgram made);
+    };
     /// Which triangles: those that remain of the heightfield, which are shaded as ground, or walls.
     enum class Part { ground, walls };
-    /// Draws with the current program, which has solid.vert's uniforms.
-    void draw(Part part, GLuint program) const;
+    /// Draws with a program, which becomes the current one.
+    void draw(Part part, const Program& program) const;
 
     /// Bytes on the device.
     std::size_t bytes() const;

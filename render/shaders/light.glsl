@@ -1,7 +1,7 @@
 #version 450 core
 // SPDX-License-Identifier: MIT
-// Shared by all shaders: uniforms of the frame and lighting. Positions with the suffix _eye are metres from the eye in
-// world axes. Colours are linear until display().
+// Shared by all shaders: uniforms of the frame, positions on the lattice, lighting. Positions with the suffix _eye are
+// metres from the eye in world axes. Colours are linear until display().
 
 layout(std140, binding = 0) uniform Frame {
     mat4 clip_from_eye;
@@ -18,6 +18,34 @@ layout(std140, binding = 0) uniform Frame {
     vec4 noise_phase;  // xy: phase of the fine noise at the eye, zw: of the coarse noise, 0 to 1
     vec4 near;  // x: distance of the near plane along forward, metres
 } frame;
+
+// Positions on the lattice are computed in integers up to one rounding, from the integers of the point and the eye only:
+// whatever draws a point gives it the same position. Parts of integers: see SplitInteger.
+const int kIndexBits = 20;
+const int kHeightBits = 16;
+
+// Metres from the eye's lattice point along an axis, of the `index`-th sample of a chunk: from its corner and the stride
+// between its samples, high and low parts.
+float lattice_place(int high, int low, int index, ivec2 stride) {
+    low += index * stride.y;
+    int carry = (low + (1 << (kIndexBits - 1))) >> kIndexBits;
+    low -= carry << kIndexBits;
+    high += index * stride.x + carry;
+    precise float metres =
+        float(high) * (frame.grid.x * float(1 << kIndexBits)) + float(low) * frame.grid.x;
+    return metres;
+}
+
+// Metres of a height in quanta above the eye's quantum.
+float lattice_rise(int height) {
+    int low = (height & ((1 << kHeightBits) - 1)) - frame.eye_height.y;
+    int carry = (low + (1 << (kHeightBits - 1))) >> kHeightBits;
+    low -= carry << kHeightBits;
+    int high = (height >> kHeightBits) - frame.eye_height.x + carry;
+    precise float metres =
+        float(high) * (frame.grid.y * float(1 << kHeightBits)) + float(low) * frame.grid.y;
+    return metres;
+}
 
 const vec3 kSunLight = vec3(2.75, 2.40, 1.90);
 const vec3 kSkyLight = vec3(0.26, 0.35, 0.52);

@@ -8,6 +8,8 @@ in float depth_below;
 
 layout(location = 0) out vec4 colour_out;
 
+// An exponent of 2 at which a third is left.
+const float kToThird = 1.585;
 const float kSunDepth = 5.0;   // metres at which two thirds of the sun are gone
 const float kSkyDepth = 11.0;  // and of the sky
 const float kLampRange = 20.0; // metres at which the lamp has a quarter of its light
@@ -38,7 +40,7 @@ void main() {
     normal = normalize(normal + 0.35 * vec3(rough.xy, rough.y - rough.x));
 
     float below = max(depth_below, 0.0);
-    float sun = exp2(-below / kSunDepth * 1.58), sky = exp2(-below / kSkyDepth * 1.58);
+    float sun = exp2(-kToThird * below / kSunDepth), sky = exp2(-kToThird * below / kSkyDepth);
     vec3 light = albedo * (kSunLight * sun * max(dot(normal, frame.sun.xyz), 0.0) +
                            sky * mix(kGroundLight, kSkyLight, 0.5 + 0.5 * normal.z));
     float range = 1.0 + distance / kLampRange;

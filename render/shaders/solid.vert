@@ -15,34 +15,11 @@ out float depth_below;
 
 invariant gl_Position;
 
-const int kIndexBits = 20;
-const int kHeightBits = 16;
-
-// Metres from the eye's lattice point.
-float place_along(int high, int low, int index) {
-    low += index * stride.y;
-    int carry = (low + (1 << (kIndexBits - 1))) >> kIndexBits;
-    low -= carry << kIndexBits;
-    high += index * stride.x + carry;
-    precise float metres =
-        float(high) * (frame.grid.x * float(1 << kIndexBits)) + float(low) * frame.grid.x;
-    return metres;
-}
-
-float rise(int height) {
-    int low = (height & ((1 << kHeightBits) - 1)) - frame.eye_height.y;
-    int carry = (low + (1 << (kHeightBits - 1))) >> kHeightBits;
-    low -= carry << kHeightBits;
-    int high = (height >> kHeightBits) - frame.eye_height.x + carry;
-    precise float metres =
-        float(high) * (frame.grid.y * float(1 << kHeightBits)) + float(low) * frame.grid.y;
-    return metres;
-}
-
 void main() {
     precise vec3 place_eye =
-        vec3(place_along(corner.x, corner.y, place.x), place_along(corner.z, corner.w, place.y),
-             rise(place.z)) - frame.remainder.xyz;
+        vec3(lattice_place(corner.x, corner.y, place.x, stride),
+             lattice_place(corner.z, corner.w, place.y, stride), lattice_rise(place.z)) -
+        frame.remainder.xyz;
     place_eye += offset;
     p_eye = place_eye;
     surface_normal = normal;

@@ -35,7 +35,9 @@ bool Pager::State::insert(std::shared_ptr<const Chunk> chunk, std::size_t bytes_
     if (key.level > 0) {
         const ChunkTree::Index parent = tree.find(key.parent());
         if (parent == ChunkTree::kNone) return false;
-        needs.learn_decay(*chunk, tree[parent].bounds[static_cast<std::size_t>(key.quadrant())]);
+        const Chunk& above = *tree[parent].chunk;
+        const auto quadrant = static_cast<std::size_t>(key.quadrant());
+        needs.learn_decay(*chunk, static_cast<double>(above.quadrant_bound[quadrant]));
     }
     arrived.push_back(chunk);
     tree[tree.insert(std::move(chunk))].bytes_read = bytes_read;

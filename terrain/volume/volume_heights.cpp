@@ -9,6 +9,7 @@
 #include <utility>
 
 namespace terrane {
+
 Result<std::shared_ptr<VolumeHeights>> VolumeHeights::create(
     std::shared_ptr<const HeightSource> heights, const Volumes& volumes) {
     if (!heights) return fail(ErrorCode::invalid_argument, "volumes need a heightfield");
@@ -25,54 +26,26 @@ Result<std::shared_ptr<VolumeHeights>> VolumeHeights::create(
 }
 
 VolumeHeights::VolumeHeights(std::shared_ptr<const HeightSource> heights, const Volumes& volumes)
-    : HeightSource(heights->lattice(), heights->extent()),
-      heights_(std::move(heights)),
+    : ForwardedHeights(std::move(heights)),
       volumes_(volumes),
-      edited_(std::make_unique<internal::EditedVolumes>(*heights_, volumes_)) {}
+      edited_(std::make_unique<internal::EditedVolumes>(this->heights(), volumes_)) {}
 
 VolumeHeights::~VolumeHeights() = default;
 
-double VolumeHeights::height(double x, double y) const { return heights_->height(x, y); }
-
-Result<void> VolumeHeights::sample(const SampleGrid& grid, std::span<double> heights_out) const {
-    return heights_->sample(grid, heights_out);
-}
-
-Result<void> VolumeHeights::vertex_bounds(const SampleGrid& grid,
-                                          std::span<float> bounds_out) const {
-    return heights_->vertex_bounds(grid, bounds_out);
-}
-
-Result<void> VolumeHeights::cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const {
-    return heights_->cell_bounds(grid, bounds_out);
-}
-
-Result<void> VolumeHeights::mesh_bounds(const SampleGrid& grid, std::span<float> vertex_bounds_out,
-                                        std::span<float> cell_bounds_out) const {
-    return heights_->mesh_bounds(grid, vertex_bounds_out, cell_bounds_out);
-}
-
-Result<void> VolumeHeights::cell_flags(const SampleGrid& grid,
-                                       std::span<std::uint8_t> flags_out) const {
-    return heights_->cell_flags(grid, flags_out);
-}
-
 HeightInterval VolumeHeights::interval(const WorldRect& rect) const {
-    HeightInterval heights = heights_->interval(rect);
+    HeightInterval all = heights().interval(rect);
     if (const auto solids = edited_->over(rect)) {
-        heights = {std::min(heights.low, solids->low), std::max(heights.high, solids->high)};
+        all = {std::min(all.low, solids->low), std::max(all.high, solids->high)};
     }
-    return heights;
+    return all;
 }
-
-double VolumeHeights::rise_bound(double distance) const { return heights_->rise_bound(distance); }
 
 Result<std::shared_ptr<const Chunk>> VolumeHeights::stored_chunk(
     const ChunkKey& key, const std::stop_token& stop) const {
     if (key.level != volumes_.level() || !edited_->is_touched(key)) {
-        return heights_->stored_chunk(key, stop);
+        return heights().stored_chunk(key, stop);
     }
-    auto made = make_chunk(*heights_, key, stop);
+    auto made = make_chunk(heights(), key, stop);
     if (!made) return made;
     return edited_->make(std::move(*made));
 }
@@ -84,7 +57,7 @@ std::optional<SolidExtent> VolumeHeights::solid_extent(const ChunkKey& key) cons
 }
 
 std::size_t VolumeHeights::max_chunk_bytes(const ChunkKey& key) const {
-    const std::size_t plain = heights_->max_chunk_bytes(key);
+    const std::size_t plain = heights().max_chunk_bytes(key);
     return key.level == volumes_.level() ? edited_->max_bytes(key, plain) : plain;
 }
 

@@ -8,6 +8,7 @@
 #include "flight.h"
 #include "support/random.h"
 
+#include <terrane/terrain/forwarded_heights.h>
 #include <terrane/terrain/fractal_heights.h>
 
 #include <gtest/gtest.h>
@@ -19,25 +20,13 @@ namespace terrane::bench {
 namespace replay_test {
 
 /// A source whose heights are not those that it samples: what it certifies is wrong.
-class Shifted final : public HeightSource {
+class Shifted final : public ForwardedHeights {
 public:
     Shifted(std::shared_ptr<const HeightSource> base, double shift)
-        : HeightSource(base->lattice(), base->extent()), base_(std::move(base)), shift_(shift) {}
-    double height(double x, double y) const override { return base_->height(x, y) + shift_; }
-    Result<void> sample(const SampleGrid& grid, std::span<double> heights_out) const override {
-        return base_->sample(grid, heights_out);
-    }
-    Result<void> vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override {
-        return base_->vertex_bounds(grid, bounds_out);
-    }
-    Result<void> cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override {
-        return base_->cell_bounds(grid, bounds_out);
-    }
-    HeightInterval interval(const WorldRect& rect) const override { return base_->interval(rect); }
-    double rise_bound(double distance) const override { return base_->rise_bound(distance); }
+        : ForwardedHeights(std::move(base)), shift_(shift) {}
+    double height(double x, double y) const override { return heights().height(x, y) + shift_; }
 
 private:
-    std::shared_ptr<const HeightSource> base_;
     double shift_;
 };
 

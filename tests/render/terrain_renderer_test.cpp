@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "render/gl_test.h"
 #include "scene.h"
 
 #include <terrane/render/terrain_renderer.h>
@@ -21,14 +22,8 @@ constexpr int kWidth = 320;
 constexpr int kHeight = 180;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-class TerrainRendererTest : public testing::Test {
+class TerrainRendererTest : public test::GlTest {
 protected:
-    void SetUp() override {
-        Result<EglContext> context = EglContext::create(GlChecks::on);
-        if (!context) GTEST_SKIP() << context.error().message;
-        context_ = std::make_unique<EglContext>(std::move(*context));
-    }
-
     TerrainRenderer make(const RendererSettings& settings = {}) {
         Result<TerrainRenderer> made =
             TerrainRenderer::create(*context_, kWidth, kHeight, settings);
@@ -41,8 +36,6 @@ protected:
         EXPECT_TRUE(drawn) << drawn.error().message;
         return renderer.read();
     }
-
-    std::unique_ptr<EglContext> context_;
 };
 
 View view_from(const WorldPos& eye, const WorldPos& target) {

@@ -1,38 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "volume/frame_mesh.h"
 
+#include "support/meshes/mesh_distance.h"
+
 #include <algorithm>
-#include <limits>
 #include <map>
 #include <sstream>
 #include <utility>
 
 namespace terrane::test {
-namespace {
-
-double distance_to_segment(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
-                           const Eigen::Vector3d& b) {
-    const Eigen::Vector3d along = b - a;
-    const double square = along.squaredNorm();
-    const double t = square > 0.0 ? std::clamp((p - a).dot(along) / square, 0.0, 1.0) : 0.0;
-    return (p - a - t * along).norm();
-}
-
-}  // namespace
-
-double distance_to_triangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
-                            const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
-    const Eigen::Vector3d normal = (b - a).cross(c - a);
-    const double square = normal.squaredNorm();
-    const double of_edges = std::min(
-        {distance_to_segment(p, a, b), distance_to_segment(p, b, c), distance_to_segment(p, c, a)});
-    if (square == 0.0) return of_edges;
-    const bool is_over = (b - a).cross(p - a).dot(normal) >= 0.0 &&
-                         (c - b).cross(p - b).dot(normal) >= 0.0 &&
-                         (a - c).cross(p - c).dot(normal) >= 0.0;
-    return is_over ? std::abs((p - a).dot(normal)) / std::sqrt(square) : of_edges;
-}
-
 FrameMesh::FrameMesh(const TerrainMesh& mesh) {
     std::map<std::array<double, 3>, std::uint32_t> numbers;
     const auto number_of = [&](const WorldPos& p) {
@@ -66,6 +42,34 @@ FrameMesh::FrameMesh(const TerrainMesh& mesh) {
         add(solid.triangles);
         for (const MeshSolid::Triangles& cap : solid.caps) add(cap);
     }
+}
+
+void FrameMesh::add_finest(const Lattice& lattice, const Chunk& chunk) {
+    const auto add = [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                         const Eigen::Vector3d& c) {
+        const auto first = static_cast<std::uint32_t>(positions.size());
+        positions.insert(positions.end(), {a, b, c});
+        triangles.push_back({first, first + 1, first + 2});
+    };
+    const auto sample = [&](int column, int row) {
+        return Eigen::Vector3d(lattice.x(chunk.corner.x + column * chunk.step),
+                               lattice.y(chunk.corner.y + row * chunk.step),
+                               lattice.quantum * chunk.heights[sample_index(column, row)]);
+    };
+    for (int row = 0; row < kChunkCells; ++row) {
+        for (int i = 0; i < kChunkCells; ++i) {
+            const bool cut = cut_to_north_east(i, row);  // corners of chunks are even
+            const std::size_t cell = cell_index(i, row);
+            if (!chunk.solid || !chunk.solid->is_replaced(cell, false))
+                add(sample(i, row), sample(i + 1, row), sample(cut ? i + 1 : i, row + 1));
+            if (!chunk.solid || !chunk.solid->is_replaced(cell, true))
+                add(sample(i, row + 1), sample(cut ? i : i + 1, row), sample(i + 1, row + 1));
+        }
+    }
+    if (!chunk.solid) return;
+    const SolidTriangles& solid = chunk.solid->triangles();
+    for (const auto& [a, b, c] : solid.triangles)
+        add(solid.vertices_world[a], solid.vertices_world[b], solid.vertices_world[c]);
 }
 
 std::string FrameMesh::find_flaw(const TerrainMesh& mesh) const {
@@ -107,17 +111,19 @@ std::string FrameMesh::find_flaw(const TerrainMesh& mesh) const {
     return "";
 }
 
-double FrameMesh::distance(const Eigen::Vector3d& p_world) const {
-    double least = std::numeric_limits<double>::infinity();
-    for (const auto& [a, b, c] : triangles) {
+FrameMesh::Nearest FrameMesh::nearest(const Eigen::Vector3d& p_world) const {
+    Nearest found;
+    for (std::size_t i = 0; i < triangles.size(); ++i) {
+        const auto& [a, b, c] = triangles[i];
         const WorldPos &p = positions[a], &q = positions[b], &r = positions[c];
         const Eigen::Vector3d low = p.cwiseMin(q).cwiseMin(r), high = p.cwiseMax(q).cwiseMax(r);
         const Eigen::Vector3d outside =
             (low - p_world).cwiseMax(p_world - high).cwiseMax(Eigen::Vector3d::Zero());
-        if (outside.squaredNorm() >= least * least) continue;
-        least = std::min(least, distance_to_triangle(p_world, p, q, r));
+        if (outside.squaredNorm() >= found.distance * found.distance) continue;
+        const double distance = distance_to_triangle(p_world, p, q, r);
+        if (distance < found.distance) found = {distance, i};
     }
-    return least;
+    return found;
 }
 
 }  // namespace terrane::test

@@ -56,8 +56,7 @@ double FairPipe::next_end() const {
 
 SlowHeights::SlowHeights(std::shared_ptr<const HeightSource> source, double latency,
                          double bandwidth)
-    : HeightSource(source->lattice(), source->extent()),
-      source_(std::move(source)),
+    : ForwardedHeights(std::move(source)),
       latency_(latency),
       bandwidth_(bandwidth),
       pipe_(bandwidth) {}
@@ -75,38 +74,12 @@ void SlowHeights::wait_for_storage() const {
 
 Result<void> SlowHeights::sample(const SampleGrid& grid, std::span<double> heights_out) const {
     if (is_slow_) wait_for_storage();
-    return source_->sample(grid, heights_out);
+    return heights().sample(grid, heights_out);
 }
-
-double SlowHeights::height(double x, double y) const { return source_->height(x, y); }
-
-Result<void> SlowHeights::vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const {
-    return source_->vertex_bounds(grid, bounds_out);
-}
-
-Result<void> SlowHeights::cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const {
-    return source_->cell_bounds(grid, bounds_out);
-}
-
-Result<void> SlowHeights::mesh_bounds(const SampleGrid& grid, std::span<float> vertex_bounds_out,
-                                      std::span<float> cell_bounds_out) const {
-    return source_->mesh_bounds(grid, vertex_bounds_out, cell_bounds_out);
-}
-
-Result<void> SlowHeights::cell_flags(const SampleGrid& grid,
-                                     std::span<std::uint8_t> flags_out) const {
-    return source_->cell_flags(grid, flags_out);
-}
-
-HeightInterval SlowHeights::interval(const WorldRect& rect) const {
-    return source_->interval(rect);
-}
-
-double SlowHeights::rise_bound(double distance) const { return source_->rise_bound(distance); }
 
 Result<std::shared_ptr<const Chunk>> SlowHeights::stored_chunk(const ChunkKey& key,
                                                                const std::stop_token& stop) const {
-    auto chunk = source_->stored_chunk(key, stop);
+    auto chunk = heights().stored_chunk(key, stop);
     if (chunk && *chunk != nullptr && is_slow_) wait_for_storage();
     return chunk;
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <terrane/terrain/height_source.h>
+#include <terrane/terrain/forwarded_heights.h>
 
 #include <atomic>
 #include <condition_variable>
@@ -35,7 +35,7 @@ private:
 
 /// Simulates slow storage in real time: sample() and stored_chunk() take a latency plus the transfer of a whole chunk
 /// through a pipe that all threads share equally. make_chunk() calls sample() once. Everything else is immediate.
-class SlowHeights final : public HeightSource {
+class SlowHeights final : public ForwardedHeights {
 public:
     /// @param latency   seconds from a request to its first byte, >= 0
     /// @param bandwidth bytes/s, > 0; infinite: no limit
@@ -44,23 +44,13 @@ public:
     /// Starts the simulation; before this call storage is fast. Threads: any.
     void begin() { is_slow_ = true; }
 
-    double height(double x, double y) const override;
     Result<void> sample(const SampleGrid& grid, std::span<double> heights_out) const override;
-    Result<void> vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override;
-    Result<void> cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override;
-    Result<void> mesh_bounds(const SampleGrid& grid, std::span<float> vertex_bounds_out,
-                             std::span<float> cell_bounds_out) const override;
-    Result<void> cell_flags(const SampleGrid& grid,
-                            std::span<std::uint8_t> flags_out) const override;
-    HeightInterval interval(const WorldRect& rect) const override;
-    double rise_bound(double distance) const override;
     Result<std::shared_ptr<const Chunk>> stored_chunk(const ChunkKey& key,
                                                       const std::stop_token& stop) const override;
 
 private:
     void wait_for_storage() const;
 
-    std::shared_ptr<const HeightSource> source_;
     double latency_;
     double bandwidth_;
     std::atomic<bool> is_slow_{false};

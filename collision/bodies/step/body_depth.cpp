@@ -7,15 +7,6 @@
 #include <algorithm>
 
 namespace terrane::internal {
-namespace {
-
-bool is_beside_volume(const RigidBody& body, const Ground& ground) {
-    return ground.has_solids() &&
-           is_near_volume(ground, reach_box(body.pose.translation, body.radius));
-}
-
-}  // namespace
-
 Depth compute_depth(const RigidBody& body, const Ground& ground) {
     Depth deepest;
     const DistanceAnswer answer = signed_distance(*body.shape, body.pose, ground, 0.0);
@@ -33,7 +24,7 @@ bool is_outside(const Ground& ground, const WorldPos& point) {
 }
 
 double greatest_lift(const RigidBody& body, const Ground& ground) {
-    if (is_beside_volume(body, ground)) {
+    if (may_meet_volume(ground, body.pose.translation, body.radius)) {
         return measure_mesh_depth(*body.shape, body.pose, ground).depth;
     }
     const LocalGround local(ground, body.pose.translation);
@@ -43,7 +34,8 @@ double greatest_lift(const RigidBody& body, const Ground& ground) {
 
 double deepest(const RigidBody& body, const Ground& ground, double lift, double at_least) {
     if (lift <= at_least) return at_least;
-    if (is_beside_volume(body, ground)) return lift;  // it is the depth
+    if (may_meet_volume(ground, body.pose.translation, body.radius))
+        return lift;  // it is the depth
     return std::max(at_least, compute_depth(body, ground).depth);
 }
 

@@ -157,8 +157,7 @@ Interval advance_interval(RigidBody& body, GroundContactCache& cache, const Grou
     if (is_swept_sphere_clear(body, ground, duration * body.velocity.linear)) {
         cache.set_out_of_reach();
     } else {
-        cache.expect_travel(duration * greatest_speed(body));
-        cache.update(body, ground);
+        cache.update(body, ground, duration * greatest_speed(body));
     }
     if (!cache.is_resident()) return {.resident = false};
 

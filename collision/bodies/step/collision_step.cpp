@@ -34,9 +34,10 @@ StepStart begin_collision_step(RigidBody& body, GroundContactCache& cache, const
     if (!cache.has_contacts() && is_swept_sphere_clear(body, ground, reach)) {
         cache.set_out_of_reach();
     } else {
-        cache.expect_travel(length(reach) +
-                            body.radius * length(body.velocity.angular) * span.duration);
-        cache.refresh_for_step(body, ground, ground_before, contact_reach(body, ground, span));
+        const double travel =
+            length(reach) + body.radius * length(body.velocity.angular) * span.duration;
+        cache.refresh_for_step(body, ground, ground_before, contact_reach(body, ground, span),
+                               travel);
         if (!cache.is_resident()) {
             start.kind = StepStart::Kind::unresident;
             return start;

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <utility>
 
 namespace terrane::internal {
 namespace {
@@ -89,7 +88,7 @@ double greatest_move(const RigidBody& body, const Pose& from, const Pose& to) {
     return length(to.translation - from.translation) + body.radius * std::sqrt(turn);
 }
 
-void GroundContactCache::update(const RigidBody& body, const Ground& ground) {
+void GroundContactCache::update(const RigidBody& body, const Ground& ground, double travel) {
     if (is_reusable_) {
         moved_ = greatest_move(body, refresh_pose_, body.pose);
         if (moved_ < kReuseDistance * body.tolerance) {
@@ -97,21 +96,22 @@ void GroundContactCache::update(const RigidBody& body, const Ground& ground) {
             return;
         }
     }
-    refresh(body, ground, 0);
+    find(body, ground, 0, 0.0, travel, false);
 }
 
 void GroundContactCache::refresh_for_step(const RigidBody& body, const Ground& ground,
-                                          const Ground* ground_before, double reach) {
+                                          const Ground* ground_before, double reach,
+                                          double travel) {
     const bool is_clear = clear_pose_ && ground_before != nullptr &&
                           clear_pose_->rotation == body.pose.rotation &&
                           clear_pose_->translation == body.pose.translation &&
                           ground.has_same_cells(*ground_before, cells_around(body, ground, 0.0));
     forget_proof();
-    find(body, ground, 0, reach, is_clear);
+    find(body, ground, 0, reach, travel, is_clear);
 }
 
 void GroundContactCache::find(const RigidBody& body, const Ground& ground, int offset_index,
-                              double reach, bool is_clear) {
+                              double reach, double travel, bool is_clear) {
     std::array<Contact, kMaxCount> found;
     std::swap(contacts_, previous_contacts_);
     contacts_.clear();
@@ -127,11 +127,8 @@ void GroundContactCache::find(const RigidBody& body, const Ground& ground, int o
     const double offset = offset_depth(body, offset_index);
     const Pose pose = raised(body.pose, offset);
     std::array<double, kMaxCount> openings;
-    const double travel = std::exchange(travel_, 0.0);
-    is_on_mesh_ =
-        ground.has_solids() &&
-        is_near_volume(ground, reach_box(body.pose.translation,
-                                         body.radius + body.tolerance + margin_ + travel));
+    is_on_mesh_ = may_meet_volume(ground, body.pose.translation,
+                                  body.radius + body.tolerance + margin_ + travel);
     const ContactAnswer answer =
         is_on_mesh_ ? find_on_mesh(body, ground, offset_index, found, openings)
         : is_clear  ? find_separated_contacts(*body.shape, pose, ground, margin_, found)
@@ -248,7 +245,7 @@ void GroundContactCache::reset() {
     resident_ = true;
     is_reusable_ = is_same_ = is_out_of_reach_ = is_exhaustive_ = is_on_mesh_ = false;
     lift_ = -1.0;
-    moved_ = margin_ = travel_ = 0.0;
+    moved_ = margin_ = 0.0;
 }
 
 /// The contact of the same feature in the previous refresh, or null.

@@ -50,24 +50,24 @@ class GroundContactCache {
 public:
     static constexpr std::size_t kMaxCount = 64;
 
-    /// How far the body may move until the next refresh, metres: the next one is beside volumes where it may meet one.
-    void expect_travel(double distance) { travel_ = distance; }
-
     /// Updates the gaps where the cached contacts are still valid, else calls refresh() for the first offset surface.
-    void update(const RigidBody& body, const Ground& ground);
+    /// @param travel how far the body may move until the next refresh, metres: triangles of volumes count where it may
+    ///               meet one on the way
+    void update(const RigidBody& body, const Ground& ground, double travel = 0.0);
 
     /// Finds the contacts at the body's pose.
     /// @param reach contacts are searched farther than the contact margin by this, metres: how far the body may move
     ///              until the next refresh
     void refresh(const RigidBody& body, const Ground& ground, int offset_index,
                  double reach = 0.0) {
-        find(body, ground, offset_index, reach, false);
+        find(body, ground, offset_index, reach, 0.0, false);
     }
     /// refresh() for the first offset surface at the start of a collision step. The gate of the step before may have
     /// proved that the body does not penetrate it: then it is not tested again.
     /// @param ground_before that of the step before, null if there was none
+    /// @param travel        as of update()
     void refresh_for_step(const RigidBody& body, const Ground& ground, const Ground* ground_before,
-                          double reach);
+                          double reach, double travel);
 
     /// Remembers that the gate has proved the body clear of the first offset surface at its pose, until the next
     /// collision step.
@@ -161,7 +161,7 @@ private:
     };
     static constexpr std::size_t kFieldBytes = 60;  // of a contact in list_fields()
     void find(const RigidBody& body, const Ground& ground, int offset_index, double reach,
-              bool is_clear);
+              double travel, bool is_clear);
     ContactAnswer find_on_mesh(const RigidBody& body, const Ground& ground, int offset_index,
                                std::span<Contact> contacts_out, std::span<double> openings_out);
     const CachedContact* find_previous(const CachedContact& contact) const;
@@ -171,7 +171,6 @@ private:
     std::optional<Pose> clear_pose_;  // see set_proved_clear()
     double lift_ = -1.0;
     double moved_ = 0.0;   // since the refresh: upper bound for every point
-    double travel_ = 0.0;  // expect_travel(), of the next refresh only
     double margin_ = 0.0;  // gap up to which the refresh searched, metres
     bool resident_ = true;
     bool is_reusable_ = false;

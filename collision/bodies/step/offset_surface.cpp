@@ -48,15 +48,6 @@ CastAnswer find_hit(const Shape& shape, const Motion& motion, const Ground& grou
     return answer;
 }
 
-/// Whether a body that moves, in any rotation, may meet triangles of volumes.
-bool may_meet_volume(const RigidBody& body, const Ground& ground, const Twist& displacement) {
-    if (!ground.has_solids()) return false;
-    const double reach = body.radius + body.tolerance;
-    const Aabb from = reach_box(body.pose.translation, reach);
-    const Aabb to = reach_box(body.pose.translation + displacement.linear, reach);
-    return is_near_volume(ground, {from.low.cwiseMin(to.low), from.high.cwiseMax(to.high)});
-}
-
 /// advance() beside volumes: the shrunk body is cast against all triangles.
 MoveAnswer advance_on_mesh(RigidBody& body, const Ground& ground, const Motion& motion,
                            const Pose& end, OffsetSurface& surface) {
@@ -133,7 +124,8 @@ MoveAnswer advance(RigidBody& body, const Ground& ground, const Twist& displacem
         return answer;
     }
     surface.clear_distance = 0.0;
-    if (surface.is_mesh || may_meet_volume(body, ground, displacement)) {
+    if (surface.is_mesh || may_meet_volume(ground, body.pose.translation,
+                                           body.radius + body.tolerance, displacement.linear)) {
         return advance_on_mesh(body, ground, motion, end, surface);
     }
     Motion path{raised(body.pose, offset_depth(body, surface.index)),
@@ -153,8 +145,8 @@ MoveAnswer advance(RigidBody& body, const Ground& ground, const Twist& displacem
 
 MoveAnswer move_body(RigidBody& body, GroundContactCache& cache, const Ground& ground,
                      const Twist& displacement) {
-    cache.expect_travel(length(displacement.linear) + body.radius * length(displacement.angular));
-    cache.update(body, ground);
+    cache.update(body, ground,
+                 length(displacement.linear) + body.radius * length(displacement.angular));
     if (!cache.is_resident()) return {.resident = false, .hit = false, .fraction = 0.0};
     const int index = first_clear_offset(body, cache);
     if (index == kOffsetCount) return {.resident = true, .hit = true, .fraction = 0.0};
@@ -164,11 +156,8 @@ MoveAnswer move_body(RigidBody& body, GroundContactCache& cache, const Ground& g
 
 CastAnswer cast_wheel(const Shape& shape, const Motion& motion, const Ground& ground,
                       double tolerance) {
-    const double radius = bounding_radius(shape);
-    const Aabb from = reach_box(motion.start.translation, radius);
-    const Aabb to = reach_box(motion.start.translation + motion.translation, radius);
-    if (ground.has_solids() &&
-        is_near_volume(ground, {from.low.cwiseMin(to.low), from.high.cwiseMax(to.high)})) {
+    if (may_meet_volume(ground, motion.start.translation, bounding_radius(shape),
+                        motion.translation)) {
         const MeshSweepAnswer met =
             sweep_mesh(shape, motion, ground, kFirstOffset * tolerance, kStopGap * tolerance);
         CastAnswer answer;

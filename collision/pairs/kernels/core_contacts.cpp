@@ -47,10 +47,6 @@ void cross_edges(const SupportPolygon& a, std::size_t i, const SupportPolygon& b
     }
 }
 
-}  // namespace
-
-namespace {
-
 void intersect(const Core& a, const Core& b, const ContactPlane& plane, const SupportPolygon& of_a,
                const SupportPolygon& of_b, Manifold& manifold) {
     const double radii = a.radius + b.radius;

@@ -107,9 +107,12 @@ void SolidSelection::follow(const std::shared_ptr<const ResidentSet>& resident) 
 void SolidSelection::list_absent(const ResidentSet& resident) {
     absent_.clear();
     const Lattice& lattice = resident.lattice();
+    bool has_any = false;
     for (std::size_t i = 0; i < resident.chunks().size(); ++i) {
         const Chunk& chunk = *resident.chunks()[i];
+        if (chunk.key.level > 0 && !has_any) return;  // roots come first
         if (chunk.key.level == lattice.finest_level || !source_->solid_extent(chunk.key)) continue;
+        has_any = true;
         for (int quadrant = 0; quadrant < 4; ++quadrant) {
             if (resident.links(i).child[static_cast<std::size_t>(quadrant)] != ResidentSet::kNone)
                 continue;

@@ -2,6 +2,7 @@
 #include "draw/chunk_pool.h"
 
 #include "gl/gl_error.h"
+#include "render/gl_test.h"
 #include "support/heights/wave_heights.h"
 
 #include <terrane/render/egl_context.h>
@@ -14,12 +15,11 @@ namespace terrane::internal {
 namespace chunk_pool_test {
 
 // 6 x 6 roots and no finer level.
-class ChunkPoolTest : public testing::Test {
+class ChunkPoolTest : public test::GlTest {
 protected:
     void SetUp() override {
-        Result<EglContext> context = EglContext::create(GlChecks::on);
-        if (!context) GTEST_SKIP() << context.error().message;
-        context_ = std::make_unique<EglContext>(std::move(*context));
+        GlTest::SetUp();
+        if (IsSkipped()) return;
         lattice_.root_count_x = lattice_.root_count_y = 6;
         const test::WaveHeights source(lattice_, 12.0, 90.0);
         for (std::int32_t y = 0; y < 6; ++y) {
@@ -62,7 +62,6 @@ protected:
         EXPECT_EQ(heights, chunk.heights);
     }
 
-    std::unique_ptr<EglContext> context_;
     Lattice lattice_;
     std::vector<std::shared_ptr<const Chunk>> chunks_;
 };

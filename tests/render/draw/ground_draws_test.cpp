@@ -6,6 +6,7 @@
 #include "gl/gl_error.h"
 #include "gl/shader.h"
 #include "light/ground_shade.h"
+#include "render/gl_test.h"
 #include "render/scene.h"
 
 #include <gtest/gtest.h>
@@ -42,12 +43,11 @@ struct Vertex {
     Displayed displayed;
 };
 
-class GroundDrawsTest : public testing::Test {
+class GroundDrawsTest : public test::GlTest {
 protected:
     void SetUp() override {
-        Result<EglContext> context = EglContext::create(GlChecks::on);
-        if (!context) GTEST_SKIP() << context.error().message;
-        context_ = std::make_unique<EglContext>(std::move(*context));
+        GlTest::SetUp();
+        if (IsSkipped()) return;
         // without a window drawing needs a target, even with rasterisation disabled
         picture_.emplace(std::move(*Framebuffer::create(kWidth, kHeight, 4)));
         picture_->bind_depth();
@@ -129,7 +129,6 @@ protected:
         return vertices;
     }
 
-    std::unique_ptr<EglContext> context_;
     std::optional<Framebuffer> picture_;
 };
 

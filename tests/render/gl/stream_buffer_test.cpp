@@ -2,6 +2,7 @@
 #include "gl/stream_buffer.h"
 
 #include "gl/gl_error.h"
+#include "render/gl_test.h"
 
 #include <terrane/render/egl_context.h>
 
@@ -14,15 +15,7 @@
 namespace terrane::internal {
 namespace stream_buffer_test {
 
-class StreamBufferTest : public testing::Test {
-protected:
-    void SetUp() override {
-        Result<EglContext> context = EglContext::create(GlChecks::on);
-        if (!context) GTEST_SKIP() << context.error().message;
-        context_ = std::make_unique<EglContext>(std::move(*context));
-    }
-    std::unique_ptr<EglContext> context_;
-};
+class StreamBufferTest : public test::GlTest {};
 
 TEST_F(StreamBufferTest, WhatAFrameReadsIsNotOverwrittenByTheNextOnes) {
     constexpr std::size_t kCount = 100'000;

@@ -2,6 +2,7 @@
 //
 // Light where chunks of different levels meet. On rough ground seen from above, the difference from a picture lit by
 // coarse chunks only measures how fine the slopes of the light are.
+#include "render/gl_test.h"
 #include "render/scene.h"
 
 #include <terrane/render/terrain_renderer.h>
@@ -30,14 +31,8 @@ constexpr std::array<ChunkKey, 8> kAllFine{ChunkKey{0, 0, 1}, ChunkKey{1, 0, 1},
 constexpr std::array<ChunkKey, 4> kWesternFine{ChunkKey{0, 0, 1}, ChunkKey{1, 0, 1},
                                                ChunkKey{0, 1, 1}, ChunkKey{1, 1, 1}};
 
-class TerrainLightTest : public testing::Test {
+class TerrainLightTest : public test::GlTest {
 protected:
-    void SetUp() override {
-        Result<EglContext> context = EglContext::create(GlChecks::on);
-        if (!context) GTEST_SKIP() << context.error().message;
-        context_ = std::make_unique<EglContext>(std::move(*context));
-    }
-
     TerrainRenderer make() {
         Result<TerrainRenderer> made = TerrainRenderer::create(*context_, kWidth, kHeight, {});
         EXPECT_TRUE(made) << made.error().message;
@@ -58,8 +53,6 @@ protected:
         TerrainRenderer renderer = make();
         return draw(renderer, make_rough_scene({}, {}));
     }
-
-    std::unique_ptr<EglContext> context_;
 };
 
 // Mean difference from the picture lit by coarse chunks only, in each band of columns.

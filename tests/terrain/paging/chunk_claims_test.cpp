@@ -3,6 +3,7 @@
 // Chunks that are larger than their loads have claimed: loaded again with a larger claim; the ceiling holds.
 #include "support/heights/wave_heights.h"
 
+#include <terrane/terrain/forwarded_heights.h>
 #include <terrane/terrain/pager.h>
 #include <terrane/terrain/solid_surface.h>
 
@@ -21,10 +22,10 @@ using test::WaveHeights;
 constexpr std::size_t kTriangles = 20'000;
 
 /// Hills whose chunk (0, 0) of the finest level has a solid surface of many triangles, which it does not expect.
-class Surprising final : public HeightSource {
+class Surprising final : public ForwardedHeights {
 public:
     explicit Surprising(std::shared_ptr<const WaveHeights> hills)
-        : HeightSource(hills->lattice(), hills->extent()), hills_(std::move(hills)) {
+        : ForwardedHeights(std::move(hills)) {
         SolidTriangles triangles;
         triangles.vertices_world = {{1.0, 1.0, -9.0}, {2.0, 1.0, -9.0}, {1.0, 2.0, -9.0}};
         triangles.triangles.assign(kTriangles, {0, 1, 2});
@@ -36,22 +37,10 @@ public:
     std::size_t solid_bytes() const { return solid_->bytes(); }
     bool learns = true;
 
-    double height(double x, double y) const override { return hills_->height(x, y); }
-    Result<void> sample(const SampleGrid& grid, std::span<double> out) const override {
-        return hills_->sample(grid, out);
-    }
-    Result<void> vertex_bounds(const SampleGrid& grid, std::span<float> out) const override {
-        return hills_->vertex_bounds(grid, out);
-    }
-    Result<void> cell_bounds(const SampleGrid& grid, std::span<float> out) const override {
-        return hills_->cell_bounds(grid, out);
-    }
-    HeightInterval interval(const WorldRect& rect) const override { return hills_->interval(rect); }
-    double rise_bound(double distance) const override { return hills_->rise_bound(distance); }
     Result<std::shared_ptr<const Chunk>> stored_chunk(const ChunkKey& wanted,
                                                       const std::stop_token& stop) const override {
         if (wanted != key()) return std::shared_ptr<const Chunk>();
-        auto chunk = std::make_shared<Chunk>(**make_chunk(*hills_, wanted, stop));
+        auto chunk = std::make_shared<Chunk>(**make_chunk(heights(), wanted, stop));
         chunk->solid = solid_;
         known_bytes_ = learns ? chunk->bytes() : 0;
         return std::shared_ptr<const Chunk>(std::move(chunk));
@@ -61,7 +50,6 @@ public:
     }
 
 private:
-    std::shared_ptr<const WaveHeights> hills_;
     std::shared_ptr<const SolidSurface> solid_;
     mutable std::atomic<std::size_t> known_bytes_{0};
 };

@@ -2,6 +2,7 @@
 //
 // Pictures of volumes: no gap shows the sky, and vertices on the heightfield have the bits of the heightfield's.
 #include "draw/solid_draws.h"
+#include "render/gl_test.h"
 #include "support/heights/wave_heights.h"
 
 #include <terrane/render/terrain_renderer.h>
@@ -41,15 +42,7 @@ std::shared_ptr<const VolumeHeights> closed_tunnel(double extra_z = 0.0) {
         .value();
 }
 
-class CavePicture : public testing::Test {
-protected:
-    void SetUp() override {
-        Result<EglContext> context = EglContext::create(GlChecks::on);
-        if (!context) GTEST_SKIP() << context.error().message;
-        context_ = std::make_unique<EglContext>(std::move(*context));
-    }
-    std::unique_ptr<EglContext> context_;
-};
+class CavePicture : public test::GlTest {};
 
 /// Pixels of a sky that is magenta.
 int count_sky(const Image& image) {

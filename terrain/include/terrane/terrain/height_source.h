@@ -141,8 +141,8 @@ public:
     /// nothing.
     virtual std::optional<SolidExtent> solid_extent(const ChunkKey& key) const;
 
-    /// Most bytes of a chunk: what a load claims of the byte ceiling. A chunk that turns out larger is a failed load;
-    /// its retry may claim more. Default: Chunk::max_bytes().
+    /// Most bytes of a chunk: what a load claims of the byte ceiling. A chunk that turns out larger is not taken: it is
+    /// loaded again at once if this is more by then, else it counts as a failed load. Default: Chunk::max_bytes().
     virtual std::size_t max_chunk_bytes(const ChunkKey& key) const;
 
     /// Whether a chunk that was loaded is still what the source would make of its key. A pager asks before it inserts

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <terrane/terrain/height_source.h>
+#include <terrane/terrain/forwarded_heights.h>
 #include <terrane/volume/volumes.h>
 
 #include <cstddef>
 #include <memory>
-#include <span>
 #include <stop_token>
 
 namespace terrane {
@@ -22,7 +21,7 @@ class EditedVolumes;
 /// bodies touch. A VolumeEditor digs and fills while it is read.
 ///
 /// Threads: any number, as HeightSource, while one VolumeEditor changes it
-class VolumeHeights final : public HeightSource {
+class VolumeHeights final : public ForwardedHeights {
 public:
     /// @param heights the heightfield, on the lattice of the volumes
     ///
@@ -32,22 +31,11 @@ public:
         std::shared_ptr<const HeightSource> heights, const Volumes& volumes);
     ~VolumeHeights() override;
 
-    /// The heightfield; the volumes, without edits.
-    const HeightSource& heights() const { return *heights_; }
+    /// The volumes, without edits. heights() is the heightfield.
     const Volumes& volumes() const { return volumes_; }
 
-    // Of the heightfield, as HeightSource.
-    double height(double x, double y) const override;
-    Result<void> sample(const SampleGrid& grid, std::span<double> heights_out) const override;
-    Result<void> vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override;
-    Result<void> cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override;
-    Result<void> mesh_bounds(const SampleGrid& grid, std::span<float> vertex_bounds_out,
-                             std::span<float> cell_bounds_out) const override;
-    Result<void> cell_flags(const SampleGrid& grid,
-                            std::span<std::uint8_t> flags_out) const override;
     /// Includes the surfaces of volumes.
     HeightInterval interval(const WorldRect& rect) const override;
-    double rise_bound(double distance) const override;
     /// Chunks of the finest level that volumes touch; others as stored by the heightfield.
     Result<std::shared_ptr<const Chunk>> stored_chunk(const ChunkKey& key,
                                                       const std::stop_token& stop) const override;
@@ -63,7 +51,6 @@ public:
 private:
     VolumeHeights(std::shared_ptr<const HeightSource> heights, const Volumes& volumes);
 
-    std::shared_ptr<const HeightSource> heights_;
     Volumes volumes_;
     std::unique_ptr<internal::EditedVolumes> edited_;
 };
