@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "base/boxes.h"
 #include "bodies/body_checks.h"
 #include "world/world_state.h"
 
@@ -330,6 +331,15 @@ Result<void> World::wake(BodyId body) {
     return {};
 }
 
+void World::wake(const Aabb& box_world) {
+    for (std::size_t i = 0; i < state_->bodies.size(); ++i) {
+        if (!state_->is_asleep(i)) continue;
+        const WorldPos& centre = state_->bodies[i].pose.translation;
+        const Eigen::Vector3d reach = Eigen::Vector3d::Constant(state_->reach(i));
+        if (internal::overlap(box_world, {centre - reach, centre + reach}, 0.0)) state_->wake(i);
+    }
+}
+
 bool World::contains(BodyId body) const { return state_->ids.contains(body); }
 
 BodyId World::id(std::size_t index) const { return state_->ids.id(index); }
@@ -345,13 +355,8 @@ std::span<const BodyNeed> World::needs() {
         const RigidBody& body = state_->bodies[i];
         // An impact may turn a body anywhere, so the reach of a long step counts in every direction.
         const double speed = internal::greatest_speed(body);
-        const internal::Vehicle* const vehicle = state_->vehicles[i].get();
-        const internal::Character* const character = state_->characters[i].get();
-        const double travel = vehicle != nullptr     ? vehicle->settings().suspension_travel
-                              : character != nullptr ? character->settings().max_step
-                                                     : 0.0;
-        state_->needs.push_back({body.pose.translation, body.velocity.linear,
-                                 body.radius + travel + body.tolerance + kReachTime * speed});
+        state_->needs.push_back(
+            {body.pose.translation, body.velocity.linear, state_->reach(i) + kReachTime * speed});
     }
     return state_->needs;
 }

@@ -175,6 +175,14 @@ void World::State::wake(std::size_t index) {
     touch();
 }
 
+double World::State::reach(std::size_t index) const {
+    const RigidBody& body = bodies[index];
+    double travel = 0.0;
+    if (vehicles[index] != nullptr) travel = vehicles[index]->settings().suspension_travel;
+    if (characters[index] != nullptr) travel = characters[index]->settings().max_step;
+    return body.radius + travel + body.tolerance;
+}
+
 void World::State::set_velocity(std::size_t index, const internal::Twist& velocity) {
     wake(index);
     bodies[index].velocity = velocity;

@@ -45,6 +45,8 @@ struct World::State {
     BodyMove move_to(std::size_t index, const Pose& world_from_shape, const Ground& ground);
     /// Wakes the body and its sleep group.
     void wake(std::size_t index);
+    /// Radius around its centre of mass in which a dynamic body at rest meets the ground, wheels and steps included.
+    double reach(std::size_t index) const;
     /// Copies a body's motion into its state.
     void publish(std::size_t index);
     BodyType type(std::size_t index) const { return body_settings[index].type; }

@@ -21,13 +21,22 @@ struct DriveOptions : FlightOptions {
     VehicleKind vehicle = VehicleKind::truck;
     std::size_t crates = 0;
     OnRoll on_roll = OnRoll::stop;
+    bool ruts = false;
 };
 
 CommandResult<void> run_drive(const DriveOptions& options) {
     if (const CommandResult<void> good = check(options); !good) return good;
     if (const CommandResult<void> good = check_drivable(options.path); !good) return good;
-    const CommandResult<Terrain> terrain = open_terrain(options.terrain);
+    TerrainOptions wanted = options.terrain;
+    if (options.ruts) wanted.dig_spacing = kRutSpacing;
+    CommandResult<Terrain> terrain = open_terrain(wanted);
     if (!terrain) return pass_on(terrain.error());
+    std::unique_ptr<WheelRuts> ruts;
+    if (options.ruts) {
+        auto made = WheelRuts::create(*terrain, options.threads > 0 ? 1 : 0);
+        if (!made) return pass_on(made.error());
+        ruts = *std::move(made);
+    }
     if (const CommandResult<void> fit = check_limits(options, *terrain); !fit) return fit;
     const CommandResult<DrivePlan> plan = make_drive_plan(options, *terrain, kUsualSpeed);
     if (!plan) return pass_on(plan.error());
@@ -39,6 +48,7 @@ CommandResult<void> run_drive(const DriveOptions& options) {
     const VehicleSettings settings = make_vehicle(options.vehicle);
     VehicleTraveller vehicle(settings, *std::move(driver), options.on_roll, *terrain->source,
                              points.front(), points[ahead] - points.front());
+    if (ruts) vehicle.set_ruts(*ruts);
     ChaseCameraSettings camera;
     camera.behind += 2.0 * (settings.chassis_half_extents.x() - kTruckHalfLength);
     CommandResult<Journey> drive =
@@ -57,6 +67,7 @@ CommandResult<void> run_drive(const DriveOptions& options) {
     summary["rolled_over"] = vehicle.has_rolled_over();
     summary["rights"] = vehicle.rights();
     summary["arrived"] = vehicle.has_arrived();
+    if (ruts) summary["digs"] = ruts->digs();
     summary.update(summarize(output->frames(), options.memory_bytes(), options.fps));
     summary["seconds"] = static_cast<double>(output->frames().size()) / options.fps;
     summary["path"] = options.path;
@@ -80,6 +91,9 @@ void add_vehicle_options(CLI::App& app, DriveOptions& options) {
         [on_roll](std::size_t number) { *on_roll = static_cast<OnRoll>(number); },
         "When the vehicle has lain on its side or roof for a second: stop ends the drive, right "
         "puts it on its wheels");
+    app.add_flag("--ruts", options.ruts,
+                 "Wheels dig ruts of 15 cm into open ground, which stay; the finest spacing is 0.25 m "
+                 "then, unless --detail-m says otherwise");
 }
 
 }  // namespace

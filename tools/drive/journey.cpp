@@ -175,6 +175,7 @@ CommandResult<void> Journey::play(FrameMaker& maker, FlightOutput& output) {
             std::this_thread::sleep_until(start + std::chrono::duration<double>(time));
         }
         const View view = camera_->view(picture);
+        traveller_.change_ground(world_, maker.pager());
         MadeFrame frame =
             maker.make({.view = view, .velocity = camera_->velocity()}, world_.needs(), time);
         frame.record.extra = {world_.states()[body_.index].velocity.norm(), last_.max_depth_m};

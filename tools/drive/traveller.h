@@ -4,6 +4,7 @@
 #include <terrane/collision/world.h>
 #include <terrane/render/terrain_renderer.h>
 #include <terrane/terrain/body_need.h>
+#include <terrane/terrain/pager.h>
 
 #include <string>
 #include <vector>
@@ -30,6 +31,8 @@ public:
     virtual void control(World& world, bool goes) = 0;
     /// Reacts to a step of `dt` seconds.
     virtual void react(World& world, const Ground& ground, double dt) = 0;
+    /// Changes the ground: before each update of the pager, in the same frame.
+    virtual void change_ground(World&, Pager&) {}
     /// Whether nothing more will happen.
     virtual bool has_ended(const World& world) const = 0;
     /// Whether the end of the path was reached.

@@ -87,6 +87,7 @@ void VehicleTraveller::control(World& world, bool goes) {
 }
 
 void VehicleTraveller::react(World& world, const Ground& ground, double) {
+    if (ruts_ != nullptr) ruts_->roll(state(world), settings_.wheel_radius, ground);
     if (!state(world).is_rolled_over) return;
     has_rolled_over_ = true;
     if (on_roll_ == OnRoll::stop) return;
@@ -98,6 +99,10 @@ void VehicleTraveller::react(World& world, const Ground& ground, double) {
     BodyState state;
     if (placed) state.pose = *placed;
     if (placed && world.teleport(body_, state)) ++rights_;
+}
+
+void VehicleTraveller::change_ground(World& world, Pager& pager) {
+    if (ruts_ != nullptr) world.wake(ruts_->update(pager));
 }
 
 bool VehicleTraveller::has_ended(const World& world) const {

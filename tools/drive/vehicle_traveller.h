@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "dig/wheel_ruts.h"
 #include "drive/traveller.h"
 
 #include <terrane/collision/path_driver.h>
@@ -34,6 +35,7 @@ public:
     void control(World& world, bool goes) override;
     /// Puts it upright where it has rolled over, with OnRoll::right; again in a later step where ground is missing.
     void react(World& world, const Ground& ground, double dt) override;
+    void change_ground(World& world, Pager& pager) override;
     bool has_ended(const World& world) const override;
     bool has_arrived() const override { return driver_.is_finished(); }
     bool is_supported(const World& world) const override;
@@ -41,6 +43,9 @@ public:
     std::vector<std::string> columns() const override { return {"wheels_on_ground", "tilt_deg"}; }
     std::vector<double> figures(const World& world) const override;
     void draw(const World& world, std::vector<DrawnObject>& objects) const override;
+
+    /// Lets its wheels leave ruts; `ruts` must outlive it.
+    void set_ruts(WheelRuts& ruts) { ruts_ = &ruts; }
 
     bool has_rolled_over() const { return has_rolled_over_; }  ///< at any time
     std::uint64_t rights() const { return rights_; }           ///< times that it was put upright
@@ -54,6 +59,7 @@ private:
     const HeightSource& source_;
     Pose start_;
     BodyId body_{};
+    WheelRuts* ruts_ = nullptr;
     bool has_rolled_over_ = false;
     std::uint64_t rights_ = 0;
 };

@@ -49,6 +49,8 @@ public:
     MadeFrame make(CameraNeed camera, std::span<const BodyNeed> bodies, double time);
 
     const Pager& pager() const { return pager_; }
+    /// For what changes the ground between frames, such as a VolumeEditor.
+    Pager& pager() { return pager_; }
 
 private:
     FrameMaker(Pager pager, Triangulator triangulator);

@@ -167,7 +167,16 @@ Result<std::shared_ptr<const SceneVolumeField>> place_volumes(const SceneVolumes
 
 Result<std::shared_ptr<const HeightSource>> add_volumes(std::shared_ptr<const HeightSource> ground,
                                                         const SceneVolumeField& field) {
-    return VolumeHeights::create(std::move(ground), field.volumes);
+    return make_diggable(std::move(ground), &field);
+}
+
+Result<std::shared_ptr<VolumeHeights>> make_diggable(std::shared_ptr<const HeightSource> ground,
+                                                     const SceneVolumeField* field) {
+    if (field != nullptr) return VolumeHeights::create(std::move(ground), field->volumes);
+    const Lattice& lattice = ground->lattice();
+    const Result<Volumes> none = Volumes::create(lattice, {}, {.level = lattice.finest_level});
+    if (!none) return tl::unexpected(none.error());
+    return VolumeHeights::create(std::move(ground), *none);
 }
 
 Json describe_volumes(const SceneVolumeField& field) {

@@ -8,6 +8,10 @@
 #include <memory>
 #include <string>
 
+namespace terrane {
+class VolumeHeights;
+}
+
 namespace terrane::tools {
 
 /// `volumes` of a scene. Opaque, as SceneVolumeField is, so that the program can be built without terrane::volume.
@@ -41,6 +45,11 @@ Result<std::shared_ptr<const SceneVolumeField>> place_volumes(const SceneVolumes
 /// A ground with volumes: VolumeHeights. `ground` has the lattice that they were placed on.
 Result<std::shared_ptr<const HeightSource>> add_volumes(std::shared_ptr<const HeightSource> ground,
                                                         const SceneVolumeField& field);
+
+/// The same as a source that a VolumeEditor can dig in; without volumes where `field` is null. Not where the program was
+/// built without terrane::volume.
+Result<std::shared_ptr<VolumeHeights>> make_diggable(std::shared_ptr<const HeightSource> ground,
+                                                     const SceneVolumeField* field);
 
 /// What `terrane info` says of volumes, in their order: `[{"op":"remove","shape":"tube","voxel_m":v,
 /// "bounds_m":[[x,y,z],[x,y,z]]}..]`, where v is the spacing that they are contoured at, and the bounds of a .vdb file

@@ -54,10 +54,12 @@ std::optional<FractalKind> parse_fractal_kind(std::string_view text) {
     return static_cast<FractalKind>(found - std::begin(kFractalKinds));
 }
 
-/// The finest voxel of the volumes where it, and not --detail-m or detail_m, decides the finest spacing.
+/// The finest voxel of volumes and digs where it, and not --detail-m or detail_m, decides the finest spacing.
 std::optional<double> deciding_voxel(const TerrainOptions& options) {
-    if (options.detail_m || options.volumes == nullptr) return std::nullopt;
-    return finest_voxel(*options.volumes);
+    if (options.detail_m) return std::nullopt;
+    if (options.volumes == nullptr) return options.dig_spacing;
+    const double voxel = finest_voxel(*options.volumes);
+    return std::min(voxel, options.dig_spacing.value_or(voxel));
 }
 
 CommandResult<Terrain> open_fractal(const TerrainOptions& options) {
@@ -330,6 +332,7 @@ CommandResult<Terrain> open_terrain(const TerrainOptions& options) {
         CommandResult<TerrainOptions> scene = parse_scene(*text, options.scene);
         if (!scene) return pass_on(scene.error());
         if (options.detail_m) scene->detail_m = options.detail_m;
+        scene->dig_spacing = options.dig_spacing;
         scene->dem_memory_mb = options.dem_memory_mb;
         scene->cache = options.cache;
         CommandResult<Terrain> terrain = open_terrain(*scene);

@@ -26,6 +26,7 @@ struct TerrainOptions {
     std::optional<FractalKind> fractal;   ///< fbm if absent; only without a raster
     std::string scene;                    ///< path of a JSON file; "" for none
     std::optional<double> detail_m;       ///< finest spacing, metres
+    std::optional<double> dig_spacing = std::nullopt;  ///< wanted by what digs, metres
     std::optional<double> dem_memory_mb;  ///< most memory for opening a raster, mebibytes
     std::vector<PlacedBody> bodies = {};  ///< of a scene
     std::optional<SceneSurface> surface = std::nullopt;  ///< of a scene
@@ -67,7 +68,7 @@ CommandResult<TerrainOptions> parse_scene(const std::string& text, const std::st
 /// Opens the selected terrain. Finest spacing of a fractal: the largest power of two up to detail_m, default 1 m; of a
 /// raster: its cell, or with detail 1 m by default. Volumes make what is coarser by default finer: a fractal gets the
 /// largest power of two up to their finest voxel; square cells are halved until they are at most the square root of 2
-/// times it, other rasters get exactly it. A baked terrain has its own spacing.
+/// times it, other rasters get exactly it; so does TerrainOptions::dig_spacing. A baked terrain has its own spacing.
 ///
 /// Fails: exit_usage where no terrain is selected or a value is out of range; exit_failed where a file
 ///        cannot be read or is invalid

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <string>
 #include <tuple>
@@ -173,6 +174,28 @@ TEST(ContactEvents, OfSleepersAreSilentUntilTheyAreWoken) {
     ASSERT_NE(find(world, lower, upper), nullptr);
     EXPECT_EQ(find(world, lower, upper)->phase, ContactPhase::stayed);
     EXPECT_EQ(find(world, lower)->phase, ContactPhase::stayed);
+}
+
+TEST(ContactEvents, ABoxWakesTheSleepersThatItReaches) {
+    const Ground ground = make_flat();
+    World world = make_world({});
+    const BodyId near = add(world, {.shape = Box{}}, at({60.0, 60.0, 5.5}));
+    const BodyId far = add(world, {.shape = Box{}}, at({90.0, 60.0, 5.5}));
+    for (int i = 0; i < 120; ++i) world.step(ground, kStep);
+    const auto sleeps = [&](BodyId body) {
+        return state_of(world, body).condition == BodyCondition::asleep;
+    };
+    ASSERT_TRUE(sleeps(near) && sleeps(far));
+    constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+    world.wake(Aabb{WorldPos::Constant(kNan), WorldPos::Constant(kNan)});
+    world.wake(Aabb{{60.0, 60.0, 9.0}, {60.0, 60.0, 12.0}});
+    world.wake(Aabb{{1.0, 1.0, 1.0}, {-1.0, -1.0, -1.0}});
+    world.step(ground, kStep);
+    ASSERT_TRUE(sleeps(near) && sleeps(far));
+    world.wake(Aabb{{58.0, 58.0, 3.0}, {59.6, 62.0, 5.2}});
+    world.step(ground, kStep);
+    EXPECT_FALSE(sleeps(near));
+    EXPECT_TRUE(sleeps(far));
 }
 
 /// In the busy world: ascending order, the ground last; and of each pair began, stayed ..., ended.

@@ -53,6 +53,22 @@ class Drive(Folder):
         self.assertEqual(again["distance_m"], some["distance_m"])
         self.assertEqual(again["crates_touched"], some["crates_touched"])
 
+    def test_wheels_dig_ruts_that_stay(self):
+        flat = self.write_grid("flat.asc", np.zeros((40, 80)), cell=5.0)
+        arguments = ("drive", "--dem", flat, "--seconds", 6, *SMALL)
+        firm = run_json(*arguments, "--detail-m", 0.25)
+        self.assertNotIn("digs", firm)
+        ruts = run_json(*arguments, "--ruts")
+        self.assertGreater(ruts["digs"], 20)
+        self.assertEqual(ruts["fell_through"] + ruts["parked"], 0)
+        self.assertGreater(ruts["distance_m"], 0.5 * firm["distance_m"])
+        again = run_json(*arguments, "--ruts")
+        for key in ("distance_m", "digs", "max_depth_m"):
+            self.assertEqual(ruts[key], again[key])
+        coarse = run(*arguments, "--ruts", "--detail-m", 5)
+        self.assertEqual(coarse.returncode, 2)
+        self.assertIn("--ruts need a finest spacing of at most 0.5 m, got 5", coarse.stderr)
+
     def test_many_crates_lie_at_rest_and_too_many_for_the_ground_are_refused(self):
         flat = self.write_grid("flat.asc", np.zeros((40, 80)), cell=5.0)
         arguments = ("drive", "--dem", flat, "--seconds", 4, *SMALL)

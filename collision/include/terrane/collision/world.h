@@ -8,6 +8,7 @@
 #include <terrane/collision/motion.h>
 #include <terrane/collision/vehicle.h>
 #include <terrane/collision/world_query.h>
+#include <terrane/terrain/aabb.h>
 #include <terrane/terrain/body_need.h>
 #include <terrane/terrain/ground.h>
 
@@ -151,6 +152,11 @@ public:
 
     /// Wakes a body and those that it sleeps with.
     Result<void> wake(BodyId body);
+    /// Wakes the dynamic bodies in and around a box, metres, and those that they sleep with: call it where the ground has
+    /// changed (VolumeEditor), which sleepers do not notice. Boxes that are empty or NaN wake nobody.
+    ///
+    /// Cost: O(bodies)
+    void wake(const Aabb& box_world);
 
     /// Whether the id names a body of this world.
     bool contains(BodyId body) const;

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: MIT
+#include "dig/wheel_ruts.h"
+
+#include <terrane/collision/world.h>
+#include <terrane/terrain/fractal_heights.h>
+
+#include <gtest/gtest.h>
+
+namespace terrane::tools {
+namespace wheel_ruts_test {
+
+constexpr double kStep = 1.0 / 60.0;
+constexpr double kMiddle = 0.9;  // y of the left wheels, metres
+constexpr WorldRect kAround{-40.0, -40.0, 60.0, 40.0};
+
+/// Gentle ground of a spacing of 2^spacing_log2 m.
+Terrain make_terrain(int spacing_log2) {
+    FractalSettings settings{.seed = 9, .amplitude = 4.0};
+    settings.finest_spacing_log2 = spacing_log2;
+    Terrain terrain;
+    terrain.source = FractalHeights::create(settings).value();
+    terrain.name = "seed 9";
+    return terrain;
+}
+
+Ground ground_of(const Pager& pager) { return {pager.resident(), pager.contact_level()}; }
+
+TEST(WheelRuts, AreWhereTheWheelsRolledAndAreDug15CmDeep) {
+    Terrain terrain = make_terrain(-2);
+    const std::shared_ptr<const HeightSource> undisturbed = terrain.source;
+    const auto ruts = WheelRuts::create(terrain, 0).value();
+    ASSERT_NE(terrain.source, undisturbed);
+    Pager pager = Pager::create(terrain.source, {.worker_count = 0}).value();
+    pager.require(kAround, 0.0);
+    pager.update({}, {}, 0.0);
+
+    World world = World::create({}).value();
+    const VehicleSettings settings = make_truck();
+    Pose pose;
+    pose.translation = {0.0, 0.0, undisturbed->height(0.0, 0.0) + 1.5};
+    const BodyId truck = world.add_vehicle(settings, pose).value();
+    // Asleep where a wheel passes over the ground beside it.
+    const double beside = undisturbed->height(8.0, 1.42);
+    BodyState state;
+    state.pose.translation = {8.0, 1.42, beside + 0.1};
+    const BodyId stone = world.add({.shape = Sphere{0.1}}, state).value();
+    std::vector<WorldPos> rolled;
+    bool was_asleep = false, was_woken = false;
+    for (int i = 0; i < 360; ++i) {
+        const Aabb changed = ruts->update(pager);
+        const bool has_changed = (changed.low.array() <= changed.high.array()).all();
+        world.wake(changed);
+        pager.update({}, {}, i * kStep);
+        const Ground ground = ground_of(pager);
+        const VehicleControls controls =
+            i < 90 ? VehicleControls{.brake = 1.0} : VehicleControls{.throttle = 0.6};
+        ASSERT_TRUE(world.set_controls(truck, controls));
+        const bool sleeps = world.states()[stone.index].condition == BodyCondition::asleep;
+        was_asleep |= sleeps;
+        was_woken |= was_asleep && has_changed && !sleeps;
+        EXPECT_EQ(world.step(ground, kStep).too_deep, 0u);
+        const VehicleState& vehicle = *world.vehicle(truck);
+        if (i >= 120 && vehicle.wheels[0].in_contact)
+            rolled.push_back(vehicle.wheels[0].point_world);
+        ruts->roll(vehicle, settings.wheel_radius, ground);
+    }
+    EXPECT_TRUE(was_woken);
+    ASSERT_GT(ruts->digs(), 10u);
+    ASSERT_GT((rolled.back() - rolled.front()).norm(), 10.0);
+    const Ground ground = ground_of(pager);
+    std::size_t deep = 0, sunk = 0;
+    for (const WorldPos& p : rolled) {
+        // The tyre touches the groove beside its lowest line.
+        const double before = undisturbed->height(p.x(), kMiddle);
+        const HeightAnswer now = ground.height(p.x(), kMiddle);
+        ASSERT_EQ(now.status, GroundStatus::ok);
+        EXPECT_GT(now.height, before - 0.2);
+        deep += now.height < before - 0.1 ? 1u : 0u;
+        sunk += p.z() < undisturbed->height(p.x(), p.y()) - 0.04 ? 1u : 0u;
+        EXPECT_NEAR(ground.height(p.x(), 0.0).height, undisturbed->height(p.x(), 0.0), 0.03);
+    }
+    EXPECT_GT(sunk, rolled.size() * 8 / 10);
+    EXPECT_GT(deep, rolled.size() * 8 / 10);
+}
+
+TEST(WheelRuts, NeedFineGround) {
+    Terrain coarse = make_terrain(0);
+    const std::shared_ptr<const HeightSource> source = coarse.source;
+    const auto refused = WheelRuts::create(coarse, 0);
+    ASSERT_FALSE(refused);
+    EXPECT_NE(refused.error().message.find("at most 0.5 m, got 1"), std::string::npos)
+        << refused.error().message;
+    EXPECT_EQ(coarse.source, source);
+}
+
+}  // namespace wheel_ruts_test
+}  // namespace terrane::tools
