@@ -46,8 +46,8 @@ Result<std::shared_ptr<const SceneVolumeField>> place_volumes(const SceneVolumes
 Result<std::shared_ptr<const HeightSource>> add_volumes(std::shared_ptr<const HeightSource> ground,
                                                         const SceneVolumeField& field);
 
-/// The same as a source that a VolumeEditor can dig in; without volumes where `field` is null. Not where the program was
-/// built without terrane::volume.
+/// The same as a source that a VolumeEditor can dig in; without volumes where `field` is null. Not where the program
+/// was built without terrane::volume.
 Result<std::shared_ptr<VolumeHeights>> make_diggable(std::shared_ptr<const HeightSource> ground,
                                                      const SceneVolumeField* field);
 

@@ -152,8 +152,8 @@ public:
 
     /// Wakes a body and those that it sleeps with.
     Result<void> wake(BodyId body);
-    /// Wakes the dynamic bodies in and around a box, metres, and those that they sleep with: call it where the ground has
-    /// changed (VolumeEditor), which sleepers do not notice. Boxes that are empty or NaN wake nobody.
+    /// Wakes the dynamic bodies in and around a box, metres, and those that they sleep with: call it where the ground
+    /// has changed (VolumeEditor), which sleepers do not notice. Boxes that are empty or NaN wake nobody.
     ///
     /// Cost: O(bodies)
     void wake(const Aabb& box_world);
