@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <span>
 #include <utility>
 
 namespace terrane::internal {
@@ -46,7 +47,8 @@ std::vector<SolidVertex> make_solid_vertices(const Lattice& lattice, const Chunk
     const SolidTriangles& solid = chunk.solid->triangles();
     const double spacing = lattice.level_spacing(chunk.key.level);
     std::vector<Eigen::Vector3d> normals(solid.vertices_world.size(), Eigen::Vector3d::Zero());
-    for (const auto& [a, b, c] : solid.triangles) {
+    // Of walls alone: the parts of the heightfield beside them are shaded as the heightfield is.
+    for (const auto& [a, b, c] : std::span(solid.triangles).subspan(solid.ground_count)) {
         const auto& v = solid.vertices_world;
         const Eigen::Vector3d across = (v[b] - v[a]).cross(v[c] - v[a]);
         for (const std::uint32_t corner : {a, b, c}) normals[corner] += across;

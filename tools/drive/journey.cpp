@@ -61,7 +61,7 @@ CommandResult<Journey> Journey::create(const FlightOptions& options, const Terra
 }
 
 std::vector<std::string> Journey::columns(const Traveller& traveller) {
-    std::vector<std::string> names{"speed_m_s", "depth_m"};
+    std::vector<std::string> names{"speed_m_s", "depth_m", "body_x_m", "body_y_m", "body_z_m"};
     const std::vector<std::string> more = traveller.columns();
     names.insert(names.end(), more.begin(), more.end());
     return names;
@@ -178,7 +178,10 @@ CommandResult<void> Journey::play(FrameMaker& maker, FlightOutput& output) {
         traveller_.change_ground(world_, maker.pager());
         MadeFrame frame =
             maker.make({.view = view, .velocity = camera_->velocity()}, world_.needs(), time);
-        frame.record.extra = {world_.states()[body_.index].velocity.norm(), last_.max_depth_m};
+        const BodyState& body = world_.states()[body_.index];
+        const WorldPos& place = body.pose.translation;
+        frame.record.extra = {body.velocity.norm(), last_.max_depth_m, place.x(), place.y(),
+                              place.z()};
         const std::vector<double> figures = traveller_.figures(world_);
         frame.record.extra.insert(frame.record.extra.end(), figures.begin(), figures.end());
         draw();
