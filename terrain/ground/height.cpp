@@ -28,7 +28,7 @@ void answer_from_solid(const SolidSurface& solid, bool is_replaced, double x, do
         answer.height = hit->t;
         answer.normal = solid.normal(hit->triangle);
         // A clipped triangle has the error of its cell.
-        answer.error_m = std::max(answer.error_m, solid.triangles().error_m);
+        answer.error_m = std::max(answer.error_m, solid.error_m(hit->triangle));
         answer.filled = false;
     } else if (!has_field) {
         answer = {.status = GroundStatus::miss};

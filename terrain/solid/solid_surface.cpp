@@ -156,6 +156,8 @@ std::size_t SolidSurface::bytes() const {
            triangles_.triangles.capacity() * sizeof(std::array<std::uint32_t, 3>) +
            triangles_.kept_neighbours.capacity() * sizeof(std::array<std::uint32_t, 3>) +
            triangles_.parts.capacity() + triangles_.replaced.capacity() * sizeof(std::uint16_t) +
+           triangles_.error_boxes.capacity() * sizeof(SolidErrorBox) +
+           triangles_.error_box_of.capacity() * sizeof(std::uint32_t) +
            tree_->nodes.capacity() * sizeof(internal::AabbNode);
 }
 

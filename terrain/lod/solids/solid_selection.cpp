@@ -263,6 +263,25 @@ void SolidSelection::draw(const Solid& solid) {
     drawn_.push_back(made);
 }
 
+// The error of a chunk that is drawn: of its boxes, where all together might be more than `known_px`.
+double SolidSelection::drawn_error_px(const Solid& solid, const ScreenError& screen,
+                                      double known_px) const {
+    const SolidTriangles& triangles = solid.chunk->solid->triangles();
+    const double of_level = level_error(triangles, solid.level);
+    const double at_most = screen.error_in_view(solid.box, triangles.error_m + of_level);
+    if (at_most <= known_px || triangles.error_boxes.empty()) return at_most;
+    double px = 0.0;
+    for (const SolidErrorBox& part : triangles.error_boxes) {
+        // true points around the box, and replaced triangles of the heightfield
+        const double error_m = part.error_m + of_level;
+        ScreenError::WorldBox box{part.box_world.low, part.box_world.high};
+        box.low.array() -= error_m;
+        box.high.array() += error_m;
+        px = std::max(px, screen.error_in_view(box, error_m));
+    }
+    return px;
+}
+
 void SolidSelection::decide(const VertexKeys& keys, const Morph& morph, float threshold,
                             const ScreenError& screen) {
     const ResidentSet& resident = *followed_;
@@ -277,9 +296,7 @@ void SolidSelection::decide(const VertexKeys& keys, const Morph& morph, float th
     for (const Solid& solid : solids_) {
         if (solid.is_drawn) {
             draw(solid);
-            const SolidTriangles& triangles = solid.chunk->solid->triangles();
-            const double error_m = triangles.error_m + level_error(triangles, solid.level);
-            drawn_px_ = std::max(drawn_px_, screen.error_in_view(solid.box, error_m));
+            drawn_px_ = std::max(drawn_px_, drawn_error_px(solid, screen, drawn_px_));
             if (solid.replaced->count > 0) keys.find(solid.index)->replaced = solid.replaced.get();
             continue;
         }

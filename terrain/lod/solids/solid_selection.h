@@ -85,6 +85,7 @@ private:
     bool is_drawn(std::int32_t index) const;
     void separate_corners();
     void draw(const Solid& solid);
+    double drawn_error_px(const Solid& solid, const ScreenError& screen, double known_px) const;
 
     const HeightSource* source_;
     std::shared_ptr<const ResidentSet> followed_;

@@ -162,7 +162,8 @@ Result<std::optional<ChunkFiles::Read>> ChunkFiles::try_read(const Chunk& chunk,
         auto tile =
             VolumeTile::decode(volumes_, tile_of(chunk.key, i), tile_heights(chunk, i), *content);
         if (!tile) return bad("cannot be read: " + tile.error().message);
-        (*tiles)[static_cast<std::size_t>(i)] = std::make_shared<const TileSolid>(std::move(*tile));
+        (*tiles)[static_cast<std::size_t>(i)] = std::make_shared<const TileSolid>(
+            std::move(*tile), operations_of(volumes_, edits.edits, *count, tile_of(chunk.key, i)));
     }
     return std::optional<Read>(Read{std::move(tiles), *count});
 }

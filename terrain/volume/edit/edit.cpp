@@ -89,6 +89,17 @@ std::optional<ChunkExtent> extent_with(const HeightSource& heights, const Volume
     return extent;
 }
 
+std::vector<const PlacedVolume*> operations_of(const Volumes& volumes, const EditList& edits,
+                                               std::size_t edit_count, const VolumeTileKey& tile) {
+    constexpr std::size_t kMostEdits = 256;
+    if (edit_count > kMostEdits) return {};
+    std::vector<const PlacedVolume*> operations = operations_of(volumes, tile);
+    for (std::size_t e = 0; e < edit_count; ++e) {
+        if (edits[e]->touches(tile)) operations.push_back(&edits[e]->placed);
+    }
+    return operations;
+}
+
 Result<std::shared_ptr<const ChunkTiles>> make_tiles(const Volumes& volumes, const Chunk& chunk,
                                                      const ChunkVersion& version) {
     const EditList& edits = version.list();
@@ -113,7 +124,8 @@ Result<std::shared_ptr<const ChunkTiles>> make_tiles(const Volumes& volumes, con
         Result<VolumeTile> tile = make();
         if (!tile) return tl::unexpected(tile.error());
         for (const Edit* edit : touching) tile->apply(edit->placed);
-        (*tiles)[at] = std::make_shared<const TileSolid>(std::move(*tile));
+        (*tiles)[at] = std::make_shared<const TileSolid>(
+            std::move(*tile), operations_of(volumes, edits, edits.size(), key));
     }
     return std::shared_ptr<const ChunkTiles>(std::move(tiles));
 }

@@ -78,6 +78,11 @@ std::shared_ptr<const ChunkEdits> without_last(const HeightSource& heights, cons
 Result<std::shared_ptr<const ChunkTiles>> make_tiles(const Volumes& volumes, const Chunk& chunk,
                                                      const ChunkVersion& version);
 
+/// The volumes and edits that a tile is made of, for its errors. Empty where there are so many that looking for them
+/// would take longer than a dig.
+std::vector<const PlacedVolume*> operations_of(const Volumes& volumes, const EditList& edits,
+                                               std::size_t edit_count, const VolumeTileKey& tile);
+
 /// A copy of a chunk with the surface of its tiles.
 std::shared_ptr<const Chunk> with_tiles(const Lattice& lattice, const Chunk& chunk,
                                         const ChunkTiles& tiles, SolidLevels levels,

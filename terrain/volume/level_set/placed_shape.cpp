@@ -132,11 +132,9 @@ void ShapeTraversal::distances(std::span<const Eigen::Vector3d> nodes_world,
         return;
     }
     const auto& exact = std::get<ExactShape>(shape_->kind());
-    const std::span<const std::uint32_t> parts(parts_.data() + begins_.back(),
-                                               parts_.size() - begins_.back());
     for (std::size_t i = 0; i < nodes_world.size(); ++i) {
         double least = band_;
-        for (const std::uint32_t part : parts)
+        for (const std::uint32_t part : parts())
             least = std::min(least, exact.part_distance(part, nodes_world[i]));
         steps_out[i] = in_steps(least);
     }

@@ -57,6 +57,10 @@ public:
     /// Enters a box within the one entered last. `near`: distances of the box may be within the band; otherwise all
     /// are beyond it on one side.
     BoxSide enter(const NodeBox& box);
+    /// Parts of an exact shape that may be within the band in the box that was entered last, ascending.
+    std::span<const std::uint32_t> parts() const {
+        return std::span(parts_).subspan(begins_.back());
+    }
     /// Leaves the box that was entered last.
     void leave();
     /// Distances of nodes of the box that was entered last, limited to the band, rounded to whole kBandSteps-th parts

@@ -65,9 +65,17 @@ std::vector<std::int32_t> tile_heights(const Chunk& chunk, int tile) {
     return heights;
 }
 
-TileSolid::TileSolid(VolumeTile tile)
+std::vector<const PlacedVolume*> operations_of(const Volumes& volumes, const VolumeTileKey& tile) {
+    std::vector<const PlacedVolume*> operations;
+    for (const std::uint32_t i : volumes.operations_at(tile))
+        operations.push_back(&volumes.operations()[i]);
+    return operations;
+}
+
+TileSolid::TileSolid(VolumeTile tile, std::span<const PlacedVolume* const> operations)
     : level_set(std::move(tile)),
       contour(level_set.contour(sides_of_chunk(level_set.key()))),
+      errors(bound_errors(contour, level_set, operations)),
       farthest_from_ground_m(farthest_from_ground(level_set, contour)) {
     for (auto& cap : contour.caps) {
         simplify_cap(contour.positions_world, cap, level_set.spacing());
@@ -76,7 +84,9 @@ TileSolid::TileSolid(VolumeTile tile)
     bytes += sizeof(*this) + level_set.bytes() + contour.keys.capacity() * sizeof(VolumeVertexKey) +
              contour.positions_world.capacity() * sizeof(WorldPos) +
              contour.triangles.capacity() * sizeof(contour.triangles[0]) +
-             contour.surfaces.capacity() + contour.replaced.capacity() * sizeof(std::uint16_t);
+             errors.boxes.capacity() * sizeof(SolidErrorBox) +
+             errors.box_of.capacity() * sizeof(std::uint32_t) + contour.surfaces.capacity() +
+             contour.replaced.capacity() * sizeof(std::uint16_t);
 }
 
 std::size_t bytes_of(const ChunkTiles& tiles) {

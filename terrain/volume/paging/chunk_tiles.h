@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "contour/contour_error.h"
+
 #include <terrane/terrain/chunk.h>
 #include <terrane/volume/volume_tile.h>
 
@@ -27,16 +29,21 @@ std::vector<std::int32_t> tile_heights(const Chunk& chunk, int tile);
 struct TileSolid {
     VolumeTile level_set;
     VolumeContour contour;
+    ContourErrors errors;                 ///< of the contour
     double farthest_from_ground_m = 0.0;  ///< vertical distance of the contour from the heightfield
     std::size_t bytes = 0;                ///< of all this
 
-    explicit TileSolid(VolumeTile tile);
+    /// @param operations those that the tile is made of, for its errors; empty: not known
+    TileSolid(VolumeTile tile, std::span<const PlacedVolume* const> operations);
 };
 
 /// The tiles of a chunk; null where no volume touches one. Chunks that differ by a few operations share the others.
 using ChunkTiles = std::array<std::shared_ptr<const TileSolid>, kChunkTiles>;
 
 std::size_t bytes_of(const ChunkTiles& tiles);
+
+/// The volumes that touch a tile.
+std::vector<const PlacedVolume*> operations_of(const Volumes& volumes, const VolumeTileKey& tile);
 
 /// Whether the coarser levels of detail are made: they take ten times as long as everything else.
 enum class SolidLevels { none, all };

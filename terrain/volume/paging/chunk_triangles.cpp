@@ -11,7 +11,13 @@ namespace {
 /// The triangles of a chunk: those of its tiles, each vertex once; parts of the heightfield first.
 class ChunkTriangles {
 public:
-    void add(const VolumeContour& contour, int tile_column, int tile_row) {
+    void add(const TileSolid& tile, int tile_column, int tile_row) {
+        const VolumeContour& contour = tile.contour;
+        const auto first_box = static_cast<std::uint32_t>(chunk_.error_boxes.size());
+        for (const SolidErrorBox& box : tile.errors.boxes) {
+            chunk_.error_boxes.push_back(box);
+            chunk_.error_m = std::max(chunk_.error_m, box.error_m);
+        }
         in_chunk_.assign(contour.keys.size(), kNone);
         const auto corners = [&](const std::array<std::uint32_t, 3>& triangle) {
             // one after the other, so that every compiler makes the vertices in the same order
@@ -24,6 +30,8 @@ public:
             const bool is_ground = contour.surfaces[i] == SolidPart::ground;
             (is_ground ? chunk_.triangles : walls_).push_back(corners(contour.triangles[i]));
             (is_ground ? chunk_.parts : wall_parts_).push_back(contour.surfaces[i]);
+            (is_ground ? chunk_.error_box_of : wall_boxes_)
+                .push_back(first_box + tile.errors.box_of[i]);
         }
         for (std::size_t side = 0; side < 4; ++side) {
             for (const auto& triangle : contour.caps[side]) {
@@ -43,6 +51,8 @@ public:
         chunk_.ground_count = chunk_.triangles.size();
         chunk_.triangles.insert(chunk_.triangles.end(), walls_.begin(), walls_.end());
         chunk_.parts.insert(chunk_.parts.end(), wall_parts_.begin(), wall_parts_.end());
+        chunk_.error_box_of.insert(chunk_.error_box_of.end(), wall_boxes_.begin(),
+                                   wall_boxes_.end());
         return std::move(chunk_);
     }
     SolidTriangles* operator->() { return &chunk_; }
@@ -72,6 +82,7 @@ private:
     SolidTriangles chunk_;
     std::vector<std::array<std::uint32_t, 3>> walls_;
     std::vector<SolidPart> wall_parts_;
+    std::vector<std::uint32_t> wall_boxes_;
     std::vector<std::uint32_t> in_chunk_;  // of the tile's vertices
     std::map<VolumeVertexKey, std::uint32_t> on_lines_;
 };
@@ -137,13 +148,13 @@ std::shared_ptr<const SolidSurface> make_solid(const Lattice& lattice, const Chu
     made->vertices_world.reserve(vertex_count + replaced_count + 64);  // with kept neighbours
     made->triangles.reserve(triangle_count);
     made->parts.reserve(triangle_count);
+    made->error_box_of.reserve(triangle_count);
     made->replaced.reserve(replaced_count);
     for (int i = 0; i < kChunkTiles; ++i) {
         const auto& tile = tiles[static_cast<std::size_t>(i)];
         if (!tile) continue;
-        made->error_m = std::max(made->error_m, tile->contour.error_m);
         made->hidden_error_m = std::max(made->hidden_error_m, tile->farthest_from_ground_m);
-        made.add(tile->contour, i % kTilesPerChunk, i / kTilesPerChunk);
+        made.add(*tile, i % kTilesPerChunk, i / kTilesPerChunk);
     }
     SolidTriangles triangles = made.take();
     if (triangles.triangles.empty() && triangles.replaced.empty()) return nullptr;

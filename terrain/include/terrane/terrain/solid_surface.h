@@ -27,6 +27,12 @@ struct SolidLevel {
     double error_m = 0.0;  ///< bound of the distance to the finest version, both ways, metres
 };
 
+/// A part of a surface: its triangles are in the box.
+struct SolidErrorBox {
+    Aabb box_world;        ///< metres
+    double error_m = 0.0;  ///< bound of the distance to the true surface there, both ways, metres
+};
+
 /// Triangles that volumes make of a chunk, as plain arrays.
 struct SolidTriangles {
     std::vector<Eigen::Vector3d> vertices_world = {};  ///< metres
@@ -42,7 +48,10 @@ struct SolidTriangles {
     /// vertices. Rays and heights test them with the others, so that nothing slips through between the two surfaces;
     /// they are not drawn.
     std::vector<std::array<std::uint32_t, 3>> kept_neighbours = {};
-    double error_m = 0.0;  ///< bound of the distance to the true surface, metres
+    double error_m = 0.0;  ///< bound of the distance to the true surface, both ways, metres
+    /// Tighter bounds, in boxes around all triangles; empty: there are none.
+    std::vector<SolidErrorBox> error_boxes = {};
+    std::vector<std::uint32_t> error_box_of = {};  ///< [triangles], or empty as error_boxes is
     /// Bound of the distance between this surface and the heightfield alone, both ways, metres.
     double hidden_error_m = 0.0;
     std::vector<SolidLevel> levels = {};  ///< coarser and coarser, with ascending errors
@@ -111,6 +120,12 @@ public:
         return triangle >= triangles_.triangles.size();
     }
 
+    /// Bound of the distance to the true surface around a triangle, metres.
+    double error_m(std::uint32_t triangle) const {
+        return triangle < triangles_.error_box_of.size()
+                   ? triangles_.error_boxes[triangles_.error_box_of[triangle]].error_m
+                   : triangles_.error_m;
+    }
     /// Unit, out of the solid.
     Eigen::Vector3d normal(std::uint32_t triangle) const;
     /// Bytes of memory.
