@@ -11,6 +11,8 @@
 #include <terrane/terrain/solid_surface.h>
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -65,8 +67,56 @@ private:
 
 }  // namespace
 
+/// A bounding volume tree of groups of consecutive triangles: contours give neighbours one after the other, so that
+/// boxes of a group are little larger than those of its triangles, in a quarter of the nodes. The boxes of a group's
+/// triangles are tested together.
 struct SolidSurface::Tree {
-    std::vector<internal::AabbNode> nodes;
+    static constexpr std::uint32_t kGroup = 4;
+    static constexpr int kGroupBits = 2;
+    static_assert(kGroup == 1u << kGroupBits);
+
+    /// Boxes of a group's triangles from the low corner of all, rounded outward; those beyond the last triangle are
+    /// empty.
+    struct GroupBoxes {
+        std::array<std::array<float, kGroup>, 3> low, high;
+        std::uint32_t first = 0;  ///< triangle
+
+        GroupBoxes() {
+            for (auto& axis : low) axis.fill(std::numeric_limits<float>::max());
+            for (auto& axis : high) axis.fill(std::numeric_limits<float>::lowest());
+        }
+        void set(std::size_t i, const Aabb& box_world, const Eigen::Vector3d& origin_world) {
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                const auto a = static_cast<Eigen::Index>(axis);
+                low[axis][i] = rounded_down(box_world.low[a] - origin_world[a]);
+                high[axis][i] = -rounded_down(origin_world[a] - box_world.high[a]);
+            }
+        }
+        /// At most x, by one or two units in the last place.
+        static float rounded_down(double x) {
+            const auto rounded = static_cast<float>(std::clamp(x, -1e30, 1e30));
+            return rounded - std::abs(rounded) * 0x1p-23f;
+        }
+    };
+
+    std::vector<internal::AabbNode> nodes;  // items: indices into groups
+    std::vector<GroupBoxes> groups;         // in the order of the leaves
+    Eigen::Vector3d origin_world;
+
+    /// Bit i: the box of triangle i of a group overlaps or touches that of triangle 0 of `with`, to a rounding.
+    std::uint32_t overlaps(std::uint32_t group, const GroupBoxes& with) const {
+        const GroupBoxes& own = groups[group];
+        std::array<std::uint32_t, kGroup> is;
+        is.fill(1);
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const float low = with.low[axis][0], high = with.high[axis][0];
+            for (std::size_t i = 0; i < kGroup; ++i) {
+                is[i] &= static_cast<std::uint32_t>(own.low[axis][i] <= high) &
+                         static_cast<std::uint32_t>(low <= own.high[axis][i]);
+            }
+        }
+        return is[0] | is[1] << 1 | is[2] << 2 | is[3] << 3;
+    }
 };
 
 SolidSurface::SolidSurface(SolidTriangles triangles) : triangles_(std::move(triangles)) {
@@ -76,15 +126,30 @@ SolidSurface::SolidSurface(SolidTriangles triangles) : triangles_(std::move(tria
     for (const std::uint16_t triangle : triangles_.replaced) replaced_.set(triangle);
     bounds_ = internal::empty_box();
     const auto& v = triangles_.vertices_world;
-    std::vector<Aabb> boxes;
-    const std::size_t count = triangles_.triangles.size() + triangles_.kept_neighbours.size();
-    boxes.reserve(count);
+    const std::uint32_t count = triangle_count();
+    std::vector<Aabb> boxes(count),
+        groups((count + Tree::kGroup - 1) / Tree::kGroup, internal::empty_box());
     for (std::uint32_t i = 0; i < count; ++i) {
-        Aabb& box = boxes.emplace_back(internal::empty_box());
+        Aabb& box = boxes[i] = internal::empty_box();
         for (const std::uint32_t corner : corners(i)) internal::include(v[corner], 0.0, box);
-        bounds_ = {bounds_.low.cwiseMin(box.low), bounds_.high.cwiseMax(box.high)};
+        Aabb& group = groups[i / Tree::kGroup];
+        group = {group.low.cwiseMin(box.low), group.high.cwiseMax(box.high)};
     }
-    tree_ = std::make_unique<const Tree>(Tree{internal::make_aabb_tree(boxes)});
+    for (const Aabb& group : groups)
+        bounds_ = {bounds_.low.cwiseMin(group.low), bounds_.high.cwiseMax(group.high)};
+    auto tree = std::make_unique<Tree>();
+    tree->nodes = internal::make_aabb_tree(groups);
+    tree->groups.reserve(groups.size());
+    tree->origin_world = bounds_.low;
+    for (internal::AabbNode& node : tree->nodes) {
+        if (node.item == internal::AabbNode::kInner) continue;
+        Tree::GroupBoxes& made = tree->groups.emplace_back();
+        made.first = node.item * Tree::kGroup;
+        node.item = static_cast<std::uint32_t>(tree->groups.size() - 1);
+        for (std::uint32_t i = made.first; i < std::min(made.first + Tree::kGroup, count); ++i)
+            made.set(i - made.first, boxes[i], bounds_.low);
+    }
+    tree_ = std::move(tree);
 }
 
 SolidSurface::~SolidSurface() = default;
@@ -100,14 +165,18 @@ std::optional<SolidSurface::Hit> SolidSurface::ray(const Eigen::Vector3d& from_w
         [&](const Aabb& box) {
             return internal::segment_entry(from_world, displacement, box, kBoxMargin);
         },
-        [&](std::uint32_t item) {
-            const std::array<std::uint32_t, 3>& triangle = corners(item);
-            const auto& v = triangles_.vertices_world;
-            const double t = ray.meet(v[triangle[0]], v[triangle[1]], v[triangle[2]]);
-            const double last = first ? first->t : end;
-            const bool is_first =
-                t >= begin && t <= last && (!first || t < first->t || item < first->triangle);
-            if (is_first) first = Hit{t, item};
+        [&](std::uint32_t group) {
+            const std::uint32_t from = tree_->groups[group].first;
+            const std::uint32_t after = std::min(from + Tree::kGroup, triangle_count());
+            for (std::uint32_t i = from; i < after; ++i) {
+                const std::array<std::uint32_t, 3>& triangle = corners(i);
+                const auto& v = triangles_.vertices_world;
+                const double t = ray.meet(v[triangle[0]], v[triangle[1]], v[triangle[2]]);
+                const double last = first ? first->t : end;
+                const bool is_first =
+                    t >= begin && t <= last && (!first || t < first->t || i < first->triangle);
+                if (is_first) first = Hit{t, i};
+            }
             return first ? first->t : end;
         });
     return first;
@@ -128,12 +197,26 @@ std::size_t SolidSurface::find_overlaps(const Aabb& box_world, std::uint32_t& cu
                                         std::span<std::uint32_t> out) const {
     std::size_t count = 0;
     const std::span<const internal::AabbNode> nodes = tree_->nodes;
-    while (cursor < nodes.size() && count < out.size()) {
-        const internal::AabbNode& node = nodes[cursor];
+    if (nodes.empty()) return count;
+    Tree::GroupBoxes box;
+    box.set(0, box_world, tree_->origin_world);
+    // The cursor is a node, and the next triangle of its group.
+    std::uint32_t at = cursor >> Tree::kGroupBits, in_group = cursor % Tree::kGroup;
+    while (at < nodes.size() && count < out.size()) {
+        const internal::AabbNode& node = nodes[at];
         const bool is_near = internal::overlap(node.bounds, box_world, 0.0);
-        if (is_near && node.item != internal::AabbNode::kInner) out[count++] = node.item;
-        cursor = is_near ? cursor + 1 : node.end;
+        if (is_near && node.item != internal::AabbNode::kInner) {
+            std::uint32_t found = tree_->overlaps(node.item, box) >> in_group << in_group;
+            for (; found != 0 && count < out.size(); found &= found - 1) {
+                in_group = static_cast<std::uint32_t>(std::countr_zero(found));
+                out[count++] = tree_->groups[node.item].first + in_group++;
+            }
+            if (found != 0) break;
+            in_group = 0;
+        }
+        at = is_near ? at + 1 : node.end;
     }
+    cursor = at << Tree::kGroupBits | in_group;
     return count;
 }
 
@@ -158,7 +241,8 @@ std::size_t SolidSurface::bytes() const {
            triangles_.parts.capacity() + triangles_.replaced.capacity() * sizeof(std::uint16_t) +
            triangles_.error_boxes.capacity() * sizeof(SolidErrorBox) +
            triangles_.error_box_of.capacity() * sizeof(std::uint32_t) +
-           tree_->nodes.capacity() * sizeof(internal::AabbNode);
+           tree_->nodes.capacity() * sizeof(internal::AabbNode) +
+           tree_->groups.capacity() * sizeof(Tree::GroupBoxes);
 }
 
 }  // namespace terrane

@@ -10,9 +10,9 @@
 namespace terrane::internal {
 namespace {
 
-/// Bytes of a SolidSurface for each square spacing of the boxes around a volume's pieces: measured 160 to 410 for tubes
+/// Bytes of a SolidSurface for each square spacing of the boxes around a volume's pieces: measured 110 to 280 for tubes
 /// and spheres.
-constexpr double kBytesPerSquare = 450.0;
+constexpr double kBytesPerSquare = 320.0;
 /// For what is cut of the heightfield.
 constexpr double kLeastBytes = 0x1p18;
 /// Most area of a surface, in areas of the box that it lies in: many volumes in one place overlap. A chunk that needs

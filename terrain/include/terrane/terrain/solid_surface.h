@@ -100,7 +100,7 @@ public:
     /// The highest triangle over or under a point at most at a height; Hit::t is the height there, world z, metres.
     std::optional<Hit> highest(double x, double y, double at_most) const;
 
-    /// Writes the indices of triangles whose boxes overlap or touch a box, those of kept_neighbours after those of
+    /// Writes the indices of triangles whose boxes overlap or touch a box to a rounding of 1e-5 m, those of kept_neighbours after those of
     /// triangles, in an order that depends on nothing else. Fewer than fit: there are no more.
     ///
     /// @param box_world  metres; a side may be infinite
@@ -133,6 +133,10 @@ public:
 
 private:
     struct Tree;
+    std::uint32_t triangle_count() const {
+        return static_cast<std::uint32_t>(triangles_.triangles.size() +
+                                          triangles_.kept_neighbours.size());
+    }
     const std::array<std::uint32_t, 3>& corners(std::uint32_t triangle) const {
         const std::size_t count = triangles_.triangles.size();
         return triangle < count ? triangles_.triangles[triangle]
