@@ -355,8 +355,10 @@ std::span<const BodyNeed> World::needs() {
         const RigidBody& body = state_->bodies[i];
         // An impact may turn a body anywhere, so the reach of a long step counts in every direction.
         const double speed = internal::greatest_speed(body);
-        state_->needs.push_back(
-            {body.pose.translation, body.velocity.linear, state_->reach(i) + kReachTime * speed});
+        state_->needs.push_back({.centre_world = body.pose.translation,
+                                 .velocity = body.velocity.linear,
+                                 .radius = state_->reach(i) + kReachTime * speed,
+                                 .is_waiting = state_->is_parked[i] != 0});
     }
     return state_->needs;
 }

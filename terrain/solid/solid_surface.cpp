@@ -85,11 +85,11 @@ struct SolidSurface::Tree {
             for (auto& axis : low) axis.fill(std::numeric_limits<float>::max());
             for (auto& axis : high) axis.fill(std::numeric_limits<float>::lowest());
         }
-        void set(std::size_t i, const Aabb& box_world, const Eigen::Vector3d& origin_world) {
+        void set(std::size_t i, const Aabb& box_world, const Eigen::Vector3d& origin) {
             for (std::size_t axis = 0; axis < 3; ++axis) {
                 const auto a = static_cast<Eigen::Index>(axis);
-                low[axis][i] = rounded_down(box_world.low[a] - origin_world[a]);
-                high[axis][i] = -rounded_down(origin_world[a] - box_world.high[a]);
+                low[axis][i] = rounded_down(box_world.low[a] - origin[a]);
+                high[axis][i] = -rounded_down(origin[a] - box_world.high[a]);
             }
         }
         /// At most x, by one or two units in the last place.

@@ -8,6 +8,9 @@
 #include <tuple>
 
 namespace terrane::internal {
+namespace {
+constexpr double kBelowAllGround = -0x1p38;  // metres: heights are within that
+}  // namespace
 
 ContactNeeds::ContactNeeds(const HeightSource& source, int contact_level)
     : source_(source),
@@ -75,6 +78,7 @@ void ContactNeeds::collect_times(std::span<const RegionNeed> regions, double tim
 void ContactNeeds::find_body(std::size_t index, const BodyNeed& body, double time_s, double horizon,
                              double most) {
     find_segments(body, time_s, horizon, segments_);
+    if (body.is_waiting) segments_.front().from_world.z() = kBelowAllGround;
     const double steps = horizon > 0.0 ? kSteps / horizon : 0.0;  // a second
     for (const MotionSegment& segment : segments_) {
         const BodySweep::Cost cost = sweep_.find(segment, most, table_, touches_);

@@ -3,14 +3,19 @@
 // Bodies whose ground is not loaded: they stop, and continue with the same bits once it is.
 #include "collision/bodies/body_cases.h"
 #include "support/heights/table_ground.h"
+#include "support/heights/wave_heights.h"
 #include "support/random.h"
 
 #include <terrane/collision/world.h>
+#include <terrane/terrain/forwarded_heights.h>
+#include <terrane/terrain/pager.h>
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -56,6 +61,47 @@ bool is_same(const BodyState& a, const BodyState& b) {
            a.velocity == b.velocity && a.angular_velocity == b.angular_velocity;
 }
 
+/// Waves with an interval of heights that is tight where the rectangle is small, as those of rasters are.
+class LocalWaves final : public ForwardedHeights {
+public:
+    explicit LocalWaves(std::shared_ptr<const HeightSource> waves)
+        : ForwardedHeights(std::move(waves)) {}
+    HeightInterval interval(const WorldRect& rect) const override {
+        if (rect.east - rect.west > 200.0) return ForwardedHeights::interval(rect);
+        HeightInterval heights{1e9, -1e9};
+        for (int i = 0; i <= 32 * 33; ++i) {
+            const double h = height(rect.west + (rect.east - rect.west) * (i % 33) / 32.0,
+                                    rect.south + (rect.north - rect.south) * (i / 33) / 32.0);
+            heights = {std::min(heights.low, h - 10.0), std::max(heights.high, h + 10.0)};
+        }
+        return heights;
+    }
+};
+
+// Bounds of coarse chunks let bodies stop far above ground that the source knows to be lower, and that no body reaches
+// within a short horizon.
+TEST(ParkedBody, GetsItsGroundHoweverShortThePagersHorizon) {
+    Lattice lattice;
+    lattice.finest_level = 7;
+    const auto source = std::make_shared<const LocalWaves>(
+        std::make_shared<const test::WaveHeights>(lattice, 60.0, 700.0));
+    constexpr double kPlace = 300.0;
+    for (const double above : {2.0, 20.0, 60.0, 200.0, 1000.0}) {
+        Pager pager = Pager::create(source, {.worker_count = 0, .horizon = 2.0 * kStep}).value();
+        World world = make_world();
+        const double ground_z = source->height(kPlace, kPlace);
+        ASSERT_TRUE(world.add({.shape = Sphere{}}, at({kPlace, kPlace, ground_z + above})));
+        std::uint64_t parked = 0;
+        for (int step = 0; step < 60 * 30; ++step) {
+            pager.update({}, world.needs(), step * kStep);
+            parked += world.step(Ground(pager.resident(), pager.contact_level()), kStep).parked;
+        }
+        EXPECT_LE(parked, 2u) << above;
+        const WorldPos& end = world.states()[0].pose.translation;
+        EXPECT_NEAR(end.z(), source->height(end.x(), end.y()), 2.0) << above;
+    }
+}
+
 TEST(ParkedBody, KeepsItsStateForAnyNumberOfSteps) {
     const Ground absent = make_flat(is_western);
     for (const Shape& shape : all_shapes()) {
@@ -72,6 +118,8 @@ TEST(ParkedBody, KeepsItsStateForAnyNumberOfSteps) {
         }
         // it needs its ground as long as it is parked
         const BodyNeed need = world.needs()[0];
+        EXPECT_TRUE(need.is_waiting);
+        EXPECT_FALSE(world.needs()[1].is_waiting);
         EXPECT_LE((need.centre_world - before.pose.translation).norm(), bounding_radius(shape));
         EXPECT_EQ(need.velocity, before.velocity);
         EXPECT_GT(need.radius,

@@ -20,6 +20,9 @@ struct BodyNeed {
     double radius = 1.0;                                 ///< bounding, metres
     /// Its future trajectory, if known; rules as of CameraNeed::trajectory.
     std::span<const BodyMoment> trajectory = {};
+    /// It waits for ground that is absent: it needs all in its column at once, whatever the height. Contact knows
+    /// absent ground by the bounds of its coarser chunks, which may lie above what the source says.
+    bool is_waiting = false;
 };
 
 }  // namespace terrane

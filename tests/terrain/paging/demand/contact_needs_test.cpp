@@ -74,6 +74,16 @@ TEST(ContactNeeds, AreEmptyBesideAndAboveTheGround) {
     EXPECT_TRUE(find_keys(source, body_at({10, 10, 120.0}), 4.0).empty());
     EXPECT_FALSE(find_keys(source, body_at({10, 10, 110.0}), 4.0).empty());
     EXPECT_TRUE(find_keys(source, body_at({10, 10, 50}, 1.0, {0, 0, 500.0}), 4.0).empty());
+    // it waits: at once, whatever the height
+    for (const double z : {-1e6, 36.0, 120.0, 1e6}) {
+        BodyNeed waiting = body_at({10, 10, z});
+        waiting.is_waiting = true;
+        ContactNeeds needs(source, kLevel);
+        needs.find({&waiting, 1}, {}, 0.0, 0.01);
+        ASSERT_TRUE(keys_of(needs, kLevel).contains({0, 0, kLevel})) << z;
+        ASSERT_EQ(needs.current_contacts().size(), 1u);
+        EXPECT_EQ(keys_of(needs, kLevel).size(), 1u);
+    }
     // below the ground, at any depth
     EXPECT_TRUE(find_keys(source, body_at({10, 10, -1e9}), 0.0).contains({0, 0, kLevel}));
 }
