@@ -22,9 +22,8 @@ Result<std::shared_ptr<const SolidSurface>> make_chunk_solid(const Volumes& volu
         Result<VolumeTile> tile =
             VolumeTile::create(volumes, key, internal::tile_heights(chunk, i));
         if (!tile) return tl::unexpected(tile.error());
-        tiles[static_cast<std::size_t>(i)] =
-            std::make_shared<const internal::TileSolid>(std::move(*tile),
-                                                        internal::operations_of(volumes, key));
+        tiles[static_cast<std::size_t>(i)] = std::make_shared<const internal::TileSolid>(
+            std::move(*tile), internal::operations_of(volumes, key));
     }
     return internal::make_solid(volumes.lattice(), chunk, tiles, internal::SolidLevels::all);
 }

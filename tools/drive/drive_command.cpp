@@ -91,9 +91,10 @@ void add_vehicle_options(CLI::App& app, DriveOptions& options) {
         [on_roll](std::size_t number) { *on_roll = static_cast<OnRoll>(number); },
         "When the vehicle has lain on its side or roof for a second: stop ends the drive, right "
         "puts it on its wheels");
-    app.add_flag("--ruts", options.ruts,
-                 "Wheels dig ruts of 15 cm into open ground, which stay; the finest spacing is 0.25 m "
-                 "then, unless --detail-m says otherwise");
+    app.add_flag(
+        "--ruts", options.ruts,
+        "Wheels dig ruts of 15 cm into open ground, which stay; the finest spacing is 0.25 m "
+        "then, unless --detail-m says otherwise");
 }
 
 }  // namespace

@@ -21,11 +21,11 @@ namespace terrane::tools {
 
 /// The terrain of a subcommand: --dem, --seed, both, or --scene.
 struct TerrainOptions {
-    std::string dem;                      ///< path of a raster or a baked terrain; "" for none
-    std::optional<std::uint64_t> seed;    ///< of the fractal, or of the detail on the raster
-    std::optional<FractalKind> fractal;   ///< fbm if absent; only without a raster
-    std::string scene;                    ///< path of a JSON file; "" for none
-    std::optional<double> detail_m;       ///< finest spacing, metres
+    std::string dem;                     ///< path of a raster or a baked terrain; "" for none
+    std::optional<std::uint64_t> seed;   ///< of the fractal, or of the detail on the raster
+    std::optional<FractalKind> fractal;  ///< fbm if absent; only without a raster
+    std::string scene;                   ///< path of a JSON file; "" for none
+    std::optional<double> detail_m;      ///< finest spacing, metres
     std::optional<double> dig_spacing = std::nullopt;  ///< wanted by what digs, metres
     std::optional<double> dem_memory_mb;  ///< most memory for opening a raster, mebibytes
     std::vector<PlacedBody> bodies = {};  ///< of a scene

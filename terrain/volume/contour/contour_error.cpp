@@ -3,6 +3,7 @@
 
 #include "base/boxes.h"
 #include "level_set/placed_shape.h"
+#include "level_set/tile_lines.h"
 
 #include <algorithm>
 #include <array>

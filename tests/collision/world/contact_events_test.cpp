@@ -111,8 +111,8 @@ TEST(ContactEvents, HaveImpulsesThatAreTheChangeOfMomentum) {
         settings.mass = masses.back();
         settings.restitution = 0.5;
         bodies.push_back(add(world, settings,
-                             at({60.0 + 6.0 * (i % 5), 60.0, 7.0 + 3.0 * (i / 5)}, {0.1, 0.0, -3.0},
-                                {0.5, 0.2, 0.0})));
+                             at({60.0 + 6.0 * (i % 5), 60.0, 7.0 + 3.0 * int{i / 5}},
+                                {0.1, 0.0, -3.0}, {0.5, 0.2, 0.0})));
     }
     int checked = 0;
     for (int step = 0; step < 60; ++step) {

@@ -69,9 +69,10 @@ public:
     HeightInterval interval(const WorldRect& rect) const override {
         if (rect.east - rect.west > 200.0) return ForwardedHeights::interval(rect);
         HeightInterval heights{1e9, -1e9};
-        for (int i = 0; i <= 32 * 33; ++i) {
+        for (int i = 0; i < 33 * 33; ++i) {
+            const int row = i / 33;
             const double h = height(rect.west + (rect.east - rect.west) * (i % 33) / 32.0,
-                                    rect.south + (rect.north - rect.south) * (i / 33) / 32.0);
+                                    rect.south + (rect.north - rect.south) * row / 32.0);
             heights = {std::min(heights.low, h - 10.0), std::max(heights.high, h + 10.0)};
         }
         return heights;

@@ -267,7 +267,7 @@ TEST(ContactNeeds, OfACrowdAreTheUnionOfItsBodies) {
     const Terraces source = deep_terraces();
     std::vector<BodyNeed> bodies;
     for (int i = 0; i < 20'000; ++i) {
-        bodies.push_back(body_at({3.0 * (i % 200), 3.0 * (i / 200), 5.0}, 0.5, {20, 10, -10}));
+        bodies.push_back(body_at({3.0 * (i % 200), 3.0 * int{i / 200}, 5.0}, 0.5, {20, 10, -10}));
     }
     ContactNeeds all(source, kDeepLevel);
     all.find(bodies, {}, 0.0, 0.5);
