@@ -16,8 +16,8 @@ constexpr double kLevelShare = 0.5;
 /// Share of the budget that volumes may take.
 constexpr double kBudgetShare = 0.5;
 /// Factor between the errors that are tried where volumes exceed their share of the budget, and how many are.
-constexpr double kCoarser = 2.0;
-constexpr int kMostTries = 24;
+constexpr double kCoarser = 1.2;
+constexpr int kMostTries = 100;
 /// Pinned vertices must not morph: their priority exceeds what that needs by this factor.
 constexpr double kPinMargin = 1.1;
 
@@ -42,6 +42,24 @@ struct Sample {
 };
 constexpr std::array<Sample, 4> kCorners{{{0, 0}, {2, 0}, {2, 2}, {0, 2}}};
 constexpr std::array<Sample, 4> kMiddles{{{1, 0}, {2, 1}, {1, 2}, {0, 1}}};
+
+// A box of a chunk's triangles, with the true surface around them.
+ScreenError::WorldBox widened(const SolidErrorBox& part, double error_m) {
+    return {part.box_world.low - Eigen::Vector3d::Constant(error_m),
+            part.box_world.high + Eigen::Vector3d::Constant(error_m)};
+}
+
+// Pixels of a metre where a chunk's surface is nearest to the eye: in the box around all of it, or, where that is so
+// near that no coarser level is within `allowed_px`, in those of its parts.
+double nearest_px_per_metre(const SolidTriangles& solid, double in_box, double allowed_px,
+                            const ScreenError& screen) {
+    if (solid.levels.empty() || solid.error_boxes.empty()) return in_box;
+    if (solid.levels.front().error_m * in_box <= allowed_px) return in_box;
+    double px = 0.0;
+    for (const SolidErrorBox& part : solid.error_boxes)
+        px = std::max(px, screen.error_in_view(widened(part, part.error_m), 1.0));
+    return px;
+}
 
 // Whether all replaced triangles of a chunk are in its mesh, with corners at their heights.
 bool are_in_place(const ReplacedTriangles& replaced, const OpenChunk& chunk, bool is_morphing) {
@@ -180,9 +198,13 @@ void SolidSelection::begin(const std::shared_ptr<const ResidentSet>& resident,
         absent_px_ = std::max(absent_px_, screen.error_in_view(absent.box, absent.error_m));
     }
     for (Solid& solid : solids_) {
-        solid.px_per_metre = screen.error_in_view(solid.box, 1.0);
-        solid.hidden_px = solid.px_per_metre * solid.chunk->solid->triangles().hidden_error_m;
+        const SolidTriangles& triangles = solid.chunk->solid->triangles();
+        const double in_box = screen.error_in_view(solid.box, 1.0);
+        solid.hidden_px = in_box * triangles.hidden_error_m;
         solid.is_wanted = solid.hidden_px > kHiddenShare * target_px;
+        solid.px_per_metre = solid.is_wanted ? nearest_px_per_metre(triangles, in_box,
+                                                                    kLevelShare * target_px, screen)
+                                             : in_box;
         solid.is_drawn = false;
         if (!solid.is_wanted) allowed_px_ = std::max(allowed_px_, solid.hidden_px);
     }
@@ -272,12 +294,8 @@ double SolidSelection::drawn_error_px(const Solid& solid, const ScreenError& scr
     if (at_most <= known_px || triangles.error_boxes.empty()) return at_most;
     double px = 0.0;
     for (const SolidErrorBox& part : triangles.error_boxes) {
-        // true points around the box, and replaced triangles of the heightfield
         const double error_m = part.error_m + of_level;
-        ScreenError::WorldBox box{part.box_world.low, part.box_world.high};
-        box.low.array() -= error_m;
-        box.high.array() += error_m;
-        px = std::max(px, screen.error_in_view(box, error_m));
+        px = std::max(px, screen.error_in_view(widened(part, error_m), error_m));
     }
     return px;
 }
