@@ -14,6 +14,8 @@
 namespace terrane::internal {
 namespace {
 
+/// With more operations over a tile hardly a box has one of them alone, and a dig would take longer.
+constexpr std::size_t kMostOperations = 64;
 /// Cells along the side of a box.
 constexpr int kBoxCells = 4;
 /// Layers from the heightfield beyond which no tetrahedron is longer than in level layers, with a margin.
@@ -237,11 +239,12 @@ ContourErrors bound_errors(const VolumeContour& contour, const VolumeTile& tile,
         include(cluster.box.low, 0.0, around);
         include(cluster.box.high, 0.0, around);
     }
+    if (operations.size() > kMostOperations) operations = {};
     PieceError pieces(operations, around, tile.spacing());
     errors.boxes.reserve(clusters.size());
     for (const Cluster& cluster : clusters) {
         std::optional<double> bound;
-        if (!cluster.is_near_ground && !operations.empty()) bound = pieces.bound(cluster.box);
+        if (!cluster.is_near_ground) bound = pieces.bound(cluster.box);
         errors.boxes.push_back(
             {cluster.box, std::min(bound.value_or(contour.error_m), contour.error_m)});
     }

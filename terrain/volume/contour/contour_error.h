@@ -33,7 +33,7 @@ struct ContourErrors {
 /// 1 / (R - d) where it is at least -d; that of a box beside one face has 0. Two capsules of a tube that meet at an
 /// angle a: F is the less of two such functions, whose gradients differ by at most 2 sin(a / 2) where they are equal.
 ///
-/// @param operations those that touch the tile, in any order; empty: not known, and every error is that of tetrahedra
+/// @param operations those that touch the tile, in any order. With more than 64 every error is that of tetrahedra
 ///
 /// Cost: O(triangles + boxes * parts of shapes over the tile)
 ContourErrors bound_errors(const VolumeContour& contour, const VolumeTile& tile,

@@ -91,8 +91,6 @@ std::optional<ChunkExtent> extent_with(const HeightSource& heights, const Volume
 
 std::vector<const PlacedVolume*> operations_of(const Volumes& volumes, const EditList& edits,
                                                std::size_t edit_count, const VolumeTileKey& tile) {
-    constexpr std::size_t kMostEdits = 256;
-    if (edit_count > kMostEdits) return {};
     std::vector<const PlacedVolume*> operations = operations_of(volumes, tile);
     for (std::size_t e = 0; e < edit_count; ++e) {
         if (edits[e]->touches(tile)) operations.push_back(&edits[e]->placed);

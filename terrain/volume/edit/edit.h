@@ -78,8 +78,7 @@ std::shared_ptr<const ChunkEdits> without_last(const HeightSource& heights, cons
 Result<std::shared_ptr<const ChunkTiles>> make_tiles(const Volumes& volumes, const Chunk& chunk,
                                                      const ChunkVersion& version);
 
-/// The volumes and edits that a tile is made of, for its errors. Empty where there are so many that looking for them
-/// would take longer than a dig.
+/// The volumes that touch a tile, and those of the first edits that do, in their order.
 std::vector<const PlacedVolume*> operations_of(const Volumes& volumes, const EditList& edits,
                                                std::size_t edit_count, const VolumeTileKey& tile);
 

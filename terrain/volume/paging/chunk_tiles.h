@@ -33,7 +33,7 @@ struct TileSolid {
     double farthest_from_ground_m = 0.0;  ///< vertical distance of the contour from the heightfield
     std::size_t bytes = 0;                ///< of all this
 
-    /// @param operations those that the tile is made of, for its errors; empty: not known
+    /// @param operations those that the tile is made of, for its errors
     TileSolid(VolumeTile tile, std::span<const PlacedVolume* const> operations);
 };
 

@@ -112,6 +112,8 @@ std::string difference(const SolidSurface* a, const SolidSurface* b) {
     if (!same_bytes(x.replaced, y.replaced)) return "replaced triangles";
     if (!same_bytes(x.kept_neighbours, y.kept_neighbours)) return "kept neighbours";
     if (x.error_m != y.error_m || x.hidden_error_m != y.hidden_error_m) return "errors";
+    if (!same_bytes(x.error_boxes, y.error_boxes)) return "errors of boxes";
+    if (!same_bytes(x.error_box_of, y.error_box_of)) return "boxes of triangles";
     return {};
 }
 
