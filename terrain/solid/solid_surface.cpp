@@ -67,8 +67,8 @@ private:
 
 }  // namespace
 
-/// A bounding volume tree of groups of consecutive triangles: contours give neighbours one after the other, so that
-/// boxes of a group are little larger than those of its triangles, in a quarter of the nodes. The boxes of a group's
+/// A bounding volume tree whose leaves are groups of four consecutive triangles. Consecutive triangles of a contour are
+/// neighbours, so that the box of a group is little larger than those of its triangles. The boxes of a group's
 /// triangles are tested together.
 struct SolidSurface::Tree {
     static constexpr std::uint32_t kGroup = 4;

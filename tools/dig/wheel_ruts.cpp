@@ -16,10 +16,10 @@ namespace terrane::tools {
 namespace {
 
 constexpr double kDepth = 0.15;       // metres, below the undisturbed ground
-constexpr double kRadius = 0.5;       // metres, of the groove's round section: a tyre sinks in
-constexpr double kStep = 0.5;         // metres of a wheel's way between digs
+constexpr double kRadius = 0.5;       // metres, of the tube: wide enough for a tyre
+constexpr double kStep = 0.5;         // metres of a wheel's path between digs
 constexpr double kLeastSpeed = 0.3;   // m/s
-constexpr double kLongestStep = 2.0;  // metres; beyond it a wheel has jumped or was put somewhere
+constexpr double kLongestStep = 2.0;  // metres; after more the wheel was airborne or teleported
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 const Aabb kEmptyBox{Eigen::Vector3d::Constant(kInfinity), Eigen::Vector3d::Constant(-kInfinity)};
@@ -83,11 +83,11 @@ void WheelRuts::roll(const VehicleState& vehicle, double wheel_radius, const Gro
             place.reset();
             continue;
         }
-        // Below the wheel, and not at its contact, which jumps to and fro on the tyre.
+        // Below the wheel's centre: its contact point is not continuous in time.
         const Eigen::Vector2d now = (wheel.centre_world - wheel_radius * up).head<2>();
         if (!place) place = now;
-        const double way = (now - *place).norm();
-        if (way < kStep || !(speed > kLeastSpeed)) continue;
+        const double travelled = (now - *place).norm();
+        if (travelled < kStep || !(speed > kLeastSpeed)) continue;
         const Eigen::Vector2d from = *std::exchange(place, now);
         // Ahead, so that the wheel rolls in its rut and not over the rut's end.
         const Eigen::Vector2d next = now + (wheel_radius + kStep) / speed * velocity;
@@ -95,7 +95,8 @@ void WheelRuts::roll(const VehicleState& vehicle, double wheel_radius, const Gro
             state.undisturbed->height(wheel.point_world.x(), wheel.point_world.y()) -
             wheel.point_world.z();
         const bool is_on_heightfield = std::abs(below) < 2.0 * kDepth;
-        if (way > kLongestStep || !is_on_heightfield || state.is_rutted(next, ground)) continue;
+        if (travelled > kLongestStep || !is_on_heightfield || state.is_rutted(next, ground))
+            continue;
         Pose pose;
         pose.translation = state.groove(from);
         const VolumeTube groove{{WorldPos::Zero(), state.groove(next) - pose.translation}, kRadius};

@@ -37,7 +37,7 @@ public:
     /// Returns: a box around it, metres; empty (low > high) where nothing was
     Aabb update(Pager& pager);
 
-    /// Grooves dug so far, one for about half a metre of a wheel's way.
+    /// Number of tubes dug; each covers about 0.5 m of the path of one wheel.
     std::uint64_t digs() const;
 
 private:

@@ -14,7 +14,8 @@
 namespace terrane::internal {
 namespace {
 
-/// With more operations over a tile hardly a box has one of them alone, and a dig would take longer.
+/// Most operations over a tile that are examined: with more, few boxes have a single part near them, and a dig would
+/// take longer.
 constexpr std::size_t kMostOperations = 64;
 /// Cells along the side of a box.
 constexpr int kBoxCells = 4;
@@ -79,7 +80,7 @@ private:
     std::vector<std::int32_t> lowest_, highest_;
 };
 
-/// Finds the piece that alone is near a box.
+/// Bounds the error in boxes near which there is a single part of a shape.
 class PieceError {
 public:
     /// @param around all boxes that are asked for
@@ -136,26 +137,31 @@ private:
         return true;
     }
 
-    // In spacings, as all below: of one capsule, or of two that meet.
+    // In spacings, as the next ones: of one capsule, or of two that follow each other.
     std::optional<double> of_tube(const ExactShape& shape) const {
-        const CapsulePart* pieces[2] = {nullptr, nullptr};
+        std::array<std::uint32_t, 2> pieces{};
         std::size_t count = 0;
         for (const std::uint32_t part : parts_) {
             if (is_beyond_joint(shape, part)) continue;
             if (count == 2) return std::nullopt;
-            pieces[count++] = &shape.capsules[part];
+            pieces[count++] = part;
         }
         if (count == 0) return std::nullopt;
-        const double flatness = pieces[0]->radius / spacing_ - kNodeDistance;
+        const CapsulePart& a = shape.capsules[pieces[0]];
+        const double flatness = a.radius / spacing_ - kNodeDistance;
         if (!(flatness > 0.0)) return std::nullopt;
         const double curved = 0.5 * kBallSquared / flatness;
         if (count == 1) return curved;
-        const CapsulePart &a = *pieces[0], &b = *pieces[1];
-        const double lengths = std::sqrt(dot(a.along, a.along) * dot(b.along, b.along));
-        const bool follows = a.from_world + a.along == b.from_world;
-        if (!follows || !(lengths > 0.0) || a.radius != b.radius) return std::nullopt;
-        const double cosine = dot(a.along, b.along) / lengths;
+        if (pieces[1] != pieces[0] + 1) return std::nullopt;
+        const CapsulePart& b = shape.capsules[pieces[1]];
+        const double length_a = std::sqrt(dot(a.along, a.along)),
+                     length_b = std::sqrt(dot(b.along, b.along));
+        const double cosine = dot(a.along, b.along) / (length_a * length_b);
         if (!(cosine >= kLeastBendCosine)) return std::nullopt;
+        // On a shorter segment the far end may be the nearest point: the jump is larger there.
+        const double sine = std::sqrt(std::max(1.0 - cosine * cosine, 0.0));
+        const double farthest = a.radius + kNodeDistance * spacing_;
+        if (!(std::min(length_a, length_b) > farthest * sine)) return std::nullopt;
         // Of a tetrahedron across the crease, the value of one function at nodes on the other's side is too large by
         // at most j t + h t^2 at a distance t from the crease, where j is the jump of the gradient; the lesser of both
         // means is at most j e / 4 + 3/8 h e^2 / 3, for the diameter e.
@@ -163,28 +169,41 @@ private:
         return (5.0 / 3.0 * curved + 0.25 * kDiameter * jump) / cosine;
     }
 
-    // Whether a capsule's nearest point is, from everywhere in the box, an end that a neighbour which is near has too.
-    bool is_beyond_joint(const ExactShape& shape, std::uint32_t part) const {
+    // Position of the centre along a capsule, from its first end, metres; none for a sphere.
+    std::optional<double> along(const ExactShape& shape, std::uint32_t part) const {
         const CapsulePart& capsule = shape.capsules[part];
         const double length = std::sqrt(dot(capsule.along, capsule.along));
-        if (!(length > 0.0)) return false;
-        const double along = dot(centre_ - capsule.from_world, capsule.along) / length;
-        const auto has = [&](std::uint32_t other) {
-            return std::ranges::binary_search(parts_, other) &&
-                   shape.capsules[other].radius == capsule.radius;
-        };
-        const bool is_before = along < -reach_ && part > 0 && has(part - 1);
-        const bool is_after = along > length + reach_ && has(part + 1);
-        return is_before || is_after;
+        if (!(length > 0.0)) return std::nullopt;
+        return dot(centre_ - capsule.from_world, capsule.along) / length;
+    }
+    bool is_active(std::uint32_t part) const { return std::ranges::binary_search(parts_, part); }
+
+    // Whether a capsule's nearest point is, from everywhere in the box, its first end, which the active capsule before
+    // it has too.
+    bool is_before(const ExactShape& shape, std::uint32_t part) const {
+        const std::optional<double> at = along(shape, part);
+        return at && *at < -reach_ && part > 0 && is_active(part - 1);
     }
 
-    // Beside one face.
+    // The same for either end: then the neighbour's distance is nowhere larger, and the capsule does not matter. Of two
+    // neighbours beyond their common end the first one is kept.
+    bool is_beyond_joint(const ExactShape& shape, std::uint32_t part) const {
+        if (is_before(shape, part)) return true;
+        const std::optional<double> at = along(shape, part);
+        const CapsulePart& capsule = shape.capsules[part];
+        const double length = std::sqrt(dot(capsule.along, capsule.along));
+        return at && *at > length + reach_ && is_active(part + 1) && !is_before(shape, part + 1);
+    }
+
+    // Beside one face, of which the opposite one is so far that no node which matters is past the middle plane.
     std::optional<double> of_box(const BoxPart& box) const {
         const Eigen::Vector3d p = rotated_back(box.world_from_box, centre_ - box.centre_world);
         int near_count = 0;
         for (int axis = 0; axis < 3; ++axis) {
             const double beyond = std::abs(p[axis]) - box.half_extents[axis];
-            near_count += beyond > -(reach_ + kNodeDistance * spacing_) ? 1 : 0;
+            if (!(beyond > -(reach_ + kNodeDistance * spacing_))) continue;
+            ++near_count;
+            if (!(box.half_extents[axis] > kNodeDistance * spacing_)) return std::nullopt;
         }
         if (near_count != 1) return std::nullopt;
         return 0.0;

@@ -152,8 +152,9 @@ public:
 
     /// Wakes a body and those that it sleeps with.
     Result<void> wake(BodyId body);
-    /// Wakes the dynamic bodies in and around a box, metres, and those that they sleep with: call it where the ground
-    /// has changed (VolumeEditor), which sleepers do not notice. Boxes that are empty or NaN wake nobody.
+    /// Wakes all sleeping dynamic bodies whose bounding spheres overlap a box, metres, and the bodies that they sleep
+    /// with. A sleeping body is not tested against the ground: call this after the ground has changed (VolumeEditor). A
+    /// box with low > high or with a NaN wakes no body.
     ///
     /// Cost: O(bodies)
     void wake(const Aabb& box_world);

@@ -20,8 +20,9 @@ struct BodyNeed {
     double radius = 1.0;                                 ///< bounding, metres
     /// Its future trajectory, if known; rules as of CameraNeed::trajectory.
     std::span<const BodyMoment> trajectory = {};
-    /// It waits for ground that is absent: it needs all in its column at once, whatever the height. Contact knows
-    /// absent ground by the bounds of its coarser chunks, which may lie above what the source says.
+    /// Whether the body is parked on ground that is not resident. The pager then loads the chunks under and over it at
+    /// once, whatever their heights: contact bounds absent ground by coarser chunks, which may be far above the
+    /// interval of the source.
     bool is_waiting = false;
 };
 

@@ -100,9 +100,9 @@ public:
     /// The highest triangle over or under a point at most at a height; Hit::t is the height there, world z, metres.
     std::optional<Hit> highest(double x, double y, double at_most) const;
 
-    /// Writes the indices of triangles whose boxes overlap or touch a box to a rounding of 1e-5 m, those of
-    /// kept_neighbours after those of triangles, in an order that depends on nothing else. Fewer than fit: there are no
-    /// more.
+    /// Writes the indices of triangles whose boxes overlap or touch a box, and perhaps of some that miss it by less
+    /// than 2^-22 of the coordinates relative to bounds().low. Indices of kept_neighbours follow those of triangles.
+    /// The order depends on nothing else. Fewer than fit: there are no more.
     ///
     /// @param box_world  metres; a side may be infinite
     /// @param cursor     0 at first, then as the last call left it
