@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/terrain/triangle_mesh.h>
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+namespace terrane {
+
+/// Names a mesh, or an impostor, of the renderer that made it.
+enum class MeshId : std::uint32_t {};
+enum class ImpostorId : std::uint32_t {};
+
+/// Where an object is drawn, as a GPU reads it.
+struct ObjectInstance {
+    std::array<float, 3> offset_eye{};  ///< object's origin minus the eye, world axes, metres
+    float scale = 1.0f;                 ///< > 0, of all three axes
+    /// Unit quaternion x, y, z, w: rotation from the object's frame to world axes.
+    std::array<float, 4> rotation{0.0f, 0.0f, 0.0f, 1.0f};
+    /// Share of its pixels that are drawn, for cross-fades, -1 to 1. Each pixel has a threshold in [0, 1). Positive:
+    /// pixels with a threshold below it. Negative: pixels with a threshold of at least 1 + coverage, so that c and
+    /// c - 1 together draw every pixel once.
+    float coverage = 1.0f;
+    std::array<float, 3> tint{1.0f, 1.0f, 1.0f};  ///< factor of the colours
+};
+static_assert(sizeof(ObjectInstance) == 48);
+
+/// Instances of one level of detail of a mesh.
+struct MeshDraw {
+    MeshId mesh{};
+    std::uint32_t level = 0;           ///< of the mesh's levels of detail
+    std::uint32_t first_instance = 0;  ///< in SceneDraws::instances
+    std::uint32_t instance_count = 0;
+};
+
+/// Instances of an impostor: two triangles each.
+struct ImpostorDraw {
+    ImpostorId impostor{};
+    std::uint32_t first_instance = 0;  ///< in SceneDraws::instances
+    std::uint32_t instance_count = 0;
+};
+
+/// One object with triangles of its own in this frame, for continuous levels of detail and geomorphs.
+struct StreamedDraw {
+    MeshId mesh{};  ///< whose attributes the vertices have
+    /// [vertices of the mesh] positions in the object's frame, metres; empty: those of the mesh.
+    std::span<const Eigen::Vector3f> positions;
+    std::span<const TriangleMesh::Triangle> triangles;  ///< indices of the mesh's vertices
+    std::uint32_t instance = 0;                         ///< in SceneDraws::instances
+};
+
+/// A soft disc that faces the viewer, as of smoke or dust: two triangles.
+struct Particle {
+    std::array<float, 3> offset_eye{};  ///< centre minus the eye, world axes, metres
+    float radius = 1.0f;                ///< metres
+    /// Red, green, blue with display gamma; opacity at the centre.
+    std::array<float, 4> colour{1.0f, 1.0f, 1.0f, 1.0f};
+};
+static_assert(sizeof(Particle) == 32);
+
+/// What a renderer draws of a scene in one frame. A view of the scene's buffers.
+struct SceneDraws {
+    std::span<const ObjectInstance> instances;
+    std::span<const MeshDraw> meshes;
+    std::span<const StreamedDraw> streamed;
+    std::span<const ImpostorDraw> impostors;
+    std::span<const Particle> particles;  ///< from far to near
+};
+
+}  // namespace terrane

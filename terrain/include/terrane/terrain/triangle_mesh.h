@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/terrain/math.h>
+#include <terrane/terrain/result.h>
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace terrane {
+
+/// An indexed triangle mesh of an object, with attributes of its vertices.
+///
+/// A vertex has one position and one value of each attribute: where an attribute jumps, as at a crease or at a seam of
+/// texture coordinates, several vertices have the same position.
+struct TriangleMesh {
+    using Triangle = std::array<std::uint32_t, 3>;
+
+    std::vector<Eigen::Vector3d> positions;            ///< metres, in the object's frame
+    std::vector<Eigen::Vector3f> normals;              ///< [positions] unit length, or empty
+    std::vector<Eigen::Vector2f> texture_coordinates;  ///< [positions], or empty
+    /// [positions] red, green, blue, opacity with display gamma, or empty.
+    std::vector<std::array<std::uint8_t, 4>> colours;
+    std::vector<Triangle> triangles;  ///< indices of positions; counter-clockwise from outside
+};
+
+/// Largest coordinate of a position, metres.
+inline constexpr double kLargestMeshCoordinate = 1e6;
+
+/// Open surfaces, non-manifold edges, triangles without area or with a vertex twice, and unused vertices are allowed.
+///
+/// Fails: invalid_argument, naming the first vertex or triangle, for a position or attribute that is not finite, a
+///        position beyond kLargestMeshCoordinate, an attribute whose count is neither 0 nor that of the positions, or an
+///        index beyond the positions
+Result<void> check(const TriangleMesh& mesh);
+
+}  // namespace terrane
