@@ -11,6 +11,7 @@
 // A chunk owns the vertices of its own spacing (a root all coarser ones, too), and draws the triangles of its
 // vertices. Only a start value of the search is kept from frame to frame: a frame is a function of the resident set,
 // the settings and the view.
+#include "base/vector_math.h"
 #include "base/worker_team.h"
 #include "lod/keys/screen_error.h"
 #include "lod/mesh/active_set.h"
@@ -84,6 +85,7 @@ struct Triangulator::State {
 
     // of the frame
     float threshold = 0.0f;
+    std::vector<internal::WeightedKey> others;
     std::vector<ResidualError> residual_errors;  // by worker
     std::vector<MeshChunk> mesh_chunks;
     std::unique_ptr<std::uint16_t[]> indices;  // [3 * triangle_budget]
@@ -97,11 +99,25 @@ struct Triangulator::State {
                              (factor * ScreenError::kRounding * ScreenError::kRounding));
     }
     void select(const ResidentSet& resident, const ScreenError& screen);
+    void grant(std::span<const TriangleDemand> demands, double threshold_px);
     void activate_and_morph(const Morph& morph);
     void emit(const ScreenError& screen, const Morph& morph);
     double fading_error(const ScreenError& screen, const Morph& morph, double threshold_px) const;
     void report(const ScreenError& screen, const Morph& morph);
 };
+
+// Demands whose keys are below the threshold, as the selection has counted them.
+void Triangulator::State::grant(std::span<const TriangleDemand> demands, double threshold_px) {
+    mesh.others_threshold_px = threshold_px;
+    mesh.others_triangles = 0;
+    for (std::size_t i = 0; i < demands.size(); ++i) {
+        if (others[i].key < threshold) {
+            mesh.others_triangles += demands[i].triangles;
+        } else {
+            mesh.others_threshold_px = std::max(mesh.others_threshold_px, demands[i].threshold_px);
+        }
+    }
+}
 
 // Finds the threshold: the target's, or the smallest that the budget allows.
 void Triangulator::State::select(const ResidentSet& resident, const ScreenError& screen) {
@@ -277,7 +293,8 @@ Triangulator::Triangulator(Triangulator&&) noexcept = default;
 Triangulator& Triangulator::operator=(Triangulator&&) noexcept = default;
 Triangulator::~Triangulator() = default;
 
-TerrainMesh Triangulator::update(std::shared_ptr<const ResidentSet> resident, const View& view) {
+TerrainMesh Triangulator::update(std::shared_ptr<const ResidentSet> resident, const View& view,
+                                 std::span<const TriangleDemand> others) {
     State& state = *state_;
     TERRANE_ASSERT(resident != nullptr && resident->lattice() == state.lattice,
                    "the resident set must be of the triangulator's source");
@@ -294,6 +311,8 @@ TerrainMesh Triangulator::update(std::shared_ptr<const ResidentSet> resident, co
     mesh.triangle_count = 0;
     mesh.error_px = 0.0;
     mesh.threshold_px = state.settings.max_error_px;
+    mesh.others_threshold_px = internal::kInfinity;
+    mesh.others_triangles = 0;
     mesh.status = MeshStatus::not_resident;
     if (!mesh.resident->has_roots()) return mesh;
 
@@ -302,6 +321,10 @@ TerrainMesh Triangulator::update(std::shared_ptr<const ResidentSet> resident, co
     state.solids.begin(mesh.resident, screen, state.settings.max_error_px,
                        state.settings.morph_ratio,
                        state.settings.triangle_budget - root_triangles(state.lattice));
+    state.others.clear();
+    for (const TriangleDemand& demand : others)
+        state.others.push_back({screen.key_of(demand.threshold_px), demand.triangles});
+    state.selection.set_others(state.others);
     state.select(*mesh.resident, screen);
     const Morph morph(state.settings.morph_ratio, state.threshold);
     state.activate_and_morph(morph);
@@ -312,6 +335,7 @@ TerrainMesh Triangulator::update(std::shared_ptr<const ResidentSet> resident, co
     mesh.solids = state.solids.drawn();
     mesh.triangle_count = state.triangle_count + state.solids.triangle_count();
     state.report(screen, morph);
+    state.grant(others, mesh.threshold_px);
     return mesh;
 }
 

@@ -21,7 +21,8 @@ float middle(float low, float high) {
 
 }  // namespace
 
-Selection::Selection(int worker_count) : tallies_(static_cast<std::size_t>(worker_count)) {
+Selection::Selection(int worker_count)
+    : tallies_(static_cast<std::size_t>(worker_count)), others_weight_(1, 0) {
     for (Tally& tally : tallies_) {
         for (auto& keys : tally.inside) keys.resize(kWindowCapacity);
     }
@@ -88,7 +89,31 @@ void Selection::count_coarse(const OpenChunk& root, const KeyKernels& kernels, T
     }
 }
 
+void Selection::set_others(std::span<const WeightedKey> others) {
+    others_.assign(others.begin(), others.end());
+    std::sort(others_.begin(), others_.end(),
+              [](const WeightedKey& a, const WeightedKey& b) { return a.key < b.key; });
+    others_weight_.assign(1, 0);
+    for (const WeightedKey& other : others_)
+        others_weight_.push_back(others_weight_.back() + other.weight);
+}
+
+std::size_t Selection::others_below(float key) const {
+    const auto first =
+        std::lower_bound(others_.begin(), others_.end(), key,
+                         [](const WeightedKey& other, float least) { return other.key < least; });
+    return others_weight_[static_cast<std::size_t>(first - others_.begin())];
+}
+
+std::span<const WeightedKey> Selection::others_inside() const {
+    const auto is_below = [](const WeightedKey& other, float least) { return other.key < least; };
+    const auto first = std::lower_bound(others_.begin(), others_.end(), window_low_, is_below);
+    return {first, std::lower_bound(first, others_.end(), window_high_, is_below)};
+}
+
 void Selection::open_windows(float low, float high) {
+    window_low_ = low;
+    window_high_ = high;
     for (Tally& tally : tallies_) {
         tally.below = 0;
         tally.is_full = false;
@@ -99,7 +124,7 @@ void Selection::open_windows(float low, float high) {
 }
 
 std::size_t Selection::below() const {
-    std::size_t below = 0;
+    std::size_t below = others_below(window_low_);
     for (const Tally& tally : tallies_) below += tally.below;
     return below;
 }
@@ -130,7 +155,7 @@ float Selection::find(std::span<OpenChunk* const> open, const KeyKernels& kernel
         const std::size_t below =
             is_counted ? this->below() : count(open, kernels, low, high, team);
         is_counted = false;
-        std::size_t inside = 0;
+        std::size_t inside = others_below(high) - others_below(low);
         bool is_full = false;
         for (const Tally& tally : tallies_) {
             inside += 2 * std::size_t{tally.window[0].count} + tally.window[1].count;
@@ -185,6 +210,7 @@ float Selection::pick(float low, float high, std::size_t used, std::size_t budge
                 }
             }
         }
+        for (const WeightedKey& other : others_inside()) use(other.key, other.weight);
     };
     for_all([&](float key, std::uint32_t weight) { bins_[bin_of(key)] += weight; });
     std::size_t bin = 0;

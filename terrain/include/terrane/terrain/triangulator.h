@@ -73,7 +73,17 @@ struct TerrainMesh {
     double error_px = 0.0;
     /// Vertices with at most this priority, pixels, are not in the mesh; for CameraNeed::threshold_px.
     double threshold_px = 0.0;
-    std::uint64_t refused_views = 0;  ///< since creation
+    /// For those that share the budget: the least threshold whose demands have all been granted, at least threshold_px.
+    double others_threshold_px = 0.0;
+    std::size_t others_triangles = 0;  ///< of the demands that have been granted
+    std::uint64_t refused_views = 0;   ///< since creation
+};
+
+/// Triangles of something else that is drawn in the same frame out of the same budget: objects, for instance. Ground
+/// and others compete by one threshold: what has the larger screen error is refined first.
+struct TriangleDemand {
+    double threshold_px = 0.0;    ///< drawn where the threshold is below this, > 0; may be infinite
+    std::uint32_t triangles = 0;  ///< in addition to those with a larger threshold_px
 };
 
 /// Settings of a Triangulator. Fixed once it is created.
@@ -113,11 +123,15 @@ public:
 
     /// Computes the mesh of a view over the resident chunks.
     ///
+    /// @param others in any order. The mesh and the demands that are granted (TerrainMesh::others_triangles) together
+    ///               have at most triangle_budget triangles
+    ///
     /// Threads:   one at a time
     /// Allocates: nothing, unless more chunks are refined than settings.open_chunks, or more are
-    ///            resident than 16 times that
+    ///            resident than 16 times that, or there are more demands than in any call before
     /// Cost:      O(samples of the areas that the view refines)
-    TerrainMesh update(std::shared_ptr<const ResidentSet> resident, const View& view);
+    TerrainMesh update(std::shared_ptr<const ResidentSet> resident, const View& view,
+                       std::span<const TriangleDemand> others = {});
 
 private:
     struct State;
