@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/scene/scene_draws.h>
+#include <terrane/terrain/aabb.h>
+#include <terrane/terrain/result.h>
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace terrane {
+
+/// One way to draw an object.
+struct ObjectLevel {
+    /// Bound of the distance of what is drawn from the object, metres at scale 1, >= 0: of a mesh its Hausdorff
+    /// distance, of an impostor the largest displacement of its picture.
+    double error_m = 0.0;
+    std::uint32_t triangles = 0;   ///< of one instance, >= 1; 2 of an impostor
+    std::uint32_t mesh_level = 0;  ///< MeshDraw::level; ignored where is_impostor
+    bool is_impostor = false;      ///< drawn by ObjectModel::impostor
+};
+
+/// An object that is placed many times, with its levels of detail.
+struct ObjectModel {
+    MeshId mesh{};                       ///< of the renderer
+    std::optional<ImpostorId> impostor;  ///< needed where a level is an impostor
+    Aabb bounds;                         ///< of the mesh, in the object's frame, metres
+    /// Finest first, at least one. Errors increase by at least the factor of 2 from level to level, the first one may be
+    /// 0; triangles decrease.
+    std::vector<ObjectLevel> levels;
+    /// Error of not drawing it at all, metres at scale 1, at least twice that of the last level: for instance its height.
+    /// Infinity: it is always drawn.
+    double absence_error_m = 0.0;
+};
+
+/// Least ratio of the errors of consecutive levels.
+inline constexpr double kLeastLevelRatio = 2.0;
+
+/// Fails: invalid_argument, naming the level and the value, for one that is not as described above
+Result<void> check(const ObjectModel& model);
+
+}  // namespace terrane

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/scene/cull_tree.h>
+#include <terrane/scene/object_model.h>
+#include <terrane/scene/scene_draws.h>
+#include <terrane/terrain/triangulator.h>
+#include <terrane/terrain/view.h>
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <span>
+
+namespace terrane {
+
+/// Where an object of a model stands.
+struct PlacedObject {
+    WorldPos position_world = WorldPos::Zero();  ///< of the object's origin
+    float scale = 1.0f;                          ///< > 0
+    /// Unit quaternion x, y, z, w: rotation from the object's frame to world axes.
+    std::array<float, 4> rotation{0.0f, 0.0f, 0.0f, 1.0f};
+    std::array<float, 3> tint{1.0f, 1.0f, 1.0f};  ///< factor of its colours
+};
+
+/// Settings of a Scene. Fixed once it is created.
+struct SceneSettings {
+    /// An object changes between two levels while its screen error is between the threshold over this ratio and the
+    /// threshold, 1 to 2: both are drawn, with complementary coverage. A larger ratio changes less from frame to frame and
+    /// draws more triangles. 1: levels switch at once.
+    double fade_ratio = 1.3;
+    CullTest cull_test =
+        CullTest::planes;  ///< of groups of objects; single objects have the test of planes
+    double far_distance =
+        std::numeric_limits<double>::infinity();  ///< beyond it no object is drawn, metres, > 0
+};
+
+/// What a frame of a Scene holds.
+struct SceneCounts {
+    std::size_t objects = 0;    ///< in the scene
+    std::size_t in_view = 0;    ///< that culling has kept
+    std::size_t drawn = 0;      ///< those of them that are drawn
+    std::size_t left_out = 0;   ///< those that are not: less than the threshold would be missing
+    std::size_t triangles = 0;  ///< of the frame; objects that change levels count twice
+};
+
+/// Names a model or a group of a Scene.
+enum class ModelId : std::uint32_t {};
+enum class GroupId : std::uint64_t {};
+
+/// Objects with levels of detail, placed in groups, such as the trees of a chunk. Decides in each frame which are in
+/// view, and draws the coarsest level of each whose screen error is within the frame's threshold: error over the distance
+/// from the eye to the object's bounding sphere, times pixels per radian. What would be missing without an object is the
+/// error of its absence: the least ones are left out first.
+///
+/// One frame:
+///
+///     const auto demands = scene.begin_frame(view);
+///     const TerrainMesh mesh = triangulator.update(resident, view, demands);   // one budget
+///     const SceneDraws draws = scene.end_frame(mesh.others_threshold_px);
+///
+/// The draws have at most as many triangles as the demands above the threshold. A frame is a function of the objects, the
+/// settings, the view and the threshold: nothing depends on the frames before.
+///
+/// Threads: one at a time
+class Scene {
+public:
+    /// Fails: invalid_argument, naming the field, for settings out of range
+    static Result<Scene> create(const SceneSettings& settings);
+    Scene(Scene&&) noexcept;
+    Scene& operator=(Scene&&) noexcept;
+    ~Scene();
+
+    /// Fails: invalid_argument as check(ObjectModel)
+    Result<ModelId> add_model(const ObjectModel& model);
+
+    /// Adds objects of a model.
+    ///
+    /// Fails: invalid_argument, naming the object, for a model that is not the scene's; a position, scale, rotation or
+    ///        tint that is not finite; a scale that is not above 0; a quaternion whose length is not 1 to 1e-3
+    /// Cost:  about 0.5 microseconds an object
+    Result<GroupId> add_group(ModelId model, std::span<const PlacedObject> objects);
+    /// Removes a group and its objects; nothing where there is none of that name.
+    void remove_group(GroupId group);
+
+    /// Number of objects in all groups.
+    std::size_t object_count() const;
+
+    /// Culls, and gives the triangles that the objects in view need at each threshold. Valid until the next call.
+    /// An invalid view has no objects.
+    ///
+    /// Allocates: nothing once the buffers are large enough
+    /// Cost:      some 10 ns an object in view
+    std::span<const TriangleDemand> begin_frame(const View& view);
+
+    /// Chooses the levels of the objects of begin_frame(). Valid until the next call.
+    ///
+    /// @param threshold_px largest screen error of an object, pixels, > 0; infinity: nothing is drawn
+    ///
+    /// Allocates: nothing once the buffers are large enough
+    SceneDraws end_frame(double threshold_px);
+
+    /// Of the last frame.
+    const SceneCounts& counts() const;
+
+private:
+    struct State;
+    explicit Scene(std::unique_ptr<State> state);
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace terrane

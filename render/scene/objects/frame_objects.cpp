@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+#include "objects/frame_objects.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace terrane::internal {
+
+void FrameObjects::begin(const View& view) {
+    eye_ = view.eye_world;
+    near_ = std::max(static_cast<float>(view.near_distance), 1e-6f);
+    log2_pixels_ = log2_of(static_cast<float>(view.pixels_per_radian()));
+    ranges_.clear();
+    object_count_ = 0;
+}
+
+// Distances are to bounding spheres: nearer than any point of the object.
+void FrameObjects::compute_factors(const ObjectCluster& cluster,
+                                   const Eigen::Vector3f& origin_eye) {
+    const std::size_t count = cluster.size();
+    const float ox = origin_eye.x(), oy = origin_eye.y(), oz = origin_eye.z();
+    const float *xs = cluster.x.data(), *ys = cluster.y.data(), *zs = cluster.z.data();
+    const float *radii = cluster.radius.data(), *scales = cluster.log_scale.data();
+    float* factors = cluster_factors_.data();
+    for (std::size_t i = 0; i < count; ++i) {
+        const float dx = xs[i] + ox, dy = ys[i] + oy, dz = zs[i] + oz;
+        const float distance = std::sqrt(dx * dx + dy * dy + dz * dz) - radii[i];
+        factors[i] = log2_pixels_ + scales[i] - log2_of(std::max(distance, near_));
+    }
+}
+
+void FrameObjects::add(const ObjectCluster& cluster, const ViewVolume& volume) {
+    const std::size_t count = cluster.size();
+    const Eigen::Vector3f origin_eye = to_local(cluster.origin_world, eye_);
+    compute_factors(cluster, origin_eye);
+    if (indices_.size() < object_count_ + count) {
+        indices_.resize(2 * (object_count_ + count));
+        factors_.resize(indices_.size());
+    }
+    const std::size_t first = object_count_;
+    PlaneState around;
+    const bool is_inside = volume.test_planes(cluster.bounds_world, around) == Containment::inside;
+    for (std::size_t i = 0; i < count; ++i) {
+        indices_[object_count_] = static_cast<std::uint16_t>(i);
+        factors_[object_count_] = cluster_factors_[i];
+        bool is_in_view = true;
+        if (!is_inside) {
+            PlaneState state = around;
+            const Eigen::Vector3d centre =
+                cluster.origin_world +
+                Eigen::Vector3f(cluster.x[i], cluster.y[i], cluster.z[i]).cast<double>();
+            is_in_view = volume.test_planes(BoundingSphere{centre, cluster.radius[i]}, state) !=
+                         Containment::outside;
+        }
+        object_count_ += is_in_view ? 1 : 0;
+    }
+    if (object_count_ > first) ranges_.push_back({&cluster, origin_eye, first, object_count_});
+}
+
+void FrameObjects::add_to(std::span<const LevelChoice> choices, DemandHistogram& histogram) const {
+    for (const Range& range : ranges_) {
+        const LevelChoice& choice = choices[range.cluster->model];
+        for (std::size_t i = range.first; i < range.end; ++i) choice.add_to(factors_[i], histogram);
+    }
+}
+
+}  // namespace terrane::internal

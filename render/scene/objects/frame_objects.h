@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "objects/level_choice.h"
+#include "objects/object_cluster.h"
+
+#include <terrane/scene/view_volume.h>
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace terrane::internal {
+
+/// The objects in view of one frame.
+class FrameObjects {
+public:
+    void begin(const View& view);
+
+    /// Adds those of a cluster that are in view.
+    void add(const ObjectCluster& cluster, const ViewVolume& volume);
+
+    std::size_t size() const { return object_count_; }
+
+    /// Adds the triangles of all at every threshold. @param choices [models]
+    void add_to(std::span<const LevelChoice> choices, DemandHistogram& histogram) const;
+
+    /// Visits objects in the order in which they were added.
+    /// @param visit void(const ObjectCluster&, const Eigen::Vector3f& origin_eye, std::size_t object, float log2_factor)
+    template <class Visit>
+    void visit(const Visit& visit) const {
+        for (const Range& range : ranges_) {
+            for (std::size_t i = range.first; i < range.end; ++i)
+                visit(*range.cluster, range.origin_eye, std::size_t{indices_[i]}, factors_[i]);
+        }
+    }
+
+private:
+    /// Objects of a cluster that are in view.
+    struct Range {
+        const ObjectCluster* cluster = nullptr;
+        Eigen::Vector3f origin_eye;  ///< metres
+        std::size_t first = 0, end = 0;
+    };
+
+    void compute_factors(const ObjectCluster& cluster, const Eigen::Vector3f& origin_eye);
+
+    WorldPos eye_ = WorldPos::Zero();
+    float near_ = 1.0f;
+    float log2_pixels_ = 0.0f;  // per radian
+    std::vector<Range> ranges_;
+    std::size_t object_count_ = 0;
+    std::vector<std::uint16_t> indices_;  // [objects] in their clusters
+    std::vector<float> factors_;          // [objects] log2 of pixels per metre of error at scale 1
+    std::array<float, kClusterObjects> cluster_factors_{};
+};
+
+}  // namespace terrane::internal

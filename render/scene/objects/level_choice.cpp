@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+// Sources: D. Luebke et al. Level of Detail for 3D Graphics. 2003, sections 4.3 (screen-space error) and 5.3 (fades).
+//          T. Funkhouser, C. Sequin. Adaptive Display Algorithm for Interactive Frame Rates During Visualization of Complex
+//          Virtual Environments. SIGGRAPH 1993 (a budget over the objects of a frame).
+// Deviation: objects share one threshold of screen error with the ground in place of a ratio of benefit and cost, so that
+//            a frame has a largest error.
+#include "objects/level_choice.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace terrane::internal {
+namespace {
+
+// Logarithms of demands are moved by more than the rounding of sums and of log2_of(), so that choose() never draws what
+// was not counted.
+constexpr float kDemandMargin = 0x1p-12f;
+
+float log2_of_error(double error_m) {
+    if (error_m == 0.0) return -std::numeric_limits<float>::infinity();
+    if (error_m >= 1e30) return std::numeric_limits<float>::infinity();
+    return log2_of(static_cast<float>(std::max(error_m, 1e-30)));
+}
+
+}  // namespace
+
+LevelChoice::LevelChoice(const ObjectModel& model, double fade_ratio)
+    : log2_ratio_(fade_ratio > 1.0 ? log2_of(static_cast<float>(fade_ratio)) : 0.0f) {
+    for (const ObjectLevel& level : model.levels)
+        steps_.push_back({log2_of_error(level.error_m), level.triangles});
+    steps_.push_back({log2_of_error(model.absence_error_m), 0});
+}
+
+void LevelChoice::add_to(float log2_factor, DemandHistogram& histogram) const {
+    for (std::size_t i = 0; i + 1 < steps_.size(); ++i) {
+        const Step& coarser = steps_[i + 1];
+        const float error = coarser.log2_error + log2_factor;
+        histogram.add(error + log2_ratio_ + kDemandMargin, steps_[i].triangles);
+        if (coarser.triangles > 0) histogram.remove(error - kDemandMargin, coarser.triangles);
+    }
+}
+
+ChosenLevels LevelChoice::choose(float log2_factor, float log2_threshold) const {
+    std::size_t i = steps_.size() - 1;
+    const float most = log2_threshold - log2_factor;
+    while (i > 0 && steps_[i].log2_error > most) --i;
+    const std::size_t last = steps_.size() - 1;
+    const auto index = [&](std::size_t level) {
+        return level == last ? ChosenLevels::kNone : static_cast<std::uint32_t>(level);
+    };
+    const float over = steps_[i].log2_error + log2_ratio_ - most;
+    if (i == 0 || !(over > 0.0f)) return {index(i), ChosenLevels::kNone, 1.0f};
+    // A share of 0 and of 1 would draw one of the two without pixels.
+    const float share = std::clamp(over / log2_ratio_, 0x1p-10f, 1.0f - 0x1p-10f);
+    return {index(i - 1), index(i), share};
+}
+
+}  // namespace terrane::internal
