@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include "base/trigonometry.h"
+
 #include <terrane/terrain/number_text.h>
 #include <terrane/terrain/view.h>
 
@@ -9,17 +11,11 @@
 namespace terrane {
 namespace {
 
+using internal::tangent;
+
 Eigen::Vector3d cross(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
     return {a.y() * b.z() - a.z() * b.y(), a.z() * b.x() - a.x() * b.z(),
             a.x() * b.y() - a.y() * b.x()};
-}
-
-// Source: J. H. Lambert, 1761 (the continued fraction of the tangent). Own code, so that the bits of
-// a mesh do not depend on the C library; exact to a few units in the last place below pi / 2.
-double tangent(double x) {
-    double tail = 0.0;
-    for (int odd = 41; odd >= 1; odd -= 2) tail = x * x / (static_cast<double>(odd) - tail);
-    return tail / x;
 }
 
 Eigen::Vector3d unit(const Eigen::Vector3d& v) { return v / v.norm(); }

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/terrain/height_source.h>
+#include <terrane/terrain/math.h>
+#include <terrane/terrain/result.h>
+
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <vector>
+
+namespace terrane {
+
+/// What is strewn over the ground, and where. Fixed once the scatter is created.
+struct ScatterSettings {
+    double per_km2 =
+        1000.0;  ///< expected objects per km2 of ground where slope and height allow, > 0 to 1e6
+    double min_slope = 0.0;                 ///< radians, 0 to pi / 2
+    double max_slope = 1.5707963267948966;  ///< radians, >= min_slope, at most pi / 2
+    double min_height = -std::numeric_limits<double>::infinity();  ///< world z, metres
+    double max_height =
+        std::numeric_limits<double>::infinity();  ///< world z, metres, >= min_height
+    double min_scale = 0.8;                       ///< of the objects' size, 1e-3 to 1e3
+    double max_scale = 1.25;  ///< >= min_scale; each scale in between is as likely as any other
+    std::uint64_t seed = 0;   ///< another seed strews independently
+};
+
+/// A strewn object, upright.
+struct ScatterPoint {
+    WorldPos position_world = WorldPos::Zero();  ///< on the contact surface of the finest spacing
+    double scale = 1.0;
+    /// Half of the turn about z: cosine and sine. The quaternion x, y, z, w is (0, 0, sine, cosine).
+    double half_turn_cosine = 1.0, half_turn_sine = 0.0;
+};
+
+/// A square of a scatter, counted from lattice point (0, 0): the unit in which its objects come and go.
+struct ScatterSquare {
+    std::int32_t x = 0;  ///< column
+    std::int32_t y = 0;  ///< row
+    friend constexpr auto operator<=>(const ScatterSquare&, const ScatterSquare&) = default;
+};
+
+/// Strews objects over the ground of a source: one candidate for each cell of a grid, at a random place in it (R. Cook,
+/// Stochastic Sampling in Computer Graphics, ACM TOG 5(1), 1986), kept with the probability that gives the density, and
+/// dropped where slope or height do not allow it.
+///
+/// A square's objects depend on the source, the settings and the square alone: not on what is resident, nor on other
+/// squares. The same bits with every compiler.
+///
+/// Threads: any number at once
+class Scatter {
+public:
+    /// Cells along the side of a square.
+    static constexpr int kSquareCells = 64;
+
+    /// Fails: invalid_argument, naming the field and its value, for settings out of range
+    static Result<Scatter> create(std::shared_ptr<const HeightSource> source,
+                                  const ScatterSettings& settings);
+
+    /// Side of a square, metres.
+    double square_side() const;
+    /// The square that contains a place.
+    ///
+    /// Requires a place within 2^30 squares of the lattice's origin
+    ScatterSquare square_at(double x, double y) const;
+    /// The closed rectangle of a square, metres.
+    WorldRect rect_of(const ScatterSquare& square) const;
+    /// Least distance of a place from the ground of a square, metres; infinity where the square is outside the extent.
+    double distance_to(const ScatterSquare& square, const WorldPos& p_world) const;
+
+    /// The objects of a square, in the order of their cells. Slopes and heights are those of the candidate's cell, whose
+    /// two triangles are cut as those of a chunk; objects on cells that are no ground, or outside the extent, are left
+    /// out.
+    ///
+    /// Fails: as HeightSource::sample(); bad_data for heights that are not finite
+    /// Cost:  about two samples of the source for each candidate and four for each object
+    Result<std::vector<ScatterPoint>> objects_in(const ScatterSquare& square) const;
+
+    const ScatterSettings& settings() const { return settings_; }
+
+private:
+    Scatter(std::shared_ptr<const HeightSource> source, const ScatterSettings& settings);
+
+    std::shared_ptr<const HeightSource> source_;
+    ScatterSettings settings_;
+    std::int64_t cell_step_ = 1;                                // finest spacings along a cell
+    int per_cell_ = 1;                                          // candidates
+    double probability_ = 1.0;                                  // of a candidate
+    double min_squared_slope_ = 0.0, max_squared_slope_ = 0.0;  // of tangents
+};
+
+}  // namespace terrane

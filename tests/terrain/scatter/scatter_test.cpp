@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: MIT
+#include "support/random.h"
+
+#include <terrane/terrain/fractal_heights.h>
+#include <terrane/terrain/ground.h>
+#include <terrane/terrain/scatter.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <numbers>
+#include <string>
+
+namespace terrane::test::scatter {
+namespace {
+
+std::shared_ptr<const HeightSource> hills(std::uint64_t seed) {
+    return FractalHeights::create({.seed = seed,
+                                   .octave_count = 8,
+                                   .amplitude = 100.0,
+                                   .wavelength_log2 = 9,
+                                   .root_size_log2 = 11})
+        .value();
+}
+
+Scatter make(const std::shared_ptr<const HeightSource>& source, const ScatterSettings& settings) {
+    return Scatter::create(source, settings).value();
+}
+
+std::vector<ScatterPoint> objects_of(const Scatter& scatter, const ScatterSquare& square) {
+    return scatter.objects_in(square).value();
+}
+
+// Objects of all squares over a source's extent.
+std::vector<ScatterPoint> all_objects(const HeightSource& source, const Scatter& scatter) {
+    const WorldRect& extent = source.extent();
+    const ScatterSquare first = scatter.square_at(extent.west, extent.south);
+    const ScatterSquare last = scatter.square_at(extent.east, extent.north);
+    std::vector<ScatterPoint> all;
+    for (std::int32_t y = first.y; y <= last.y; ++y) {
+        for (std::int32_t x = first.x; x <= last.x; ++x) {
+            const std::vector<ScatterPoint> points = scatter.objects_in({x, y}).value();
+            all.insert(all.end(), points.begin(), points.end());
+        }
+    }
+    return all;
+}
+
+double area_km2(const WorldRect& extent) {
+    return (extent.east - extent.west) * (extent.north - extent.south) * 1e-6;
+}
+
+TEST(Scatter, HasItsDensityWhereEverythingIsAllowed) {
+    const auto source = hills(1);
+    for (const double per_km2 : {3.0, 100.0, 2000.0, 100'000.0}) {
+        const Scatter scatter = make(source, {.per_km2 = per_km2, .seed = 5});
+        const double expected = per_km2 * area_km2(source->extent());
+        const auto count = static_cast<double>(all_objects(*source, scatter).size());
+        // five standard deviations of independent objects
+        EXPECT_NEAR(count, expected, 5.0 * std::sqrt(expected)) << per_km2;
+    }
+}
+
+TEST(Scatter, StandsOnTheContactSurfaceInsideItsSquare) {
+    const auto source = hills(2);
+    const Lattice& lattice = source->lattice();
+    std::vector<std::shared_ptr<const Chunk>> chunks;
+    for (std::uint8_t level = 0; level <= lattice.finest_level; ++level) {
+        const std::int32_t first_x = lattice.first_root_x << level;
+        const std::int32_t first_y = lattice.first_root_y << level;
+        for (std::int32_t y = 0; y < lattice.root_count_y << level; ++y) {
+            for (std::int32_t x = 0; x < lattice.root_count_x << level; ++x)
+                chunks.push_back(make_chunk(*source, {first_x + x, first_y + y, level}).value());
+        }
+    }
+    const Ground ground(
+        std::make_shared<const ResidentSet>(lattice, source->extent(), std::move(chunks), 1),
+        lattice.finest_level);
+    const Scatter scatter = make(source, {.per_km2 = 5000.0, .seed = 9});
+    const ScatterSquare first = scatter.square_at(0.0, 0.0);
+    std::size_t count = 0;
+    for (std::int32_t y = first.y - 1; y <= first.y + 1; ++y) {
+        for (std::int32_t x = first.x - 1; x <= first.x + 1; ++x) {
+            const WorldRect rect = scatter.rect_of({x, y});
+            for (const ScatterPoint& point : objects_of(scatter, {x, y})) {
+                const WorldPos& p = point.position_world;
+                ASSERT_TRUE(rect.contains(p.x(), p.y()));
+                const HeightAnswer answer = ground.height(p.x(), p.y());
+                ASSERT_EQ(answer.status, GroundStatus::ok);
+                // a chunk's heights are multiples of the quantum
+                ASSERT_NEAR(p.z(), answer.height, lattice.quantum);
+                ASSERT_GE(point.scale, 0.8);
+                ASSERT_LE(point.scale, 1.25);
+                ASSERT_NEAR(std::hypot(point.half_turn_cosine, point.half_turn_sine), 1.0, 1e-12);
+                ++count;
+            }
+        }
+    }
+    EXPECT_GT(count, 100u);
+}
+
+TEST(Scatter, KeepsToSlopesAndHeightsAndThinsNothingElse) {
+    const auto source = hills(3);
+    const Scatter everywhere = make(source, {.per_km2 = 2000.0, .seed = 4});
+    const double steep = 20.0 * std::numbers::pi / 180.0;
+    const Scatter flat = make(source, {.per_km2 = 2000.0, .max_slope = steep, .seed = 4});
+    const Scatter slopes = make(source, {.per_km2 = 2000.0, .min_slope = steep, .seed = 4});
+    const Scatter low = make(source, {.per_km2 = 2000.0, .max_height = 10.0, .seed = 4});
+    const Scatter high = make(source, {.per_km2 = 2000.0, .min_height = 10.0, .seed = 4});
+    const std::size_t all = all_objects(*source, everywhere).size();
+    EXPECT_EQ(all_objects(*source, flat).size() + all_objects(*source, slopes).size(), all);
+    EXPECT_EQ(all_objects(*source, low).size() + all_objects(*source, high).size(), all);
+    EXPECT_GT(all_objects(*source, flat).size(), all / 20);
+    EXPECT_GT(all_objects(*source, slopes).size(), all / 20);
+    EXPECT_GT(all_objects(*source, low).size(), all / 20);
+    EXPECT_GT(all_objects(*source, high).size(), all / 20);
+}
+
+TEST(Scatter, ASquareDoesNotDependOnTheOthersAndAnotherSeedIsAnotherOne) {
+    const auto source = hills(4);
+    const Scatter scatter = make(source, {.per_km2 = 3000.0, .seed = 1});
+    const Scatter same = make(source, {.per_km2 = 3000.0, .seed = 1});
+    const Scatter other = make(source, {.per_km2 = 3000.0, .seed = 2});
+    all_objects(*source, scatter);
+    const ScatterSquare square = scatter.square_at(300.0, -200.0);
+    const auto a = scatter.objects_in(square).value(), b = same.objects_in(square).value();
+    const auto c = other.objects_in(square).value();
+    ASSERT_FALSE(a.empty());
+    ASSERT_EQ(a.size(), b.size());
+    EXPECT_EQ(std::memcmp(a.data(), b.data(), a.size() * sizeof(ScatterPoint)), 0);
+    EXPECT_NE(a.front().position_world, c.front().position_world);
+}
+
+TEST(Scatter, DistanceIsNotAboveThatOfAnyObject) {
+    for (std::uint64_t seed = 0; seed < 20; ++seed) {
+        SCOPED_TRACE(testing::Message() << "seed " << seed);
+        Random random(seed);
+        const auto source = hills(seed);
+        const Scatter scatter = make(source, {.per_km2 = 1000.0, .seed = seed});
+        const WorldPos p = random.between(0.0, 2000.0) * random.direction();
+        const ScatterSquare square =
+            scatter.square_at(random.between(-900.0, 900.0), random.between(-900.0, 900.0));
+        const double distance = scatter.distance_to(square, p);
+        for (const ScatterPoint& point : objects_of(scatter, square))
+            ASSERT_LE(distance, (point.position_world - p).norm() * (1.0 + 1e-12));
+    }
+    const auto source = hills(0);
+    const Scatter scatter = make(source, {});
+    EXPECT_TRUE(std::isinf(scatter.distance_to({1 << 20, 0}, WorldPos(0, 0, 0))));
+    EXPECT_TRUE(scatter.objects_in({1 << 20, 0}).value().empty());
+}
+
+TEST(Scatter, RefusesSettingsOutOfRangeByTheirNames) {
+    const auto source = hills(1);
+    const auto message = [&](const ScatterSettings& settings) {
+        const auto made = Scatter::create(source, settings);
+        return made.has_value() ? std::string() : made.error().message;
+    };
+    EXPECT_EQ(message({.per_km2 = 0.0}), "per_km2 must be above 0 and at most 1e+06, got 0");
+    EXPECT_EQ(message({.per_km2 = 1e9}), "per_km2 must be above 0 and at most 1e+06, got 1e+09");
+    EXPECT_EQ(message({.per_km2 = std::nan("")}),
+              "per_km2 must be above 0 and at most 1e+06, got nan");
+    EXPECT_EQ(message({.min_slope = 1.0, .max_slope = 0.5}),
+              "max_slope must be 1 to 1.5708, got 0.5");
+    EXPECT_EQ(message({.min_height = 5.0, .max_height = 4.0}),
+              "max_height must be at least min_height, 5, got 4");
+    EXPECT_EQ(message({.min_scale = 0.0}), "min_scale must be 0.001 to 1000, got 0");
+    EXPECT_EQ(message({.min_scale = 2.0, .max_scale = 1.0}), "max_scale must be 2 to 1000, got 1");
+    EXPECT_EQ(message({.per_km2 = 1e6}), "");
+}
+
+}  // namespace
+}  // namespace terrane::test::scatter
