@@ -8,6 +8,7 @@
 #include "gl/gl_error.h"
 #include "gl/shader.h"
 #include "light/ground_shade.h"
+#include "objects/scene_objects.h"
 
 #include <terrane/render/terrain_renderer.h>
 #include <terrane/terrain/assert.h>
@@ -98,9 +99,11 @@ struct TerrainRenderer::State {
     ObjectMesh cube, ball, tube;
     GroundDraws draws;
     SolidDraws solids;
+    SceneObjects scene;
+    DrawCounts counts;
 
     State(Framebuffer target, GroundShade made)
-        : picture(std::move(target)), shade(std::move(made)) {}
+        : picture(std::move(target)), shade(std::move(made)), scene(picture.sample_count()) {}
 
     Result<void> make_programs();
     void make_buffers();
@@ -224,7 +227,7 @@ Result<TerrainRenderer> TerrainRenderer::create(EglContext& context, int width_p
 }
 
 Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
-                                   std::span<const DrawnObject> objects) {
+                                   std::span<const DrawnObject> objects, const SceneDraws& scene) {
     State& state = *state_;
     if (const Result<void> good = check(mesh, view, state.picture); !good) return good;
     // the sky does not depend on the lattice
@@ -235,14 +238,15 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
         if (!made) return tl::unexpected(made.error());
         eye = *made;
     }
-    if (const Result<void> ready = state.draws.prepare(mesh, eye); !ready) return ready;
+    if (const Result<void> ready = state.scene.prepare(scene); !ready) return ready;
+    if (const Result<void> ready = state.draws.prepare(mesh, view, eye); !ready) return ready;
     if (mesh.resident != nullptr) {
         const Result<void> lit = state.shade.prepare(mesh.resident, view, eye);
         if (!lit) return lit;
     }
     if (const Result<void> ready = state.solids.prepare(mesh, eye); !ready) return ready;
-    const bool has_overlay =
-        state.settings.wireframe || !objects.empty() || !state.solids.is_empty();
+    const bool has_overlay = state.settings.wireframe || !objects.empty() ||
+                             !state.solids.is_empty() || !state.scene.is_empty();
 
     const FrameUniforms uniforms = make_frame_uniforms(state.settings, lattice, view, eye);
     glNamedBufferSubData(state.frame_uniforms.name(), 0, sizeof(uniforms), &uniforms);
@@ -264,19 +268,45 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
         state.draw_walls();
         if (state.settings.wireframe) state.draw_wires();
         state.draw_objects(view, objects);
+        state.scene.draw_solid();
+        state.scene.draw_particles(state.picture);
     }
+    state.scene.finish();
     state.draws.finish();
     state.shade.draw(state.picture, has_overlay);
     if (mesh.resident != nullptr) state.shade.finish();
+    state.counts = {.chunks_drawn = state.draws.drawn_count(),
+                    .chunks_culled = state.draws.culled_count(),
+                    .objects_drawn = objects.size() + state.scene.object_count(),
+                    .triangles = state.scene.triangle_count()};
     return check_gl("draw the terrain");
 }
+
+Result<MeshId> TerrainRenderer::add_mesh(
+    const TriangleMesh& mesh, std::span<const std::span<const TriangleMesh::Triangle>> levels,
+    const MeshMaterial& material) {
+    return state_->scene.add_mesh(mesh, levels, material);
+}
+
+void TerrainRenderer::remove_mesh(MeshId mesh) { state_->scene.remove_mesh(mesh); }
+
+Result<ImpostorId> TerrainRenderer::add_impostor(MeshId mesh, const ImpostorSettings& settings) {
+    return state_->scene.add_impostor(mesh, settings);
+}
+
+void TerrainRenderer::remove_impostor(ImpostorId impostor) {
+    state_->scene.remove_impostor(impostor);
+}
+
+const DrawCounts& TerrainRenderer::counts() const { return state_->counts; }
 
 Image TerrainRenderer::read() const { return state_->picture.read(); }
 
 int TerrainRenderer::sample_count() const { return state_->picture.sample_count(); }
 
 std::size_t TerrainRenderer::buffer_bytes() const {
-    return state_->draws.pool().bytes() + state_->solids.bytes() + state_->shade.light().bytes();
+    return state_->draws.pool().bytes() + state_->solids.bytes() + state_->shade.light().bytes() +
+           state_->scene.bytes();
 }
 
 }  // namespace terrane

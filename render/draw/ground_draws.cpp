@@ -3,7 +3,11 @@
 
 #include "gl/gl_error.h"
 
+#include <terrane/scene/view_volume.h>
+
+#include <algorithm>
 #include <cstring>
+#include <limits>
 #include <string>
 
 namespace terrane::internal {
@@ -36,6 +40,21 @@ ChunkAttributes make_attributes(const Chunk& chunk, const ChunkSlot& slot, const
     return made;
 }
 
+// Positions are rounded to float on the device, relative to the eye: the box is a little larger.
+constexpr double kViewMargin = 1e-5;
+
+bool is_in_view(const Lattice& lattice, const Chunk& chunk, double low, double high,
+                const ViewVolume& volume) {
+    const std::int64_t side = kChunkCells * chunk.step;
+    Aabb box = {{lattice.x(chunk.corner.x), lattice.y(chunk.corner.y), low},
+                {lattice.x(chunk.corner.x + side), lattice.y(chunk.corner.y + side), high}};
+    const double distance =
+        (box.low - volume.eye_world()).norm() + (box.high - volume.eye_world()).norm();
+    const Eigen::Vector3d margin = Eigen::Vector3d::Constant(kViewMargin * distance);
+    box = {box.low - margin, box.high + margin};
+    return volume.meets(box);
+}
+
 GlVertexArray make_layout() {
     GlVertexArray layout = make_vertex_array();
     const GLuint name = layout.name();
@@ -55,18 +74,37 @@ GlVertexArray make_layout() {
 
 GroundDraws::GroundDraws(int max_page_slots) : pool_(max_page_slots), vertices_(make_layout()) {}
 
-// Collects the draws of the mesh, nearest first, and uploads new chunks.
-Result<void> GroundDraws::collect(const TerrainMesh& mesh) {
-    draws_.clear();
-    if (mesh.resident == nullptr) return {};
-    if (followed_.lock() != mesh.resident) {
-        pool_.follow(*mesh.resident);
-        followed_ = mesh.resident;
+void GroundDraws::follow(const TerrainMesh& mesh) {
+    if (followed_.lock() == mesh.resident) return;
+    pool_.follow(*mesh.resident);
+    followed_ = mesh.resident;
+    std::int32_t low = std::numeric_limits<std::int32_t>::max();
+    std::int32_t high = std::numeric_limits<std::int32_t>::min();
+    for (const ResidentChunk& chunk : mesh.resident->chunks()) {
+        low = std::min(low, chunk->low);
+        high = std::max(high, chunk->high);
     }
+    const double quantum = mesh.resident->lattice().quantum;
+    low_ = quantum * static_cast<double>(low);
+    high_ = quantum * static_cast<double>(high);
+}
+
+// Collects the draws of the mesh that are in view, nearest first, and uploads new chunks.
+Result<void> GroundDraws::collect(const TerrainMesh& mesh, const View& view) {
+    draws_.clear();
+    culled_count_ = 0;
+    if (mesh.resident == nullptr) return {};
+    follow(mesh);
+    const Lattice& lattice = mesh.resident->lattice();
+    const ViewVolume volume(view);
     // the mesh is ordered from coarse to fine; near ground is drawn first for early depth rejection
     for (std::size_t i = mesh.chunks.size(); i-- > 0;) {
         const MeshChunk& chunk = mesh.chunks[i];
         if (chunk.index_count == 0) continue;
+        if (!is_in_view(lattice, *chunk.chunk, low_, high_, volume)) {
+            ++culled_count_;
+            continue;
+        }
         const ChunkSlot* slot = pool_.find(*mesh.resident, *chunk.chunk);
         if (slot == nullptr) {
             return fail(ErrorCode::invalid_argument,
@@ -121,8 +159,8 @@ void GroundDraws::write(const TerrainMesh& mesh, const EyeFrame& eye, std::byte*
     }
 }
 
-Result<void> GroundDraws::prepare(const TerrainMesh& mesh, const EyeFrame& eye) {
-    if (const Result<void> collected = collect(mesh); !collected) return collected;
+Result<void> GroundDraws::prepare(const TerrainMesh& mesh, const View& view, const EyeFrame& eye) {
+    if (const Result<void> collected = collect(mesh, view); !collected) return collected;
     batches_.clear();
     if (draws_.empty()) return {};
     layout_ = lay_out(mesh);

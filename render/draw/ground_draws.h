@@ -33,11 +33,12 @@ public:
     /// @param max_page_slots see ChunkPool
     explicit GroundDraws(int max_page_slots = ChunkPool::largest_page());
 
-    /// Uploads a mesh for draw(), which must not be called after a failure.
+    /// Uploads a mesh for draw(), which must not be called after a failure. Chunks that are out of view are left out:
+    /// displayed heights are means of samples, so that a chunk is within the heights of all resident ones.
     ///
     /// Fails with invalid_argument where the mesh draws a chunk that is not in its resident set, device_unavailable
     /// where the device is out of memory.
-    Result<void> prepare(const TerrainMesh& mesh, const EyeFrame& eye);
+    Result<void> prepare(const TerrainMesh& mesh, const View& view, const EyeFrame& eye);
 
     /// Draws the mesh with the current program. Binds the offsets to storage block 0.
     void draw() const;
@@ -47,6 +48,8 @@ public:
 
     const ChunkPool& pool() const { return pool_; }
     std::size_t batch_count() const { return batches_.size(); }
+    std::size_t drawn_count() const { return draws_.size(); }
+    std::size_t culled_count() const { return culled_count_; }
 
 private:
     // A chunk of the mesh and its slot.
@@ -66,7 +69,8 @@ private:
         std::size_t commands = 0, attributes = 0, offsets = 0, end = 0;
     };
 
-    Result<void> collect(const TerrainMesh& mesh);
+    void follow(const TerrainMesh& mesh);
+    Result<void> collect(const TerrainMesh& mesh, const View& view);
     Layout lay_out(const TerrainMesh& mesh) const;
     void write(const TerrainMesh& mesh, const EyeFrame& eye, std::byte* memory);
 
@@ -74,6 +78,8 @@ private:
     StreamBuffer stream_;
     GlVertexArray vertices_;
     std::weak_ptr<const ResidentSet> followed_;
+    double low_ = 0.0, high_ = 0.0;  // of the samples of the followed set, metres
+    std::size_t culled_count_ = 0;
     std::vector<ChunkDraw> draws_;
     std::vector<Batch> batches_;
     Layout layout_;

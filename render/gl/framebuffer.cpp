@@ -91,6 +91,9 @@ Result<Framebuffer> Framebuffer::create(int width_px, int height_px, int wanted_
         glNamedFramebufferDrawBuffer(made.depth_target_.name(), GL_NONE);
         glNamedFramebufferTexture(made.overlay_target_.name(), GL_COLOR_ATTACHMENT0,
                                   made.overlay_.name(), 0);
+        made.overlay_alone_ = make_framebuffer();
+        glNamedFramebufferTexture(made.overlay_alone_.name(), GL_COLOR_ATTACHMENT0,
+                                  made.overlay_.name(), 0);
         drawn_status = glCheckNamedFramebufferStatus(made.depth_target_.name(), GL_FRAMEBUFFER);
         if (drawn_status == GL_FRAMEBUFFER_COMPLETE) {
             drawn_status =
@@ -117,6 +120,7 @@ void Framebuffer::bind(const GlFramebuffer& target) const {
     glBindFramebuffer(GL_FRAMEBUFFER, target.name());
     glViewport(0, 0, width_px_, height_px_);
 }
+void Framebuffer::bind_overlay() const { bind(overlay_alone_); }
 void Framebuffer::bind_depth() const { bind(depth_target_); }
 void Framebuffer::bind_depth_and_overlay() const { bind(overlay_target_); }
 void Framebuffer::bind_colours() const { bind(picture_); }

@@ -26,6 +26,8 @@ public:
     /// Binds depth, or depth and overlay, as the target, and sets the viewport.
     void bind_depth() const;
     void bind_depth_and_overlay() const;
+    /// Binds the overlay alone; depth may be read.
+    void bind_overlay() const;
     /// Binds the picture as the target; depth and overlay may be read.
     void bind_colours() const;
     GLuint depth_texture() const { return depth_.name(); }
@@ -39,7 +41,7 @@ private:
     int width_px_ = 0, height_px_ = 0, sample_count_ = 0;
     GlTexture depth_, overlay_;
     GlRenderbuffer colours_;
-    GlFramebuffer depth_target_, overlay_target_, picture_;
+    GlFramebuffer depth_target_, overlay_target_, overlay_alone_, picture_;
 };
 
 }  // namespace terrane::internal

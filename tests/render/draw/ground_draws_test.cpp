@@ -43,6 +43,15 @@ struct Vertex {
     Displayed displayed;
 };
 
+// Down on the world from far above, so that no chunk is left out.
+View view_of_all() {
+    View view;
+    view.eye_world = {0.0, 0.0, 1e9};
+    view.forward = -Eigen::Vector3d::UnitZ();
+    view.up = Eigen::Vector3d::UnitY();
+    return view;
+}
+
 class GroundDrawsTest : public test::GlTest {
 protected:
     void SetUp() override {
@@ -85,7 +94,7 @@ protected:
         const Lattice& lattice = scene.resident->lattice();
         const EyeFrame eye = *make_eye_frame(lattice, view.eye_world);
         const TerrainMesh mesh = scene.mesh();
-        const Result<void> ready = draws.prepare(mesh, eye);
+        const Result<void> ready = draws.prepare(mesh, view_of_all(), eye);
         EXPECT_TRUE(ready) << (ready ? "" : ready.error().message);
 
         std::vector<Vertex> vertices;
@@ -252,7 +261,7 @@ TEST_F(GroundDrawsTest, PagesOfOneSlotDrawTheSamePositionsAndPicture) {
         GroundDraws draws(max_page_slots);
         vertices.push_back(capture(draws, scene, view));
         const GlBuffer uniforms = bind_uniforms(lattice, view, eye);
-        ASSERT_TRUE(draws.prepare(scene.mesh(), eye));
+        ASSERT_TRUE(draws.prepare(scene.mesh(), view_of_all(), eye));
         batch_counts.push_back(draws.batch_count());
         ASSERT_TRUE(shade.prepare(scene.resident, view, eye));
         picture_->bind_depth();

@@ -3,6 +3,8 @@
 
 #include <terrane/render/egl_context.h>
 #include <terrane/render/image.h>
+#include <terrane/render/object_settings.h>
+#include <terrane/scene/scene_draws.h>
 #include <terrane/terrain/triangulator.h>
 
 #include <cstdint>
@@ -47,6 +49,15 @@ struct DrawnObject {
     Colour colour{0.8f, 0.2f, 0.1f};
 };
 
+/// What the last draw() has drawn.
+struct DrawCounts {
+    std::size_t chunks_drawn = 0;   ///< of the mesh
+    std::size_t chunks_culled = 0;  ///< out of view: not submitted
+    std::size_t objects_drawn = 0;  ///< instances, streamed objects and DrawnObject
+    std::size_t triangles =
+        0;  ///< of scene objects and particles; those of the ground are the mesh's
+};
+
 /// Draws meshes of a Triangulator off screen.
 ///
 /// Keeps heights and slopes of each drawn chunk on the device while the chunk is resident; uploads indices, and offsets
@@ -75,8 +86,37 @@ public:
     /// Fails with invalid_argument for a view that check(view) refuses, whose size is not the renderer's, or whose eye
     /// is more than 2^49 lattice spacings from the origin, and for a mesh with chunks outside its resident set or too
     /// few indices; device_unavailable for errors of OpenGL. The last frame is kept then.
+    ///
+    /// @param objects simple solids
+    /// @param scene   objects of a scene, by ids of this renderer; also fails with invalid_argument for a mesh, level,
+    ///                impostor or range that does not exist
     Result<void> draw(const TerrainMesh& mesh, const View& view,
-                      std::span<const DrawnObject> objects = {});
+                      std::span<const DrawnObject> objects = {}, const SceneDraws& scene = {});
+
+    /// Keeps a mesh of objects on the device, until remove_mesh() or the destructor.
+    ///
+    /// @param levels triangles of each level of detail over the mesh's vertices, MeshDraw::level; none: one level, all
+    ///               triangles
+    ///
+    /// Fails: invalid_argument as check(TriangleMesh), and for an index of a level beyond the vertices;
+    ///        device_unavailable for errors of OpenGL
+    Result<MeshId> add_mesh(const TriangleMesh& mesh,
+                            std::span<const std::span<const TriangleMesh::Triangle>> levels = {},
+                            const MeshMaterial& material = {});
+    /// Frees a mesh; nothing where there is none of that name. Its impostors stay.
+    void remove_mesh(MeshId mesh);
+
+    /// Makes pictures of level 0 of a mesh from many directions, which stand for it where it is small.
+    ///
+    /// Fails: invalid_argument for settings out of range, an unknown mesh or one without triangles; device_unavailable
+    ///        for errors of OpenGL
+    /// Cost:  as drawing the mesh once for each view, four times as large
+    Result<ImpostorId> add_impostor(MeshId mesh, const ImpostorSettings& settings = {});
+    /// Frees an impostor; nothing where there is none of that name.
+    void remove_impostor(ImpostorId impostor);
+
+    /// Of the last frame that draw() did not fail for.
+    const DrawCounts& counts() const;
 
     /// The last frame.
     Image read() const;
@@ -84,7 +124,7 @@ public:
     /// Samples per pixel in use.
     int sample_count() const;
 
-    /// Bytes of heights and slopes of chunks on the device. Their buffers grow by doubling and may be larger.
+    /// Bytes of heights and slopes of chunks, meshes and impostors on the device. Chunks' buffers grow by doubling and may be larger.
     std::size_t buffer_bytes() const;
 
 private:

@@ -46,9 +46,9 @@ struct ImpostorDraw {
 struct StreamedDraw {
     MeshId mesh{};  ///< whose attributes the vertices have
     /// [vertices of the mesh] positions in the object's frame, metres; empty: those of the mesh.
-    std::span<const Eigen::Vector3f> positions;
-    std::span<const TriangleMesh::Triangle> triangles;  ///< indices of the mesh's vertices
-    std::uint32_t instance = 0;                         ///< in SceneDraws::instances
+    std::span<const Eigen::Vector3f> positions = {};
+    std::span<const TriangleMesh::Triangle> triangles = {};  ///< indices of the mesh's vertices
+    std::uint32_t instance = 0;                              ///< in SceneDraws::instances
 };
 
 /// A soft disc that faces the viewer, as of smoke or dust: two triangles.
@@ -62,11 +62,11 @@ static_assert(sizeof(Particle) == 32);
 
 /// What a renderer draws of a scene in one frame. A view of the scene's buffers.
 struct SceneDraws {
-    std::span<const ObjectInstance> instances;
-    std::span<const MeshDraw> meshes;
-    std::span<const StreamedDraw> streamed;
-    std::span<const ImpostorDraw> impostors;
-    std::span<const Particle> particles;  ///< from far to near
+    std::span<const ObjectInstance> instances = {};
+    std::span<const MeshDraw> meshes = {};
+    std::span<const StreamedDraw> streamed = {};
+    std::span<const ImpostorDraw> impostors = {};
+    std::span<const Particle> particles = {};  ///< from far to near
 };
 
 }  // namespace terrane

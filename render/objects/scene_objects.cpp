@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: MIT
+#include "objects/scene_objects.h"
+
+#include "gl/gl_error.h"
+#include "objects/object_layout.h"
+
+#include <terrane/terrain/number_text.h>
+
+#include <algorithm>
+#include <cstring>
+#include <string>
+
+namespace terrane::internal {
+namespace {
+
+Result<void> check_instances(const SceneDraws& draws, std::uint32_t first, std::uint32_t count) {
+    if (std::size_t{first} + count <= draws.instances.size()) return {};
+    return fail(ErrorCode::invalid_argument,
+                "the scene has " + number_text(draws.instances.size()) +
+                    " instances, a draw's end at " + number_text(std::size_t{first} + count));
+}
+
+tl::unexpected<Error> no_such(const char* what, std::uint32_t id) {
+    return fail(ErrorCode::invalid_argument,
+                std::string("the renderer has no ") + what + " " + number_text(id));
+}
+
+std::size_t align16(std::size_t byte) { return (byte + 15) / 16 * 16; }
+
+const void* as_pointer(std::size_t byte) {
+    // OpenGL passes offsets in buffers as pointers
+    return reinterpret_cast<const void*>(byte);
+}
+
+}  // namespace
+
+Result<void> SceneObjects::make_programs() {
+    if (programs_) return {};
+    Result<ObjectPrograms> made = ObjectPrograms::create(sample_count_);
+    if (!made) return tl::unexpected(made.error());
+    programs_ = std::move(*made);
+    return {};
+}
+
+Result<MeshId> SceneObjects::add_mesh(
+    const TriangleMesh& mesh, std::span<const std::span<const TriangleMesh::Triangle>> levels,
+    const MeshMaterial& material) {
+    if (auto ok = make_programs(); !ok) return tl::unexpected(ok.error());
+    return meshes_.add(mesh, levels, material);
+}
+
+Result<ImpostorId> SceneObjects::add_impostor(MeshId mesh, const ImpostorSettings& settings) {
+    const StoredMesh* stored = meshes_.find(mesh);
+    if (stored == nullptr) return no_such("mesh", static_cast<std::uint32_t>(mesh));
+    return impostors_.add(*stored, settings);
+}
+
+Result<void> SceneObjects::collect(const SceneDraws& draws) {
+    for (const MeshDraw& draw : draws.meshes) {
+        const StoredMesh* mesh = meshes_.find(draw.mesh);
+        if (mesh == nullptr) return no_such("mesh", static_cast<std::uint32_t>(draw.mesh));
+        if (draw.level >= mesh->levels.size()) {
+            return fail(ErrorCode::invalid_argument,
+                        "the mesh has " + number_text(mesh->levels.size()) + " levels, got level " +
+                            number_text(draw.level));
+        }
+        if (auto ok = check_instances(draws, draw.first_instance, draw.instance_count); !ok)
+            return ok;
+        const StoredMesh::Level& level = mesh->levels[draw.level];
+        if (draw.instance_count == 0 || level.index_count == 0) continue;
+        solid_.push_back({.mesh = mesh,
+                          .index_byte = level.first_index * sizeof(std::uint32_t),
+                          .index_count = level.index_count,
+                          .first_instance = draw.first_instance,
+                          .instance_count = draw.instance_count});
+    }
+    for (const ImpostorDraw& draw : draws.impostors) {
+        const StoredImpostor* impostor = impostors_.find(draw.impostor);
+        if (impostor == nullptr)
+            return no_such("impostor", static_cast<std::uint32_t>(draw.impostor));
+        if (auto ok = check_instances(draws, draw.first_instance, draw.instance_count); !ok)
+            return ok;
+        if (draw.instance_count > 0)
+            impostor_draws_.push_back({impostor, draw.first_instance, draw.instance_count});
+    }
+    for (const StreamedDraw& streamed : draws.streamed) {
+        if (auto ok = add_streamed(draws, streamed); !ok) return ok;
+    }
+    return {};
+}
+
+Result<void> SceneObjects::add_streamed(const SceneDraws& draws, const StreamedDraw& streamed) {
+    const StoredMesh* mesh = meshes_.find(streamed.mesh);
+    if (mesh == nullptr) return no_such("mesh", static_cast<std::uint32_t>(streamed.mesh));
+    if (auto ok = check_instances(draws, streamed.instance, 1); !ok) return ok;
+    const std::size_t vertex_count = mesh->vertices.size();
+    if (!streamed.positions.empty() && streamed.positions.size() != vertex_count) {
+        return fail(ErrorCode::invalid_argument,
+                    "a streamed object must have one position a vertex, got " +
+                        number_text(streamed.positions.size()) + " of " +
+                        number_text(vertex_count));
+    }
+    for (const TriangleMesh::Triangle& t : streamed.triangles) {
+        const std::uint32_t most = std::max({t[0], t[1], t[2]});
+        if (most < vertex_count) continue;
+        return fail(ErrorCode::invalid_argument, "a streamed triangle names vertex " +
+                                                     number_text(most) + " of " +
+                                                     number_text(vertex_count));
+    }
+    if (streamed.triangles.empty()) return {};
+    solid_.push_back({.mesh = mesh,
+                      .has_own_vertices = !streamed.positions.empty(),
+                      .has_own_indices = true,
+                      .index_count = static_cast<std::uint32_t>(3 * streamed.triangles.size()),
+                      .first_instance = streamed.instance,
+                      .instance_count = 1});
+    streamed_.push_back(&streamed);
+    return {};
+}
+
+// Instances are first, so that the first_instance of a draw is valid in the buffer.
+Result<void> SceneObjects::upload(const SceneDraws& draws) {
+    particle_byte_ = align16(draws.instances.size_bytes());
+    std::size_t end = align16(particle_byte_ + draws.particles.size_bytes());
+    const std::size_t first_streamed = solid_.size() - streamed_.size();
+    for (std::size_t i = 0; i < streamed_.size(); ++i) {
+        SolidDraw& draw = solid_[first_streamed + i];
+        draw.vertex_byte = end;
+        if (draw.has_own_vertices)
+            end = align16(end + draw.mesh->vertices.size() * sizeof(ObjectVertex));
+        draw.index_byte = end;
+        end = align16(end + streamed_[i]->triangles.size_bytes());
+    }
+    std::byte* memory = stream_.begin(std::max<std::size_t>(end, 16));
+    if (memory == nullptr) {
+        const std::string doing = "take " + number_text(end) + " bytes of the device for objects";
+        if (auto ok = check_gl(doing); !ok) return ok;
+        return fail(ErrorCode::device_unavailable, "OpenGL cannot " + doing);
+    }
+    stream_bytes_ = end;
+    const auto copy = [&](std::size_t byte, const void* data, std::size_t bytes) {
+        if (bytes > 0) std::memcpy(memory + byte, data, bytes);
+    };
+    copy(0, draws.instances.data(), draws.instances.size_bytes());
+    copy(particle_byte_, draws.particles.data(), draws.particles.size_bytes());
+    std::vector<ObjectVertex> moved;
+    for (std::size_t i = 0; i < streamed_.size(); ++i) {
+        const SolidDraw& draw = solid_[first_streamed + i];
+        copy(draw.index_byte, streamed_[i]->triangles.data(), streamed_[i]->triangles.size_bytes());
+        if (!draw.has_own_vertices) continue;
+        moved = draw.mesh->vertices;
+        for (std::size_t vertex = 0; vertex < moved.size(); ++vertex) {
+            for (int axis = 0; axis < 3; ++axis)
+                moved[vertex].position[axis] = streamed_[i]->positions[vertex][axis];
+        }
+        copy(draw.vertex_byte, moved.data(), moved.size() * sizeof(ObjectVertex));
+    }
+    return {};
+}
+
+Result<void> SceneObjects::prepare(const SceneDraws& draws) {
+    solid_.clear();
+    impostor_draws_.clear();
+    streamed_.clear();
+    particle_count_ = 0;
+    object_count_ = triangle_count_ = 0;
+    const auto give_up = [&](const Result<void>& failed) {
+        solid_.clear();
+        impostor_draws_.clear();
+        return failed;
+    };
+    if (auto ok = collect(draws); !ok) return give_up(ok);
+    if (is_empty() && draws.particles.empty()) return {};
+    if (auto ok = make_programs(); !ok) return give_up(ok);
+    if (auto ok = upload(draws); !ok) return give_up(ok);
+    particle_count_ = draws.particles.size();
+    for (const SolidDraw& draw : solid_) {
+        object_count_ += draw.instance_count;
+        triangle_count_ += std::size_t{draw.instance_count} * (draw.index_count / 3);
+    }
+    for (const BillboardDraw& draw : impostor_draws_) {
+        object_count_ += draw.instance_count;
+        triangle_count_ += 2 * std::size_t{draw.instance_count};
+    }
+    triangle_count_ += 2 * particle_count_;
+    return {};
+}
+
+void SceneObjects::draw_solid() const {
+    if (solid_.empty() && impostor_draws_.empty()) return;
+    const GLuint layout = programs_->object_layout.name();
+    glUseProgram(programs_->meshes.name());
+    for (const SolidDraw& draw : solid_) {
+        bind_mesh(layout, *draw.mesh);
+        glVertexArrayVertexBuffer(layout, 1, stream_.name(), 0, sizeof(ObjectInstance));
+        if (draw.has_own_vertices) {
+            glVertexArrayVertexBuffer(layout, 0, stream_.name(),
+                                      static_cast<GLintptr>(draw.vertex_byte),
+                                      sizeof(ObjectVertex));
+        }
+        if (draw.has_own_indices) glVertexArrayElementBuffer(layout, stream_.name());
+        if (draw.mesh->is_two_sided) {
+            glDisable(GL_CULL_FACE);
+        } else {
+            glEnable(GL_CULL_FACE);
+        }
+        glDrawElementsInstancedBaseInstance(GL_TRIANGLES, static_cast<GLsizei>(draw.index_count),
+                                            GL_UNSIGNED_INT, as_pointer(draw.index_byte),
+                                            static_cast<GLsizei>(draw.instance_count),
+                                            draw.first_instance);
+    }
+    glDisable(GL_CULL_FACE);
+    if (impostor_draws_.empty()) return;
+    glUseProgram(programs_->impostors.name());
+    glBindVertexArray(layout);
+    glVertexArrayVertexBuffer(layout, 1, stream_.name(), 0, sizeof(ObjectInstance));
+    for (const BillboardDraw& draw : impostor_draws_) {
+        const StoredImpostor& impostor = *draw.impostor;
+        // attributes of meshes are not read, but must have a buffer
+        glVertexArrayVertexBuffer(layout, 0, stream_.name(), 0, 0);
+        glUniform3fv(programs_->centre, 1, impostor.centre.data());
+        glUniform2f(programs_->half_box, impostor.half_width, impostor.half_height);
+        glUniform2i(programs_->views, impostor.settings.views_around,
+                    impostor.settings.views_above);
+        glUniform1f(programs_->radius, impostor.radius);
+        glUniform1f(programs_->texels, static_cast<float>(impostor.settings.texels));
+        glBindTextureUnit(0, impostor.colours.name());
+        glBindTextureUnit(1, impostor.shapes.name());
+        glDrawArraysInstancedBaseInstance(
+            GL_TRIANGLES, 0, 6, static_cast<GLsizei>(draw.instance_count), draw.first_instance);
+    }
+}
+
+void SceneObjects::draw_particles(const Framebuffer& picture) const {
+    if (particle_count_ == 0) return;
+    picture.bind_overlay();
+    glBindTextureUnit(2, picture.depth_texture());
+    glDisable(GL_DEPTH_TEST);
+    glEnable(GL_BLEND);
+    glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
+    glUseProgram(programs_->particles.name());
+    const GLuint layout = programs_->particle_layout.name();
+    glBindVertexArray(layout);
+    glVertexArrayVertexBuffer(layout, 0, stream_.name(), static_cast<GLintptr>(particle_byte_),
+                              sizeof(Particle));
+    glDrawArraysInstanced(GL_TRIANGLES, 0, 6, static_cast<GLsizei>(particle_count_));
+    glDisable(GL_BLEND);
+    glEnable(GL_DEPTH_TEST);
+}
+
+void SceneObjects::finish() {
+    if (!is_empty()) stream_.end();
+}
+
+}  // namespace terrane::internal

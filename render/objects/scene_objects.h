@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "gl/framebuffer.h"
+#include "gl/stream_buffer.h"
+#include "objects/impostor_store.h"
+#include "objects/mesh_store.h"
+#include "objects/object_programs.h"
+
+#include <terrane/scene/scene_draws.h>
+
+#include <optional>
+#include <vector>
+
+namespace terrane::internal {
+
+/// Draws the objects of a scene. Programs are made with the first mesh or particle: before, nothing is on the device.
+class SceneObjects {
+public:
+    /// @param sample_count of the picture
+    explicit SceneObjects(int sample_count) : sample_count_(sample_count) {}
+
+    Result<MeshId> add_mesh(const TriangleMesh& mesh,
+                            std::span<const std::span<const TriangleMesh::Triangle>> levels,
+                            const MeshMaterial& material);
+    Result<ImpostorId> add_impostor(MeshId mesh, const ImpostorSettings& settings);
+    void remove_mesh(MeshId mesh) { meshes_.remove(mesh); }
+    void remove_impostor(ImpostorId impostor) { impostors_.remove(impostor); }
+
+    /// Checks a frame's draws, and uploads what changes from frame to frame.
+    ///
+    /// Fails: invalid_argument, naming what it is, for a mesh, level, impostor or range of instances that does not exist,
+    ///        or streamed positions or triangles that do not fit the mesh; device_unavailable where OpenGL fails
+    Result<void> prepare(const SceneDraws& draws);
+    bool is_empty() const {
+        return solid_.empty() && impostor_draws_.empty() && particle_count_ == 0;
+    }
+    bool has_particles() const { return particle_count_ > 0; }
+
+    /// Draws meshes and impostors into the bound target.
+    void draw_solid() const;
+    /// Blends particles over the overlay; reads the depth of the picture.
+    void draw_particles(const Framebuffer& picture) const;
+    /// After the last draw of a frame.
+    void finish();
+
+    std::size_t object_count() const { return object_count_; }
+    std::size_t triangle_count() const { return triangle_count_; }
+    /// Of meshes and impostors on the device.
+    std::size_t bytes() const { return meshes_.bytes() + impostors_.bytes(); }
+
+private:
+    // Triangles of one mesh for a range of instances.
+    struct SolidDraw {
+        const StoredMesh* mesh = nullptr;
+        bool has_own_vertices = false, has_own_indices = false;  // in the stream buffer
+        std::size_t vertex_byte = 0, index_byte = 0;
+        std::uint32_t index_count = 0, first_instance = 0, instance_count = 0;
+    };
+    struct BillboardDraw {
+        const StoredImpostor* impostor = nullptr;
+        std::uint32_t first_instance = 0, instance_count = 0;
+    };
+
+    Result<void> make_programs();
+    Result<void> collect(const SceneDraws& draws);
+    Result<void> add_streamed(const SceneDraws& draws, const StreamedDraw& streamed);
+    Result<void> upload(const SceneDraws& draws);
+
+    int sample_count_;
+    std::optional<ObjectPrograms> programs_;
+    MeshStore meshes_;
+    ImpostorStore impostors_;
+    StreamBuffer stream_;
+
+    // Of the frame.
+    std::vector<SolidDraw> solid_;
+    std::vector<BillboardDraw> impostor_draws_;
+    std::vector<const StreamedDraw*> streamed_;  // of the last draws of solid_
+    std::size_t particle_byte_ = 0, particle_count_ = 0, stream_bytes_ = 0;
+    std::size_t object_count_ = 0, triangle_count_ = 0;
+};
+
+}  // namespace terrane::internal

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+// Which samples of a pixel are drawn of an object that is there in part only. SAMPLES is defined by the program.
+// Thresholds are spread evenly over the samples of a pixel and over 8 x 8 pixels (B. Bayer, An optimum method for
+// two-level rendition of continuous-tone pictures, ICC 1973).
+
+// The threshold of a pixel's first sample times SAMPLES, in [0, 1).
+float dither(ivec2 pixel) {
+    int x = pixel.x ^ pixel.y, y = pixel.y;
+    int rank = ((x & 1) << 5) | ((y & 1) << 4) | ((x & 2) << 2) | ((y & 2) << 1) | ((x & 4) >> 1) |
+               ((y & 4) >> 2);
+    return (float(rank) + 0.5) / 64.0;
+}
+
+// coverage: see ObjectInstance. opacity: 0 to 1, with thresholds of its own.
+int covered_samples(float coverage, float opacity) {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    float first = dither(pixel), other = dither(pixel + ivec2(3, 5));
+    int mask = 0;
+    for (int i = 0; i < SAMPLES; ++i) {
+        float threshold = (float(i) + first) / float(SAMPLES);
+        bool is_covered = coverage > 0.0 ? threshold < coverage : threshold >= 1.0 + coverage;
+        bool is_opaque = (float(SAMPLES - 1 - i) + other) / float(SAMPLES) < opacity;
+        if (is_covered && is_opaque) mask |= 1 << i;
+    }
+    return mask;
+}
+
+// Leaves the samples of the pixel that the mask has.
+void keep_samples(int mask) {
+    if (mask == 0) discard;
+#if SAMPLES > 1
+    gl_SampleMask[0] = mask;
+#endif
+}

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT
+// A billboard of two triangles around an object's bounds. Of a ring of views it turns about the object's up axis only, of a
+// hemisphere it is square to the view.
+layout(location = 3) in vec4 place;     // xyz: origin from the eye, metres, w: scale
+layout(location = 4) in vec4 rotation;  // quaternion
+layout(location = 5) in vec4 share;     // x: coverage, yzw: tint
+
+uniform vec3 centre;    // of the object's bounds, its frame, metres
+uniform vec2 half_box;  // of the bounds: largest distance from the axis, half the height, metres
+uniform ivec2 views;    // around the axis, from level to above
+uniform float texels;   // along the side of a view
+
+out vec3 p_object;
+flat out vec3 eye_object;
+flat out vec4 place_of, rotation_of, share_of;
+flat out ivec4 layers;
+flat out vec4 weights;
+flat out float map_level;  // of the mipmaps
+
+const float kTurn = 6.283185307179586;
+// Mipmap bias: the average of the larger level blurs twice, as samples of the picture do.
+const float kSharper = 0.5;
+
+vec3 turned(vec4 q, vec3 v) {
+    vec3 t = 2.0 * cross(q.xyz, v);
+    return v + q.w * t + cross(q.xyz, t);
+}
+
+void main() {
+    eye_object = turned(vec4(-rotation.xyz, rotation.w), -place.xyz) / place.w;
+    vec3 towards = normalize(eye_object - centre);
+    float level = length(towards.xy);
+    vec3 right = level > 1e-4 ? vec3(-towards.y, towards.x, 0.0) / level : vec3(0.0, 1.0, 0.0);
+    vec3 up = views.y > 1 ? cross(towards, right) : vec3(0.0, 0.0, 1.0);
+    vec2 size = half_box;
+    if (views.y > 1) size.y = half_box.y * level + half_box.x * abs(towards.z);
+    // the nearer half of the object is seen larger than its middle
+    size *= 1.0 + length(half_box) / max(length(eye_object - centre), length(half_box));
+
+    const vec2 corners[6] = vec2[](vec2(-1, -1), vec2(1, -1), vec2(1, 1), vec2(-1, -1), vec2(1, 1),
+                                   vec2(-1, 1));
+    vec2 corner = corners[gl_VertexID] * size;
+    p_object = centre + right * corner.x + up * corner.y;
+
+    float around = fract(atan(towards.y, towards.x) / kTurn) * float(views.x);
+    int first = int(floor(around)) % views.x, second = (first + 1) % views.x;
+    float above = clamp(asin(clamp(towards.z, -1.0, 1.0)) * 4.0 / kTurn, 0.0, 1.0) *
+                  float(views.y - 1);
+    int low = int(floor(above)), high = min(low + 1, views.y - 1);
+    layers = ivec4(first, second, first, second) + views.x * ivec4(low, low, high, high);
+    // mostly one view: where several are mixed, outlines are soft
+    vec2 t = smoothstep(0.2, 0.8, vec2(around - floor(around), above - float(low)));
+    weights = vec4((1.0 - t.x) * (1.0 - t.y), t.x * (1.0 - t.y), (1.0 - t.x) * t.y, t.x * t.y);
+
+    float pixel = length(eye_object - centre) * frame.grid.w;
+    map_level = max(log2(pixel * texels / (2.0 * sqrt(half_box.x * size.y))) - kSharper, 0.0);
+
+    place_of = place;
+    rotation_of = rotation;
+    share_of = share;
+    gl_Position =
+        frame.clip_from_eye * vec4(place.xyz + turned(rotation, place.w * p_object), 1.0);
+}

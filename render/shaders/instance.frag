@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: MIT
+in vec3 p_eye;
+in vec3 surface_normal;
+in vec3 surface_colour;
+flat in float coverage;
+
+layout(location = 0) out vec4 colour_out;
+
+void main() {
+    keep_samples(covered_samples(coverage, 1.0));
+    vec3 normal = normalize(surface_normal);
+    if (!gl_FrontFacing) normal = -normal;
+    vec3 light = lit(pow(surface_colour, vec3(2.2)), normal);
+    colour_out = vec4(behind_air(display(light), p_eye, length(p_eye)), 1.0);
+}

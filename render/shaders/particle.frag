@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+// A ball of smoke: its opacity falls off to its edge, and to where it meets what is drawn behind it (T. Lorach, Soft
+// Particles, NVIDIA 2007).
+#if SAMPLES > 1
+layout(binding = 2) uniform sampler2DMS depths;
+#else
+layout(binding = 2) uniform sampler2D depths;
+#endif
+
+in vec3 p_eye;
+in vec2 at;
+flat in vec4 colour_of;
+flat in float radius;
+
+layout(location = 0) out vec4 colour_out;
+
+void main() {
+    float squared = dot(at, at);
+    if (squared >= 1.0) discard;
+    float bulge = sqrt(1.0 - squared);
+    float distance = dot(p_eye, frame.forward.xyz);
+    float depth = texelFetch(depths, ivec2(gl_FragCoord.xy), 0).x;
+    // of what is behind, along the view's direction; nothing is: far away
+    float behind = depth > 0.0 ? frame.near.x / depth : 1e30;
+    float nearness = clamp((distance - frame.near.x) / radius, 0.0, 1.0);
+    float softness = clamp((behind - distance) / radius + 0.5 * bulge, 0.0, 1.0);
+    float opacity = colour_of.a * bulge * bulge * nearness * softness;
+    vec3 towards = -normalize(p_eye);
+    vec3 normal = normalize(towards * bulge + frame.up.xyz / length(frame.up.xyz) * at.y +
+                            frame.right.xyz / length(frame.right.xyz) * at.x);
+    // light goes through smoke: half of it does not depend on the side
+    vec3 albedo = pow(colour_of.rgb, vec3(2.2));
+    vec3 light = 0.5 * (lit(albedo, normal) + lit(albedo, frame.sun.xyz));
+    vec3 shown = behind_air(display(light), p_eye, length(p_eye));
+    colour_out = vec4(shown * opacity, opacity);
+}
