@@ -59,6 +59,8 @@ CommandResult<void> run_drive(const DriveOptions& options) {
     Result<FlightOutput> output =
         FlightOutput::create(options, *terrain->source, Journey::columns(vehicle));
     if (!output) return pass_on(output.error());
+    if (const Result<void> added = output->add_objects(*terrain, *maker); !added)
+        return pass_on(added.error());
 
     if (const CommandResult<void> played = drive->play(*maker, *output); !played) return played;
     nlohmann::ordered_json summary;

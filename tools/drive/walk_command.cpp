@@ -36,6 +36,8 @@ CommandResult<void> run_walk(const WalkOptions& options) {
     Result<FlightOutput> output =
         FlightOutput::create(options, *terrain->source, Journey::columns(character));
     if (!output) return pass_on(output.error());
+    if (const Result<void> added = output->add_objects(*terrain, *maker); !added)
+        return pass_on(added.error());
 
     if (const CommandResult<void> played = walk->play(*maker, *output); !played) return played;
     nlohmann::ordered_json summary = summarize(walk->totals());

@@ -47,11 +47,22 @@ Result<FlightOutput> FlightOutput::create(const FlightOptions& options, const He
     return output;
 }
 
+Result<void> FlightOutput::add_objects(const Terrain& terrain, FrameMaker& maker) {
+    if (terrain.objects == nullptr) return {};
+    Result<ObjectField> field = ObjectField::create(
+        heightfield_of(terrain), *terrain.objects, options_.max_error_px,
+        make_view(options_.size, options_.fov_deg), pictures_ ? &pictures_->renderer() : nullptr);
+    if (!field) return tl::unexpected(field.error());
+    maker.set_objects(std::make_unique<ObjectField>(*std::move(field)));
+    return {};
+}
+
 Result<void> FlightOutput::add(MadeFrame frame, const View& view,
                                std::span<const DrawnObject> objects) {
     if (pictures_) {
-        const Result<void> drawn = pictures_->add(log_.frames().size(), frame.mesh, view, objects);
-        if (!drawn) return drawn;
+        const Result<double> drawn = pictures_->add(log_.frames().size(), frame, view, objects);
+        if (!drawn) return tl::unexpected(drawn.error());
+        frame.record.draw_ms = *drawn;
     }
     return log_.add(std::move(frame.record));
 }

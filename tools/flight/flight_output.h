@@ -27,6 +27,11 @@ public:
     static Result<FlightOutput> create(const FlightOptions& options, const HeightSource& source,
                                        std::vector<std::string> extra_columns = {});
 
+    /// Lets the frames of a maker show the objects of a terrain's scene; nothing where it has none.
+    ///
+    /// Fails: as ObjectField::create()
+    Result<void> add_objects(const Terrain& terrain, FrameMaker& maker);
+
     /// Logs a frame, and draws it where pictures are requested. Fails with io.
     Result<void> add(MadeFrame frame, const View& view, std::span<const DrawnObject> objects = {});
 

@@ -4,6 +4,7 @@
 #include "frames/flight_log.h"
 #include "output/interrupt.h"
 
+#include <chrono>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -72,10 +73,14 @@ Result<FlightPictures> FlightPictures::create(const FlightOptions& options,
     return pictures;
 }
 
-Result<void> FlightPictures::add(std::size_t frame, const TerrainMesh& mesh, const View& view,
-                                 std::span<const DrawnObject> objects) {
-    if (const Result<void> drawn = renderer_.draw(mesh, view, objects); !drawn) return drawn;
+Result<double> FlightPictures::add(std::size_t frame, const MadeFrame& made, const View& view,
+                                   std::span<const DrawnObject> objects) {
+    const auto start = std::chrono::steady_clock::now();
+    if (const Result<void> drawn = renderer_.draw(made.mesh, view, objects, made.draws); !drawn)
+        return tl::unexpected(drawn.error());
     const Image image = renderer_.read();
+    const std::chrono::duration<double, std::milli> taken =
+        std::chrono::steady_clock::now() - start;
     if (window_) {
         window_->show(image);
         context_.make_current();
@@ -84,10 +89,16 @@ Result<void> FlightPictures::add(std::size_t frame, const TerrainMesh& mesh, con
         const std::string name = frame_name(frame);
         const std::string path = picture_folder_->path_of(name);
         const RemovedIfKilled part(path + ".part");  // as write_png() names it
-        if (const Result<void> written = write_png(image, path); !written) return written;
-        if (const Result<void> listed = picture_folder_->record(path, name); !listed) return listed;
+        if (const Result<void> written = write_png(image, path); !written)
+            return tl::unexpected(written.error());
+        if (const Result<void> listed = picture_folder_->record(path, name); !listed)
+            return tl::unexpected(listed.error());
     }
-    return film_ ? film_->add(image) : Result<void>{};
+    if (film_) {
+        if (const Result<void> added = film_->add(image); !added)
+            return tl::unexpected(added.error());
+    }
+    return taken.count();
 }
 
 Result<void> FlightPictures::finish() { return film_ ? film_->finish() : Result<void>{}; }

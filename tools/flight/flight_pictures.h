@@ -24,8 +24,13 @@ public:
                                          const std::shared_ptr<OutputFolder>& folder);
 
     /// Draws a frame and writes it. Fails with io.
-    Result<void> add(std::size_t frame, const TerrainMesh& mesh, const View& view,
-                     std::span<const DrawnObject> objects = {});
+    ///
+    /// @return milliseconds from the draw call until the picture has been read
+    Result<double> add(std::size_t frame, const MadeFrame& made, const View& view,
+                       std::span<const DrawnObject> objects = {});
+
+    /// For meshes of objects.
+    TerrainRenderer& renderer() { return renderer_; }
 
     /// Whether the user closed the window.
     bool is_closed() const { return window_ && window_->is_closed(); }

@@ -106,6 +106,8 @@ CommandResult<void> run_fly(const FlyOptions& options, const CLI::App& command) 
     if (!maker) return pass_on(maker.error());
     Result<FlightOutput> output = FlightOutput::create(options, *terrain->source);
     if (!output) return pass_on(output.error());
+    if (const Result<void> added = output->add_objects(*terrain, *maker); !added)
+        return pass_on(added.error());
 
     if (const Result<void> flown =
             fly(options, *path, *frame_count, storage.get(), *maker, *output);

@@ -23,21 +23,25 @@ std::string header(std::span<const std::string> extra_columns) {
         "time_s,eye_x_m,eye_y_m,eye_z_m,triangles,budget,error_px,measured_error_px,update_ms,"
         "chunks_resident,resident_bytes,late_chunks,max_pop_px,"
         "status,threshold_px,max_pop_elsewhere_px,points,holes,in_flight_bytes,chunks_loaded,"
-        "chunks_evicted,late,solid_triangles,max_solid_pop_px";
+        "chunks_evicted,late,solid_triangles,max_solid_pop_px,draw_ms,objects_drawn,objects_culled,"
+        "objects_left_out,object_triangles,objects_ms";
     for (const std::string& name : extra_columns) line += "," + name;
     return line + "\n";
 }
 
 std::string csv_line(const FrameRecord& r) {
     std::string line = fmt::format(
-        "{},{},{},{},{},{},{},{},{:.4f},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}", r.time,
-        r.eye_world.x(), r.eye_world.y(), r.eye_world.z(), r.triangles, r.budget, r.error_px,
-        number_or_nothing(r.measured_error_px), r.update_ms, r.paging.resident_chunks,
+        "{},{},{},{},{},{},{},{},{:.4f},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}"
+        ","
+        "{:.4f}",
+        r.time, r.eye_world.x(), r.eye_world.y(), r.eye_world.z(), r.triangles, r.budget,
+        r.error_px, number_or_nothing(r.measured_error_px), r.update_ms, r.paging.resident_chunks,
         r.paging.resident_bytes, r.paging.late_chunks, number_or_nothing(r.max_pop_px),
         name_of(r.status), r.threshold_px, number_or_nothing(r.max_pop_elsewhere_px),
         number_or_nothing(r.points), number_or_nothing(r.holes), r.paging.in_flight_bytes,
         r.paging.loaded, r.paging.evicted, r.is_late() ? 1 : 0, r.solid_triangles,
-        number_or_nothing(r.max_solid_pop_px));
+        number_or_nothing(r.max_solid_pop_px), r.draw_ms ? fmt::format("{:.4f}", *r.draw_ms) : "",
+        r.objects_drawn, r.objects_culled, r.objects_left_out, r.object_triangles, r.objects_ms);
     for (const double value : r.extra) line += fmt::format(",{}", value);
     return line + "\n";
 }
@@ -52,6 +56,19 @@ std::vector<double> values_of(std::span<const FrameRecord> frames, Get get) {
 
 double largest(const std::vector<double>& values) {
     return values.empty() ? 0.0 : *std::max_element(values.begin(), values.end());
+}
+
+/// What the summary says of the objects of a scene.
+void add_objects(std::span<const FrameRecord> frames, nlohmann::ordered_json& summary) {
+    const auto most = [&](auto&& get) {
+        return static_cast<std::size_t>(largest(values_of(frames, get)));
+    };
+    summary["objects_drawn_max"] = most([](const FrameRecord& r) { return r.objects_drawn; });
+    summary["objects_left_out_max"] = most([](const FrameRecord& r) { return r.objects_left_out; });
+    summary["object_triangles_max"] = most([](const FrameRecord& r) { return r.object_triangles; });
+    const auto ms = values_of(frames, [](const FrameRecord& r) { return r.objects_ms; });
+    summary["objects_ms_median"] = percentile(ms, 0.5);
+    summary["objects_ms_max"] = largest(ms);
 }
 
 }  // namespace
@@ -136,6 +153,11 @@ nlohmann::ordered_json summarize(std::span<const FrameRecord> frames, std::size_
     summary["update_ms_median"] = percentile(updates, 0.5);
     summary["update_ms_p99"] = percentile(updates, 0.99);
     summary["update_ms_max"] = largest(updates);
+    if (!frames.empty() && frames.front().draw_ms) {
+        summary["draw_ms_median"] = percentile(
+            values_of(frames, [](const FrameRecord& r) { return r.draw_ms.value_or(0.0); }), 0.5);
+    }
+    if (!frames.empty() && frames.front().has_objects) add_objects(frames, summary);
     summary["late_frames"] = count_if([](const FrameRecord& r) { return r.is_late(); });
     summary["excess_error_px_s"] = excess_error_px_s(frames, fps);
     summary["late_chunks_max"] = static_cast<std::size_t>(largest(late));

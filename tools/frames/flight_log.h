@@ -26,7 +26,7 @@ struct FrameRecord {
     double max_error_px = 1.0;  ///< the target
     double threshold_px = 0.0;
     MeshStatus status = MeshStatus::not_resident;
-    double update_ms = 0.0;  ///< of Pager::update and Triangulator::update together
+    double update_ms = 0.0;  ///< of Pager::update, Triangulator::update and objects together
     PagerStats paging;
     std::size_t solid_triangles = 0;          ///< those of volumes
     std::optional<double> measured_error_px;  ///< with --verify, like the next five
@@ -35,7 +35,14 @@ struct FrameRecord {
     std::optional<std::size_t> points;
     std::optional<std::size_t> holes;
     std::optional<double> max_solid_pop_px;
-    std::vector<double> extra;  ///< values of FlightLog's extra columns
+    std::optional<double> draw_ms;  ///< until the picture can be read; where one is drawn
+    bool has_objects = false;       ///< of a scene: else the next five are 0
+    std::size_t objects_drawn = 0;
+    std::size_t objects_culled = 0;    ///< out of view
+    std::size_t objects_left_out = 0;  ///< in view, and not drawn under the threshold
+    std::size_t object_triangles = 0;  ///< part of triangles
+    double objects_ms = 0.0;           ///< part of update_ms
+    std::vector<double> extra;         ///< values of FlightLog's extra columns
 
     /// Whether a needed chunk is absent and the error is above the target or nothing is drawn.
     bool is_late() const {

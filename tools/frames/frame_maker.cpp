@@ -28,17 +28,22 @@ Result<FrameMaker> FrameMaker::create(std::shared_ptr<const HeightSource> source
     return maker;
 }
 
+std::span<const TriangleDemand> FrameMaker::begin_objects(const View& view) {
+    return objects_ ? objects_->begin_frame(view) : std::span<const TriangleDemand>();
+}
+
 void FrameMaker::load_until_stable(const View& view, std::span<const BodyNeed> bodies,
                                    double time) {
     constexpr double kFirstThreshold_px = 4096.0;
     constexpr int kMostRounds = 64;
     threshold_px_ = kFirstThreshold_px;
     std::uint64_t last_epoch = 0;
+    if (objects_) objects_->load_all(view);
     for (int round = 0; round < kMostRounds && !is_interrupted(); ++round) {
         const std::array cameras{CameraNeed{.view = view, .threshold_px = threshold_px_}};
         pager_.update(cameras, bodies, time);
         pager_.finish();
-        const TerrainMesh mesh = triangulator_.update(pager_.resident(), view);
+        const TerrainMesh mesh = triangulator_.update(pager_.resident(), view, begin_objects(view));
         const bool is_settled =
             mesh.threshold_px >= threshold_px_ && mesh.resident->epoch() == last_epoch;
         if (is_settled || pager_.stats().late_chunks > 0) return;
@@ -54,7 +59,8 @@ MadeFrame FrameMaker::make(CameraNeed camera, std::span<const BodyNeed> bodies, 
     camera.threshold_px = threshold_px_;
     const Clock::time_point start = Clock::now();
     pager_.update({&camera, 1}, bodies, time);
-    frame.mesh = triangulator_.update(pager_.resident(), view);
+    frame.mesh = triangulator_.update(pager_.resident(), view, begin_objects(view));
+    if (objects_) frame.draws = objects_->end_frame(frame.mesh.others_threshold_px);
     const std::chrono::duration<double, std::milli> taken = Clock::now() - start;
     threshold_px_ = frame.mesh.threshold_px;
 
@@ -62,6 +68,16 @@ MadeFrame FrameMaker::make(CameraNeed camera, std::span<const BodyNeed> bodies, 
     record.time = time;
     record.eye_world = view.eye_world;
     record.triangles = frame.mesh.triangle_count;
+    if (objects_) {
+        const ObjectCounts& counts = objects_->counts();
+        record.has_objects = true;
+        record.triangles += counts.triangles;
+        record.objects_drawn = counts.drawn;
+        record.objects_culled = counts.culled;
+        record.objects_left_out = counts.left_out;
+        record.object_triangles = counts.triangles;
+        record.objects_ms = counts.ms;
+    }
     for (const MeshSolid& solid : frame.mesh.solids) {
         record.solid_triangles += solid.triangle_count();
     }

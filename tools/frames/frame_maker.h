@@ -3,6 +3,7 @@
 
 #include "frames/flight_log.h"
 #include "frames/verify.h"
+#include "objects/object_field.h"
 
 #include <terrane/terrain/pager.h>
 #include <terrane/terrain/triangulator.h>
@@ -16,6 +17,7 @@ namespace terrane::tools {
 /// A frame. The mesh is valid until the next frame.
 struct MadeFrame {
     TerrainMesh mesh;
+    SceneDraws draws;  ///< of the objects of a scene
     FrameRecord record;
 };
 
@@ -34,6 +36,9 @@ public:
     static Result<FrameMaker> create(std::shared_ptr<const HeightSource> source,
                                      const FrameMakerSettings& settings,
                                      std::unique_ptr<ChunkLoader> loader = nullptr);
+
+    /// Adds the objects of a scene, which share the budget of the ground from then on.
+    void set_objects(std::unique_ptr<ObjectField> objects) { objects_ = std::move(objects); }
 
     /// Blocks until everything that the first frame can use is resident, or the memory ceiling is reached. Starts with
     /// a coarse error threshold and halves it, so that a small triangle budget loads no chunks that it cannot draw.
@@ -54,10 +59,12 @@ public:
 
 private:
     FrameMaker(Pager pager, Triangulator triangulator);
+    std::span<const TriangleDemand> begin_objects(const View& view);
 
     Pager pager_;
     Triangulator triangulator_;
     std::optional<Verifier> verifier_;
+    std::unique_ptr<ObjectField> objects_;  // null: none
     std::size_t budget_ = 0;
     double max_error_px_ = 1.0;
     double threshold_px_ = 1.0;

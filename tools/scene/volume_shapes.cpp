@@ -69,9 +69,9 @@ Parsed<VolumeShape> read_tube(const Json& tube) {
 }
 
 Parsed<VolumeShape> read_mesh_shape(const std::string& file) {
-    Result<SceneMesh> mesh = read_mesh(file);
+    Result<TriangleMesh> mesh = read_mesh(file);
     if (!mesh) return wrong(mesh.error().message);
-    return VolumeMesh{std::move(mesh->points), std::move(mesh->triangles)};
+    return VolumeMesh{std::move(mesh->positions), std::move(mesh->triangles)};
 }
 
 }  // namespace

@@ -40,8 +40,8 @@ constexpr const char* kGdalCache_mb = "256";
 using Json = nlohmann::ordered_json;
 
 constexpr int kMaxNesting = 64;  // brackets in a scene file
-const std::array<std::string, 7> kSceneKeys{"dem",    "seed",    "fractal", "detail_m",
-                                            "bodies", "surface", "volumes"};
+const std::array<std::string, 8> kSceneKeys{"dem",    "seed",    "fractal", "detail_m",
+                                            "bodies", "surface", "volumes", "objects"};
 
 std::string quoted(const std::string& text) { return "'" + text + "'"; }
 
@@ -142,6 +142,7 @@ CommandResult<Terrain> open_dem(const TerrainOptions& options) {
 /// Adds what a scene has besides its terrain.
 CommandResult<Terrain> play_scene(const std::string& path, TerrainOptions scene, Terrain terrain) {
     terrain.bodies = std::move(scene.bodies);
+    terrain.objects = std::move(scene.objects);
     if (scene.volumes != nullptr) {
         auto placed = place_volumes(*scene.volumes, *terrain.source);
         if (!placed) return failure(fmt::format("scene '{}': {}", path, placed.error().message));
@@ -207,8 +208,9 @@ void add_terrain_options(CLI::App& app, TerrainOptions& options) {
         app.add_option("--scene", options.scene,
                        "The same choices in a JSON file, with the keys dem, seed, fractal and "
                        "detail_m; and bodies, "
-                       "which drop, drive and walk play, surface, the friction by place, and "
-                       "volumes: caves, tunnels, digs");
+                       "which drop, drive and walk play, surface, the friction by place, "
+                       "volumes: caves, tunnels, digs, and objects, which fly, drive and walk "
+                       "show");
     scene_option->type_name("FILE.json")->group("Terrain");
     scene_option->excludes("--dem")->excludes("--seed")->excludes("--fractal");
     app.add_option(
@@ -310,6 +312,10 @@ CommandResult<TerrainOptions> parse_scene(const std::string& text, const std::st
             auto volumes = read_volumes(value, folder.string());
             if (!volumes) return failure(fmt::format("scene '{}': {}", path, volumes.error()));
             options.volumes = *std::move(volumes);
+        } else if (key == "objects") {
+            Parsed<SceneObjects> objects = read_objects(value, folder.string());
+            if (!objects) return failure(fmt::format("scene '{}': {}", path, objects.error()));
+            options.objects = std::make_shared<const SceneObjects>(*std::move(objects));
         } else {
             return failure(fmt::format("scene '{}': unknown key '{}'{}", path, key,
                                        did_you_mean(key, kSceneKeys)));

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "options/command.h"
+#include "scene/scene_objects.h"
 #include "scene/scene_surface.h"
 #include "scene/scene_volumes.h"
 #include "world/placed_body.h"
@@ -31,6 +32,7 @@ struct TerrainOptions {
     std::vector<PlacedBody> bodies = {};  ///< of a scene
     std::optional<SceneSurface> surface = std::nullopt;  ///< of a scene
     std::shared_ptr<const SceneVolumes> volumes = {};    ///< of a scene; null: none
+    std::shared_ptr<const SceneObjects> objects = {};    ///< of a scene; null: none
     std::string cache;  ///< a folder, "beside" or "off"; "": the user's cache folder
 };
 
@@ -47,6 +49,7 @@ struct Terrain {
     std::vector<PlacedBody> bodies = {};            ///< of a scene
     std::shared_ptr<const SurfaceMap> surface = {};        ///< of a scene; null: none
     std::shared_ptr<const SceneVolumeField> volumes = {};  ///< of a scene; null: none
+    std::shared_ptr<const SceneObjects> objects = {};      ///< of a scene; null: none
     std::shared_ptr<const HeightSource> heightfield =
         {};  ///< the source without its volumes; null: none
 };
@@ -59,7 +62,7 @@ CommandResult<std::shared_ptr<const HeightSource>> with_volumes(
     const Terrain& terrain, std::shared_ptr<const HeightSource> heightfield);
 
 /// Parses a scene file: {"dem": "file.tif", "seed": 7, "detail_m": 1} or {"seed": 7, "fractal": "ridged"}, with
-/// `bodies` (read_bodies()), `surface` (read_surface()) and `volumes` (read_volumes()) where wanted; refuses other
+/// `bodies` (read_bodies()), `surface` (read_surface()), `volumes` (read_volumes()) and `objects` (read_objects()) where wanted; refuses other
 /// keys. Paths of files are relative to the folder of the scene file.
 ///
 /// @param path of the scene file: for messages and relative paths

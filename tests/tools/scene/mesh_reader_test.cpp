@@ -26,10 +26,10 @@ constexpr const char* kAscii =
     "0 9 0 1\n1 9 0 1\n1.5 9 +1 1\n0 9 1 1e0\n7 2 3 4\n5 4 0 1 2 3\n";
 
 TEST(ReadMesh, TakesTextsWithOtherElementsAndPolygons) {
-    const Result<SceneMesh> mesh = parse_ply(kAscii);
+    const Result<TriangleMesh> mesh = parse_ply(kAscii);
     ASSERT_TRUE(mesh) << mesh.error().message;
-    ASSERT_EQ(mesh->points.size(), 4u);
-    EXPECT_EQ(mesh->points[2], Eigen::Vector3d(1.5, 1.0, 1.0));
+    ASSERT_EQ(mesh->positions.size(), 4u);
+    EXPECT_EQ(mesh->positions[2], Eigen::Vector3d(1.5, 1.0, 1.0));
     EXPECT_EQ(mesh->triangles, (Triangles{{0, 1, 2}, {0, 2, 3}}));
 }
 
@@ -60,10 +60,10 @@ std::string binary_ply(bool is_big) {
 
 TEST(ReadMesh, TakesBothOrdersOfBytes) {
     for (const bool is_big : {false, true}) {
-        const Result<SceneMesh> mesh = parse_ply(binary_ply(is_big));
+        const Result<TriangleMesh> mesh = parse_ply(binary_ply(is_big));
         ASSERT_TRUE(mesh) << mesh.error().message;
-        ASSERT_EQ(mesh->points.size(), 3u);
-        EXPECT_EQ(mesh->points[2], Eigen::Vector3d(2.5, 0.1 * 4, -2.0));
+        ASSERT_EQ(mesh->positions.size(), 3u);
+        EXPECT_EQ(mesh->positions[2], Eigen::Vector3d(2.5, 0.1 * 4, -2.0));
         EXPECT_EQ(mesh->triangles, (Triangles{{2, 1, 0}}));
     }
 }
@@ -73,7 +73,7 @@ TEST(ReadMesh, RefusesEveryTruncatedFile) {
         ASSERT_TRUE(parse_ply(whole));
         // without the end of the last line the text is still whole
         for (std::size_t size = 0; size + 1 < whole.size(); ++size) {
-            const Result<SceneMesh> mesh = parse_ply(std::string_view(whole).substr(0, size));
+            const Result<TriangleMesh> mesh = parse_ply(std::string_view(whole).substr(0, size));
             ASSERT_FALSE(mesh) << size;
             EXPECT_EQ(mesh.error().code, ErrorCode::bad_data);
         }
@@ -93,7 +93,7 @@ TEST(ReadMesh, SurvivesRandomBytes) {
             if (!mesh) continue;
             for (const auto& triangle : mesh->triangles) {
                 for (const std::uint32_t corner : triangle) {
-                    ASSERT_LT(corner, mesh->points.size()) << "seed " << seed;
+                    ASSERT_LT(corner, mesh->positions.size()) << "seed " << seed;
                 }
             }
         }
@@ -102,7 +102,7 @@ TEST(ReadMesh, SurvivesRandomBytes) {
 
 TEST(ReadMesh, NamesWhatIsWrong) {
     const auto of_ply = [](const std::string& rest) {
-        const Result<SceneMesh> mesh = parse_ply("ply\nformat ascii 1.0\n" + rest);
+        const Result<TriangleMesh> mesh = parse_ply("ply\nformat ascii 1.0\n" + rest);
         return mesh ? std::string() : mesh.error().message;
     };
     const std::string xyz = "property float x\nproperty float y\nproperty float z\n";
@@ -121,7 +121,7 @@ TEST(ReadMesh, NamesWhatIsWrong) {
                      "3 0 0 1\n"),
               "a face names point 1 of 1");
     const auto of_obj = [](const std::string& text) {
-        const Result<SceneMesh> mesh = parse_obj(text);
+        const Result<TriangleMesh> mesh = parse_obj(text);
         return mesh ? std::string() : mesh.error().message;
     };
     EXPECT_EQ(of_obj("# a\nv 1 2\n"), "line 2: a point needs 3 numbers");
@@ -147,14 +147,14 @@ protected:
 };
 
 TEST_F(MeshFiles, WeldEqualPointsAndDropWhatIsNoTriangle) {
-    const Result<SceneMesh> mesh =
+    const Result<TriangleMesh> mesh =
         read_mesh(write("a.OBJ",
                         "v 0 0 0\nv 1 0 0\nv 0 1 0\nv -0 0 0\nv 1 0 0\nvt 1 1\n"
                         "f -2/1/1 5//1 3/1\nf 1 4 2\n"));
     ASSERT_TRUE(mesh) << mesh.error().message;
-    EXPECT_EQ(mesh->points.size(), 5u);
+    EXPECT_EQ(mesh->positions.size(), 5u);
     EXPECT_EQ(mesh->triangles, (Triangles{{0, 1, 2}}));
-    const Result<SceneMesh> none = read_mesh(write("b.obj", "v 0 0 0\n"));
+    const Result<TriangleMesh> none = read_mesh(write("b.obj", "v 0 0 0\n"));
     ASSERT_FALSE(none);
     EXPECT_NE(none.error().message.find("b.obj' has no triangle"), std::string::npos);
 }
@@ -165,9 +165,9 @@ TEST_F(MeshFiles, AreReadAsTheyWereWritten) {
     made.triangles = {{0, 1, 2}, {2, 1, 0}};
     const std::string path = (folder_ / "a.ply").string();
     ASSERT_TRUE(write_ply(made, path));
-    const Result<SceneMesh> mesh = read_mesh(path);
+    const Result<TriangleMesh> mesh = read_mesh(path);
     ASSERT_TRUE(mesh) << mesh.error().message;
-    EXPECT_EQ(mesh->points, made.vertices_world);
+    EXPECT_EQ(mesh->positions, made.vertices_world);
     EXPECT_EQ(mesh->triangles, made.triangles);
 }
 

@@ -17,18 +17,18 @@ namespace {
 constexpr std::uintmax_t kMostBytes = std::uintmax_t{1} << 30;
 
 /// Lets corners refer to the first of equal points, and drops triangles that are none then.
-void weld_points(SceneMesh& mesh) {
+void weld_points(TriangleMesh& mesh) {
     const auto less = [&](std::uint32_t a, std::uint32_t b) {
-        const Eigen::Vector3d &p = mesh.points[a], &q = mesh.points[b];
+        const Eigen::Vector3d &p = mesh.positions[a], &q = mesh.positions[b];
         return std::lexicographical_compare(p.data(), p.data() + 3, q.data(), q.data() + 3);
     };
-    std::vector<std::uint32_t> order(mesh.points.size()), first(mesh.points.size());
+    std::vector<std::uint32_t> order(mesh.positions.size()), first(mesh.positions.size());
     std::iota(order.begin(), order.end(), 0u);
     // a NaN has no order; such a mesh is refused later by the check of its points
-    if (std::ranges::any_of(mesh.points, [](const auto& p) { return p != p; })) return;
+    if (std::ranges::any_of(mesh.positions, [](const auto& p) { return p != p; })) return;
     std::ranges::stable_sort(order, less);
     for (std::size_t i = 0; i < order.size(); ++i) {
-        const bool is_same = i > 0 && mesh.points[order[i - 1]] == mesh.points[order[i]];
+        const bool is_same = i > 0 && mesh.positions[order[i - 1]] == mesh.positions[order[i]];
         first[order[i]] = is_same ? first[order[i - 1]] : order[i];
     }
     for (auto& triangle : mesh.triangles) {
@@ -58,12 +58,12 @@ Result<std::string> read_bytes(const std::string& path) {
 
 }  // namespace
 
-Result<void> add_polygon(const std::vector<std::int64_t>& corners, SceneMesh& mesh) {
+Result<void> add_polygon(const std::vector<std::int64_t>& corners, TriangleMesh& mesh) {
     const auto wrong = [](std::string message) { return fail(ErrorCode::bad_data, message); };
     if (corners.size() < 3) {
         return wrong(fmt::format("a face has {} corners, fewer than 3", corners.size()));
     }
-    const auto point_count = static_cast<std::int64_t>(mesh.points.size());
+    const auto point_count = static_cast<std::int64_t>(mesh.positions.size());
     for (const std::int64_t corner : corners) {
         if (corner >= 0 && corner < point_count) continue;
         return wrong(fmt::format("a face names point {} of {}", corner, point_count));
@@ -79,7 +79,7 @@ Result<void> add_polygon(const std::vector<std::int64_t>& corners, SceneMesh& me
     return {};
 }
 
-Result<SceneMesh> read_mesh(const std::string& path) {
+Result<TriangleMesh> read_mesh(const std::string& path) {
     std::string ending = std::filesystem::path(path).extension().string();
     std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return std::tolower(c); });
     if (ending != ".ply" && ending != ".obj") {
@@ -88,7 +88,7 @@ Result<SceneMesh> read_mesh(const std::string& path) {
     }
     const Result<std::string> bytes = read_bytes(path);
     if (!bytes) return tl::unexpected<Error>(bytes.error());
-    Result<SceneMesh> mesh = ending == ".ply" ? parse_ply(*bytes) : parse_obj(*bytes);
+    Result<TriangleMesh> mesh = ending == ".ply" ? parse_ply(*bytes) : parse_obj(*bytes);
     if (!mesh) {
         return fail(mesh.error().code,
                     fmt::format("cannot read mesh '{}': {}", path, mesh.error().message));

@@ -3,8 +3,8 @@
 
 #include <terrane/terrain/math.h>
 #include <terrane/terrain/result.h>
+#include <terrane/terrain/triangle_mesh.h>
 
-#include <array>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -12,36 +12,32 @@
 
 namespace terrane::tools {
 
-/// Triangles of a mesh file.
-struct SceneMesh {
-    std::vector<Eigen::Vector3d> points;  ///< as in the file, in its order
-    /// Indices of points. Points with the same three coordinates count as the first of them, because many programs
-    /// write a corner once for each of its normals.
-    std::vector<std::array<std::uint32_t, 3>> triangles;
-};
-
 /// Most points, and most triangles, of a mesh file.
 inline constexpr std::size_t kMostMeshParts = std::size_t{1} << 22;
 
-/// Reads a file whose name ends in .ply or .obj, in any case. Polygons become fans of triangles; what is no point and
-/// no face is ignored.
+/// Reads a file whose name ends in .ply or .obj, in any case: positions as in the file and in its order, and the
+/// colours of vertices where all have one. Polygons become fans of triangles; anything else is ignored. Triangles name
+/// the first of vertices with the same three coordinates, because many programs write a corner once for each of its
+/// normals.
 ///
 /// Fails: io where the file cannot be read; bad_data where it is no such file, ends early, has more than
 ///        kMostMeshParts points or triangles, names points that it does not have, or has no triangle. The message
 ///        names the file.
-Result<SceneMesh> read_mesh(const std::string& path);
+Result<TriangleMesh> read_mesh(const std::string& path);
 
-/// The text of a PLY file: ascii, binary_little_endian or binary_big_endian. Fails as read_mesh(), without the name.
-Result<SceneMesh> parse_ply(std::string_view bytes);
+/// The text of a PLY file: ascii, binary_little_endian or binary_big_endian, with colours as red, green and blue of type
+/// uchar or, from 0 to 1, float. Fails as read_mesh(), without the name.
+Result<TriangleMesh> parse_ply(std::string_view bytes);
 
-/// The text of a Wavefront OBJ file; only its lines v and f. Fails as read_mesh(), without the name.
-Result<SceneMesh> parse_obj(std::string_view text);
+/// The text of a Wavefront OBJ file; only its lines v, with a colour from 0 to 1 after the position where there is one,
+/// and f. Fails as read_mesh(), without the name.
+Result<TriangleMesh> parse_obj(std::string_view text);
 
 /// Adds a polygon as a fan, without triangles that have a point twice.
 ///
 /// Fails: bad_data for fewer than three corners, a corner that is no point of the mesh, or too many triangles
 ///
 /// @param corners indices of points, counted from 0
-Result<void> add_polygon(const std::vector<std::int64_t>& corners, SceneMesh& mesh);
+Result<void> add_polygon(const std::vector<std::int64_t>& corners, TriangleMesh& mesh);
 
 }  // namespace terrane::tools

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstring>
 
@@ -160,7 +161,7 @@ class PlyElements {
 public:
     PlyElements(std::string_view bytes, const PlyHeader& header) : numbers_(bytes, header.form) {}
 
-    Result<void> read(const PlyElement& element, SceneMesh& mesh) {
+    Result<void> read(const PlyElement& element, TriangleMesh& mesh) {
         const bool is_vertex = element.name == "vertex", is_face = element.name == "face";
         if ((is_vertex || is_face) && element.count > static_cast<std::int64_t>(kMostMeshParts)) {
             return bad_ply(fmt::format("it has {} elements '{}', more than {}", element.count,
@@ -172,7 +173,8 @@ public:
                 return bad_ply(fmt::format("it ends early, or is wrong, in element {} of {} '{}'",
                                            i, element.count, element.name));
             }
-            if (is_vertex) mesh.points.push_back(point_);
+            if (is_vertex) mesh.positions.push_back(point_);
+            if (is_vertex && colour_count_ == 3) mesh.colours.push_back(colour_);
             if (!is_face) continue;
             if (auto added = add_polygon(corners_, mesh); !added) return added;
         }
@@ -181,6 +183,7 @@ public:
 
 private:
     bool read_one(const PlyElement& element) {
+        colour_count_ = 0;
         for (const PlyProperty& property : element.properties) {
             if (!property.count) {
                 const std::optional<double> value = numbers_.next(property.type);
@@ -189,11 +192,22 @@ private:
                     property.name[0] <= 'z') {
                     point_[property.name[0] - 'x'] = *value;
                 }
+                read_colour(property, *value);
             } else if (!read_list(property)) {
                 return false;
             }
         }
         return true;
+    }
+
+    void read_colour(const PlyProperty& property, double value) {
+        constexpr std::array<std::string_view, 3> kNames = {"red", "green", "blue"};
+        const auto* const name = std::ranges::find(kNames, property.name);
+        if (name == kNames.end()) return;
+        const double level = property.type == PlyType::uint8 ? value : 255.0 * value + 0.5;
+        if (!(level >= 0.0 && level < 256.0)) return;
+        colour_[static_cast<std::size_t>(name - kNames.begin())] = static_cast<std::uint8_t>(level);
+        ++colour_count_;
     }
 
     bool read_list(const PlyProperty& property) {
@@ -214,6 +228,8 @@ private:
 
     PlyNumbers numbers_;
     Eigen::Vector3d point_ = Eigen::Vector3d::Zero();
+    std::array<std::uint8_t, 4> colour_{0, 0, 0, 255};
+    int colour_count_ = 0;  // of red, green and blue
     std::vector<std::int64_t> corners_;
 };
 
@@ -247,15 +263,16 @@ Result<void> check_header(const PlyHeader& header) {
 
 }  // namespace
 
-Result<SceneMesh> parse_ply(std::string_view bytes) {
+Result<TriangleMesh> parse_ply(std::string_view bytes) {
     const Result<PlyHeader> header = take_header(bytes);
     if (!header) return tl::unexpected<Error>(header.error());
     if (auto ok = check_header(*header); !ok) return tl::unexpected<Error>(ok.error());
-    SceneMesh mesh;
+    TriangleMesh mesh;
     PlyElements elements(bytes, *header);
     for (const PlyElement& element : header->elements) {
         if (auto ok = elements.read(element, mesh); !ok) return tl::unexpected<Error>(ok.error());
     }
+    if (mesh.colours.size() != mesh.positions.size()) mesh.colours.clear();
     return mesh;
 }
 

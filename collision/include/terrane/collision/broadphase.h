@@ -2,6 +2,7 @@
 #pragma once
 
 #include <terrane/terrain/aabb.h>
+#include <terrane/terrain/bounding_sphere.h>
 
 #include <cstdint>
 #include <memory>
@@ -9,12 +10,6 @@
 #include <string_view>
 
 namespace terrane {
-
-/// A sphere that contains a body whatever its rotation.
-struct BoundingSphere {
-    Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< world, metres
-    double radius = 0.0;
-};
 
 /// Two bodies by their indices, a < b.
 struct BodyPair {

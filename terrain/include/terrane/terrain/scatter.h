@@ -52,7 +52,7 @@ struct ScatterSquare {
 class Scatter {
 public:
     /// Cells along the side of a square.
-    static constexpr int kSquareCells = 64;
+    static constexpr int kSquareCells = 16;
 
     /// Fails: invalid_argument, naming the field and its value, for settings out of range
     static Result<Scatter> create(std::shared_ptr<const HeightSource> source,

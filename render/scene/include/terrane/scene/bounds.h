@@ -2,17 +2,12 @@
 #pragma once
 
 #include <terrane/terrain/aabb.h>
+#include <terrane/terrain/bounding_sphere.h>
 #include <terrane/terrain/math.h>
 
 #include <span>
 
 namespace terrane {
-
-/// A ball that contains an object, closed.
-struct BoundingSphere {
-    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-    double radius = 0.0;  ///< metres, >= 0
-};
 
 /// A box that contains an object, closed, with axes of its own.
 struct OrientedBox {
