@@ -238,7 +238,7 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
         if (!made) return tl::unexpected(made.error());
         eye = *made;
     }
-    if (const Result<void> ready = state.scene.prepare(scene); !ready) return ready;
+    if (const Result<void> ready = state.scene.prepare(scene, view); !ready) return ready;
     if (const Result<void> ready = state.draws.prepare(mesh, view, eye); !ready) return ready;
     if (mesh.resident != nullptr) {
         const Result<void> lit = state.shade.prepare(mesh.resident, view, eye);

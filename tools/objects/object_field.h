@@ -61,11 +61,13 @@ private:
         WorldPos followed_from = WorldPos::Zero();
     };
 
-    explicit ObjectField(Scene scene) : scene_(std::move(scene)) {}
+    ObjectField(Scene scene, double max_error_px)
+        : scene_(std::move(scene)), max_error_px_(max_error_px) {}
     void follow(Strewn& strewn, const View& view, std::size_t most_squares);
     void add_square(Strewn& strewn, const ScatterSquare& square);
 
     Scene scene_;
+    double max_error_px_;  // no object is drawn whose absence is less
     std::vector<Strewn> strewn_;
     ObjectCounts counts_;
 };

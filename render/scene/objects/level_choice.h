@@ -33,6 +33,11 @@ public:
     /// @param log2_factor log2 of pixels per metre of error: scale times pixels per radian over distance
     void add_to(float log2_factor, DemandHistogram& histogram) const;
 
+    /// Whether anything of an object is drawn.
+    bool is_drawn(float log2_factor, float log2_threshold) const {
+        return steps_.back().log2_error + log2_ratio_ + log2_factor > log2_threshold;
+    }
+
     /// @param log2_threshold of the threshold in pixels
     ChosenLevels choose(float log2_factor, float log2_threshold) const;
 

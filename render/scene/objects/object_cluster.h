@@ -19,6 +19,8 @@ struct ObjectCluster {
     std::uint32_t model = 0;
     WorldPos origin_world = WorldPos::Zero();  ///< of the offsets
     Aabb bounds_world;
+    float most_log_scale = 0.0f;  ///< largest of log_scale
+    float most_radius = 0.0f;     ///< largest of radius
     std::vector<float> x, y,
         z;  ///< [objects] centre of the bounding sphere minus the origin, metres
     std::vector<float> radius;              ///< [objects] of the bounding sphere, metres

@@ -47,6 +47,12 @@ Result<void> check_object(const PlacedObject& object, std::size_t index) {
     return {};
 }
 
+float log2_of_threshold(double threshold_px) {
+    if (threshold_px >= 1e30) return std::numeric_limits<float>::infinity();
+    if (!(threshold_px > 1e-30)) return -std::numeric_limits<float>::infinity();
+    return internal::log2_of(static_cast<float>(threshold_px));
+}
+
 }  // namespace
 
 struct Scene::State {
@@ -71,6 +77,7 @@ struct Scene::State {
     std::vector<const ObjectCluster*> clusters;
     std::optional<CullTree> tree;
     CullMemory memory;
+    double least_threshold_px = 0.0;
 
     // Of the frame.
     SceneCounts counts;
@@ -118,7 +125,7 @@ void Scene::State::choose(float log2_threshold) {
             counts.drawn += has_finer ? 1 : 0;
             chosen[i++] = levels;
         });
-    counts.left_out = objects.size() - counts.drawn;
+    counts.left_out = counts.in_view - counts.drawn;
 }
 
 void Scene::State::lay_out() {
@@ -218,35 +225,35 @@ void Scene::remove_group(GroupId group) {
 
 std::size_t Scene::object_count() const { return state_->object_count; }
 
-std::span<const TriangleDemand> Scene::begin_frame(const View& view) {
+std::span<const TriangleDemand> Scene::begin_frame(const View& view, double least_threshold_px) {
     State& state = *state_;
     state.counts = {};
     state.counts.objects = state.object_count;
     state.demands.clear();
     if (state.object_count == 0 || !check(view)) {
-        state.objects.begin({});
+        state.objects.begin({}, 0.0f);
         return {};
     }
     state.collect_clusters();
     const ViewVolume volume(view, state.settings.far_distance);
     state.tree->cull(volume, state.settings.cull_test, state.memory, state.in_view);
-    state.objects.begin(view);
-    for (const std::uint32_t cluster : state.in_view)
-        state.objects.add(*state.clusters[cluster], volume);
+    state.least_threshold_px = std::max(least_threshold_px, 0.0);
+    state.objects.begin(view, log2_of_threshold(state.least_threshold_px));
+    for (const std::uint32_t index : state.in_view) {
+        const ObjectCluster& cluster = *state.clusters[index];
+        state.objects.add(cluster, state.choices[cluster.model], volume);
+    }
     state.histogram.clear();
     state.objects.add_to(state.choices, state.histogram);
     state.histogram.append_to(state.demands);
-    state.counts.in_view = state.objects.size();
+    state.counts.in_view = state.objects.size() + state.objects.left_out();
     return state.demands;
 }
 
 SceneDraws Scene::end_frame(double threshold_px) {
     State& state = *state_;
     state.counts.drawn = state.counts.left_out = state.counts.triangles = 0;
-    if (state.objects.size() == 0) return {};
-    const auto threshold = static_cast<float>(std::max(threshold_px, 1e-30));
-    state.choose(std::isfinite(threshold) ? internal::log2_of(threshold)
-                                          : std::numeric_limits<float>::infinity());
+    state.choose(log2_of_threshold(std::max(threshold_px, state.least_threshold_px)));
     state.lay_out();
     state.fill();
     return {.instances = state.instances,

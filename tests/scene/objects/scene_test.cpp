@@ -272,6 +272,42 @@ TEST(Scene, AFrameDoesNotDependOnGroupsAndFramesThatAreGone) {
     }
 }
 
+TEST(Scene, ALeastThresholdLeavesOutWhatNoFrameDrawsAndNothingElse) {
+    for (std::uint64_t seed = 0; seed < 40; ++seed) {
+        SCOPED_TRACE(testing::Message() << "seed " << seed);
+        Random random(seed);
+        Made made = make_random(random);
+        for (int frame = 0; frame < 10; ++frame) {
+            const View view = random_view(random, random.between(0.0, 600.0) * random.direction());
+            const double least = std::exp2(random.between(-3.0, 6.0));
+            const double threshold = least * random.between(1.0, 4.0);
+            made.scene.begin_frame(view);
+            const SceneDraws all = made.scene.end_frame(threshold);
+            const std::vector<ObjectInstance> instances(all.instances.begin(), all.instances.end());
+            const SceneCounts counts = made.scene.counts();
+            const std::span<const TriangleDemand> demands = made.scene.begin_frame(view, least);
+            const std::size_t most = granted(demands, threshold);
+            const SceneDraws some = made.scene.end_frame(threshold);
+            ASSERT_LE(made.scene.counts().triangles, most);
+            ASSERT_EQ(made.scene.counts().triangles, counts.triangles);
+            ASSERT_EQ(made.scene.counts().drawn, counts.drawn);
+            ASSERT_EQ(some.instances.size(), instances.size());
+            if (!instances.empty()) {
+                ASSERT_EQ(std::memcmp(some.instances.data(), instances.data(),
+                                      some.instances.size_bytes()),
+                          0);
+            }
+            // a smaller threshold than the least one counts as that
+            made.scene.begin_frame(view, least);
+            made.scene.end_frame(0.5 * least);
+            const std::size_t drawn = made.scene.counts().drawn;
+            made.scene.begin_frame(view);
+            made.scene.end_frame(least);
+            ASSERT_EQ(made.scene.counts().drawn, drawn);
+        }
+    }
+}
+
 TEST(Scene, EmptyOnesAndInvalidViewsDrawNothing) {
     Scene scene = Scene::create({}).value();
     EXPECT_TRUE(scene.begin_frame(View{}).empty());

@@ -90,13 +90,17 @@ public:
     /// Culls, and gives the triangles that the objects in view need at each threshold. Valid until the next call.
     /// An invalid view has no objects.
     ///
+    /// @param least_threshold_px end_frame() uses no smaller threshold: objects whose absence is not above it cost nearly
+    ///                           nothing. 0: none such
+    ///
     /// Allocates: nothing once the buffers are large enough
     /// Cost:      some 10 ns an object in view
-    std::span<const TriangleDemand> begin_frame(const View& view);
+    std::span<const TriangleDemand> begin_frame(const View& view, double least_threshold_px = 0.0);
 
     /// Chooses the levels of the objects of begin_frame(). Valid until the next call.
     ///
-    /// @param threshold_px largest screen error of an object, pixels, > 0; infinity: nothing is drawn
+    /// @param threshold_px largest screen error of an object, pixels, > 0; infinity: nothing is drawn. Not below the one
+    ///                     given to begin_frame()
     ///
     /// Allocates: nothing once the buffers are large enough
     SceneDraws end_frame(double threshold_px);
