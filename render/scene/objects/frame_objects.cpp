@@ -78,10 +78,11 @@ void FrameObjects::add(const ObjectCluster& cluster, const LevelChoice& choice,
     if (object_count_ > first) ranges_.push_back({&cluster, origin_eye, first, object_count_});
 }
 
-void FrameObjects::add_to(std::span<const LevelChoice> choices, DemandHistogram& histogram) const {
+void FrameObjects::count_factors(std::span<FactorCounts> counts_out) const {
+    for (FactorCounts& counts : counts_out) counts.clear();
     for (const Range& range : ranges_) {
-        const LevelChoice& choice = choices[range.cluster->model];
-        for (std::size_t i = range.first; i < range.end; ++i) choice.add_to(factors_[i], histogram);
+        FactorCounts& counts = counts_out[range.cluster->model];
+        for (std::size_t i = range.first; i < range.end; ++i) counts.add(factors_[i]);
     }
 }
 

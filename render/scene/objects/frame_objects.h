@@ -26,8 +26,8 @@ public:
     /// Objects in view, as far as known, that are not drawn above the least threshold.
     std::size_t left_out() const { return left_out_; }
 
-    /// Adds the triangles of all at every threshold. @param choices [models]
-    void add_to(std::span<const LevelChoice> choices, DemandHistogram& histogram) const;
+    /// Counts the factors of each model's objects. @param counts_out [models]
+    void count_factors(std::span<FactorCounts> counts_out) const;
 
     /// Visits objects in the order in which they were added.
     /// @param visit void(const ObjectCluster&, const Eigen::Vector3f& origin_eye, std::size_t object, float log2_factor)

@@ -31,13 +31,16 @@ LevelChoice::LevelChoice(const ObjectModel& model, double fade_ratio)
     steps_.push_back({log2_of_error(model.absence_error_m), 0});
 }
 
-void LevelChoice::add_to(float log2_factor, DemandHistogram& histogram) const {
-    for (std::size_t i = 0; i + 1 < steps_.size(); ++i) {
-        const Step& coarser = steps_[i + 1];
-        const float error = coarser.log2_error + log2_factor;
-        histogram.add(error + log2_ratio_ + kDemandMargin, steps_[i].triangles);
-        if (coarser.triangles > 0) histogram.remove(error - kDemandMargin, coarser.triangles);
-    }
+void LevelChoice::add_to(const FactorCounts& factors, DemandHistogram& histogram) const {
+    factors.visit([&](std::uint32_t count, float low, float high) {
+        for (std::size_t i = 0; i + 1 < steps_.size(); ++i) {
+            const Step& coarser = steps_[i + 1];
+            histogram.add(coarser.log2_error + high + log2_ratio_ + kDemandMargin,
+                          std::int64_t{count} * steps_[i].triangles);
+            histogram.remove(coarser.log2_error + low - kDemandMargin,
+                             std::int64_t{count} * coarser.triangles);
+        }
+    });
 }
 
 ChosenLevels LevelChoice::choose(float log2_factor, float log2_threshold) const {

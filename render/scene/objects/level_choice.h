@@ -28,10 +28,11 @@ class LevelChoice {
 public:
     LevelChoice(const ObjectModel& model, double fade_ratio);
 
-    /// Adds an object's triangles at every threshold.
+    /// Adds the triangles of many objects at every threshold.
     ///
-    /// @param log2_factor log2 of pixels per metre of error: scale times pixels per radian over distance
-    void add_to(float log2_factor, DemandHistogram& histogram) const;
+    /// @param factors how many objects have which log2 of pixels per metre of error: scale times pixels per radian over
+    ///                distance
+    void add_to(const FactorCounts& factors, DemandHistogram& histogram) const;
 
     /// Whether anything of an object is drawn.
     bool is_drawn(float log2_factor, float log2_threshold) const {

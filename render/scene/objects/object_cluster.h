@@ -17,6 +17,8 @@ inline constexpr std::size_t kClusterObjects = 256;
 /// Neighbouring objects of one model, as arrays.
 struct ObjectCluster {
     std::uint32_t model = 0;
+    std::uint64_t order = 0;                   ///< among the clusters of a scene
+    std::size_t tree_index = 0;                ///< in the hierarchy that has it
     WorldPos origin_world = WorldPos::Zero();  ///< of the offsets
     Aabb bounds_world;
     float most_log_scale = 0.0f;  ///< largest of log_scale

@@ -272,6 +272,43 @@ TEST(Scene, AFrameDoesNotDependOnGroupsAndFramesThatAreGone) {
     }
 }
 
+TEST(Scene, ManyGroupsThatComeAndGoLeaveWhatAFreshSceneHas) {
+    for (std::uint64_t seed = 0; seed < 6; ++seed) {
+        SCOPED_TRACE(testing::Message() << "seed " << seed);
+        Random random(seed);
+        Scene used = Scene::create({}).value();
+        const ModelId model = used.add_model(tree_model()).value();
+        std::map<GroupId, std::vector<PlacedObject>> alive;
+        for (int step = 0; step < 1500; ++step) {
+            if (random.below(3) > 0 || alive.empty()) {
+                std::vector<PlacedObject> objects;
+                for (int i = 1 + random.below(4); i > 0; --i)
+                    objects.push_back(random_object(random, 400.0));
+                alive[used.add_group(model, objects).value()] = objects;
+            } else {
+                const auto gone =
+                    std::next(alive.begin(), random.below(static_cast<int>(alive.size())));
+                used.remove_group(gone->first);
+                alive.erase(gone);
+            }
+            if (step % 50 != 0) continue;
+            Scene fresh = Scene::create({}).value();
+            ASSERT_TRUE(fresh.add_model(tree_model()).has_value());
+            for (const auto& [id, objects] : alive)
+                ASSERT_TRUE(fresh.add_group(model, objects).has_value());
+            const View view = random_view(random, WorldPos(0, 0, 0));
+            used.begin_frame(view);
+            fresh.begin_frame(view);
+            const SceneDraws a = used.end_frame(0.5), b = fresh.end_frame(0.5);
+            ASSERT_EQ(a.instances.size(), b.instances.size());
+            if (a.instances.empty()) continue;
+            ASSERT_EQ(std::memcmp(a.instances.data(), b.instances.data(), a.instances.size_bytes()),
+                      0);
+        }
+        EXPECT_GT(alive.size(), 300u);
+    }
+}
+
 TEST(Scene, ALeastThresholdLeavesOutWhatNoFrameDrawsAndNothingElse) {
     for (std::uint64_t seed = 0; seed < 40; ++seed) {
         SCOPED_TRACE(testing::Message() << "seed " << seed);
