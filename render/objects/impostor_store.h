@@ -27,7 +27,8 @@ struct StoredImpostor {
 /// Makes impostors: a mesh is drawn from each direction without perspective and without light, four times as large as
 /// its view, and averaged.
 ///
-/// Source: P. Maciel, P. Shirley. Visual Navigation of Large Environments Using Textured Clusters. I3D 1995 (impostors).
+/// Source: P. Maciel, P. Shirley. Visual Navigation of Large Environments Using Textured Clusters. I3D 1995
+///         (impostors).
 
 class ImpostorStore {
 public:

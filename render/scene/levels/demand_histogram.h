@@ -20,7 +20,8 @@ public:
     void add(float log2_factor) { ++counts_[static_cast<std::size_t>(bin_of(log2_factor))]; }
 
     /// Visits the bins that have objects.
-    /// @param visit void(std::uint32_t count, float low, float high): log2 of the ends; infinite at the ends of the scale
+    /// @param visit void(std::uint32_t count, float low, float high): log2 of the ends; infinite at the ends of the
+    ///              scale
     template <class Visit>
     void visit(const Visit& visit) const {
         constexpr float kInfinite = std::numeric_limits<float>::infinity();

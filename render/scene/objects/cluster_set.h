@@ -11,8 +11,8 @@
 
 namespace terrane::internal {
 
-/// The clusters of all groups, and a hierarchy over most of them. What comes and goes is kept beside the hierarchy until
-/// an eighth has changed, so that a group costs little.
+/// The clusters of all groups, and a hierarchy over most of them. What comes and goes is kept beside the hierarchy
+/// until an eighth has changed, so that a group costs little.
 class ClusterSet {
 public:
     /// Requires a group that is not in the set.

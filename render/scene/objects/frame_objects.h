@@ -30,7 +30,8 @@ public:
     void count_factors(std::span<FactorCounts> counts_out) const;
 
     /// Visits objects in the order in which they were added.
-    /// @param visit void(const ObjectCluster&, const Eigen::Vector3f& origin_eye, std::size_t object, float log2_factor)
+    /// @param visit void(const ObjectCluster&, const Eigen::Vector3f& origin_eye, std::size_t object, float
+    ///              log2_factor)
     template <class Visit>
     void visit(const Visit& visit) const {
         for (const Range& range : ranges_) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Sources: D. Luebke et al. Level of Detail for 3D Graphics. 2003, sections 4.3 (screen-space error) and 5.3 (fades).
-//          T. Funkhouser, C. Sequin. Adaptive Display Algorithm for Interactive Frame Rates During Visualization of Complex
-//          Virtual Environments. SIGGRAPH 1993 (a budget over the objects of a frame).
-// Deviation: objects share one threshold of screen error with the ground in place of a ratio of benefit and cost, so that
-//            a frame has a largest error.
+//          T. Funkhouser, C. Sequin. Adaptive Display Algorithm for Interactive Frame Rates During Visualization of
+//          Complex Virtual Environments. SIGGRAPH 1993 (a budget over the objects of a frame).
+// Deviation: objects share one threshold of screen error with the ground in place of a ratio of benefit and cost, so
+//            that a frame has a largest error.
 #include "objects/level_choice.h"
 
 #include <algorithm>

@@ -21,9 +21,9 @@ struct ChosenLevels {
 
 /// The levels of a model on a logarithmic scale.
 ///
-/// Level i + 1 gives way to level i while its screen error goes from the threshold over the fade ratio to the threshold.
-/// Errors of consecutive levels differ by more than the ratio, so that at most two levels are drawn. "Not drawn"
-/// is the last level, without triangles.
+/// Level i + 1 gives way to level i while its screen error goes from the threshold over the fade ratio to the
+/// threshold. Errors of consecutive levels differ by more than the ratio, so that at most two levels are drawn. "Not
+/// drawn" is the last level, without triangles.
 class LevelChoice {
 public:
     LevelChoice(const ObjectModel& model, double fade_ratio);

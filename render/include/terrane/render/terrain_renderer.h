@@ -124,7 +124,8 @@ public:
     /// Samples per pixel in use.
     int sample_count() const;
 
-    /// Bytes of heights and slopes of chunks, meshes and impostors on the device. Chunks' buffers grow by doubling and may be larger.
+    /// Bytes of heights and slopes of chunks, meshes and impostors on the device. Chunks' buffers grow by doubling
+    /// and may be larger.
     std::size_t buffer_bytes() const;
 
 private:
