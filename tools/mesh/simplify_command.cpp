@@ -110,7 +110,8 @@ void add_simplify_command(CLI::App& app, CommandContext& context) {
         "simplify", "Reduces the triangles of a mesh file, with a certified error");
     simplify
         ->add_option("IN", options->in,
-                     "File to read, .ply or .obj: its positions and triangles, in metres")
+                     "File to read, .ply, .obj, .glb, .gltf, .stl or .dae: its positions "
+                     "and triangles, in metres")
         ->type_name("FILE")
         ->required();
     simplify

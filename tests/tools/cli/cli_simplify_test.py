@@ -129,6 +129,9 @@ class Simplify(Folder):
         self.simplify(self.path("a.ply"), "b.obj", "--triangles", 10**9)
         for made, read in zip(read_obj(self.path("a.obj")), read_obj(self.path("b.obj"))):
             self.assertTrue(np.array_equal(made, read))
+        glb = self.simplify(self.path("a.glb"), "c.obj", "--triangles", 10**9)
+        self.assertEqual((glb["triangles"], glb["vertices"]), (summaries[0]["triangles"], summaries[0]["vertices"]))
+        self.assertLess(np.abs(read_obj(self.path("c.obj"))[0] - read_obj(self.path("a.obj"))[0]).max(), 23 * 2**-23)
         again = run_json("simplify", source, source, "--triangles", 300)
         self.assertEqual(again["triangles"], summaries[0]["triangles"])
         self.assertEqual(len(read_obj(source)[1]), again["triangles"])
