@@ -15,6 +15,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <exception>
 #include <set>
 #include <utility>
@@ -48,6 +49,15 @@ public:
     Assimp::IOStream* Open(const char* /*path*/, const char* /*mode*/) override { return nullptr; }
     void Close(Assimp::IOStream* /*stream*/) override {}
 };
+
+/// Whether the lengths in a GLB file's header fit its bytes: assimp allocates them before it reads.
+bool has_glb_header(std::string_view bytes) {
+    std::uint32_t words[5];  // magic, version, bytes, bytes of the JSON chunk, its kind
+    if (bytes.size() < sizeof words) return false;
+    std::memcpy(words, bytes.data(), sizeof words);
+    return bytes.starts_with("glTF") && words[2] <= bytes.size() &&
+           words[3] <= bytes.size() - sizeof words;
+}
 
 /// Joins the meshes of all nodes.
 class SceneJoiner {
@@ -149,6 +159,9 @@ private:
 }  // namespace
 
 Result<TriangleMesh> parse_with_assimp(std::string_view bytes, const std::string& ending) {
+    if (ending == "glb" && !has_glb_header(bytes)) {
+        return fail(ErrorCode::bad_data, "it is no GLB file, or ends early");
+    }
     try {
         Assimp::Importer importer;
         importer.SetIOHandler(new NoFiles);  // owned by the importer
