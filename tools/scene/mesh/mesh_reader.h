@@ -29,8 +29,7 @@ inline constexpr std::size_t kMostMeshParts = std::size_t{1} << 22;
 Result<TriangleMesh> read_mesh(const std::string& path);
 
 /// The text of a PLY file: ascii, binary_little_endian or binary_big_endian, with colours as red, green and blue of
-/// type
-/// uchar or, from 0 to 1, float. Fails as read_mesh(), without the name.
+/// type uchar or, from 0 to 1, float. Fails as read_mesh(), without the name.
 Result<TriangleMesh> parse_ply(std::string_view bytes);
 
 /// The text of a Wavefront OBJ file; only its lines v, with a colour from 0 to 1 after the position where there is one,
