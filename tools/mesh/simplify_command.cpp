@@ -48,6 +48,7 @@ Result<SimplifiedFile> simplify_to(const TriangleMesh& mesh, const SimplifyLevel
         if (is_used[i] == 0) continue;
         number[i] = static_cast<std::uint32_t>(file.mesh.vertices_world.size());
         file.mesh.vertices_world.push_back(mesh.positions[i]);
+        if (!mesh.colours.empty()) file.mesh.colours.push_back(mesh.colours[i]);
     }
     for (auto& triangle : result.triangles) {
         for (std::uint32_t& vertex : triangle) vertex = number[vertex];
@@ -110,8 +111,8 @@ void add_simplify_command(CLI::App& app, CommandContext& context) {
         "simplify", "Reduces the triangles of a mesh file, with a certified error");
     simplify
         ->add_option("IN", options->in,
-                     "File to read, .ply, .obj, .glb, .gltf, .stl or .dae: its positions "
-                     "and triangles, in metres")
+                     "File to read, .ply, .obj, .glb, .gltf or .stl: its positions, "
+                     "triangles and colours of vertices, in metres")
         ->type_name("FILE")
         ->required();
     simplify

@@ -51,7 +51,8 @@ Result<void> upload(const SceneObjects& objects, std::vector<ObjectLevels>& leve
 Result<ObjectField> ObjectField::create(std::shared_ptr<const HeightSource> source,
                                         const SceneObjects& objects, double max_error_px,
                                         const View& picture, TerrainRenderer* renderer) {
-    Result<Scene> scene = Scene::create({});
+    const SceneSettings settings;
+    Result<Scene> scene = Scene::create(settings);
     if (!scene) return tl::unexpected(scene.error());
     ObjectField field(*std::move(scene), max_error_px);
     std::vector<ObjectLevels> levels;
@@ -79,9 +80,10 @@ Result<ObjectField> ObjectField::create(std::shared_ptr<const HeightSource> sour
     for (const SceneScatter& wanted : objects.scatters) {
         Result<Scatter> scatter = Scatter::create(source, wanted.settings);
         if (!scatter) return about(objects.files[wanted.mesh], scatter);
-        // where its absence is within the target
-        const double range = levels[wanted.mesh].size * wanted.settings.max_scale *
-                             picture.pixels_per_radian() / max_error_px;
+        // from where its absence is within the target, fades included
+        const double most_size = levels[wanted.mesh].size * wanted.settings.max_scale;
+        const double range =
+            most_size * (1.0 + settings.fade_ratio * picture.pixels_per_radian() / max_error_px);
         const WorldRect& extent = source->extent();
         const double area_km2 =
             1e-6 * std::min(3.2 * range * range,

@@ -315,7 +315,8 @@ CommandResult<TerrainOptions> parse_scene(const std::string& text, const std::st
         } else if (key == "objects") {
             Parsed<SceneObjects> objects = read_objects(value, folder.string());
             if (!objects) return failure(fmt::format("scene '{}': {}", path, objects.error()));
-            options.objects = std::make_shared<const SceneObjects>(*std::move(objects));
+            if (!objects->meshes.empty())
+                options.objects = std::make_shared<const SceneObjects>(*std::move(objects));
         } else {
             return failure(fmt::format("scene '{}': unknown key '{}'{}", path, key,
                                        did_you_mean(key, kSceneKeys)));

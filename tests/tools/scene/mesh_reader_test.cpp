@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "scene/mesh/mesh_reader.h"
 
+#include "mesh/mesh_file.h"
 #include "mesh/ply.h"
 #include "support/random.h"
 
@@ -169,6 +170,26 @@ TEST_F(MeshFiles, AreReadAsTheyWereWritten) {
     ASSERT_TRUE(mesh) << mesh.error().message;
     EXPECT_EQ(mesh->positions, made.vertices_world);
     EXPECT_EQ(mesh->triangles, made.triangles);
+}
+
+TEST_F(MeshFiles, KeepTheColoursOfVerticesWhereAllHaveOne) {
+    IndexedMesh made;
+    made.vertices_world = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    made.triangles = {{0, 1, 2}};
+    made.colours = {{0, 128, 255, 255}, {1, 2, 3, 255}, {254, 77, 10, 255}};
+    for (const auto& [format, name] :
+         {std::pair(MeshFormat::ply, "a.ply"), std::pair(MeshFormat::obj, "a.obj")}) {
+        const std::string path = (folder_ / name).string();
+        ASSERT_TRUE(write_mesh(made, format, path));
+        const Result<TriangleMesh> mesh = read_mesh(path);
+        ASSERT_TRUE(mesh) << mesh.error().message;
+        EXPECT_EQ(mesh->colours, made.colours) << name;
+        EXPECT_EQ(mesh->positions, made.vertices_world);
+    }
+    const Result<TriangleMesh> some =
+        read_mesh(write("b.obj", "v 0 0 0 1 0 0\nv 1 0 0\nv 0 1 0 0 1 0\nf 1 2 3\n"));
+    ASSERT_TRUE(some) << some.error().message;
+    EXPECT_TRUE(some->colours.empty());
 }
 
 }  // namespace mesh_reader_test

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // The only source that includes assimp. PLY and OBJ have readers of their own: assimp keeps positions as float, which
-// is 0.25 m at a northing of 4e6 m, where Terrane's PLY files have double, and gives each corner of an OBJ file a
-// vertex of its own.
+// is 0.25 m at a northing of 4e6 m, where Terrane's PLY files have double.
 #include "scene/mesh/mesh_reader.h"
 
 #include <assimp/BaseImporter.h>
@@ -30,8 +29,12 @@ std::uint8_t to_level(float value) {
     return static_cast<std::uint8_t>(255.0f * (value > 0.0f ? std::min(value, 1.0f) : 0.0f) + 0.5f);
 }
 
-std::array<std::uint8_t, 4> to_colour(const aiColor4D& c) {
-    return {to_level(c.r), to_level(c.g), to_level(c.b), to_level(c.a)};
+/// @param is_linear colours of glTF are; others have display gamma
+std::array<std::uint8_t, 4> to_colour(const aiColor4D& c, bool is_linear) {
+    const auto level = [&](float value) {
+        return to_level(is_linear ? std::pow(std::max(value, 0.0f), 1.0f / 2.2f) : value);
+    };
+    return {level(c.r), level(c.g), level(c.b), to_level(c.a)};
 }
 
 Eigen::Affine3d to_affine(const aiMatrix4x4& m) {
@@ -62,7 +65,7 @@ bool has_glb_header(std::string_view bytes) {
 /// Joins the meshes of all nodes.
 class SceneJoiner {
 public:
-    explicit SceneJoiner(const aiScene& scene) : scene_(scene) {}
+    SceneJoiner(const aiScene& scene, bool is_linear) : scene_(scene), is_linear_(is_linear) {}
 
     Result<void> add(const aiNode& node, const Eigen::Affine3d& parent, int depth = 0) {
         if (depth > kMostNodeDepth) {
@@ -81,8 +84,6 @@ public:
 
     TriangleMesh take() {
         if (!has_colours_) mesh_.colours.clear();
-        if (!has_all_normals_) mesh_.normals.clear();
-        if (!has_all_texture_coordinates_) mesh_.texture_coordinates.clear();
         return std::move(mesh_);
     }
 
@@ -94,20 +95,13 @@ private:
         }
         const auto first = static_cast<std::int64_t>(mesh_.positions.size());
         const Eigen::Matrix3d linear = to_file.linear();
-        // a mirror turns triangles over, and the transposed inverse keeps normals perpendicular
-        const bool is_mirrored = linear.determinant() < 0.0;
-        const Eigen::Matrix3d to_normal = linear.inverse().transpose();
+        const bool is_mirrored = linear.determinant() < 0.0;  // turns triangles over
         const aiColor4D colour = base_colour(part);
         for (unsigned i = 0; i < part.mNumVertices; ++i) {
             const aiVector3D& p = part.mVertices[i];
             mesh_.positions.push_back(to_file * Eigen::Vector3d(p.x, p.y, p.z));
             mesh_.colours.push_back(
-                to_colour(part.HasVertexColors(0) ? part.mColors[0][i] : colour));
-            add_normal(part, i, to_normal);
-            has_all_texture_coordinates_ &= part.HasTextureCoords(0);
-            if (!part.HasTextureCoords(0)) continue;
-            mesh_.texture_coordinates.emplace_back(part.mTextureCoords[0][i].x,
-                                                   part.mTextureCoords[0][i].y);
+                to_colour(part.HasVertexColors(0) ? part.mColors[0][i] : colour, is_linear_));
         }
         std::vector<std::int64_t> corners;
         for (unsigned i = 0; i < part.mNumFaces; ++i) {
@@ -128,18 +122,6 @@ private:
         return {};
     }
 
-    void add_normal(const aiMesh& part, unsigned i, const Eigen::Matrix3d& to_normal) {
-        has_all_normals_ &= part.HasNormals();
-        if (!part.HasNormals()) return;
-        const aiVector3D& n = part.mNormals[i];
-        const Eigen::Vector3d normal = to_normal * Eigen::Vector3d(n.x, n.y, n.z);
-        const double length = normal.norm();
-        const bool is_good = std::isfinite(length) && length > 0.0;
-        has_all_normals_ &= is_good;
-        mesh_.normals.push_back(is_good ? Eigen::Vector3f((normal / length).cast<float>())
-                                        : Eigen::Vector3f::UnitZ());
-    }
-
     aiColor4D base_colour(const aiMesh& part) {
         aiColor4D colour(1.0f, 1.0f, 1.0f, 1.0f);
         has_colours_ |= part.HasVertexColors(0);
@@ -153,7 +135,8 @@ private:
 
     const aiScene& scene_;
     TriangleMesh mesh_;
-    bool has_colours_ = false, has_all_normals_ = true, has_all_texture_coordinates_ = true;
+    bool is_linear_;  // colours of the file
+    bool has_colours_ = false;
 };
 
 }  // namespace
@@ -180,11 +163,12 @@ Result<TriangleMesh> parse_with_assimp(std::string_view bytes, const std::string
         if (scene == nullptr || scene->mRootNode == nullptr) {
             return fail(ErrorCode::bad_data, importer.GetErrorString());
         }
+        const bool is_gltf = ending == "gltf" || ending == "glb";
         Eigen::Affine3d to_z_up = Eigen::Affine3d::Identity();
-        if (ending == "gltf" || ending == "glb") {
+        if (is_gltf) {
             to_z_up.linear() << 1.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 1.0, 0.0;
         }
-        SceneJoiner joiner(*scene);
+        SceneJoiner joiner(*scene, is_gltf);
         if (auto ok = joiner.add(*scene->mRootNode, to_z_up); !ok) {
             return tl::unexpected<Error>(ok.error());
         }

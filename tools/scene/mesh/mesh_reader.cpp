@@ -83,12 +83,10 @@ Result<void> add_polygon(const std::vector<std::int64_t>& corners, TriangleMesh&
 Result<TriangleMesh> read_mesh(const std::string& path) {
     std::string ending = std::filesystem::path(path).extension().string();
     std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return std::tolower(c); });
-    constexpr std::array<std::string_view, 6> kEndings = {".ply",  ".obj", ".glb",
-                                                          ".gltf", ".stl", ".dae"};
+    constexpr std::array<std::string_view, 5> kEndings = {".ply", ".obj", ".glb", ".gltf", ".stl"};
     if (std::ranges::find(kEndings, ending) == kEndings.end()) {
-        return fail(
-            ErrorCode::bad_data,
-            fmt::format("mesh '{}' must be a .ply, .obj, .glb, .gltf, .stl or .dae file", path));
+        return fail(ErrorCode::bad_data,
+                    fmt::format("mesh '{}' must be a .ply, .obj, .glb, .gltf or .stl file", path));
     }
     const Result<std::string> bytes = read_bytes(path);
     if (!bytes) return tl::unexpected<Error>(bytes.error());

@@ -15,13 +15,11 @@ namespace terrane::tools {
 /// Most points, and most triangles, of a mesh file.
 inline constexpr std::size_t kMostMeshParts = std::size_t{1} << 22;
 
-/// Reads a file whose name ends in .ply, .obj, .glb, .gltf, .stl or .dae (Collada), in any case: positions as in the
-/// file and in its order, and the colours of vertices where all have one. Of .glb, .gltf, .stl and .dae files also
-/// normals and texture coordinates where all vertices have them; the meshes of all nodes are one, in the file's frame,
-/// but z is up for .glb and .gltf; a vertex without colour has its material's. Textures and files beside are not read.
-/// Polygons become fans of triangles; anything else is ignored. Triangles name
-/// the first of vertices with the same three coordinates, because many programs write a corner once for each of its
-/// normals.
+/// Reads a file whose name ends in .ply, .obj, .glb, .gltf or .stl, in any case: positions as in the file and in its
+/// order, and the colours of vertices where all have one. The meshes of all nodes of .glb and .gltf are one, with z up;
+/// a vertex without a colour has its material's. Textures and files beside are not read. Polygons become fans of
+/// triangles; anything else is ignored. Triangles name the first of vertices with the same three coordinates, because
+/// many programs write a corner once for each of its normals: normals and texture coordinates are not kept.
 ///
 /// Fails: io where the file cannot be read; bad_data where it is no such file, ends early, has more than
 ///        kMostMeshParts points or triangles, names points that it does not have, or has no triangle. The message

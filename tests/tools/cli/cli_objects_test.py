@@ -1,0 +1,91 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""`objects` of scenes: shared budget, columns of frames.csv, bad values and files."""
+
+import json
+import os
+
+from program import ROOT, Folder, main, np, run, run_json
+
+PINE = os.path.join(ROOT, "tools", "data", "pine.obj")
+FLIGHT = ["--path", "straight", "--speed", 30, "--altitude", 40, "--seconds", 1, "--fps", 5, "--size", "320x180"]
+
+
+class Objects(Folder):
+    def scene(self, objects, **more):
+        path = self.path("scene.json")
+        with open(path, "w") as file:
+            json.dump({"seed": 3, "objects": objects, **more}, file)
+        return path
+
+    def fly(self, scene, *arguments):
+        out = self.path("out")
+        summary = run_json("fly", "--scene", scene, "--out", out, *FLIGHT, *arguments)
+        rows = np.genfromtxt(os.path.join(out, "frames.csv"), delimiter=",", names=True)
+        return summary, rows
+
+    def test_a_forest_shares_the_budget_with_the_ground(self):
+        forest = [{"scatter": {"mesh": PINE, "per_km2": 3000, "seed": 2}}]
+        for budget in (2000, 20000):
+            summary, rows = self.fly(self.scene(forest), "--budget", budget, "--max-error-px", 2)
+            self.assertEqual(summary["over_budget_frames"], 0)
+            self.assertLessEqual(rows["triangles"].max(), budget)
+            self.assertGreater(rows["object_triangles"].min(), 0)
+            self.assertGreater(rows["objects_drawn"].min(), 0)
+            self.assertGreater(rows["objects_culled"].min(), 0)
+            self.assertTrue((rows["objects_ms"] <= rows["update_ms"]).all())
+        self.assertGreater(summary["objects_drawn_max"], 50)
+
+    def test_a_small_budget_leaves_objects_out_and_says_how_many(self):
+        forest = [{"scatter": {"mesh": PINE, "per_km2": 20000, "seed": 2}}]
+        small, _ = self.fly(self.scene(forest), "--budget", 3000)
+        large, _ = self.fly(self.scene(forest), "--budget", 200000)
+        self.assertGreater(small["objects_left_out_max"], large["objects_left_out_max"])
+        self.assertLess(small["objects_drawn_max"], large["objects_drawn_max"])
+
+    def test_the_same_flight_has_the_same_objects(self):
+        scene = self.scene([{"scatter": {"mesh": PINE, "per_km2": 3000, "seed": 2}},
+                            {"mesh": PINE, "position": [0, 30, 100], "scale": 3}])
+        first, second = self.fly(scene)[1], self.fly(scene)[1]
+        for column in ("objects_culled", "eye_z_m"):
+            self.assertTrue(np.array_equal(first[column], second[column]), column)
+
+    def test_a_scene_without_objects_has_none(self):
+        summary, rows = self.fly(self.scene([]))
+        self.assertEqual(rows["objects_drawn"].max(), 0)
+        self.assertEqual(rows["object_triangles"].max(), 0)
+        self.assertEqual(rows["objects_ms"].max(), 0)
+        self.assertEqual(summary["over_budget_frames"], 0)
+
+    def test_wrong_objects_are_refused_by_their_path(self):
+        scatter = {"mesh": PINE, "per_km2": 100}
+        for objects, *words in (
+                ({}, "objects must be a list"),
+                ([{"mesh": PINE}], "objects[0].position"),
+                ([{"position": [0, 0, 0]}], "objects[0].mesh is missing"),
+                ([{"mesh": "none.obj", "position": [0, 0, 0]}], "objects[0].mesh", "none.obj"),
+                ([{"mesh": PINE, "position": [0, 0, 0], "size": 2}], "objects[0].size", "unknown"),
+                ([{"mesh": PINE, "position": [0, 0, 0], "scale": 0}], "objects[0].scale", "got 0"),
+                ([{"scatter": {"mesh": PINE}}], "objects[0].scatter.per_km2"),
+                ([{"scatter": {**scatter, "per_km2": 1e9}}], "objects[0].scatter.per_km2", "1e+09"),
+                ([{"scatter": {**scatter, "slope_deg": [40, 20]}}], "objects[0].scatter.slope_deg", "[40, 20]"),
+                ([{"scatter": {**scatter, "seed": -1}}], "objects[0].scatter.seed", "-1"),
+                ([{"scatter": {**scatter, "color": 1}}], "objects[0].scatter.color", "unknown")):
+            with self.subTest(objects):
+                done = run("fly", "--scene", self.scene(objects), *FLIGHT)
+                self.assert_refused(done, [1], *words)
+
+    def test_foreign_empty_and_flat_meshes_are_refused_by_their_file(self):
+        for text, *words in (("", "no triangle"), ("GIF89a", "no triangle"), ("v 0 0 0\nf 1 1 1\n", "no triangle"),
+                             ("v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n", "nan"),
+                             ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "point 8 of 3")):
+            with self.subTest(text):
+                path = self.path("bad.obj")
+                with open(path, "w") as file:
+                    file.write(text)
+                scene = self.scene([{"mesh": "bad.obj", "position": [0, 0, 0]}])
+                self.assert_refused(run("fly", "--scene", scene, *FLIGHT), [1], "bad.obj", *words)
+
+
+if __name__ == "__main__":
+    main()
