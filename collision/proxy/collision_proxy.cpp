@@ -23,6 +23,10 @@ using internal::SolidMesh;
 /// Rounding of hulls and clipped points, of the extent: ConvexHull promises 1e-9.
 constexpr double kHullRounding = 2e-9;
 
+// How far vertices that a hull leaves out may be from it, of the error and of the shortest side of the hull's box.
+constexpr double kReduced = 0.25;
+constexpr double kThinned = 0.05;
+
 tl::unexpected<Error> passed_on(const Error& error) { return tl::unexpected<Error>(error); }
 
 Result<void> check_proxy_settings(const CollisionProxySettings& settings) {
@@ -90,8 +94,10 @@ Result<CollisionProxy> make_solid(const SolidMesh& mesh, std::vector<ProxyPart> 
     double inside = 0.0, outside = 0.0, volume = 0.0;
     std::vector<CompoundPart> shapes;
     for (const ProxyPart& part : parts) {
-        const internal::ReducedHull reduced =
-            internal::reduce_hull(part.hull, 0.5 * error, settings.max_hull_vertices);
+        // A part keeps its thickness, so that it has mass and a contact tolerance.
+        const double thinnest = (part.bounds.high - part.bounds.low).minCoeff();
+        const internal::ReducedHull reduced = internal::reduce_hull(
+            part.hull, std::min(kReduced * error, kThinned * thinnest), settings.max_hull_vertices);
         inside = std::max(inside, reduced.distance);
         // The reduced hull is inside the hull, so that the smaller of both bounds holds.
         double out = part.distance.high;
