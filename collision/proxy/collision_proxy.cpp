@@ -158,7 +158,7 @@ Result<CollisionProxy> make_collision_proxy(const TriangleMesh& mesh,
         return make_surface(solid, 0.0, CollisionProxyKind::surface);
     }
     Result<std::vector<ProxyPart>> cut =
-        internal::cut_to_parts(solid, settings.proxy_error, 2 * settings.max_parts);
+        internal::cut_to_parts(solid, settings.proxy_error, 4 * settings.max_parts);
     if (!cut) return passed_on(cut.error());
     Result<std::vector<ProxyPart>> merged = internal::merge_parts(
         solid, *std::move(cut), settings.proxy_error, settings.max_parts);

@@ -157,7 +157,7 @@ std::vector<double> positions_along(const Cell& cell, int axis) {
 
 /// The cut with the least volume of the two hulls; through the longest side's middle where none saves 3 %: a ring has no
 /// cut that saves volume at once.
-Cut choose_cut(const SolidMesh& solid, const Cell& cell) {
+Cut choose_cut(const SolidMesh& solid, const Cell& cell, double error) {
     constexpr double kSaved = 0.97;
     const Eigen::Vector3d sides = cell.box.high - cell.box.low;
     int longest = 0;
@@ -169,7 +169,8 @@ Cut choose_cut(const SolidMesh& solid, const Cell& cell) {
     };
     double least = rough_volume(extreme_points(solid, cell)) * kSaved;
     for (int axis = 0; axis < 3; ++axis) {
-        if (!(sides[axis] > 1e-6 * sides[longest])) continue;
+        // Slices much thinner than the error save volume and no distance.
+        if (!(sides[axis] > std::max(0.25 * error, 1e-6 * sides[longest]))) continue;
         for (const double at : positions_along(cell, axis)) {
             const double volume = volume_after({axis, at});
             if (volume < least) {
@@ -224,7 +225,7 @@ Result<std::vector<ProxyPart>> cut_to_parts(const SolidMesh& solid, double error
         if (worst->part->distance.high <= error) break;
         const Cell cell = std::move(*worst);
         cells.erase(worst);
-        const Cut cut = choose_cut(solid, cell);
+        const Cut cut = choose_cut(solid, cell, error);
         for (const double sign : {-1.0, 1.0}) {
             Cell side = side_of(cell, cut, sign);
             if (const Result<void> done = finish(side); !done) {
