@@ -9,8 +9,9 @@ namespace terrane::internal {
 
 /// How far a hull stands out of a solid.
 struct HullDistance {
-    double low = 0.0;   ///< distance of `place` to the solid, metres
-    double high = 0.0;  ///< certified: no point of the hull's faces is farther from the solid, metres
+    double low = 0.0;  ///< distance of `place` to the solid, metres
+    double high =
+        0.0;  ///< certified: no point of the hull's faces is farther from the solid, metres
     Eigen::Vector3d place = Eigen::Vector3d::Zero();  ///< on the hull
 };
 

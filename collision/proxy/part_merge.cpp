@@ -54,6 +54,7 @@ public:
             parts_[pair.second].reset();
             parts_.emplace_back(std::move(pair.part));
             --count_;
+            drop_contained(parts_.size() - 1);
             if (const Result<void> added = add_pairs(parts_.size() - 1); !added) return added;
         }
         return {};
@@ -68,6 +69,22 @@ public:
     }
 
 private:
+    /// Removes the parts that a new one contains.
+    void drop_contained(std::size_t by) {
+        const ConvexHull& hull = parts_[by]->hull;
+        for (std::size_t i = 0; i < by; ++i) {
+            if (!parts_[i] || !overlap(parts_[i]->bounds, parts_[by]->bounds, 0.0)) continue;
+            const std::span<const Eigen::Vector3d> all = parts_[i]->hull.vertices();
+            const bool is_contained =
+                std::all_of(all.begin(), all.end(), [&](const Eigen::Vector3d& vertex) {
+                    return !(distance_to_hull(hull, vertex) > 1e-12 * solid_.extent);
+                });
+            if (!is_contained) continue;
+            parts_[i].reset();
+            --count_;
+        }
+    }
+
     /// The pairs of a part with those before it.
     Result<void> add_pairs(std::size_t second) {
         if (!parts_[second]) return {};

@@ -8,7 +8,8 @@
 namespace terrane::internal {
 
 /// Replaces pairs of parts by their common hull, the least added volume first, while it stands out of the solid by no
-/// more than `error`; then, whatever the error, until no more than `max_parts` are left.
+/// more than `error`; then, whatever the error, until no more than `max_parts` are left. Parts
+/// that another one contains are left out.
 ///
 /// Fails: as ConvexHull::create()
 Result<std::vector<ProxyPart>> merge_parts(const SolidMesh& solid, std::vector<ProxyPart> parts,

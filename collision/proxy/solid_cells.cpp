@@ -218,8 +218,8 @@ Result<std::vector<ProxyPart>> cut_to_parts(const SolidMesh& solid, double error
         return tl::unexpected<Error>(done.error());
     }
     while (cells.size() < max_parts) {
-        const auto worst = std::max_element(
-            cells.begin(), cells.end(), [](const Cell& a, const Cell& b) {
+        const auto worst =
+            std::max_element(cells.begin(), cells.end(), [](const Cell& a, const Cell& b) {
                 return a.part->distance.high < b.part->distance.high;
             });
         if (worst->part->distance.high <= error) break;

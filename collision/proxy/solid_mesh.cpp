@@ -38,8 +38,8 @@ int crossing(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Ve
     if (is_a_above == is_b_above) return 0;
     const Eigen::Vector3d& low = is_a_above ? b : a;
     const Eigen::Vector3d& high = is_a_above ? a : b;
-    const double side = (high.x() - low.x()) * (p.y() - low.y()) -
-                        (p.x() - low.x()) * (high.y() - low.y());
+    const double side =
+        (high.x() - low.x()) * (p.y() - low.y()) - (p.x() - low.x()) * (high.y() - low.y());
     if (!(side > 0.0)) return 0;
     return is_b_above ? 1 : -1;
 }
@@ -72,8 +72,8 @@ SolidMesh make_solid_mesh(const TriangleMesh& mesh) {
     std::vector<std::uint32_t> welded;
     welded.reserve(mesh.positions.size());
     for (const Eigen::Vector3d& p : mesh.positions) {
-        const auto [at, is_new] = known.try_emplace(
-            {p.x() + 0.0, p.y() + 0.0, p.z() + 0.0}, static_cast<std::uint32_t>(made.points.size()));
+        const auto [at, is_new] = known.try_emplace({p.x() + 0.0, p.y() + 0.0, p.z() + 0.0},
+                                                    static_cast<std::uint32_t>(made.points.size()));
         if (is_new) made.points.push_back(p);
         welded.push_back(at->second);
     }
@@ -122,8 +122,7 @@ NearestTriangle find_nearest(const SolidMesh& mesh, const Eigen::Vector3d& p) {
         std::span(mesh.tree), kInfinity, [&](const Aabb& box) { return box_distance(box, p); },
         [&](std::uint32_t item) {
             const double distance = distance_to_triangle(mesh.corners(item), p);
-            if (distance < best.distance ||
-                (distance == best.distance && item < best.triangle)) {
+            if (distance < best.distance || (distance == best.distance && item < best.triangle)) {
                 best = {item, distance};
             }
             return best.distance;

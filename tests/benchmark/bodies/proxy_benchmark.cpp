@@ -49,7 +49,8 @@ int main(int count, char** arguments) {
     for (int i = 1; i < count; ++i) {
         const std::string_view word = arguments[i];
         if (word == "--quick") is_quick = true;
-        if (word == "--obj" && i + 1 < count) meshes.push_back({arguments[i + 1], read_obj(arguments[i + 1])});
+        if (word == "--obj" && i + 1 < count)
+            meshes.push_back({arguments[i + 1], read_obj(arguments[i + 1])});
     }
     if (is_quick) meshes.resize(3);
     std::printf("%-12s %9s %9s %6s %9s %12s %12s %9s\n", "mesh", "triangles", "error", "parts",
@@ -67,7 +68,8 @@ int main(int count, char** arguments) {
             const Clock::time_point begin = Clock::now();
             const Result<CollisionProxy> proxy =
                 make_collision_proxy(mesh, {.proxy_error = share * extent});
-            const double ms = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+            const double ms =
+                std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
             if (!proxy) {
                 std::printf("%s: %s\n", name.c_str(), proxy.error().message.c_str());
                 return 1;

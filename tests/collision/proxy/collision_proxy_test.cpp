@@ -210,7 +210,8 @@ TEST(CollisionProxy, AnyTrianglesGiveAnAnswer) {
         std::mt19937_64 random(seed);
         TriangleMesh mesh;
         const std::size_t points = 3 + random() % 6;
-        for (std::size_t i = 0; i < points; ++i) {  // of a small lattice: many coincide and are coplanar
+        for (std::size_t i = 0; i < points;
+             ++i) {  // of a small lattice: many coincide and are coplanar
             mesh.positions.emplace_back(static_cast<double>(random() % 3),
                                         static_cast<double>(random() % 3),
                                         static_cast<double>(random() % 2));

@@ -36,8 +36,8 @@ public:
     }
     Eigen::Vector3d next() {
         const auto at = std::upper_bound(areas_.begin(), areas_.end(), unit() * total_);
-        const std::size_t i = std::min(static_cast<std::size_t>(at - areas_.begin()),
-                                       triangles_.size() - 1);
+        const std::size_t i =
+            std::min(static_cast<std::size_t>(at - areas_.begin()), triangles_.size() - 1);
         double u = unit(), v = unit();
         if (u + v > 1.0) {
             u = 1.0 - u;
@@ -60,15 +60,16 @@ private:
 
 double slow_distance(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
                      const Eigen::Vector3d& p) {
-    double least = std::min(
-        {point_to_segment(a, b, p), point_to_segment(b, c, p), point_to_segment(c, a, p)});
+    double least =
+        std::min({point_to_segment(a, b, p), point_to_segment(b, c, p), point_to_segment(c, a, p)});
     // Inside the triangle: the solution of the normal equations.
     const Eigen::Vector3d e = b - a, f = c - a, r = p - a;
     const double ee = e.dot(e), ef = e.dot(f), ff = f.dot(f), determinant = ee * ff - ef * ef;
     if (determinant > 0.0) {
         const double u = (ff * r.dot(e) - ef * r.dot(f)) / determinant;
         const double v = (ee * r.dot(f) - ef * r.dot(e)) / determinant;
-        if (u >= 0.0 && v >= 0.0 && u + v <= 1.0) least = std::min(least, (r - u * e - v * f).norm());
+        if (u >= 0.0 && v >= 0.0 && u + v <= 1.0)
+            least = std::min(least, (r - u * e - v * f).norm());
     }
     return least;
 }
@@ -106,8 +107,8 @@ ProxyDistance measure_proxy(const TriangleMesh& mesh, const CollisionProxy& prox
     Sampler on_mesh(of_mesh, seed), on_proxy(of_proxy, seed + 1);
     for (std::size_t i = 0; i < samples; ++i) {
         const Pose at{Eigen::Matrix3d::Identity(), on_mesh.next()};
-        found.mesh_to_proxy = std::max(
-            found.mesh_to_proxy, signed_distance(Sphere{0.0}, at, proxy.shape, {}).distance);
+        found.mesh_to_proxy = std::max(found.mesh_to_proxy,
+                                       signed_distance(Sphere{0.0}, at, proxy.shape, {}).distance);
         const Eigen::Vector3d p = on_proxy.next();
         double least = 1e300;
         for (const auto& [a, b, c] : of_mesh) least = std::min(least, slow_distance(a, b, c, p));

@@ -29,15 +29,15 @@ TEST(SolidMesh, InsideAndDistanceAgreeWithSlowOnes) {
             Eigen::Vector3d p;
             for (int axis = 0; axis < 3; ++axis) {
                 // Half of the points share coordinates with vertices: rays meet edges and vertices.
-                p[axis] = i % 2 == 0
-                              ? low[axis] + (high[axis] - low[axis]) *
-                                                static_cast<double>(random() >> 11) * 0x1p-53
-                              : mesh.positions[random() % mesh.positions.size()][axis];
+                p[axis] = i % 2 == 0 ? low[axis] + (high[axis] - low[axis]) *
+                                                       static_cast<double>(random() >> 11) * 0x1p-53
+                                     : mesh.positions[random() % mesh.positions.size()][axis];
             }
             double slow = 1e300;
             for (const auto& t : mesh.triangles) {
-                slow = std::min(slow, test::slow_distance(mesh.positions[t[0]], mesh.positions[t[1]],
-                                                          mesh.positions[t[2]], p));
+                slow =
+                    std::min(slow, test::slow_distance(mesh.positions[t[0]], mesh.positions[t[1]],
+                                                       mesh.positions[t[2]], p));
             }
             EXPECT_NEAR(internal::find_nearest(solid, p).distance, slow, 1e-12);
             if (slow < 1e-9) continue;

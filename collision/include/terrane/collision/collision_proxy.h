@@ -23,25 +23,28 @@ struct CollisionProxySettings {
 
 /// What a proxy is made of.
 enum class CollisionProxyKind : std::uint8_t {
-    hulls,    ///< solid hulls of a closed mesh
+    hulls,  ///< solid hulls of a closed mesh
     surface,  ///< triangles, because the mesh is closed but not convex and proxy_error is 0: no inside
     open,     ///< triangles, because the mesh is not closed: no inside
 };
 
 /// A compound in the place of a triangle mesh.
 struct CollisionProxy {
-    Compound shape;                 ///< in the frame of the mesh
+    Compound shape;                                       ///< in the frame of the mesh
     CollisionProxyKind kind = CollisionProxyKind::hulls;  ///< solid, or a surface without inside
     /// Certified bound, metres: every point of the mesh's surface is within this of the proxy, and every point of the
     /// surface of each part is within this of the mesh's solid (of its surface, where the proxy is a surface). The
     /// larger of the next two. Cavities and narrow tunnels may be filled: their walls are within 0 of the proxy.
     double distance_m = 0.0;
-    double mesh_to_proxy_m = 0.0;  ///< bound of the first distance: how far the mesh may stand out of the proxy
-    double proxy_to_mesh_m = 0.0;  ///< bound of the second one: how far the proxy may stand out of the mesh
-    /// Whether distance_m is at most proxy_error (and 1e-9 of the extent). False where max_parts or max_hull_vertices
+    double mesh_to_proxy_m =
+        0.0;  ///< bound of the first distance: how far the mesh may stand out of the proxy
+    double proxy_to_mesh_m =
+        0.0;  ///< bound of the second one: how far the proxy may stand out of the mesh
+    /// Whether distance_m is at most proxy_error (and 2e-9 of the extent). False where max_parts or max_hull_vertices
     /// does not allow it.
     bool is_within_error = true;
-    double mesh_volume = 0.0;   ///< of a closed mesh, m^3, where its components do not overlap; else 0
+    double mesh_volume =
+        0.0;  ///< of a closed mesh, m^3, where its components do not overlap; else 0
     double parts_volume = 0.0;  ///< sum over the hulls, m^3: overlaps count twice
 };
 
