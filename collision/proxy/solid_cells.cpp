@@ -155,8 +155,8 @@ std::vector<double> positions_along(const Cell& cell, int axis) {
     return positions;
 }
 
-/// The cut with the least volume of the two hulls; through the longest side's middle where none saves 3 %: a ring has no
-/// cut that saves volume at once.
+/// The cut with the least volume of the two hulls; through the longest side's middle where none saves 3 %: a ring has
+/// no cut that saves volume at once.
 Cut choose_cut(const SolidMesh& solid, const Cell& cell, double error) {
     constexpr double kSaved = 0.97;
     const Eigen::Vector3d sides = cell.box.high - cell.box.low;

@@ -51,7 +51,8 @@ TriangleMesh tube(std::size_t around, std::size_t across,
     return mesh;
 }
 
-/// A surface of revolution about z of a profile of radii and heights from the axis at the bottom to the axis at the top.
+/// A surface of revolution about z of a profile of radii and heights from the axis at the bottom to that at the
+/// top.
 TriangleMesh turned(std::span<const Eigen::Vector2d> profile, std::size_t around) {
     TriangleMesh mesh;
     const std::size_t rings = profile.size() - 2;

@@ -16,8 +16,8 @@ inline constexpr double kUsualProxyError = 0.02;
 /// @param scale       multiplies the file's points
 /// @param proxy_error metres, after scaling
 ///
-/// Fails: as read_mesh() and make_collision_proxy(); bad_data where the mesh is not closed or has no thickness, or where
-///        the hulls do not reach the error. The message names the file
+/// Fails: as read_mesh() and make_collision_proxy(); bad_data where the mesh is not closed or has no thickness, or
+///        where the hulls do not reach the error. The message names the file
 Result<Shape> read_mesh_body(const std::string& path, double proxy_error, double scale = 1.0);
 
 }  // namespace terrane::tools

@@ -58,8 +58,8 @@ struct CollisionProxy {
 /// twice. parts_volume over mesh_volume says how much the mass is spread by that; with fewer, larger hulls it is also
 /// more filled. For a mass by density multiply mesh_volume.
 ///
-/// Fails:     invalid_argument as check() of a mesh; for a mesh without a triangle that has three different corners; for
-///            coordinates beyond 1e5 m; for a surface of more than Compound::kMaxParts triangles; for a setting out of
+/// Fails:     invalid_argument as check() of a mesh; for a mesh without a triangle that has three different corners;
+///            for coordinates beyond 1e5 m; for a surface of more than Compound::kMaxParts triangles; for a setting out of
 ///            its range
 /// Threads:   any number of calls at once
 /// Cost:      some seconds for 10,000 triangles and 64 parts
