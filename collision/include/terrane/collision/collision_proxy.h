@@ -59,11 +59,12 @@ struct CollisionProxy {
 /// more filled. For a mass by density multiply mesh_volume.
 ///
 /// Fails:     invalid_argument as check() of a mesh; for a mesh without a triangle that has three different corners;
-///            for coordinates beyond 1e5 m; for a surface of more than Compound::kMaxParts triangles; for a setting out of
-///            its range
+///            for coordinates beyond 1e5 m; for a surface of more than Compound::kMaxParts triangles; for a setting
+///            out of its range
 /// Threads:   any number of calls at once
-/// Cost:      some seconds for 10,000 triangles and 64 parts
-/// Accuracy:  the same bits with every compiler; `CollisionProxy.DistanceHoldsAgainstDenseSampling` measures the bound
+/// Cost:      0.1 to 0.6 s for 1000 triangles within 5 % of the extent; 9 s for a rough mesh of 360 within 1 %
+/// Accuracy:  the same bits with every compiler; `ProxyOfMesh.DistanceHoldsAgainstDenseSampling` measures
+///            the bound
 Result<CollisionProxy> make_collision_proxy(const TriangleMesh& mesh,
                                             const CollisionProxySettings& settings = {});
 
