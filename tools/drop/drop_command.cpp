@@ -10,6 +10,7 @@
 #include "output/progress.h"
 #include "output/summary.h"
 #include "query/parsing/quaternion.h"
+#include "scene/mesh/mesh_body.h"
 #include "source/limits.h"
 #include "source/terrain_options.h"
 
@@ -24,6 +25,7 @@
 #include <iterator>
 #include <memory>
 #include <optional>
+#include <string_view>
 
 namespace terrane::tools {
 namespace {
@@ -35,6 +37,8 @@ constexpr std::size_t kMostBodies = 10'000'000;
 struct DropOptions {
     TerrainOptions terrain;
     DropLayout layout;
+    std::string shape_file;  ///< of --shape file:PATH; "" for none
+    double proxy_error = kUsualProxyError;
     FlightOptions film;  ///< only what add_picture_options() adds is used
     double dt = 1.0 / 60.0;
     double seconds = 10.0;
@@ -192,7 +196,8 @@ CommandResult<void> run_drop(const DropOptions& options, const CLI::App& command
         {{{"--fps", "--size", "--fov-deg"}, !options.film.out.empty(), "goes with --out DIR"},
          {{"--shape", "--scale", "--count", "--speed", "--spin", "--no-sleep"},
           options.restore.empty(),
-          "is in the world that --restore reads"}});
+          "is in the world that --restore reads"},
+         {{"--proxy-error"}, !options.shape_file.empty(), "goes with --shape file:PATH"}});
     if (!no_idle_flags) return no_idle_flags;
     const CommandResult<Terrain> terrain = open_terrain(options.terrain);
     if (!terrain) return pass_on(terrain.error());
@@ -203,6 +208,12 @@ CommandResult<void> run_drop(const DropOptions& options, const CLI::App& command
     }
     DropOptions with_seed = options;
     with_seed.layout.seed = options.terrain.seed.value_or(1);
+    if (!options.shape_file.empty()) {
+        Result<Shape> shape =
+            read_mesh_body(options.shape_file, options.proxy_error, options.layout.scale);
+        if (!shape) return pass_on(shape.error());
+        with_seed.layout.file_shape = *std::move(shape);
+    }
     // Without workers every step has the ground that the bodies need: no body parks and no figure depends on time.
     // A horizon of two steps is enough then.
     Result<Pager> pager = Pager::create(
@@ -289,13 +300,24 @@ void add_drop_command(CLI::App& app, CommandContext& context) {
         "Drops bodies onto the ground around the terrain's centre, among those of the scene, and "
         "counts what goes wrong");
     add_terrain_options(*drop, options->terrain);
-    DropShape* const shape = &options->layout.shape;
-    add_choice(
-        *drop, "--shape", {"sphere", "capsule", "box", "hull", "compound", "mixed"}, 0,
-        [shape](std::size_t number) { *shape = static_cast<DropShape>(number); },
-        "sphere (radius 0.5 m), capsule (0.4, half height 0.8), box (half extents 1, 2, 0.5), "
-        "hull (a stone of six corners), compound (a hammer), or mixed, which alternates "
-        "the first three");
+    const std::vector<std::string> shapes{"sphere", "capsule", "box", "hull", "compound", "mixed"};
+    drop->add_option_function<std::string>(
+            "--shape",
+            [to = options.get(), shapes](const std::string& text) {
+                constexpr std::string_view kFile = "file:";
+                const bool is_file = text.starts_with(kFile) && text.size() > kFile.size();
+                to->shape_file = is_file ? text.substr(kFile.size()) : "";
+                to->layout.shape =
+                    is_file ? DropShape::file
+                            : static_cast<DropShape>(read_choice("--shape", shapes, text));
+            },
+            "sphere (radius 0.5 m), capsule (0.4, half height 0.8), box (half extents 1, 2, 0.5), "
+            "hull (a stone of six corners), compound (a hammer), or mixed, which alternates "
+            "the first three; or file:PATH, a closed mesh in a PLY or OBJ file, as convex hulls")
+        ->default_str("sphere")
+        ->type_name("NAME");
+    add_in_range(*drop, "--proxy-error", options->proxy_error, 0.0, 1e6,
+                 "Largest distance between a mesh file's solid and its hulls, metres");
     add_in_range(*drop, "--scale", options->layout.scale, 1e-3, 1e3,
                  "Of all lengths: shapes, distances between them, and heights above the ground");
     add_count(*drop, "--count", options->layout.count, 0,

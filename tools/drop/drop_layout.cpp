@@ -64,6 +64,8 @@ Shape shape_of_body(const DropLayout& layout, std::size_t body) {
             return make_stone(scale);
         case DropShape::compound:
             return make_hammer(scale);
+        case DropShape::file:
+            return layout.file_shape.value();
         case DropShape::sphere:
         case DropShape::mixed:
             break;
@@ -72,8 +74,9 @@ Shape shape_of_body(const DropLayout& layout, std::size_t body) {
 }
 
 WorldRect drop_area(const DropLayout& layout, const WorldRect& extent) {
-    const double side =
-        kPlace * layout.scale * std::ceil(std::sqrt(static_cast<double>(layout.count)));
+    double place = kPlace * layout.scale;
+    if (layout.file_shape) place = std::max(place, 2.5 * bounding_radius(*layout.file_shape));
+    const double side = place * std::ceil(std::sqrt(static_cast<double>(layout.count)));
     const double centre_x = 0.5 * (extent.west + extent.east);
     const double centre_y = 0.5 * (extent.south + extent.north);
     const double half_x = 0.5 * std::min(side, extent.east - extent.west);

@@ -2,10 +2,12 @@
 #include "scene/scene_bodies.h"
 
 #include "query/parsing/shape_parsing.h"
+#include "scene/mesh/mesh_body.h"
 #include "scene/scene_keys.h"
 
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <utility>
@@ -17,8 +19,30 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kMaxSpeed = 1e6;  // m/s and rad/s, what a world accepts
 
+bool is_file_shape(const Json& body) {
+    const auto shape = body.find("shape");
+    return shape != body.end() && shape->is_object() && shape->contains("file");
+}
+
+/// The shape `{"file":..,"proxy_error_m":..}`.
+Parsed<Shape> read_file_shape(const Json& shape, const std::string& folder) {
+    const Parsed<void> known = check_keys(shape, "shape", {"file", "proxy_error_m"});
+    if (!known) return wrong(known.error());
+    const Json& file = shape["file"];
+    if (!file.is_string() || file.get<std::string>().empty()) {
+        return wrong("shape.file must be a path, got " + shown(file));
+    }
+    const Parsed<double> error = read_in_range(shape, "proxy_error_m", kUsualProxyError, 0.0, 1e6);
+    if (!error) return wrong("shape." + error.error());
+    const std::string path = (std::filesystem::path(folder) / file.get<std::string>()).string();
+    Result<Shape> made = read_mesh_body(path, *error);
+    if (!made) return wrong("shape.file: " + made.error().message);
+    return *std::move(made);
+}
+
 /// The shape of a body. Messages begin with the rest of its key path.
-Parsed<Shape> read_body_shape(const Json& body) {
+Parsed<Shape> read_body_shape(const Json& body, const std::string& folder) {
+    if (is_file_shape(body)) return read_file_shape(body["shape"], folder);
     Parsed<Shape> shape = read_shape(body, "shape");
     if (!shape) {
         const std::string& said = shape.error();
@@ -53,9 +77,9 @@ Parsed<Eigen::Vector3d> read_velocity(const Json& body, const char* key, BodyTyp
     return velocity;
 }
 
-Parsed<PlacedBody> read_body(const Json& body) {
+Parsed<PlacedBody> read_body(const Json& body, const std::string& folder) {
     PlacedBody placed;
-    Parsed<Shape> shape = read_body_shape(body);
+    Parsed<Shape> shape = read_body_shape(body, folder);
     if (!shape) return wrong(shape.error());
     placed.settings.shape = *std::move(shape);
     const Parsed<BodyType> type = read_type(body);
@@ -92,7 +116,7 @@ Parsed<PlacedBody> read_body(const Json& body) {
 
 }  // namespace
 
-Parsed<std::vector<PlacedBody>> read_bodies(const Json& list) {
+Parsed<std::vector<PlacedBody>> read_bodies(const Json& list, const std::string& folder) {
     if (!list.is_array()) return wrong("bodies must be a list, got " + shown(list));
     Result<World> world = World::create({});
     if (!world) return wrong(world.error().message);
@@ -104,11 +128,11 @@ Parsed<std::vector<PlacedBody>> read_bodies(const Json& list) {
                                              {"shape", "position", "rotation", "velocity", "spin",
                                               "type", "mass", "friction", "restitution"});
         if (!good) return wrong(good.error());
-        if (each.contains("shape")) {
+        if (each.contains("shape") && !is_file_shape(each)) {
             const Parsed<void> known = check_shape_keys(each["shape"], path + ".shape");
             if (!known) return wrong(known.error());
         }
-        Parsed<PlacedBody> body = read_body(each);
+        Parsed<PlacedBody> body = read_body(each, folder);
         if (!body) return wrong(path + "." + body.error());
         // What the library refuses besides.
         const Result<BodyId> added = world->add(body->settings, body->state);

@@ -301,7 +301,7 @@ CommandResult<TerrainOptions> parse_scene(const std::string& text, const std::st
             if (!value.is_number() || !(value.get<double>() > 0.0)) return wrong("above 0");
             options.detail_m = value.get<double>();
         } else if (key == "bodies") {
-            Parsed<std::vector<PlacedBody>> bodies = read_bodies(value);
+            Parsed<std::vector<PlacedBody>> bodies = read_bodies(value, folder.string());
             if (!bodies) return failure(fmt::format("scene '{}': {}", path, bodies.error()));
             options.bodies = *std::move(bodies);
         } else if (key == "surface") {

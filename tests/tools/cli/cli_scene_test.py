@@ -30,6 +30,44 @@ class Scenes(Folder):
                   for x in range(-13, 14, 2)]
         return self.scene(dem="valley.asc", bodies=planks)
 
+    def write_l(self, name="l.obj", missing=0):
+        """A prism over an L, without the last triangles."""
+        corners = [(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)]
+        faces = []
+        for a, b, c in ((0, 1, 2), (0, 2, 3), (0, 3, 4), (0, 4, 5)):
+            faces += [(a, c, b), (a + 6, b + 6, c + 6)]
+        for i in range(6):
+            k = (i + 1) % 6
+            faces += [(i, k, k + 6), (i, k + 6, i + 6)]
+        with open(self.path(name), "w") as file:
+            for z in (0, 1):
+                file.writelines(f"v {x} {y} {z}\n" for x, y in corners)
+            file.writelines("f {} {} {}\n".format(*(i + 1 for i in face)) for face in faces[:len(faces) - missing])
+        return self.path(name)
+
+    def test_bodies_of_mesh_files_are_dropped(self):
+        mesh = self.write_l()
+        shape = {"file": "l.obj", "proxy_error_m": 0.05}
+        scene = self.flat(bodies=[{"shape": shape, "position": [0, 0, 3]}])
+        answer = run_json("drop", "--scene", scene, "--count", 4, "--shape", "file:" + mesh, "--proxy-error", 0.05,
+                          "--seconds", 3)
+        self.assertEqual((answer["bodies"], answer["fell_through"]), (5, 0))
+        self.assertLess(answer["max_depth_m"], 0.02)
+
+    def test_mesh_files_that_are_no_bodies_are_one_line(self):
+        self.write_l("open.obj", missing=1)
+        self.write_l()
+        for shape, said in (({"file": "open.obj"}, "not closed"), ({"file": "none.obj"}, "none.obj"),
+                            ({"file": "l.obj", "proxy_error_m": 0}, "not convex"),
+                            ({"file": "l.obj", "proxy_error_m": -1}, "proxy_error_m"),
+                            ({"file": 3}, "shape.file"), ({"file": "l.obj", "error": 1}, "shape.error")):
+            scene = self.flat(bodies=[{"shape": shape, "position": [0, 0, 3]}])
+            answer = run("drop", "--scene", scene, "--count", 0, "--seconds", 1)
+            self.assertEqual(answer.returncode, 1, answer.stderr)
+            self.assertIn("bodies[0]", answer.stderr)
+            self.assertIn(said, answer.stderr)
+            self.assertEqual(answer.stderr.count("\n"), 1)
+
     def test_a_drop_plays_every_shape_and_type(self):
         shapes = [{"sphere": {"radius": 0.5}}, {"capsule": {"radius": 0.3, "half_height": 0.5}}, BOX,
                   {"hull": {"points": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]}},

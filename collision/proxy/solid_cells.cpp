@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: MIT
+//
+// Computes hulls of pieces of a closed solid, cut by planes along the axes.
+//
+// Sources:    Lien, Amato. Approximate convex decomposition of polyhedra. SPM 2007 (cut where concavity is largest).
+//             Wei, Liu, Su. Approximate convex decomposition for 3D meshes with collision-aware concavity and tree
+//             search. SIGGRAPH 2022 (concavity as a Hausdorff distance; axis-aligned cutting planes).
+//             Mamou. Volumetric hierarchical approximate convex decomposition. Game Engine Gems 3, 2016 (planes chosen
+//             by the volume of hulls less that of the solid).
+//             Sutherland, Hodgman. Reentrant polygon clipping. 1974.
+// Deviations: no piece is closed after a cut. An extreme point of the solid within a box is on the clipped surface, or
+//             is a corner of the box inside the solid: the hull of both is the hull of the piece.
+//             Planes are chosen one at a time, without a tree search.
+#include "proxy/solid_cells.h"
+
+#include "base/boxes.h"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+namespace terrane::internal {
+namespace {
+
+using Polygon = std::vector<Eigen::Vector3d>;
+
+/// The solid within a box.
+struct Cell {
+    Aabb box;
+    std::vector<Polygon> surface;  ///< the solid's triangles, clipped to the box
+    double winding = 1.0;          ///< -1 where triangles are clockwise from outside
+    std::optional<ProxyPart> part;
+};
+
+/// A plane along two axes, at a coordinate of the third.
+struct Cut {
+    int axis = 0;
+    double at = 0.0;
+};
+
+/// The part of a polygon on one side of a cut, `sign` 1: above.
+Polygon clipped(const Polygon& polygon, const Cut& cut, double sign) {
+    Polygon made;
+    for (std::size_t i = 0; i < polygon.size(); ++i) {
+        const Eigen::Vector3d& a = polygon[i];
+        const Eigen::Vector3d& b = polygon[i + 1 < polygon.size() ? i + 1 : 0];
+        const double of_a = sign * (a[cut.axis] - cut.at), of_b = sign * (b[cut.axis] - cut.at);
+        if (of_a >= 0.0) made.push_back(a);
+        if ((of_a > 0.0 && of_b < 0.0) || (of_a < 0.0 && of_b > 0.0)) {
+            Eigen::Vector3d crossing = a + (of_a / (of_a - of_b)) * (b - a);
+            crossing[cut.axis] = cut.at;
+            made.push_back(crossing);
+        }
+    }
+    return made;
+}
+
+std::array<Eigen::Vector3d, 8> corners_of(const Aabb& box) {
+    std::array<Eigen::Vector3d, 8> corners;
+    for (std::size_t i = 0; i < 8; ++i) {
+        for (int axis = 0; axis < 3; ++axis) {
+            corners[i][axis] = ((i >> axis) & 1U) != 0 ? box.high[axis] : box.low[axis];
+        }
+    }
+    return corners;
+}
+
+/// Whether a polygon has points above a cut, sign 1, or below it, sign -1. Polygons in the plane are of the side
+/// where the solid is, so that the hull of the other side does not contain them.
+bool is_of_side(const Polygon& polygon, const Cut& cut, double sign, double winding) {
+    bool is_in_plane = true;
+    for (const Eigen::Vector3d& p : polygon) {
+        if (sign * (p[cut.axis] - cut.at) > 0.0) return true;
+        is_in_plane = is_in_plane && p[cut.axis] == cut.at;
+    }
+    if (!is_in_plane) return false;
+    Eigen::Vector3d area = Eigen::Vector3d::Zero();
+    for (std::size_t i = 2; i < polygon.size(); ++i) {
+        area += cross(polygon[i - 1] - polygon[0], polygon[i] - polygon[0]);
+    }
+    return (winding * area[cut.axis] <= 0.0) == (sign > 0.0);
+}
+
+/// One side of a cut of a cell.
+Cell side_of(const Cell& cell, const Cut& cut, double sign) {
+    Cell side{cell.box, {}, cell.winding, std::nullopt};
+    (sign > 0.0 ? side.box.low : side.box.high)[cut.axis] = cut.at;
+    for (const Polygon& polygon : cell.surface) {
+        if (!is_of_side(polygon, cut, sign, cell.winding)) continue;
+        Polygon piece = clipped(polygon, cut, sign);
+        if (!piece.empty()) side.surface.push_back(std::move(piece));
+    }
+    return side;
+}
+
+/// The points whose hull is that of the solid within the cell. A corner on the surface is a point of the clipped
+/// surface already, or of the solid beyond the cell only.
+std::vector<Eigen::Vector3d> extreme_points(const SolidMesh& solid, const Cell& cell) {
+    std::vector<Eigen::Vector3d> points;
+    for (const Polygon& polygon : cell.surface) {
+        points.insert(points.end(), polygon.begin(), polygon.end());
+    }
+    const double on_surface = 1e-9 * solid.extent;
+    for (const Eigen::Vector3d& corner : corners_of(cell.box)) {
+        if (is_inside(solid, corner) && find_nearest(solid, corner).distance > on_surface) {
+            points.push_back(corner);
+        }
+    }
+    return points;
+}
+
+/// Volume of the hull of the points that are extreme along 26 directions.
+double rough_volume(const std::vector<Eigen::Vector3d>& points) {
+    if (points.size() < 4) return 0.0;
+    std::vector<Eigen::Vector3d> extremes;
+    for (int code = 0; code < 27; ++code) {
+        const Eigen::Vector3d direction(code % 3 - 1, code / 3 % 3 - 1, code / 9 - 1);
+        if (code == 13) continue;
+        const Eigen::Vector3d* best = &points[0];
+        double highest = -kInfinity;
+        for (const Eigen::Vector3d& p : points) {
+            const double height = dot(direction, p);
+            if (height > highest) {
+                highest = height;
+                best = &p;
+            }
+        }
+        extremes.push_back(*best);
+    }
+    const Result<ConvexHull> hull = ConvexHull::create(extremes);
+    return hull ? volume_of(*hull) : 0.0;
+}
+
+/// Coordinates to try along an axis: quarters, vertices, and the place that stands out most.
+std::vector<double> positions_along(const Cell& cell, int axis) {
+    constexpr std::size_t kMostVertices = 10;
+    constexpr double kMargin = 0.02;  // of the box's side, left on both sides of a cut
+    const double low = cell.box.low[axis], side = cell.box.high[axis] - low;
+    std::vector<double> vertices;
+    for (const Polygon& polygon : cell.surface) {
+        for (const Eigen::Vector3d& p : polygon) vertices.push_back(p[axis]);
+    }
+    vertices.push_back(cell.part->distance.place[axis]);
+    std::sort(vertices.begin(), vertices.end());
+    vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+    std::erase_if(vertices, [&](double at) {
+        return at < low + kMargin * side || at > low + (1.0 - kMargin) * side;
+    });
+    std::vector<double> positions;
+    const std::size_t kept = std::min(vertices.size(), kMostVertices);
+    for (std::size_t i = 0; i < kept; ++i) {
+        positions.push_back(vertices[(2 * i + 1) * vertices.size() / (2 * kept)]);
+    }
+    for (const double share : {0.25, 0.5, 0.75}) positions.push_back(low + share * side);
+    return positions;
+}
+
+/// The cut with the least volume of the two hulls; through the longest side's middle where none saves 3 %: a ring has
+/// no cut that saves volume at once.
+Cut choose_cut(const SolidMesh& solid, const Cell& cell, double error) {
+    constexpr double kSaved = 0.97;
+    const Eigen::Vector3d sides = cell.box.high - cell.box.low;
+    int longest = 0;
+    for (int axis = 1; axis < 3; ++axis) longest = sides[axis] > sides[longest] ? axis : longest;
+    Cut best{longest, cell.box.low[longest] + 0.5 * sides[longest]};
+    const auto volume_after = [&](const Cut& cut) {
+        return rough_volume(extreme_points(solid, side_of(cell, cut, -1.0))) +
+               rough_volume(extreme_points(solid, side_of(cell, cut, 1.0)));
+    };
+    double least = rough_volume(extreme_points(solid, cell)) * kSaved;
+    for (int axis = 0; axis < 3; ++axis) {
+        // Slices much thinner than the error save volume and no distance.
+        if (!(sides[axis] > std::max(0.25 * error, 1e-6 * sides[longest]))) continue;
+        for (const double at : positions_along(cell, axis)) {
+            const double volume = volume_after({axis, at});
+            if (volume < least) {
+                least = volume;
+                best = {axis, at};
+            }
+        }
+    }
+    return best;
+}
+
+}  // namespace
+
+Result<ProxyPart> make_part(std::span<const Eigen::Vector3d> points) {
+    Result<ConvexHull> hull = ConvexHull::create(points);
+    if (!hull) return tl::unexpected<Error>(hull.error());
+    Aabb bounds = empty_box();
+    for (const Eigen::Vector3d& vertex : hull->vertices()) include(vertex, 0.0, bounds);
+    const double volume = volume_of(*hull);
+    return ProxyPart{*std::move(hull), bounds, volume, {}};
+}
+
+Result<std::vector<ProxyPart>> cut_to_parts(const SolidMesh& solid, double error,
+                                            std::size_t max_parts) {
+    // The part of a cell; the cell's box shrinks to it, because nothing of the solid is outside.
+    const auto finish = [&](Cell& cell) -> Result<void> {
+        const std::vector<Eigen::Vector3d> points = extreme_points(solid, cell);
+        if (points.empty()) return {};
+        Result<ProxyPart> part = make_part(points);
+        if (!part) return tl::unexpected<Error>(part.error());
+        cell.box = part->bounds;
+        part->distance = distance_outside(solid, part->hull, error, 0.25 * error, kInfinity);
+        cell.part.emplace(*std::move(part));
+        return {};
+    };
+    std::vector<Cell> cells(1);
+    cells[0].box = empty_box();
+    cells[0].winding = signed_volume(solid) < 0.0 ? -1.0 : 1.0;
+    for (std::uint32_t i = 0; i < solid.triangles.size(); ++i) {
+        const auto corners = solid.corners(i);
+        cells[0].surface.emplace_back(corners.begin(), corners.end());
+        for (const Eigen::Vector3d& corner : corners) include(corner, 0.0, cells[0].box);
+    }
+    if (const Result<void> done = finish(cells[0]); !done) {
+        return tl::unexpected<Error>(done.error());
+    }
+    while (cells.size() < max_parts) {
+        const auto worst =
+            std::max_element(cells.begin(), cells.end(), [](const Cell& a, const Cell& b) {
+                return a.part->distance.high < b.part->distance.high;
+            });
+        if (worst->part->distance.high <= error) break;
+        const Cell cell = std::move(*worst);
+        cells.erase(worst);
+        const Cut cut = choose_cut(solid, cell, error);
+        for (const double sign : {-1.0, 1.0}) {
+            Cell side = side_of(cell, cut, sign);
+            if (const Result<void> done = finish(side); !done) {
+                return tl::unexpected<Error>(done.error());
+            }
+            if (side.part) cells.push_back(std::move(side));
+        }
+    }
+    std::vector<ProxyPart> parts;
+    parts.reserve(cells.size());
+    for (Cell& cell : cells) parts.push_back(*std::move(cell.part));
+    return parts;
+}
+
+}  // namespace terrane::internal

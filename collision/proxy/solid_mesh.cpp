@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: MIT
+//
+// Sources: Ericson. Real-Time Collision Detection. 2005, section 5.1.5 (nearest point of a triangle, by regions).
+//          Hormann, Agathos. The point in polygon problem for arbitrary polygons. 2001 (winding numbers by crossings).
+#include "proxy/solid_mesh.h"
+
+#include "base/boxes.h"
+
+#include <algorithm>
+#include <map>
+#include <tuple>
+#include <utility>
+
+namespace terrane::internal {
+namespace {
+
+Eigen::Vector3d nearest_on_segment(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                                   const Eigen::Vector3d& p) {
+    const Eigen::Vector3d along = b - a;
+    const double square = dot(along, along);
+    if (!(square > 0.0)) return a;
+    return a + std::clamp(dot(p - a, along) / square, 0.0, 1.0) * along;
+}
+
+double box_distance(const Aabb& box, const Eigen::Vector3d& p) {
+    double square = 0.0;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double gap = std::max({box.low[axis] - p[axis], p[axis] - box.high[axis], 0.0});
+        square += gap * gap;
+    }
+    return std::sqrt(square);
+}
+
+/// Crossing of the directed edge a -> b, projected along z, with the ray from p along +x: 1 upward in y, -1 downward.
+/// The edge is evaluated from its lower end, so that both triangles of an edge agree on the crossing.
+int crossing(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& p) {
+    const bool is_a_above = a.y() > p.y(), is_b_above = b.y() > p.y();
+    if (is_a_above == is_b_above) return 0;
+    const Eigen::Vector3d& low = is_a_above ? b : a;
+    const Eigen::Vector3d& high = is_a_above ? a : b;
+    const double side =
+        (high.x() - low.x()) * (p.y() - low.y()) - (p.x() - low.x()) * (high.y() - low.y());
+    if (!(side > 0.0)) return 0;
+    return is_b_above ? 1 : -1;
+}
+
+bool has_balanced_edges(const std::vector<SolidMesh::Triangle>& triangles) {
+    // Undirected edges, with their number of uses in the direction of growing indices less those against it.
+    std::vector<std::pair<std::pair<std::uint32_t, std::uint32_t>, int>> edges;
+    edges.reserve(3 * triangles.size());
+    for (const SolidMesh::Triangle& t : triangles) {
+        for (std::size_t i = 0; i < 3; ++i) {
+            const std::uint32_t a = t[i], b = t[(i + 1) % 3];
+            edges.push_back({std::minmax(a, b), a < b ? 1 : -1});
+        }
+    }
+    std::sort(edges.begin(), edges.end());
+    for (std::size_t i = 0; i < edges.size();) {
+        int sum = 0;
+        const auto edge = edges[i].first;
+        for (; i < edges.size() && edges[i].first == edge; ++i) sum += edges[i].second;
+        if (sum != 0) return false;
+    }
+    return !edges.empty();
+}
+
+}  // namespace
+
+SolidMesh make_solid_mesh(const TriangleMesh& mesh) {
+    SolidMesh made;
+    std::map<std::tuple<double, double, double>, std::uint32_t> known;
+    std::vector<std::uint32_t> welded;
+    welded.reserve(mesh.positions.size());
+    for (const Eigen::Vector3d& p : mesh.positions) {
+        const auto [at, is_new] = known.try_emplace({p.x() + 0.0, p.y() + 0.0, p.z() + 0.0},
+                                                    static_cast<std::uint32_t>(made.points.size()));
+        if (is_new) made.points.push_back(p);
+        welded.push_back(at->second);
+    }
+    Aabb all = empty_box();
+    std::vector<Aabb> boxes;
+    for (const TriangleMesh::Triangle& t : mesh.triangles) {
+        const SolidMesh::Triangle w{welded[t[0]], welded[t[1]], welded[t[2]]};
+        if (w[0] == w[1] || w[1] == w[2] || w[2] == w[0]) continue;
+        made.triangles.push_back(w);
+        Aabb box = empty_box();
+        for (const std::uint32_t corner : w) {
+            include(made.points[corner], 0.0, box);
+            include(made.points[corner], 0.0, all);
+        }
+        boxes.push_back(box);
+    }
+    if (boxes.empty()) return made;
+    made.extent = (all.high - all.low).maxCoeff();
+    made.tree = make_aabb_tree(boxes);
+    made.is_closed = has_balanced_edges(made.triangles);
+    return made;
+}
+
+Eigen::Vector3d nearest_on_triangle(const std::array<Eigen::Vector3d, 3>& triangle,
+                                    const Eigen::Vector3d& p) {
+    const auto& [a, b, c] = triangle;
+    const Eigen::Vector3d normal = cross(b - a, c - a);
+    const double square = dot(normal, normal);
+    if (square > 0.0) {
+        const bool is_over = dot(cross(b - a, p - a), normal) >= 0.0 &&
+                             dot(cross(c - b, p - b), normal) >= 0.0 &&
+                             dot(cross(a - c, p - c), normal) >= 0.0;
+        if (is_over) return p - (dot(p - a, normal) / square) * normal;
+    }
+    Eigen::Vector3d best = nearest_on_segment(a, b, p);
+    for (const Eigen::Vector3d& other :
+         {nearest_on_segment(b, c, p), nearest_on_segment(c, a, p)}) {
+        if (dot(other - p, other - p) < dot(best - p, best - p)) best = other;
+    }
+    return best;
+}
+
+NearestTriangle find_nearest(const SolidMesh& mesh, const Eigen::Vector3d& p) {
+    NearestTriangle best;
+    visit_leaves_up_to(
+        std::span(mesh.tree), kInfinity, [&](const Aabb& box) { return box_distance(box, p); },
+        [&](std::uint32_t item) {
+            const double distance = distance_to_triangle(mesh.corners(item), p);
+            if (distance < best.distance || (distance == best.distance && item < best.triangle)) {
+                best = {item, distance};
+            }
+            return best.distance;
+        });
+    return best;
+}
+
+bool is_inside(const SolidMesh& mesh, const Eigen::Vector3d& p) {
+    int winding = 0;
+    visit_leaves(
+        std::span(mesh.tree),
+        [&](const Aabb& box) {
+            return box.low.x() <= p.x() && p.x() <= box.high.x() && box.low.y() <= p.y() &&
+                   p.y() <= box.high.y() && box.high.z() >= p.z();
+        },
+        [&](std::uint32_t item) {
+            const auto [a, b, c] = mesh.corners(item);
+            const int turns = crossing(a, b, p) + crossing(b, c, p) + crossing(c, a, p);
+            if (turns == 0) return;
+            const Eigen::Vector3d normal = cross(b - a, c - a);
+            // Above p: the plane's height over p, with the normal's sign for turns.
+            if (dot(a - p, normal) * (turns > 0 ? 1.0 : -1.0) > 0.0) winding += turns;
+        });
+    return winding != 0;
+}
+
+double signed_volume(const SolidMesh& mesh) {
+    double sum = 0.0;
+    const Eigen::Vector3d& origin = mesh.points[mesh.triangles[0][0]];
+    for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+        const auto [a, b, c] = mesh.corners(i);
+        sum += dot(a - origin, cross(b - origin, c - origin));
+    }
+    return sum / 6.0;
+}
+
+}  // namespace terrane::internal

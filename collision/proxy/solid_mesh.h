@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "base/aabb_tree.h"
+#include "base/vector_math.h"
+
+#include <terrane/terrain/triangle_mesh.h>
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace terrane::internal {
+
+/// A triangle mesh with distances and, where it is closed, an inside.
+struct SolidMesh {
+    using Triangle = std::array<std::uint32_t, 3>;
+
+    std::vector<Eigen::Vector3d> points;  ///< no two equal
+    std::vector<Triangle> triangles;      ///< three different points each
+    std::vector<AabbNode> tree;           ///< of the triangles' boxes
+    bool is_closed = false;  ///< every edge is used as often in one direction as in the other
+    double extent = 0.0;     ///< largest side of the box around the points, metres
+
+    std::array<Eigen::Vector3d, 3> corners(std::uint32_t triangle) const {
+        const Triangle& t = triangles[triangle];
+        return {points[t[0]], points[t[1]], points[t[2]]};
+    }
+};
+
+/// Welds equal positions and drops triangles with equal corners.
+///
+/// @param mesh finite, with valid indices
+SolidMesh make_solid_mesh(const TriangleMesh& mesh);
+
+/// The nearest point of a triangle. A triangle without area counts as its longest edge does.
+Eigen::Vector3d nearest_on_triangle(const std::array<Eigen::Vector3d, 3>& triangle,
+                                    const Eigen::Vector3d& p);
+
+/// Distance from a point to a triangle, metres.
+inline double distance_to_triangle(const std::array<Eigen::Vector3d, 3>& triangle,
+                                   const Eigen::Vector3d& p) {
+    return length(nearest_on_triangle(triangle, p) - p);
+}
+
+/// The nearest triangle and its distance.
+struct NearestTriangle {
+    std::uint32_t triangle = 0;
+    double distance = kInfinity;
+};
+
+/// Of equal distances the triangle of the smaller index.
+NearestTriangle find_nearest(const SolidMesh& mesh, const Eigen::Vector3d& p);
+
+/// Whether the winding number of a closed mesh about a point is not 0. Either answer for points of the surface.
+bool is_inside(const SolidMesh& mesh, const Eigen::Vector3d& p);
+
+/// Signed volume, m^3: negative where the triangles are wound inside out.
+double signed_volume(const SolidMesh& mesh);
+
+}  // namespace terrane::internal

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+#include "scene/mesh/mesh_body.h"
+
+#include "scene/mesh/mesh_reader.h"
+
+#include <terrane/collision/collision_proxy.h>
+
+#include <fmt/format.h>
+
+#include <utility>
+
+namespace terrane::tools {
+
+Result<Shape> read_mesh_body(const std::string& path, double proxy_error, double scale) {
+    Result<SceneMesh> read = read_mesh(path);
+    if (!read) return tl::unexpected<Error>(read.error());
+    TriangleMesh mesh;
+    mesh.positions = std::move(read->points);
+    mesh.triangles = std::move(read->triangles);
+    for (Eigen::Vector3d& p : mesh.positions) p *= scale;
+    CollisionProxySettings settings;
+    settings.proxy_error = proxy_error;
+    settings.max_parts = 256;
+    settings.max_hull_vertices = 256;
+    const Result<CollisionProxy> proxy = make_collision_proxy(mesh, settings);
+    if (!proxy)
+        return fail(proxy.error().code, fmt::format("'{}': {}", path, proxy.error().message));
+    if (proxy->kind == CollisionProxyKind::open) {
+        return fail(ErrorCode::bad_data,
+                    fmt::format("'{}' is not closed: it has no inside to be a body", path));
+    }
+    if (proxy->kind == CollisionProxyKind::surface) {
+        return fail(
+            ErrorCode::bad_data,
+            fmt::format("'{}' is not convex: as a body it needs a proxy error above 0", path));
+    }
+    if (!proxy->is_within_error) {
+        return fail(ErrorCode::bad_data,
+                    fmt::format("'{}' needs a proxy error of {:.4g} m for {} hulls, got {:.6g}",
+                                path, proxy->distance_m, settings.max_parts, proxy_error));
+    }
+    if (!(default_contact_tolerance(proxy->shape) > 0.0)) {
+        return fail(ErrorCode::bad_data, fmt::format("'{}' has parts without thickness", path));
+    }
+    return Shape(proxy->shape);
+}
+
+}  // namespace terrane::tools
