@@ -7,22 +7,17 @@
 
 #include <fmt/format.h>
 
-#include <utility>
-
 namespace terrane::tools {
 
 Result<Shape> read_mesh_body(const std::string& path, double proxy_error, double scale) {
-    Result<SceneMesh> read = read_mesh(path);
-    if (!read) return tl::unexpected<Error>(read.error());
-    TriangleMesh mesh;
-    mesh.positions = std::move(read->points);
-    mesh.triangles = std::move(read->triangles);
-    for (Eigen::Vector3d& p : mesh.positions) p *= scale;
+    Result<TriangleMesh> mesh = read_mesh(path);
+    if (!mesh) return tl::unexpected<Error>(mesh.error());
+    for (Eigen::Vector3d& p : mesh->positions) p *= scale;
     CollisionProxySettings settings;
     settings.proxy_error = proxy_error;
     settings.max_parts = 256;
     settings.max_hull_vertices = 256;
-    const Result<CollisionProxy> proxy = make_collision_proxy(mesh, settings);
+    const Result<CollisionProxy> proxy = make_collision_proxy(*mesh, settings);
     if (!proxy)
         return fail(proxy.error().code, fmt::format("'{}': {}", path, proxy.error().message));
     if (proxy->kind == CollisionProxyKind::open) {
