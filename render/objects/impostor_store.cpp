@@ -65,7 +65,9 @@ Eigen::Matrix3d axes_of(const ImpostorSettings& settings, int around, int above)
     return axes;
 }
 
-int mipmap_count(int texels) { return static_cast<int>(std::bit_width(static_cast<unsigned>(texels))); }
+int mipmap_count(int texels) {
+    return static_cast<int>(std::bit_width(static_cast<unsigned>(texels)));
+}
 
 GlTexture make_layers(int texels, int layers) {
     GlTexture texture = make_texture_2d_array();

@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 
 namespace terrane {
@@ -56,6 +57,9 @@ struct DrawCounts {
     std::size_t objects_drawn = 0;  ///< instances, streamed objects and DrawnObject
     std::size_t triangles =
         0;  ///< of scene objects and particles; those of the ground are the mesh's
+    /// Milliseconds that the device took for the last draw() whose time it has reported, at most 3 calls ago; none before,
+    /// and of software rasterisers, whose timers do not measure it.
+    std::optional<double> gpu_ms;
 };
 
 /// Draws meshes of a Triangulator off screen.
