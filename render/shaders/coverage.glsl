@@ -19,7 +19,8 @@ float limit_of(float coverage) {
     return limit;
 }
 
-// coverage: see ObjectInstance. opacity: 0 to 1, with thresholds of its own.
+// coverage: see ObjectInstance. opacity: 0 to 1, rounded to samples, so that outlines are as smooth as those of
+// triangles; below one sample dithered, so that thin things are not lost.
 int covered_samples(float coverage, float opacity) {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     float first = dither(pixel), other = dither(pixel + ivec2(3, 5));
@@ -28,7 +29,9 @@ int covered_samples(float coverage, float opacity) {
     for (int i = 0; i < SAMPLES; ++i) {
         float threshold = (float(i) + first) / float(SAMPLES);
         bool is_covered = coverage < 0.0 ? threshold >= limit : threshold < limit;
-        bool is_opaque = (float(SAMPLES - 1 - i) + other) / float(SAMPLES) < opacity;
+        int rank = SAMPLES - 1 - i;
+        float level = rank > 0 ? 0.5 : other;
+        bool is_opaque = (float(rank) + level) / float(SAMPLES) < opacity;
         if (is_covered && is_opaque) mask |= 1 << i;
     }
     return mask;

@@ -13,6 +13,8 @@
 #include <cstdio>
 #include <cstdlib>
 #include <limits>
+#include <string>
+#include <vector>
 
 namespace terrane {
 namespace impostor_test {
@@ -32,7 +34,15 @@ protected:
                       const TerrainMesh& mesh = {}) {
         const Result<void> drawn = renderer.draw(mesh, view, {}, draws);
         EXPECT_TRUE(drawn) << drawn.error().message;
-        return renderer.read();
+        Image image = renderer.read();
+        // to look at: TERRANE_PICTURES=FOLDER
+        if (const char* folder = std::getenv("TERRANE_PICTURES"); folder != nullptr) {
+            static int count = 0;
+            const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+            EXPECT_TRUE(write_png(image, std::string(folder) + "/" + info->name() + "_" +
+                                             std::to_string(count++) + ".png"));
+        }
+        return image;
     }
 };
 
@@ -70,18 +80,20 @@ TEST_F(ImpostorTest, ItsErrorIsMeasuredAndGivesTheSizeAtWhichItTakesOver) {
                 measure_impostor(renderer, mesh, id, impostor, views_above == 1, diameters).value();
             ASSERT_EQ(error.sizes.size(), diameters.size());
             for (const ImpostorDifference& size : error.sizes) {
-                std::printf("%s, views_above %d, %3.0f px: mean %4.1f levels, %4.1f %% by > 8\n",
-                            is_tree ? "tree" : "rock", views_above, size.diameter_px, size.mean,
-                            100.0 * size.share);
+                std::printf(
+                    "%s, views_above %d, %3.0f px: mean %4.1f levels, %4.1f %% by > 8, as "
+                    "displaced by %.2f px\n",
+                    is_tree ? "tree" : "rock", views_above, size.diameter_px, size.mean,
+                    100.0 * size.share, size.displacement_px);
                 EXPECT_GT(size.mean, 0.0);
                 EXPECT_LE(size.share, 1.0);
             }
             std::printf("takes over at %.0f px, error_m %.3f\n", error.takeover_px, error.error_m);
             // a bound of the error in pixels is 1 where it takes over, by definition
             if (error.takeover_px > 0.0) {
-                const ImpostorError strict =
-                    measure_impostor(renderer, mesh, id, impostor, views_above == 1, diameters, 0.0)
-                        .value();
+                const ImpostorError strict = measure_impostor(renderer, mesh, id, impostor,
+                                                              views_above == 1, diameters, 1e-6)
+                                                 .value();
                 EXPECT_EQ(strict.takeover_px, 0.0);
                 EXPECT_EQ(strict.error_m, std::numeric_limits<double>::infinity());
             }
@@ -142,43 +154,114 @@ TEST_F(ImpostorTest, ItDoesNotPopWhileTheViewerGoesAroundIt) {
     EXPECT_LT(largest, 0.1 * whole);
 }
 
-// Columns by how far the lowest pixels of both pictures are apart: where objects meet the ground.
+// The lowest pixels of the columns, where an object of no green meets the ground: half of the pixel is covered.
+std::vector<std::array<int, 2>> line_with_ground(const Image& image, const Image& empty) {
+    std::vector<std::array<int, 2>> line;
+    for (int x = 0; x < image.width; ++x) {
+        for (int y = image.height - 1; y >= 0; --y) {
+            const auto green = 3 * static_cast<std::size_t>(y * image.width + x) + 1;
+            if (2 * int{image.rgb[green]} >= int{empty.rgb[green]}) continue;
+            line.push_back({x, y});
+            break;
+        }
+    }
+    return line;
+}
+
+// Points of a line that have no point of the other within a pixel.
+int count_beyond(const std::vector<std::array<int, 2>>& line,
+                 const std::vector<std::array<int, 2>>& other) {
+    return static_cast<int>(std::count_if(line.begin(), line.end(), [&](const auto& p) {
+        return std::none_of(other.begin(), other.end(), [&](const auto& q) {
+            return std::abs(p[0] - q[0]) <= 1 && std::abs(p[1] - q[1]) <= 1;
+        });
+    }));
+}
+
 TEST_F(ImpostorTest, ItsLineWithTheGroundIsWithinAPixelOfTheMeshes) {
     const test::Scene world = test::make_scene();
     TerrainRenderer renderer = make();
     const MeshId id = renderer.add_mesh(make_rock(3, 2)).value();
-    const ImpostorId impostor = renderer.add_impostor(id, {.texels = 128}).value();
     const WorldPos place(150.0, 120.0, world.height(150.0, 120.0));
-    const View view =
-        look_at(place + Eigen::Vector3d(-60.0, -40.0, 60.0), place, 0.25, kWidth, kHeight).value();
-    ObjectInstance instance = instance_at(view, place);
-    instance.scale = 4.0f;
-    instance.tint = {9.0f, 0.0f, 0.0f};  // unlike the ground
     const MeshDraw solid = {id, 0, 0, 1};
-    const ImpostorDraw flat = {impostor, 0, 1};
+    for (const auto& [around, above] : {std::pair{16, 4}, {16, 8}, {32, 16}}) {
+        const ImpostorId impostor =
+            renderer.add_impostor(id, {.views_around = around, .views_above = above, .texels = 128})
+                .value();
+        const ImpostorDraw flat = {impostor, 0, 1};
+        int points = 0, beyond = 0;
+        for (int side = 0; side < 8; ++side) {
+            const double azimuth = 0.77 * side, elevation = 0.3 + 0.12 * side;
+            const Eigen::Vector3d back(std::cos(azimuth) * std::cos(elevation),
+                                       std::sin(azimuth) * std::cos(elevation),
+                                       std::sin(elevation));
+            const View view = look_at(place + 94.0 * back, place, 0.25, kWidth, kHeight).value();
+            ObjectInstance instance = instance_at(view, place);
+            instance.scale = 4.0f;
+            instance.tint = {9.0f, 0.0f, 0.0f};  // no green
+            draw(renderer, view, {}, world.mesh());
+            const Image empty = draw(renderer, view, {}, world.mesh());
+            const auto a = line_with_ground(
+                draw(renderer, view, {.instances = {&instance, 1}, .meshes = {&solid, 1}},
+                     world.mesh()),
+                empty);
+            const auto b = line_with_ground(
+                draw(renderer, view, {.instances = {&instance, 1}, .impostors = {&flat, 1}},
+                     world.mesh()),
+                empty);
+            points += static_cast<int>(a.size() + b.size());
+            beyond += count_beyond(a, b) + count_beyond(b, a);
+        }
+        std::printf("%d x %d views: %d of %d points more than a pixel off\n", around, above, beyond,
+                    points);
+        EXPECT_GT(points, 400);
+        EXPECT_LE(beyond, points / 100) << around << " x " << above;
+    }
+}
+
+// Meshes near, a cross-fade between 60 and 90 m, impostors beyond.
+TEST_F(ImpostorTest, AForestThatFadesFromMeshesToImpostorsLooksLikeOneOfMeshes) {
+    const test::Scene world = test::make_scene();
+    TerrainRenderer renderer =
+        TerrainRenderer::create(*context_, 4 * kWidth, 2 * kHeight, {}).value();
+    const MeshId id = renderer.add_mesh(make_tree(16)).value();
+    const ImpostorId impostor = renderer.add_impostor(id).value();
+    const WorldPos eye(250.0, 15.0, world.height(250.0, 15.0) + 14.0);
+    const View view =
+        look_at(eye, eye + Eigen::Vector3d(0.0, 100.0, -12.0), 0.8, 4 * kWidth, 2 * kHeight)
+            .value();
+    std::vector<ObjectInstance> all, near, far;
+    for (int i = 0; i < 900; ++i) {
+        const double x = 140.0 + 7.4 * (i % 30) + 3.0 * std::sin(12.9 * i);
+        const double y = 25.0 + 7.1 * (i / 30) + 3.0 * std::sin(78.2 * i);
+        ObjectInstance tree = instance_at(view, {x, y, world.height(x, y)});
+        tree.scale = 0.8f + 0.2f * static_cast<float>(std::sin(3.7 * i));
+        all.push_back(tree);
+        const double distance = std::hypot(x - eye.x(), y - eye.y());
+        const auto share = static_cast<float>(std::clamp((90.0 - distance) / 30.0, 0.0, 1.0));
+        tree.coverage = share;
+        if (share > 0.0f) near.push_back(tree);
+        tree.coverage = share > 0.0f ? share - 1.0f : 1.0f;
+        if (share < 1.0f) far.push_back(tree);
+    }
+    ASSERT_GT(near.size(), 50u);
+    ASSERT_GT(far.size(), 500u);
+    const MeshDraw meshes = {id, 0, 0, static_cast<std::uint32_t>(all.size())};
+    std::vector<ObjectInstance> mixed = near;
+    mixed.insert(mixed.end(), far.begin(), far.end());
+    const auto near_count = static_cast<std::uint32_t>(near.size());
+    const MeshDraw near_draw = {id, 0, 0, near_count};
+    const ImpostorDraw far_draw = {impostor, near_count, static_cast<std::uint32_t>(far.size())};
     draw(renderer, view, {}, world.mesh());
     const Image empty = draw(renderer, view, {}, world.mesh());
-    const Image a =
-        draw(renderer, view, {.instances = {&instance, 1}, .meshes = {&solid, 1}}, world.mesh());
-    const Image b =
-        draw(renderer, view, {.instances = {&instance, 1}, .impostors = {&flat, 1}}, world.mesh());
-    const auto lowest = [&](const Image& image, int x) {
-        for (int y = kHeight - 1; y >= 0; --y) {
-            const auto at = 3 * static_cast<std::size_t>(y * kWidth + x);
-            if (std::abs(int{image.rgb[at + 1]} - int{empty.rgb[at + 1]}) > 24) return y;
-        }
-        return -1;
-    };
-    int columns = 0, beyond = 0;
-    for (int x = 0; x < kWidth; ++x) {
-        const int solid_y = lowest(a, x), flat_y = lowest(b, x);
-        if (solid_y < 0 || flat_y < 0) continue;
-        ++columns;
-        beyond += std::abs(solid_y - flat_y) > 1 ? 1 : 0;
-    }
-    std::printf("%d columns, %d more than a pixel off\n", columns, beyond);
-    EXPECT_GT(columns, 20);
-    EXPECT_LE(beyond, columns / 20);
+    const Image a = draw(renderer, view, {.instances = all, .meshes = {&meshes, 1}}, world.mesh());
+    const Image b = draw(
+        renderer, view,
+        {.instances = mixed, .meshes = {&near_draw, 1}, .impostors = {&far_draw, 1}}, world.mesh());
+    std::printf("forest: mean difference %.2f levels, %.1f %% of pixels by > 8; bare %.2f\n",
+                mean_difference(a, b), 100.0 * count_different(a, b, 8) / (8.0 * kWidth * kHeight),
+                mean_difference(a, empty));
+    EXPECT_LT(mean_difference(a, b), 0.1 * mean_difference(a, empty));
 }
 
 }  // namespace impostor_test
