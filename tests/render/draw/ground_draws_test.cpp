@@ -301,6 +301,7 @@ TEST_F(GroundDrawsTest, ChunksOutOfViewDoNotChangeThePicture) {
         chunk.offsets = scene.offsets.back().data();
     }
     std::vector<View> views{view_from({-300.0, 60.0, 300.0}, {0.0, 60.0, 300.0})};
+    views.back().vertical_fov = 0.3;
     for (int i = 0; i < 16; ++i) {
         const WorldPos eye(150.0 + 14.0 * i, 130.0 - 20.0 * (i % 3), 30.0 + 4.0 * i);
         views.push_back(
