@@ -247,7 +247,7 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
         if (!made) return tl::unexpected(made.error());
         eye = *made;
     }
-    if (const Result<void> ready = state.scene.prepare(scene); !ready) return ready;
+    if (const Result<void> ready = state.scene.prepare(scene, view); !ready) return ready;
     const GroundCulling culling =
         state.settings.wireframe ? GroundCulling::none : GroundCulling::view;
     if (const Result<void> ready = state.draws.prepare(mesh, view, eye, culling); !ready)

@@ -17,7 +17,7 @@ struct StoredImpostor {
     float half_width = 0.0f;  ///< largest distance of the bounds from the z axis through the centre
     float half_height = 0.0f;  ///< metres
     float radius = 0.0f;       ///< of the bounding sphere: range of depths
-    /// [views] layers: views around the axis, then those above. Colour with display gamma times opacity, opacity.
+    /// [views] layers: views around the axis, then those above. Roots of the linear colour times opacity, opacity.
     GlTexture colours;
     GlTexture
         shapes;  ///< normal (0.5 + 0.5 n) and depth (0.5 + 0.5 towards the viewer / radius), times opacity
@@ -27,7 +27,8 @@ struct StoredImpostor {
 /// Makes impostors: a mesh is drawn from each direction without perspective and without light, four times as large as
 /// its view, and averaged.
 ///
-/// Source: P. Maciel, P. Shirley. Visual Navigation of Large Environments Using Textured Clusters. I3D 1995 (impostors).
+/// Source: P. Maciel, P. Shirley. Visual Navigation of Large Environments Using Textured Clusters. I3D 1995
+///         (impostors).
 
 class ImpostorStore {
 public:

@@ -42,8 +42,8 @@ std::vector<Eigen::Vector3f> vertex_normals(const TriangleMesh& mesh);
 /// Keeps meshes of objects on the device.
 class MeshStore {
 public:
-    /// Fails: invalid_argument as check(TriangleMesh), for an index of a level beyond the vertices, and for more than 2^31
-    ///        indices; device_unavailable where OpenGL reports an error
+    /// Fails: invalid_argument as check(TriangleMesh), for an index of a level beyond the vertices, and for more than
+    ///        2^31 indices; device_unavailable where OpenGL reports an error
     Result<MeshId> add(const TriangleMesh& mesh,
                        std::span<const std::span<const TriangleMesh::Triangle>> levels,
                        const MeshMaterial& material);

@@ -29,15 +29,6 @@ GlVertexArray make_object_layout() {
     return layout;
 }
 
-GlVertexArray make_particle_layout() {
-    GlVertexArray layout = make_vertex_array();
-    const GLuint name = layout.name();
-    add_floats(name, 0, 4, offsetof(Particle, offset_eye), 0);  // and radius
-    add_floats(name, 1, 4, offsetof(Particle, colour), 0);
-    glVertexArrayBindingDivisor(name, 0, 1);
-    return layout;
-}
-
 void bind_mesh(GLuint layout, const StoredMesh& mesh) {
     glBindVertexArray(layout);
     glVertexArrayVertexBuffer(layout, 0, mesh.vertex_buffer.name(), 0, sizeof(ObjectVertex));

@@ -10,8 +10,6 @@ namespace terrane::internal {
 
 /// Vertex array of ObjectVertex (attributes 0 to 2, binding 0) and ObjectInstance (3 to 5, binding 1).
 GlVertexArray make_object_layout();
-/// Vertex array of Particle (attributes 0 and 1, binding 0), one an instance.
-GlVertexArray make_particle_layout();
 
 /// Binds a layout, and a mesh's buffers to it.
 void bind_mesh(GLuint layout, const StoredMesh& mesh);

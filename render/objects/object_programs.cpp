@@ -7,6 +7,27 @@
 #include <string>
 
 namespace terrane::internal {
+namespace {
+
+Result<ImpostorProgram> make_impostor_program(const std::string& name, std::string_view vertex,
+                                              std::string_view fragment) {
+    Result<GlProgram> made = make_program(name, vertex, fragment);
+    if (!made) return tl::unexpected(made.error());
+    const auto place = [&](const char* uniform) {
+        return glGetUniformLocation(made->name(), uniform);
+    };
+    ImpostorProgram program;
+    program.first_instance = place("first_instance");
+    program.centre = place("centre");
+    program.half_box = place("half_box");
+    program.views = place("views");
+    program.radius = place("radius");
+    program.texels = place("texels");
+    program.program = std::move(*made);
+    return program;
+}
+
+}  // namespace
 
 Result<ObjectPrograms> ObjectPrograms::create(int sample_count) {
     const std::string samples = "#define SAMPLES " + std::to_string(sample_count) + "\n";
@@ -14,23 +35,22 @@ Result<ObjectPrograms> ObjectPrograms::create(int sample_count) {
     Result<GlProgram> meshes =
         make_program("objects' meshes", instance_vert, covered + std::string(instance_frag));
     if (!meshes) return tl::unexpected(meshes.error());
-    Result<GlProgram> impostors =
-        make_program("impostors", impostor_vert, covered + std::string(impostor_frag));
+    Result<ImpostorProgram> impostors =
+        make_impostor_program("impostors", impostor_vert, covered + std::string(impostor_frag));
     if (!impostors) return tl::unexpected(impostors.error());
+    Result<ImpostorProgram> small_impostors = make_impostor_program(
+        "small impostors", small_impostor_vert, covered + std::string(small_impostor_frag));
+    if (!small_impostors) return tl::unexpected(small_impostors.error());
     Result<GlProgram> particles =
         make_program("particles", particle_vert, samples + std::string(particle_frag));
     if (!particles) return tl::unexpected(particles.error());
     ObjectPrograms made;
-    made.centre = glGetUniformLocation(impostors->name(), "centre");
-    made.half_box = glGetUniformLocation(impostors->name(), "half_box");
-    made.views = glGetUniformLocation(impostors->name(), "views");
-    made.radius = glGetUniformLocation(impostors->name(), "radius");
-    made.texels = glGetUniformLocation(impostors->name(), "texels");
     made.meshes = std::move(*meshes);
     made.impostors = std::move(*impostors);
+    made.small_impostors = std::move(*small_impostors);
     made.particles = std::move(*particles);
     made.object_layout = make_object_layout();
-    made.particle_layout = make_particle_layout();
+    made.no_layout = make_vertex_array();
     return made;
 }
 

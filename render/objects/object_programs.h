@@ -7,11 +7,18 @@
 
 namespace terrane::internal {
 
-/// The programs that draw a scene's objects, and what they read.
+/// A program that draws billboards of an impostor, and its uniforms.
+struct ImpostorProgram {
+    GlProgram program;
+    GLint first_instance = -1, centre = -1, half_box = -1, views = -1, radius = -1, texels = -1;
+};
+
+/// The programs that draw a scene's objects.
 struct ObjectPrograms {
-    GlProgram meshes, impostors, particles;
-    GLint centre = -1, half_box = -1, views = -1, radius = -1, texels = -1;  ///< of impostors
-    GlVertexArray object_layout, particle_layout;
+    GlProgram meshes, particles;
+    ImpostorProgram impostors;        ///< blend views, and follow their depth
+    ImpostorProgram small_impostors;  ///< of few pixels: the nearest view, which costs a tenth
+    GlVertexArray object_layout, no_layout;
 
     /// Fails: device_unavailable where a program is refused
     ///

@@ -67,7 +67,14 @@ tl::unexpected<Error> no_such(const char* what, std::uint32_t id) {
                 std::string("the renderer has no ") + what + " " + number_text(id));
 }
 
-std::size_t align16(std::size_t byte) { return (byte + 15) / 16 * 16; }
+// Impostors of at most this diameter, pixels, show one view.
+constexpr double kSmallImpostor_px = 20.0;
+
+// Upper bound of the offset alignment of storage blocks on all devices.
+constexpr std::size_t kObjectAlignment = 256;
+std::size_t aligned(std::size_t byte) {
+    return (byte + kObjectAlignment - 1) / kObjectAlignment * kObjectAlignment;
+}
 
 const void* as_pointer(std::size_t byte) {
     // OpenGL passes offsets in buffers as pointers
@@ -174,16 +181,16 @@ Result<void> SceneObjects::add_streamed(const SceneDraws& draws, const StreamedD
 
 // Instances are first, so that the first_instance of a draw is valid in the buffer.
 Result<void> SceneObjects::upload(const SceneDraws& draws) {
-    particle_byte_ = align16(draws.instances.size_bytes());
-    std::size_t end = align16(particle_byte_ + draws.particles.size_bytes());
+    particle_byte_ = aligned(draws.instances.size_bytes());
+    std::size_t end = aligned(particle_byte_ + draws.particles.size_bytes());
     const std::size_t first_streamed = solid_.size() - streamed_.size();
     for (std::size_t i = 0; i < streamed_.size(); ++i) {
         SolidDraw& draw = solid_[first_streamed + i];
         draw.vertex_byte = end;
         if (draw.has_own_vertices)
-            end = align16(end + draw.mesh->vertices.size() * sizeof(ObjectVertex));
+            end = aligned(end + draw.mesh->vertices.size() * sizeof(ObjectVertex));
         draw.index_byte = end;
-        end = align16(end + streamed_[i]->triangles.size_bytes());
+        end = aligned(end + streamed_[i]->triangles.size_bytes());
     }
     std::byte* memory = stream_.begin(std::max<std::size_t>(end, 16));
     if (memory == nullptr) {
@@ -196,6 +203,7 @@ Result<void> SceneObjects::upload(const SceneDraws& draws) {
         if (bytes > 0) std::memcpy(memory + byte, data, bytes);
     };
     copy(0, draws.instances.data(), draws.instances.size_bytes());
+    sort_billboards(draws, memory);
     copy(particle_byte_, draws.particles.data(), draws.particles.size_bytes());
     std::vector<ObjectVertex> moved;
     for (std::size_t i = 0; i < streamed_.size(); ++i) {
@@ -212,7 +220,29 @@ Result<void> SceneObjects::upload(const SceneDraws& draws) {
     return {};
 }
 
-Result<void> SceneObjects::prepare(const SceneDraws& draws) {
+// Writes the instances of impostors again, the small ones first.
+void SceneObjects::sort_billboards(const SceneDraws& draws, std::byte* memory) {
+    for (BillboardDraw& draw : impostor_draws_) {
+        // diameter over distance
+        const double most = kSmallImpostor_px /
+                            (2.0 * pixels_per_radian_ * static_cast<double>(draw.impostor->radius));
+        const auto most_squared = static_cast<float>(most * most);
+        std::byte* const first = memory + draw.first_instance * sizeof(ObjectInstance);
+        std::uint32_t small = 0, large = 0;
+        for (const ObjectInstance& instance :
+             draws.instances.subspan(draw.first_instance, draw.instance_count)) {
+            const auto& [x, y, z] = instance.offset_eye;
+            const bool is_small =
+                instance.scale * instance.scale <= most_squared * (x * x + y * y + z * z);
+            const std::uint32_t place = is_small ? small++ : draw.instance_count - ++large;
+            std::memcpy(first + place * sizeof(instance), &instance, sizeof(instance));
+        }
+        draw.small_count = small;
+    }
+}
+
+Result<void> SceneObjects::prepare(const SceneDraws& draws, const View& view) {
+    pixels_per_radian_ = view.pixels_per_radian();
     solid_.clear();
     impostor_draws_.clear();
     streamed_.clear();
@@ -265,24 +295,32 @@ void SceneObjects::draw_solid() const {
                                             draw.first_instance);
     }
     glDisable(GL_CULL_FACE);
+    draw_billboards();
+}
+
+void SceneObjects::draw_billboards() const {
     if (impostor_draws_.empty()) return;
-    glUseProgram(programs_->impostors.name());
-    glBindVertexArray(layout);
-    glVertexArrayVertexBuffer(layout, 1, stream_.name(), 0, sizeof(ObjectInstance));
-    for (const BillboardDraw& draw : impostor_draws_) {
-        const StoredImpostor& impostor = *draw.impostor;
-        // attributes of meshes are not read, but must have a buffer
-        glVertexArrayVertexBuffer(layout, 0, stream_.name(), 0, 0);
-        glUniform3fv(programs_->centre, 1, impostor.centre.data());
-        glUniform2f(programs_->half_box, impostor.half_width, impostor.half_height);
-        glUniform2i(programs_->views, impostor.settings.views_around,
-                    impostor.settings.views_above);
-        glUniform1f(programs_->radius, impostor.radius);
-        glUniform1f(programs_->texels, static_cast<float>(impostor.settings.texels));
+    glBindVertexArray(programs_->no_layout.name());
+    glBindBufferRange(GL_SHADER_STORAGE_BUFFER, 1, stream_.name(), 0,
+                      static_cast<GLsizeiptr>(particle_byte_));
+    const auto draw = [](const ImpostorProgram& program, const StoredImpostor& impostor,
+                         std::uint32_t first, std::uint32_t count) {
+        if (count == 0) return;
+        glUseProgram(program.program.name());
+        glUniform1i(program.first_instance, static_cast<GLint>(first));
+        glUniform3fv(program.centre, 1, impostor.centre.data());
+        glUniform2f(program.half_box, impostor.half_width, impostor.half_height);
+        glUniform2i(program.views, impostor.settings.views_around, impostor.settings.views_above);
+        glUniform1f(program.radius, impostor.radius);
+        glUniform1f(program.texels, static_cast<float>(impostor.settings.texels));
         glBindTextureUnit(0, impostor.colours.name());
         glBindTextureUnit(1, impostor.shapes.name());
-        glDrawArraysInstancedBaseInstance(
-            GL_TRIANGLES, 0, 6, static_cast<GLsizei>(draw.instance_count), draw.first_instance);
+        glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(6 * count));
+    };
+    for (const BillboardDraw& each : impostor_draws_) {
+        draw(programs_->small_impostors, *each.impostor, each.first_instance, each.small_count);
+        draw(programs_->impostors, *each.impostor, each.first_instance + each.small_count,
+             each.instance_count - each.small_count);
     }
 }
 
@@ -294,11 +332,11 @@ void SceneObjects::draw_particles(const Framebuffer& picture) const {
     glEnable(GL_BLEND);
     glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
     glUseProgram(programs_->particles.name());
-    const GLuint layout = programs_->particle_layout.name();
-    glBindVertexArray(layout);
-    glVertexArrayVertexBuffer(layout, 0, stream_.name(), static_cast<GLintptr>(particle_byte_),
-                              sizeof(Particle));
-    glDrawArraysInstanced(GL_TRIANGLES, 0, 6, static_cast<GLsizei>(particle_count_));
+    glBindVertexArray(programs_->no_layout.name());
+    glBindBufferRange(GL_SHADER_STORAGE_BUFFER, 1, stream_.name(),
+                      static_cast<GLintptr>(particle_byte_),
+                      static_cast<GLsizeiptr>(sizeof(Particle) * particle_count_));
+    glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(6 * particle_count_));
     glDisable(GL_BLEND);
     glEnable(GL_DEPTH_TEST);
 }

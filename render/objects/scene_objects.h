@@ -8,6 +8,7 @@
 #include "objects/object_programs.h"
 
 #include <terrane/scene/scene_draws.h>
+#include <terrane/terrain/view.h>
 
 #include <optional>
 #include <vector>
@@ -29,10 +30,10 @@ public:
 
     /// Checks a frame's draws, and uploads what changes from frame to frame.
     ///
-    /// Fails: invalid_argument, naming what it is, for a number that is not finite, a scale or radius that is not above 0,
-    ///        a coverage beyond -1 to 1, a mesh, level, impostor or range of instances that does not exist,
-    ///        or streamed positions or triangles that do not fit the mesh; device_unavailable where OpenGL fails
-    Result<void> prepare(const SceneDraws& draws);
+    /// Fails: invalid_argument, naming what it is, for a number that is not finite, a scale or radius that is not above
+    ///        0, a coverage beyond -1 to 1, a mesh, level, impostor or range of instances that does not exist, or
+    ///        streamed positions or triangles that do not fit the mesh; device_unavailable where OpenGL fails
+    Result<void> prepare(const SceneDraws& draws, const View& view);
     bool is_empty() const {
         return solid_.empty() && impostor_draws_.empty() && particle_count_ == 0;
     }
@@ -58,15 +59,19 @@ private:
         std::size_t vertex_byte = 0, index_byte = 0;
         std::uint32_t index_count = 0, first_instance = 0, instance_count = 0;
     };
+    // The billboards of an impostor: the small ones first, as they lie in the stream buffer.
     struct BillboardDraw {
         const StoredImpostor* impostor = nullptr;
         std::uint32_t first_instance = 0, instance_count = 0;
+        std::uint32_t small_count = 0;
     };
 
     Result<void> make_programs();
     Result<void> collect(const SceneDraws& draws);
     Result<void> add_streamed(const SceneDraws& draws, const StreamedDraw& streamed);
     Result<void> upload(const SceneDraws& draws);
+    void sort_billboards(const SceneDraws& draws, std::byte* memory);
+    void draw_billboards() const;
 
     int sample_count_;
     std::optional<ObjectPrograms> programs_;
@@ -75,6 +80,7 @@ private:
     StreamBuffer stream_;
 
     // Of the frame.
+    double pixels_per_radian_ = 0.0;
     std::vector<SolidDraw> solid_;
     std::vector<BillboardDraw> impostor_draws_;
     std::vector<const StreamedDraw*> streamed_;  // of the last draws of solid_

@@ -6,7 +6,7 @@ uniform vec2 half_box;
 uniform ivec2 views;
 uniform float radius;  // of the depths, metres
 
-layout(binding = 0) uniform sampler2DArray colours;  // rgb times opacity, opacity
+layout(binding = 0) uniform sampler2DArray colours;  // roots of the linear colour times opacity, opacity
 layout(binding = 1) uniform sampler2DArray shapes;   // normal and depth, times opacity
 
 in vec3 p_object;
@@ -65,6 +65,7 @@ void main() {
     vec3 p_eye = place_of.w * turned(rotation_of, along * (fraction / colour.a));
     vec4 clip = frame.clip_from_eye * vec4(p_eye, 1.0);
     gl_FragDepth = clamp(clip.z / clip.w, 0.0, 1.0);
-    vec3 light = lit(pow(colour.rgb / colour.a * share_of.yzw, vec3(2.2)), normal);
+    vec3 root = colour.rgb / colour.a * pow(share_of.yzw, vec3(1.1));
+    vec3 light = lit(root * root, normal);
     colour_out = vec4(behind_air(display(light), p_eye, length(p_eye)), 1.0);
 }

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT
 // A billboard of two triangles around an object's bounds. Of a ring of views it turns about the object's up axis only, of a
 // hemisphere it is square to the view.
-layout(location = 3) in vec4 place;     // xyz: origin from the eye, metres, w: scale
-layout(location = 4) in vec4 rotation;  // quaternion
-layout(location = 5) in vec4 share;     // x: coverage, yzw: tint
+// Not instanced: six vertices are one billboard, because instances of two triangles cost a software rasteriser 6
+// microseconds each.
+layout(std430, binding = 1) readonly buffer Instances {
+    vec4 instances[];  // three of each: see ObjectInstance
+};
 
+uniform int first_instance;
 uniform vec3 centre;    // of the object's bounds, its frame, metres
 uniform vec2 half_box;  // of the bounds: largest distance from the axis, half the height, metres
 uniform ivec2 views;    // around the axis, from level to above
@@ -27,6 +30,10 @@ vec3 turned(vec4 q, vec3 v) {
 }
 
 void main() {
+    int instance = 3 * (first_instance + gl_VertexID / 6);
+    vec4 place = instances[instance];         // xyz: origin from the eye, metres, w: scale
+    vec4 rotation = instances[instance + 1];  // quaternion
+    vec4 share = instances[instance + 2];     // x: coverage, yzw: tint
     eye_object = turned(vec4(-rotation.xyz, rotation.w), -place.xyz) / place.w;
     vec3 towards = normalize(eye_object - centre);
     float level = length(towards.xy);
@@ -39,7 +46,7 @@ void main() {
 
     const vec2 corners[6] = vec2[](vec2(-1, -1), vec2(1, -1), vec2(1, 1), vec2(-1, -1), vec2(1, 1),
                                    vec2(-1, 1));
-    vec2 corner = corners[gl_VertexID] * size;
+    vec2 corner = corners[gl_VertexID % 6] * size;
     p_object = centre + right * corner.x + up * corner.y;
 
     float around = fract(atan(towards.y, towards.x) / kTurn) * float(views.x);

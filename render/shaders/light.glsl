@@ -52,10 +52,14 @@ const vec3 kSkyLight = vec3(0.26, 0.35, 0.52);
 const vec3 kGroundLight = vec3(0.16, 0.14, 0.10);
 
 // Diffuse light of sun, sky and surrounding ground.
-vec3 lit(vec3 albedo, vec3 normal) {
-    float sun = max(dot(normal, frame.sun.xyz), 0.0);
-    float sky = 0.5 + 0.5 * normal.z;
+// towards_sun, upward: components of the normal.
+vec3 lit_from(vec3 albedo, float towards_sun, float upward) {
+    float sun = max(towards_sun, 0.0);
+    float sky = 0.5 + 0.5 * upward;
     return albedo * (kSunLight * sun + mix(kGroundLight, kSkyLight, sky));
+}
+vec3 lit(vec3 albedo, vec3 normal) {
+    return lit_from(albedo, dot(normal, frame.sun.xyz), normal.z);
 }
 
 // Tone mapping: a soft shoulder, gamma 2 (cheap), some contrast.

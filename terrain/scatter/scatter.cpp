@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Source: R. Cook. Stochastic Sampling in Computer Graphics. ACM Transactions on Graphics 5(1), 1986 (jittered sampling).
+// Source: R. Cook. Stochastic Sampling in Computer Graphics. ACM Transactions on Graphics 5(1), 1986 (jittered
+//         sampling).
 #include "base/settings_check.h"
 #include "base/trigonometry.h"
 #include "base/vector_math.h"

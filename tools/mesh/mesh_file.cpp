@@ -19,10 +19,17 @@ Result<void> write_obj(const IndexedMesh& mesh, const std::string& path) {
     if (!file) return tl::unexpected(file.error());
     file->write("# Terrane: metres, x east, y north, z up; counter-clockwise seen from above\n");
     fmt::memory_buffer line;
-    for (const WorldPos& p_world : mesh.vertices_world) {
+    for (std::size_t i = 0; i < mesh.vertices_world.size(); ++i) {
+        const WorldPos& p_world = mesh.vertices_world[i];
         line.clear();
-        fmt::format_to(std::back_inserter(line), "v {} {} {}\n", p_world.x(), p_world.y(),
+        fmt::format_to(std::back_inserter(line), "v {} {} {}", p_world.x(), p_world.y(),
                        p_world.z());
+        if (!mesh.colours.empty()) {
+            const auto& [red, green, blue, opacity] = mesh.colours[i];
+            fmt::format_to(std::back_inserter(line), " {:.4f} {:.4f} {:.4f}", red / 255.0,
+                           green / 255.0, blue / 255.0);
+        }
+        line.push_back('\n');
         file->write({line.data(), line.size()});
     }
     for (const std::array<std::uint32_t, 3>& triangle : mesh.triangles) {

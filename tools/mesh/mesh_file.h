@@ -11,8 +11,8 @@ namespace terrane::tools {
 /// File formats of meshes.
 enum class MeshFormat {
     ply,  ///< binary little-endian PLY: double x, y, z; list uchar uint vertex_indices
-    obj,  ///< Wavefront OBJ: text, coordinates with all digits; z is up, as in the world
-    glb,  ///< binary glTF 2.0: y is up, z south; float positions relative to the node's translation
+    obj,  ///< Wavefront OBJ: text, coordinates with all digits, colours after them; z is up, as in the world
+    glb,  ///< binary glTF 2.0: y is up, z south; float positions relative to the node's translation, no colours
 };
 
 /// The extensions of the formats in one text.

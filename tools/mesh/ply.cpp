@@ -34,6 +34,8 @@ struct BitsHash {
     }
 };
 
+constexpr const char* kColours = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+
 /// Appends a number in little-endian order.
 template <class T>
 void append(std::string& bytes, T value) {
@@ -95,22 +97,25 @@ IndexedMesh weld(const TerrainMesh& mesh) {
 Result<void> write_ply(const IndexedMesh& mesh, const std::string& path) {
     Result<OutputFile> file = OutputFile::create(path);
     if (!file) return tl::unexpected<Error>(file.error());
-    file->write(
-        fmt::format("ply\n"
-                    "format binary_little_endian 1.0\n"
-                    "comment Terrane: metres, x east, y north, z up\n"
-                    "element vertex {}\n"
-                    "property double x\n"
-                    "property double y\n"
-                    "property double z\n"
-                    "element face {}\n"
-                    "property list uchar uint vertex_indices\n"
-                    "end_header\n",
-                    mesh.vertices_world.size(), mesh.triangles.size()));
+    file->write(fmt::format(
+        "ply\n"
+        "format binary_little_endian 1.0\n"
+        "comment Terrane: metres, x east, y north, z up\n"
+        "element vertex {}\n"
+        "property double x\n"
+        "property double y\n"
+        "property double z\n"
+        "{}"
+        "element face {}\n"
+        "property list uchar uint vertex_indices\n"
+        "end_header\n",
+        mesh.vertices_world.size(), mesh.colours.empty() ? "" : kColours, mesh.triangles.size()));
     std::string bytes;
-    for (const WorldPos& p_world : mesh.vertices_world) {
+    for (std::size_t i = 0; i < mesh.vertices_world.size(); ++i) {
         bytes.clear();
-        for (int axis = 0; axis < 3; ++axis) append(bytes, p_world[axis]);
+        for (int axis = 0; axis < 3; ++axis) append(bytes, mesh.vertices_world[i][axis]);
+        for (std::size_t k = 0; k < 3 && !mesh.colours.empty(); ++k)
+            append(bytes, mesh.colours[i][k]);
         file->write(bytes);
     }
     for (const std::array<std::uint32_t, 3>& triangle : mesh.triangles) {

@@ -11,11 +11,13 @@
 
 namespace terrane::tools {
 
-/// Triangles that share their vertices, in world coordinates.
+/// Triangles that share their vertices, in world coordinates or those of an object.
 struct IndexedMesh {
     std::vector<WorldPos> vertices_world;
     /// Counter-clockwise seen from outside the ground: from above, but for ceilings of volumes.
     std::vector<std::array<std::uint32_t, 3>> triangles;
+    /// [vertices_world] red, green, blue, opacity with display gamma, or empty.
+    std::vector<std::array<std::uint8_t, 4>> colours = {};
 };
 
 /// The triangles of all chunks and volumes of a frame as one mesh at displayed heights. Vertices are one where they
@@ -23,7 +25,8 @@ struct IndexedMesh {
 /// they always do; a crack would show as an edge with one triangle.
 IndexedMesh weld(const TerrainMesh& mesh);
 
-/// Binary little-endian PLY: double x, y, z; list uchar uint vertex_indices.
+/// Binary little-endian PLY: double x, y, z; uchar red, green, blue where the mesh has colours; list uchar uint
+/// vertex_indices.
 /// Fails with io, naming the path; a file that was there is unchanged then.
 Result<void> write_ply(const IndexedMesh& mesh, const std::string& path);
 

@@ -53,7 +53,7 @@ Result<ObjectField> ObjectField::create(std::shared_ptr<const HeightSource> sour
                                         const View& picture, TerrainRenderer* renderer) {
     Result<Scene> scene = Scene::create({});
     if (!scene) return tl::unexpected(scene.error());
-    ObjectField field(*std::move(scene));
+    ObjectField field(*std::move(scene), max_error_px);
     std::vector<ObjectLevels> levels;
     for (std::size_t i = 0; i < objects.meshes.size(); ++i) {
         Result<ObjectLevels> made = make_levels(objects.meshes[i]);
@@ -151,7 +151,7 @@ void ObjectField::load_all(const View& view) {
 std::span<const TriangleDemand> ObjectField::begin_frame(const View& view) {
     const auto start = std::chrono::steady_clock::now();
     for (Strewn& strewn : strewn_) follow(strewn, view, kSquaresAFrame);
-    const std::span<const TriangleDemand> demands = scene_.begin_frame(view);
+    const std::span<const TriangleDemand> demands = scene_.begin_frame(view, max_error_px_);
     counts_.ms =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
     return demands;

@@ -26,14 +26,14 @@ struct ObjectCounts {
     double ms = 0.0;                 ///< of squares, culling and levels together
 };
 
-/// The objects of a scene while a camera moves: squares of scatters come and go, and frames get their draws. Squares are
-/// made in begin_frame(), two a frame at most, so that the same views give the same frames.
+/// The objects of a scene while a camera moves: squares of scatters come and go, and frames get their draws. Squares
+/// are made in begin_frame(), two a frame at most, so that the same views give the same frames.
 class ObjectField {
 public:
     /// @param renderer of the frames; null where none is drawn
     ///
-    /// Fails: invalid_argument as make_levels() and Scatter::create(), with "objects[2]" where a mesh or scatter is meant;
-    ///        for a scatter of more than 2^22 objects in sight; as TerrainRenderer::add_mesh()
+    /// Fails: invalid_argument as make_levels() and Scatter::create(), with "objects[2]" where a mesh or scatter is
+    ///        meant; for a scatter of more than 2^22 objects in sight; as TerrainRenderer::add_mesh()
     static Result<ObjectField> create(std::shared_ptr<const HeightSource> source,
                                       const SceneObjects& objects, double max_error_px,
                                       const View& picture, TerrainRenderer* renderer);
@@ -61,11 +61,13 @@ private:
         WorldPos followed_from = WorldPos::Zero();
     };
 
-    explicit ObjectField(Scene scene) : scene_(std::move(scene)) {}
+    ObjectField(Scene scene, double max_error_px)
+        : scene_(std::move(scene)), max_error_px_(max_error_px) {}
     void follow(Strewn& strewn, const View& view, std::size_t most_squares);
     void add_square(Strewn& strewn, const ScatterSquare& square);
 
     Scene scene_;
+    double max_error_px_;  // no object is drawn whose absence is less
     std::vector<Strewn> strewn_;
     ObjectCounts counts_;
 };

@@ -15,8 +15,8 @@ struct ObjectLevels {
     double size = 0.0;  ///< largest distance of two points of the bounds, metres
 };
 
-/// Simplifies a mesh to levels of a thousandth to a hundredth of its size, with an impostor after them and its whole size as
-/// the error of its absence. Levels that save little are left out.
+/// Simplifies a mesh to levels of a thousandth to a hundredth of its size, with an impostor after them and its whole
+/// size as the error of its absence. Levels that save little are left out.
 ///
 /// Fails: invalid_argument as simplify() and check(TriangleMesh), and for a mesh without extent
 Result<ObjectLevels> make_levels(const TriangleMesh& mesh);

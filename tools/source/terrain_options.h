@@ -62,8 +62,8 @@ CommandResult<std::shared_ptr<const HeightSource>> with_volumes(
     const Terrain& terrain, std::shared_ptr<const HeightSource> heightfield);
 
 /// Parses a scene file: {"dem": "file.tif", "seed": 7, "detail_m": 1} or {"seed": 7, "fractal": "ridged"}, with
-/// `bodies` (read_bodies()), `surface` (read_surface()), `volumes` (read_volumes()) and `objects` (read_objects()) where wanted; refuses other
-/// keys. Paths of files are relative to the folder of the scene file.
+/// `bodies` (read_bodies()), `surface` (read_surface()), `volumes` (read_volumes()) and `objects` (read_objects())
+/// where wanted; refuses other keys. Paths of files are relative to the folder of the scene file.
 ///
 /// @param path of the scene file: for messages and relative paths
 CommandResult<TerrainOptions> parse_scene(const std::string& text, const std::string& path);

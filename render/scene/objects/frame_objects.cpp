@@ -6,12 +6,24 @@
 
 namespace terrane::internal {
 
-void FrameObjects::begin(const View& view) {
+void FrameObjects::begin(const View& view, float log2_least) {
+    log2_least_ = log2_least;
+    left_out_ = 0;
     eye_ = view.eye_world;
     near_ = std::max(static_cast<float>(view.near_distance), 1e-6f);
     log2_pixels_ = log2_of(static_cast<float>(view.pixels_per_radian()));
     ranges_.clear();
     object_count_ = 0;
+}
+
+// Of the objects of a cluster: as if the largest were at the nearest point of its box, with a margin for rounding.
+float FrameObjects::largest_factor(const ObjectCluster& cluster) const {
+    const Aabb& box = cluster.bounds_world;
+    const Eigen::Vector3d nearest = eye_.cwiseMax(box.low).cwiseMin(box.high);
+    const auto distance = static_cast<float>((eye_ - nearest).norm());
+    // spheres reach beyond the boxes of their objects
+    const float least = distance - cluster.most_radius;
+    return log2_pixels_ + cluster.most_log_scale - log2_of(std::max(least, near_)) + 0x1p-10f;
 }
 
 // Distances are to bounding spheres: nearer than any point of the object.
@@ -29,8 +41,13 @@ void FrameObjects::compute_factors(const ObjectCluster& cluster,
     }
 }
 
-void FrameObjects::add(const ObjectCluster& cluster, const ViewVolume& volume) {
+void FrameObjects::add(const ObjectCluster& cluster, const LevelChoice& choice,
+                       const ViewVolume& volume) {
     const std::size_t count = cluster.size();
+    if (!choice.is_drawn(largest_factor(cluster), log2_least_)) {
+        left_out_ += count;
+        return;
+    }
     const Eigen::Vector3f origin_eye = to_local(cluster.origin_world, eye_);
     compute_factors(cluster, origin_eye);
     if (indices_.size() < object_count_ + count) {
@@ -41,26 +58,31 @@ void FrameObjects::add(const ObjectCluster& cluster, const ViewVolume& volume) {
     PlaneState around;
     const bool is_inside = volume.test_planes(cluster.bounds_world, around) == Containment::inside;
     for (std::size_t i = 0; i < count; ++i) {
-        indices_[object_count_] = static_cast<std::uint16_t>(i);
-        factors_[object_count_] = cluster_factors_[i];
-        bool is_in_view = true;
         if (!is_inside) {
             PlaneState state = around;
             const Eigen::Vector3d centre =
                 cluster.origin_world +
                 Eigen::Vector3f(cluster.x[i], cluster.y[i], cluster.z[i]).cast<double>();
-            is_in_view = volume.test_planes(BoundingSphere{centre, cluster.radius[i]}, state) !=
-                         Containment::outside;
+            if (volume.test_planes(BoundingSphere{centre, cluster.radius[i]}, state) ==
+                Containment::outside)
+                continue;
         }
-        object_count_ += is_in_view ? 1 : 0;
+        if (!choice.is_drawn(cluster_factors_[i], log2_least_)) {
+            ++left_out_;
+            continue;
+        }
+        indices_[object_count_] = static_cast<std::uint16_t>(i);
+        factors_[object_count_] = cluster_factors_[i];
+        ++object_count_;
     }
     if (object_count_ > first) ranges_.push_back({&cluster, origin_eye, first, object_count_});
 }
 
-void FrameObjects::add_to(std::span<const LevelChoice> choices, DemandHistogram& histogram) const {
+void FrameObjects::count_factors(std::span<FactorCounts> counts_out) const {
+    for (FactorCounts& counts : counts_out) counts.clear();
     for (const Range& range : ranges_) {
-        const LevelChoice& choice = choices[range.cluster->model];
-        for (std::size_t i = range.first; i < range.end; ++i) choice.add_to(factors_[i], histogram);
+        FactorCounts& counts = counts_out[range.cluster->model];
+        for (std::size_t i = range.first; i < range.end; ++i) counts.add(factors_[i]);
     }
 }
 

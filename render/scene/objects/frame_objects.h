@@ -16,18 +16,22 @@ namespace terrane::internal {
 /// The objects in view of one frame.
 class FrameObjects {
 public:
-    void begin(const View& view);
+    /// @param log2_least of the least threshold in pixels: objects that are not drawn above it are left out
+    void begin(const View& view, float log2_least);
 
     /// Adds those of a cluster that are in view.
-    void add(const ObjectCluster& cluster, const ViewVolume& volume);
+    void add(const ObjectCluster& cluster, const LevelChoice& choice, const ViewVolume& volume);
 
     std::size_t size() const { return object_count_; }
+    /// Objects in view, as far as known, that are not drawn above the least threshold.
+    std::size_t left_out() const { return left_out_; }
 
-    /// Adds the triangles of all at every threshold. @param choices [models]
-    void add_to(std::span<const LevelChoice> choices, DemandHistogram& histogram) const;
+    /// Counts the factors of each model's objects. @param counts_out [models]
+    void count_factors(std::span<FactorCounts> counts_out) const;
 
     /// Visits objects in the order in which they were added.
-    /// @param visit void(const ObjectCluster&, const Eigen::Vector3f& origin_eye, std::size_t object, float log2_factor)
+    /// @param visit void(const ObjectCluster&, const Eigen::Vector3f& origin_eye, std::size_t object, float
+    ///              log2_factor)
     template <class Visit>
     void visit(const Visit& visit) const {
         for (const Range& range : ranges_) {
@@ -44,11 +48,14 @@ private:
         std::size_t first = 0, end = 0;
     };
 
+    float largest_factor(const ObjectCluster& cluster) const;
     void compute_factors(const ObjectCluster& cluster, const Eigen::Vector3f& origin_eye);
 
     WorldPos eye_ = WorldPos::Zero();
     float near_ = 1.0f;
     float log2_pixels_ = 0.0f;  // per radian
+    float log2_least_ = 0.0f;
+    std::size_t left_out_ = 0;
     std::vector<Range> ranges_;
     std::size_t object_count_ = 0;
     std::vector<std::uint16_t> indices_;  // [objects] in their clusters

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Sources: D. Luebke et al. Level of Detail for 3D Graphics. 2003, sections 4.3 (screen-space error) and 5.3 (fades).
-//          T. Funkhouser, C. Sequin. Adaptive Display Algorithm for Interactive Frame Rates During Visualization of Complex
-//          Virtual Environments. SIGGRAPH 1993 (a budget over the objects of a frame).
-// Deviation: objects share one threshold of screen error with the ground in place of a ratio of benefit and cost, so that
-//            a frame has a largest error.
+//          T. Funkhouser, C. Sequin. Adaptive Display Algorithm for Interactive Frame Rates During Visualization of
+//          Complex Virtual Environments. SIGGRAPH 1993 (a budget over the objects of a frame).
+// Deviation: objects share one threshold of screen error with the ground in place of a ratio of benefit and cost, so
+//            that a frame has a largest error.
 #include "objects/level_choice.h"
 
 #include <algorithm>
@@ -31,13 +31,16 @@ LevelChoice::LevelChoice(const ObjectModel& model, double fade_ratio)
     steps_.push_back({log2_of_error(model.absence_error_m), 0});
 }
 
-void LevelChoice::add_to(float log2_factor, DemandHistogram& histogram) const {
-    for (std::size_t i = 0; i + 1 < steps_.size(); ++i) {
-        const Step& coarser = steps_[i + 1];
-        const float error = coarser.log2_error + log2_factor;
-        histogram.add(error + log2_ratio_ + kDemandMargin, steps_[i].triangles);
-        if (coarser.triangles > 0) histogram.remove(error - kDemandMargin, coarser.triangles);
-    }
+void LevelChoice::add_to(const FactorCounts& factors, DemandHistogram& histogram) const {
+    factors.visit([&](std::uint32_t count, float low, float high) {
+        for (std::size_t i = 0; i + 1 < steps_.size(); ++i) {
+            const Step& coarser = steps_[i + 1];
+            histogram.add(coarser.log2_error + high + log2_ratio_ + kDemandMargin,
+                          std::int64_t{count} * steps_[i].triangles);
+            histogram.remove(coarser.log2_error + low - kDemandMargin,
+                             std::int64_t{count} * coarser.triangles);
+        }
+    });
 }
 
 ChosenLevels LevelChoice::choose(float log2_factor, float log2_threshold) const {

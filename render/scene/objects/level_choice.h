@@ -21,17 +21,23 @@ struct ChosenLevels {
 
 /// The levels of a model on a logarithmic scale.
 ///
-/// Level i + 1 gives way to level i while its screen error goes from the threshold over the fade ratio to the threshold.
-/// Errors of consecutive levels differ by more than the ratio, so that at most two levels are drawn. "Not drawn"
-/// is the last level, without triangles.
+/// Level i + 1 gives way to level i while its screen error goes from the threshold over the fade ratio to the
+/// threshold. Errors of consecutive levels differ by more than the ratio, so that at most two levels are drawn. "Not
+/// drawn" is the last level, without triangles.
 class LevelChoice {
 public:
     LevelChoice(const ObjectModel& model, double fade_ratio);
 
-    /// Adds an object's triangles at every threshold.
+    /// Adds the triangles of many objects at every threshold.
     ///
-    /// @param log2_factor log2 of pixels per metre of error: scale times pixels per radian over distance
-    void add_to(float log2_factor, DemandHistogram& histogram) const;
+    /// @param factors how many objects have which log2 of pixels per metre of error: scale times pixels per radian over
+    ///                distance
+    void add_to(const FactorCounts& factors, DemandHistogram& histogram) const;
+
+    /// Whether anything of an object is drawn.
+    bool is_drawn(float log2_factor, float log2_threshold) const {
+        return steps_.back().log2_error + log2_ratio_ + log2_factor > log2_threshold;
+    }
 
     /// @param log2_threshold of the threshold in pixels
     ChosenLevels choose(float log2_factor, float log2_threshold) const;

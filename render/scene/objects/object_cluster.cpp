@@ -74,7 +74,11 @@ private:
             cluster.y.push_back(static_cast<float>(centre.y()));
             cluster.z.push_back(static_cast<float>(centre.z()));
             cluster.radius.push_back(radius_in_float(spheres_[item].radius, centre.norm()));
+            cluster.most_radius = std::max(cluster.most_radius, cluster.radius.back());
             cluster.log_scale.push_back(log2_of(object.scale));
+            cluster.most_log_scale =
+                cluster.size() == 1 ? cluster.log_scale.back()
+                                    : std::max(cluster.most_log_scale, cluster.log_scale.back());
             const Eigen::Vector3f offset = to_local(object.position_world, cluster.origin_world);
             cluster.instances.push_back({.offset_eye = {offset.x(), offset.y(), offset.z()},
                                          .scale = object.scale,

@@ -17,8 +17,12 @@ inline constexpr std::size_t kClusterObjects = 256;
 /// Neighbouring objects of one model, as arrays.
 struct ObjectCluster {
     std::uint32_t model = 0;
+    std::uint64_t order = 0;                   ///< among the clusters of a scene
+    std::size_t tree_index = 0;                ///< in the hierarchy that has it
     WorldPos origin_world = WorldPos::Zero();  ///< of the offsets
     Aabb bounds_world;
+    float most_log_scale = 0.0f;  ///< largest of log_scale
+    float most_radius = 0.0f;     ///< largest of radius
     std::vector<float> x, y,
         z;  ///< [objects] centre of the bounding sphere minus the origin, metres
     std::vector<float> radius;              ///< [objects] of the bounding sphere, metres

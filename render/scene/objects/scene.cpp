@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "base/settings_check.h"
+#include "objects/cluster_set.h"
 #include "objects/frame_objects.h"
 #include "objects/object_cluster.h"
 
@@ -7,7 +8,6 @@
 #include <terrane/terrain/number_text.h>
 
 #include <cmath>
-#include <map>
 #include <string>
 #include <utility>
 
@@ -15,7 +15,9 @@ namespace terrane {
 namespace {
 
 using internal::ChosenLevels;
+using internal::ClusterSet;
 using internal::DemandHistogram;
+using internal::FactorCounts;
 using internal::FrameObjects;
 using internal::LevelChoice;
 using internal::ObjectCluster;
@@ -47,6 +49,12 @@ Result<void> check_object(const PlacedObject& object, std::size_t index) {
     return {};
 }
 
+float log2_of_threshold(double threshold_px) {
+    if (threshold_px >= 1e30) return std::numeric_limits<float>::infinity();
+    if (!(threshold_px > 1e-30)) return -std::numeric_limits<float>::infinity();
+    return internal::log2_of(static_cast<float>(threshold_px));
+}
+
 }  // namespace
 
 struct Scene::State {
@@ -61,20 +69,15 @@ struct Scene::State {
     SceneSettings settings;
     std::vector<ObjectModel> models;
     std::vector<LevelChoice> choices;         // [models]
+    std::vector<FactorCounts> factors;        // [models] of the frame
     std::vector<std::uint32_t> first_bucket;  // [models]
-    std::map<GroupId, std::vector<ObjectCluster>> groups;
+    ClusterSet clusters;
     std::uint64_t last_group = 0;
-    std::size_t object_count = 0;
-
-    // Of the current groups, in the order of their names.
-    bool has_changed = false;
-    std::vector<const ObjectCluster*> clusters;
-    std::optional<CullTree> tree;
-    CullMemory memory;
 
     // Of the frame.
+    double least_threshold_px = 0.0;
     SceneCounts counts;
-    std::vector<std::uint32_t> in_view;  // clusters
+    std::vector<const ObjectCluster*> in_view;
     FrameObjects objects;
     DemandHistogram histogram;
     std::vector<TriangleDemand> demands;
@@ -84,25 +87,10 @@ struct Scene::State {
     std::vector<MeshDraw> mesh_draws;
     std::vector<ImpostorDraw> impostor_draws;
 
-    void collect_clusters();
     void choose(float log2_threshold);
     void lay_out();
     void fill();
 };
-
-void Scene::State::collect_clusters() {
-    if (!has_changed && tree) return;
-    has_changed = false;
-    clusters.clear();
-    std::vector<Aabb> boxes;
-    for (const auto& [id, group] : groups) {
-        for (const ObjectCluster& cluster : group) {
-            clusters.push_back(&cluster);
-            boxes.push_back(cluster.bounds_world);
-        }
-    }
-    tree.emplace(boxes);
-}
 
 void Scene::State::choose(float log2_threshold) {
     for (Bucket& bucket : buckets) bucket.count = 0;
@@ -118,7 +106,7 @@ void Scene::State::choose(float log2_threshold) {
             counts.drawn += has_finer ? 1 : 0;
             chosen[i++] = levels;
         });
-    counts.left_out = objects.size() - counts.drawn;
+    counts.left_out = counts.in_view - counts.drawn;
 }
 
 void Scene::State::lay_out() {
@@ -183,6 +171,7 @@ Result<ModelId> Scene::add_model(const ObjectModel& model) {
     for (std::uint32_t level = 0; level < model.levels.size(); ++level)
         state.buckets.push_back({index, level, 0, 0});
     state.choices.emplace_back(model, state.settings.fade_ratio);
+    state.factors.emplace_back();
     state.models.push_back(model);
     return ModelId{index};
 }
@@ -199,54 +188,43 @@ Result<GroupId> Scene::add_group(ModelId model, std::span<const PlacedObject> ob
     }
     const GroupId id{++state.last_group};
     if (!objects.empty()) {
-        state.groups.emplace(id,
-                             internal::make_clusters(index, state.models[index].bounds, objects));
-        state.object_count += objects.size();
-        state.has_changed = true;
+        state.clusters.add(id, internal::make_clusters(index, state.models[index].bounds, objects));
     }
     return id;
 }
 
-void Scene::remove_group(GroupId group) {
-    State& state = *state_;
-    const auto found = state.groups.find(group);
-    if (found == state.groups.end()) return;
-    for (const ObjectCluster& cluster : found->second) state.object_count -= cluster.size();
-    state.groups.erase(found);
-    state.has_changed = true;
-}
+void Scene::remove_group(GroupId group) { state_->clusters.remove(group); }
 
-std::size_t Scene::object_count() const { return state_->object_count; }
+std::size_t Scene::object_count() const { return state_->clusters.object_count(); }
 
-std::span<const TriangleDemand> Scene::begin_frame(const View& view) {
+std::span<const TriangleDemand> Scene::begin_frame(const View& view, double least_threshold_px) {
     State& state = *state_;
     state.counts = {};
-    state.counts.objects = state.object_count;
+    state.counts.objects = object_count();
     state.demands.clear();
-    if (state.object_count == 0 || !check(view)) {
-        state.objects.begin({});
+    if (object_count() == 0 || !check(view)) {
+        state.objects.begin({}, 0.0f);
         return {};
     }
-    state.collect_clusters();
     const ViewVolume volume(view, state.settings.far_distance);
-    state.tree->cull(volume, state.settings.cull_test, state.memory, state.in_view);
-    state.objects.begin(view);
-    for (const std::uint32_t cluster : state.in_view)
-        state.objects.add(*state.clusters[cluster], volume);
+    state.clusters.cull(volume, state.settings.cull_test, state.in_view);
+    state.least_threshold_px = std::max(least_threshold_px, 0.0);
+    state.objects.begin(view, log2_of_threshold(state.least_threshold_px));
+    for (const ObjectCluster* cluster : state.in_view)
+        state.objects.add(*cluster, state.choices[cluster->model], volume);
     state.histogram.clear();
-    state.objects.add_to(state.choices, state.histogram);
+    state.objects.count_factors(state.factors);
+    for (std::size_t model = 0; model < state.choices.size(); ++model)
+        state.choices[model].add_to(state.factors[model], state.histogram);
     state.histogram.append_to(state.demands);
-    state.counts.in_view = state.objects.size();
+    state.counts.in_view = state.objects.size() + state.objects.left_out();
     return state.demands;
 }
 
 SceneDraws Scene::end_frame(double threshold_px) {
     State& state = *state_;
     state.counts.drawn = state.counts.left_out = state.counts.triangles = 0;
-    if (state.objects.size() == 0) return {};
-    const auto threshold = static_cast<float>(std::max(threshold_px, 1e-30));
-    state.choose(std::isfinite(threshold) ? internal::log2_of(threshold)
-                                          : std::numeric_limits<float>::infinity());
+    state.choose(log2_of_threshold(std::max(threshold_px, state.least_threshold_px)));
     state.lay_out();
     state.fill();
     return {.instances = state.instances,

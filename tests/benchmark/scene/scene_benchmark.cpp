@@ -85,7 +85,7 @@ void choose_levels(benchmark::State& state) {
     std::size_t frames = 0, in_view = 0, triangles = 0;
     for (auto _ : state) {
         const std::span<const TriangleDemand> demands =
-            scene.begin_frame(turning_view(static_cast<int>(frames++), 1.0471975511965976));
+            scene.begin_frame(turning_view(static_cast<int>(frames++), 1.0471975511965976), 1.0);
         // as a triangulator would: what fits into half a million triangles
         std::size_t granted = 0;
         double threshold_px = 1.0;

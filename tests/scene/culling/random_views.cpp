@@ -21,6 +21,13 @@ View random_view(Random& random, const WorldPos& near_world) {
     return view;
 }
 
+Eigen::Vector3d any_perpendicular(const Eigen::Vector3d& direction, Random& random) {
+    for (;;) {
+        const Eigen::Vector3d square = direction.cross(random.direction());
+        if (square.norm() > 0.1) return square.normalized();
+    }
+}
+
 OrientedBox random_box(Random& random, const WorldPos& centre_world, double size) {
     OrientedBox box;
     box.frame_from_box = {random.rotation(), centre_world};

@@ -13,6 +13,9 @@ namespace terrane::test {
 /// A view from near a place, with any direction, roll, field of view from 1 to 170 degrees and shape of picture.
 View random_view(Random& random, const WorldPos& near_world);
 
+/// A unit vector square to a unit vector, spread evenly.
+Eigen::Vector3d any_perpendicular(const Eigen::Vector3d& direction, Random& random);
+
 /// A box with any rotation and extents from 0 to about `size`.
 OrientedBox random_box(Random& random, const WorldPos& centre_world, double size);
 

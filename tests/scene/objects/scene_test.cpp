@@ -272,6 +272,79 @@ TEST(Scene, AFrameDoesNotDependOnGroupsAndFramesThatAreGone) {
     }
 }
 
+TEST(Scene, ManyGroupsThatComeAndGoLeaveWhatAFreshSceneHas) {
+    for (std::uint64_t seed = 0; seed < 6; ++seed) {
+        SCOPED_TRACE(testing::Message() << "seed " << seed);
+        Random random(seed);
+        Scene used = Scene::create({}).value();
+        const ModelId model = used.add_model(tree_model()).value();
+        std::map<GroupId, std::vector<PlacedObject>> alive;
+        for (int step = 0; step < 1500; ++step) {
+            if (random.below(3) > 0 || alive.empty()) {
+                std::vector<PlacedObject> objects;
+                for (int i = 1 + random.below(4); i > 0; --i)
+                    objects.push_back(random_object(random, 400.0));
+                alive[used.add_group(model, objects).value()] = objects;
+            } else {
+                const auto gone =
+                    std::next(alive.begin(), random.below(static_cast<int>(alive.size())));
+                used.remove_group(gone->first);
+                alive.erase(gone);
+            }
+            if (step % 50 != 0) continue;
+            Scene fresh = Scene::create({}).value();
+            ASSERT_TRUE(fresh.add_model(tree_model()).has_value());
+            for (const auto& [id, objects] : alive)
+                ASSERT_TRUE(fresh.add_group(model, objects).has_value());
+            const View view = random_view(random, WorldPos(0, 0, 0));
+            used.begin_frame(view);
+            fresh.begin_frame(view);
+            const SceneDraws a = used.end_frame(0.5), b = fresh.end_frame(0.5);
+            ASSERT_EQ(a.instances.size(), b.instances.size());
+            if (a.instances.empty()) continue;
+            ASSERT_EQ(std::memcmp(a.instances.data(), b.instances.data(), a.instances.size_bytes()),
+                      0);
+        }
+        EXPECT_GT(alive.size(), 300u);
+    }
+}
+
+TEST(Scene, ALeastThresholdLeavesOutWhatNoFrameDrawsAndNothingElse) {
+    for (std::uint64_t seed = 0; seed < 40; ++seed) {
+        SCOPED_TRACE(testing::Message() << "seed " << seed);
+        Random random(seed);
+        Made made = make_random(random);
+        for (int frame = 0; frame < 10; ++frame) {
+            const View view = random_view(random, random.between(0.0, 600.0) * random.direction());
+            const double least = std::exp2(random.between(-3.0, 6.0));
+            const double threshold = least * random.between(1.0, 4.0);
+            made.scene.begin_frame(view);
+            const SceneDraws all = made.scene.end_frame(threshold);
+            const std::vector<ObjectInstance> instances(all.instances.begin(), all.instances.end());
+            const SceneCounts counts = made.scene.counts();
+            const std::span<const TriangleDemand> demands = made.scene.begin_frame(view, least);
+            const std::size_t most = granted(demands, threshold);
+            const SceneDraws some = made.scene.end_frame(threshold);
+            ASSERT_LE(made.scene.counts().triangles, most);
+            ASSERT_EQ(made.scene.counts().triangles, counts.triangles);
+            ASSERT_EQ(made.scene.counts().drawn, counts.drawn);
+            ASSERT_EQ(some.instances.size(), instances.size());
+            if (!instances.empty()) {
+                ASSERT_EQ(std::memcmp(some.instances.data(), instances.data(),
+                                      some.instances.size_bytes()),
+                          0);
+            }
+            // a smaller threshold than the least one counts as that
+            made.scene.begin_frame(view, least);
+            made.scene.end_frame(0.5 * least);
+            const std::size_t drawn = made.scene.counts().drawn;
+            made.scene.begin_frame(view);
+            made.scene.end_frame(least);
+            ASSERT_EQ(made.scene.counts().drawn, drawn);
+        }
+    }
+}
+
 TEST(Scene, EmptyOnesAndInvalidViewsDrawNothing) {
     Scene scene = Scene::create({}).value();
     EXPECT_TRUE(scene.begin_frame(View{}).empty());

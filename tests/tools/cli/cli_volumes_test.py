@@ -241,7 +241,7 @@ class Volumes(Folder):
                 ([v({"mesh": "open.obj"})], ["volumes[0], mesh", "open.obj", "not closed"]),
                 ([v({"mesh": "none.obj"})], ["volumes[0].shape.mesh: cannot read mesh", "none.obj"]),
                 ([v({"mesh": "short.ply"})], ["short.ply", "ends early"]),
-                ([v({"mesh": "mesh.stl"})], ["mesh.stl", "must be a .ply or .obj file"]),
+                ([v({"mesh": "mesh.txt"})], ["mesh.txt", "must be a .ply, .obj, .glb"]),
                 ([v({"mesh": 7})], ["volumes[0].shape.mesh must be a path, got 7"]),
                 ([v({"vdb": "none.vdb"})], ["volumes[0], vdb", "none.vdb"]),
                 ([v({"vdb": "foreign.vdb"})], ["volumes[0], vdb", "foreign.vdb"]),

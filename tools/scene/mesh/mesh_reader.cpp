@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <filesystem>
 #include <fstream>
@@ -82,13 +83,18 @@ Result<void> add_polygon(const std::vector<std::int64_t>& corners, TriangleMesh&
 Result<TriangleMesh> read_mesh(const std::string& path) {
     std::string ending = std::filesystem::path(path).extension().string();
     std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return std::tolower(c); });
-    if (ending != ".ply" && ending != ".obj") {
-        return fail(ErrorCode::bad_data,
-                    fmt::format("mesh '{}' must be a .ply or .obj file", path));
+    constexpr std::array<std::string_view, 6> kEndings = {".ply",  ".obj", ".glb",
+                                                          ".gltf", ".stl", ".dae"};
+    if (std::ranges::find(kEndings, ending) == kEndings.end()) {
+        return fail(
+            ErrorCode::bad_data,
+            fmt::format("mesh '{}' must be a .ply, .obj, .glb, .gltf, .stl or .dae file", path));
     }
     const Result<std::string> bytes = read_bytes(path);
     if (!bytes) return tl::unexpected<Error>(bytes.error());
-    Result<TriangleMesh> mesh = ending == ".ply" ? parse_ply(*bytes) : parse_obj(*bytes);
+    Result<TriangleMesh> mesh = ending == ".ply"   ? parse_ply(*bytes)
+                                : ending == ".obj" ? parse_obj(*bytes)
+                                                   : parse_with_assimp(*bytes, ending.substr(1));
     if (!mesh) {
         return fail(mesh.error().code,
                     fmt::format("cannot read mesh '{}': {}", path, mesh.error().message));

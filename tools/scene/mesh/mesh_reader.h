@@ -15,8 +15,11 @@ namespace terrane::tools {
 /// Most points, and most triangles, of a mesh file.
 inline constexpr std::size_t kMostMeshParts = std::size_t{1} << 22;
 
-/// Reads a file whose name ends in .ply or .obj, in any case: positions as in the file and in its order, and the
-/// colours of vertices where all have one. Polygons become fans of triangles; anything else is ignored. Triangles name
+/// Reads a file whose name ends in .ply, .obj, .glb, .gltf, .stl or .dae (Collada), in any case: positions as in the
+/// file and in its order, and the colours of vertices where all have one. Of .glb, .gltf, .stl and .dae files also
+/// normals and texture coordinates where all vertices have them; the meshes of all nodes are one, in the file's frame,
+/// but z is up for .glb and .gltf; a vertex without colour has its material's. Textures and files beside are not read.
+/// Polygons become fans of triangles; anything else is ignored. Triangles name
 /// the first of vertices with the same three coordinates, because many programs write a corner once for each of its
 /// normals.
 ///
@@ -25,13 +28,17 @@ inline constexpr std::size_t kMostMeshParts = std::size_t{1} << 22;
 ///        names the file.
 Result<TriangleMesh> read_mesh(const std::string& path);
 
-/// The text of a PLY file: ascii, binary_little_endian or binary_big_endian, with colours as red, green and blue of type
-/// uchar or, from 0 to 1, float. Fails as read_mesh(), without the name.
+/// The text of a PLY file: ascii, binary_little_endian or binary_big_endian, with colours as red, green and blue of
+/// type uchar or, from 0 to 1, float. Fails as read_mesh(), without the name.
 Result<TriangleMesh> parse_ply(std::string_view bytes);
 
 /// The text of a Wavefront OBJ file; only its lines v, with a colour from 0 to 1 after the position where there is one,
 /// and f. Fails as read_mesh(), without the name.
 Result<TriangleMesh> parse_obj(std::string_view text);
+
+/// The bytes of a file of another kind, by its ending without the full stop, in small letters. Fails as read_mesh(),
+/// without the name.
+Result<TriangleMesh> parse_with_assimp(std::string_view bytes, const std::string& ending);
 
 /// Adds a polygon as a fan, without triangles that have a point twice.
 ///

@@ -18,8 +18,8 @@ struct MeshMaterial {
 struct ImpostorSettings {
     /// Views around the object's z axis, 4 to 64. More views move less where the viewer goes around it.
     int views_around = 16;
-    /// Views from level to vertically above, 1 to 16. 1: a ring, for trees that are seen from the side: the billboard turns
-    /// about the object's z axis only. More: a hemisphere; from below, the level views are used.
+    /// Views from level to vertically above, 1 to 16. 1: a ring, for trees that are seen from the side: the billboard
+    /// turns about the object's z axis only. More: a hemisphere; from below, the level views are used.
     int views_above = 4;
     int texels =
         96;  ///< along the side of a view, 8 to 512; memory: 10.7 bytes a texel, with mipmaps

@@ -14,8 +14,8 @@ namespace terrane {
 
 /// What is strewn over the ground, and where. Fixed once the scatter is created.
 struct ScatterSettings {
-    double per_km2 =
-        1000.0;  ///< expected objects per km2 of ground where slope and height allow, > 0 to 1e6
+    /// Expected objects per km2 of ground where slope and height allow, above 0, at most 1e6.
+    double per_km2 = 1000.0;
     double min_slope = 0.0;                 ///< radians, 0 to pi / 2
     double max_slope = 1.5707963267948966;  ///< radians, >= min_slope, at most pi / 2
     double min_height = -std::numeric_limits<double>::infinity();  ///< world z, metres
@@ -69,14 +69,15 @@ public:
     /// Least distance of a place from the ground of a square, metres; infinity where the square is outside the extent.
     double distance_to(const ScatterSquare& square, const WorldPos& p_world) const;
 
-    /// The objects of a square, in the order of their cells. Slopes and heights are those of the candidate's cell, whose
-    /// two triangles are cut as those of a chunk; objects on cells that are no ground, or outside the extent, are left
-    /// out.
+    /// The objects of a square, in the order of their cells. Slopes and heights are those of the candidate's cell,
+    /// whose two triangles are cut as those of a chunk; objects on cells that are no ground, or outside the extent,
+    /// are left out.
     ///
     /// Fails: as HeightSource::sample(); bad_data for heights that are not finite
     /// Cost:  about two samples of the source for each candidate and four for each object
     Result<std::vector<ScatterPoint>> objects_in(const ScatterSquare& square) const;
 
+    /// As given to create().
     const ScatterSettings& settings() const { return settings_; }
 
 private:

@@ -15,6 +15,7 @@ namespace terrane {
 /// A vertex has one position and one value of each attribute: where an attribute jumps, as at a crease or at a seam of
 /// texture coordinates, several vertices have the same position.
 struct TriangleMesh {
+    /// Three indices of vertices.
     using Triangle = std::array<std::uint32_t, 3>;
 
     std::vector<Eigen::Vector3d> positions;            ///< metres, in the object's frame
@@ -31,8 +32,8 @@ inline constexpr double kLargestMeshCoordinate = 1e6;
 /// Open surfaces, non-manifold edges, triangles without area or with a vertex twice, and unused vertices are allowed.
 ///
 /// Fails: invalid_argument, naming the first vertex or triangle, for a position or attribute that is not finite, a
-///        position beyond kLargestMeshCoordinate, an attribute whose count is neither 0 nor that of the positions, or an
-///        index beyond the positions
+///        position beyond kLargestMeshCoordinate, an attribute whose count is neither 0 nor that of the positions, or
+///        an index beyond the positions
 Result<void> check(const TriangleMesh& mesh);
 
 }  // namespace terrane

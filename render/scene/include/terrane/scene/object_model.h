@@ -26,11 +26,11 @@ struct ObjectModel {
     MeshId mesh{};                       ///< of the renderer
     std::optional<ImpostorId> impostor;  ///< needed where a level is an impostor
     Aabb bounds;                         ///< of the mesh, in the object's frame, metres
-    /// Finest first, at least one. Errors increase by at least the factor of 2 from level to level, the first one may be
-    /// 0; triangles decrease.
+    /// Finest first, at least one. Errors increase by at least the factor of 2 from level to level, the first one may
+    /// be 0; triangles decrease.
     std::vector<ObjectLevel> levels;
-    /// Error of not drawing it at all, metres at scale 1, at least twice that of the last level: for instance its height.
-    /// Infinity: it is always drawn.
+    /// Error of not drawing it at all, metres at scale 1, at least twice that of the last level: for instance its
+    /// height. Infinity: it is always drawn.
     double absence_error_m = 0.0;
 };
 

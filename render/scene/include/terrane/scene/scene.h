@@ -27,8 +27,8 @@ struct PlacedObject {
 /// Settings of a Scene. Fixed once it is created.
 struct SceneSettings {
     /// An object changes between two levels while its screen error is between the threshold over this ratio and the
-    /// threshold, 1 to 2: both are drawn, with complementary coverage. A larger ratio changes less from frame to frame and
-    /// draws more triangles. 1: levels switch at once.
+    /// threshold, 1 to 2: both are drawn, with complementary coverage. A larger ratio changes less from frame to
+    /// frame and draws more triangles. 1: levels switch at once.
     double fade_ratio = 1.3;
     CullTest cull_test =
         CullTest::planes;  ///< of groups of objects; single objects have the test of planes
@@ -50,9 +50,9 @@ enum class ModelId : std::uint32_t {};
 enum class GroupId : std::uint64_t {};
 
 /// Objects with levels of detail, placed in groups, such as the trees of a chunk. Decides in each frame which are in
-/// view, and draws the coarsest level of each whose screen error is within the frame's threshold: error over the distance
-/// from the eye to the object's bounding sphere, times pixels per radian. What would be missing without an object is the
-/// error of its absence: the least ones are left out first.
+/// view, and draws the coarsest level of each whose screen error is within the frame's threshold: error over the
+/// distance from the eye to the object's bounding sphere, times pixels per radian. What would be missing without an
+/// object is the error of its absence: the least ones are left out first.
 ///
 /// One frame:
 ///
@@ -60,8 +60,8 @@ enum class GroupId : std::uint64_t {};
 ///     const TerrainMesh mesh = triangulator.update(resident, view, demands);   // one budget
 ///     const SceneDraws draws = scene.end_frame(mesh.others_threshold_px);
 ///
-/// The draws have at most as many triangles as the demands above the threshold. A frame is a function of the objects, the
-/// settings, the view and the threshold: nothing depends on the frames before.
+/// The draws have at most as many triangles as the demands above the threshold. A frame is a function of the objects,
+/// the settings, the view and the threshold: nothing depends on the frames before.
 ///
 /// Threads: one at a time
 class Scene {
@@ -90,13 +90,17 @@ public:
     /// Culls, and gives the triangles that the objects in view need at each threshold. Valid until the next call.
     /// An invalid view has no objects.
     ///
+    /// @param least_threshold_px end_frame() uses no smaller threshold: objects whose absence is not above it cost
+    ///                           nearly nothing. 0: none such
+    ///
     /// Allocates: nothing once the buffers are large enough
     /// Cost:      some 10 ns an object in view
-    std::span<const TriangleDemand> begin_frame(const View& view);
+    std::span<const TriangleDemand> begin_frame(const View& view, double least_threshold_px = 0.0);
 
     /// Chooses the levels of the objects of begin_frame(). Valid until the next call.
     ///
-    /// @param threshold_px largest screen error of an object, pixels, > 0; infinity: nothing is drawn
+    /// @param threshold_px largest screen error of an object, pixels, > 0; infinity: nothing is drawn. Not below the
+    ///                     one given to begin_frame()
     ///
     /// Allocates: nothing once the buffers are large enough
     SceneDraws end_frame(double threshold_px);

@@ -29,7 +29,7 @@ static_assert(sizeof(ObjectInstance) == 48);
 
 /// Instances of one level of detail of a mesh.
 struct MeshDraw {
-    MeshId mesh{};
+    MeshId mesh{};                     ///< of the renderer
     std::uint32_t level = 0;           ///< of the mesh's levels of detail
     std::uint32_t first_instance = 0;  ///< in SceneDraws::instances
     std::uint32_t instance_count = 0;
@@ -37,7 +37,7 @@ struct MeshDraw {
 
 /// Instances of an impostor: two triangles each.
 struct ImpostorDraw {
-    ImpostorId impostor{};
+    ImpostorId impostor{};             ///< of the renderer
     std::uint32_t first_instance = 0;  ///< in SceneDraws::instances
     std::uint32_t instance_count = 0;
 };
@@ -62,11 +62,11 @@ static_assert(sizeof(Particle) == 32);
 
 /// What a renderer draws of a scene in one frame. A view of the scene's buffers.
 struct SceneDraws {
-    std::span<const ObjectInstance> instances = {};
-    std::span<const MeshDraw> meshes = {};
-    std::span<const StreamedDraw> streamed = {};
-    std::span<const ImpostorDraw> impostors = {};
-    std::span<const Particle> particles = {};  ///< from far to near
+    std::span<const ObjectInstance> instances = {};  ///< that the draws name
+    std::span<const MeshDraw> meshes = {};           ///< levels of detail
+    std::span<const StreamedDraw> streamed = {};     ///< objects with triangles of their own
+    std::span<const ImpostorDraw> impostors = {};    ///< billboards
+    std::span<const Particle> particles = {};        ///< from far to near
 };
 
 }  // namespace terrane

@@ -21,9 +21,9 @@ enum class Containment : std::uint8_t {
 
 /// What is known of a bounding volume from those around it, and from the frame before.
 struct PlaneState {
-    static constexpr std::uint8_t kAll = 0b11111;
-    std::uint8_t mask =
-        kAll;  ///< bit i: plane i is not yet known to have all of it on its inner side
+    static constexpr std::uint8_t kAll = 0b11111;  ///< mask of all planes
+    /// Bit i: plane i is not yet known to have all of it on its inner side.
+    std::uint8_t mask = kAll;
     std::uint8_t first = 0;  ///< plane that is tested first: the one that excluded it last, 0 to 4
 };
 
@@ -49,6 +49,7 @@ public:
     explicit ViewVolume(const View& view,
                         double far_distance = std::numeric_limits<double>::infinity());
 
+    /// The apex.
     const WorldPos& eye_world() const { return eye_; }
     /// Side planes, and the far plane if there is one.
     int plane_count() const { return plane_count_; }

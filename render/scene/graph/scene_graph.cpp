@@ -1,0 +1,276 @@
+// SPDX-License-Identifier: MIT
+#include "graph/level_switch.h"
+#include "graph/node_checks.h"
+#include "graph/node_store.h"
+
+#include <terrane/scene/scene_graph.h>
+#include <terrane/scene/view_volume.h>
+#include <terrane/terrain/number_text.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <string>
+#include <utility>
+
+namespace terrane {
+namespace {
+
+using internal::GraphNode;
+using internal::NodeStore;
+using internal::SwitchChoice;
+
+// From a node's frame to the world's.
+struct WorldPlace {
+    Pose world_from_node;
+    double scale = 1.0;
+
+    WorldPlace operator*(const NodePlace& place) const {
+        const Pose& inner = place.parent_from_node;
+        return {{world_from_node.rotation * inner.rotation,
+                 world_from_node * Eigen::Vector3d(scale * inner.translation)},
+                scale * place.scale};
+    }
+};
+
+tl::unexpected<Error> no_such_node(NodeId node) {
+    return fail(ErrorCode::invalid_argument,
+                "the graph has no node " + number_text(static_cast<std::uint64_t>(node)));
+}
+
+}  // namespace
+
+struct SceneGraph::State {
+    // What is drawn with one call.
+    struct DrawKey {
+        bool is_impostor = false;
+        std::uint32_t id = 0, level = 0;
+        auto operator<=>(const DrawKey&) const = default;
+    };
+
+    NodeStore nodes;
+    GraphCounts counts;
+
+    // Of the frame.
+    View view;
+    double threshold_px = 1.0;
+    std::map<DrawKey, std::vector<ObjectInstance>> of_draw;
+    std::vector<ObjectInstance> instances;
+    std::vector<MeshDraw> meshes;
+    std::vector<ImpostorDraw> impostors;
+    std::vector<Particle> particles;
+
+    void visit(NodeId id, const WorldPlace& place, PlaneState planes, const ViewVolume& volume,
+               float coverage);
+    void visit_children(const GraphNode& node, const WorldPlace& place, PlaneState planes,
+                        const ViewVolume& volume, float coverage);
+    void visit_switch(GraphNode& node, const SwitchNode& levels, const BoundingSphere& sphere,
+                      const WorldPlace& place, PlaneState planes, const ViewVolume& volume,
+                      float coverage);
+    WorldPlace turn(const BillboardNode& billboard, const WorldPlace& place) const;
+    void draw(const GeometryNode& geometry, const WorldPlace& place, float coverage);
+    void draw(const ParticlesNode& of_node, const WorldPlace& place);
+    void collect_draws();
+};
+
+void SceneGraph::State::visit(NodeId id, const WorldPlace& place, PlaneState planes,
+                              const ViewVolume& volume, float coverage) {
+    const std::optional<Aabb>& bounds = nodes.bounds(id);
+    if (!bounds) return;
+    const OrientedBox box = transform(place.world_from_node, place.scale, *bounds);
+    if (volume.test_planes(box, planes) == Containment::outside) {
+        ++counts.culled;
+        return;
+    }
+    planes.first = 0;
+    GraphNode& node = nodes.at(id);
+    if (const auto* levels = std::get_if<SwitchNode>(&node.content)) {
+        visit_switch(node, *levels, bounding_sphere(box), place, planes, volume, coverage);
+    } else if (const auto* billboard = std::get_if<BillboardNode>(&node.content)) {
+        visit_children(node, turn(*billboard, place), planes, volume, coverage);
+    } else {
+        if (const auto* geometry = std::get_if<GeometryNode>(&node.content))
+            draw(*geometry, place, coverage);
+        if (const auto* discs = std::get_if<ParticlesNode>(&node.content)) draw(*discs, place);
+        visit_children(node, place, planes, volume, coverage);
+    }
+}
+
+void SceneGraph::State::visit_children(const GraphNode& node, const WorldPlace& place,
+                                       PlaneState planes, const ViewVolume& volume,
+                                       float coverage) {
+    for (const NodeId child : node.children)
+        visit(child, place * nodes.at(child).place, planes, volume, coverage);
+}
+
+void SceneGraph::State::visit_switch(GraphNode& node, const SwitchNode& levels,
+                                     const BoundingSphere& sphere, const WorldPlace& place,
+                                     PlaneState planes, const ViewVolume& volume, float coverage) {
+    const double distance =
+        std::max((sphere.centre - view.eye_world).norm() - sphere.radius, view.near_distance);
+    const SwitchChoice choice =
+        internal::choose_level(levels, distance, place.scale * view.pixels_per_radian() / distance,
+                               threshold_px, node.level);
+    node.level = choice.level;
+    // The outermost fade decides: a coverage has one share.
+    const bool is_outermost = coverage == 1.0f;
+    const auto show = [&](std::size_t level, float share) {
+        if (level >= node.children.size()) return;
+        const NodeId child = node.children[level];
+        visit(child, place * nodes.at(child).place, planes, volume,
+              is_outermost ? share : coverage);
+    };
+    show(choice.level, choice.share);
+    if (choice.is_fading && is_outermost) show(choice.level + 1, choice.share - 1.0f);
+}
+
+WorldPlace SceneGraph::State::turn(const BillboardNode& billboard, const WorldPlace& place) const {
+    WorldPlace turned = place;
+    Eigen::Matrix3d& axes = turned.world_from_node.rotation;
+    if (billboard.axis == BillboardNode::Axis::screen) {
+        axes.col(0) = view.right();
+        axes.col(1) = view.up;
+        axes.col(2) = -view.forward;
+        return turned;
+    }
+    const Eigen::Vector3d up = axes.col(2);
+    const Eigen::Vector3d towards = view.eye_world - place.world_from_node.translation;
+    const Eigen::Vector3d level = towards - up * up.dot(towards);
+    const double length = level.norm();
+    // From along the axis, no direction is nearer than another.
+    if (!(length > 1e-9 * towards.norm())) return turned;
+    axes.col(0) = level / length;
+    axes.col(1) = up.cross(Eigen::Vector3d(axes.col(0)));
+    return turned;
+}
+
+void SceneGraph::State::draw(const GeometryNode& geometry, const WorldPlace& place,
+                             float coverage) {
+    const DrawKey key =
+        geometry.impostor
+            ? DrawKey{true, static_cast<std::uint32_t>(*geometry.impostor), 0}
+            : DrawKey{false, static_cast<std::uint32_t>(geometry.mesh), geometry.level};
+    const Eigen::Quaterniond rotation(place.world_from_node.rotation);
+    const LocalVec offset = to_local(place.world_from_node.translation, view.eye_world);
+    of_draw[key].push_back(
+        {.offset_eye = {offset.x(), offset.y(), offset.z()},
+         .scale = static_cast<float>(place.scale),
+         .rotation = {static_cast<float>(rotation.x()), static_cast<float>(rotation.y()),
+                      static_cast<float>(rotation.z()), static_cast<float>(rotation.w())},
+         .coverage = coverage});
+    ++counts.drawn;
+    counts.triangles += geometry.triangles;
+}
+
+void SceneGraph::State::draw(const ParticlesNode& of_node, const WorldPlace& place) {
+    for (const ParticlesNode::Disc& disc : of_node.discs) {
+        const WorldPos centre = place.world_from_node * Eigen::Vector3d(place.scale * disc.centre);
+        const LocalVec offset = to_local(centre, view.eye_world);
+        particles.push_back({.offset_eye = {offset.x(), offset.y(), offset.z()},
+                             .radius = static_cast<float>(place.scale * disc.radius),
+                             .colour = disc.colour});
+    }
+    counts.triangles += 2 * of_node.discs.size();
+}
+
+void SceneGraph::State::collect_draws() {
+    for (const auto& [key, of_key] : of_draw) {
+        const auto first = static_cast<std::uint32_t>(instances.size());
+        const auto count = static_cast<std::uint32_t>(of_key.size());
+        if (count == 0) continue;
+        instances.insert(instances.end(), of_key.begin(), of_key.end());
+        if (key.is_impostor) {
+            impostors.push_back({ImpostorId{key.id}, first, count});
+        } else {
+            meshes.push_back({MeshId{key.id}, key.level, first, count});
+        }
+    }
+    const auto squared = [](const Particle& p) {
+        const auto& [x, y, z] = p.offset_eye;
+        return x * x + y * y + z * z;
+    };
+    std::stable_sort(particles.begin(), particles.end(),
+                     [&](const Particle& a, const Particle& b) { return squared(a) > squared(b); });
+}
+
+SceneGraph::SceneGraph() : state_(std::make_unique<State>()) {}
+SceneGraph::SceneGraph(SceneGraph&&) noexcept = default;
+SceneGraph& SceneGraph::operator=(SceneGraph&&) noexcept = default;
+SceneGraph::~SceneGraph() = default;
+
+NodeId SceneGraph::root() const { return state_->nodes.root(); }
+
+Result<NodeId> SceneGraph::add(NodeId parent, const NodePlace& place, NodeContent content) {
+    const GraphNode* above = state_->nodes.find(parent);
+    if (above == nullptr) return no_such_node(parent);
+    if (above->depth >= NodeStore::kMostDepth) {
+        return fail(ErrorCode::invalid_argument,
+                    "nodes must be at most " + number_text(NodeStore::kMostDepth) + " deep");
+    }
+    if (auto ok = internal::check_place(place); !ok) return tl::unexpected(ok.error());
+    if (auto ok = internal::check_content(content); !ok) return tl::unexpected(ok.error());
+    return state_->nodes.add(parent, place, std::move(content));
+}
+
+void SceneGraph::remove(NodeId node) {
+    if (node == root() || state_->nodes.find(node) == nullptr) return;
+    state_->nodes.remove(node);
+}
+
+Result<void> SceneGraph::set_place(NodeId node, const NodePlace& place) {
+    GraphNode* found = state_->nodes.find(node);
+    if (found == nullptr) return no_such_node(node);
+    if (auto ok = internal::check_place(place); !ok) return ok;
+    found->place = place;
+    state_->nodes.invalidate(found->parent == NodeId{} ? node : found->parent);
+    return {};
+}
+
+Result<void> SceneGraph::set_content(NodeId node, NodeContent content) {
+    GraphNode* found = state_->nodes.find(node);
+    if (found == nullptr) return no_such_node(node);
+    if (auto ok = internal::check_content(content); !ok) return ok;
+    found->content = std::move(content);
+    found->level = 0;
+    state_->nodes.invalidate(node);
+    return {};
+}
+
+std::size_t SceneGraph::size() const { return state_->nodes.size(); }
+
+std::optional<Aabb> SceneGraph::bounds_world(NodeId node) const {
+    NodeStore& nodes = state_->nodes;
+    if (nodes.find(node) == nullptr) return {};
+    const std::optional<Aabb>& bounds = nodes.bounds(node);
+    if (!bounds) return {};
+    std::vector<NodeId> above;
+    for (NodeId id = node; id != NodeId{}; id = nodes.at(id).parent) above.push_back(id);
+    WorldPlace place;
+    for (auto id = above.rbegin(); id != above.rend(); ++id) place = place * nodes.at(*id).place;
+    return bounding_box(transform(place.world_from_node, place.scale, *bounds));
+}
+
+SceneDraws SceneGraph::collect(const View& view, double threshold_px) {
+    State& state = *state_;
+    state.counts = {};
+    for (auto& [key, of_key] : state.of_draw) of_key.clear();
+    state.instances.clear();
+    state.meshes.clear();
+    state.impostors.clear();
+    state.particles.clear();
+    if (!check(view)) return {};
+    state.view = view;
+    state.threshold_px = threshold_px;
+    const WorldPlace world = WorldPlace() * state.nodes.at(root()).place;
+    state.visit(root(), world, {}, ViewVolume(view), 1.0f);
+    state.collect_draws();
+    return {.instances = state.instances,
+            .meshes = state.meshes,
+            .streamed = {},
+            .impostors = state.impostors,
+            .particles = state.particles};
+}
+
+const GraphCounts& SceneGraph::counts() const { return state_->counts; }
+
+}  // namespace terrane

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/scene/object_model.h>
+#include <terrane/scene/scene_draws.h>
+#include <terrane/terrain/aabb.h>
+#include <terrane/terrain/result.h>
+#include <terrane/terrain/view.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <variant>
+#include <vector>
+
+namespace terrane {
+
+/// Names a node of a SceneGraph. Never used again for another one.
+enum class NodeId : std::uint64_t {};
+
+/// A node that only places its children.
+struct GroupNode {};
+
+/// A mesh, or an impostor where the level is one.
+struct GeometryNode {
+    MeshId mesh{};            ///< of the renderer; ignored where there is an impostor
+    std::uint32_t level = 0;  ///< of the mesh
+    std::optional<ImpostorId> impostor = {};  ///< drawn in place of the mesh
+    Aabb bounds;                              ///< in the node's frame, metres
+    std::uint32_t triangles = 0;              ///< for the counts; 2 of an impostor
+};
+
+/// Draws one of its children, or two that fade into each other: levels of detail of any kind. The children are its
+/// levels, finest first, in the order in which they were added.
+struct SwitchNode {
+    /// What decides between two levels.
+    enum class By : std::uint8_t {
+        distance,  ///< limits are metres from the eye to the bounding sphere: the classic one
+        error,  ///< limits are errors in metres of the coarser level: it is drawn below the frame's threshold in pixels
+    };
+    By by = By::error;
+    /// [levels] where level i gives way to level i + 1; the last one is where nothing is drawn, infinity: never. Not
+    /// decreasing, above 0.
+    std::vector<double> limits;
+    /// A level is kept until the limit is passed by this ratio, 1 to 2: what lies near a limit does not change to and fro.
+    double hysteresis = 1.0;
+    /// Levels fade into each other while the limit is passed by up to this ratio, 1 to 2; 1: at once. Not together with
+    /// hysteresis.
+    double fade_ratio = 1.0;
+};
+
+/// Turns its children to the viewer.
+struct BillboardNode {
+    /// How it turns.
+    enum class Axis : std::uint8_t {
+        screen,  ///< its x is the picture's right, its y the picture's up: for smoke
+        up,  ///< about its z axis only, until its x points to the eye, whatever the viewer's up is: for trees
+    };
+    Axis axis = Axis::screen;
+};
+
+/// Soft discs, in the node's frame.
+struct ParticlesNode {
+    /// A disc.
+    struct Disc {
+        Eigen::Vector3d centre = Eigen::Vector3d::Zero();     ///< metres
+        double radius = 1.0;                                  ///< metres, > 0
+        std::array<float, 4> colour{1.0f, 1.0f, 1.0f, 1.0f};  ///< as Particle::colour
+    };
+    std::vector<Disc> discs;  ///< replaced by set_content() as they move
+};
+
+/// What a node is.
+using NodeContent = std::variant<GroupNode, GeometryNode, SwitchNode, BillboardNode, ParticlesNode>;
+
+/// Where a node stands in its parent's frame.
+struct NodePlace {
+    Pose parent_from_node;
+    double scale = 1.0;  ///< 1e-6 to 1e6
+};
+
+/// What a frame of a graph holds.
+struct GraphCounts {
+    std::size_t drawn = 0;      ///< geometry nodes
+    std::size_t culled = 0;     ///< nodes whose bounds are out of view, their children not counted
+    std::size_t triangles = 0;  ///< of geometry and particles
+};
+
+/// A tree of nodes with transforms: vehicles of parts, smoke over a chimney, whatever is not strewn by the thousand (see
+/// Scene for that). Bounds follow what changes below a node, and culling follows the bounds down the tree.
+///
+/// Threads: one at a time
+class SceneGraph {
+public:
+    SceneGraph();
+    SceneGraph(SceneGraph&&) noexcept;
+    SceneGraph& operator=(SceneGraph&&) noexcept;
+    ~SceneGraph();
+
+    /// The node above all others, a GroupNode at the world's origin.
+    NodeId root() const;
+
+    /// Adds a node as the last child of another.
+    ///
+    /// Fails: invalid_argument, naming the value, for a parent that does not exist, a place that is not finite or out of
+    ///        range, or content out of range: bounds, limits, ratios, discs
+    Result<NodeId> add(NodeId parent, const NodePlace& place, NodeContent content);
+    /// Removes a node and all below it. The root stays. Nothing where there is no such node.
+    void remove(NodeId node);
+    /// Fails: as add()
+    Result<void> set_place(NodeId node, const NodePlace& place);
+    /// Fails: as add()
+    Result<void> set_content(NodeId node, NodeContent content);
+
+    /// Nodes, the root included.
+    std::size_t size() const;
+    /// World bounds of a node and all below it; none where there is nothing to draw, or no such node.
+    std::optional<Aabb> bounds_world(NodeId node) const;
+
+    /// Culls, chooses the levels of switches, turns billboards, and sorts particles from far to near. Valid until the
+    /// next call that is not const. An invalid view draws nothing.
+    ///
+    /// @param threshold_px of switches by error
+    SceneDraws collect(const View& view, double threshold_px);
+    /// Of the last collect().
+    const GraphCounts& counts() const;
+
+private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace terrane

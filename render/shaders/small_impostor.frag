@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: MIT
+layout(binding = 0) uniform sampler2DArray colours;  // see impostor.frag
+layout(binding = 1) uniform sampler2DArray shapes;
+
+in vec2 at;
+flat in vec3 layer;
+flat in vec3 tint;
+flat in vec3 sun_object;
+flat in vec3 up_object;
+flat in vec4 air;
+
+layout(location = 0) out vec4 colour_out;
+
+void main() {
+    vec4 colour = textureLod(colours, vec3(at, layer.x), layer.y);
+    keep_samples(covered_samples(layer.z, colour.a));
+    float shown = 1.0 / max(colour.a, 1.0 / 64.0);
+    vec3 normal =
+        normalize(2.0 * shown * textureLod(shapes, vec3(at, layer.x), layer.y).xyz - 1.0);
+    vec3 root = shown * colour.rgb * tint;
+    vec3 light = lit_from(root * root, dot(normal, sun_object), dot(normal, up_object));
+    colour_out = vec4(air.rgb + air.a * display(light), 1.0);
+}

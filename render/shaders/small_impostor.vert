@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+// A billboard of few pixels: shows the nearest view alone, as a flat picture that faces the eye. See impostor.vert.
+// What is the same for all of it, haze among that, is computed here.
+layout(std430, binding = 1) readonly buffer Instances {
+    vec4 instances[];  // three of each: see ObjectInstance
+};
+
+uniform int first_instance;
+uniform vec3 centre;    // of the object's bounds, its frame, metres
+uniform vec2 half_box;  // of the bounds: largest distance from the axis, half the height, metres
+uniform ivec2 views;    // around the axis, from level to above
+uniform float texels;   // along the side of a view
+
+out vec2 at;               // in the view, 0 to 1
+flat out vec3 layer;       // x: of the view, y: of the mipmaps, z: coverage
+flat out vec3 tint;        // of what the view holds
+flat out vec3 sun_object;  // unit, in the object's frame
+flat out vec3 up_object;
+flat out vec4 air;         // haze: rgb, and the share of the object's own colour
+
+const float kTurn = 6.283185307179586;
+const float kSharper = 0.5;
+
+vec3 turned(vec4 q, vec3 v) {
+    vec3 t = 2.0 * cross(q.xyz, v);
+    return v + q.w * t + cross(q.xyz, t);
+}
+
+void main() {
+    int instance = 3 * (first_instance + gl_VertexID / 6);
+    vec4 place = instances[instance];
+    vec4 rotation = instances[instance + 1];
+    vec4 share = instances[instance + 2];
+    vec4 back = vec4(-rotation.xyz, rotation.w);
+    vec3 eye_object = turned(back, -place.xyz) / place.w;
+    float distance = length(eye_object - centre);
+    vec3 towards = (eye_object - centre) / distance;
+    int around = int(round(atan(towards.y, towards.x) / kTurn * float(views.x)));
+    around = (around + views.x) % views.x;
+    int above = int(round(clamp(asin(clamp(towards.z, -1.0, 1.0)) * 4.0 / kTurn, 0.0, 1.0) *
+                          float(views.y - 1)));
+
+    float level = length(towards.xy);
+    vec3 right = level > 1e-4 ? vec3(-towards.y, towards.x, 0.0) / level : vec3(0.0, 1.0, 0.0);
+    vec3 up = views.y > 1 ? cross(towards, right) : vec3(0.0, 0.0, 1.0);
+    // as the view has been made
+    float elevation = views.y > 1 ? float(above) * 0.25 * kTurn / float(views.y - 1) : 0.0;
+    vec2 size = vec2(half_box.x, half_box.y * cos(elevation) + half_box.x * sin(elevation));
+    const vec2 corners[6] = vec2[](vec2(-1, -1), vec2(1, -1), vec2(1, 1), vec2(-1, -1), vec2(1, 1),
+                                   vec2(-1, 1));
+    vec2 corner = corners[gl_VertexID % 6];
+    at = 0.5 + 0.5 * corner;
+    vec3 p_object = centre + right * (corner.x * size.x) + up * (corner.y * size.y);
+    vec3 p_eye = place.xyz + turned(rotation, place.w * p_object);
+
+    float pixel = distance * frame.grid.w;
+    layer = vec3(float(around + views.x * above),
+                 max(log2(pixel * texels / (2.0 * sqrt(size.x * size.y))) - kSharper, 0.0), share.x);
+    tint = pow(share.yzw, vec3(1.1));
+    sun_object = turned(back, frame.sun.xyz);
+    up_object = turned(back, vec3(0.0, 0.0, 1.0));
+    vec3 black = behind_air(vec3(0.0), place.xyz, length(place.xyz));
+    float own = behind_air(vec3(1.0), place.xyz, length(place.xyz)).g - black.g;
+    air = vec4(black, own);
+    gl_Position = frame.clip_from_eye * vec4(p_eye, 1.0);
+}

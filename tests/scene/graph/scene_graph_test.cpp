@@ -1,0 +1,313 @@
+// SPDX-License-Identifier: MIT
+#include "scene/culling/random_views.h"
+
+#include <terrane/scene/scene_graph.h>
+#include <terrane/scene/view_volume.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+#include <string>
+
+namespace terrane::test::scene_graph {
+namespace {
+
+constexpr double kNever = std::numeric_limits<double>::infinity();
+
+GeometryNode cube(std::uint32_t mesh, double half = 1.0) {
+    return {.mesh = MeshId{mesh},
+            .bounds = {Eigen::Vector3d::Constant(-half), Eigen::Vector3d::Constant(half)},
+            .triangles = 12};
+}
+
+NodePlace at(const Eigen::Vector3d& translation, double scale = 1.0) {
+    return {{Eigen::Matrix3d::Identity(), translation}, scale};
+}
+
+NodePlace random_place(Random& random, double spread) {
+    return {{random.rotation(), random.between(0.0, spread) * random.direction()},
+            std::exp2(random.between(-1.0, 1.0))};
+}
+
+NodeId add(SceneGraph& graph, NodeId parent, const NodePlace& place, NodeContent content) {
+    return graph.add(parent, place, std::move(content)).value();
+}
+
+// Meshes that a frame draws, with their coverage.
+std::map<std::uint32_t, float> drawn(SceneGraph& graph, const View& view,
+                                     double threshold_px = 1.0) {
+    std::map<std::uint32_t, float> meshes;
+    const SceneDraws draws = graph.collect(view, threshold_px);
+    for (const MeshDraw& draw : draws.meshes) {
+        for (std::uint32_t i = 0; i < draw.instance_count; ++i)
+            meshes[static_cast<std::uint32_t>(draw.mesh)] =
+                draws.instances[draw.first_instance + i].coverage;
+    }
+    return meshes;
+}
+
+View view_at_distance(double distance) {
+    View view;
+    view.eye_world = {0.0, -distance, 0.0};
+    return view;
+}
+
+// A tree of nodes and, beside it, where each mesh is in the world.
+struct Known {
+    SceneGraph graph;
+    std::vector<NodeId> nodes;
+    std::map<std::uint32_t, OrientedBox> boxes;
+};
+
+Known random_tree(Random& random) {
+    Known known;
+    struct Placed {
+        NodeId id;
+        Pose pose;
+        double scale;
+    };
+    std::vector<Placed> placed = {{known.graph.root(), {}, 1.0}};
+    for (std::uint32_t i = 0; i < 60; ++i) {
+        const Placed& parent =
+            placed[static_cast<std::size_t>(random.below(static_cast<int>(placed.size())))];
+        const NodePlace place = random_place(random, 40.0);
+        const Pose pose = {
+            parent.pose.rotation * place.parent_from_node.rotation,
+            parent.pose * Eigen::Vector3d(parent.scale * place.parent_from_node.translation)};
+        const double scale = parent.scale * place.scale;
+        const bool is_mesh = random.below(3) > 0;
+        const double half = random.between(0.1, 5.0);
+        const NodeId id = add(known.graph, parent.id, place,
+                              is_mesh ? NodeContent(cube(i, half)) : NodeContent(GroupNode{}));
+        if (is_mesh) known.boxes[i] = transform(pose, scale, cube(i, half).bounds);
+        placed.push_back({id, pose, scale});
+        known.nodes.push_back(id);
+    }
+    return known;
+}
+
+TEST(SceneGraph, DrawsEveryMeshInViewWhereverItHangsInTheTree) {
+    std::size_t in_view = 0, culled = 0;
+    for (std::uint64_t seed = 0; seed < 50; ++seed) {
+        SCOPED_TRACE(testing::Message() << "seed " << seed);
+        Random random(seed);
+        Known known = random_tree(random);
+        for (int frame = 0; frame < 10; ++frame) {
+            const View view = random_view(random, WorldPos(0, 0, 0));
+            const ViewVolume volume(view);
+            const std::map<std::uint32_t, float> meshes = drawn(known.graph, view);
+            for (const auto& [mesh, box] : known.boxes) {
+                if (volume.meets(box)) {
+                    ++in_view;
+                    ASSERT_TRUE(meshes.contains(mesh)) << mesh;
+                }
+                culled += meshes.contains(mesh) ? 0u : 1u;
+            }
+        }
+    }
+    EXPECT_GT(in_view, 1000u);
+    EXPECT_GT(culled, 1000u);
+}
+
+TEST(SceneGraph, BoundsFollowPlacesContentAndNodesThatGo) {
+    Random random(3);
+    SceneGraph graph;
+    const NodeId arm = add(graph, graph.root(), at({10, 0, 0}), GroupNode{});
+    EXPECT_FALSE(graph.bounds_world(graph.root()).has_value());
+    const NodeId hand = add(graph, arm, at({5, 0, 0}), cube(0));
+    const auto high_x = [&] { return graph.bounds_world(graph.root())->high.x(); };
+    EXPECT_NEAR(high_x(), 16.0, 1e-9);
+    EXPECT_NEAR(graph.bounds_world(hand)->low.x(), 14.0, 1e-9);
+    ASSERT_TRUE(graph.set_place(arm, at({20, 0, 0}, 2.0)));
+    EXPECT_NEAR(high_x(), 32.0, 1e-9);
+    ASSERT_TRUE(graph.set_content(hand, cube(0, 3.0)));
+    EXPECT_NEAR(high_x(), 36.0, 1e-9);
+    const NodeId finger = add(graph, hand, at({8, 0, 0}), cube(1));
+    EXPECT_NEAR(high_x(), 20.0 + 2.0 * (5.0 + 9.0), 1e-9);
+    EXPECT_EQ(graph.size(), 4u);
+    graph.remove(hand);
+    EXPECT_EQ(graph.size(), 2u);
+    EXPECT_FALSE(graph.bounds_world(graph.root()).has_value());
+    EXPECT_FALSE(graph.bounds_world(finger).has_value());
+    graph.remove(graph.root());
+    EXPECT_EQ(graph.size(), 2u);
+}
+
+TEST(SceneGraph, ASwitchByDistanceDrawsTheLevelOfItsDistance) {
+    SceneGraph graph;
+    const NodeId levels =
+        add(graph, graph.root(), at({0, 0, 0}),
+            SwitchNode{.by = SwitchNode::By::distance, .limits = {50.0, 200.0, 1000.0}});
+    for (std::uint32_t i = 0; i < 3; ++i) add(graph, levels, at({0, 0, 0}), cube(i, 0.001));
+    using Meshes = std::map<std::uint32_t, float>;
+    EXPECT_EQ(drawn(graph, view_at_distance(10.0)), (Meshes{{0, 1.0f}}));
+    EXPECT_EQ(drawn(graph, view_at_distance(60.0)), (Meshes{{1, 1.0f}}));
+    EXPECT_EQ(drawn(graph, view_at_distance(900.0)), (Meshes{{2, 1.0f}}));
+    EXPECT_TRUE(drawn(graph, view_at_distance(1100.0)).empty());
+}
+
+TEST(SceneGraph, ASwitchByErrorFollowsTheThreshold) {
+    SceneGraph graph;
+    const NodeId levels =
+        add(graph, graph.root(), at({0, 0, 0}), SwitchNode{.limits = {0.1, 0.5, kNever}});
+    for (std::uint32_t i = 0; i < 3; ++i) add(graph, levels, at({0, 0, 0}), cube(i, 0.001));
+    const View view = view_at_distance(100.0);
+    const double pixel = view.pixels_per_radian() / 100.0;  // of a metre
+    using Meshes = std::map<std::uint32_t, float>;
+    EXPECT_EQ(drawn(graph, view, 0.09 * pixel), (Meshes{{0, 1.0f}}));
+    EXPECT_EQ(drawn(graph, view, 0.11 * pixel), (Meshes{{1, 1.0f}}));
+    EXPECT_EQ(drawn(graph, view, 0.6 * pixel), (Meshes{{2, 1.0f}}));
+    EXPECT_EQ(drawn(graph, view, 1e9), (Meshes{{2, 1.0f}})) << "an infinite limit draws always";
+}
+
+TEST(SceneGraph, HysteresisKeepsALevelNearItsLimit) {
+    SceneGraph graph;
+    const NodeId levels = add(
+        graph, graph.root(), at({0, 0, 0}),
+        SwitchNode{.by = SwitchNode::By::distance, .limits = {100.0, kNever}, .hysteresis = 1.2});
+    for (std::uint32_t i = 0; i < 2; ++i) add(graph, levels, at({0, 0, 0}), cube(i, 0.001));
+    const auto level_at = [&](double distance) {
+        return drawn(graph, view_at_distance(distance)).begin()->first;
+    };
+    EXPECT_EQ(level_at(90.0), 0u);
+    EXPECT_EQ(level_at(110.0), 0u) << "not far enough beyond the limit";
+    EXPECT_EQ(level_at(125.0), 1u);
+    EXPECT_EQ(level_at(95.0), 1u) << "not near enough";
+    EXPECT_EQ(level_at(80.0), 0u);
+    int changes = 0;
+    std::uint32_t before = level_at(100.0);
+    for (int i = 0; i < 200; ++i) {
+        const std::uint32_t now = level_at(100.0 + 5.0 * std::sin(0.7 * i));
+        changes += now != before ? 1 : 0;
+        before = now;
+    }
+    EXPECT_EQ(changes, 0);
+}
+
+TEST(SceneGraph, AFadeDrawsBothLevelsWithComplementaryCoverage) {
+    SceneGraph graph;
+    const NodeId levels = add(
+        graph, graph.root(), at({0, 0, 0}),
+        SwitchNode{.by = SwitchNode::By::distance, .limits = {100.0, 400.0}, .fade_ratio = 1.25});
+    for (std::uint32_t i = 0; i < 2; ++i) add(graph, levels, at({0, 0, 0}), cube(i, 0.001));
+    std::map<std::uint32_t, float> before = drawn(graph, view_at_distance(90.0));
+    int fading = 0;
+    for (double distance = 90.0; distance < 600.0; distance *= 1.0005) {
+        std::map<std::uint32_t, float> now = drawn(graph, view_at_distance(distance));
+        if (now.size() == 2) {
+            ++fading;
+            ASSERT_EQ(now[1], now[0] - 1.0f);
+        }
+        for (std::uint32_t level = 0; level < 2; ++level)
+            ASSERT_LT(std::abs(std::abs(now[level]) - std::abs(before[level])), 0.01f);
+        before = now;
+    }
+    EXPECT_GT(fading, 300);
+    EXPECT_EQ(std::abs(before[0]) + std::abs(before[1]), 0.0f) << "beyond the last limit: nothing";
+}
+
+// The rotation of the only instance that is drawn.
+Eigen::Matrix3d rotation_drawn(SceneGraph& graph, const View& view) {
+    const SceneDraws draws = graph.collect(view, 1.0);
+    EXPECT_EQ(draws.instances.size(), 1u);
+    const std::array<float, 4>& q = draws.instances[0].rotation;
+    return Eigen::Quaterniond(q[3], q[0], q[1], q[2]).toRotationMatrix();
+}
+
+TEST(SceneGraph, ABillboardTurnsItsChildrenToThePictureOrAboutItsAxisOnly) {
+    for (std::uint64_t seed = 0; seed < 50; ++seed) {
+        SCOPED_TRACE(testing::Message() << "seed " << seed);
+        Random random(seed);
+        View view = random_view(random, WorldPos(0, 0, 0));
+        view.eye_world = 30.0 * random.direction();
+        view.forward = -view.eye_world.normalized();
+        view.up = any_perpendicular(view.forward, random);
+        view.vertical_fov = 1.0;
+        for (const BillboardNode::Axis axis :
+             {BillboardNode::Axis::screen, BillboardNode::Axis::up}) {
+            SceneGraph graph;
+            const NodePlace place = {{random.rotation(), {0, 0, 0}}, 1.0};
+            const NodeId board = add(graph, graph.root(), place, BillboardNode{axis});
+            add(graph, board, at({0, 0, 0}), cube(0));
+            const Eigen::Matrix3d turned = rotation_drawn(graph, view);
+            EXPECT_NEAR((turned.transpose() * turned - Eigen::Matrix3d::Identity()).norm(), 0.0,
+                        1e-5);
+            if (axis == BillboardNode::Axis::screen) {
+                EXPECT_LT((turned.col(0) - view.right()).norm(), 1e-5);
+                EXPECT_LT((turned.col(1) - view.up).norm(), 1e-5);
+                continue;
+            }
+            const Eigen::Vector3d up = place.parent_from_node.rotation.col(2);
+            EXPECT_LT((turned.col(2) - up).norm(), 1e-5) << "its axis stays";
+            // nothing of the direction to the eye is left along y
+            EXPECT_NEAR(turned.col(1).dot(view.eye_world), 0.0, 1e-3);
+            EXPECT_GT(turned.col(0).dot(view.eye_world), 0.0);
+            // another roll of the viewer's head changes nothing
+            View rolled = view;
+            rolled.up = any_perpendicular(view.forward, random);
+            EXPECT_LT((rotation_drawn(graph, rolled) - turned).norm(), 1e-6);
+        }
+    }
+}
+
+TEST(SceneGraph, ParticlesComeFromFarToNear) {
+    Random random(1);
+    SceneGraph graph;
+    ParticlesNode smoke;
+    for (int i = 0; i < 200; ++i)
+        smoke.discs.push_back({20.0 * random.direction(), random.between(0.1, 1.0), {}});
+    const NodeId node = add(graph, graph.root(), at({0, 60, 0}, 2.0), smoke);
+    View view;
+    const SceneDraws draws = graph.collect(view, 1.0);
+    ASSERT_EQ(draws.particles.size(), 200u);
+    EXPECT_EQ(graph.counts().triangles, 400u);
+    double before = kNever;
+    for (const Particle& particle : draws.particles) {
+        const double distance = Eigen::Vector3f(particle.offset_eye.data()).norm();
+        ASSERT_LE(distance, before * (1.0 + 1e-6));
+        before = distance;
+    }
+    ASSERT_TRUE(graph.set_place(node, at({0, -200, 0})));
+    EXPECT_TRUE(graph.collect(view, 1.0).particles.empty());
+    EXPECT_EQ(graph.counts().culled, 1u);
+}
+
+TEST(SceneGraph, RefusesWhatIsOutOfRangeByItsName) {
+    SceneGraph graph;
+    const auto message = [&](const NodePlace& place, NodeContent content) {
+        const auto added = graph.add(graph.root(), place, std::move(content));
+        return added ? std::string() : added.error().message;
+    };
+    EXPECT_EQ(graph.add(NodeId{77}, {}, GroupNode{}).error().message, "the graph has no node 77");
+    EXPECT_EQ(graph.set_place(NodeId{77}, {}).error().message, "the graph has no node 77");
+    EXPECT_EQ(message(at({0, 0, 0}, 0.0), GroupNode{}), "scale must be 1e-06 to 1e+06, got 0");
+    EXPECT_EQ(message(at({std::nan(""), 0, 0}), GroupNode{}),
+              "the translation must be within 1e9 m along each axis");
+    EXPECT_EQ(message({{2.0 * Eigen::Matrix3d::Identity(), {0, 0, 0}}, 1.0}, GroupNode{}),
+              "the rotation must be orthonormal to 1e-6 with determinant 1");
+    EXPECT_EQ(message({}, SwitchNode{}), "a switch needs at least one limit, got 0");
+    EXPECT_EQ(message({}, SwitchNode{.limits = {2.0, 1.0}}),
+              "limits must not decrease, and differ by fade_ratio at least, got 1 after 2");
+    EXPECT_EQ(message({}, SwitchNode{.limits = {-1.0}}), "limits must be above 0, got -1 at 0");
+    EXPECT_EQ(message({}, SwitchNode{.limits = {1.0}, .hysteresis = 1.1, .fade_ratio = 1.1}),
+              "a switch has hysteresis or a fade_ratio, not both");
+    EXPECT_EQ(message({}, GeometryNode{.bounds = {{1, 0, 0}, {0, 0, 0}}}),
+              "bounds must be finite, low at most high");
+    EXPECT_EQ(message({}, ParticlesNode{{{{0, 0, 0}, 0.0, {}}}}),
+              "the radius of disc 0 must be above 0, got 0");
+    NodeId deepest = graph.root();
+    for (int i = 0; i < 256; ++i) deepest = add(graph, deepest, {}, GroupNode{});
+    EXPECT_EQ(graph.add(deepest, {}, GroupNode{}).error().message,
+              "nodes must be at most 256 deep");
+    EXPECT_EQ(graph.size(), 257u);
+    View invalid;
+    invalid.vertical_fov = -1.0;
+    EXPECT_TRUE(graph.collect(invalid, 1.0).instances.empty());
+}
+
+}  // namespace
+}  // namespace terrane::test::scene_graph

@@ -1,0 +1,188 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""`simplify`: limits, formats, the certified error against distances between sampled points, bad files."""
+
+import os
+
+from program import DATA, ROOT, SEED, Folder, main, np, run, run_json
+
+KEYS = ["triangles", "vertices", "error_m", "ms", "stop", "input_triangles", "out"]
+
+
+def read_obj(path):
+    vertices, faces = [], []
+    with open(path) as file:
+        for line in file:
+            kind, *rest = line.split() or ["#"]
+            if kind == "v":
+                vertices.append([float(value) for value in rest[:3]])
+            elif kind == "f":
+                corners = [int(value.split("/")[0]) - 1 for value in rest]
+                faces += [[corners[0], *pair] for pair in zip(corners[1:], corners[2:])]
+    return np.array(vertices), np.array(faces)
+
+
+def distance_to_triangles(points, vertices, faces):
+    """[points] the least distance to any of the triangles: inside of the triangle to its plane, else to an edge."""
+    best = np.full(len(points), np.inf)
+    for face in faces:
+        corners = vertices[face]
+        normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
+        inside = np.full(len(points), np.dot(normal, normal) > 0.0)
+        distance = np.full(len(points), np.inf)
+        for i in range(3):
+            a, edge = corners[i], corners[(i + 1) % 3] - corners[i]
+            along = np.clip((points - a) @ edge / max(np.dot(edge, edge), 1e-300), 0.0, 1.0)
+            distance = np.minimum(distance, np.linalg.norm(points - a - along[:, None] * edge, axis=1))
+            inside &= (points - a) @ np.cross(normal, edge) >= 0.0
+        if inside.any():
+            height = np.abs((points - corners[0]) @ normal) / np.linalg.norm(normal)
+            distance = np.where(inside, np.minimum(distance, height), distance)
+        best = np.minimum(best, distance)
+    return best
+
+
+def sample(vertices, faces, count, random):
+    corners = vertices[faces]
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    chosen = corners[random.choice(len(faces), count, p=area / area.sum())]
+    weights = random.dirichlet([1.0, 1.0, 1.0], count)
+    return np.concatenate([np.einsum("ni,nij->nj", weights, chosen), vertices[np.unique(faces)]])
+
+
+class Simplify(Folder):
+    def bumps(self, name="in.obj", side=24):
+        """A grid of bumps; the first vertex is in no triangle."""
+        ramp = np.arange(side)
+        x, y = (axis.ravel() for axis in np.meshgrid(ramp, ramp))
+        z = np.sin(0.7 * x) * np.cos(0.5 * y)
+        with open(self.path(name), "w") as file:
+            file.write("v 99 99 99\n")
+            for point in zip(x, y, z):
+                file.write("v %r %r %r\n" % tuple(map(float, point)))
+            for row in range(side - 1):
+                for column in range(side - 1):
+                    a = 2 + row * side + column
+                    file.write(f"f {a} {a + 1} {a + side + 1} {a + side}\n")
+        return self.path(name)
+
+    def simplify(self, source, name, *limits):
+        summary = run_json("simplify", source, self.path(name), *limits)
+        self.assertEqual(list(summary), KEYS)
+        return summary
+
+    def check_error(self, source, out, error):
+        """No sampled point is farther from the other surface than the error; returns the largest distance."""
+        random = np.random.default_rng(SEED)
+        first, second = read_obj(source), read_obj(out)
+        measured = max(distance_to_triangles(sample(*first, 2000, random), *second).max(),
+                       distance_to_triangles(sample(*second, 2000, random), *first).max())
+        self.assertLessEqual(measured, error + 1e-9, f"seed {SEED}")
+        return measured
+
+    def test_each_limit_stops_and_the_error_holds(self):
+        source = self.bumps()
+        for limits, stop in ((["--triangles", 200], "triangles"), (["--error", 0.2], "error"),
+                             (["--triangles", 200, "--error", 1e6], "triangles"),
+                             (["--triangles", 1, "--error", 0.1], "error")):
+            with self.subTest(limits):
+                summary = self.simplify(source, "out.obj", *limits)
+                vertices, faces = read_obj(self.path("out.obj"))
+                self.assertEqual((summary["triangles"], summary["vertices"]), (len(faces), len(vertices)))
+                self.assertEqual(summary["input_triangles"], 2 * 23 * 23)
+                self.assertLess(len(faces), summary["input_triangles"])
+                self.assertEqual(summary["stop"], stop)
+                self.assertTrue(np.array_equal(np.unique(faces), np.arange(len(vertices))))  # all are used
+                flags = dict(zip(limits[::2], limits[1::2]))
+                if stop == "triangles":
+                    self.assertLessEqual(len(faces), flags["--triangles"])
+                self.assertLessEqual(summary["error_m"], flags.get("--error", np.inf))
+                measured = self.check_error(source, self.path("out.obj"), summary["error_m"])
+                self.assertGreater(measured, 0.0)
+
+    def test_the_check_of_the_error_finds_one_that_is_too_small(self):
+        source = self.bumps()
+        self.simplify(source, "out.obj", "--triangles", 100)
+        with self.assertRaises(AssertionError):
+            self.check_error(source, self.path("out.obj"), 1e-3)
+
+    def test_limits_at_their_ends(self):
+        source = self.bumps()
+        whole = self.simplify(source, "out.obj", "--triangles", 10**9)
+        self.assertEqual((whole["triangles"], whole["vertices"], whole["error_m"], whole["stop"]),
+                         (2 * 23 * 23, 24 * 24, 0.0, "triangles"))
+        exact = self.simplify(source, "out.obj", "--error", 0)
+        self.assertEqual((exact["error_m"], exact["stop"]), (0.0, "error"))
+        least = self.simplify(source, "out.obj", "--triangles", 0)
+        self.assertEqual(least["stop"], "no_contraction")
+        self.assertGreater(least["triangles"], 0)
+        self.assertLess(least["triangles"], 20)
+
+    def test_every_format_has_the_same_mesh_and_may_replace_its_input(self):
+        source = self.bumps()
+        summaries = [self.simplify(source, name, "--triangles", 300) for name in ("a.obj", "a.ply", "a.glb")]
+        for summary in summaries:
+            for key in ("ms", "out"):
+                summary.pop(key)
+        self.assertEqual(summaries, summaries[:1] * 3)
+        # what was written can be read: the vertices and triangles of both are the same
+        self.simplify(self.path("a.ply"), "b.obj", "--triangles", 10**9)
+        for made, read in zip(read_obj(self.path("a.obj")), read_obj(self.path("b.obj"))):
+            self.assertTrue(np.array_equal(made, read))
+        glb = self.simplify(self.path("a.glb"), "c.obj", "--triangles", 10**9)
+        self.assertEqual((glb["triangles"], glb["vertices"]), (summaries[0]["triangles"], summaries[0]["vertices"]))
+        self.assertLess(np.abs(read_obj(self.path("c.obj"))[0] - read_obj(self.path("a.obj"))[0]).max(), 23 * 2**-23)
+        again = run_json("simplify", source, source, "--triangles", 300)
+        self.assertEqual(again["triangles"], summaries[0]["triangles"])
+        self.assertEqual(len(read_obj(source)[1]), again["triangles"])
+
+    def test_text_for_people(self):
+        done = run("simplify", self.bumps(), self.path("o.ply"), "--triangles", 100)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertEqual([line.split()[0] for line in done.stdout.splitlines()], KEYS)
+
+    def test_command_lines_that_make_no_sense(self):
+        source, out = self.bumps(), self.path("o.ply")
+        for arguments, words in (([source, out], ["--triangles", "--error"]),
+                                 ([source], ["OUT"]),
+                                 ([source, out, "--error", "nan"], ["--error", "nan"]),
+                                 ([source, out, "--error=-1"], ["--error", "-1"]),
+                                 ([source, out, "--triangles=-1"], ["--triangles", "-1"]),
+                                 ([source, out, "--triangles", "1.5"], ["--triangles", "1.5"]),
+                                 ([source, self.path("o.stl"), "--error", 1], [".ply, .obj or .glb", "o.stl"])):
+            with self.subTest(arguments):
+                self.assert_refused(run("simplify", *arguments), [2], *words)
+        self.assertEqual(os.listdir(self.folder), ["in.obj"])
+
+    def test_files_that_are_no_mesh(self):
+        corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
+        header = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+        for name, text in (("empty.obj", ""), ("empty.ply", ""), ("points.obj", corners),
+                           ("nan.obj", corners.replace("1", "nan") + "f 1 2 3\n"),
+                           ("index.obj", corners + "f 1 2 4\n"), ("foreign.ply", "PK\3\4"),
+                           ("cut.ply", header + "end_header\n0 0 0\n"), ("mesh.txt", corners)):
+            with self.subTest(name):
+                with open(self.path(name), "w") as file:
+                    file.write(text)
+                done = run("simplify", self.path(name), self.path("out.ply"), "--triangles", 1)
+                self.assert_refused(done, [1], name)
+        done = run("simplify", self.path("absent.obj"), self.path("out.ply"), "--triangles", 1)
+        self.assert_refused(done, [1], "absent.obj")
+        self.assertFalse(os.path.exists(self.path("out.ply")))
+        done = run("simplify", self.bumps(), self.path("no_folder/o.ply"), "--triangles", 1)
+        self.assert_refused(done, [1], "no_folder/o.ply")
+
+    def test_real_models(self):
+        names = [os.path.join(DATA, "models", name) for name in ("fcl_env.obj", "fcl_rob.obj")]
+        names = [name for name in names if os.path.exists(name)]
+        if not names:
+            self.skipTest("the real models are not there")
+        for name in names + [os.path.join(ROOT, "tools", "data", "boulder.obj")]:
+            with self.subTest(name):
+                count = self.simplify(name, "out.obj", "--error", 0)["input_triangles"]
+                summary = self.simplify(name, "out.obj", "--triangles", count // 2)
+                self.check_error(name, self.path("out.obj"), summary["error_m"])
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: MIT
+#include "mesh/mesh_file.h"
+#include "scene/mesh/mesh_reader.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <random>
+#include <string>
+
+namespace terrane::tools {
+namespace {
+
+const std::string kStlText =
+    "solid s\n"
+    "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 2 3\nendloop\nendfacet\n"
+    "facet normal 0 0 1\nouter loop\nvertex 1 0 0\nvertex 1 2 3\nvertex 0 2 3\nendloop\nendfacet\n"
+    "endsolid s\n";
+
+std::string glb_of_two_triangles() {
+    const std::string path =
+        (std::filesystem::path(testing::TempDir()) / "terrane_assimp_reader.glb").string();
+    IndexedMesh mesh;
+    mesh.vertices_world = {{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, {0.0, 2.0, 3.0}, {1.0, 2.0, 3.0}};
+    mesh.triangles = {{0, 1, 2}, {1, 3, 2}};
+    EXPECT_TRUE(write_mesh(mesh, MeshFormat::glb, path));
+    std::ifstream file(path, std::ios::binary);
+    std::string bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+    std::filesystem::remove(path);
+    return bytes;
+}
+
+TEST(AssimpReader, GlbHasZUpAndTheTranslationOfItsNode) {
+    const Result<TriangleMesh> mesh = parse_with_assimp(glb_of_two_triangles(), "glb");
+    ASSERT_TRUE(mesh) << mesh.error().message;
+    ASSERT_EQ(mesh->triangles.size(), 2u);
+    const std::array<Eigen::Vector3d, 3> expected{
+        {{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, {0.0, 2.0, 3.0}}};
+    for (std::size_t i = 0; i < 3; ++i) {
+        EXPECT_EQ(mesh->positions[mesh->triangles[0][i]], expected[i]);
+    }
+}
+
+TEST(AssimpReader, StlKeepsItsAxes) {
+    const Result<TriangleMesh> mesh = parse_with_assimp(kStlText, "stl");
+    ASSERT_TRUE(mesh) << mesh.error().message;
+    ASSERT_EQ(mesh->triangles.size(), 2u);
+    EXPECT_EQ(mesh->positions[mesh->triangles[0][2]], Eigen::Vector3d(0.0, 2.0, 3.0));
+}
+
+TEST(AssimpReader, ForeignAndEmptyBytesAreRefused) {
+    for (const char* ending : {"glb", "gltf", "stl", "dae"}) {
+        for (const char* bytes : {"", "v 0 0 0\n", "{}", "glTF"}) {
+            const Result<TriangleMesh> mesh = parse_with_assimp(bytes, ending);
+            EXPECT_TRUE(!mesh || mesh->triangles.empty()) << ending << ": " << bytes;
+        }
+    }
+}
+
+TEST(AssimpReader, ChangedAndTruncatedFilesNeverThrow) {
+    constexpr unsigned kSeed = 20240611;
+    std::mt19937 random(kSeed);
+    const std::string glb = glb_of_two_triangles();
+    for (const auto& [ending, whole] :
+         {std::pair<std::string, std::string>{"glb", glb}, {"stl", kStlText}}) {
+        for (int round = 0; round < 400; ++round) {
+            SCOPED_TRACE(testing::Message() << ending << " round " << round << " seed " << kSeed);
+            std::string bytes = whole;
+            if (round % 4 == 0) bytes.resize(random() % bytes.size());
+            for (unsigned flips = 1 + random() % 4; !bytes.empty() && flips > 0; --flips) {
+                bytes[random() % bytes.size()] = static_cast<char>(random() & 0xffu);
+            }
+            const Result<TriangleMesh> mesh = parse_with_assimp(bytes, ending);
+            if (!mesh) continue;
+            for (const auto& triangle : mesh->triangles) {
+                EXPECT_LT(std::ranges::max(triangle), mesh->positions.size());
+            }
+        }
+    }
+}
+
+}  // namespace
+}  // namespace terrane::tools
