@@ -6,6 +6,7 @@
 #include "draw/solid_draws.h"
 #include "gl/framebuffer.h"
 #include "gl/gl_error.h"
+#include "gl/gpu_timer.h"
 #include "gl/shader.h"
 #include "light/ground_shade.h"
 #include "objects/scene_objects.h"
@@ -72,6 +73,12 @@ Result<void> check(const TerrainMesh& mesh, const View& view, const Framebuffer&
     return {};
 }
 
+bool is_software(const std::string& renderer_name) {
+    return renderer_name.find("llvmpipe") != std::string::npos ||
+           renderer_name.find("softpipe") != std::string::npos ||
+           renderer_name.find("SwiftShader") != std::string::npos;
+}
+
 Result<ObjectProgram> make_object_program() {
     Result<GlProgram> made = make_program("objects", object_vert, object_frag);
     if (!made) return tl::unexpected(made.error());
@@ -100,6 +107,7 @@ struct TerrainRenderer::State {
     GroundDraws draws;
     SolidDraws solids;
     SceneObjects scene;
+    std::optional<GpuTimer> timer;  // none of software rasterisers
     DrawCounts counts;
 
     State(Framebuffer target, GroundShade made)
@@ -216,6 +224,7 @@ Result<TerrainRenderer> TerrainRenderer::create(EglContext& context, int width_p
     auto state = std::make_unique<State>(std::move(*picture), std::move(*shade));
     state->context = context.keep_alive();
     state->settings = settings;
+    if (!is_software(context.renderer_name())) state->timer.emplace();
     if (const Result<void> made = state->make_programs(); !made) {
         return tl::unexpected(made.error());
     }
@@ -239,7 +248,10 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
         eye = *made;
     }
     if (const Result<void> ready = state.scene.prepare(scene, view); !ready) return ready;
-    if (const Result<void> ready = state.draws.prepare(mesh, view, eye); !ready) return ready;
+    const GroundCulling culling =
+        state.settings.wireframe ? GroundCulling::none : GroundCulling::view;
+    if (const Result<void> ready = state.draws.prepare(mesh, view, eye, culling); !ready)
+        return ready;
     if (mesh.resident != nullptr) {
         const Result<void> lit = state.shade.prepare(mesh.resident, view, eye);
         if (!lit) return lit;
@@ -252,6 +264,7 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
     glNamedBufferSubData(state.frame_uniforms.name(), 0, sizeof(uniforms), &uniforms);
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, state.frame_uniforms.name());
 
+    if (state.timer) state.timer->begin();
     glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
     glEnable(GL_DEPTH_TEST);
     glDepthFunc(GL_GEQUAL);
@@ -274,11 +287,13 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
     state.scene.finish();
     state.draws.finish();
     state.shade.draw(state.picture, has_overlay);
+    if (state.timer) state.timer->end();
     if (mesh.resident != nullptr) state.shade.finish();
     state.counts = {.chunks_drawn = state.draws.drawn_count(),
                     .chunks_culled = state.draws.culled_count(),
                     .objects_drawn = objects.size() + state.scene.object_count(),
-                    .triangles = state.scene.triangle_count()};
+                    .triangles = state.scene.triangle_count(),
+                    .gpu_ms = state.timer ? state.timer->last_ms() : std::nullopt};
     return check_gl("draw the terrain");
 }
 

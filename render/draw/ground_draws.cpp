@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <limits>
 #include <string>
 
 namespace terrane::internal {
@@ -55,6 +54,22 @@ bool is_in_view(const Lattice& lattice, const Chunk& chunk, double low, double h
     return volume.meets(box);
 }
 
+// Whether the view can show a point of the chunk's triangles. Offsets are read only where the samples are out of view.
+bool is_in_view(const TerrainMesh& mesh, const MeshChunk& chunk, const ViewVolume& volume) {
+    const Lattice& lattice = mesh.resident->lattice();
+    const double low = lattice.quantum * static_cast<double>(chunk.chunk->low);
+    const double high = lattice.quantum * static_cast<double>(chunk.chunk->high);
+    if (is_in_view(lattice, *chunk.chunk, low, high, volume)) return true;
+    if (chunk.offsets == nullptr) return false;
+    float least = 0.0f, most = 0.0f;
+    for (const std::uint16_t sample : mesh.indices.subspan(chunk.first_index, chunk.index_count)) {
+        least = std::min(least, chunk.offsets[sample]);
+        most = std::max(most, chunk.offsets[sample]);
+    }
+    return is_in_view(lattice, *chunk.chunk, low + static_cast<double>(least),
+                      high + static_cast<double>(most), volume);
+}
+
 GlVertexArray make_layout() {
     GlVertexArray layout = make_vertex_array();
     const GLuint name = layout.name();
@@ -78,30 +93,21 @@ void GroundDraws::follow(const TerrainMesh& mesh) {
     if (followed_.lock() == mesh.resident) return;
     pool_.follow(*mesh.resident);
     followed_ = mesh.resident;
-    std::int32_t low = std::numeric_limits<std::int32_t>::max();
-    std::int32_t high = std::numeric_limits<std::int32_t>::min();
-    for (const ResidentChunk& chunk : mesh.resident->chunks()) {
-        low = std::min(low, chunk->low);
-        high = std::max(high, chunk->high);
-    }
-    const double quantum = mesh.resident->lattice().quantum;
-    low_ = quantum * static_cast<double>(low);
-    high_ = quantum * static_cast<double>(high);
 }
 
 // Collects the draws of the mesh that are in view, nearest first, and uploads new chunks.
-Result<void> GroundDraws::collect(const TerrainMesh& mesh, const View& view) {
+Result<void> GroundDraws::collect(const TerrainMesh& mesh, const View& view,
+                                  GroundCulling culling) {
     draws_.clear();
     culled_count_ = 0;
     if (mesh.resident == nullptr) return {};
     follow(mesh);
-    const Lattice& lattice = mesh.resident->lattice();
     const ViewVolume volume(view);
     // the mesh is ordered from coarse to fine; near ground is drawn first for early depth rejection
     for (std::size_t i = mesh.chunks.size(); i-- > 0;) {
         const MeshChunk& chunk = mesh.chunks[i];
         if (chunk.index_count == 0) continue;
-        if (!is_in_view(lattice, *chunk.chunk, low_, high_, volume)) {
+        if (culling == GroundCulling::view && !is_in_view(mesh, chunk, volume)) {
             ++culled_count_;
             continue;
         }
@@ -159,8 +165,9 @@ void GroundDraws::write(const TerrainMesh& mesh, const EyeFrame& eye, std::byte*
     }
 }
 
-Result<void> GroundDraws::prepare(const TerrainMesh& mesh, const View& view, const EyeFrame& eye) {
-    if (const Result<void> collected = collect(mesh, view); !collected) return collected;
+Result<void> GroundDraws::prepare(const TerrainMesh& mesh, const View& view, const EyeFrame& eye,
+                                  GroundCulling culling) {
+    if (const Result<void> collected = collect(mesh, view, culling); !collected) return collected;
     batches_.clear();
     if (draws_.empty()) return {};
     layout_ = lay_out(mesh);

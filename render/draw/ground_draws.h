@@ -24,6 +24,12 @@ struct ChunkAttributes {
 };
 static_assert(sizeof(ChunkAttributes) == 32);
 
+/// Which chunks of a mesh are submitted.
+enum class GroundCulling : std::uint8_t {
+    view,  ///< those that the view can show: pictures of triangles do not change
+    none,  ///< all: lines are a pixel wide, and reach into the picture from chunks beyond its edge
+};
+
 /// Uploads and draws a mesh, with one multi-draw command for all chunks of a page.
 ///
 /// Heights stay in a ChunkPool; indices, offsets and chunk attributes are streamed. Chunks are drawn from the finest
@@ -33,12 +39,13 @@ public:
     /// @param max_page_slots see ChunkPool
     explicit GroundDraws(int max_page_slots = ChunkPool::largest_page());
 
-    /// Uploads a mesh for draw(), which must not be called after a failure. Chunks that are out of view are left out:
-    /// displayed heights are means of samples, so that a chunk is within the heights of all resident ones.
+    /// Uploads a mesh for draw(), which must not be called after a failure. Chunks whose box (their square, their
+    /// heights and offsets) is out of view are left out.
     ///
     /// Fails with invalid_argument where the mesh draws a chunk that is not in its resident set, device_unavailable
     /// where the device is out of memory.
-    Result<void> prepare(const TerrainMesh& mesh, const View& view, const EyeFrame& eye);
+    Result<void> prepare(const TerrainMesh& mesh, const View& view, const EyeFrame& eye,
+                         GroundCulling culling = GroundCulling::view);
 
     /// Draws the mesh with the current program. Binds the offsets to storage block 0.
     void draw() const;
@@ -70,7 +77,7 @@ private:
     };
 
     void follow(const TerrainMesh& mesh);
-    Result<void> collect(const TerrainMesh& mesh, const View& view);
+    Result<void> collect(const TerrainMesh& mesh, const View& view, GroundCulling culling);
     Layout lay_out(const TerrainMesh& mesh) const;
     void write(const TerrainMesh& mesh, const EyeFrame& eye, std::byte* memory);
 
@@ -78,7 +85,6 @@ private:
     StreamBuffer stream_;
     GlVertexArray vertices_;
     std::weak_ptr<const ResidentSet> followed_;
-    double low_ = 0.0, high_ = 0.0;  // of the samples of the followed set, metres
     std::size_t culled_count_ = 0;
     std::vector<ChunkDraw> draws_;
     std::vector<Batch> batches_;

@@ -30,8 +30,9 @@ public:
 
     /// Checks a frame's draws, and uploads what changes from frame to frame.
     ///
-    /// Fails: invalid_argument, naming what it is, for a mesh, level, impostor or range of instances that does not
-    ///        exist, or streamed positions or triangles that do not fit the mesh; device_unavailable where OpenGL fails
+    /// Fails: invalid_argument, naming what it is, for a number that is not finite, a scale or radius that is not above
+    ///        0, a coverage beyond -1 to 1, a mesh, level, impostor or range of instances that does not exist, or
+    ///        streamed positions or triangles that do not fit the mesh; device_unavailable where OpenGL fails
     Result<void> prepare(const SceneDraws& draws, const View& view);
     bool is_empty() const {
         return solid_.empty() && impostor_draws_.empty() && particle_count_ == 0;

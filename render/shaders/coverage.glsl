@@ -11,15 +11,27 @@ float dither(ivec2 pixel) {
     return (float(rank) + 0.5) / 64.0;
 }
 
-// coverage: see ObjectInstance. opacity: 0 to 1, with thresholds of its own.
+// The limit of a coverage, 0 to 1. c - 1 is rounded, and so is its sum with 1: c is rounded alike, so that c and c - 1
+// have the same limit.
+float limit_of(float coverage) {
+    precise float below_one = coverage > 0.0 ? coverage - 1.0 : coverage;
+    precise float limit = below_one + 1.0;
+    return limit;
+}
+
+// coverage: see ObjectInstance. opacity: 0 to 1, rounded to samples, so that outlines are as smooth as those of
+// triangles; below one sample dithered, so that thin things are not lost.
 int covered_samples(float coverage, float opacity) {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     float first = dither(pixel), other = dither(pixel + ivec2(3, 5));
+    float limit = coverage == 0.0 ? 0.0 : limit_of(coverage);
     int mask = 0;
     for (int i = 0; i < SAMPLES; ++i) {
         float threshold = (float(i) + first) / float(SAMPLES);
-        bool is_covered = coverage > 0.0 ? threshold < coverage : threshold >= 1.0 + coverage;
-        bool is_opaque = (float(SAMPLES - 1 - i) + other) / float(SAMPLES) < opacity;
+        bool is_covered = coverage < 0.0 ? threshold >= limit : threshold < limit;
+        int rank = SAMPLES - 1 - i;
+        float level = rank > 0 ? 0.5 : other;
+        bool is_opaque = (float(rank) + level) / float(SAMPLES) < opacity;
         if (is_covered && is_opaque) mask |= 1 << i;
     }
     return mask;

@@ -4,7 +4,7 @@
 #if SAMPLES > 1
 layout(binding = 2) uniform sampler2DMS depths;
 #else
-layout(binding = 2) uniform sampler2D depths;
+layout(binding = 2) uniform sampler2D depths;  // i of texelFetch is its level 0
 #endif
 
 in vec3 p_eye;
@@ -19,11 +19,15 @@ void main() {
     if (squared >= 1.0) discard;
     float bulge = sqrt(1.0 - squared);
     float distance = dot(p_eye, frame.forward.xyz);
-    float depth = texelFetch(depths, ivec2(gl_FragCoord.xy), 0).x;
-    // of what is behind, along the view's direction; nothing is: far away
-    float behind = depth > 0.0 ? frame.near.x / depth : 1e30;
     float nearness = clamp((distance - frame.near.x) / radius, 0.0, 1.0);
-    float softness = clamp((behind - distance) / radius + 0.5 * bulge, 0.0, 1.0);
+    // the mean of the samples, so that the edges of what hides it are smooth
+    float softness = 0.0;
+    for (int i = 0; i < SAMPLES; ++i) {
+        float depth = texelFetch(depths, ivec2(gl_FragCoord.xy), i).x;
+        // of what is behind, along the view's direction; nothing is: far away
+        float behind = depth > 0.0 ? frame.near.x / depth : 1e30;
+        softness += clamp((behind - distance) / radius + 0.5 * bulge, 0.0, 1.0) / float(SAMPLES);
+    }
     float opacity = colour_of.a * bulge * bulge * nearness * softness;
     vec3 towards = -normalize(p_eye);
     vec3 normal = normalize(towards * bulge + frame.up.xyz / length(frame.up.xyz) * at.y +

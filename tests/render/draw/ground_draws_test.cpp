@@ -291,5 +291,61 @@ TEST_F(GroundDrawsTest, PagesOfOneSlotDrawTheSamePositionsAndPicture) {
     EXPECT_TRUE(check_gl("draw pages"));
 }
 
+TEST_F(GroundDrawsTest, ChunksOutOfViewDoNotChangeThePicture) {
+    Scene scene = make_scene();
+    add_offsets(scene);
+    // a root far above its samples: only its offsets are in view of who looks along at 300 m
+    for (MeshChunk& chunk : scene.chunks) {
+        if (chunk.chunk->key != ChunkKey{0, 0, 0}) continue;
+        scene.offsets.emplace_back(std::size_t{kChunkSamples} * kChunkSamples, 300.0f);
+        chunk.offsets = scene.offsets.back().data();
+    }
+    std::vector<View> views{view_from({-300.0, 60.0, 300.0}, {0.0, 60.0, 300.0})};
+    views.back().vertical_fov = 0.3;
+    for (int i = 0; i < 16; ++i) {
+        const WorldPos eye(150.0 + 14.0 * i, 130.0 - 20.0 * (i % 3), 30.0 + 4.0 * i);
+        views.push_back(
+            view_from(eye, eye + Eigen::Vector3d(std::cos(0.41 * i), std::sin(0.41 * i), -0.3)));
+        views.back().vertical_fov = 0.3;
+    }
+    const Lattice& lattice = scene.resident->lattice();
+    const GlProgram program = *make_program("the terrain", terrain_vert, depth_frag);
+    GroundShade shade = std::move(*GroundShade::create(picture_->sample_count()));
+    std::size_t culled = 0;
+    for (std::size_t i = 0; i < views.size(); ++i) {
+        const EyeFrame eye = *make_eye_frame(lattice, views[i].eye_world);
+        const GlBuffer uniforms = bind_uniforms(lattice, views[i], eye);
+        ASSERT_TRUE(shade.prepare(scene.resident, views[i], eye));
+        std::vector<Image> images;
+        for (const GroundCulling culling : {GroundCulling::none, GroundCulling::view}) {
+            GroundDraws draws;
+            ASSERT_TRUE(draws.prepare(scene.mesh(), views[i], eye, culling));
+            EXPECT_EQ(draws.drawn_count() + draws.culled_count(), scene.chunks.size());
+            if (culling == GroundCulling::none) {
+                EXPECT_EQ(draws.culled_count(), 0u);
+            }
+            culled += draws.culled_count();
+            if (i == 0) {
+                EXPECT_GE(draws.drawn_count(), 1u);
+            }
+            picture_->bind_depth();
+            glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
+            glEnable(GL_DEPTH_TEST);
+            glDepthFunc(GL_GEQUAL);
+            glClearDepth(0.0);
+            glClear(GL_DEPTH_BUFFER_BIT);
+            glUseProgram(program.name());
+            draws.draw();
+            draws.finish();
+            shade.draw(*picture_, false);
+            images.push_back(picture_->read());
+        }
+        shade.finish();
+        EXPECT_EQ(test::count_different(images[0], images[1]), 0) << "view " << i;
+    }
+    EXPECT_GT(culled, views.size());
+    EXPECT_TRUE(check_gl("draw without chunks out of view"));
+}
+
 }  // namespace ground_draws_test
 }  // namespace terrane::internal

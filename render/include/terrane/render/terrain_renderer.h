@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 
 namespace terrane {
@@ -56,6 +57,9 @@ struct DrawCounts {
     std::size_t objects_drawn = 0;  ///< instances, streamed objects and DrawnObject
     std::size_t triangles =
         0;  ///< of scene objects and particles; those of the ground are the mesh's
+    /// Milliseconds that the device took for the last draw() whose time it has reported, at most 3 calls ago; none
+    /// before, and of software rasterisers, whose timers do not measure it.
+    std::optional<double> gpu_ms;
 };
 
 /// Draws meshes of a Triangulator off screen.
@@ -89,7 +93,7 @@ public:
     ///
     /// @param objects simple solids
     /// @param scene   objects of a scene, by ids of this renderer; also fails with invalid_argument for a mesh, level,
-    ///                impostor or range that does not exist
+    ///                impostor or range that does not exist, and for numbers that are not finite or out of range
     Result<void> draw(const TerrainMesh& mesh, const View& view,
                       std::span<const DrawnObject> objects = {}, const SceneDraws& scene = {});
 
