@@ -19,7 +19,7 @@ struct DropLayout {
     DropShape shape = DropShape::sphere;
     double scale =
         1.0;  ///< of all lengths: shapes, distances of the starts, heights above the ground
-    std::optional<Shape> file_shape;  ///< of a mesh file, scaled already
+    std::optional<Shape> file_shape = {};  ///< of a mesh file, scaled already
     std::size_t count = 1000;
     double speed = 0.0;  ///< downward at the start, m/s
     double spin = 0.0;   ///< rad/s, about a random axis of each body

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Source: D. Luebke et al. Level of Detail for 3D Graphics. 2003, sections 4.1 to 4.4 (switches by distance and by error,
-//         hysteresis, fades).
+// Source: D. Luebke et al. Level of Detail for 3D Graphics. 2003, sections 4.1 to 4.4 (switches by distance and by
+//         error, hysteresis, fades).
 #include "graph/level_switch.h"
 
 #include "levels/log_scale.h"

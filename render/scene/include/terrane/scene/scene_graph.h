@@ -44,7 +44,8 @@ struct SwitchNode {
     /// [levels] where level i gives way to level i + 1; the last one is where nothing is drawn, infinity: never. Not
     /// decreasing, above 0.
     std::vector<double> limits;
-    /// A level is kept until the limit is passed by this ratio, 1 to 2: what lies near a limit does not change to and fro.
+    /// A level is kept until the limit is passed by this ratio, 1 to 2: what lies near a limit does not change to and
+    /// fro.
     double hysteresis = 1.0;
     /// Levels fade into each other while the limit is passed by up to this ratio, 1 to 2; 1: at once. Not together with
     /// hysteresis.
@@ -77,8 +78,8 @@ using NodeContent = std::variant<GroupNode, GeometryNode, SwitchNode, BillboardN
 
 /// Where a node stands in its parent's frame.
 struct NodePlace {
-    Pose parent_from_node;
-    double scale = 1.0;  ///< 1e-6 to 1e6
+    Pose parent_from_node;  ///< rotation and position
+    double scale = 1.0;     ///< 1e-6 to 1e6
 };
 
 /// What a frame of a graph holds.
@@ -88,8 +89,8 @@ struct GraphCounts {
     std::size_t triangles = 0;  ///< of geometry and particles
 };
 
-/// A tree of nodes with transforms: vehicles of parts, smoke over a chimney, whatever is not strewn by the thousand (see
-/// Scene for that). Bounds follow what changes below a node, and culling follows the bounds down the tree.
+/// A tree of nodes with transforms: vehicles of parts, smoke over a chimney, whatever is not strewn by the thousand
+/// (see Scene for that). Bounds follow what changes below a node, and culling follows the bounds down the tree.
 ///
 /// Threads: one at a time
 class SceneGraph {
@@ -104,8 +105,8 @@ public:
 
     /// Adds a node as the last child of another.
     ///
-    /// Fails: invalid_argument, naming the value, for a parent that does not exist, a place that is not finite or out of
-    ///        range, or content out of range: bounds, limits, ratios, discs
+    /// Fails: invalid_argument, naming the value, for a parent that does not exist, a place that is not finite or out
+    ///        of range, or content out of range: bounds, limits, ratios, discs
     Result<NodeId> add(NodeId parent, const NodePlace& place, NodeContent content);
     /// Removes a node and all below it. The root stays. Nothing where there is no such node.
     void remove(NodeId node);
