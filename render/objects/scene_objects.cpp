@@ -181,7 +181,10 @@ Result<void> SceneObjects::add_streamed(const SceneDraws& draws, const StreamedD
 
 // Instances are first, so that the first_instance of a draw is valid in the buffer.
 Result<void> SceneObjects::upload(const SceneDraws& draws) {
-    particle_byte_ = aligned(draws.instances.size_bytes());
+    billboard_byte_ = aligned(draws.instances.size_bytes());
+    billboard_count_ = 0;
+    for (const BillboardDraw& draw : impostor_draws_) billboard_count_ += draw.instance_count;
+    particle_byte_ = aligned(billboard_byte_ + billboard_count_ * sizeof(ObjectInstance));
     std::size_t end = aligned(particle_byte_ + draws.particles.size_bytes());
     const std::size_t first_streamed = solid_.size() - streamed_.size();
     for (std::size_t i = 0; i < streamed_.size(); ++i) {
@@ -203,7 +206,7 @@ Result<void> SceneObjects::upload(const SceneDraws& draws) {
         if (bytes > 0) std::memcpy(memory + byte, data, bytes);
     };
     copy(0, draws.instances.data(), draws.instances.size_bytes());
-    sort_billboards(draws, memory);
+    sort_billboards(draws, memory + billboard_byte_);
     copy(particle_byte_, draws.particles.data(), draws.particles.size_bytes());
     std::vector<ObjectVertex> moved;
     for (std::size_t i = 0; i < streamed_.size(); ++i) {
@@ -220,14 +223,15 @@ Result<void> SceneObjects::upload(const SceneDraws& draws) {
     return {};
 }
 
-// Writes the instances of impostors again, the small ones first.
+// Copies the instances of impostors to a place of their own, of each draw the small ones first.
 void SceneObjects::sort_billboards(const SceneDraws& draws, std::byte* memory) {
+    std::uint32_t copied = 0;
     for (BillboardDraw& draw : impostor_draws_) {
         // diameter over distance
         const double most = kSmallImpostor_px /
                             (2.0 * pixels_per_radian_ * static_cast<double>(draw.impostor->radius));
         const auto most_squared = static_cast<float>(most * most);
-        std::byte* const first = memory + draw.first_instance * sizeof(ObjectInstance);
+        std::byte* const first = memory + copied * sizeof(ObjectInstance);
         std::uint32_t small = 0, large = 0;
         for (const ObjectInstance& instance :
              draws.instances.subspan(draw.first_instance, draw.instance_count)) {
@@ -237,7 +241,9 @@ void SceneObjects::sort_billboards(const SceneDraws& draws, std::byte* memory) {
             const std::uint32_t place = is_small ? small++ : draw.instance_count - ++large;
             std::memcpy(first + place * sizeof(instance), &instance, sizeof(instance));
         }
+        draw.first_copy = copied;
         draw.small_count = small;
+        copied += draw.instance_count;
     }
 }
 
@@ -301,8 +307,9 @@ void SceneObjects::draw_solid() const {
 void SceneObjects::draw_billboards() const {
     if (impostor_draws_.empty()) return;
     glBindVertexArray(programs_->no_layout.name());
-    glBindBufferRange(GL_SHADER_STORAGE_BUFFER, 1, stream_.name(), 0,
-                      static_cast<GLsizeiptr>(particle_byte_));
+    glBindBufferRange(GL_SHADER_STORAGE_BUFFER, 1, stream_.name(),
+                      static_cast<GLintptr>(billboard_byte_),
+                      static_cast<GLsizeiptr>(billboard_count_ * sizeof(ObjectInstance)));
     const auto draw = [](const ImpostorProgram& program, const StoredImpostor& impostor,
                          std::uint32_t first, std::uint32_t count) {
         if (count == 0) return;
@@ -318,8 +325,8 @@ void SceneObjects::draw_billboards() const {
         glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(6 * count));
     };
     for (const BillboardDraw& each : impostor_draws_) {
-        draw(programs_->small_impostors, *each.impostor, each.first_instance, each.small_count);
-        draw(programs_->impostors, *each.impostor, each.first_instance + each.small_count,
+        draw(programs_->small_impostors, *each.impostor, each.first_copy, each.small_count);
+        draw(programs_->impostors, *each.impostor, each.first_copy + each.small_count,
              each.instance_count - each.small_count);
     }
 }

@@ -59,11 +59,11 @@ private:
         std::size_t vertex_byte = 0, index_byte = 0;
         std::uint32_t index_count = 0, first_instance = 0, instance_count = 0;
     };
-    // The billboards of an impostor: the small ones first, as they lie in the stream buffer.
+    // The billboards of an impostor, copied to a place of their own with the small ones first.
     struct BillboardDraw {
         const StoredImpostor* impostor = nullptr;
         std::uint32_t first_instance = 0, instance_count = 0;
-        std::uint32_t small_count = 0;
+        std::uint32_t first_copy = 0, small_count = 0;
     };
 
     Result<void> make_programs();
@@ -84,6 +84,7 @@ private:
     std::vector<SolidDraw> solid_;
     std::vector<BillboardDraw> impostor_draws_;
     std::vector<const StreamedDraw*> streamed_;  // of the last draws of solid_
+    std::size_t billboard_byte_ = 0, billboard_count_ = 0;
     std::size_t particle_byte_ = 0, particle_count_ = 0, stream_bytes_ = 0;
     std::size_t object_count_ = 0, triangle_count_ = 0;
 };

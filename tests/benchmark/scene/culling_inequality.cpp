@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The inequality of culling: does a cheaper, inexact test and the drawing of what it keeps cost less than an exact test and
-// the drawing of what is in view? From few objects to many, and from cheap ones to dear ones.
+// The inequality of culling: does a cheaper, inexact test and the drawing of what it keeps cost less than an exact
+// test and the drawing of what is in view? From few objects to many, and from cheap ones to dear ones.
 #include "scene/culling/random_views.h"
 
 #include <terrane/render/terrain_renderer.h>

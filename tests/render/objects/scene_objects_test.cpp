@@ -237,6 +237,30 @@ TEST_F(SceneObjectsTest, ImpostorsMeetTheGroundWhereTheirMeshesDo) {
     EXPECT_LT(off, columns / 10) << "columns whose line with the ground is more than 2 pixels off";
 }
 
+TEST_F(SceneObjectsTest, DrawsThatShareInstancesDrawEachOfThem) {
+    TerrainRenderer renderer = make();
+    const MeshId id = renderer.add_mesh(make_tree(8)).value();
+    const ImpostorId impostor = renderer.add_impostor(id).value();
+    const View view = view_of_tree(40.0);
+    // large and small billboards in turn
+    std::vector<ObjectInstance> instances;
+    for (int i = 0; i < 6; ++i) {
+        instances.push_back(instance_at(view, {i % 2 == 0 ? 0.0 : -250.0, 4.0 * i - 10.0, 0.0}));
+    }
+    const auto picture = [&](std::vector<ImpostorDraw> impostors, std::vector<MeshDraw> meshes) {
+        return draw(renderer, view,
+                    {.instances = instances, .meshes = meshes, .impostors = impostors});
+    };
+    const Image all = picture({{impostor, 0, 6}}, {});
+    EXPECT_EQ(count_different(all, picture({{impostor, 0, 4}, {impostor, 2, 4}}, {})), 0);
+    EXPECT_EQ(count_different(all, picture({{impostor, 3, 3}, {impostor, 0, 3}}, {})), 0);
+    // a mesh among them is not moved by their order
+    const Image meshes = picture({}, {{id, 0, 1, 1}});
+    const Image both = picture({{impostor, 1, 1}, {impostor, 0, 6}}, {{id, 0, 1, 1}});
+    EXPECT_EQ(count_different(both, picture({{impostor, 0, 6}}, {{id, 0, 1, 1}})), 0);
+    EXPECT_GT(count_different(meshes, both), 100);
+}
+
 TEST_F(SceneObjectsTest, SmokeHidesWhatIsBehindItAndFadesWhereItMeetsTheGround) {
     const test::Scene world = test::make_scene();
     TerrainRenderer renderer = make();
