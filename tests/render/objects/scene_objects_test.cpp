@@ -2,7 +2,6 @@
 #include "render/gl_test.h"
 #include "render/scene.h"
 #include "support/meshes/objects.h"
-#include "support/random.h"
 
 #include <terrane/render/terrain_renderer.h>
 
@@ -19,7 +18,6 @@ namespace scene_objects_test {
 using test::count_different;
 using test::make_rock;
 using test::make_tree;
-using test::Random;
 
 constexpr int kWidth = 320, kHeight = 240;
 
