@@ -14,6 +14,7 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <limits>
@@ -28,6 +29,7 @@ namespace {
 
 struct FlyOptions : FlightOptions {
     double start = 0.0;
+    double frame_ms = std::numeric_limits<double>::quiet_NaN();  // NaN: the budget is fixed
     // simulated storage; NaN: none
     double latency_ms = std::numeric_limits<double>::quiet_NaN();
     double bandwidth_mb = std::numeric_limits<double>::quiet_NaN();
@@ -74,6 +76,8 @@ Result<void> fly(const FlyOptions& options, const CameraPath& path, std::size_t 
             .trajectory = trajectory_ahead(std::span<const CameraMoment>(future), time, horizon)};
         const Result<void> added = output.add(maker.make(camera, {}, time), view);
         if (!added) return added;
+        const FrameRecord& record = output.frames().back();
+        maker.add_frame_time(record.update_ms + record.draw_ms.value_or(0.0), record.triangles);
         if (output.is_closed()) break;
     }
     return {};
@@ -84,7 +88,8 @@ CommandResult<void> run_fly(const FlyOptions& options, const CLI::App& command) 
     const CommandResult<void> no_idle_flags = refuse_idle_flags(
         command,
         {{{"--radius"}, options.policy == PagingChoice::distance, "goes with --policy distance"},
-         {{"--start-s"}, names_track_file(options.path), "goes with a track file as --path"}});
+         {{"--start-s"}, names_track_file(options.path), "goes with a track file as --path"},
+         {{"--frame-ms"}, options.has_pictures(), "goes with --png, --video or --window"}});
     if (!no_idle_flags) return no_idle_flags;
     const CommandResult<Terrain> terrain = open_terrain(options.terrain);
     if (!terrain) return pass_on(terrain.error());
@@ -108,6 +113,15 @@ CommandResult<void> run_fly(const FlyOptions& options, const CLI::App& command) 
     if (!output) return pass_on(output.error());
     if (const Result<void> added = output->add_objects(*terrain, *maker); !added)
         return pass_on(added.error());
+    if (!std::isnan(options.frame_ms)) {
+        const Result<FrameGovernor> governor =
+            FrameGovernor::create({.frame_ms = options.frame_ms,
+                                   .least_budget = std::min<std::size_t>(options.budget, 2000),
+                                   .most_budget = options.budget},
+                                  options.budget / 4);
+        if (!governor) return pass_on(governor.error());
+        maker->set_governor(*governor);
+    }
 
     if (const Result<void> flown =
             fly(options, *path, *frame_count, storage.get(), *maker, *output);
@@ -150,6 +164,11 @@ void add_fly_command(CLI::App& app, CommandContext& context) {
                  "Storage that takes so long to begin to answer, in real time: see --realtime");
     add_in_range(*fly, "--bandwidth-mb", options->bandwidth_mb, 0.001, 1e6,
                  "Storage of so many MB of 10^6 bytes a second, shared by the loader threads");
+    add_in_range(
+        *fly, "--frame-ms", options->frame_ms, 0.1, 1e5,
+        "Let the triangles follow the times of frames, update and drawing together, so that "
+        "they take this long, milliseconds; --budget is the most then. Frames depend on the "
+        "machine");
     fly->add_flag("--verify", options->verify,
                   "Measure each frame's error and movement by brute force: slow");
     fly->footer(

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <limits>
 #include <utility>
 
 namespace terrane::tools {
@@ -28,8 +29,24 @@ Result<FrameMaker> FrameMaker::create(std::shared_ptr<const HeightSource> source
     return maker;
 }
 
-std::span<const TriangleDemand> FrameMaker::begin_objects(const View& view) {
-    return objects_ ? objects_->begin_frame(view) : std::span<const TriangleDemand>();
+// The demands of objects, and the part of the triangulator's budget that the governor keeps free.
+std::span<const TriangleDemand> FrameMaker::begin_frame(const View& view) {
+    demands_.clear();
+    if (objects_) {
+        const std::span<const TriangleDemand> demands = objects_->begin_frame(view);
+        if (!governor_) return demands;
+        demands_.assign(demands.begin(), demands.end());
+    }
+    if (governor_) {
+        const std::size_t kept_free = budget_ - std::min(budget_, governor_->budget());
+        demands_.push_back(
+            {std::numeric_limits<double>::infinity(), static_cast<std::uint32_t>(kept_free)});
+    }
+    return demands_;
+}
+
+void FrameMaker::add_frame_time(double ms, std::size_t triangles) {
+    if (governor_) governor_->add_frame(ms, triangles);
 }
 
 void FrameMaker::load_until_stable(const View& view, std::span<const BodyNeed> bodies,
@@ -43,7 +60,7 @@ void FrameMaker::load_until_stable(const View& view, std::span<const BodyNeed> b
         const std::array cameras{CameraNeed{.view = view, .threshold_px = threshold_px_}};
         pager_.update(cameras, bodies, time);
         pager_.finish();
-        const TerrainMesh mesh = triangulator_.update(pager_.resident(), view, begin_objects(view));
+        const TerrainMesh mesh = triangulator_.update(pager_.resident(), view, begin_frame(view));
         const bool is_settled =
             mesh.threshold_px >= threshold_px_ && mesh.resident->epoch() == last_epoch;
         if (is_settled || pager_.stats().late_chunks > 0) return;
@@ -59,7 +76,7 @@ MadeFrame FrameMaker::make(CameraNeed camera, std::span<const BodyNeed> bodies, 
     camera.threshold_px = threshold_px_;
     const Clock::time_point start = Clock::now();
     pager_.update({&camera, 1}, bodies, time);
-    frame.mesh = triangulator_.update(pager_.resident(), view, begin_objects(view));
+    frame.mesh = triangulator_.update(pager_.resident(), view, begin_frame(view));
     if (objects_) frame.draws = objects_->end_frame(frame.mesh.others_threshold_px);
     const std::chrono::duration<double, std::milli> taken = Clock::now() - start;
     threshold_px_ = frame.mesh.threshold_px;
@@ -81,7 +98,7 @@ MadeFrame FrameMaker::make(CameraNeed camera, std::span<const BodyNeed> bodies, 
     for (const MeshSolid& solid : frame.mesh.solids) {
         record.solid_triangles += solid.triangle_count();
     }
-    record.budget = budget_;
+    record.budget = governor_ ? std::min(budget_, governor_->budget()) : budget_;
     record.error_px = frame.mesh.error_px;
     record.max_error_px = max_error_px_;
     record.threshold_px = frame.mesh.threshold_px;

@@ -5,12 +5,14 @@
 #include "frames/verify.h"
 #include "objects/object_field.h"
 
+#include <terrane/scene/frame_governor.h>
 #include <terrane/terrain/pager.h>
 #include <terrane/terrain/triangulator.h>
 
 #include <memory>
 #include <optional>
 #include <span>
+#include <vector>
 
 namespace terrane::tools {
 
@@ -40,6 +42,11 @@ public:
     /// Adds the objects of a scene, which share the budget of the ground from then on.
     void set_objects(std::unique_ptr<ObjectField> objects) { objects_ = std::move(objects); }
 
+    /// Lets the budget follow the times of frames, up to the triangulator's.
+    void set_governor(const FrameGovernor& governor) { governor_ = governor; }
+    /// What the last frame took, drawing included: for the governor.
+    void add_frame_time(double ms, std::size_t triangles);
+
     /// Blocks until everything that the first frame can use is resident, or the memory ceiling is reached. Starts with
     /// a coarse error threshold and halves it, so that a small triangle budget loads no chunks that it cannot draw.
     /// Returns early where is_interrupted().
@@ -59,12 +66,14 @@ public:
 
 private:
     FrameMaker(Pager pager, Triangulator triangulator);
-    std::span<const TriangleDemand> begin_objects(const View& view);
+    std::span<const TriangleDemand> begin_frame(const View& view);
 
     Pager pager_;
     Triangulator triangulator_;
     std::optional<Verifier> verifier_;
     std::unique_ptr<ObjectField> objects_;  // null: none
+    std::optional<FrameGovernor> governor_;
+    std::vector<TriangleDemand> demands_;  // scratch
     std::size_t budget_ = 0;
     double max_error_px_ = 1.0;
     double threshold_px_ = 1.0;

@@ -43,6 +43,18 @@ class Objects(Folder):
         self.assertGreater(small["objects_left_out_max"], large["objects_left_out_max"])
         self.assertLess(small["objects_drawn_max"], large["objects_drawn_max"])
 
+    def test_the_budget_follows_the_times_of_frames_up_to_its_limit(self):
+        forest = [{"scatter": {"mesh": PINE, "per_km2": 3000, "seed": 2}}]
+        slow, rows = self.fly(self.scene(forest), "--budget", 50000, "--png", "--frame-ms", 0.1)
+        self.assertEqual(slow["over_budget_frames"], 0)
+        self.assertEqual(rows["budget"][-1], 2000, "no frame is that fast")
+        fast, rows = self.fly(self.scene(forest), "--budget", 50000, "--png", "--frame-ms", 100000)
+        self.assertEqual(fast["over_budget_frames"], 0)
+        self.assertTrue((np.diff(rows["budget"]) >= 0).all(), "every frame is faster")
+        self.assertTrue((rows["draw_ms"] > 0).all())
+        done = run("fly", "--seed", 1, "--frame-ms", 10, "--seconds", 1)
+        self.assert_refused(done, [2], "--frame-ms", "--png")
+
     def test_the_same_flight_has_the_same_objects(self):
         scene = self.scene([{"scatter": {"mesh": PINE, "per_km2": 3000, "seed": 2}},
                             {"mesh": PINE, "position": [0, 30, 100], "scale": 3}])

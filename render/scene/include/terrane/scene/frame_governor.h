@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/terrain/result.h>
+
+#include <cstddef>
+
+namespace terrane {
+
+/// Settings of a FrameGovernor. Fixed once it is created.
+struct GovernorSettings {
+    double frame_ms = 16.0;               ///< time that a frame may take, milliseconds, > 0
+    std::size_t least_budget = 2'000;     ///< triangles, >= 1
+    std::size_t most_budget = 1'000'000;  ///< triangles, >= least_budget
+    double most_growth = 1.15;            ///< largest ratio of successive budgets, 1.01 to 4
+    double margin = 0.03;                 ///< share of the time that is left free, 0 to 0.5
+};
+
+/// Finds the largest triangle budget whose frames keep a time: least error for the time. It takes the cost of a frame
+/// for a constant and a part in proportion to the triangles, learns both from frames, and answers a budget for the next
+/// one. A frame that took too long lowers the budget at once; a larger budget comes in steps.
+///
+/// Pictures depend on times then: leave it out of replays.
+///
+/// Sources: T. Funkhouser, C. Sequin. Adaptive Display Algorithm for Interactive Frame Rates During Visualization of
+/// Complex Virtual Environments. SIGGRAPH 1993 (predicting the cost of a frame). K. Astrom, B. Wittenmark. Adaptive
+/// Control. 1995, section 2.2 (least squares with exponential forgetting).
+class FrameGovernor {
+public:
+    /// Fails: invalid_argument, naming the field and its value, for settings out of range
+    ///
+    /// @param first_budget of the first frame; moved into the range of the settings
+    static Result<FrameGovernor> create(const GovernorSettings& settings, std::size_t first_budget);
+
+    /// Triangles that the next frame may have.
+    std::size_t budget() const { return budget_; }
+
+    /// Learns from a frame. A time that is not finite or not above 0 is ignored.
+    ///
+    /// @param frame_ms  that the frame took, milliseconds
+    /// @param triangles that it drew
+    void add_frame(double frame_ms, std::size_t triangles);
+
+private:
+    explicit FrameGovernor(const GovernorSettings& settings) : settings_(settings) {}
+    void learn(double frame_ms, double triangles);
+
+    GovernorSettings settings_;
+    std::size_t budget_ = 0;
+    // Sums of past frames, each weighted less the older it is.
+    double weight_ = 0.0, n_ = 0.0, t_ = 0.0, nn_ = 0.0, nt_ = 0.0;
+    double constant_ms_ = 0.0, ms_per_triangle_ = 0.0;
+};
+
+}  // namespace terrane

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: MIT
+#include "support/random.h"
+
+#include <terrane/scene/frame_governor.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+namespace terrane::test::frame_governor {
+namespace {
+
+// The cost of a frame: a constant, a part in proportion, and noise.
+struct Model {
+    double constant_ms = 2.0, ms_per_triangle = 2e-5, noise = 0.03;
+    std::size_t needed = 10'000'000;  ///< triangles that the error target needs
+
+    std::size_t drawn(std::size_t budget) const { return std::min(budget, needed); }
+    double cost(std::size_t triangles, Random& random) const {
+        return (constant_ms + ms_per_triangle * static_cast<double>(triangles)) *
+               (1.0 + random.between(-noise, noise));
+    }
+};
+
+FrameGovernor make(const GovernorSettings& settings, std::size_t first) {
+    return FrameGovernor::create(settings, first).value();
+}
+
+TEST(FrameGovernor, SettlesWithinATenthOfItsTimeInThirtyFrames) {
+    for (std::uint64_t seed = 0; seed < 200; ++seed) {
+        SCOPED_TRACE(testing::Message() << "seed " << seed);
+        Random random(seed);
+        Model model;
+        model.constant_ms = random.between(0.0, 4.0);
+        model.ms_per_triangle = std::exp2(random.between(-17.0, -14.0));
+        FrameGovernor governor = make({.frame_ms = 16.0, .most_budget = 100'000'000}, 50'000);
+        double mean = 0.0;
+        for (int frame = 0; frame < 60; ++frame) {
+            const std::size_t triangles = model.drawn(governor.budget());
+            const double ms = model.cost(triangles, random);
+            governor.add_frame(ms, triangles);
+            if (frame < 30) continue;
+            ASSERT_LT(ms, 16.0 * 1.1) << "frame " << frame;
+            mean += ms / 30.0;
+        }
+        EXPECT_NEAR(mean, 16.0, 1.6);
+    }
+}
+
+TEST(FrameGovernor, ASuddenCrowdIsOverInFiveFrames) {
+    for (std::uint64_t seed = 0; seed < 200; ++seed) {
+        SCOPED_TRACE(testing::Message() << "seed " << seed);
+        Random random(seed);
+        Model model;
+        FrameGovernor governor = make({.frame_ms = 16.0, .most_budget = 100'000'000}, 50'000);
+        for (int frame = 0; frame < 60; ++frame) {
+            const std::size_t triangles = model.drawn(governor.budget());
+            governor.add_frame(model.cost(triangles, random), triangles);
+        }
+        // triangles cost up to five times as much from one frame to the next
+        model.ms_per_triangle *= random.between(1.5, 5.0);
+        int over = 0;
+        for (int frame = 0; frame < 40; ++frame) {
+            const std::size_t triangles = model.drawn(governor.budget());
+            const double ms = model.cost(triangles, random);
+            governor.add_frame(ms, triangles);
+            if (ms > 16.0 * 1.1) {
+                ++over;
+                ASSERT_LT(frame, 5) << "frame " << frame << " took " << ms;
+            }
+        }
+        EXPECT_GE(over, 1) << "the first frame of the crowd is too long whatever the governor does";
+    }
+}
+
+TEST(FrameGovernor, ABudgetThatIsNotNeededDoesNotGrowWithoutEnd) {
+    Random random(1);
+    Model model;
+    model.needed = 100'000;  // 4 ms
+    FrameGovernor governor = make({.frame_ms = 16.0, .most_budget = 100'000'000}, 50'000);
+    for (int frame = 0; frame < 300; ++frame) {
+        const std::size_t triangles = model.drawn(governor.budget());
+        governor.add_frame(model.cost(triangles, random), triangles);
+        ASSERT_LE(governor.budget(), 120'000u);
+    }
+    // when more is needed it comes, and is not too much
+    model.needed = 10'000'000;
+    for (int frame = 0; frame < 60; ++frame) {
+        const std::size_t triangles = model.drawn(governor.budget());
+        const double ms = model.cost(triangles, random);
+        governor.add_frame(ms, triangles);
+        ASSERT_LT(ms, 16.0 * 1.1);
+    }
+    EXPECT_GT(governor.budget(), 500'000u);
+}
+
+TEST(FrameGovernor, KeepsToItsRangeWhateverTheTimes) {
+    Random random(2);
+    FrameGovernor governor =
+        make({.frame_ms = 16.0, .least_budget = 5'000, .most_budget = 80'000}, 1'000'000);
+    EXPECT_EQ(governor.budget(), 80'000u);
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    for (int frame = 0; frame < 2000; ++frame) {
+        double ms = std::exp2(random.between(-20.0, 30.0));
+        if (random.below(10) == 0) ms = nan;
+        if (random.below(10) == 0) ms = -1.0;
+        if (random.below(10) == 0) ms = std::numeric_limits<double>::infinity();
+        governor.add_frame(ms, random.below(5) == 0 ? 0 : governor.budget());
+        ASSERT_GE(governor.budget(), 5'000u);
+        ASSERT_LE(governor.budget(), 80'000u);
+    }
+    // frames that cannot be kept go to the least budget
+    for (int frame = 0; frame < 50; ++frame) governor.add_frame(1e3, governor.budget());
+    EXPECT_EQ(governor.budget(), 5'000u);
+}
+
+TEST(FrameGovernor, RefusesSettingsOutOfRangeByTheirNames) {
+    const auto message = [](const GovernorSettings& settings) {
+        const auto made = FrameGovernor::create(settings, 1);
+        return made ? std::string() : made.error().message;
+    };
+    EXPECT_EQ(message({.frame_ms = 0.0}), "frame_ms must be 0.001 to 1e+06, got 0");
+    EXPECT_EQ(message({.least_budget = 0}), "least_budget must be 1 to 1000000000, got 0");
+    EXPECT_EQ(message({.least_budget = 9, .most_budget = 8}),
+              "most_budget must be 9 to 1000000000, got 8");
+    EXPECT_EQ(message({.most_growth = 1.0}), "most_growth must be 1.01 to 4, got 1");
+    EXPECT_EQ(message({.margin = std::nan("")}), "margin must be 0 to 0.5, got nan");
+}
+
+}  // namespace
+}  // namespace terrane::test::frame_governor
