@@ -114,7 +114,8 @@ double rough_volume(const std::vector<Eigen::Vector3d>& points) {
     if (points.size() < 4) return 0.0;
     std::vector<Eigen::Vector3d> extremes;
     for (int code = 0; code < 27; ++code) {
-        const Eigen::Vector3d direction(code % 3 - 1, code / 3 % 3 - 1, code / 9 - 1);
+        const int x = code % 3 - 1, y = code / 3 % 3 - 1, z = code / 9 - 1;
+        const Eigen::Vector3d direction(x, y, z);
         if (code == 13) continue;
         const Eigen::Vector3d* best = &points[0];
         double highest = -kInfinity;
