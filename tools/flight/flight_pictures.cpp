@@ -20,9 +20,9 @@ void fit_tints(const HeightSource& source, RendererSettings& settings) {
     const WorldRect& extent = source.extent();
     std::vector<double> heights;
     for (int i = 0; i < kProbes * kProbes; ++i) {
-        const double x = extent.west + (extent.east - extent.west) * (i % kProbes + 0.5) / kProbes;
-        const double y =
-            extent.south + (extent.north - extent.south) * (i / kProbes + 0.5) / kProbes;
+        const int column = i % kProbes, row = i / kProbes;
+        const double x = extent.west + (extent.east - extent.west) * (column + 0.5) / kProbes;
+        const double y = extent.south + (extent.north - extent.south) * (row + 0.5) / kProbes;
         const double height = source.height(x, y);
         if (std::isfinite(height)) heights.push_back(height);
     }

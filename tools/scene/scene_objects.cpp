@@ -26,7 +26,7 @@ struct ObjectReader {
     Parsed<std::size_t> read_mesh_of(const Json& object) {
         const auto found = object.find("mesh");
         if (found == object.end()) return wrong("mesh is missing");
-        if (!found->is_string() || *found == "") {
+        if (!found->is_string() || found->get_ref<const std::string&>().empty()) {
             return wrong("mesh must be a file, got " + shown(*found));
         }
         const std::string file =

@@ -20,7 +20,9 @@ std::string in_folder(const std::string& folder, const Json& file) {
     return (std::filesystem::path(folder) / file.get<std::string>()).string();
 }
 
-bool is_path(const Json& value) { return value.is_string() && value != ""; }
+bool is_path(const Json& value) {
+    return value.is_string() && !value.get_ref<const std::string&>().empty();
+}
 
 VolumeMesh mesh_of(const ConvexHull& hull) {
     VolumeMesh mesh;

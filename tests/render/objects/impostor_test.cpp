@@ -233,7 +233,8 @@ TEST_F(ImpostorTest, AForestThatFadesFromMeshesToImpostorsLooksLikeOneOfMeshes) 
     std::vector<ObjectInstance> all, near, far;
     for (int i = 0; i < 900; ++i) {
         const double x = 140.0 + 7.4 * (i % 30) + 3.0 * std::sin(12.9 * i);
-        const double y = 25.0 + 7.1 * (i / 30) + 3.0 * std::sin(78.2 * i);
+        const int row = i / 30;
+        const double y = 25.0 + 7.1 * row + 3.0 * std::sin(78.2 * i);
         ObjectInstance tree = instance_at(view, {x, y, world.height(x, y)});
         tree.scale = 0.8f + 0.2f * static_cast<float>(std::sin(3.7 * i));
         all.push_back(tree);

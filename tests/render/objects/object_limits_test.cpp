@@ -141,7 +141,8 @@ TEST_F(ObjectLimitsTest, TenThousandInstancesAreOneDrawAndLookAsOneAtATime) {
     const MeshId id = renderer.add_mesh(make_rock(0, 3)).value();
     std::vector<ObjectInstance> instances(10'000, instance_at_origin(view));
     for (std::size_t i = 0; i < instances.size(); ++i) {
-        instances[i].offset_eye[0] -= 0.5f * static_cast<float>(i / 100);
+        const auto row = i / 100;
+        instances[i].offset_eye[0] -= 0.5f * static_cast<float>(row);
         instances[i].offset_eye[1] += 0.5f * static_cast<float>(i % 100) - 25.0f;
     }
     const MeshDraw all = {id, 0, 0, 10'000};
