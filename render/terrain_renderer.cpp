@@ -73,12 +73,6 @@ Result<void> check(const TerrainMesh& mesh, const View& view, const Framebuffer&
     return {};
 }
 
-bool is_software(const std::string& renderer_name) {
-    return renderer_name.find("llvmpipe") != std::string::npos ||
-           renderer_name.find("softpipe") != std::string::npos ||
-           renderer_name.find("SwiftShader") != std::string::npos;
-}
-
 Result<ObjectProgram> make_object_program() {
     Result<GlProgram> made = make_program("objects", object_vert, object_frag);
     if (!made) return tl::unexpected(made.error());
@@ -224,7 +218,7 @@ Result<TerrainRenderer> TerrainRenderer::create(EglContext& context, int width_p
     auto state = std::make_unique<State>(std::move(*picture), std::move(*shade));
     state->context = context.keep_alive();
     state->settings = settings;
-    if (!is_software(context.renderer_name())) state->timer.emplace();
+    if (!context.is_software()) state->timer.emplace();
     if (const Result<void> made = state->make_programs(); !made) {
         return tl::unexpected(made.error());
     }

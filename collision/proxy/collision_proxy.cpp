@@ -23,7 +23,8 @@ using internal::SolidMesh;
 /// containment 1e-12 for each part left out.
 constexpr double kHullRounding = 2e-9;
 
-// How far vertices that a hull leaves out may be from it, of the error and of the shortest side of the hull's box.
+// Largest distance of omitted vertices from the reduced hull, relative to the error and to the shortest side of the
+// hull's box. The smaller one applies.
 constexpr double kReduced = 0.25;
 constexpr double kThinned = 0.05;
 

@@ -7,7 +7,7 @@
 
 namespace terrane::internal {
 
-/// How far a hull stands out of a solid.
+/// Bounds of the one-sided Hausdorff distance from a hull to a solid.
 struct HullDistance {
     double low = 0.0;  ///< distance of `place` to the solid, metres
     double high =

@@ -2,7 +2,8 @@
 //
 // Source:     Mamou, Ghorbel. A simple and efficient approach for 3D mesh approximate convex decomposition. ICIP 2009
 //             (parts are merged in the order of their cost).
-// Deviations: the cost is the added volume of hulls; what is allowed is decided by the certified distance.
+// Deviations: a merge costs the volume that the common hull adds; it is made where the certified distance of the common
+//             hull is within the error.
 #include "proxy/part_merge.h"
 
 #include "base/boxes.h"

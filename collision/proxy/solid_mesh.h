@@ -49,7 +49,7 @@ struct NearestTriangle {
     double distance = kInfinity;
 };
 
-/// Of equal distances the triangle of the smaller index.
+/// Among triangles of equal distance returns the one of the smallest index.
 NearestTriangle find_nearest(const SolidMesh& mesh, const Eigen::Vector3d& p);
 
 /// Whether the winding number of a closed mesh about a point is not 0. Either answer for points of the surface.

@@ -89,19 +89,16 @@ GlVertexArray make_layout() {
 
 GroundDraws::GroundDraws(int max_page_slots) : pool_(max_page_slots), vertices_(make_layout()) {}
 
-void GroundDraws::follow(const TerrainMesh& mesh) {
-    if (followed_.lock() == mesh.resident) return;
-    pool_.follow(*mesh.resident);
-    followed_ = mesh.resident;
-}
-
 // Collects the draws of the mesh that are in view, nearest first, and uploads new chunks.
 Result<void> GroundDraws::collect(const TerrainMesh& mesh, const View& view,
                                   GroundCulling culling) {
     draws_.clear();
     culled_count_ = 0;
     if (mesh.resident == nullptr) return {};
-    follow(mesh);
+    if (followed_.lock() != mesh.resident) {
+        pool_.follow(*mesh.resident);
+        followed_ = mesh.resident;
+    }
     const ViewVolume volume(view);
     // the mesh is ordered from coarse to fine; near ground is drawn first for early depth rejection
     for (std::size_t i = mesh.chunks.size(); i-- > 0;) {

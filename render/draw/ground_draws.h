@@ -76,7 +76,6 @@ private:
         std::size_t commands = 0, attributes = 0, offsets = 0, end = 0;
     };
 
-    void follow(const TerrainMesh& mesh);
     Result<void> collect(const TerrainMesh& mesh, const View& view, GroundCulling culling);
     Layout lay_out(const TerrainMesh& mesh) const;
     void write(const TerrainMesh& mesh, const EyeFrame& eye, std::byte* memory);

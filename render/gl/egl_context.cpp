@@ -7,6 +7,7 @@
 
 #include <epoxy/egl.h>
 
+#include <algorithm>
 #include <array>
 #include <sstream>
 #include <vector>
@@ -147,6 +148,13 @@ void EglContext::make_current() {
 }
 
 const std::string& EglContext::renderer_name() const { return state_->renderer_name; }
+
+bool EglContext::is_software() const {
+    constexpr std::array kNames = {"llvmpipe", "softpipe", "SwiftShader"};
+    return std::any_of(kNames.begin(), kNames.end(), [&](const char* name) {
+        return state_->renderer_name.find(name) != std::string::npos;
+    });
+}
 
 std::shared_ptr<const void> EglContext::keep_alive() const { return state_; }
 

@@ -29,7 +29,6 @@ struct StoredImpostor {
 ///
 /// Source: P. Maciel, P. Shirley. Visual Navigation of Large Environments Using Textured Clusters. I3D 1995
 ///         (impostors).
-
 class ImpostorStore {
 public:
     /// Fails: invalid_argument for settings out of range or a mesh without triangles; device_unavailable where OpenGL

@@ -17,7 +17,7 @@ struct ImpostorProgram {
 struct ObjectPrograms {
     GlProgram meshes, particles;
     ImpostorProgram impostors;        ///< blend views, and follow their depth
-    ImpostorProgram small_impostors;  ///< of few pixels: the nearest view, which costs a tenth
+    ImpostorProgram small_impostors;  ///< of few pixels: the nearest view alone
     GlVertexArray object_layout, no_layout;
 
     /// Fails: device_unavailable where a program is refused

@@ -201,7 +201,6 @@ Result<void> SceneObjects::upload(const SceneDraws& draws) {
         if (auto ok = check_gl(doing); !ok) return ok;
         return fail(ErrorCode::device_unavailable, "OpenGL cannot " + doing);
     }
-    stream_bytes_ = end;
     const auto copy = [&](std::size_t byte, const void* data, std::size_t bytes) {
         if (bytes > 0) std::memcpy(memory + byte, data, bytes);
     };

@@ -37,7 +37,6 @@ public:
     bool is_empty() const {
         return solid_.empty() && impostor_draws_.empty() && particle_count_ == 0;
     }
-    bool has_particles() const { return particle_count_ > 0; }
 
     /// Draws meshes and impostors into the bound target.
     void draw_solid() const;
@@ -85,7 +84,7 @@ private:
     std::vector<BillboardDraw> impostor_draws_;
     std::vector<const StreamedDraw*> streamed_;  // of the last draws of solid_
     std::size_t billboard_byte_ = 0, billboard_count_ = 0;
-    std::size_t particle_byte_ = 0, particle_count_ = 0, stream_bytes_ = 0;
+    std::size_t particle_byte_ = 0, particle_count_ = 0;
     std::size_t object_count_ = 0, triangle_count_ = 0;
 };
 

@@ -22,11 +22,6 @@ const float kTurn = 6.283185307179586;
 // Opacity below which a look-up describes no surface.
 const float kLeastOpacity = 1.0 / 64.0;
 
-vec3 turned(vec4 q, vec3 v) {
-    vec3 t = 2.0 * cross(q.xyz, v);
-    return v + q.w * t + cross(q.xyz, t);
-}
-
 void main() {
     vec3 along = p_object - eye_object;
     vec4 colour = vec4(0.0), shape = vec4(0.0);
@@ -61,8 +56,8 @@ void main() {
     }
     if (colour.a < kLeastOpacity) discard;
     keep_samples(covered_samples(share_of.x, colour.a));
-    vec3 normal = normalize(turned(rotation_of, 2.0 * shape.xyz / colour.a - 1.0));
-    vec3 p_eye = place_of.w * turned(rotation_of, along * (fraction / colour.a));
+    vec3 normal = normalize(rotated(rotation_of, 2.0 * shape.xyz / colour.a - 1.0));
+    vec3 p_eye = place_of.w * rotated(rotation_of, along * (fraction / colour.a));
     vec4 clip = frame.clip_from_eye * vec4(p_eye, 1.0);
     gl_FragDepth = clamp(clip.z / clip.w, 0.0, 1.0);
     vec3 root = colour.rgb / colour.a * pow(share_of.yzw, vec3(1.1));

@@ -24,17 +24,12 @@ const float kTurn = 6.283185307179586;
 // Mipmap bias: the average of the larger level blurs twice, as samples of the picture do.
 const float kSharper = 0.5;
 
-vec3 turned(vec4 q, vec3 v) {
-    vec3 t = 2.0 * cross(q.xyz, v);
-    return v + q.w * t + cross(q.xyz, t);
-}
-
 void main() {
     int instance = 3 * (first_instance + gl_VertexID / 6);
     vec4 place = instances[instance];         // xyz: origin from the eye, metres, w: scale
     vec4 rotation = instances[instance + 1];  // quaternion
     vec4 share = instances[instance + 2];     // x: coverage, yzw: tint
-    eye_object = turned(vec4(-rotation.xyz, rotation.w), -place.xyz) / place.w;
+    eye_object = rotated(vec4(-rotation.xyz, rotation.w), -place.xyz) / place.w;
     vec3 towards = normalize(eye_object - centre);
     float level = length(towards.xy);
     vec3 right = level > 1e-4 ? vec3(-towards.y, towards.x, 0.0) / level : vec3(0.0, 1.0, 0.0);
@@ -66,5 +61,5 @@ void main() {
     rotation_of = rotation;
     share_of = share;
     gl_Position =
-        frame.clip_from_eye * vec4(place.xyz + turned(rotation, place.w * p_object), 1.0);
+        frame.clip_from_eye * vec4(place.xyz + rotated(rotation, place.w * p_object), 1.0);
 }

@@ -12,14 +12,9 @@ out vec3 surface_normal;
 out vec3 surface_colour;
 flat out float coverage;
 
-vec3 turned(vec4 q, vec3 v) {
-    vec3 t = 2.0 * cross(q.xyz, v);
-    return v + q.w * t + cross(q.xyz, t);
-}
-
 void main() {
-    p_eye = place.xyz + turned(rotation, place.w * position);
-    surface_normal = turned(rotation, normal);
+    p_eye = place.xyz + rotated(rotation, place.w * position);
+    surface_normal = rotated(rotation, normal);
     surface_colour = colour.rgb * share.yzw;
     coverage = share.x;
     gl_Position = frame.clip_from_eye * vec4(p_eye, 1.0);

@@ -47,6 +47,12 @@ float lattice_rise(int height) {
     return metres;
 }
 
+// v rotated by a unit quaternion x, y, z, w.
+vec3 rotated(vec4 q, vec3 v) {
+    vec3 t = 2.0 * cross(q.xyz, v);
+    return v + q.w * t + cross(q.xyz, t);
+}
+
 const vec3 kSunLight = vec3(2.75, 2.40, 1.90);
 const vec3 kSkyLight = vec3(0.26, 0.35, 0.52);
 const vec3 kGroundLight = vec3(0.16, 0.14, 0.10);

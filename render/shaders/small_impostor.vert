@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A billboard of few pixels: shows the nearest view alone, as a flat picture that faces the eye. See impostor.vert.
-// What is the same for all of it, haze among that, is computed here.
+// Values that are constant over the billboard, such as haze, are computed here.
 layout(std430, binding = 1) readonly buffer Instances {
     vec4 instances[];  // three of each: see ObjectInstance
 };
@@ -21,18 +21,13 @@ flat out vec4 air;         // haze: rgb, and the share of the object's own colou
 const float kTurn = 6.283185307179586;
 const float kSharper = 0.5;
 
-vec3 turned(vec4 q, vec3 v) {
-    vec3 t = 2.0 * cross(q.xyz, v);
-    return v + q.w * t + cross(q.xyz, t);
-}
-
 void main() {
     int instance = 3 * (first_instance + gl_VertexID / 6);
     vec4 place = instances[instance];
     vec4 rotation = instances[instance + 1];
     vec4 share = instances[instance + 2];
     vec4 back = vec4(-rotation.xyz, rotation.w);
-    vec3 eye_object = turned(back, -place.xyz) / place.w;
+    vec3 eye_object = rotated(back, -place.xyz) / place.w;
     float distance = length(eye_object - centre);
     vec3 towards = (eye_object - centre) / distance;
     int around = int(round(atan(towards.y, towards.x) / kTurn * float(views.x)));
@@ -51,14 +46,14 @@ void main() {
     vec2 corner = corners[gl_VertexID % 6];
     at = 0.5 + 0.5 * corner;
     vec3 p_object = centre + right * (corner.x * size.x) + up * (corner.y * size.y);
-    vec3 p_eye = place.xyz + turned(rotation, place.w * p_object);
+    vec3 p_eye = place.xyz + rotated(rotation, place.w * p_object);
 
     float pixel = distance * frame.grid.w;
     layer = vec3(float(around + views.x * above),
                  max(log2(pixel * texels / (2.0 * sqrt(size.x * size.y))) - kSharper, 0.0), share.x);
     tint = pow(share.yzw, vec3(1.1));
-    sun_object = turned(back, frame.sun.xyz);
-    up_object = turned(back, vec3(0.0, 0.0, 1.0));
+    sun_object = rotated(back, frame.sun.xyz);
+    up_object = rotated(back, vec3(0.0, 0.0, 1.0));
     vec3 black = behind_air(vec3(0.0), place.xyz, length(place.xyz));
     float own = behind_air(vec3(1.0), place.xyz, length(place.xyz)).g - black.g;
     air = vec4(black, own);

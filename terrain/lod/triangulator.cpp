@@ -322,8 +322,10 @@ TerrainMesh Triangulator::update(std::shared_ptr<const ResidentSet> resident, co
                        state.settings.morph_ratio,
                        state.settings.triangle_budget - root_triangles(state.lattice));
     state.others.clear();
-    for (const TriangleDemand& demand : others)
-        state.others.push_back({screen.key_of(demand.threshold_px), demand.triangles});
+    for (const TriangleDemand& demand : others) {
+        const double threshold_px = demand.threshold_px > 0.0 ? demand.threshold_px : 0.0;
+        state.others.push_back({screen.key_of(threshold_px), demand.triangles});
+    }
     state.selection.set_others(state.others);
     state.select(*mesh.resident, screen);
     const Morph morph(state.settings.morph_ratio, state.threshold);

@@ -22,6 +22,7 @@ namespace {
 
 constexpr double kMostPerKm2 = 1e6;
 constexpr double kSquareMetresPerKm2 = 1e6;
+constexpr double kMostInCell = 4096.0;
 
 double squared_tangent_of(double slope) {
     if (slope >= 0.5 * std::numbers::pi) return internal::kInfinity;
@@ -84,6 +85,13 @@ Result<Scatter> Scatter::create(std::shared_ptr<const HeightSource> source,
         return fail(ErrorCode::invalid_argument, "per_km2 must be above 0 and at most 1e+06, got " +
                                                      number_text(settings.per_km2));
     }
+    const double spacing = source->lattice().spacing;
+    const double in_finest_cell = settings.per_km2 / kSquareMetresPerKm2 * spacing * spacing;
+    if (!(in_finest_cell <= kMostInCell)) {
+        return fail(ErrorCode::invalid_argument,
+                    "per_km2 must give at most 4096 objects in a cell of the finest spacing, " +
+                        number_text(spacing) + " m, got " + number_text(in_finest_cell));
+    }
     if (auto ok = check_range("min_slope", settings.min_slope, 0.0, kUpright); !ok)
         return tl::unexpected(ok.error());
     if (auto ok = check_range("max_slope", settings.max_slope, settings.min_slope, kUpright); !ok)
@@ -116,7 +124,7 @@ Scatter::Scatter(std::shared_ptr<const HeightSource> source, const ScatterSettin
         cell_step_ *= 2;
         expected *= 4.0;
     }
-    per_cell_ = std::max(1, static_cast<int>(std::min(std::ceil(expected), 1e6)));
+    per_cell_ = std::max(1, static_cast<int>(std::ceil(expected)));
     probability_ = expected / static_cast<double>(per_cell_);
 }
 
@@ -137,6 +145,17 @@ WorldRect Scatter::rect_of(const ScatterSquare& square) const {
     return {lattice.x(square.x * side), lattice.y(square.y * side),
             lattice.x((std::int64_t{square.x} + 1) * side),
             lattice.y((std::int64_t{square.y} + 1) * side)};
+}
+
+std::optional<ScatterRange> Scatter::squares_within(const WorldPos& p_world,
+                                                    double distance) const {
+    const WorldRect& extent = source_->extent();
+    const double west = std::max(p_world.x() - distance, extent.west);
+    const double south = std::max(p_world.y() - distance, extent.south);
+    const double east = std::min(p_world.x() + distance, extent.east);
+    const double north = std::min(p_world.y() + distance, extent.north);
+    if (!(west <= east && south <= north)) return std::nullopt;
+    return ScatterRange{square_at(west, south), square_at(east, north)};
 }
 
 double Scatter::distance_to(const ScatterSquare& square, const WorldPos& p_world) const {

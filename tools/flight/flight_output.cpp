@@ -49,9 +49,12 @@ Result<FlightOutput> FlightOutput::create(const FlightOptions& options, const He
 
 Result<void> FlightOutput::add_objects(const Terrain& terrain, FrameMaker& maker) {
     if (terrain.objects == nullptr) return {};
-    Result<ObjectField> field = ObjectField::create(
-        heightfield_of(terrain), *terrain.objects, options_.max_error_px,
-        make_view(options_.size, options_.fov_deg), pictures_ ? &pictures_->renderer() : nullptr);
+    Result<ObjectField> field =
+        ObjectField::create(heightfield_of(terrain), *terrain.objects,
+                            {.max_error_px = options_.max_error_px,
+                             .picture = make_view(options_.size, options_.fov_deg),
+                             .has_thread = options_.threads > 0},
+                            pictures_ ? &pictures_->renderer() : nullptr);
     if (!field) return tl::unexpected(field.error());
     maker.set_objects(std::make_unique<ObjectField>(*std::move(field)));
     return {};

@@ -31,12 +31,6 @@ void fit_tints(const HeightSource& source, RendererSettings& settings) {
     settings.tint_high = std::max(percentile(heights, 0.98), settings.tint_low + kLeastRelief);
 }
 
-// Names of Mesa's software rasterisers.
-bool is_software(const std::string& renderer) {
-    return renderer.find("llvmpipe") != std::string::npos ||
-           renderer.find("softpipe") != std::string::npos;
-}
-
 }  // namespace
 
 FlightPictures::FlightPictures(EglContext context, TerrainRenderer renderer)
@@ -50,7 +44,7 @@ Result<FlightPictures> FlightPictures::create(const FlightOptions& options,
     RendererSettings settings;
     fit_tints(source, settings);
     settings.sample_count = options.samples > 0 ? static_cast<int>(options.samples)
-                            : is_software(context->renderer_name()) ? 1
+                            : context->is_software() ? 1
                                                                     : settings.sample_count;
     Result<TerrainRenderer> renderer =
         TerrainRenderer::create(*context, options.size.width_px, options.size.height_px, settings);

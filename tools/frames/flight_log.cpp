@@ -58,7 +58,7 @@ double largest(const std::vector<double>& values) {
     return values.empty() ? 0.0 : *std::max_element(values.begin(), values.end());
 }
 
-/// What the summary says of the objects of a scene.
+/// Adds the statistics of scene objects to the summary.
 void add_objects(std::span<const FrameRecord> frames, nlohmann::ordered_json& summary) {
     const auto most = [&](auto&& get) {
         return static_cast<std::size_t>(largest(values_of(frames, get)));

@@ -44,7 +44,7 @@ public:
 
     /// Lets the budget follow the times of frames, up to the triangulator's.
     void set_governor(const FrameGovernor& governor) { governor_ = governor; }
-    /// What the last frame took, drawing included: for the governor.
+    /// Reports the time of the last frame, drawing included, to the governor.
     void add_frame_time(double ms, std::size_t triangles);
 
     /// Blocks until everything that the first frame can use is resident, or the memory ceiling is reached. Starts with

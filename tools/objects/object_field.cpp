@@ -1,26 +1,31 @@
 // SPDX-License-Identifier: MIT
 #include "objects/object_field.h"
 
+#include "query/parsing/quaternion.h"
+
 #include <terrane/terrain/number_text.h>
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
+#include <functional>
+#include <limits>
 #include <string>
 #include <utility>
 
 namespace terrane::tools {
 namespace {
 
+// Squares that are requested, and put into the scene, a frame.
 constexpr std::size_t kSquaresAFrame = 2;
+// No more squares are requested while so many are.
+constexpr std::size_t kMostPending = 64;
 // A square goes where it is farther than this share of the range, so that none comes and goes in turn.
 constexpr double kKeepRange = 1.1;
 constexpr double kMostInSight = 4194304.0;  // 2^22 objects of a scatter
 
-std::array<float, 4> quaternion_of(const Eigen::Matrix3d& rotation) {
-    const Eigen::Quaterniond q(rotation);
-    return {static_cast<float>(q.x()), static_cast<float>(q.y()), static_cast<float>(q.z()),
-            static_cast<float>(q.w())};
+std::array<float, 4> to_xyzw(const Quaternion& wxyz) {
+    return {static_cast<float>(wxyz[1]), static_cast<float>(wxyz[2]), static_cast<float>(wxyz[3]),
+            static_cast<float>(wxyz[0])};
 }
 
 /// Fails as `result`, with what it is about before the message.
@@ -48,13 +53,19 @@ Result<void> upload(const SceneObjects& objects, std::vector<ObjectLevels>& leve
 
 }  // namespace
 
+ObjectField::ObjectField(Scene scene, const ObjectFieldSettings& settings)
+    : scene_(std::move(scene)),
+      max_error_px_(settings.max_error_px),
+      maker_(std::make_unique<SquareMaker>(settings.has_thread)) {}
+
 Result<ObjectField> ObjectField::create(std::shared_ptr<const HeightSource> source,
-                                        const SceneObjects& objects, double max_error_px,
-                                        const View& picture, TerrainRenderer* renderer) {
-    const SceneSettings settings;
-    Result<Scene> scene = Scene::create(settings);
+                                        const SceneObjects& objects,
+                                        const ObjectFieldSettings& settings,
+                                        TerrainRenderer* renderer) {
+    const SceneSettings of_scene;
+    Result<Scene> scene = Scene::create(of_scene);
     if (!scene) return tl::unexpected(scene.error());
-    ObjectField field(*std::move(scene), max_error_px);
+    ObjectField field(*std::move(scene), settings);
     std::vector<ObjectLevels> levels;
     for (std::size_t i = 0; i < objects.meshes.size(); ++i) {
         Result<ObjectLevels> made = make_levels(objects.meshes[i]);
@@ -71,9 +82,10 @@ Result<ObjectField> ObjectField::create(std::shared_ptr<const HeightSource> sour
         models.push_back(*model);
     }
     for (const SceneObject& object : objects.objects) {
-        const PlacedObject placed = {.position_world = object.world_from_object.translation,
-                                     .scale = static_cast<float>(object.scale),
-                                     .rotation = quaternion_of(object.world_from_object.rotation)};
+        const PlacedObject placed = {
+            .position_world = object.world_from_object.translation,
+            .scale = static_cast<float>(object.scale),
+            .rotation = to_xyzw(quaternion_from_matrix(object.world_from_object.rotation))};
         const Result<GroupId> group = field.scene_.add_group(models[object.mesh], {&placed, 1});
         if (!group) return about(objects.files[object.mesh], group);
     }
@@ -81,9 +93,11 @@ Result<ObjectField> ObjectField::create(std::shared_ptr<const HeightSource> sour
         Result<Scatter> scatter = Scatter::create(source, wanted.settings);
         if (!scatter) return about(objects.files[wanted.mesh], scatter);
         // from where its absence is within the target, fades included
-        const double most_size = levels[wanted.mesh].size * wanted.settings.max_scale;
+        const double most_size =
+            levels[wanted.mesh].model.absence_error_m * wanted.settings.max_scale;
         const double range =
-            most_size * (1.0 + settings.fade_ratio * picture.pixels_per_radian() / max_error_px);
+            most_size * (1.0 + of_scene.fade_ratio * settings.picture.pixels_per_radian() /
+                                   settings.max_error_px);
         const WorldRect& extent = source->extent();
         const double area_km2 =
             1e-6 * std::min(3.2 * range * range,
@@ -95,64 +109,90 @@ Result<ObjectField> ObjectField::create(std::shared_ptr<const HeightSource> sour
                             "sight, got about " +
                             number_text(area_km2 * wanted.settings.per_km2));
         }
-        field.strewn_.push_back({*std::move(scatter), models[wanted.mesh], range, {}});
+        field.strewn_.push_back(std::make_unique<Strewn>(
+            Strewn{.scatter = *std::move(scatter), .model = models[wanted.mesh], .range = range}));
     }
     return field;
 }
 
-void ObjectField::add_square(Strewn& strewn, const ScatterSquare& square) {
-    const Result<std::vector<ScatterPoint>> points = strewn.scatter.objects_in(square);
-    std::vector<PlacedObject> objects;
-    if (points) {
-        for (const ScatterPoint& point : *points) {
+// Removes squares that are out of range, and finds those that are to be requested. They are good for a quarter of a
+// square's side around the eye.
+void ObjectField::find_absent(Strewn& strewn, const WorldPos& eye) {
+    const Scatter& scatter = strewn.scatter;
+    const double slack = 0.25 * scatter.square_side();
+    if (strewn.followed_from && (eye - *strewn.followed_from).norm() < slack) return;
+    strewn.followed_from = eye;
+    const double range = strewn.range + slack;
+    for (auto each = strewn.squares.begin(); each != strewn.squares.end();) {
+        const bool is_far = scatter.distance_to(each->first, eye) > kKeepRange * range;
+        if (is_far && each->second) scene_.remove_group(*each->second);
+        each = is_far ? strewn.squares.erase(each) : std::next(each);
+    }
+    strewn.absent.clear();
+    const std::optional<ScatterRange> squares = scatter.squares_within(eye, range);
+    if (!squares) return;
+    std::vector<std::pair<double, ScatterSquare>> found;
+    for (std::int32_t y = squares->low.y; y <= squares->high.y; ++y) {
+        for (std::int32_t x = squares->low.x; x <= squares->high.x; ++x) {
+            const ScatterSquare square = {x, y};
+            if (strewn.squares.contains(square)) continue;
+            const double distance = scatter.distance_to(square, eye);
+            if (distance <= range) found.emplace_back(distance, square);
+        }
+    }
+    std::sort(found.begin(), found.end(), std::greater<>());
+    for (const auto& [distance, square] : found) strewn.absent.push_back(square);
+}
+
+void ObjectField::follow(const WorldPos& eye, std::size_t most_requests) {
+    for (std::size_t i = 0; i < strewn_.size(); ++i) {
+        Strewn& strewn = *strewn_[i];
+        find_absent(strewn, eye);
+        for (std::size_t n = 0; n < most_requests && !strewn.absent.empty(); ++n) {
+            const ScatterSquare square = strewn.absent.back();
+            strewn.absent.pop_back();
+            // one that went and came back while it was computed is still requested
+            if (!strewn.squares.try_emplace(square).second) continue;
+            maker_->request(i, strewn.scatter, square);
+            ++pending_;
+        }
+    }
+}
+
+void ObjectField::add_made(std::size_t most) {
+    made_.clear();
+    maker_->take(most, made_);
+    pending_ -= made_.size();
+    for (const MadeSquare& made : made_) {
+        Strewn& strewn = *strewn_[made.scatter];
+        const auto place = strewn.squares.find(made.square);
+        // it may have gone, or have come by an earlier request
+        if (place == strewn.squares.end() || place->second) continue;
+        std::vector<PlacedObject> objects;
+        for (const ScatterPoint& point : made.points.value_or(std::vector<ScatterPoint>())) {
             objects.push_back({.position_world = point.position_world,
                                .scale = static_cast<float>(point.scale),
                                .rotation = {0.0f, 0.0f, static_cast<float>(point.half_turn_sine),
                                             static_cast<float>(point.half_turn_cosine)}});
         }
+        const Result<GroupId> group = scene_.add_group(strewn.model, objects);
+        if (!made.points || !group) ++counts_.failed_squares;
+        if (group) place->second = *group;
     }
-    const Result<GroupId> group = scene_.add_group(strewn.model, objects);
-    if (!points || !group) ++counts_.failed_squares;
-    strewn.squares.emplace(square, group.value_or(GroupId{0}));
-}
-
-// Adds the nearest squares in range that are absent, and removes those that are out of it.
-void ObjectField::follow(Strewn& strewn, const View& view, std::size_t most_squares) {
-    const WorldPos& eye = view.eye_world;
-    const double slack = 0.25 * strewn.scatter.square_side();
-    if (strewn.is_complete && (eye - strewn.followed_from).norm() < slack) return;
-    const double range = strewn.range + slack;
-    for (auto each = strewn.squares.begin(); each != strewn.squares.end();) {
-        const bool is_far = strewn.scatter.distance_to(each->first, eye) > kKeepRange * range;
-        if (is_far) scene_.remove_group(each->second);
-        each = is_far ? strewn.squares.erase(each) : std::next(each);
-    }
-    const ScatterSquare low = strewn.scatter.square_at(eye.x() - range, eye.y() - range);
-    const ScatterSquare high = strewn.scatter.square_at(eye.x() + range, eye.y() + range);
-    std::vector<std::pair<double, ScatterSquare>> absent;
-    for (std::int32_t y = low.y; y <= high.y; ++y) {
-        for (std::int32_t x = low.x; x <= high.x; ++x) {
-            const ScatterSquare square = {x, y};
-            if (strewn.squares.contains(square)) continue;
-            const double distance = strewn.scatter.distance_to(square, eye);
-            if (distance <= range) absent.emplace_back(distance, square);
-        }
-    }
-    const std::size_t count = std::min(most_squares, absent.size());
-    std::partial_sort(absent.begin(), absent.begin() + static_cast<std::ptrdiff_t>(count),
-                      absent.end());
-    for (std::size_t i = 0; i < count; ++i) add_square(strewn, absent[i].second);
-    strewn.is_complete = count == absent.size();
-    strewn.followed_from = eye;
 }
 
 void ObjectField::load_all(const View& view) {
-    for (Strewn& strewn : strewn_) follow(strewn, view, static_cast<std::size_t>(-1));
+    constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max();
+    follow(view.eye_world, kAll);
+    maker_->finish();
+    add_made(kAll);
 }
 
 std::span<const TriangleDemand> ObjectField::begin_frame(const View& view) {
     const auto start = std::chrono::steady_clock::now();
-    for (Strewn& strewn : strewn_) follow(strewn, view, kSquaresAFrame);
+    // requests wait for the thread where it is behind
+    if (pending_ < kMostPending) follow(view.eye_world, kSquaresAFrame);
+    add_made(kSquaresAFrame * strewn_.size());
     const std::span<const TriangleDemand> demands = scene_.begin_frame(view, max_error_px_);
     counts_.ms =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "objects/object_levels.h"
+#include "objects/square_maker.h"
 #include "scene/scene_objects.h"
 
 #include <terrane/render/terrain_renderer.h>
@@ -12,33 +13,40 @@
 #include <map>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace terrane::tools {
 
-/// What a frame has of objects.
+/// Statistics of the objects of a frame.
 struct ObjectCounts {
     std::size_t drawn = 0;
     std::size_t culled = 0;    ///< out of view
     std::size_t left_out = 0;  ///< in view, too small for the threshold
     std::size_t triangles = 0;
-    std::size_t failed_squares = 0;  ///< so far
+    std::size_t failed_squares = 0;  ///< so far: their heights could not be read
     double ms = 0.0;                 ///< of squares, culling and levels together
 };
 
-/// The objects of a scene while a camera moves: squares of scatters come and go, and frames get their draws. Squares
-/// are made in begin_frame(), two a frame at most, so that the same views give the same frames.
+struct ObjectFieldSettings {
+    double max_error_px = 1.0;  ///< no object is drawn whose absence is less, > 0
+    View picture;               ///< of the frames: its size and field of view
+    bool has_thread = true;     ///< false: see SquareMaker
+};
+
+/// The objects of a scene while a camera moves: squares of scatters come and go, and frames get their draws.
 class ObjectField {
 public:
     /// @param renderer of the frames; null where none is drawn
     ///
-    /// Fails: invalid_argument as make_levels() and Scatter::create(), with "objects[2]" where a mesh or scatter is
-    ///        meant; for a scatter of more than 2^22 objects in sight; as TerrainRenderer::add_mesh()
+    /// Fails: invalid_argument as make_levels() and Scatter::create(), with the file of the mesh; for a scatter of more
+    ///        than 2^22 objects in sight; as TerrainRenderer::add_mesh()
     static Result<ObjectField> create(std::shared_ptr<const HeightSource> source,
-                                      const SceneObjects& objects, double max_error_px,
-                                      const View& picture, TerrainRenderer* renderer);
+                                      const SceneObjects& objects,
+                                      const ObjectFieldSettings& settings,
+                                      TerrainRenderer* renderer);
 
-    /// Makes all squares that a view can show.
+    /// Waits until all squares that a view can show are there.
     void load_all(const View& view);
 
     /// Begins a frame: squares, culling. A square whose heights cannot be read stays empty, and is counted.
@@ -54,21 +62,24 @@ private:
     struct Strewn {
         Scatter scatter;
         ModelId model;
-        double range;  // from which no object of it is drawn, metres
-        std::map<ScatterSquare, GroupId> squares;
-        bool is_complete =
-            false;  // all squares in range of `followed_from`, and a little more, are there
-        WorldPos followed_from = WorldPos::Zero();
+        double range = 0.0;  // from which no object of it is drawn, metres
+        /// Requested or in the scene; no group: requested, or without objects.
+        std::map<ScatterSquare, std::optional<GroupId>> squares = {};
+        std::vector<ScatterSquare> absent = {};      // to be requested, the nearest last
+        std::optional<WorldPos> followed_from = {};  // where the eye was when `absent` was found
     };
 
-    ObjectField(Scene scene, double max_error_px)
-        : scene_(std::move(scene)), max_error_px_(max_error_px) {}
-    void follow(Strewn& strewn, const View& view, std::size_t most_squares);
-    void add_square(Strewn& strewn, const ScatterSquare& square);
+    ObjectField(Scene scene, const ObjectFieldSettings& settings);
+    void find_absent(Strewn& strewn, const WorldPos& eye);
+    void follow(const WorldPos& eye, std::size_t most_requests);
+    void add_made(std::size_t most);
 
     Scene scene_;
-    double max_error_px_;  // no object is drawn whose absence is less
-    std::vector<Strewn> strewn_;
+    double max_error_px_;
+    std::vector<std::unique_ptr<Strewn>> strewn_;  // addresses stay: the maker reads their scatters
+    std::unique_ptr<SquareMaker> maker_;           // after strewn_: it is destroyed first
+    std::size_t pending_ = 0;                      // squares requested and not taken
+    std::vector<MadeSquare> made_;                 // scratch
     ObjectCounts counts_;
 };
 

@@ -32,12 +32,12 @@ Result<ObjectLevels> make_levels(const TriangleMesh& mesh) {
     if (const Result<void> good = check(mesh); !good) return tl::unexpected(good.error());
     ObjectLevels made;
     made.model.bounds = bounding_box(mesh.positions);
-    made.size = (made.model.bounds.high - made.model.bounds.low).norm();
+    const double size = (made.model.bounds.high - made.model.bounds.low).norm();
     const std::vector<TriangleMesh::Triangle> whole = whole_triangles(mesh);
-    if (whole.empty() || !(made.size > 0.0))
+    if (whole.empty() || !(size > 0.0))
         return fail(ErrorCode::invalid_argument, "an object must have triangles and an extent");
     std::vector<SimplifyLevel> wanted;
-    for (const double error : kLevelErrors) wanted.push_back({.error_m = error * made.size});
+    for (const double error : kLevelErrors) wanted.push_back({.error_m = error * size});
     Result<std::vector<SimplifiedMesh>> simplified =
         simplify({.vertices = mesh.positions, .triangles = whole}, wanted);
     if (!simplified) return tl::unexpected(simplified.error());
@@ -57,14 +57,14 @@ Result<ObjectLevels> make_levels(const TriangleMesh& mesh) {
             static_cast<double>(level.triangles.size()) > kLeastSaving * before)
             continue;
         // The limit that it was simplified to, so that errors keep their ratio.
-        add(kLevelErrors[i] * made.size, std::move(level.triangles));
+        add(kLevelErrors[i] * size, std::move(level.triangles));
     }
     if (made.triangles.back().size() > 2) {
         made.model.impostor = ImpostorId{0};
         made.model.levels.push_back(
-            {.error_m = kImpostorError * made.size, .triangles = 2, .is_impostor = true});
+            {.error_m = kImpostorError * size, .triangles = 2, .is_impostor = true});
     }
-    made.model.absence_error_m = made.size;
+    made.model.absence_error_m = size;
     if (const Result<void> good = check(made.model); !good) return tl::unexpected(good.error());
     return made;
 }

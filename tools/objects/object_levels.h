@@ -12,7 +12,6 @@ namespace terrane::tools {
 struct ObjectLevels {
     ObjectModel model;  ///< its mesh and impostor are 0 until they are made
     std::vector<std::vector<TriangleMesh::Triangle>> triangles;  ///< [levels that are meshes]
-    double size = 0.0;  ///< largest distance of two points of the bounds, metres
 };
 
 /// Simplifies a mesh to levels of a thousandth to a hundredth of its size, with an impostor after them and its whole

@@ -7,7 +7,7 @@
 
 namespace terrane::internal {
 
-/// What a switch draws in a frame.
+/// The level or levels that a switch selects in a frame.
 struct SwitchChoice {
     std::size_t level = 0;   ///< index of a child; beyond the children: nothing
     bool is_fading = false;  ///< whether level + 1 is drawn too

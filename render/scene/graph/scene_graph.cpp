@@ -20,7 +20,7 @@ using internal::GraphNode;
 using internal::NodeStore;
 using internal::SwitchChoice;
 
-// From a node's frame to the world's.
+// Transform from a node's frame to the world frame.
 struct WorldPlace {
     Pose world_from_node;
     double scale = 1.0;
@@ -41,7 +41,7 @@ tl::unexpected<Error> no_such_node(NodeId node) {
 }  // namespace
 
 struct SceneGraph::State {
-    // What is drawn with one call.
+    // Instances with equal keys share a draw call.
     struct DrawKey {
         bool is_impostor = false;
         std::uint32_t id = 0, level = 0;
@@ -112,7 +112,7 @@ void SceneGraph::State::visit_switch(GraphNode& node, const SwitchNode& levels,
         internal::choose_level(levels, distance, place.scale * view.pixels_per_radian() / distance,
                                threshold_px, node.level);
     node.level = choice.level;
-    // The outermost fade decides: a coverage has one share.
+    // Fades do not nest: below a node that fades, the inner switch draws its finer level with the outer coverage.
     const bool is_outermost = coverage == 1.0f;
     const auto show = [&](std::size_t level, float share) {
         if (level >= node.children.size()) return;
@@ -137,7 +137,7 @@ WorldPlace SceneGraph::State::turn(const BillboardNode& billboard, const WorldPl
     const Eigen::Vector3d towards = view.eye_world - place.world_from_node.translation;
     const Eigen::Vector3d level = towards - up * up.dot(towards);
     const double length = level.norm();
-    // From along the axis, no direction is nearer than another.
+    // The eye is on the axis: no rotation faces it, and the node keeps its own.
     if (!(length > 1e-9 * towards.norm())) return turned;
     axes.col(0) = level / length;
     axes.col(1) = up.cross(Eigen::Vector3d(axes.col(0)));

@@ -13,7 +13,7 @@
 
 namespace terrane::internal {
 
-/// How many objects have which factor, pixels per metre of error, on a logarithmic scale.
+/// Histogram of objects over the factor, pixels per metre of error, on a logarithmic scale.
 class FactorCounts {
 public:
     void clear() { counts_.fill(0); }

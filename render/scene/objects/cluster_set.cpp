@@ -68,7 +68,7 @@ void ClusterSet::cull(const ViewVolume& volume, CullTest test,
         if (test == CullTest::planes || volume.meets(cluster->bounds_world))
             visible_out.push_back(cluster);
     }
-    // Whatever the hierarchy: a frame does not depend on the changes before it.
+    // The order of insertion does not depend on the hierarchy, so that frames do not depend on earlier changes.
     std::sort(visible_out.begin(), visible_out.end(),
               [](const ObjectCluster* a, const ObjectCluster* b) { return a->order < b->order; });
 }

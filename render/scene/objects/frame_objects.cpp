@@ -6,17 +6,22 @@
 
 namespace terrane::internal {
 
-void FrameObjects::begin(const View& view, float log2_least) {
-    log2_least_ = log2_least;
+void FrameObjects::clear() {
+    ranges_.clear();
+    object_count_ = 0;
     left_out_ = 0;
+}
+
+void FrameObjects::begin(const View& view, float log2_least) {
+    clear();
+    log2_least_ = log2_least;
     eye_ = view.eye_world;
     near_ = std::max(static_cast<float>(view.near_distance), 1e-6f);
     log2_pixels_ = log2_of(static_cast<float>(view.pixels_per_radian()));
-    ranges_.clear();
-    object_count_ = 0;
 }
 
-// Of the objects of a cluster: as if the largest were at the nearest point of its box, with a margin for rounding.
+// Upper bound of the factors of a cluster: that of its largest object at the nearest point of its box, with a margin for
+// rounding.
 float FrameObjects::largest_factor(const ObjectCluster& cluster) const {
     const Aabb& box = cluster.bounds_world;
     const Eigen::Vector3d nearest = eye_.cwiseMax(box.low).cwiseMin(box.high);

@@ -16,6 +16,8 @@ namespace terrane::internal {
 /// The objects in view of one frame.
 class FrameObjects {
 public:
+    /// Forgets all objects.
+    void clear();
     /// @param log2_least of the least threshold in pixels: objects that are not drawn above it are left out
     void begin(const View& view, float log2_least);
 

@@ -12,7 +12,7 @@
 namespace terrane::internal {
 namespace {
 
-// Of a quaternion of about unit length, made orthonormal to rounding.
+// Rotation matrix of a quaternion of any length near 1; orthonormal up to rounding.
 Eigen::Matrix3d rotation_of(const std::array<float, 4>& quaternion) {
     const auto x = static_cast<double>(quaternion[0]), y = static_cast<double>(quaternion[1]);
     const auto z = static_cast<double>(quaternion[2]), w = static_cast<double>(quaternion[3]);

@@ -193,7 +193,10 @@ Result<GroupId> Scene::add_group(ModelId model, std::span<const PlacedObject> ob
     return id;
 }
 
-void Scene::remove_group(GroupId group) { state_->clusters.remove(group); }
+void Scene::remove_group(GroupId group) {
+    state_->objects.clear();  // they refer to clusters
+    state_->clusters.remove(group);
+}
 
 std::size_t Scene::object_count() const { return state_->clusters.object_count(); }
 
@@ -203,7 +206,7 @@ std::span<const TriangleDemand> Scene::begin_frame(const View& view, double leas
     state.counts.objects = object_count();
     state.demands.clear();
     if (object_count() == 0 || !check(view)) {
-        state.objects.begin({}, 0.0f);
+        state.objects.clear();
         return {};
     }
     const ViewVolume volume(view, state.settings.far_distance);

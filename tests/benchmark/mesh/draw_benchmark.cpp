@@ -115,12 +115,6 @@ Comparison compare(int rounds, const std::function<double(const std::function<vo
     return {median(std::move(renderer_ms)), median(std::move(plain_ms))};
 }
 
-bool is_software(const std::string& renderer) {
-    return renderer.find("llvmpipe") != std::string::npos ||
-           renderer.find("softpipe") != std::string::npos ||
-           renderer.find("SWR") != std::string::npos;
-}
-
 // False where the two pictures are not of the same thing.
 bool run(EglContext& context, const Options& options, std::size_t budget) {
     const std::shared_ptr<const HeightSource> source =
@@ -179,7 +173,7 @@ bool run(EglContext& context, const Options& options, std::size_t budget) {
     const Comparison wall = compare(options.rounds, time_ms, draw_renderer, draw_plain);
     std::printf(" %9.3f %9.3f %7.3f", wall.renderer_ms, wall.plain_ms,
                 wall.renderer_ms / wall.plain_ms);
-    if (!is_software(context.renderer_name())) {
+    if (!context.is_software()) {
         const Comparison device = compare(options.rounds, device_ms, draw_renderer, draw_plain);
         std::printf(" %9.3f %9.3f %7.3f", device.renderer_ms, device.plain_ms,
                     device.renderer_ms / device.plain_ms);

@@ -22,7 +22,7 @@ namespace {
 
 using test::Random;
 
-// How an object is tested.
+// Culling test of an object.
 enum class Cull { none, spheres, boxes, exact_boxes, triangles };
 constexpr std::array kCulls = {Cull::none, Cull::spheres, Cull::boxes, Cull::exact_boxes,
                                Cull::triangles};

@@ -345,6 +345,23 @@ TEST(Scene, ALeastThresholdLeavesOutWhatNoFrameDrawsAndNothingElse) {
     }
 }
 
+TEST(Scene, GroupsThatChangeWithinAFrameEndIt) {
+    Scene scene = Scene::create({}).value();
+    const ModelId model = scene.add_model(tree_model()).value();
+    const PlacedObject tree = {.position_world = {0, 30, 0}};
+    const GroupId first = scene.add_group(model, {&tree, 1}).value();
+    const GroupId second = scene.add_group(model, {&tree, 1}).value();
+    scene.begin_frame(View{});
+    scene.remove_group(first);
+    EXPECT_TRUE(scene.end_frame(1.0).instances.empty());
+    scene.begin_frame(View{});
+    ASSERT_TRUE(scene.add_group(model, {&tree, 1}).has_value());
+    EXPECT_EQ(scene.end_frame(1.0).instances.size(), 1u) << "what came later is in the next frame";
+    scene.remove_group(second);
+    scene.begin_frame(View{});
+    EXPECT_EQ(scene.end_frame(1.0).instances.size(), 1u);
+}
+
 TEST(Scene, EmptyOnesAndInvalidViewsDrawNothing) {
     Scene scene = Scene::create({}).value();
     EXPECT_TRUE(scene.begin_frame(View{}).empty());

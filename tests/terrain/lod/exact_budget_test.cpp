@@ -21,6 +21,16 @@ using test::Random;
 constexpr double kOutOfReach_px = 1e-9;
 constexpr std::size_t kMoreThanAll = 600'000;  // triangles
 
+std::shared_ptr<const HeightSource> random_hills(Random& random) {
+    const std::uint64_t seed = random.bits();
+    return FractalHeights::create({.seed = seed,
+                                   .octave_count = 6,
+                                   .amplitude = random.between(20.0, 200.0),
+                                   .wavelength_log2 = 8,
+                                   .root_size_log2 = 8})
+        .value();
+}
+
 // All chunks of some levels of a fractal of 2 x 2 roots; of the finest level any of them.
 std::shared_ptr<const ResidentSet> random_set(Random& random, const HeightSource& source,
                                               double share) {
@@ -48,12 +58,7 @@ TEST(ExactBudget, IsUsedOrEveryVertexThatMattersIsThere) {
     Random random(kSeed);
     int by_budget = 0, by_vertices = 0;
     for (int state = 0; state < 60; ++state) {
-        const auto source = FractalHeights::create({.seed = random.bits(),
-                                                    .octave_count = 6,
-                                                    .amplitude = random.between(20.0, 200.0),
-                                                    .wavelength_log2 = 8,
-                                                    .root_size_log2 = 8})
-                                .value();
+        const auto source = random_hills(random);
         const auto set = random_set(random, *source, random.between(0.0, 1.0));
         const WorldPos eye(random.between(-250.0, 250.0), random.between(-250.0, 250.0),
                            random.between(50.0, 400.0));
@@ -100,6 +105,9 @@ std::vector<TriangleDemand> random_demands(Random& random, std::size_t budget) {
         double threshold_px = std::exp2(random.between(-6.0, 12.0));
         if (random.below(10) == 0) threshold_px = std::numeric_limits<double>::infinity();
         if (random.below(10) == 0) threshold_px = 1e-300;
+        // never granted
+        if (random.below(20) == 0) threshold_px = std::numeric_limits<double>::quiet_NaN();
+        if (random.below(20) == 0) threshold_px = -1000.0;
         if (random.below(5) == 0 && !demands.empty()) threshold_px = demands[0].threshold_px;
         const int most = static_cast<int>(std::min<std::size_t>(budget, 1'000'000) / 8 + 2);
         demands.push_back({threshold_px, static_cast<std::uint32_t>(random.below(most))});
@@ -112,12 +120,7 @@ TEST(ExactBudget, IsSharedWithOthersUpToTheFirstThatDoesNotFit) {
     Random random(kSeed);
     int blocked_by_others = 0, blocked_by_ground = 0, granted_all = 0;
     for (int state = 0; state < 60; ++state) {
-        const auto source = FractalHeights::create({.seed = random.bits(),
-                                                    .octave_count = 6,
-                                                    .amplitude = random.between(20.0, 200.0),
-                                                    .wavelength_log2 = 8,
-                                                    .root_size_log2 = 8})
-                                .value();
+        const auto source = random_hills(random);
         const auto set = random_set(random, *source, random.between(0.0, 1.0));
         const View view = look_at({random.between(-250.0, 250.0), random.between(-250.0, 250.0),
                                    random.between(50.0, 400.0)},

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstring>
 #include <numbers>
+#include <optional>
 #include <string>
 
 namespace terrane::test::scatter {
@@ -133,6 +134,7 @@ TEST(Scatter, ASquareDoesNotDependOnTheOthersAndAnotherSeedIsAnotherOne) {
 }
 
 TEST(Scatter, DistanceIsNotAboveThatOfAnyObject) {
+    std::size_t count = 0;
     for (std::uint64_t seed = 0; seed < 20; ++seed) {
         SCOPED_TRACE(testing::Message() << "seed " << seed);
         Random random(seed);
@@ -143,12 +145,39 @@ TEST(Scatter, DistanceIsNotAboveThatOfAnyObject) {
             scatter.square_at(random.between(-900.0, 900.0), random.between(-900.0, 900.0));
         const double distance = scatter.distance_to(square, p);
         for (const ScatterPoint& point : objects_of(scatter, square))
+{
+            ++count;
             ASSERT_LE(distance, (point.position_world - p).norm() * (1.0 + 1e-12));
+        }
     }
+    EXPECT_GT(count, 500u);
     const auto source = hills(0);
     const Scatter scatter = make(source, {});
     EXPECT_TRUE(std::isinf(scatter.distance_to({1 << 20, 0}, WorldPos(0, 0, 0))));
     EXPECT_TRUE(scatter.objects_in({1 << 20, 0}).value().empty());
+}
+
+TEST(Scatter, SquaresWithinADistanceAreAllThatHaveGroundThere) {
+    const auto source = hills(6);
+    const Scatter scatter = make(source, {.per_km2 = 500.0});
+    Random random(6);
+    for (int i = 0; i < 200; ++i) {
+        const WorldPos p(random.between(-3000.0, 3000.0), random.between(-3000.0, 3000.0), 0.0);
+        const double distance = std::exp2(random.between(0.0, 14.0));
+        const std::optional<ScatterRange> range = scatter.squares_within(p, distance);
+        const WorldRect& extent = source->extent();
+        for (int k = 0; k < 20; ++k) {
+            const double x = p.x() + random.between(-distance, distance);
+            const double y = p.y() + random.between(-distance, distance);
+            if (!extent.contains(x, y) || std::hypot(x - p.x(), y - p.y()) > distance) continue;
+            ASSERT_TRUE(range.has_value());
+            const ScatterSquare square = scatter.square_at(x, y);
+            ASSERT_TRUE(square.x >= range->low.x && square.x <= range->high.x);
+            ASSERT_TRUE(square.y >= range->low.y && square.y <= range->high.y);
+        }
+    }
+    EXPECT_FALSE(scatter.squares_within(WorldPos(1e15, 0, 0), 1e3).has_value());
+    EXPECT_TRUE(scatter.squares_within(WorldPos(1e15, 0, 0), INFINITY).has_value());
 }
 
 TEST(Scatter, RefusesSettingsOutOfRangeByTheirNames) {
@@ -168,6 +197,11 @@ TEST(Scatter, RefusesSettingsOutOfRangeByTheirNames) {
     EXPECT_EQ(message({.min_scale = 0.0}), "min_scale must be 0.001 to 1000, got 0");
     EXPECT_EQ(message({.min_scale = 2.0, .max_scale = 1.0}), "max_scale must be 2 to 1000, got 1");
     EXPECT_EQ(message({.per_km2 = 1e6}), "");
+    // a lattice of 128 m has cells of 0.016 km2
+    const auto coarse = FractalHeights::create({.finest_spacing_log2 = 7}).value();
+    EXPECT_EQ(
+        Scatter::create(coarse, {.per_km2 = 1e6}).error().message,
+        "per_km2 must give at most 4096 objects in a cell of the finest spacing, 128 m, got 16384");
 }
 
 }  // namespace

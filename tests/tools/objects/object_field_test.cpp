@@ -4,14 +4,18 @@
 #include "support/meshes/objects.h"
 
 #include <terrane/scene/view_volume.h>
+#include <terrane/terrain/forwarded_heights.h>
 #include <terrane/terrain/fractal_heights.h>
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <set>
 #include <string>
+#include <thread>
+#include <utility>
 
 namespace terrane::tools {
 namespace object_field_test {
@@ -40,6 +44,32 @@ View view_along(const WorldPos& eye) {
     return view;
 }
 
+ObjectField make_field(const std::shared_ptr<const HeightSource>& source,
+                       const SceneObjects& objects, double max_error_px, const View& picture,
+                       bool has_thread = false) {
+    return ObjectField::create(
+               source, objects,
+               {.max_error_px = max_error_px, .picture = picture, .has_thread = has_thread},
+               nullptr)
+        .value();
+}
+
+// Heights that answer only while its gate is open.
+class GatedHeights : public ForwardedHeights {
+public:
+    explicit GatedHeights(std::shared_ptr<const HeightSource> heights)
+        : ForwardedHeights(std::move(heights)) {}
+    Result<void> sample(const SampleGrid& grid, std::span<double> heights_out) const override {
+        is_open.wait(false);
+        return ForwardedHeights::sample(grid, heights_out);
+    }
+    void open() {
+        is_open = true;
+        is_open.notify_all();
+    }
+    std::atomic<bool> is_open{true};
+};
+
 TEST(ObjectLevels, AreFewerTrianglesWithLargerErrorsThenAnImpostor) {
     const ObjectLevels rock = make_levels(test::make_rock(4, 1)).value();
     ASSERT_GE(rock.model.levels.size(), 4u);
@@ -49,7 +79,8 @@ TEST(ObjectLevels, AreFewerTrianglesWithLargerErrorsThenAnImpostor) {
         EXPECT_EQ(rock.model.levels[i].triangles, rock.triangles[i].size());
         EXPECT_EQ(rock.model.levels[i].mesh_level, i);
     }
-    EXPECT_DOUBLE_EQ(rock.model.absence_error_m, rock.size);
+    const Aabb& box = rock.model.bounds;
+    EXPECT_DOUBLE_EQ(rock.model.absence_error_m, (box.high - box.low).norm());
 }
 
 TEST(ObjectLevels, OfMeshesWithoutExtentOrWithNanAreRefused) {
@@ -84,7 +115,7 @@ TEST(ObjectField, HasTheObjectsOfAllSquaresInRangeOnceTheyAreLoaded) {
     const auto source = hills();
     const SceneObjects objects = forest(400.0);
     View view = view_along({0.0, -300.0, 90.0});
-    ObjectField field = ObjectField::create(source, objects, 1.0, view, nullptr).value();
+    ObjectField field = make_field(source, objects, 1.0, view);
     field.load_all(view);
     field.begin_frame(view);
     field.end_frame(1.0);
@@ -102,7 +133,8 @@ TEST(ObjectField, HasTheObjectsOfAllSquaresInRangeOnceTheyAreLoaded) {
             const std::vector<ScatterPoint> points = scatter.objects_in({x, y}).value();
             for (const ScatterPoint& point : points) {
                 const double distance = (point.position_world - view.eye_world).norm();
-                const double px = levels.size * point.scale * view.pixels_per_radian() / distance;
+                const double px = levels.model.absence_error_m * point.scale *
+                                  view.pixels_per_radian() / distance;
                 const BoundingSphere middle = {point.position_world + Eigen::Vector3d(0, 0, 4),
                                                0.0};
                 needed += px > 1.5 && volume.meets(middle) ? 1u : 0u;
@@ -118,7 +150,7 @@ TEST(ObjectField, SquaresComeInAFewAFrameAndAFlightEndsAsIfLoadedAtOnce) {
     const auto source = hills();
     const SceneObjects objects = forest(400.0);
     View view = view_along({-900.0, -300.0, 90.0});
-    ObjectField flown = ObjectField::create(source, objects, 4.0, view, nullptr).value();
+    ObjectField flown = make_field(source, objects, 4.0, view);
     flown.load_all(view);
     for (int frame = 0; frame < 150; ++frame) {
         view.eye_world.x() += 10.0;
@@ -127,7 +159,7 @@ TEST(ObjectField, SquaresComeInAFewAFrameAndAFlightEndsAsIfLoadedAtOnce) {
     }
     for (int frame = 0; frame < 50; ++frame) flown.begin_frame(view);
     flown.end_frame(4.0);
-    ObjectField fresh = ObjectField::create(source, objects, 4.0, view, nullptr).value();
+    ObjectField fresh = make_field(source, objects, 4.0, view);
     fresh.load_all(view);
     fresh.begin_frame(view);
     fresh.end_frame(4.0);
@@ -136,10 +168,65 @@ TEST(ObjectField, SquaresComeInAFewAFrameAndAFlightEndsAsIfLoadedAtOnce) {
     EXPECT_GT(fresh.counts().drawn, 50u);
 }
 
+TEST(ObjectField, FramesDoNotWaitForTheSourceAndSquaresComeWhenItAnswers) {
+    const auto source = std::make_shared<GatedHeights>(hills());
+    const SceneObjects objects = forest(400.0);
+    View view = view_along({-900.0, -300.0, 90.0});
+    ObjectField field = make_field(source, objects, 4.0, view, true);
+    field.load_all(view);
+    source->is_open = false;
+    // each of these frames would hang if it asked the source
+    for (int frame = 0; frame < 100; ++frame) {
+        view.eye_world.x() += 15.0;
+        field.begin_frame(view);
+        field.end_frame(4.0);
+    }
+    source->open();
+    field.load_all(view);
+    field.begin_frame(view);
+    field.end_frame(4.0);
+    ObjectField fresh = make_field(source, objects, 4.0, view);
+    fresh.load_all(view);
+    fresh.begin_frame(view);
+    fresh.end_frame(4.0);
+    EXPECT_EQ(field.counts().drawn, fresh.counts().drawn);
+    EXPECT_GT(fresh.counts().drawn, 50u);
+}
+
+TEST(ObjectField, EndsWhileItsThreadWaitsForTheSource) {
+    const auto source = std::make_shared<GatedHeights>(hills());
+    const View view = view_along({0.0, -300.0, 90.0});
+    source->is_open = false;
+    std::jthread opener;
+    {
+        ObjectField field = make_field(source, forest(400.0), 1.0, view, true);
+        field.begin_frame(view);
+        opener = std::jthread([&] { source->open(); });
+    }
+}
+
+TEST(ObjectField, HasNoObjectsFarFromTheWorldAndHoldsAtTinyTargets) {
+    const auto source = hills();
+    View view = view_along({1e12, -1e12, 0.0});
+    ObjectField far = make_field(source, forest(400.0), 1.0, view);
+    far.load_all(view);
+    far.begin_frame(view);
+    far.end_frame(1.0);
+    EXPECT_EQ(far.counts().triangles, 0u);
+    view.eye_world.setZero();
+    ObjectField near = make_field(source, forest(5.0), 1e-30, view);
+    near.load_all(view);
+    near.begin_frame(view);
+    near.end_frame(1e-30);
+    EXPECT_GT(near.counts().drawn, 1u);
+    EXPECT_EQ(near.counts().left_out, 0u);
+}
+
 TEST(ObjectField, RefusesAScatterOfMoreObjectsThanItCanHold) {
     const auto source = hills();
     const View view = view_along({0, 0, 0});
-    const auto made = ObjectField::create(source, forest(1e6), 1e-3, view, nullptr);
+    const auto made =
+        ObjectField::create(source, forest(1e6), {.max_error_px = 1e-3, .picture = view}, nullptr);
     ASSERT_FALSE(made.has_value());
     EXPECT_EQ(made.error().message,
               "tree.obj: a scatter may have at most 2^22 objects in sight, got about 1.67772e+07");

@@ -10,7 +10,7 @@
 
 namespace terrane {
 
-/// What a proxy may cost, and how far it may be from its mesh.
+/// Limits of a collision proxy: distance from the mesh, number of hulls, vertices of a hull.
 struct CollisionProxySettings {
     /// Largest CollisionProxy::distance_m, metres, 0 to 1e6. 0: one exact hull where the mesh is convex, else the
     /// triangles of the surface. Larger values give fewer and larger hulls, in the end one.
@@ -21,7 +21,7 @@ struct CollisionProxySettings {
     std::size_t max_hull_vertices = 64;
 };
 
-/// What a proxy is made of.
+/// Kind of geometry in a collision proxy.
 enum class CollisionProxyKind : std::uint8_t {
     hulls,  ///< solid hulls of a closed mesh
     surface,  ///< triangles, because the mesh is closed but not convex and proxy_error is 0: no inside

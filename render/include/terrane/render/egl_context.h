@@ -30,6 +30,8 @@ public:
 
     /// GL_RENDERER of the driver.
     const std::string& renderer_name() const;
+    /// Whether the driver draws on the processor, by the names of known ones.
+    bool is_software() const;
 
     /// Shared ownership of the context: renderers hold it, so that it outlives their OpenGL objects.
     std::shared_ptr<const void> keep_alive() const;

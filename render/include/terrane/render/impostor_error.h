@@ -8,7 +8,7 @@
 
 namespace terrane {
 
-/// How the pictures of an impostor differ from those of its mesh at one size, over the pixels that either covers.
+/// Difference between pictures of an impostor and of its mesh at one size, over the pixels that either covers.
 struct ImpostorDifference {
     double diameter_px = 0.0;  ///< of the mesh's bounding sphere
     double mean = 0.0;         ///< of the largest difference of a pixel's channels, 0 to 255

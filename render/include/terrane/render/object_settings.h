@@ -6,7 +6,7 @@
 
 namespace terrane {
 
-/// How a mesh of an object is drawn.
+/// Material of an object's mesh.
 struct MeshMaterial {
     /// Whether back faces are drawn too, as leaves need; their normals are turned to the eye.
     bool is_two_sided = false;
@@ -14,7 +14,7 @@ struct MeshMaterial {
     std::array<std::uint8_t, 3> colour{160, 160, 160};
 };
 
-/// Pictures of an object that are made beforehand.
+/// Settings of an impostor: views of an object that are rendered in advance.
 struct ImpostorSettings {
     /// Views around the object's z axis, 4 to 64. More views move less where the viewer goes around it.
     int views_around = 16;

@@ -50,7 +50,7 @@ struct DrawnObject {
     Colour colour{0.8f, 0.2f, 0.1f};
 };
 
-/// What the last draw() has drawn.
+/// Statistics of the last draw().
 struct DrawCounts {
     std::size_t chunks_drawn = 0;   ///< of the mesh
     std::size_t chunks_culled = 0;  ///< out of view: not submitted

@@ -8,11 +8,12 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace terrane {
 
-/// What is strewn over the ground, and where. Fixed once the scatter is created.
+/// Density, slope, height and scale of scattered objects. Fixed once the scatter is created.
 struct ScatterSettings {
     /// Expected objects per km2 of ground where slope and height allow, above 0, at most 1e6.
     double per_km2 = 1000.0;
@@ -23,10 +24,10 @@ struct ScatterSettings {
         std::numeric_limits<double>::infinity();  ///< world z, metres, >= min_height
     double min_scale = 0.8;                       ///< of the objects' size, 1e-3 to 1e3
     double max_scale = 1.25;  ///< >= min_scale; each scale in between is as likely as any other
-    std::uint64_t seed = 0;   ///< another seed strews independently
+    std::uint64_t seed = 0;   ///< other seeds give independent placements
 };
 
-/// A strewn object, upright.
+/// The placement of a scattered object, upright.
 struct ScatterPoint {
     WorldPos position_world = WorldPos::Zero();  ///< on the contact surface of the finest spacing
     double scale = 1.0;
@@ -41,7 +42,12 @@ struct ScatterSquare {
     friend constexpr auto operator<=>(const ScatterSquare&, const ScatterSquare&) = default;
 };
 
-/// Strews objects over the ground of a source: one candidate for each cell of a grid, at a random place in it (R. Cook,
+/// The squares of a rectangle, both corners included.
+struct ScatterRange {
+    ScatterSquare low, high;  ///< the south-western and the north-eastern square
+};
+
+/// Scatters objects over the ground of a source by jittered sampling: one candidate for each cell of a grid, at a random place in it (R. Cook,
 /// Stochastic Sampling in Computer Graphics, ACM TOG 5(1), 1986), kept with the probability that gives the density, and
 /// dropped where slope or height do not allow it.
 ///
@@ -54,7 +60,8 @@ public:
     /// Cells along the side of a square.
     static constexpr int kSquareCells = 16;
 
-    /// Fails: invalid_argument, naming the field and its value, for settings out of range
+    /// Fails: invalid_argument, naming the field and its value, for settings out of range, and for more than 4096 expected
+    ///        objects in a cell of the finest spacing
     static Result<Scatter> create(std::shared_ptr<const HeightSource> source,
                                   const ScatterSettings& settings);
 
@@ -64,6 +71,10 @@ public:
     ///
     /// Requires a place within 2^30 squares of the lattice's origin
     ScatterSquare square_at(double x, double y) const;
+    /// The squares that have ground within a horizontal distance of a place, and perhaps more; none where there is none.
+    ///
+    /// @param distance metres, >= 0; may be infinite
+    std::optional<ScatterRange> squares_within(const WorldPos& p_world, double distance) const;
     /// The closed rectangle of a square, metres.
     WorldRect rect_of(const ScatterSquare& square) const;
     /// Least distance of a place from the ground of a square, metres; infinity where the square is outside the extent.
@@ -74,11 +85,8 @@ public:
     /// are left out.
     ///
     /// Fails: as HeightSource::sample(); bad_data for heights that are not finite
-    /// Cost:  about two samples of the source for each candidate and four for each object
+    /// Cost:  about one sample of the source for each candidate, and four for each object
     Result<std::vector<ScatterPoint>> objects_in(const ScatterSquare& square) const;
-
-    /// As given to create().
-    const ScatterSettings& settings() const { return settings_; }
 
 private:
     Scatter(std::shared_ptr<const HeightSource> source, const ScatterSettings& settings);

@@ -82,7 +82,8 @@ struct TerrainMesh {
 /// Triangles of something else that is drawn in the same frame out of the same budget: objects, for instance. Ground
 /// and others compete by one threshold: what has the larger screen error is refined first.
 struct TriangleDemand {
-    double threshold_px = 0.0;    ///< drawn where the threshold is below this, > 0; may be infinite
+    /// Drawn where the threshold is below this; may be infinite. One that is NaN or not above 0 is never granted.
+    double threshold_px = 0.0;
     std::uint32_t triangles = 0;  ///< in addition to those with a larger threshold_px
 };
 

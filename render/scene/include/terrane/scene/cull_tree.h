@@ -11,13 +11,13 @@
 
 namespace terrane {
 
-/// How exactly bounding boxes are tested against the view volume.
+/// Test of bounding boxes against the view volume.
 enum class CullTest : std::uint8_t {
     planes,  ///< one plane at a time: keeps some boxes outside the edges of the volume
     exact,   ///< separating axes where the planes do not decide
 };
 
-/// What one viewer keeps of a CullTree between frames: which plane excluded each node. Affects the time only.
+/// Temporal coherence of one viewer: the plane that last excluded each node of a CullTree. Affects the time only.
 struct CullMemory {
     std::vector<std::uint8_t> last_plane;  ///< [nodes]; any size: cull() sets it
 };

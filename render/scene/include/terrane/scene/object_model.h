@@ -11,9 +11,9 @@
 
 namespace terrane {
 
-/// One way to draw an object.
+/// A level of detail of an object: a mesh or an impostor.
 struct ObjectLevel {
-    /// Bound of the distance of what is drawn from the object, metres at scale 1, >= 0: of a mesh its Hausdorff
+    /// Upper bound of the geometric error, metres at scale 1, >= 0: of a mesh the two-sided Hausdorff
     /// distance, of an impostor the largest displacement of its picture.
     double error_m = 0.0;
     std::uint32_t triangles = 0;   ///< of one instance, >= 1; 2 of an impostor
@@ -21,7 +21,7 @@ struct ObjectLevel {
     bool is_impostor = false;      ///< drawn by ObjectModel::impostor
 };
 
-/// An object that is placed many times, with its levels of detail.
+/// A model: an object with its levels of detail, for any number of placements.
 struct ObjectModel {
     MeshId mesh{};                       ///< of the renderer
     std::optional<ImpostorId> impostor;  ///< needed where a level is an impostor
@@ -29,7 +29,7 @@ struct ObjectModel {
     /// Finest first, at least one. Errors increase by at least the factor of 2 from level to level, the first one may
     /// be 0; triangles decrease.
     std::vector<ObjectLevel> levels;
-    /// Error of not drawing it at all, metres at scale 1, at least twice that of the last level: for instance its
+    /// Geometric error where the object is not drawn, metres at scale 1, at least twice that of the last level: for instance its
     /// height. Infinity: it is always drawn.
     double absence_error_m = 0.0;
 };

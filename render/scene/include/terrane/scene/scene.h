@@ -15,7 +15,7 @@
 
 namespace terrane {
 
-/// Where an object of a model stands.
+/// A placement of a model: position, scale and rotation.
 struct PlacedObject {
     WorldPos position_world = WorldPos::Zero();  ///< of the object's origin
     float scale = 1.0f;                          ///< > 0
@@ -36,12 +36,12 @@ struct SceneSettings {
         std::numeric_limits<double>::infinity();  ///< beyond it no object is drawn, metres, > 0
 };
 
-/// What a frame of a Scene holds.
+/// Statistics of a frame of a Scene.
 struct SceneCounts {
     std::size_t objects = 0;    ///< in the scene
-    std::size_t in_view = 0;    ///< that culling has kept
+    std::size_t in_view = 0;    ///< not culled
     std::size_t drawn = 0;      ///< those of them that are drawn
-    std::size_t left_out = 0;   ///< those that are not: less than the threshold would be missing
+    std::size_t left_out = 0;   ///< those of them whose absence is an error below the threshold: not drawn
     std::size_t triangles = 0;  ///< of the frame; objects that change levels count twice
 };
 
@@ -81,7 +81,8 @@ public:
     ///        tint that is not finite; a scale that is not above 0; a quaternion whose length is not 1 to 1e-3
     /// Cost:  about 0.5 microseconds an object
     Result<GroupId> add_group(ModelId model, std::span<const PlacedObject> objects);
-    /// Removes a group and its objects; nothing where there is none of that name.
+    /// Removes a group and its objects; nothing where there is none of that name. Ends a frame that has begun:
+    /// end_frame() draws nothing then.
     void remove_group(GroupId group);
 
     /// Number of objects in all groups.

@@ -13,7 +13,7 @@ namespace terrane {
 enum class MeshId : std::uint32_t {};
 enum class ImpostorId : std::uint32_t {};
 
-/// Where an object is drawn, as a GPU reads it.
+/// Transform, coverage and tint of an instance, in the layout of the GPU's buffer.
 struct ObjectInstance {
     std::array<float, 3> offset_eye{};  ///< object's origin minus the eye, world axes, metres
     float scale = 1.0f;                 ///< > 0, of all three axes
@@ -60,7 +60,7 @@ struct Particle {
 };
 static_assert(sizeof(Particle) == 32);
 
-/// What a renderer draws of a scene in one frame. A view of the scene's buffers.
+/// The draw list of a scene for one frame: views of the scene's buffers.
 struct SceneDraws {
     std::span<const ObjectInstance> instances = {};  ///< that the draws name
     std::span<const MeshDraw> meshes = {};           ///< levels of detail

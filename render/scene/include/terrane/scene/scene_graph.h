@@ -32,20 +32,19 @@ struct GeometryNode {
     std::uint32_t triangles = 0;              ///< for the counts; 2 of an impostor
 };
 
-/// Draws one of its children, or two that fade into each other: levels of detail of any kind. The children are its
-/// levels, finest first, in the order in which they were added.
+/// Selects one of its children by distance or screen error, or two during a cross-fade. The children are levels of
+/// detail, the finest first, in the order in which they were added.
 struct SwitchNode {
-    /// What decides between two levels.
+    /// Criterion between two levels.
     enum class By : std::uint8_t {
         distance,  ///< limits are metres from the eye to the bounding sphere: the classic one
         error,  ///< limits are errors in metres of the coarser level: it is drawn below the frame's threshold in pixels
     };
     By by = By::error;
-    /// [levels] where level i gives way to level i + 1; the last one is where nothing is drawn, infinity: never. Not
-    /// decreasing, above 0.
+    /// [levels] Limit i separates level i from level i + 1. Beyond the last limit the node draws nothing; infinity: it
+    /// always draws its last level. Positive, not decreasing.
     std::vector<double> limits;
-    /// A level is kept until the limit is passed by this ratio, 1 to 2: what lies near a limit does not change to and
-    /// fro.
+    /// A level changes where the limit is passed by this ratio, 1 to 2, so that levels do not alternate near a limit.
     double hysteresis = 1.0;
     /// Levels fade into each other while the limit is passed by up to this ratio, 1 to 2; 1: at once. Not together with
     /// hysteresis.
@@ -54,7 +53,7 @@ struct SwitchNode {
 
 /// Turns its children to the viewer.
 struct BillboardNode {
-    /// How it turns.
+    /// Degrees of freedom of the rotation.
     enum class Axis : std::uint8_t {
         screen,  ///< its x is the picture's right, its y the picture's up: for smoke
         up,  ///< about its z axis only, until its x points to the eye, whatever the viewer's up is: for trees
@@ -73,16 +72,16 @@ struct ParticlesNode {
     std::vector<Disc> discs;  ///< replaced by set_content() as they move
 };
 
-/// What a node is.
+/// Type of a node, with its data.
 using NodeContent = std::variant<GroupNode, GeometryNode, SwitchNode, BillboardNode, ParticlesNode>;
 
-/// Where a node stands in its parent's frame.
+/// Transform from a node's frame to its parent's.
 struct NodePlace {
     Pose parent_from_node;  ///< rotation and position
     double scale = 1.0;     ///< 1e-6 to 1e6
 };
 
-/// What a frame of a graph holds.
+/// Statistics of a frame of a SceneGraph.
 struct GraphCounts {
     std::size_t drawn = 0;      ///< geometry nodes
     std::size_t culled = 0;     ///< nodes whose bounds are out of view, their children not counted

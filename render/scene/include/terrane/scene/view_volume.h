@@ -12,14 +12,14 @@
 
 namespace terrane {
 
-/// Where an object lies relative to a view volume.
+/// Relation of an object to a view volume.
 enum class Containment : std::uint8_t {
     outside,       ///< no point of it is in the volume
     intersecting,  ///< not known to be outside or inside
     inside,        ///< all of it is in the volume
 };
 
-/// What is known of a bounding volume from those around it, and from the frame before.
+/// Planes left to test, inherited from enclosing bounding volumes, and the plane to begin with.
 struct PlaneState {
     static constexpr std::uint8_t kAll = 0b11111;  ///< mask of all planes
     /// Bit i: plane i is not yet known to have all of it on its inner side.
@@ -51,8 +51,6 @@ public:
 
     /// The apex.
     const WorldPos& eye_world() const { return eye_; }
-    /// Side planes, and the far plane if there is one.
-    int plane_count() const { return plane_count_; }
 
     /// Tests the planes of state.mask, state.first first. `outside`: state.first is set to the plane that excludes it.
     /// Else the planes that have all of it on their inner side are removed from state.mask.
