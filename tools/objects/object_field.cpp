@@ -109,51 +109,51 @@ Result<ObjectField> ObjectField::create(std::shared_ptr<const HeightSource> sour
                             "sight, got about " +
                             number_text(area_km2 * wanted.settings.per_km2));
         }
-        field.strewn_.push_back(std::make_unique<Strewn>(
-            Strewn{.scatter = *std::move(scatter), .model = models[wanted.mesh], .range = range}));
+        field.scattered_.push_back(std::make_unique<ScatteredModel>(ScatteredModel{
+            .scatter = *std::move(scatter), .model = models[wanted.mesh], .range = range}));
     }
     return field;
 }
 
 // Removes squares that are out of range, and finds those that are to be requested. They are good for a quarter of a
 // square's side around the eye.
-void ObjectField::find_absent(Strewn& strewn, const WorldPos& eye) {
-    const Scatter& scatter = strewn.scatter;
+void ObjectField::find_absent(ScatteredModel& scattered, const WorldPos& eye) {
+    const Scatter& scatter = scattered.scatter;
     const double slack = 0.25 * scatter.square_side();
-    if (strewn.followed_from && (eye - *strewn.followed_from).norm() < slack) return;
-    strewn.followed_from = eye;
-    const double range = strewn.range + slack;
-    for (auto each = strewn.squares.begin(); each != strewn.squares.end();) {
+    if (scattered.followed_from && (eye - *scattered.followed_from).norm() < slack) return;
+    scattered.followed_from = eye;
+    const double range = scattered.range + slack;
+    for (auto each = scattered.squares.begin(); each != scattered.squares.end();) {
         const bool is_far = scatter.distance_to(each->first, eye) > kKeepRange * range;
         if (is_far && each->second) scene_.remove_group(*each->second);
-        each = is_far ? strewn.squares.erase(each) : std::next(each);
+        each = is_far ? scattered.squares.erase(each) : std::next(each);
     }
-    strewn.absent.clear();
+    scattered.absent.clear();
     const std::optional<ScatterRange> squares = scatter.squares_within(eye, range);
     if (!squares) return;
     std::vector<std::pair<double, ScatterSquare>> found;
     for (std::int32_t y = squares->low.y; y <= squares->high.y; ++y) {
         for (std::int32_t x = squares->low.x; x <= squares->high.x; ++x) {
             const ScatterSquare square = {x, y};
-            if (strewn.squares.contains(square)) continue;
+            if (scattered.squares.contains(square)) continue;
             const double distance = scatter.distance_to(square, eye);
             if (distance <= range) found.emplace_back(distance, square);
         }
     }
     std::sort(found.begin(), found.end(), std::greater<>());
-    for (const auto& [distance, square] : found) strewn.absent.push_back(square);
+    for (const auto& [distance, square] : found) scattered.absent.push_back(square);
 }
 
 void ObjectField::follow(const WorldPos& eye, std::size_t most_requests) {
-    for (std::size_t i = 0; i < strewn_.size(); ++i) {
-        Strewn& strewn = *strewn_[i];
-        find_absent(strewn, eye);
-        for (std::size_t n = 0; n < most_requests && !strewn.absent.empty(); ++n) {
-            const ScatterSquare square = strewn.absent.back();
-            strewn.absent.pop_back();
+    for (std::size_t i = 0; i < scattered_.size(); ++i) {
+        ScatteredModel& scattered = *scattered_[i];
+        find_absent(scattered, eye);
+        for (std::size_t n = 0; n < most_requests && !scattered.absent.empty(); ++n) {
+            const ScatterSquare square = scattered.absent.back();
+            scattered.absent.pop_back();
             // one that went and came back while it was computed is still requested
-            if (!strewn.squares.try_emplace(square).second) continue;
-            maker_->request(i, strewn.scatter, square);
+            if (!scattered.squares.try_emplace(square).second) continue;
+            maker_->request(i, scattered.scatter, square);
             ++pending_;
         }
     }
@@ -164,10 +164,10 @@ void ObjectField::add_made(std::size_t most) {
     maker_->take(most, made_);
     pending_ -= made_.size();
     for (const MadeSquare& made : made_) {
-        Strewn& strewn = *strewn_[made.scatter];
-        const auto place = strewn.squares.find(made.square);
+        ScatteredModel& scattered = *scattered_[made.scatter];
+        const auto place = scattered.squares.find(made.square);
         // it may have gone, or have come by an earlier request
-        if (place == strewn.squares.end() || place->second) continue;
+        if (place == scattered.squares.end() || place->second) continue;
         std::vector<PlacedObject> objects;
         for (const ScatterPoint& point : made.points.value_or(std::vector<ScatterPoint>())) {
             objects.push_back({.position_world = point.position_world,
@@ -175,7 +175,7 @@ void ObjectField::add_made(std::size_t most) {
                                .rotation = {0.0f, 0.0f, static_cast<float>(point.half_turn_sine),
                                             static_cast<float>(point.half_turn_cosine)}});
         }
-        const Result<GroupId> group = scene_.add_group(strewn.model, objects);
+        const Result<GroupId> group = scene_.add_group(scattered.model, objects);
         if (!made.points || !group) ++counts_.failed_squares;
         if (group) place->second = *group;
     }
@@ -192,7 +192,7 @@ std::span<const TriangleDemand> ObjectField::begin_frame(const View& view) {
     const auto start = std::chrono::steady_clock::now();
     // requests wait for the thread where it is behind
     if (pending_ < kMostPending) follow(view.eye_world, kSquaresAFrame);
-    add_made(kSquaresAFrame * strewn_.size());
+    add_made(kSquaresAFrame * scattered_.size());
     const std::span<const TriangleDemand> demands = scene_.begin_frame(view, max_error_px_);
     counts_.ms =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();

@@ -59,7 +59,7 @@ public:
 
 private:
     /// A scatter and its squares in the scene.
-    struct Strewn {
+    struct ScatteredModel {
         Scatter scatter;
         ModelId model;
         double range = 0.0;  // from which no object of it is drawn, metres
@@ -70,16 +70,17 @@ private:
     };
 
     ObjectField(Scene scene, const ObjectFieldSettings& settings);
-    void find_absent(Strewn& strewn, const WorldPos& eye);
+    void find_absent(ScatteredModel& scattered, const WorldPos& eye);
     void follow(const WorldPos& eye, std::size_t most_requests);
     void add_made(std::size_t most);
 
     Scene scene_;
     double max_error_px_;
-    std::vector<std::unique_ptr<Strewn>> strewn_;  // addresses stay: the maker reads their scatters
-    std::unique_ptr<SquareMaker> maker_;           // after strewn_: it is destroyed first
-    std::size_t pending_ = 0;                      // squares requested and not taken
-    std::vector<MadeSquare> made_;                 // scratch
+    std::vector<std::unique_ptr<ScatteredModel>>
+        scattered_;                       // addresses stay: the maker reads their scatters
+    std::unique_ptr<SquareMaker> maker_;  // after scattered_: it is destroyed first
+    std::size_t pending_ = 0;             // squares requested and not taken
+    std::vector<MadeSquare> made_;        // scratch
     ObjectCounts counts_;
 };
 

@@ -60,11 +60,11 @@ struct ObjectReader {
     }
 
     Parsed<void> read_scatter(const Json& scatter) {
-        SceneScatter strewn;
+        SceneScatter scattered;
         const Parsed<std::size_t> mesh = read_mesh_of(scatter);
         if (!mesh) return wrong(mesh.error());
-        strewn.mesh = *mesh;
-        ScatterSettings& settings = strewn.settings;
+        scattered.mesh = *mesh;
+        ScatterSettings& settings = scattered.settings;
         const Parsed<double> density = read_number(scatter, "per_km2");
         if (!density) return wrong(density.error());
         settings.per_km2 = *density;
@@ -102,7 +102,7 @@ struct ObjectReader {
                 return wrong("seed must be a whole number of at least 0, got " + shown(*seed));
             settings.seed = seed->get<std::uint64_t>();
         }
-        made.scatters.push_back(strewn);
+        made.scatters.push_back(scattered);
         return {};
     }
 };

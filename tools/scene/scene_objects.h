@@ -19,7 +19,7 @@ struct SceneObject {
     double scale = 1.0;
 };
 
-/// A mesh that is strewn over the ground.
+/// A mesh that is scattered over the ground.
 struct SceneScatter {
     std::size_t mesh = 0;  ///< index of SceneObjects::meshes
     ScatterSettings settings;

@@ -144,8 +144,7 @@ TEST(Scatter, DistanceIsNotAboveThatOfAnyObject) {
         const ScatterSquare square =
             scatter.square_at(random.between(-900.0, 900.0), random.between(-900.0, 900.0));
         const double distance = scatter.distance_to(square, p);
-        for (const ScatterPoint& point : objects_of(scatter, square))
-{
+        for (const ScatterPoint& point : objects_of(scatter, square)) {
             ++count;
             ASSERT_LE(distance, (point.position_world - p).norm() * (1.0 + 1e-12));
         }

@@ -9,35 +9,42 @@
 
 namespace terrane::tools {
 
-Result<Shape> read_mesh_body(const std::string& path, double proxy_error, double scale) {
-    Result<TriangleMesh> mesh = read_mesh(path);
-    if (!mesh) return tl::unexpected<Error>(mesh.error());
-    for (Eigen::Vector3d& p : mesh->positions) p *= scale;
+Result<Compound> make_mesh_body(const TriangleMesh& mesh, const std::string& file,
+                                double proxy_error) {
     CollisionProxySettings settings;
     settings.proxy_error = proxy_error;
     settings.max_parts = 256;
     settings.max_hull_vertices = 256;
-    const Result<CollisionProxy> proxy = make_collision_proxy(*mesh, settings);
+    const Result<CollisionProxy> proxy = make_collision_proxy(mesh, settings);
     if (!proxy)
-        return fail(proxy.error().code, fmt::format("'{}': {}", path, proxy.error().message));
+        return fail(proxy.error().code, fmt::format("'{}': {}", file, proxy.error().message));
     if (proxy->kind == CollisionProxyKind::open) {
         return fail(ErrorCode::bad_data,
-                    fmt::format("'{}' is not closed: it has no inside to be a body", path));
+                    fmt::format("'{}' is not closed: it has no inside to be a body", file));
     }
     if (proxy->kind == CollisionProxyKind::surface) {
         return fail(
             ErrorCode::bad_data,
-            fmt::format("'{}' is not convex: as a body it needs a proxy error above 0", path));
+            fmt::format("'{}' is not convex: as a body it needs a proxy error above 0", file));
     }
     if (!proxy->is_within_error) {
         return fail(ErrorCode::bad_data,
                     fmt::format("'{}' needs a proxy error of {:.4g} m for {} hulls, got {:.6g}",
-                                path, proxy->distance_m, settings.max_parts, proxy_error));
+                                file, proxy->distance_m, settings.max_parts, proxy_error));
     }
     if (!(default_contact_tolerance(proxy->shape) > 0.0)) {
-        return fail(ErrorCode::bad_data, fmt::format("'{}' has parts without thickness", path));
+        return fail(ErrorCode::bad_data, fmt::format("'{}' has parts without thickness", file));
     }
-    return Shape(proxy->shape);
+    return proxy->shape;
+}
+
+Result<Shape> read_mesh_body(const std::string& path, double proxy_error, double scale) {
+    Result<TriangleMesh> mesh = read_mesh(path);
+    if (!mesh) return tl::unexpected<Error>(mesh.error());
+    for (Eigen::Vector3d& p : mesh->positions) p *= scale;
+    const Result<Compound> body = make_mesh_body(*mesh, path, proxy_error);
+    if (!body) return tl::unexpected<Error>(body.error());
+    return Shape(*body);
 }
 
 }  // namespace terrane::tools

@@ -88,7 +88,7 @@ struct GraphCounts {
     std::size_t triangles = 0;  ///< of geometry and particles
 };
 
-/// A tree of nodes with transforms: vehicles of parts, smoke over a chimney, whatever is not strewn by the thousand
+/// A tree of nodes with transforms: vehicles of parts, smoke over a chimney, whatever is not scattered by the thousand
 /// (see Scene for that). Bounds follow what changes below a node, and culling follows the bounds down the tree.
 ///
 /// Threads: one at a time
