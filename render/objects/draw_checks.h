@@ -16,8 +16,8 @@ Result<void> check_values(const SceneDraws& draws);
 /// Fails: invalid_argument for a range that ends beyond the instances
 Result<void> check_instances(const SceneDraws& draws, std::uint32_t first, std::uint32_t count);
 
-/// Fails: invalid_argument for positions that are not finite or not one a vertex, and for triangles that are too many for
-///        OpenGL or name a vertex beyond the mesh's
+/// Fails: invalid_argument for positions that are not finite or not one a vertex, and for triangles that are too many
+///        for OpenGL or name a vertex beyond the mesh's
 Result<void> check_streamed(const StreamedDraw& streamed, std::size_t vertex_count);
 
 }  // namespace terrane::internal

@@ -30,7 +30,7 @@ Colour crate_colour(std::size_t index) {
 
 Journey::Journey(const FlightOptions& options, const Terrain& terrain, const DrivePlan& plan,
                  std::size_t crate_count, const ChaseCameraSettings& camera, Traveller& traveller,
-                 World world, World obstacles)
+                 ObjectBodies scene_objects, World world, World obstacles)
     : options_(options),
       terrain_(terrain),
       plan_(plan),
@@ -41,6 +41,7 @@ Journey::Journey(const FlightOptions& options, const Terrain& terrain, const Dri
               .seed = options.terrain.seed.value_or(1),
               .start_radius = traveller.first_need().radius + kFreeAtStart},
       world_(std::move(world)),
+      scene_objects_(std::move(scene_objects)),
       obstacles_(std::move(obstacles)) {
     camera_.emplace(*terrain.source, traveller_.pose(world_), camera_settings_);
 }
@@ -54,10 +55,14 @@ CommandResult<Journey> Journey::create(const FlightOptions& options, const Terra
     if (!world) return pass_on(world.error());
     Result<World> obstacles = World::create({});
     if (!obstacles) return pass_on(obstacles.error());
-    const auto added = add_bodies(terrain.bodies, *obstacles);
-    if (!added) return pass_on(added.error());
-    return Journey(options, terrain, plan, crate_count, camera, traveller, *std::move(world),
-                   *std::move(obstacles));
+    Result<ObjectBodies> objects =
+        ObjectBodies::create(heightfield_of(terrain), terrain.objects.get());
+    if (!objects) return pass_on(objects.error());
+    for (const std::span<const PlacedBody> each : {std::span(terrain.bodies), objects->placed()}) {
+        if (const auto added = add_bodies(each, *obstacles); !added) return pass_on(added.error());
+    }
+    return Journey(options, terrain, plan, crate_count, camera, traveller, *std::move(objects),
+                   *std::move(world), *std::move(obstacles));
 }
 
 std::vector<std::string> Journey::columns(const Traveller& traveller) {
@@ -88,6 +93,9 @@ CommandResult<void> Journey::put_down(const Ground& ground) {
     }
     const auto of_scene = add_bodies(terrain_.bodies, world_);
     if (!of_scene) return pass_on(of_scene.error());
+    scene_ids_ = *of_scene;
+    const auto of_objects = add_bodies(scene_objects_.placed(), world_);
+    if (!of_objects) return pass_on(of_objects.error());
     touched_.assign(world_.states().size(), 0);
     for (const BodyId crate : crate_ids_) touched_[crate.index] = 1;
     camera_.emplace(*terrain_.source, traveller_.pose(world_), camera_settings_);
@@ -117,17 +125,21 @@ void Journey::count_touched() {
         if (event.b == body_) supports_.push_back(event.a);
     }
     for (const BodyId touched : supports_) {
-        if (!touched.is_valid() || touched_[touched.index] != 1) continue;
+        // scattered objects come later
+        if (!touched.is_valid() || touched.index >= touched_.size()) continue;
+        if (touched_[touched.index] != 1) continue;
         touched_[touched.index] = 2;
         ++totals_.crates_touched;
     }
 }
 
 // Advances the journey by one frame on the resident ground.
-void Journey::advance(const Ground& ground, double dt) {
+CommandResult<void> Journey::advance(const Ground& ground, double dt) {
     const auto steps = static_cast<int>(std::ceil(dt / kLongestStep - 1e-9));
     for (int i = 0; i < steps && !traveller_.has_ended(world_); ++i) {
         const WorldPos before = world_.states()[body_.index].pose.translation;
+        if (const Result<void> followed = scene_objects_.follow(world_, ground); !followed)
+            return pass_on(followed.error());
         traveller_.control(world_, true);
         step(ground, dt / steps);
         const BodyState& state = world_.states()[body_.index];
@@ -138,6 +150,7 @@ void Journey::advance(const Ground& ground, double dt) {
         camera_->follow(traveller_.pose(world_), dt / steps, ground);
         traveller_.react(world_, ground, dt / steps);
     }
+    return {};
 }
 
 void Journey::draw() {
@@ -148,8 +161,8 @@ void Journey::draw() {
         add_objects(world_.settings()[index].shape, world_.states()[index].pose, crate_colour(i),
                     objects_);
     }
-    for (std::size_t index = body_.index + 1 + crate_ids_.size(); index < world_.states().size();
-         ++index) {
+    for (const BodyId id : scene_ids_) {
+        const std::uint32_t index = id.index;
         BodyState state = world_.states()[index];
         // Bodies that wake and sleep as they are touched would flicker.
         if (state.condition == BodyCondition::asleep) state.condition = BodyCondition::awake;
@@ -188,7 +201,8 @@ CommandResult<void> Journey::play(FrameMaker& maker, FlightOutput& output) {
         const Result<void> added = output.add(std::move(frame), view, objects_);
         if (!added) return pass_on(added.error());
         if (output.is_closed() || traveller_.has_ended(world_)) break;
-        advance(ground_of(maker), 1.0 / options_.fps);
+        const CommandResult<void> advanced = advance(ground_of(maker), 1.0 / options_.fps);
+        if (!advanced) return advanced;
     }
     return {};
 }

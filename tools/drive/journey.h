@@ -5,6 +5,7 @@
 #include "drive/drive_plan.h"
 #include "drive/traveller.h"
 #include "flight/flight_output.h"
+#include "objects/object_bodies.h"
 #include "world/crates.h"
 #include "world/placed_body.h"
 
@@ -51,11 +52,11 @@ public:
 private:
     Journey(const FlightOptions& options, const Terrain& terrain, const DrivePlan& plan,
             std::size_t crate_count, const ChaseCameraSettings& camera, Traveller& traveller,
-            World world, World obstacles);
+            ObjectBodies scene_objects, World world, World obstacles);
 
     CommandResult<void> put_down(const Ground& ground);
     Ground ground_of(const FrameMaker& maker) const;
-    void advance(const Ground& ground, double dt);
+    CommandResult<void> advance(const Ground& ground, double dt);
     void step(const Ground& ground, double dt);
     void count_touched();
     void draw();
@@ -67,10 +68,11 @@ private:
     ChaseCameraSettings camera_settings_;
     CrateLayout crates_;
     World world_;
-    World obstacles_;  // the bodies of the scene alone
+    ObjectBodies scene_objects_;
+    World obstacles_;  // the bodies of the scene and its static objects alone
     std::optional<ChaseCamera> camera_;
     BodyId body_{};
-    std::vector<BodyId> crate_ids_;  // ascending
+    std::vector<BodyId> crate_ids_, scene_ids_;
     std::vector<std::uint8_t>
         touched_;  // by index of a body: 0 no crate, 1 a crate, 2 one that was touched
     JourneyTotals totals_;

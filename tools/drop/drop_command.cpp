@@ -2,6 +2,7 @@
 #include "drop/drop_film.h"
 #include "drop/drop_layout.h"
 #include "drop/world_file.h"
+#include "objects/object_bodies.h"
 #include "options/command.h"
 #include "options/idle_flags.h"
 #include "options/option_values.h"
@@ -111,7 +112,8 @@ CommandResult<World> reopen_world(const DropOptions& options, Pager& pager) {
 }
 
 /// Loads the ground below the starts and creates the bodies above it.
-CommandResult<World> make_world(const DropOptions& options, const Terrain& terrain, Pager& pager) {
+CommandResult<World> make_world(const DropOptions& options, const Terrain& terrain,
+                                const ObjectBodies& objects, Pager& pager) {
     WorldSettings settings;
     settings.allow_sleep = !options.no_sleep;
     settings.worker_count = static_cast<int>(options.threads);
@@ -119,8 +121,8 @@ CommandResult<World> make_world(const DropOptions& options, const Terrain& terra
     if (!world) return pass_on(world.error());
     Result<World> obstacles = World::create({});
     if (!obstacles) return pass_on(obstacles.error());
-    if (const auto added = add_bodies(terrain.bodies, *obstacles); !added) {
-        return pass_on(added.error());
+    for (const std::span<const PlacedBody> each : {std::span(terrain.bodies), objects.placed()}) {
+        if (const auto added = add_bodies(each, *obstacles); !added) return pass_on(added.error());
     }
     pager.update({}, {}, 0.0);
     const WorldRect area = drop_area(options.layout, pager.resident()->extent());
@@ -144,15 +146,17 @@ CommandResult<World> make_world(const DropOptions& options, const Terrain& terra
             "terrain's centre",
             bodies.size(), options.layout.count, area.east - area.west, area.north - area.south));
     }
-    for (const std::vector<PlacedBody>& each : {bodies, terrain.bodies}) {
+    for (const std::span<const PlacedBody> each :
+         {std::span(bodies), std::span(terrain.bodies), objects.placed()}) {
         const auto added = add_bodies(each, *world);
         if (!added) return pass_on(added.error());
     }
     return std::move(*world);
 }
 
-CommandResult<DropTotals> simulate(const DropOptions& options, const Terrain& terrain, Pager& pager,
-                                   World& world, OutputFile* trace, DropFilm* film) {
+CommandResult<DropTotals> simulate(const DropOptions& options, const Terrain& terrain,
+                                   ObjectBodies& objects, Pager& pager, World& world,
+                                   OutputFile* trace, DropFilm* film) {
     using Clock = std::chrono::steady_clock;
     const std::size_t step_count = count_steps(options);
     Progress progress("dropping");
@@ -170,6 +174,8 @@ CommandResult<DropTotals> simulate(const DropOptions& options, const Terrain& te
         const double time = options.dt * static_cast<double>(step);
         pager.update({}, world.needs(), time);
         const Ground ground(pager.resident(), pager.contact_level(), terrain.surface);
+        if (const Result<void> followed = objects.follow(world, ground); !followed)
+            return pass_on(followed.error());
         const Clock::time_point begin = Clock::now();
         report = world.step(ground, options.dt);
         totals.add(report, std::chrono::duration<double, std::milli>(Clock::now() - begin).count());
@@ -222,8 +228,12 @@ CommandResult<void> run_drop(const DropOptions& options, const CLI::App& command
                           .horizon = 2.0 * options.dt,
                           .contact_spacing = options.contact_spacing_m});
     if (!pager) return pass_on(pager.error());
-    CommandResult<World> world = options.restore.empty() ? make_world(with_seed, *terrain, *pager)
-                                                         : reopen_world(options, *pager);
+    Result<ObjectBodies> objects =
+        ObjectBodies::create(heightfield_of(*terrain), terrain->objects.get());
+    if (!objects) return pass_on(objects.error());
+    CommandResult<World> world = options.restore.empty()
+                                     ? make_world(with_seed, *terrain, *objects, *pager)
+                                     : reopen_world(options, *pager);
     if (!world) return pass_on(world.error());
 
     watch_for_interrupts();
@@ -246,8 +256,9 @@ CommandResult<void> run_drop(const DropOptions& options, const CLI::App& command
         if (!made) return pass_on(made.error());
         film.emplace(std::move(*made));
     }
-    const CommandResult<DropTotals> totals = simulate(
-        options, *terrain, *pager, *world, trace ? &*trace : nullptr, film ? &*film : nullptr);
+    const CommandResult<DropTotals> totals =
+        simulate(options, *terrain, *objects, *pager, *world, trace ? &*trace : nullptr,
+                 film ? &*film : nullptr);
     if (!totals) return pass_on(totals.error());
     if (trace) {
         const Result<void> written = trace->commit();

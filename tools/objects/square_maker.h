@@ -21,8 +21,8 @@ struct MadeSquare {
     std::optional<std::vector<ScatterPoint>> points;
 };
 
-/// Computes squares of scatters on a thread of its own, in the order of the requests, so that frames do not wait for the
-/// source.
+/// Computes squares of scatters on a thread of its own, in the order of the requests, so that frames do not wait for
+/// the source.
 class SquareMaker {
 public:
     /// @param has_thread false: request() computes the square itself, so that every run gives the same frames

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <utility>
 
 namespace terrane::tools {
@@ -17,6 +18,37 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr double kRadiansPerDegree = std::numbers::pi / 180.0;
+
+// Of the largest extent of a mesh: error of its proxy where none is given.
+constexpr double kUsualProxyShare = 0.03;
+
+double largest_extent(const TriangleMesh& mesh) {
+    if (mesh.positions.empty()) return 0.0;
+    Eigen::Vector3d low = mesh.positions[0], high = low;
+    for (const Eigen::Vector3d& p : mesh.positions) {
+        low = low.cwiseMin(p);
+        high = high.cwiseMax(p);
+    }
+    return (high - low).maxCoeff();
+}
+
+/// The error of an object's proxy; none where it is not static.
+Parsed<std::optional<double>> read_proxy_error(const Json& object, const TriangleMesh& mesh) {
+    bool is_static = false;
+    if (const auto found = object.find("static"); found != object.end()) {
+        if (!found->is_boolean())
+            return wrong("static must be true or false, got " + shown(*found));
+        is_static = found->get<bool>();
+    }
+    if (!is_static) {
+        if (object.contains("proxy_error_m")) return wrong("proxy_error_m goes with static true");
+        return std::optional<double>();
+    }
+    const Parsed<double> error =
+        read_in_range(object, "proxy_error_m", kUsualProxyShare * largest_extent(mesh), 0.0, 1e6);
+    if (!error) return wrong(error.error());
+    return std::optional<double>(*error);
+}
 
 struct ObjectReader {
     std::string folder;
@@ -55,6 +87,9 @@ struct ObjectReader {
         const Parsed<double> scale = read_in_range(object, "scale", 1.0, 1e-3, 1e3);
         if (!scale) return wrong(scale.error());
         placed.scale = *scale;
+        const auto error = read_proxy_error(object, made.meshes[*mesh]);
+        if (!error) return wrong(error.error());
+        placed.proxy_error = *error;
         made.objects.push_back(placed);
         return {};
     }
@@ -102,6 +137,9 @@ struct ObjectReader {
                 return wrong("seed must be a whole number of at least 0, got " + shown(*seed));
             settings.seed = seed->get<std::uint64_t>();
         }
+        const auto error = read_proxy_error(scatter, made.meshes[*mesh]);
+        if (!error) return wrong(error.error());
+        scattered.proxy_error = *error;
         made.scatters.push_back(scattered);
         return {};
     }
@@ -117,14 +155,16 @@ Parsed<SceneObjects> read_objects(const Json& list, const std::string& folder) {
         std::string path = fmt::format("objects[{}]", i);
         const bool is_scatter = each.is_object() && each.contains("scatter");
         const Parsed<void> known =
-            is_scatter ? check_keys(each, path, {"scatter"})
-                       : check_keys(each, path, {"mesh", "position", "rotation", "scale"});
+            is_scatter
+                ? check_keys(each, path, {"scatter"})
+                : check_keys(each, path,
+                             {"mesh", "position", "rotation", "scale", "static", "proxy_error_m"});
         if (!known) return wrong(known.error());
         if (is_scatter) {
             path += ".scatter";
-            const Parsed<void> good =
-                check_keys(each["scatter"], path,
-                           {"mesh", "per_km2", "slope_deg", "height_m", "scale", "seed"});
+            const Parsed<void> good = check_keys(each["scatter"], path,
+                                                 {"mesh", "per_km2", "slope_deg", "height_m",
+                                                  "scale", "seed", "static", "proxy_error_m"});
             if (!good) return wrong(good.error());
         }
         const Parsed<void> read =

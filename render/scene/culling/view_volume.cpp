@@ -18,8 +18,8 @@ using internal::dot;
 using internal::length;
 using internal::rotated;
 
-// Tolerance of comparisons, relative to the sum of the distance from the eye, the size of the bounding volume and the far
-// distance. Rounding errors are below 2^-50 of this sum.
+// Tolerance of comparisons, relative to the sum of the distance from the eye, the size of the bounding volume and the
+// far distance. Rounding errors are below 2^-50 of this sum.
 constexpr double kViewMargin = 1e-14;
 constexpr int kFarPlane = 4;
 

@@ -73,7 +73,8 @@ void FrameGovernor::add_frame(double frame_ms, std::size_t triangles) {
     const double most =
         settings_.most_growth * std::max(drawn, static_cast<double>(settings_.least_budget));
     double next = std::min(wanted, most);
-    // An overlong frame reduces the triangles at least in proportion, also where the constant part alone exceeds the time.
+    // An overlong frame reduces the triangles at least in proportion, also where the constant part alone exceeds the
+    // time.
     if (frame_ms > settings_.frame_ms) next = std::min(next, drawn * allowed / frame_ms);
     budget_ = static_cast<std::size_t>(std::clamp(next, static_cast<double>(settings_.least_budget),
                                                   static_cast<double>(settings_.most_budget)));

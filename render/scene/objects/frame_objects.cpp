@@ -20,8 +20,8 @@ void FrameObjects::begin(const View& view, float log2_least) {
     log2_pixels_ = log2_of(static_cast<float>(view.pixels_per_radian()));
 }
 
-// Upper bound of the factors of a cluster: that of its largest object at the nearest point of its box, with a margin for
-// rounding.
+// Upper bound of the factors of a cluster: that of its largest object at the nearest point of its box, with a margin
+// for rounding.
 float FrameObjects::largest_factor(const ObjectCluster& cluster) const {
     const Aabb& box = cluster.bounds_world;
     const Eigen::Vector3d nearest = eye_.cwiseMax(box.low).cwiseMin(box.high);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Bits of collision proxies. They may change only with an entry in CHANGELOG.md; a failure prints the new hash. Built with
-// both compilers at several optimisation levels, which must agree.
+// Bits of collision proxies. They may change only with an entry in CHANGELOG.md; a failure prints the new hash. Built
+// with both compilers at several optimisation levels, which must agree.
 #include "support/hash.h"
 #include "support/random.h"
 
@@ -20,8 +20,8 @@ namespace golden_proxy_test {
 using test::Hash;
 using test::Random;
 
-// An octahedron whose triangles are cut in four, `cuts` times, with vertices at random distances of 0.6 to 1. Square roots
-// only, which IEEE 754 rounds correctly.
+// An octahedron whose triangles are cut in four, `cuts` times, with vertices at random distances of 0.6 to 1. Square
+// roots only, which IEEE 754 rounds correctly.
 TriangleMesh rock(int cuts) {
     TriangleMesh mesh;
     mesh.positions = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};

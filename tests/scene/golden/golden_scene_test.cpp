@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Bits of frames of a Scene. They may change only with an entry in CHANGELOG.md; a failure prints the new hash. Built with
-// both compilers at several optimisation levels, which must agree.
+// Bits of frames of a Scene. They may change only with an entry in CHANGELOG.md; a failure prints the new hash. Built
+// with both compilers at several optimisation levels, which must agree.
 #include "support/hash.h"
 #include "support/random.h"
 

@@ -55,6 +55,44 @@ class Objects(Folder):
         done = run("fly", "--seed", 1, "--frame-ms", 10, "--seconds", 1)
         self.assert_refused(done, [2], "--frame-ms", "--png")
 
+    def write_block(self):
+        """A closed box, 4 m wide and 2 m high on the origin."""
+        corners = [(x, y, z) for z in (0, 2) for y in (-2, 2) for x in (-2, 2)]
+        quads = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (1, 3, 7, 5), (3, 2, 6, 7), (2, 0, 4, 6)]
+        with open(self.path("block.obj"), "w") as file:
+            file.writelines(f"v {x} {y} {z}\n" for x, y, z in corners)
+            file.writelines("f {} {} {} {}\n".format(*(i + 1 for i in quad)) for quad in quads)
+        return "block.obj"
+
+    def test_bodies_collide_with_static_objects(self):
+        self.write_grid("flat.asc", np.zeros((40, 80)), cell=5.0)
+        block = {"mesh": self.write_block(), "position": [0, 0, 0]}
+        ball = {"shape": {"sphere": {"radius": 0.5}}, "position": [0.3, 0.2, 4]}
+        rest = {}
+        for is_static in (True, False):
+            scene = self.scene([{**block, "static": is_static}], dem="flat.asc", bodies=[ball])
+            trace = self.path("trace.csv")
+            answer = run_json("drop", "--scene", scene, "--count", 0, "--seconds", 3, "--trace", trace)
+            self.assertEqual(answer["fell_through"], 0)
+            with open(trace) as file:
+                file.readline()
+                rows = np.loadtxt(file, delimiter=",")
+            rest[is_static] = rows[rows[:, 1] == 0][-1, 4]
+        self.assertAlmostEqual(rest[True], 2.5, delta=0.02)
+        self.assertAlmostEqual(rest[False], 0.5, delta=0.02)
+
+    def test_a_truck_is_stopped_by_static_objects_on_its_path(self):
+        self.write_grid("flat.asc", np.zeros((40, 80)), cell=5.0)
+        self.write_block()
+        distance = {}
+        for is_static in (True, False):
+            objects = [{"scatter": {"mesh": "block.obj", "per_km2": 3000, "static": is_static}}]
+            answer = run_json("drive", "--scene", self.scene(objects, dem="flat.asc"), "--path", "straight",
+                              "--seconds", 8, "--fps", 5, "--size", "64x48", "--budget", 500, "--threads", 0)
+            self.assertEqual(answer["fell_through"], 0)
+            distance[is_static] = answer["distance_m"]
+        self.assertLess(distance[True], distance[False] - 10, distance)
+
     def test_the_same_flight_has_the_same_objects(self):
         scene = self.scene([{"scatter": {"mesh": PINE, "per_km2": 3000, "seed": 2}},
                             {"mesh": PINE, "position": [0, 30, 100], "scale": 3}])
@@ -77,6 +115,9 @@ class Objects(Folder):
                 ([{"position": [0, 0, 0]}], "objects[0].mesh is missing"),
                 ([{"mesh": "none.obj", "position": [0, 0, 0]}], "objects[0].mesh", "none.obj"),
                 ([{"mesh": PINE, "position": [0, 0, 0], "size": 2}], "objects[0].size", "unknown"),
+                ([{"mesh": PINE, "position": [0, 0, 0], "static": 1}], "objects[0].static", "got 1"),
+                ([{"mesh": PINE, "position": [0, 0, 0], "static": True, "proxy_error_m": -1}], "proxy_error_m", "-1"),
+                ([{"mesh": PINE, "position": [0, 0, 0], "proxy_error_m": 1}], "proxy_error_m goes with static true"),
                 ([{"mesh": PINE, "position": [0, 0, 0], "scale": 0}], "objects[0].scale", "got 0"),
                 ([{"scatter": {"mesh": PINE}}], "objects[0].scatter.per_km2"),
                 ([{"scatter": {**scatter, "per_km2": 1e9}}], "objects[0].scatter.per_km2", "1e+09"),

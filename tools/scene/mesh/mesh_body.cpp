@@ -7,7 +7,33 @@
 
 #include <fmt/format.h>
 
+#include <utility>
+#include <variant>
+#include <vector>
+
 namespace terrane::tools {
+namespace {
+
+struct ScaledBy {
+    double scale;
+
+    Result<ConvexShape> operator()(const Sphere& sphere) const {
+        return Sphere{scale * sphere.radius};
+    }
+    Result<ConvexShape> operator()(const Capsule& capsule) const {
+        return Capsule{scale * capsule.radius, scale * capsule.half_height};
+    }
+    Result<ConvexShape> operator()(const Box& box) const { return Box{scale * box.half_extents}; }
+    Result<ConvexShape> operator()(const ConvexHull& hull) const {
+        std::vector<Eigen::Vector3d> vertices(hull.vertices().begin(), hull.vertices().end());
+        for (Eigen::Vector3d& p : vertices) p *= scale;
+        Result<ConvexHull> made = ConvexHull::create(vertices);
+        if (!made) return tl::unexpected<Error>(made.error());
+        return *std::move(made);
+    }
+};
+
+}  // namespace
 
 Result<Compound> make_mesh_body(const TriangleMesh& mesh, const std::string& file,
                                 double proxy_error) {
@@ -36,6 +62,18 @@ Result<Compound> make_mesh_body(const TriangleMesh& mesh, const std::string& fil
         return fail(ErrorCode::bad_data, fmt::format("'{}' has parts without thickness", file));
     }
     return proxy->shape;
+}
+
+Result<Compound> scaled(const Compound& compound, double scale) {
+    std::vector<CompoundPart> parts;
+    for (const CompoundPart& part : compound.parts()) {
+        Result<ConvexShape> shape = std::visit(ScaledBy{scale}, part.shape);
+        if (!shape) return tl::unexpected<Error>(shape.error());
+        Pose pose = part.body_from_part;
+        pose.translation *= scale;
+        parts.push_back({*std::move(shape), pose});
+    }
+    return Compound::create(parts);
 }
 
 Result<Shape> read_mesh_body(const std::string& path, double proxy_error, double scale) {

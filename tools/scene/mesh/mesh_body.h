@@ -22,6 +22,13 @@ inline constexpr double kUsualProxyError = 0.02;
 Result<Compound> make_mesh_body(const TriangleMesh& mesh, const std::string& file,
                                 double proxy_error);
 
+/// A compound of another size.
+///
+/// @param scale of its parts and their places, > 0
+///
+/// Fails: as Compound::create(), for sizes that it does not take
+Result<Compound> scaled(const Compound& compound, double scale);
+
 /// A body's shape from a mesh file.
 ///
 /// @param scale       multiplies the file's points

@@ -47,9 +47,9 @@ struct ScatterRange {
     ScatterSquare low, high;  ///< the south-western and the north-eastern square
 };
 
-/// Scatters objects over the ground of a source by jittered sampling: one candidate for each cell of a grid, at a random place in it (R. Cook,
-/// Stochastic Sampling in Computer Graphics, ACM TOG 5(1), 1986), kept with the probability that gives the density, and
-/// dropped where slope or height do not allow it.
+/// Scatters objects over the ground of a source by jittered sampling: one candidate for each cell of a grid, at a
+/// random place in it (R. Cook, Stochastic Sampling in Computer Graphics, ACM TOG 5(1), 1986), kept with the
+/// probability that gives the density, and dropped where slope or height do not allow it.
 ///
 /// A square's objects depend on the source, the settings and the square alone: not on what is resident, nor on other
 /// squares. The same bits with every compiler.
@@ -60,8 +60,8 @@ public:
     /// Cells along the side of a square.
     static constexpr int kSquareCells = 16;
 
-    /// Fails: invalid_argument, naming the field and its value, for settings out of range, and for more than 4096 expected
-    ///        objects in a cell of the finest spacing
+    /// Fails: invalid_argument, naming the field and its value, for settings out of range, and for more than 4096
+    ///        expected objects in a cell of the finest spacing
     static Result<Scatter> create(std::shared_ptr<const HeightSource> source,
                                   const ScatterSettings& settings);
 
@@ -71,7 +71,8 @@ public:
     ///
     /// Requires a place within 2^30 squares of the lattice's origin
     ScatterSquare square_at(double x, double y) const;
-    /// The squares that have ground within a horizontal distance of a place, and perhaps more; none where there is none.
+    /// The squares that have ground within a horizontal distance of a place, and perhaps more; none where there is
+    /// none.
     ///
     /// @param distance metres, >= 0; may be infinite
     std::optional<ScatterRange> squares_within(const WorldPos& p_world, double distance) const;

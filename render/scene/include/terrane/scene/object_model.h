@@ -29,8 +29,8 @@ struct ObjectModel {
     /// Finest first, at least one. Errors increase by at least the factor of 2 from level to level, the first one may
     /// be 0; triangles decrease.
     std::vector<ObjectLevel> levels;
-    /// Geometric error where the object is not drawn, metres at scale 1, at least twice that of the last level: for instance its
-    /// height. Infinity: it is always drawn.
+    /// Geometric error where the object is not drawn, metres at scale 1, at least twice that of the last level: for
+    /// instance its height. Infinity: it is always drawn.
     double absence_error_m = 0.0;
 };
 
