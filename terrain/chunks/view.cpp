@@ -54,6 +54,12 @@ Result<void> check(const View& view) {
     return {};
 }
 
+Eigen::Vector3d direction_through(const View& view, double x_px, double y_px) {
+    const double right = x_px - 0.5 * static_cast<double>(view.width_px);
+    const double up = 0.5 * static_cast<double>(view.height_px) - y_px;
+    return unit(view.pixels_per_radian() * view.forward + right * view.right() + up * view.up);
+}
+
 Result<View> look_at(const WorldPos& eye_world, const WorldPos& target_world, double vertical_fov,
                      int width_px, int height_px) {
     View view;

@@ -11,6 +11,7 @@ extern const std::string_view report_js;
 extern const std::string_view flight_js;
 extern const std::string_view paging_js;
 extern const std::string_view study_js;
+extern const std::string_view culling_js;
 extern const std::string_view chart_js;
 
 }  // namespace terrane::tools::assets

@@ -20,6 +20,14 @@ public:
     void remove(GroupId group);
     std::size_t object_count() const { return object_count_; }
 
+    /// Visits all clusters: void(GroupId, const ObjectCluster&), in the order of their groups.
+    template <class Visit>
+    void visit(const Visit& take) const {
+        for (const auto& [group, clusters] : groups_) {
+            for (const ObjectCluster& cluster : clusters) take(group, cluster);
+        }
+    }
+
     /// Replaces visible_out by the clusters in view, in the order in which they were added.
     void cull(const ViewVolume& volume, CullTest test,
               std::vector<const ObjectCluster*>& visible_out);

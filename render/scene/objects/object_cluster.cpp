@@ -12,18 +12,6 @@
 namespace terrane::internal {
 namespace {
 
-// Rotation matrix of a quaternion of any length near 1; orthonormal up to rounding.
-Eigen::Matrix3d rotation_of(const std::array<float, 4>& quaternion) {
-    const auto x = static_cast<double>(quaternion[0]), y = static_cast<double>(quaternion[1]);
-    const auto z = static_cast<double>(quaternion[2]), w = static_cast<double>(quaternion[3]);
-    const double s = 2.0 / (x * x + y * y + z * z + w * w);
-    Eigen::Matrix3d rotation;
-    rotation << 1.0 - s * (y * y + z * z), s * (x * y - w * z), s * (x * z + w * y),
-        s * (x * y + w * z), 1.0 - s * (x * x + z * z), s * (y * z - w * x), s * (x * z - w * y),
-        s * (y * z + w * x), 1.0 - s * (x * x + y * y);
-    return rotation;
-}
-
 // Rounded up: offsets have been rounded to float.
 float radius_in_float(double radius, double offset) {
     const double margin = radius * 0x1p-20 + offset * 0x1p-22;
@@ -75,6 +63,7 @@ private:
             cluster.z.push_back(static_cast<float>(centre.z()));
             cluster.radius.push_back(radius_in_float(spheres_[item].radius, centre.norm()));
             cluster.most_radius = std::max(cluster.most_radius, cluster.radius.back());
+            cluster.group_index.push_back(item);
             cluster.log_scale.push_back(log2_of(object.scale));
             cluster.most_log_scale =
                 cluster.size() == 1 ? cluster.log_scale.back()
@@ -96,6 +85,17 @@ private:
 };
 
 }  // namespace
+
+Eigen::Matrix3d rotation_of(const std::array<float, 4>& quaternion) {
+    const auto x = static_cast<double>(quaternion[0]), y = static_cast<double>(quaternion[1]);
+    const auto z = static_cast<double>(quaternion[2]), w = static_cast<double>(quaternion[3]);
+    const double s = 2.0 / (x * x + y * y + z * z + w * w);
+    Eigen::Matrix3d rotation;
+    rotation << 1.0 - s * (y * y + z * z), s * (x * y - w * z), s * (x * z + w * y),
+        s * (x * y + w * z), 1.0 - s * (x * x + z * z), s * (y * z - w * x), s * (x * z - w * y),
+        s * (y * z + w * x), 1.0 - s * (x * x + y * y);
+    return rotation;
+}
 
 std::vector<ObjectCluster> make_clusters(std::uint32_t model, const Aabb& bounds,
                                          std::span<const PlacedObject> objects) {

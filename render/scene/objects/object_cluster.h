@@ -25,12 +25,16 @@ struct ObjectCluster {
     float most_radius = 0.0f;     ///< largest of radius
     std::vector<float> x, y,
         z;  ///< [objects] centre of the bounding sphere minus the origin, metres
-    std::vector<float> radius;              ///< [objects] of the bounding sphere, metres
-    std::vector<float> log_scale;           ///< [objects] log2_of(scale)
-    std::vector<ObjectInstance> instances;  ///< [objects] offset_eye from the origin; coverage 1
+    std::vector<float> radius;               ///< [objects] of the bounding sphere, metres
+    std::vector<float> log_scale;            ///< [objects] log2_of(scale)
+    std::vector<std::uint32_t> group_index;  ///< [objects] in the group
+    std::vector<ObjectInstance> instances;   ///< [objects] offset_eye from the origin; coverage 1
 
     std::size_t size() const { return x.size(); }
 };
+
+/// Rotation matrix of a quaternion of any length near 1; orthonormal up to rounding.
+Eigen::Matrix3d rotation_of(const std::array<float, 4>& quaternion);
 
 /// Splits objects into clusters of neighbours. Deterministic.
 ///

@@ -3,6 +3,7 @@
 #include "objects/cluster_set.h"
 #include "objects/frame_objects.h"
 #include "objects/object_cluster.h"
+#include "objects/scene_ray.h"
 
 #include <terrane/scene/scene.h>
 #include <terrane/terrain/number_text.h>
@@ -238,5 +239,9 @@ SceneDraws Scene::end_frame(double threshold_px) {
 }
 
 const SceneCounts& Scene::counts() const { return state_->counts; }
+
+std::optional<SceneHit> Scene::ray(const WorldPos& from_world, const WorldPos& to_world) const {
+    return internal::find_hit(state_->clusters, state_->models, from_world, to_world);
+}
 
 }  // namespace terrane

@@ -33,6 +33,11 @@ Result<View> look_at(const WorldPos& eye_world, const WorldPos& target_world, do
 /// Fails: invalid_argument, naming the field, for a view that is out of range or not finite
 Result<void> check(const View& view);
 
+/// Unit direction from the eye through a point of the picture, in world axes.
+///
+/// @param x_px, y_px from the left and the top edge; pixel i spans i to i + 1. May be outside the picture
+Eigen::Vector3d direction_through(const View& view, double x_px, double y_px);
+
 /// The four side planes of a view, all through the eye; a point p is inside where
 /// normal[i].dot(p - eye) >= 0 for all four. Normals have unit length.
 struct Frustum {

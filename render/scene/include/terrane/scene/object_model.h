@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <terrane/scene/mesh_rays.h>
 #include <terrane/scene/scene_draws.h>
 #include <terrane/terrain/aabb.h>
 #include <terrane/terrain/result.h>
@@ -32,6 +33,8 @@ struct ObjectModel {
     /// Geometric error where the object is not drawn, metres at scale 1, at least twice that of the last level: for
     /// instance its height. Infinity: it is always drawn.
     double absence_error_m = 0.0;
+    /// The mesh for Scene::ray(), within the bounds; none: rays do not meet it.
+    std::optional<MeshRays> rays = {};
 };
 
 /// Least ratio of the errors of consecutive levels.

@@ -1,0 +1,63 @@
+// Content of the report of the inequality of culling: for each count of objects a card with the costs of the tests over the
+// triangles of an object, as ratios to the cheapest test.
+const tests = ["none", "spheres", "boxes", "exact boxes", "triangles"];
+const colours = {none: "--soft", spheres: "--main", boxes: "--second", "exact boxes": "--limit", triangles: "--text"};
+const sum = timed => timed.cull_ms + timed.draw_ms;
+const cheapest = point => tests.reduce((a, b) => sum(point.tests[b]) < sum(point.tests[a]) ? b : a);
+const ratio = (point, test) => sum(point.tests[test]) / sum(point.tests[cheapest(point)]);
+const three = value => Number(value.toPrecision(3)).toString();
+
+function tableOf(field) {
+  const made = element("table");
+  const head = made.createTHead().insertRow();
+  for (const text of ["triangles an object", "test", "kept", "cull, ms", "draw, ms", "sum, ms", "over the cheapest"])
+    head.append(element("th", text));
+  const body = made.createTBody();
+  for (const point of field.points) {
+    for (const test of tests) {
+      const timed = point.tests[test];
+      const row = body.insertRow();
+      for (const text of [short(point.triangles), test, short(timed.kept), three(timed.cull_ms), three(timed.draw_ms),
+        three(sum(timed)), ratio(point, test).toFixed(3)]) row.append(element("td", text));
+    }
+  }
+  return made;
+}
+
+function drawRatios(field, canvas) {
+  const line = test => ({
+    label: test, data: field.points.map(point => ({x: point.triangles, y: ratio(point, test)})), showLine: true,
+    borderColor: colour(colours[test]), backgroundColor: colour(colours[test]), borderWidth: 1.5,
+    borderDash: test === "none" ? [6, 4] : [], pointRadius: 2.5,
+  });
+  const axis = text => ({type: "logarithmic", title: {display: true, text}, ticks: {maxRotation: 0, callback: short}});
+  return new Chart(canvas, {
+    type: "scatter", data: {datasets: tests.map(line)},
+    options: {
+      animation: false, maintainAspectRatio: false,
+      plugins: {legend: {align: "end", labels: {boxWidth: 18, boxHeight: 1}}},
+      scales: {x: axis("triangles an object"), y: axis("cull + draw, over the cheapest test")},
+    },
+  });
+}
+
+const flips = field => field.points.map(
+  point => `${short(point.triangles)} triangles: ${cheapest(point)}`).join("; ") + ".";
+
+showTiles(data.fields.map(field => [
+  `cheapest for ${short(field.objects)} objects`,
+  [...new Set(field.points.map(cheapest))].join(", then "), false]));
+document.getElementById("plots").style.gridTemplateColumns = "1fr";  // for the width of the tables
+const canvases = data.fields.map(field => {
+  const card = element("section", undefined, "card");
+  const plot = element("div", undefined, "plot");
+  const canvas = element("canvas");
+  plot.append(canvas);
+  const wide = element("div", undefined, "wide");
+  wide.append(tableOf(field));
+  card.append(element("h2", `${short(field.objects)} objects`), element("p", "Cheapest: " + flips(field)), plot, wide);
+  document.getElementById("plots").append(card);
+  return canvas;
+});
+keepDrawn(() => data.fields.map((field, i) => drawRatios(field, canvases[i])));
+showSummary();
