@@ -77,7 +77,7 @@ Result<void> fly(const FlyOptions& options, const CameraPath& path, std::size_t 
         const Result<void> added = output.add(maker.make(camera, {}, time), view);
         if (!added) return added;
         const FrameRecord& record = output.frames().back();
-        maker.add_frame_time(record.update_ms + record.draw_ms.value_or(0.0), record.triangles);
+        maker.add_frame_time(record);
         if (output.is_closed()) break;
     }
     return {};

@@ -45,8 +45,10 @@ std::span<const TriangleDemand> FrameMaker::begin_frame(const View& view) {
     return demands_;
 }
 
-void FrameMaker::add_frame_time(double ms, std::size_t triangles) {
-    if (governor_) governor_->add_frame(ms, triangles);
+void FrameMaker::add_frame_time(const FrameRecord& frame) {
+    if (!governor_) return;
+    governor_->add_frame(frame.update_ms + frame.draw_ms.value_or(0.0), frame.triangles,
+                         frame.threshold_px > frame.max_error_px);
 }
 
 void FrameMaker::load_until_stable(const View& view, std::span<const BodyNeed> bodies,

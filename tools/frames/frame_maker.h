@@ -44,8 +44,8 @@ public:
 
     /// Lets the budget follow the times of frames, up to the triangulator's.
     void set_governor(const FrameGovernor& governor) { governor_ = governor; }
-    /// Reports the time of the last frame, drawing included, to the governor.
-    void add_frame_time(double ms, std::size_t triangles);
+    /// Reports the time of a frame, drawing included, to the governor.
+    void add_frame_time(const FrameRecord& frame);
 
     /// Blocks until everything that the first frame can use is resident, or the memory ceiling is reached. Starts with
     /// a coarse error threshold and halves it, so that a small triangle budget loads no chunks that it cannot draw.

@@ -14,8 +14,12 @@ constexpr double kForgetting = 0.9;
 // A frame of more than this ratio over what was expected has met another scene: what was learnt before counts little.
 constexpr double kSurprise = 1.3;
 constexpr double kSurpriseForgetting = 0.1;
-// Share of the frame that is taken for constant where frames do not tell.
+// Share of the first frame that is taken for constant.
 constexpr double kGuessedConstant = 0.2;
+// A frame below this share of the time lets the budget grow by the third power of its ratio.
+constexpr double kFarBelow = 0.5;
+// Least ratio of the slopes of successive frames.
+constexpr double kLeastSlope = 0.05;
 
 }  // namespace
 
@@ -40,11 +44,18 @@ Result<FrameGovernor> FrameGovernor::create(const GovernorSettings& settings,
     return governor;
 }
 
-// A line through the frames by least squares; where they all have about the same triangles, one of a guessed constant.
+// A line through the frames by least squares. Where they all have about the same triangles, or none, they do not tell its
+// slope: then it is the one that was known, larger or smaller where a frame shows that triangles cost more or less now.
 void FrameGovernor::learn(double frame_ms, double triangles) {
     const double expected = constant_ms_ + ms_per_triangle_ * triangles;
     const bool is_surprise =
         weight_ > 0.0 && (frame_ms > kSurprise * expected || frame_ms * kSurprise < expected);
+    double known = ms_per_triangle_;
+    if (known == 0.0) {
+        known = triangles > 0.0 ? (1.0 - kGuessedConstant) * frame_ms / triangles : 0.0;
+    } else if (is_surprise && known * triangles > 0.5 * expected) {
+        known *= frame_ms / expected;
+    }
     const double kept = is_surprise ? kSurpriseForgetting : kForgetting;
     weight_ = kept * weight_ + 1.0;
     n_ = kept * n_ + triangles;
@@ -54,28 +65,37 @@ void FrameGovernor::learn(double frame_ms, double triangles) {
     const double mean_n = n_ / weight_, mean_t = t_ / weight_;
     const double spread = nn_ / weight_ - mean_n * mean_n;
     const double together = nt_ / weight_ - mean_n * mean_t;
-    const double guessed = (1.0 - kGuessedConstant) * mean_t / std::max(mean_n, 1.0);
     // Frames tell the slope in as far as their triangles differ.
     const double tells = spread / (spread + 1e-3 * mean_n * mean_n + 1.0);
-    const double measured = spread > 0.0 ? together / spread : guessed;
+    const double measured = spread > 0.0 ? together / spread : known;
     const double most = mean_t / std::max(mean_n, 1.0);
-    ms_per_triangle_ = std::clamp(tells * measured + (1.0 - tells) * guessed, 0.05 * most, most);
+    ms_per_triangle_ =
+        std::min(std::max(tells * measured + (1.0 - tells) * known, kLeastSlope * known), most);
     constant_ms_ = std::max(0.0, mean_t - ms_per_triangle_ * mean_n);
 }
 
-void FrameGovernor::add_frame(double frame_ms, std::size_t triangles) {
+void FrameGovernor::add_frame(double frame_ms, std::size_t triangles, bool wants_more) {
     if (!(frame_ms > 0.0) || !std::isfinite(frame_ms)) return;
     const auto drawn = static_cast<double>(triangles);
+    const bool is_late = frame_ms > settings_.frame_ms;
     learn(frame_ms, drawn);
     const double allowed = (1.0 - settings_.margin) * settings_.frame_ms;
+    if (!is_late) {
+        proven_ = std::max(proven_, drawn);
+    } else if (drawn > 0.0) {
+        proven_ = std::min(proven_, drawn * allowed / frame_ms);
+    }
     const double wanted = (allowed - constant_ms_) / std::max(ms_per_triangle_, 1e-12);
-    // Growth starts from what was drawn: a budget that is not used says nothing of its cost.
-    const double most =
-        settings_.most_growth * std::max(drawn, static_cast<double>(settings_.least_budget));
+    // A budget that is not used says nothing of its cost: growth starts from what has been drawn in time, or from the
+    // budget where that kept more from being drawn.
+    const double from = std::max(proven_, wants_more ? static_cast<double>(budget_) : drawn);
+    const double growth = frame_ms < kFarBelow * allowed ? std::pow(settings_.most_growth, 3.0)
+                                                         : settings_.most_growth;
+    const double most = growth * std::max(from, static_cast<double>(settings_.least_budget));
     double next = std::min(wanted, most);
     // An overlong frame reduces the triangles at least in proportion, also where the constant part alone exceeds the
     // time.
-    if (frame_ms > settings_.frame_ms) next = std::min(next, drawn * allowed / frame_ms);
+    if (is_late) next = std::min(next, drawn * allowed / frame_ms);
     budget_ = static_cast<std::size_t>(std::clamp(next, static_cast<double>(settings_.least_budget),
                                                   static_cast<double>(settings_.most_budget)));
 }

@@ -41,7 +41,7 @@ TEST(FrameGovernor, SettlesWithinATenthOfItsTimeInThirtyFrames) {
         for (int frame = 0; frame < 60; ++frame) {
             const std::size_t triangles = model.drawn(governor.budget());
             const double ms = model.cost(triangles, random);
-            governor.add_frame(ms, triangles);
+            governor.add_frame(ms, triangles, triangles < model.needed);
             if (frame < 30) continue;
             ASSERT_LT(ms, 16.0 * 1.1) << "frame " << frame;
             mean += ms / 30.0;
@@ -58,7 +58,7 @@ TEST(FrameGovernor, ASuddenCrowdIsOverInFiveFrames) {
         FrameGovernor governor = make({.frame_ms = 16.0, .most_budget = 100'000'000}, 50'000);
         for (int frame = 0; frame < 60; ++frame) {
             const std::size_t triangles = model.drawn(governor.budget());
-            governor.add_frame(model.cost(triangles, random), triangles);
+            governor.add_frame(model.cost(triangles, random), triangles, triangles < model.needed);
         }
         // triangles cost up to five times as much from one frame to the next
         model.ms_per_triangle *= random.between(1.5, 5.0);
@@ -66,7 +66,7 @@ TEST(FrameGovernor, ASuddenCrowdIsOverInFiveFrames) {
         for (int frame = 0; frame < 40; ++frame) {
             const std::size_t triangles = model.drawn(governor.budget());
             const double ms = model.cost(triangles, random);
-            governor.add_frame(ms, triangles);
+            governor.add_frame(ms, triangles, triangles < model.needed);
             if (ms > 16.0 * 1.1) {
                 ++over;
                 ASSERT_LT(frame, 5) << "frame " << frame << " took " << ms;
@@ -83,18 +83,61 @@ TEST(FrameGovernor, ABudgetThatIsNotNeededDoesNotGrowWithoutEnd) {
     FrameGovernor governor = make({.frame_ms = 16.0, .most_budget = 100'000'000}, 50'000);
     for (int frame = 0; frame < 300; ++frame) {
         const std::size_t triangles = model.drawn(governor.budget());
-        governor.add_frame(model.cost(triangles, random), triangles);
-        ASSERT_LE(governor.budget(), 120'000u);
+        governor.add_frame(model.cost(triangles, random), triangles, triangles < model.needed);
+        ASSERT_LE(static_cast<double>(governor.budget()), 100'000.0 * std::pow(1.15, 3.0));
     }
     // when more is needed it comes, and is not too much
     model.needed = 10'000'000;
     for (int frame = 0; frame < 60; ++frame) {
         const std::size_t triangles = model.drawn(governor.budget());
         const double ms = model.cost(triangles, random);
-        governor.add_frame(ms, triangles);
+        governor.add_frame(ms, triangles, triangles < model.needed);
         ASSERT_LT(ms, 16.0 * 1.1);
     }
     EXPECT_GT(governor.budget(), 500'000u);
+}
+
+// Nothing is seen, then all, in turn: what was learnt of the cost of triangles stays, so that the first frames that see
+// something again have nearly their budget, and none exceeds the time for long.
+TEST(FrameGovernor, FramesWithoutTrianglesDoNotChangeWhatTrianglesCost) {
+    for (std::uint64_t seed = 0; seed < 50; ++seed) {
+        SCOPED_TRACE(testing::Message() << "seed " << seed);
+        Random random(seed);
+        Model model;
+        model.ms_per_triangle = std::exp2(random.between(-17.0, -14.0));
+        FrameGovernor governor = make({.frame_ms = 16.0, .most_budget = 100'000'000}, 50'000);
+        for (int turn = 0; turn < 3; ++turn) {
+            for (const std::size_t needed : {std::size_t{0}, std::size_t{100'000'000}}) {
+                model.needed = needed;
+                for (int frame = 0; frame < 40; ++frame) {
+                    const std::size_t triangles = model.drawn(governor.budget());
+                    const double ms = model.cost(triangles, random);
+                    governor.add_frame(ms, triangles, triangles < model.needed);
+                    ASSERT_LT(ms, 16.0 * 1.1) << "frame " << frame;
+                    if (needed == 0 || turn == 0) continue;
+                    ASSERT_GT(ms, 16.0 * 0.8) << "frame " << frame;
+                }
+            }
+        }
+    }
+}
+
+// Objects of one kind come by the thousand: no triangle at all, or many.
+TEST(FrameGovernor, GrowsThroughBudgetsThatDrawNoMoreThanTheOnesBefore) {
+    for (const std::size_t step : {3'000u, 20'000u, 150'000u}) {
+        Random random(step);
+        Model model;
+        FrameGovernor governor = make({.frame_ms = 16.0, .most_budget = 100'000'000}, 2'000);
+        double last_ms = 0.0;
+        for (int frame = 0; frame < 90; ++frame) {
+            const std::size_t triangles = governor.budget() / step * step;
+            last_ms = model.cost(triangles, random);
+            governor.add_frame(last_ms, triangles, true);
+            ASSERT_LT(last_ms, 16.0 * 1.1);
+        }
+        const double of_a_step = model.ms_per_triangle * static_cast<double>(step);
+        EXPECT_GT(last_ms, 16.0 * 0.9 - of_a_step) << step;
+    }
 }
 
 TEST(FrameGovernor, KeepsToItsRangeWhateverTheTimes) {
@@ -108,12 +151,13 @@ TEST(FrameGovernor, KeepsToItsRangeWhateverTheTimes) {
         if (random.below(10) == 0) ms = nan;
         if (random.below(10) == 0) ms = -1.0;
         if (random.below(10) == 0) ms = std::numeric_limits<double>::infinity();
-        governor.add_frame(ms, random.below(5) == 0 ? 0 : governor.budget());
+        const std::size_t drawn = random.below(5) == 0 ? 0 : governor.budget();
+        governor.add_frame(ms, drawn, random.below(2) == 0);
         ASSERT_GE(governor.budget(), 5'000u);
         ASSERT_LE(governor.budget(), 80'000u);
     }
     // frames that cannot be kept go to the least budget
-    for (int frame = 0; frame < 50; ++frame) governor.add_frame(1e3, governor.budget());
+    for (int frame = 0; frame < 50; ++frame) governor.add_frame(1e3, governor.budget(), true);
     EXPECT_EQ(governor.budget(), 5'000u);
 }
 

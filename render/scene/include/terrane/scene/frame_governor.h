@@ -12,8 +12,9 @@ struct GovernorSettings {
     double frame_ms = 16.0;               ///< time that a frame may take, milliseconds, > 0
     std::size_t least_budget = 2'000;     ///< triangles, >= 1
     std::size_t most_budget = 1'000'000;  ///< triangles, >= least_budget
-    double most_growth = 1.15;            ///< largest ratio of successive budgets, 1.01 to 4
-    double margin = 0.03;                 ///< share of the time that is left free, 0 to 0.5
+    /// Largest ratio of successive budgets, 1.01 to 4; its third power after frames of less than half of the time.
+    double most_growth = 1.15;
+    double margin = 0.03;  ///< share of the time that is left free, 0 to 0.5
 };
 
 /// Finds the largest triangle budget whose frames keep a time: least error for the time. It takes the cost of a frame
@@ -38,8 +39,9 @@ public:
     /// Learns from a frame. A time that is not finite or not above 0 is ignored.
     ///
     /// @param frame_ms  that the frame took, milliseconds
-    /// @param triangles that it drew
-    void add_frame(double frame_ms, std::size_t triangles);
+    /// @param triangles  that it drew
+    /// @param wants_more whether a larger budget would have drawn more
+    void add_frame(double frame_ms, std::size_t triangles, bool wants_more);
 
 private:
     explicit FrameGovernor(const GovernorSettings& settings) : settings_(settings) {}
@@ -47,6 +49,7 @@ private:
 
     GovernorSettings settings_;
     std::size_t budget_ = 0;
+    double proven_ = 0.0;  // triangles that have been drawn in time
     // Sums of past frames, each weighted less the older it is.
     double weight_ = 0.0, n_ = 0.0, t_ = 0.0, nn_ = 0.0, nt_ = 0.0;
     double constant_ms_ = 0.0, ms_per_triangle_ = 0.0;
