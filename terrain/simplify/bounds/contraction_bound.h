@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "simplify/star_mesh.h"
-#include "simplify/triangle_bound.h"
+#include "simplify/bounds/star_mesh.h"
+#include "simplify/bounds/triangle_bound.h"
 
 #include <Eigen/Core>
 

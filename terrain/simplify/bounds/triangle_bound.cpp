@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "simplify/triangle_bound.h"
+#include "simplify/bounds/triangle_bound.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "simplify/star_mesh.h"
+#include "simplify/bounds/star_mesh.h"
 
 #include <algorithm>
 #include <utility>

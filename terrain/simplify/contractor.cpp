@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: MIT
+//
+// Sources: M. Garland, P. Heckbert. Surface Simplification Using Quadric Error Metrics. SIGGRAPH 1997.
+// P. Lindstrom, G. Turk. Fast and Memory Efficient Polygonal Simplification. IEEE Visualization 1998: ties of flat
+// parts go by length.
+// T. Dey et al. Topology preserving edge contraction. Publ. Inst. Math. 66, 1999: the link condition.
+// Deviations: half-edge contractions; costs are means over the area of the planes, so that they compare as distances;
+// quadrics choose the order only, ContractionBound decides.
+#include "simplify/contractor.h"
+
+#include "base/vector_math.h"
+
+#include <algorithm>
+
+namespace terrane::internal {
+namespace {
+
+// Weight of the plane that keeps an edge of a border in its place, beside that of a square on the edge.
+constexpr double kBorderWeight = 4.0;
+// What a contraction costs for its length: a thousandth of the length, squared. Decides on flat parts.
+constexpr double kLengthWeight = 1e-6;
+
+}  // namespace
+
+Contractor::Contractor(const SimplifyInput& input, ContractionRules* rules)
+    : vertices_(input.vertices),
+      locked_(input.locked),
+      may_join_locked_(input.may_join_locked),
+      rules_(rules),
+      mesh_(input.vertices.size(), input.triangles),
+      bounds_(input.triangles.size()),
+      kinds_(input.vertices.size(), VertexKind::fixed),
+      planes_(input.vertices.size()),
+      queue_(input.vertices.size()),
+      bound_(vertices_, bounds_),
+      is_over_limit_(input.vertices.size(), 0),
+      had_refusal_(input.vertices.size(), 0) {
+    if (!vertices_.empty() && !input.triangles.empty()) origin_ = vertices_[input.triangles[0][0]];
+    add_planes(input.triangles);
+    for (std::uint32_t u = 0; u < vertices_.size(); ++u) {
+        if (is_locked(u)) continue;
+        if (!mesh_.find_ring(u, ring_)) continue;
+        kinds_[u] = ring_.is_closed ? VertexKind::interior : VertexKind::border;
+    }
+    add_border_planes();
+    for (std::uint32_t u = 0; u < vertices_.size(); ++u) update_own_cost(u);
+    for (std::uint32_t u = 0; u < vertices_.size(); ++u) queue_best(u);
+}
+
+SimplifyStop Contractor::contract_to(const SimplifyLevel& level) {
+    for (std::uint32_t u = 0; u < vertices_.size(); ++u) {
+        if (is_over_limit_[u] != 0) queue_best(u);
+    }
+    std::fill(is_over_limit_.begin(), is_over_limit_.end(), std::uint8_t{0});
+    over_limit_count_ = 0;
+    while (mesh_.alive_count() > level.triangles) {
+        if (queue_.is_empty())
+            return over_limit_count_ == 0 ? SimplifyStop::no_contraction
+                                          : SimplifyStop::error_limit;
+        const Candidate candidate = queue_.first();
+        switch (try_contraction(candidate, level.error_m)) {
+            case Attempt::done:
+                break;
+            case Attempt::over_limit:
+                over_limit_count_ += 1u - is_over_limit_[candidate.vertex];
+                is_over_limit_[candidate.vertex] = 1;
+                [[fallthrough]];
+            case Attempt::refused:
+                queue_next(candidate);
+        }
+    }
+    return SimplifyStop::triangle_count;
+}
+
+SimplifiedMesh Contractor::result() const {
+    SimplifiedMesh result;
+    result.triangles.reserve(mesh_.alive_count());
+    for (std::size_t i = 0; i < bounds_.size(); ++i) {
+        if (!mesh_.is_alive(i)) continue;
+        result.triangles.push_back(mesh_.triangles()[i]);
+        result.error_m = std::max(result.error_m, bounds_[i].largest());
+    }
+    return result;
+}
+
+void Contractor::add_planes(std::span<const StarMesh::Triangle> triangles) {
+    for (const StarMesh::Triangle& t : triangles) {
+        const Eigen::Vector3d a = local(t[0]);
+        const Eigen::Vector3d normal = cross(local(t[1]) - a, local(t[2]) - a);
+        const double doubled = length(normal);
+        if (!(doubled > 0.0)) continue;
+        for (const std::uint32_t v : t) add_plane(v, normal / doubled, a, 0.5 * doubled);
+    }
+}
+
+void Contractor::add_border_planes() {
+    for (std::uint32_t u = 0; u < vertices_.size(); ++u) {
+        if (kinds_[u] == VertexKind::interior || !mesh_.find_ring(u, ring_) || ring_.is_closed)
+            continue;
+        // The edge from u to its first neighbour; the other one is that neighbour's.
+        const std::uint32_t next = ring_.vertices[0];
+        const Eigen::Vector3d edge = local(next) - local(u);
+        const Eigen::Vector3d normal =
+            cross(edge, cross(edge, local(ring_.vertices[1]) - local(u)));
+        const double length_of_normal = length(normal);
+        if (!(length_of_normal > 0.0)) continue;
+        for (const std::uint32_t v : {u, next})
+            add_plane(v, normal / length_of_normal, local(u), kBorderWeight * dot(edge, edge));
+    }
+}
+
+void Contractor::add_plane(std::uint32_t vertex, const Eigen::Vector3d& normal,
+                           const Eigen::Vector3d& on_plane, double weight) {
+    planes_[vertex].quadric.add_plane(normal, on_plane, weight);
+    planes_[vertex].weight += weight;
+}
+
+void Contractor::update_own_cost(std::uint32_t vertex) {
+    planes_[vertex].own_cost = planes_[vertex].quadric.at(local(vertex));
+}
+
+double Contractor::cost(std::uint32_t u, std::uint32_t v) const {
+    const Eigen::Vector3d edge = vertices_[v] - vertices_[u];
+    const double weight = planes_[u].weight + planes_[v].weight;
+    const double sum = planes_[u].quadric.at(local(v)) + planes_[v].own_cost;
+    return (weight > 0.0 ? sum / weight : 0.0) + kLengthWeight * dot(edge, edge);
+}
+
+// Queues the first of a vertex's candidates in the order, if any; with `after`, of those that follow it.
+void Contractor::queue_first(std::uint32_t u, const Neighbours& neighbours,
+                             const Candidate* after) {
+    Candidate best;
+    bool is_found = false;
+    for (std::size_t i = 0; i < neighbours.count; ++i) {
+        if (kinds_[u] == VertexKind::border && neighbours.edge_triangles[i] != 1) continue;
+        const std::uint32_t v = neighbours.vertices[i];
+        const Candidate candidate = {cost(u, v), u, v};
+        if (after != nullptr && !(*after < candidate)) continue;
+        if (is_found && !(candidate < best)) continue;
+        best = candidate;
+        is_found = true;
+    }
+    had_refusal_[u] = static_cast<std::uint8_t>(after != nullptr);
+    if (is_found) {
+        queue_.set(best);
+    } else {
+        queue_.erase(u);
+    }
+}
+
+void Contractor::queue_best(std::uint32_t u) {
+    if (kinds_[u] == VertexKind::fixed) return;
+    mesh_.find_neighbours(u, of_vertex_);
+    if (of_vertex_.has_all) queue_first(u, of_vertex_, nullptr);
+}
+
+void Contractor::queue_next(const Candidate& refused) {
+    mesh_.find_neighbours(refused.vertex, of_vertex_);
+    queue_first(refused.vertex, of_vertex_, &refused);
+}
+
+// As queue_best(w) after u was contracted onto v, a neighbour of w; in most cases without a look at the other
+// neighbours, whose costs are as before.
+void Contractor::requeue(std::uint32_t w, std::uint32_t u, std::uint32_t v,
+                         std::size_t edge_triangles) {
+    if (kinds_[w] == VertexKind::fixed) return;
+    const Candidate* const queued = queue_.find(w);
+    if (queued == nullptr || had_refusal_[w] != 0 || queued->target == u) return queue_best(w);
+    const bool may_go = kinds_[w] != VertexKind::border || edge_triangles == 1;
+    const Candidate candidate = {cost(w, v), w, v};
+    if (may_go && !(*queued < candidate)) return queue_.set(candidate);
+    if (queued->target == v) queue_best(w);
+}
+
+Contractor::Attempt Contractor::try_contraction(const Candidate& candidate, double limit) {
+    const std::uint32_t u = candidate.vertex, v = candidate.target;
+    if (!mesh_.find_ring(u, ring_)) return Attempt::refused;
+    const auto place =
+        std::find(ring_.vertices.begin(),
+                  ring_.vertices.begin() + static_cast<std::ptrdiff_t>(ring_.count), v);
+    const Ring ring = ring_.rotated(static_cast<std::size_t>(place - ring_.vertices.begin()));
+    if (!keeps_topology(u, ring)) return Attempt::refused;
+    if (!bound_.evaluate(u, ring, limit)) return Attempt::refused;
+    if (bound_.error() > limit) return Attempt::over_limit;
+    for (std::size_t i = 1; i + 1 < ring.count; ++i) bounds_[ring.triangles[i]] = bound_.bound(i);
+    contract(u, ring);
+    return Attempt::done;
+}
+
+// The link condition: u and v have no common neighbours but those of their common triangles.
+bool Contractor::keeps_topology(std::uint32_t u, const Ring& ring) {
+    const std::uint32_t v = ring.vertices[0];
+    mesh_.find_neighbours(v, of_target_);
+    if (!of_target_.has_all) return false;
+    std::size_t triangle_count = 0;
+    for (std::size_t i = 0; i < of_target_.count; ++i)
+        triangle_count += of_target_.edge_triangles[i];
+    // Two ends of edges are counted for each triangle.
+    const std::size_t after = triangle_count / 2 + ring.count - (ring.is_closed ? 4 : 3);
+    if (after > kMaxValence) return false;
+    const std::size_t last = ring.count - 1;
+    for (std::size_t i = 1; i <= last; ++i) {
+        const bool is_apex = (i == 1 && ring.triangles[0] != kNoTriangle) ||
+                             (i == last && ring.triangles[last] != kNoTriangle);
+        if (of_target_.contains(ring.vertices[i]) != is_apex) return false;
+        // the edges that are new
+        if (!is_apex && !may_join_locked_ && is_locked(v) && is_locked(ring.vertices[i]))
+            return false;
+    }
+    return ring.count > 3 || !mesh_.has_triangle(v, ring.vertices[1], ring.vertices[2], u);
+}
+
+void Contractor::contract(std::uint32_t u, const Ring& ring) {
+    const std::uint32_t v = ring.vertices[0];
+    queue_.erase(u);
+    mesh_.contract(u, ring);
+    kinds_[u] = VertexKind::fixed;
+    over_limit_count_ -= is_over_limit_[u];
+    is_over_limit_[u] = 0;
+    planes_[v].quadric.add(planes_[u].quadric);
+    planes_[v].weight += planes_[u].weight;
+    update_own_cost(v);
+    mesh_.find_neighbours(v, of_target_);
+    queue_best(v);
+    for (std::size_t i = 0; i < of_target_.count; ++i)
+        requeue(of_target_.vertices[i], u, v, of_target_.edge_triangles[i]);
+}
+
+}  // namespace terrane::internal
