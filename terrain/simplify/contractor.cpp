@@ -19,14 +19,16 @@ namespace {
 constexpr double kBorderWeight = 4.0;
 // What a contraction costs for its length: a thousandth of the length, squared. Decides on flat parts.
 constexpr double kLengthWeight = 1e-6;
+// A contraction that waited is made where its cost has grown by no more than this factor since.
+constexpr double kDeferredGrowth = 1.25;
 
 }  // namespace
 
-Contractor::Contractor(const SimplifyInput& input, ContractionRules* rules)
+Contractor::Contractor(const SimplifyInput& input, const ContractorOptions& options)
     : vertices_(input.vertices),
       locked_(input.locked),
       may_join_locked_(input.may_join_locked),
-      rules_(rules),
+      options_(options),
       mesh_(input.vertices.size(), input.triangles),
       bounds_(input.triangles.size()),
       kinds_(input.vertices.size(), VertexKind::fixed),
@@ -34,7 +36,8 @@ Contractor::Contractor(const SimplifyInput& input, ContractionRules* rules)
       queue_(input.vertices.size()),
       bound_(vertices_, bounds_),
       is_over_limit_(input.vertices.size(), 0),
-      had_refusal_(input.vertices.size(), 0) {
+      had_refusal_(input.vertices.size(), 0),
+      least_costs_(options.error_ratio < kInfinity ? input.vertices.size() : 0, 0.0) {
     if (!vertices_.empty() && !input.triangles.empty()) origin_ = vertices_[input.triangles[0][0]];
     add_planes(input.triangles);
     for (std::uint32_t u = 0; u < vertices_.size(); ++u) {
@@ -43,7 +46,12 @@ Contractor::Contractor(const SimplifyInput& input, ContractionRules* rules)
         kinds_[u] = ring_.is_closed ? VertexKind::interior : VertexKind::border;
     }
     add_border_planes();
+    for (const EdgeToKeep& edge : options.edges_to_keep) add_edge_plane(edge);
     for (std::uint32_t u = 0; u < vertices_.size(); ++u) update_own_cost(u);
+    queue_all();
+}
+
+void Contractor::queue_all() {
     for (std::uint32_t u = 0; u < vertices_.size(); ++u) queue_best(u);
 }
 
@@ -60,6 +68,9 @@ SimplifyStop Contractor::contract_to(const SimplifyLevel& level) {
         const Candidate candidate = queue_.first();
         switch (try_contraction(candidate, level.error_m)) {
             case Attempt::done:
+                break;
+            case Attempt::deferred:
+                queue_best(candidate.vertex);
                 break;
             case Attempt::over_limit:
                 over_limit_count_ += 1u - is_over_limit_[candidate.vertex];
@@ -98,15 +109,18 @@ void Contractor::add_border_planes() {
         if (kinds_[u] == VertexKind::interior || !mesh_.find_ring(u, ring_) || ring_.is_closed)
             continue;
         // The edge from u to its first neighbour; the other one is that neighbour's.
-        const std::uint32_t next = ring_.vertices[0];
-        const Eigen::Vector3d edge = local(next) - local(u);
-        const Eigen::Vector3d normal =
-            cross(edge, cross(edge, local(ring_.vertices[1]) - local(u)));
-        const double length_of_normal = length(normal);
-        if (!(length_of_normal > 0.0)) continue;
-        for (const std::uint32_t v : {u, next})
-            add_plane(v, normal / length_of_normal, local(u), kBorderWeight * dot(edge, edge));
+        add_edge_plane({u, ring_.vertices[0], ring_.vertices[1]});
     }
+}
+
+// The plane through the edge that is orthogonal to the triangle.
+void Contractor::add_edge_plane(const EdgeToKeep& kept) {
+    const Eigen::Vector3d from = local(kept.from), edge = local(kept.to) - from;
+    const Eigen::Vector3d normal = cross(edge, cross(edge, local(kept.apex) - from));
+    const double length_of_normal = length(normal);
+    if (!(length_of_normal > 0.0)) return;
+    for (const std::uint32_t v : {kept.from, kept.to})
+        add_plane(v, normal / length_of_normal, from, kBorderWeight * dot(edge, edge));
 }
 
 void Contractor::add_plane(std::uint32_t vertex, const Eigen::Vector3d& normal,
@@ -123,7 +137,8 @@ double Contractor::cost(std::uint32_t u, std::uint32_t v) const {
     const Eigen::Vector3d edge = vertices_[v] - vertices_[u];
     const double weight = planes_[u].weight + planes_[v].weight;
     const double sum = planes_[u].quadric.at(local(v)) + planes_[v].own_cost;
-    return (weight > 0.0 ? sum / weight : 0.0) + kLengthWeight * dot(edge, edge);
+    const double by_planes = (weight > 0.0 ? sum / weight : 0.0) + kLengthWeight * dot(edge, edge);
+    return options_.rules == nullptr ? by_planes : by_planes + options_.rules->cost(u, v);
 }
 
 // Queues the first of a vertex's candidates in the order, if any; with `after`, of those that follow it.
@@ -142,6 +157,7 @@ void Contractor::queue_first(std::uint32_t u, const Neighbours& neighbours,
     }
     had_refusal_[u] = static_cast<std::uint8_t>(after != nullptr);
     if (is_found) {
+        best.cost = queued_cost(best);
         queue_.set(best);
     } else {
         queue_.erase(u);
@@ -154,9 +170,12 @@ void Contractor::queue_best(std::uint32_t u) {
     if (of_vertex_.has_all) queue_first(u, of_vertex_, nullptr);
 }
 
-void Contractor::queue_next(const Candidate& refused) {
-    mesh_.find_neighbours(refused.vertex, of_vertex_);
-    queue_first(refused.vertex, of_vertex_, &refused);
+void Contractor::queue_next(const Candidate& queued) {
+    const std::uint32_t u = queued.vertex;
+    const Candidate refused = {least_costs_.empty() ? queued.cost : cost(u, queued.target), u,
+                               queued.target};
+    mesh_.find_neighbours(u, of_vertex_);
+    queue_first(u, of_vertex_, &refused);
 }
 
 // As queue_best(w) after u was contracted onto v, a neighbour of w; in most cases without a look at the other
@@ -167,7 +186,8 @@ void Contractor::requeue(std::uint32_t w, std::uint32_t u, std::uint32_t v,
     const Candidate* const queued = queue_.find(w);
     if (queued == nullptr || had_refusal_[w] != 0 || queued->target == u) return queue_best(w);
     const bool may_go = kinds_[w] != VertexKind::border || edge_triangles == 1;
-    const Candidate candidate = {cost(w, v), w, v};
+    Candidate candidate = {cost(w, v), w, v};
+    if (!least_costs_.empty() && candidate.cost <= least_costs_[w]) return queue_best(w);
     if (may_go && !(*queued < candidate)) return queue_.set(candidate);
     if (queued->target == v) queue_best(w);
 }
@@ -180,9 +200,18 @@ Contractor::Attempt Contractor::try_contraction(const Candidate& candidate, doub
                   ring_.vertices.begin() + static_cast<std::ptrdiff_t>(ring_.count), v);
     const Ring ring = ring_.rotated(static_cast<std::size_t>(place - ring_.vertices.begin()));
     if (!keeps_topology(u, ring)) return Attempt::refused;
+    if (options_.rules != nullptr && !options_.rules->allows(u, ring)) return Attempt::refused;
     if (!bound_.evaluate(u, ring, limit)) return Attempt::refused;
     if (bound_.error() > limit) return Attempt::over_limit;
+    if (!least_costs_.empty()) {
+        const double least = bound_.error() / options_.error_ratio;
+        if (least * least > candidate.cost * kDeferredGrowth) {
+            least_costs_[u] = least * least;
+            return Attempt::deferred;
+        }
+    }
     for (std::size_t i = 1; i + 1 < ring.count; ++i) bounds_[ring.triangles[i]] = bound_.bound(i);
+    if (options_.rules != nullptr) options_.rules->on_contraction(u, ring, bound_.error());
     contract(u, ring);
     return Attempt::done;
 }

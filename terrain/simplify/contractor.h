@@ -8,8 +8,10 @@
 
 #include <terrane/terrain/simplify.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -27,12 +29,26 @@ public:
     virtual void on_contraction(std::uint32_t u, const Ring& ring, double error_m) = 0;
 };
 
+/// An edge from which contractions should not move, and the third corner of a triangle of it.
+struct EdgeToKeep {
+    std::uint32_t from = 0, to = 0, apex = 0;  ///< vertices
+};
+
+/// What a contractor does beyond simplify()'s defaults.
+struct ContractorOptions {
+    ContractionRules* rules = nullptr;  ///< absent: none
+    std::span<const EdgeToKeep> edges_to_keep =
+        {};  ///< besides those of borders; for the constructor only
+    /// A contraction waits while its certified error is more than this many times the square root of its cost; infinity:
+    /// quadrics alone decide.
+    double error_ratio = std::numeric_limits<double>::infinity();
+};
+
 /// Contracts a mesh vertex by vertex, the cheapest first.
 class Contractor {
 public:
     /// @param input views that must stay; checked
-    /// @param rules absent: none
-    explicit Contractor(const SimplifyInput& input, ContractionRules* rules = nullptr);
+    explicit Contractor(const SimplifyInput& input, const ContractorOptions& options = {});
 
     /// Contracts until the mesh has no more triangles than the level, or nothing is left within its error.
     SimplifyStop contract_to(const SimplifyLevel& level);
@@ -40,11 +56,14 @@ public:
     /// The mesh as it is now.
     SimplifiedMesh result() const;
 
+    /// Tries all contractions again that were refused: where the rules have changed.
+    void queue_all();
+
     const StarMesh& mesh() const { return mesh_; }
 
 private:
     enum class VertexKind : std::uint8_t { fixed, interior, border };
-    enum class Attempt : std::uint8_t { done, refused, over_limit };
+    enum class Attempt : std::uint8_t { done, refused, over_limit, deferred };
     struct VertexPlanes {
         Quadric quadric;
         double weight = 0.0;    ///< sum of the planes' weights
@@ -56,14 +75,20 @@ private:
 
     void add_planes(std::span<const StarMesh::Triangle> triangles);
     void add_border_planes();
+    void add_edge_plane(const EdgeToKeep& edge);
     void add_plane(std::uint32_t vertex, const Eigen::Vector3d& normal,
                    const Eigen::Vector3d& on_plane, double weight);
     void update_own_cost(std::uint32_t vertex);
     double cost(std::uint32_t u, std::uint32_t v) const;
 
+    /// What a candidate is queued with.
+    double queued_cost(const Candidate& candidate) const {
+        return least_costs_.empty() ? candidate.cost
+                                    : std::max(candidate.cost, least_costs_[candidate.vertex]);
+    }
     void queue_first(std::uint32_t u, const Neighbours& neighbours, const Candidate* after);
     void queue_best(std::uint32_t u);
-    void queue_next(const Candidate& refused);
+    void queue_next(const Candidate& queued);
     void requeue(std::uint32_t w, std::uint32_t u, std::uint32_t v, std::size_t edge_triangles);
 
     Attempt try_contraction(const Candidate& candidate, double limit);
@@ -73,7 +98,7 @@ private:
     std::span<const Eigen::Vector3d> vertices_;
     std::span<const std::uint8_t> locked_;
     bool may_join_locked_;
-    ContractionRules* rules_;
+    ContractorOptions options_;
     StarMesh mesh_;
     std::vector<TriangleBound> bounds_;  // [triangles]
     std::vector<VertexKind> kinds_;      // [vertices] fixed: also those that are gone
@@ -86,6 +111,7 @@ private:
     std::size_t over_limit_count_ = 0;
     // [vertices] the queued candidate is not the vertex's first: those before were refused
     std::vector<std::uint8_t> had_refusal_;
+    std::vector<double> least_costs_;   // [vertices] of a queued candidate; empty: none
     Ring ring_;                         // scratch
     Neighbours of_vertex_, of_target_;  // scratch
 };

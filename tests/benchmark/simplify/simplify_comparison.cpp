@@ -5,11 +5,12 @@
 #include "simplifiers.h"
 #include "surface_measure.h"
 
+#include <terrane/terrain/progressive_mesh.h>
 #include <terrane/terrain/simplify.h>
 
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
+#include <optional>
 #include <string_view>
 
 namespace terrane::bench {
@@ -32,6 +33,21 @@ Simplified run_simplify(const ShapeMesh& mesh, std::size_t triangles, int runs) 
     });
     result.mesh = {mesh.vertices, std::move(levels[0].triangles)};
     result.certified = levels[0].error_m;
+    return result;
+}
+
+// Recording the whole sequence down to the count, not only what the level needs.
+Simplified run_progressive(const ShapeMesh& mesh, std::size_t triangles, int runs) {
+    TriangleMesh input;
+    input.positions = mesh.vertices;
+    input.triangles = mesh.triangles;
+    std::optional<ProgressiveMesh> made;
+    Simplified result;
+    result.ms = median_ms(runs, [&] { made.emplace(ProgressiveMesh::create(input).value()); });
+    made->set_triangle_count(triangles);
+    result.mesh.vertices = made->finest().positions;
+    result.mesh.triangles.assign(made->triangles().begin(), made->triangles().end());
+    result.certified = made->error_m();
     return result;
 }
 
@@ -72,7 +88,7 @@ std::string data_folder() {
 
 std::vector<Simplifier> all_simplifiers() {
     return {
-        {"simplify()", run_simplify},
+        {"simplify()", run_simplify}, {"ProgressiveMesh", run_progressive},
 #if TERRANE_BENCH_MESHOPTIMIZER
             {"meshoptimizer", run_meshoptimizer},
             {"meshoptimizer sloppy", run_meshoptimizer_sloppy},
