@@ -12,8 +12,8 @@
 
 namespace terrane::internal {
 
-/// The attributes of vertices as numbers in metres, and for each vertex the squared differences to the attributes of the
-/// triangles around it, continued linearly.
+/// The attributes of vertices as numbers in metres, and for each vertex the squared differences to the attributes of
+/// the triangles around it, continued linearly.
 class AttributeQuadrics {
 public:
     /// @param corners triangles of vertices

@@ -27,8 +27,8 @@ ContractionRecorder::ContractionRecorder(const WeldedMesh& mesh, AttributeQuadri
     }
 }
 
-// The vertex of ring.vertices[0] in the triangles of the edge to it that have this vertex of u: where a vertex goes when
-// its place moves along the edge. kNone where they have not; not unique where the two sides differ.
+// The vertex of ring.vertices[0] in the triangles of the edge to it that have this vertex of u: where a vertex goes
+// when its place moves along the edge. kNone where they have not; not unique where the two sides differ.
 std::uint32_t ContractionRecorder::partner(std::uint32_t vertex, const Ring& ring,
                                            bool& is_unique_out) const {
     is_unique_out = true;
@@ -107,8 +107,7 @@ void ContractionRecorder::on_contraction(std::uint32_t u, const Ring& ring, doub
         const std::uint32_t triangle = ring.triangles[i];
         if (triangle == kNoTriangle) continue;
         if (i == 0 || i + 1 == ring.count) {
-            record_.removed_at[triangle] = steps_with_this();
-            for (const std::uint32_t vertex : corners_[triangle]) --use_counts_[vertex];
+            remove(triangle);
             continue;
         }
         const std::uint32_t corner = 3 * triangle + ring.corners[i];
@@ -123,6 +122,23 @@ void ContractionRecorder::on_contraction(std::uint32_t u, const Ring& ring, doub
     // The apexes of the triangles that went.
     retire(ring.vertices[1]);
     retire(ring.vertices[ring.count - 1]);
+    end_step(error_m);
+}
+
+void ContractionRecorder::on_removal(std::span<const std::uint32_t> triangles, double error_m) {
+    for (const std::uint32_t triangle : triangles) remove(triangle);
+    for (const std::uint32_t triangle : triangles) {
+        for (const std::uint32_t vertex : corners_[triangle]) retire(mesh_.place_of_vertex[vertex]);
+    }
+    end_step(error_m);
+}
+
+void ContractionRecorder::remove(std::uint32_t triangle) {
+    record_.removed_at[triangle] = steps_with_this();
+    for (const std::uint32_t vertex : corners_[triangle]) --use_counts_[vertex];
+}
+
+void ContractionRecorder::end_step(double error_m) {
     record_.ends.push_back(record_.changes.size());
     record_.errors_m.push_back(
         std::max(error_m, record_.errors_m.empty() ? 0.0 : record_.errors_m.back()));

@@ -43,6 +43,7 @@ public:
     bool allows(std::uint32_t u, const Ring& ring) override;
     double cost(std::uint32_t u, std::uint32_t v) const override;
     void on_contraction(std::uint32_t u, const Ring& ring, double error_m) override;
+    void on_removal(std::span<const std::uint32_t> triangles, double error_m) override;
 
     /// The record so far; the recorder has none afterwards.
     ContractionRecord take() { return std::move(record_); }
@@ -53,7 +54,9 @@ private:
     }
     std::uint32_t partner(std::uint32_t vertex, const Ring& ring, bool& is_unique_out) const;
     std::uint32_t nearest(std::uint32_t vertex, std::uint32_t place) const;
+    void remove(std::uint32_t triangle);
     void retire(std::uint32_t place);
+    void end_step(double error_m);
 
     std::uint32_t steps_with_this() const {
         return static_cast<std::uint32_t>(record_.ends.size()) + 1;

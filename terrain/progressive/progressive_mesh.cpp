@@ -72,10 +72,13 @@ ContractionRecord record_contractions(const TriangleMesh& mesh, const Progressiv
     const std::vector<internal::EdgeToKeep> seams = internal::find_seams(welded);
     internal::Contractor contractor(
         {.vertices = welded.places, .triangles = welded.triangles, .locked = locked},
-        {.rules = &recorder, .edges_to_keep = seams, .error_ratio = kErrorRatio});
+        {.rules = &recorder,
+         .edges_to_keep = seams,
+         .error_ratio = kErrorRatio,
+         .may_change_topology = true});
     contractor.contract_to({});
     recorder.allow_all();
-    contractor.queue_all();
+    contractor.retry_all();
     contractor.contract_to({});
     return recorder.take();
 }

@@ -19,6 +19,10 @@ namespace {
 constexpr double kBorderWeight = 4.0;
 // What a contraction costs for its length: a thousandth of the length, squared. Decides on flat parts.
 constexpr double kLengthWeight = 1e-6;
+// What it costs that an area is no longer seen from its side, as a share of it: the square of a tenth of its width.
+constexpr double kTurnedWeight = 0.01;
+// Triangles that share an edge with a smaller cosine lie on each other: a thousandth of a radian.
+constexpr double kFoldedCosine = -(1.0 - 5e-7);
 // A contraction that waited is made where its cost has grown by no more than this factor since.
 constexpr double kDeferredGrowth = 1.25;
 
@@ -37,7 +41,8 @@ Contractor::Contractor(const SimplifyInput& input, const ContractorOptions& opti
       bound_(vertices_, bounds_),
       is_over_limit_(input.vertices.size(), 0),
       had_refusal_(input.vertices.size(), 0),
-      least_costs_(options.error_ratio < kInfinity ? input.vertices.size() : 0, 0.0) {
+      least_costs_(options.error_ratio < kInfinity ? input.vertices.size() : 0, 0.0),
+      reductions_(0) {
     if (!vertices_.empty() && !input.triangles.empty()) origin_ = vertices_[input.triangles[0][0]];
     add_planes(input.triangles);
     for (std::uint32_t u = 0; u < vertices_.size(); ++u) {
@@ -48,6 +53,17 @@ Contractor::Contractor(const SimplifyInput& input, const ContractorOptions& opti
     add_border_planes();
     for (const EdgeToKeep& edge : options.edges_to_keep) add_edge_plane(edge);
     for (std::uint32_t u = 0; u < vertices_.size(); ++u) update_own_cost(u);
+    queue_all();
+    if (!options.may_change_topology) return;
+    components_.emplace(vertices_, mesh_, bounds_);
+    reductions_ = VertexQueue(components_->count());
+    is_reduction_over_limit_.resize(components_->count());
+    for (std::uint32_t i = 0; i < components_->count(); ++i)
+        is_reduction_over_limit_[i] = components_->is_small(i) ? 1 : 0;
+}
+
+void Contractor::retry_all() {
+    is_retrying_ = true;
     queue_all();
 }
 
@@ -61,16 +77,23 @@ SimplifyStop Contractor::contract_to(const SimplifyLevel& level) {
     }
     std::fill(is_over_limit_.begin(), is_over_limit_.end(), std::uint8_t{0});
     over_limit_count_ = 0;
+    queue_reductions();
     while (mesh_.alive_count() > level.triangles) {
+        if (!reductions_.is_empty() &&
+            (queue_.is_empty() || reductions_.first().cost <= queue_.first().cost)) {
+            try_reduction(reductions_.first().vertex, level.error_m);
+            continue;
+        }
         if (queue_.is_empty())
-            return over_limit_count_ == 0 ? SimplifyStop::no_contraction
-                                          : SimplifyStop::error_limit;
+            return over_limit_count_ == 0 && !is_any_reduction_over_limit()
+                       ? SimplifyStop::no_contraction
+                       : SimplifyStop::error_limit;
         const Candidate candidate = queue_.first();
         switch (try_contraction(candidate, level.error_m)) {
             case Attempt::done:
                 break;
             case Attempt::deferred:
-                queue_best(candidate.vertex);
+                queue_.set({least_costs_[candidate.vertex], candidate.vertex, candidate.target});
                 break;
             case Attempt::over_limit:
                 over_limit_count_ += 1u - is_over_limit_[candidate.vertex];
@@ -185,11 +208,17 @@ void Contractor::requeue(std::uint32_t w, std::uint32_t u, std::uint32_t v,
     if (kinds_[w] == VertexKind::fixed) return;
     const Candidate* const queued = queue_.find(w);
     if (queued == nullptr || had_refusal_[w] != 0 || queued->target == u) return queue_best(w);
-    const bool may_go = kinds_[w] != VertexKind::border || edge_triangles == 1;
+    Candidate present = *queued;
+    // What it cost before it had to wait.
+    if (!least_costs_.empty() && present.cost <= least_costs_[w])
+        present.cost = cost(w, present.target);
     Candidate candidate = {cost(w, v), w, v};
-    if (!least_costs_.empty() && candidate.cost <= least_costs_[w]) return queue_best(w);
-    if (may_go && !(*queued < candidate)) return queue_.set(candidate);
-    if (queued->target == v) queue_best(w);
+    const bool may_go = kinds_[w] != VertexKind::border || edge_triangles == 1;
+    if (may_go && !(present < candidate)) {
+        candidate.cost = queued_cost(candidate);
+        return queue_.set(candidate);
+    }
+    if (present.target == v) queue_best(w);
 }
 
 Contractor::Attempt Contractor::try_contraction(const Candidate& candidate, double limit) {
@@ -201,7 +230,7 @@ Contractor::Attempt Contractor::try_contraction(const Candidate& candidate, doub
     const Ring ring = ring_.rotated(static_cast<std::size_t>(place - ring_.vertices.begin()));
     if (!keeps_topology(u, ring)) return Attempt::refused;
     if (options_.rules != nullptr && !options_.rules->allows(u, ring)) return Attempt::refused;
-    if (!bound_.evaluate(u, ring, limit)) return Attempt::refused;
+    if (!evaluate(u, ring, limit)) return Attempt::refused;
     if (bound_.error() > limit) return Attempt::over_limit;
     if (!least_costs_.empty()) {
         const double least = bound_.error() / options_.error_ratio;
@@ -214,6 +243,34 @@ Contractor::Attempt Contractor::try_contraction(const Candidate& candidate, doub
     if (options_.rules != nullptr) options_.rules->on_contraction(u, ring, bound_.error());
     contract(u, ring);
     return Attempt::done;
+}
+
+bool Contractor::evaluate(std::uint32_t u, const Ring& ring, double limit) {
+    if (ring.count < 3) return false;  // a triangle alone
+    const bool is_good = bound_.evaluate(u, ring, limit);
+    if (!components_) return is_good;
+    const bool is_coarse =
+        is_retrying_ || components_->is_small(components_->of_triangle(ring.triangles[1]));
+    if (!is_coarse) return is_good;
+    return (is_good || bound_.evaluate_along_edge(u, ring)) && !folds_over(ring);
+}
+
+// Whether a new triangle would lie on the one behind the edge between two neighbours, in the opposite direction.
+bool Contractor::folds_over(const Ring& ring) {
+    for (std::size_t i = 1; i + 1 < ring.count; ++i) {
+        const std::uint32_t from = ring.vertices[i + 1], to = ring.vertices[i];
+        const std::uint32_t behind = mesh_.triangle_at(from, to);
+        if (behind == kNoTriangle) continue;
+        const StarMesh::Triangle& t = mesh_.triangles()[behind];
+        const std::uint32_t apex = t[0] != from && t[0] != to   ? t[0]
+                                   : t[1] != from && t[1] != to ? t[1]
+                                                                : t[2];
+        const Eigen::Vector3d edge = vertices_[to] - vertices_[from];
+        const Eigen::Vector3d normal = cross(edge, vertices_[apex] - vertices_[from]),
+                              made = cross(vertices_[ring.vertices[0]] - vertices_[from], edge);
+        if (dot(normal, made) < kFoldedCosine * length(normal) * length(made)) return true;
+    }
+    return false;
 }
 
 // The link condition: u and v have no common neighbours but those of their common triangles.
@@ -242,6 +299,11 @@ bool Contractor::keeps_topology(std::uint32_t u, const Ring& ring) {
 void Contractor::contract(std::uint32_t u, const Ring& ring) {
     const std::uint32_t v = ring.vertices[0];
     queue_.erase(u);
+    if (components_) {
+        const std::uint32_t component = components_->of_triangle(ring.triangles[1]);
+        if (components_->has_become_small(component, ring.is_closed ? 2 : 1))
+            reductions_.set({0.0, component, 0});
+    }
     mesh_.contract(u, ring);
     kinds_[u] = VertexKind::fixed;
     over_limit_count_ -= is_over_limit_[u];
@@ -250,9 +312,77 @@ void Contractor::contract(std::uint32_t u, const Ring& ring) {
     planes_[v].weight += planes_[u].weight;
     update_own_cost(v);
     mesh_.find_neighbours(v, of_target_);
-    queue_best(v);
+    if (kinds_[v] != VertexKind::fixed && of_target_.has_all) queue_first(v, of_target_, nullptr);
     for (std::size_t i = 0; i < of_target_.count; ++i)
         requeue(of_target_.vertices[i], u, v, of_target_.edge_triangles[i]);
+}
+
+// As that of contractions: how far the surface moves, and for what costs nothing its length.
+double Contractor::reduction_cost(const Reduction& reduction) const {
+    const double ratio = options_.error_ratio < kInfinity ? options_.error_ratio : 1.0;
+    double longest = 0.0;
+    for (const std::uint32_t triangle : reduction.removed) {
+        const StarMesh::Triangle& t = mesh_.triangles()[triangle];
+        for (std::size_t i = 0; i < 3; ++i) {
+            const Eigen::Vector3d edge = vertices_[t[(i + 1) % 3]] - vertices_[t[i]];
+            longest = std::max(longest, dot(edge, edge));
+        }
+    }
+    const double error = reduction.error_m / ratio;
+    return error * error + kLengthWeight * longest + kTurnedWeight * reduction.turned_area;
+}
+
+// Components that are small from the start, and those whose reduction was above the last level's error. What they cost
+// is found where nothing is cheaper.
+void Contractor::queue_reductions() {
+    for (std::uint32_t i = 0; i < is_reduction_over_limit_.size(); ++i) {
+        if (is_reduction_over_limit_[i] == 0) continue;
+        is_reduction_over_limit_[i] = 0;
+        reductions_.set({0.0, i, 0});
+    }
+}
+
+void Contractor::try_reduction(std::uint32_t component, double limit) {
+    const double queued = reductions_.first().cost;
+    const std::optional<Reduction> reduction = components_->find_reduction(component);
+    bool is_locked_there = false;
+    for (const std::uint32_t triangle : components_->triangles(component)) {
+        for (const std::uint32_t v : mesh_.triangles()[triangle])
+            is_locked_there = is_locked_there || is_locked(v);
+    }
+    if (!reduction || is_locked_there) return reductions_.erase(component);
+    const double cost = reduction_cost(*reduction);
+    if (cost > kDeferredGrowth * queued) return reductions_.set({cost, component, 0});
+    if (reduction->error_m > limit) {
+        is_reduction_over_limit_[component] = 1;
+        return reductions_.erase(component);
+    }
+    reduce(*reduction);
+    reductions_.set({0.0, component, 0});
+}
+
+void Contractor::reduce(const Reduction& reduction) {
+    if (options_.rules != nullptr) options_.rules->on_removal(reduction.removed, reduction.error_m);
+    for (const std::uint32_t triangle : reduction.near)
+        bounds_[triangle].include(reduction.error_m);
+    std::vector<std::uint32_t> around;
+    for (const std::uint32_t triangle : reduction.removed) {
+        const StarMesh::Triangle& t = mesh_.triangles()[triangle];
+        around.insert(around.end(), t.begin(), t.end());
+        components_->has_become_small(components_->of_triangle(triangle), 1);
+        mesh_.remove(triangle);
+    }
+    std::sort(around.begin(), around.end());
+    around.erase(std::unique(around.begin(), around.end()), around.end());
+    for (const std::uint32_t u : around) {
+        queue_.erase(u);
+        over_limit_count_ -= is_over_limit_[u];
+        is_over_limit_[u] = 0;
+        kinds_[u] = VertexKind::fixed;
+        if (!mesh_.find_ring(u, ring_)) continue;
+        kinds_[u] = ring_.is_closed ? VertexKind::interior : VertexKind::border;
+    }
+    for (const std::uint32_t u : around) queue_best(u);
 }
 
 }  // namespace terrane::internal

@@ -3,6 +3,7 @@
 
 #include "simplify/bounds/contraction_bound.h"
 #include "simplify/bounds/star_mesh.h"
+#include "simplify/components.h"
 #include "simplify/quadric.h"
 #include "simplify/vertex_queue.h"
 
@@ -12,6 +13,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -27,6 +29,8 @@ public:
     virtual double cost(std::uint32_t u, std::uint32_t v) const = 0;
     /// Before u is contracted onto ring.vertices[0].
     virtual void on_contraction(std::uint32_t u, const Ring& ring, double error_m) = 0;
+    /// Before triangles are taken out.
+    virtual void on_removal(std::span<const std::uint32_t> triangles, double error_m) = 0;
 };
 
 /// An edge from which contractions should not move, and the third corner of a triangle of it.
@@ -39,9 +43,11 @@ struct ContractorOptions {
     ContractionRules* rules = nullptr;  ///< absent: none
     std::span<const EdgeToKeep> edges_to_keep =
         {};  ///< besides those of borders; for the constructor only
-    /// A contraction waits while its certified error is more than this many times the square root of its cost; infinity:
-    /// quadrics alone decide.
+    /// A contraction waits while its certified error is more than this many times the square root of its cost;
+    /// infinity: quadrics alone decide.
     double error_ratio = std::numeric_limits<double>::infinity();
+    /// Thin bodies become sheets, and small components vanish, where that costs least.
+    bool may_change_topology = false;
 };
 
 /// Contracts a mesh vertex by vertex, the cheapest first.
@@ -56,8 +62,9 @@ public:
     /// The mesh as it is now.
     SimplifiedMesh result() const;
 
-    /// Tries all contractions again that were refused: where the rules have changed.
-    void queue_all();
+    /// Tries all contractions again that were refused, because the rules have changed; from now on where only the
+    /// coarser of the two certificates exists too, which before are for small components alone.
+    void retry_all();
 
     const StarMesh& mesh() const { return mesh_; }
 
@@ -86,12 +93,23 @@ private:
         return least_costs_.empty() ? candidate.cost
                                     : std::max(candidate.cost, least_costs_[candidate.vertex]);
     }
+    double reduction_cost(const Reduction& reduction) const;
+    void queue_reductions();
+    bool is_any_reduction_over_limit() const {
+        return std::find(is_reduction_over_limit_.begin(), is_reduction_over_limit_.end(), 1) !=
+               is_reduction_over_limit_.end();
+    }
+    void try_reduction(std::uint32_t component, double limit);
+    void reduce(const Reduction& reduction);
+    void queue_all();
     void queue_first(std::uint32_t u, const Neighbours& neighbours, const Candidate* after);
     void queue_best(std::uint32_t u);
     void queue_next(const Candidate& queued);
     void requeue(std::uint32_t w, std::uint32_t u, std::uint32_t v, std::size_t edge_triangles);
 
     Attempt try_contraction(const Candidate& candidate, double limit);
+    bool evaluate(std::uint32_t u, const Ring& ring, double limit);
+    bool folds_over(const Ring& ring);
     bool keeps_topology(std::uint32_t u, const Ring& ring);
     void contract(std::uint32_t u, const Ring& ring);
 
@@ -111,7 +129,12 @@ private:
     std::size_t over_limit_count_ = 0;
     // [vertices] the queued candidate is not the vertex's first: those before were refused
     std::vector<std::uint8_t> had_refusal_;
-    std::vector<double> least_costs_;   // [vertices] of a queued candidate; empty: none
+    std::vector<double> least_costs_;  // [vertices] of a queued candidate; empty: none
+    std::optional<Components> components_;
+    bool is_retrying_ = false;
+    VertexQueue reductions_;  // [components]
+    // [components] a reduction was above this level's error
+    std::vector<std::uint8_t> is_reduction_over_limit_;
     Ring ring_;                         // scratch
     Neighbours of_vertex_, of_target_;  // scratch
 };

@@ -24,8 +24,8 @@ using Triangle = std::array<std::uint32_t, 3>;
 
 // Distances that differ by less than this share are the same: of those triangles the best normal counts.
 constexpr double kTie = 1e-6;
-constexpr double kFoldedCosine = 0.9998;  // 1 degree
-constexpr double kLeastHeight = 1e-6;     // over the longest edge
+constexpr double kFoldedCosine = 1.0 - 5e-9;  // a ten-thousandth of a radian
+constexpr double kLeastHeight = 1e-6;         // over the longest edge
 
 struct Nearest {
     double distance = 0.0;
@@ -66,13 +66,20 @@ public:
             return best = std::min(best, distance(p, i));
         });
         Nearest result{.distance = best, .cosine = -1.0};
-        const double limit = best * (1.0 + kTie) + 1e-12 * size_.norm();
+        result.cosine = largest_cosine(p, normal, best * (1.0 + kTie) + 1e-12 * size_.norm());
+        return result;
+    }
+
+    /// Of the normals of all triangles within a distance; -1 where there is none.
+    double largest_cosine(const Eigen::Vector3d& p, const Eigen::Vector3d& normal,
+                          double limit) const {
+        const auto bound = [&](const Aabb& box) { return distance_to_box(p, box); };
+        double largest = -1.0;
         internal::visit_leaves_up_to(tree_, limit, bound, [&](std::uint32_t i) {
-            if (distance(p, i) <= limit)
-                result.cosine = std::max(result.cosine, normals_[i].dot(normal));
+            if (distance(p, i) <= limit) largest = std::max(largest, normals_[i].dot(normal));
             return limit;
         });
-        return result;
+        return largest;
     }
 
     const Eigen::Vector3d& normal(std::size_t triangle) const { return normals_[triangle]; }
@@ -185,7 +192,7 @@ SurfaceMeasure measure_surfaces(const ShapeMesh& input, const ShapeMesh& result,
             longest > 0.0 ? 2.0 * area_vector(result, t).norm() / (longest * longest) : 0.0;
         if (!(height >= kLeastHeight)) {
             ++measure.degenerate;
-        } else if (of_input.nearest(middle, of_result.normal(i)).cosine < 0.0) {
+        } else if (of_input.largest_cosine(middle, of_result.normal(i), measure.hausdorff) < 0.0) {
             ++measure.flipped;
         }
     }

@@ -14,8 +14,8 @@ struct SurfaceMeasure {
     double mean_normal_deg =
         0.0;  ///< angle to the normal at the nearest place of the other, over the area of both
     double max_normal_deg = 0.0;  ///< the largest such angle, degrees
-    std::size_t flipped =
-        0;  ///< triangles of the result turned by more than 90 degrees against the nearest of the input
+    /// Triangles of the result near whose middle, within `hausdorff`, none of the input faces the same half-space.
+    std::size_t flipped = 0;
     std::size_t folded =
         0;  ///< pairs of triangles of the result that lie on each other: at an edge, or all corners
     std::size_t degenerate = 0;  ///< triangles of the result lower than 1e-6 of their longest edge

@@ -174,6 +174,42 @@ TEST(ProgressiveMesh, HoldsForTrianglesOfAnyTopology) {
     }
 }
 
+// Boards, a leg without ends, and a small box far from them: all but one triangle of the largest can go.
+TEST(ProgressiveMesh, LeavesSheetsOfThinBodiesAndThenNothingOfSmallOnes) {
+    TriangleMesh input;
+    const auto add_box = [&](const Eigen::Vector3d& low, const Eigen::Vector3d& size) {
+        const auto first = static_cast<std::uint32_t>(input.positions.size());
+        for (int i = 0; i < 8; ++i)
+            input.positions.push_back(
+                low + size.cwiseProduct(Eigen::Vector3d(i & 1, (i >> 1) & 1, (i >> 2) & 1)));
+        for (const TriangleMesh::Triangle& t : Triangles{{0, 2, 1},
+                                                         {1, 2, 3},
+                                                         {4, 5, 6},
+                                                         {5, 7, 6},
+                                                         {0, 1, 4},
+                                                         {1, 5, 4},
+                                                         {2, 6, 3},
+                                                         {3, 6, 7},
+                                                         {0, 4, 2},
+                                                         {2, 4, 6},
+                                                         {1, 3, 5},
+                                                         {3, 7, 5}})
+            input.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+    };
+    add_box({0, 0, 0}, {100, 100, 1});
+    add_box({0, 0, 40}, {100, 100, 1});
+    add_box({20, 20, 1}, {0.5, 0.5, 0.5});
+    ProgressiveMesh mesh = make(input);
+    EXPECT_EQ(mesh.least_triangle_count(), 1u);
+    mesh.set_error(4.0);
+    EXPECT_LE(mesh.triangles().size(), 8u);  // two thin bodies, or their sheets
+    for (std::size_t count = input.triangles.size(); count > 0; --count) {
+        mesh.set_triangle_count(count);
+        ASSERT_LE(mesh.triangles().size(), count);
+        ASSERT_LE(measured(mesh, 8), mesh.error_m() + 1e-9) << count;
+    }
+}
+
 TEST(ProgressiveMesh, ChangesNothingOfLockedVertices) {
     const TriangleMesh input = rough_terrain(6, 10);
     ProgressiveSettings settings;

@@ -32,6 +32,9 @@ struct ProgressiveSettings {
 /// along the seam only, both sides together, so that no level has a gap. Places where seams meet or end go last, when
 /// nothing else is left; their triangles then have the nearest attributes at the place that they move to.
 ///
+/// A connected component of at most 16 triangles may become an open sheet, of the triangles that face one way, and
+/// then vanish, where that costs least: so that any count is reached. One triangle stays.
+///
 /// Vertices and triangles are in streaming order: those of a level are the first vertex_count() vertices and
 /// the first triangle_count() triangles of the finest one, the latter with other indices.
 ///
