@@ -28,6 +28,12 @@ public:
     bool is_empty() const { return heap_.empty(); }
     const Candidate& first() const { return heap_.front(); }
 
+    /// The candidate of a vertex; nullptr where it has none. Valid until the next change.
+    const Candidate* find(std::uint32_t vertex) const {
+        const std::uint32_t place = places_[vertex];
+        return place == kAbsent ? nullptr : &heap_[place];
+    }
+
     /// Adds a candidate, or replaces that of its vertex. Cost: O(log n)
     void set(const Candidate& candidate) {
         std::uint32_t place = places_[candidate.vertex];

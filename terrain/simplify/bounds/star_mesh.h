@@ -62,6 +62,10 @@ public:
     /// Whether a triangle of a vertex other than those of u has two other corners.
     bool has_triangle(std::uint32_t vertex, std::uint32_t second, std::uint32_t third,
                       std::uint32_t not_of);
+    /// The triangle with an edge from one vertex to another in its winding; kNoTriangle where there is none.
+    std::uint32_t triangle_at(std::uint32_t from, std::uint32_t to);
+    /// Takes a triangle out.
+    void remove(std::uint32_t triangle);
     /// Moves u onto ring.vertices[0]: its triangles with that vertex go, the others keep their index.
     void contract(std::uint32_t u, const Ring& ring);
 

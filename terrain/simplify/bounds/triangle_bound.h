@@ -17,6 +17,9 @@ struct TriangleBound {
     std::array<double, 3> edges = {};
     double constant = 0.0;  ///< metres
 
+    /// Adds points of the input that are within a distance of some point of the triangle.
+    void include(double distance);
+
     /// The smaller of the largest distances that the two allow, rounded up.
     double largest() const;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "simplify/star_mesh.h"
+#include "simplify/bounds/star_mesh.h"
 
 #include <algorithm>
 #include <utility>
@@ -133,12 +133,26 @@ bool StarMesh::has_triangle(std::uint32_t vertex, std::uint32_t second, std::uin
     return found;
 }
 
+std::uint32_t StarMesh::triangle_at(std::uint32_t from, std::uint32_t to) {
+    std::uint32_t found = kNoTriangle;
+    visit_corners(from, [&](std::uint32_t corner) {
+        const bool is_there = triangles_[corner / 3][corner % 3 == 2 ? 0 : corner % 3 + 1] == to;
+        if (is_there) found = corner / 3;
+        return !is_there;
+    });
+    return found;
+}
+
+void StarMesh::remove(std::uint32_t triangle) {
+    triangles_[triangle].fill(kGone);
+    --alive_count_;
+}
+
 void StarMesh::contract(std::uint32_t u, const Ring& ring) {
     const std::uint32_t v = ring.vertices[0];
     for (const std::size_t i : {std::size_t{0}, ring.count - 1}) {
         if (ring.triangles[i] == kNoTriangle) continue;
-        triangles_[ring.triangles[i]].fill(kGone);
-        --alive_count_;
+        remove(ring.triangles[i]);
     }
     std::uint32_t last = kEnd;
     visit_corners(u, [&](std::uint32_t corner) {

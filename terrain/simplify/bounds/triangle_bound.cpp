@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "simplify/triangle_bound.h"
+#include "simplify/bounds/triangle_bound.h"
 
 #include <algorithm>
 #include <cmath>
@@ -22,6 +22,14 @@ double largest_on_triangle(double a, double b, double c) {
 }
 
 }  // namespace
+
+void TriangleBound::include(double distance) {
+    constant = std::max(constant, distance);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        low[axis] = std::min(low[axis], -distance);
+        high[axis] = std::max(high[axis], distance);
+    }
+}
 
 double TriangleBound::largest() const {
     double square = 0.0;

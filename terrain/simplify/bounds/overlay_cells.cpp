@@ -2,7 +2,7 @@
 //
 // The cells of the overlay of old and new triangles (contraction_bound.cpp has sources), and the bounds that follow.
 #include "base/vector_math.h"
-#include "simplify/contraction_bound.h"
+#include "simplify/bounds/contraction_bound.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "simplify/star_mesh.h"
-#include "simplify/triangle_bound.h"
+#include "simplify/bounds/star_mesh.h"
+#include "simplify/bounds/triangle_bound.h"
 
 #include <Eigen/Core>
 
@@ -25,6 +25,10 @@ public:
     ///
     /// @param limit error above which the rest does not matter, metres
     bool evaluate(std::uint32_t u, const Ring& ring, double limit);
+
+    /// The same with a certificate for triangles of any shape: every point of the old ones moves along the edge to the
+    /// target, the farther the nearer it is to u. Never a smaller error than the edge's length.
+    bool evaluate_along_edge(std::uint32_t u, const Ring& ring);
 
     /// Largest error of the new triangles, metres.
     double error() const { return error_; }
@@ -66,6 +70,7 @@ private:
     static double area(const Point& a, const Point& b, const Point& c);
 
     bool set_frame(std::uint32_t u, const Ring& ring);
+    bool do_not_turn(const Ring& ring) const;
     bool are_new_triangles_good(const Ring& ring) const;
     bool is_image_inside(const Ring& ring) const;
     bool find_corners(const Ring& ring, std::size_t k);

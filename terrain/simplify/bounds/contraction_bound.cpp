@@ -11,7 +11,7 @@
 // with a fan from the image of u and a fan from v. A point of an old triangle maps to the new triangle over the same
 // point of the plane. The displacement is affine on each cell of the overlay, so its extremes are at the cells'
 // corners: the image of u, crossings of old with new spokes, and neighbours, where it is 0.
-#include "simplify/contraction_bound.h"
+#include "simplify/bounds/contraction_bound.h"
 
 #include "base/vector_math.h"
 

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "benchmark/machine.h"
+#include "support/meshes/shapes.h"
+
+#include <cstddef>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace terrane::bench {
+
+/// What a method made of a mesh: triangles of the input's vertices, or of its own.
+struct Simplified {
+    test::ShapeMesh mesh = {};
+    double certified =
+        -1.0;         ///< bound of the Hausdorff distance, metres; negative: the method has none
+    double ms = 0.0;  ///< processor time of the method alone, median of the runs
+};
+
+/// A method that reduces a mesh to about a number of triangles.
+struct Simplifier {
+    std::string name;
+    Simplified (*run)(const test::ShapeMesh& mesh, std::size_t triangles, int runs) = nullptr;
+};
+
+/// Processor time of a function in milliseconds: the median of some runs. Others may use the machine.
+template <class Function>
+double median_ms(int runs, const Function& function) {
+    std::vector<double> times;
+    for (int i = 0; i < runs; ++i) {
+        const Stopwatch watch(Clock::thread);
+        function();
+        times.push_back(watch.ms());
+    }
+    return median(std::move(times));
+}
+
+/// The methods of this program, and the peers that are installed.
+std::vector<Simplifier> all_simplifiers();
+
+/// W. Schroeder, J. Zarge, W. Lorensen. Decimation of Triangle Meshes. SIGGRAPH 1992.
+Simplified run_vertex_decimation(const test::ShapeMesh& mesh, std::size_t triangles, int runs);
+
+/// P. Lindstrom. Out-of-Core Simplification of Large Polygonal Models. SIGGRAPH 2000.
+Simplified run_vertex_clustering(const test::ShapeMesh& mesh, std::size_t triangles, int runs);
+
+#if TERRANE_BENCH_MESHOPTIMIZER
+/// meshopt_simplify() of meshoptimizer, which keeps topology.
+Simplified run_meshoptimizer(const test::ShapeMesh& mesh, std::size_t triangles, int runs);
+
+/// meshopt_simplifySloppy() of meshoptimizer: clustering.
+Simplified run_meshoptimizer_sloppy(const test::ShapeMesh& mesh, std::size_t triangles, int runs);
+#endif
+
+}  // namespace terrane::bench
