@@ -21,6 +21,8 @@ extern const std::string_view coverage_glsl, instance_vert, instance_frag;
 extern const std::string_view impostor_bake_vert, impostor_bake_frag, impostor_vert, impostor_frag;
 extern const std::string_view small_impostor_vert, small_impostor_frag;
 extern const std::string_view particle_vert, particle_frag;
+extern const std::string_view shadow_glsl, mesh_shadow_frag;
+extern const std::string_view impostor_shadow_vert, impostor_shadow_frag;
 
 /// Compiles and links a program; light.glsl is prepended to both stages.
 ///

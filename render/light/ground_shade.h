@@ -3,8 +3,10 @@
 
 #include "gl/framebuffer.h"
 #include "light/ground_light.h"
+#include "shadow/shadow_maps.h"
 
 #include <memory>
+#include <string>
 
 namespace terrane::internal {
 
@@ -12,9 +14,11 @@ namespace terrane::internal {
 class GroundShade {
 public:
     /// @param sample_count of the framebuffers passed to draw()
+    /// @param lighting     text that goes before shade.frag: defines lit_at()
     ///
     /// Fails with device_unavailable where its shaders do not compile.
-    static Result<GroundShade> create(int sample_count);
+    static Result<GroundShade> create(int sample_count,
+                                      const std::string& lighting = shadow_text(false));
 
     /// Call before draw(), where there is ground. Fails with device_unavailable.
     Result<void> prepare(const std::shared_ptr<const ResidentSet>& resident, const View& view,

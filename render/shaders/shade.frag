@@ -123,8 +123,8 @@ vec3 ground(vec3 p_eye) {
     albedo *= 1.0 + 1.1 * fine.z + 0.35 * coarse.z;
 
     // bumps finer than the samples
-    normal = normalize(normal - vec3(0.8 * fine.xy, 0.0));
-    return behind_air(display(lit(albedo, normal)), p_eye, distance);
+    vec3 bumped = normalize(normal - vec3(0.8 * fine.xy, 0.0));
+    return behind_air(display(lit_at(albedo, bumped, p_eye, normal)), p_eye, distance);
 }
 
 vec3 sky_with_sun() {

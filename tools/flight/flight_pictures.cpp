@@ -43,9 +43,10 @@ Result<FlightPictures> FlightPictures::create(const FlightOptions& options,
     if (!context) return tl::unexpected(context.error());
     RendererSettings settings;
     fit_tints(source, settings);
-    settings.sample_count = options.samples > 0 ? static_cast<int>(options.samples)
+    settings.sample_count = options.samples > 0      ? static_cast<int>(options.samples)
                             : context->is_software() ? 1
-                                                                    : settings.sample_count;
+                                                     : settings.sample_count;
+    settings.shadow_distance = options.shadows;
     Result<TerrainRenderer> renderer =
         TerrainRenderer::create(*context, options.size.width_px, options.size.height_px, settings);
     if (!renderer) return tl::unexpected(renderer.error());
