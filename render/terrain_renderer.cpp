@@ -47,6 +47,9 @@ Result<void> check(const RendererSettings& settings) {
         return refuse("shadow_distance must be finite and >= 0 m, got " +
                       number_text(settings.shadow_distance));
     }
+    if (settings.water_level && !std::isfinite(*settings.water_level)) {
+        return refuse("water_level must be finite, got " + number_text(*settings.water_level));
+    }
     if (settings.shadow_texels < kLeastShadowTexels || settings.shadow_texels > kMostShadowTexels) {
         return refuse("shadow_texels must be " + std::to_string(kLeastShadowTexels) + " to " +
                       std::to_string(kMostShadowTexels) + ", got " +
@@ -142,7 +145,7 @@ void TerrainRenderer::State::make_buffers() {
 
 void TerrainRenderer::State::draw_walls() {
     if (solids.is_empty()) return;
-    shade.bind_noise();
+    shade.bind_noise(1);
     solids.draw(SolidDraws::Part::walls, solid_walls);
 }
 
@@ -187,7 +190,8 @@ Result<TerrainRenderer> TerrainRenderer::create(EglContext& context, int width_p
     Result<Framebuffer> picture = Framebuffer::create(width_px, height_px, settings.sample_count);
     if (!picture) return tl::unexpected(picture.error());
     const bool has_shadows = settings.shadow_distance > 0.0;
-    const std::string lighting = shadow_text(has_shadows);
+    const std::string lighting = light_text(
+        {.cascades = has_shadows ? kCascades : 0, .has_water = settings.water_level.has_value()});
     Result<GroundShade> shade = GroundShade::create(picture->sample_count(), lighting);
     if (!shade) return tl::unexpected(shade.error());
     Result<FormDraws> forms = FormDraws::create(lighting, has_shadows);
@@ -247,6 +251,7 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
     glClearDepth(0.0);
     if (state.shadows) state.draw_shadows(uniforms, view, objects);
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, state.frame_uniforms.name());
+    if (state.settings.water_level) state.shade.bind_noise(7);
     state.picture.bind_depth();
     glClear(GL_DEPTH_BUFFER_BIT);
     glUseProgram(state.ground.name());

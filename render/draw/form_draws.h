@@ -14,7 +14,7 @@ namespace terrane::internal {
 /// Draws DrawnObjects: boxes, ellipsoids and cylinders.
 class FormDraws {
 public:
-    /// @param lighting    text that goes before object.frag: defines lit_at()
+    /// @param lighting    text that goes before object.frag: defines lit_at() and shown_at()
     /// @param has_shadows whether draw_casters() is called
     ///
     /// Fails: device_unavailable where its shaders do not compile

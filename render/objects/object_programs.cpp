@@ -49,7 +49,7 @@ Result<ObjectPrograms> ObjectPrograms::create(int sample_count, const std::strin
                               covered + std::string(small_impostor_frag));
     if (!small_impostors) return tl::unexpected(small_impostors.error());
     Result<GlProgram> particles =
-        make_program("particles", particle_vert, samples + std::string(particle_frag));
+        make_program("particles", particle_vert, samples + lighting + std::string(particle_frag));
     if (!particles) return tl::unexpected(particles.error());
     ObjectPrograms made;
     made.meshes = std::move(*meshes);

@@ -34,7 +34,7 @@ struct ObjectPrograms {
     /// Fails: device_unavailable where a program is refused
     ///
     /// @param sample_count of the picture
-    /// @param lighting     text that goes before shaders: defines lit_at()
+    /// @param lighting     text that goes before shaders: defines lit_at() and shown_at()
     static Result<ObjectPrograms> create(int sample_count, const std::string& lighting);
 };
 

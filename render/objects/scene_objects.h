@@ -25,7 +25,7 @@ namespace terrane::internal {
 class SceneObjects {
 public:
     /// @param sample_count of the picture
-    /// @param lighting     text that goes before shaders: defines lit_at()
+    /// @param lighting     text that goes before shaders: defines lit_at() and shown_at()
     explicit SceneObjects(int sample_count, std::string lighting)
         : sample_count_(sample_count), lighting_(std::move(lighting)) {}
 

@@ -37,14 +37,16 @@ float sun_share(vec3 p_eye, vec3 normal, int cascade) {
 float sun_share(vec3 p_eye, vec3 normal) {
     float distance = length(p_eye);
     float most = shadow.reach[CASCADES - 1];
-    if (distance >= most) return 1.0;
     int cascade = 0;
-    while (distance > shadow.reach[cascade]) ++cascade;
-    float share = sun_share(p_eye, normal, cascade);
-    if (cascade < CASCADES - 1) {
-        float to_next = (distance / shadow.reach[cascade] - kBlendFrom) / (1.0 - kBlendFrom);
-        if (to_next > 0.0) share = mix(share, sun_share(p_eye, normal, cascade + 1), to_next);
-    }
+    while (cascade < CASCADES && distance > shadow.reach[cascade]) ++cascade;
+    // towards the next one, where there is one
+    float to_next = (distance / shadow.reach[min(cascade, CASCADES - 1)] - kBlendFrom) / (1.0 - kBlendFrom);
+    to_next = cascade < CASCADES - 1 ? max(to_next, 0.0) : 0.0;
+    int last = cascade + (to_next > 0.0 ? 1 : 0);
+    // a loop and no branch: a software rasteriser takes both sides of a branch
+    float share = 0.0;
+    for (int i = cascade; i <= min(last, CASCADES - 1); ++i)
+        share += (i == cascade ? 1.0 - to_next : to_next) * sun_share(p_eye, normal, i);
     return mix(share, 1.0, smoothstep(kFadeFrom * most, most, distance));
 }
 #endif
@@ -52,11 +54,9 @@ float sun_share(vec3 p_eye, vec3 normal) {
 // lit() with shadows, of a point of a surface.
 // smooth_normal: of the surface without bumps
 vec3 lit_at(vec3 albedo, vec3 normal, vec3 p_eye, vec3 smooth_normal) {
-#ifdef CASCADES
     float towards_sun = dot(normal, frame.sun.xyz);
-    if (towards_sun > 0.0) towards_sun *= sun_share(p_eye, smooth_normal);
-    return lit_from(albedo, towards_sun, normal.z);
-#else
-    return lit(albedo, normal);
+#ifdef CASCADES
+    towards_sun *= sun_share(p_eye, smooth_normal);
 #endif
+    return lit_from(albedo, towards_sun, normal.z);
 }

@@ -10,6 +10,9 @@ flat in vec3 up_object;
 #ifdef CASCADES
 flat in float sun_part;
 #endif
+#ifdef WATER
+in vec3 place_eye;
+#endif
 flat in vec4 air;
 
 layout(location = 0) out vec4 colour_out;
@@ -26,5 +29,9 @@ void main() {
     towards_sun *= sun_part;
 #endif
     vec3 light = lit_from(root * root, towards_sun, dot(normal, up_object));
+#ifdef WATER
+    colour_out = vec4(shown_at(light, place_eye), 1.0);
+#else
     colour_out = vec4(air.rgb + air.a * display(light), 1.0);
+#endif
 }

@@ -19,6 +19,9 @@ flat out vec3 up_object;
 #ifdef CASCADES
 flat out float sun_part;   // of the whole billboard
 #endif
+#ifdef WATER
+out vec3 place_eye;
+#endif
 flat out vec4 air;         // haze: rgb, and the share of the object's own colour
 
 const float kTurn = 6.283185307179586;
@@ -51,6 +54,9 @@ void main() {
     vec3 p_object = centre + right * (corner.x * size.x) + up * (corner.y * size.y);
     vec3 p_eye = place.xyz + rotated(rotation, place.w * p_object);
 
+#ifdef WATER
+    place_eye = p_eye;
+#endif
     float pixel = distance * frame.grid.w;
     layer = vec3(float(around + views.x * above),
                  max(log2(pixel * texels / (2.0 * sqrt(size.x * size.y))) - kSharper, 0.0), share.x);

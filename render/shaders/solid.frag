@@ -53,6 +53,5 @@ void main() {
                  (0.35 + 0.65 * smoothstep(0.6, 0.95, dot(along, frame.forward.xyz)));
     light += albedo * vec3(5.2, 4.7, 4.0) * lamp / (range * range);
     // no haze of the open air inside
-    vec3 shown = display(light);
-    colour_out = vec4(mix(shown, behind_air(shown, p_eye, distance), sky), 1.0);
+    colour_out = vec4(mix(display(light), shown_at(light, p_eye), sky), 1.0);
 }

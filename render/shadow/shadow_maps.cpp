@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "shadow/shadow_maps.h"
 
-#include "gl/shader.h"
-
-#include <string>
-
 namespace terrane::internal {
 namespace {
 
@@ -28,12 +24,6 @@ ShadowBlock::Vec4 pack(const Eigen::Vector3d& v, double w) {
 }
 
 }  // namespace
-
-std::string shadow_text(bool has_shadows) {
-    const std::string defines =
-        has_shadows ? "#define CASCADES " + std::to_string(kCascades) + "\n" : "";
-    return defines + std::string(shadow_glsl);
-}
 
 ShadowMaps::ShadowMaps(int texels)
     : texels_(texels), depths_(make_texture_2d_array()), places_(make_buffer()) {

@@ -7,16 +7,12 @@
 #include <array>
 #include <cstddef>
 #include <span>
-#include <string>
 
 namespace terrane::internal {
 
 /// Least and most texels along the side of a shadow map.
 inline constexpr int kLeastShadowTexels = 256;
 inline constexpr int kMostShadowTexels = 8192;
-
-/// Text that goes before a shader which calls lit_at(): shadow.glsl, with shadows or without.
-std::string shadow_text(bool has_shadows);
 
 /// Depths of a scene as the sun sees it, one layer of a texture array for each cascade.
 class ShadowMaps {

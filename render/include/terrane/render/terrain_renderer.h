@@ -41,6 +41,9 @@ struct RendererSettings {
     /// over this in the last map, a quarter of it in the second and a sixteenth in the first. 12 bytes for each texel
     /// of a map.
     int shadow_texels = 1024;
+    /// Height of still water over all ground that is lower, and beyond the ground, metres; absent: none. It is drawn
+    /// where ground is shaded and with each object: no triangles, no passes.
+    std::optional<double> water_level = {};
 };
 
 /// A solid drawn with the terrain: a part of a vehicle or body.
