@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "draw/eye_frame.h"
+#include "draw/form_draws.h"
 #include "draw/frame_uniforms.h"
 #include "draw/ground_draws.h"
-#include "draw/object_mesh.h"
 #include "draw/solid_draws.h"
 #include "gl/framebuffer.h"
 #include "gl/gl_error.h"
@@ -10,6 +10,8 @@
 #include "gl/shader.h"
 #include "light/ground_shade.h"
 #include "objects/scene_objects.h"
+#include "shadow/shadow_maps.h"
+#include "shadow_pass.h"
 
 #include <terrane/render/terrain_renderer.h>
 #include <terrane/terrain/assert.h>
@@ -22,11 +24,6 @@ namespace terrane {
 namespace {
 
 using namespace internal;
-
-struct ObjectProgram {
-    GlProgram program;
-    GLint axes = -1, extents = -1, centre = -1, colour = -1;
-};
 
 Result<void> check(const RendererSettings& settings) {
     const auto refuse = [](const std::string& message) -> Result<void> {
@@ -45,6 +42,18 @@ Result<void> check(const RendererSettings& settings) {
     }
     if (settings.sample_count < 1 || settings.sample_count > 16) {
         return refuse("sample_count must be 1 to 16, got " + std::to_string(settings.sample_count));
+    }
+    if (!std::isfinite(settings.shadow_distance) || settings.shadow_distance < 0.0) {
+        return refuse("shadow_distance must be finite and >= 0 m, got " +
+                      number_text(settings.shadow_distance));
+    }
+    if (settings.water_level && !std::isfinite(*settings.water_level)) {
+        return refuse("water_level must be finite, got " + number_text(*settings.water_level));
+    }
+    if (settings.shadow_texels < kLeastShadowTexels || settings.shadow_texels > kMostShadowTexels) {
+        return refuse("shadow_texels must be " + std::to_string(kLeastShadowTexels) + " to " +
+                      std::to_string(kMostShadowTexels) + ", got " +
+                      std::to_string(settings.shadow_texels));
     }
     return {};
 }
@@ -73,18 +82,6 @@ Result<void> check(const TerrainMesh& mesh, const View& view, const Framebuffer&
     return {};
 }
 
-Result<ObjectProgram> make_object_program() {
-    Result<GlProgram> made = make_program("objects", object_vert, object_frag);
-    if (!made) return tl::unexpected(made.error());
-    ObjectProgram object;
-    object.axes = glGetUniformLocation(made->name(), "axes");
-    object.extents = glGetUniformLocation(made->name(), "extents");
-    object.centre = glGetUniformLocation(made->name(), "centre");
-    object.colour = glGetUniformLocation(made->name(), "colour");
-    object.program = std::move(*made);
-    return object;
-}
-
 }  // namespace
 
 struct TerrainRenderer::State {
@@ -94,36 +91,39 @@ struct TerrainRenderer::State {
     GroundShade shade;
     GlProgram ground, wires;
     SolidDraws::Program solid_ground, solid_walls, solid_wires;
-    ObjectProgram objects;
-    GlVertexArray object_layout;
+    FormDraws forms;
     GlBuffer frame_uniforms;
-    ObjectMesh cube, ball, tube;
+    std::optional<ShadowPass> shadows;  // none without shadow_distance
     GroundDraws draws;
     SolidDraws solids;
     SceneObjects scene;
     std::optional<GpuTimer> timer;  // none of software rasterisers
     DrawCounts counts;
 
-    State(Framebuffer target, GroundShade made)
-        : picture(std::move(target)), shade(std::move(made)), scene(picture.sample_count()) {}
+    State(Framebuffer target, GroundShade made_shade, FormDraws made_forms,
+          const std::string& lighting)
+        : picture(std::move(target)),
+          shade(std::move(made_shade)),
+          forms(std::move(made_forms)),
+          scene(picture.sample_count(), lighting) {}
 
-    Result<void> make_programs();
+    Result<void> make_programs(const std::string& lighting);
     void make_buffers();
+    void draw_shadows(const FrameUniforms& uniforms, const View& view,
+                      std::span<const DrawnObject> drawn);
     void draw_walls();
     void draw_wires();
-    void draw_objects(const View& view, std::span<const DrawnObject> drawn);
 };
 
-Result<void> TerrainRenderer::State::make_programs() {
+Result<void> TerrainRenderer::State::make_programs(const std::string& lighting) {
     Result<GlProgram> made_ground = make_program("the terrain", terrain_vert, depth_frag);
     if (!made_ground) return tl::unexpected(made_ground.error());
     Result<GlProgram> made_wires = make_program("the wireframe", terrain_vert, line_frag);
     if (!made_wires) return tl::unexpected(made_wires.error());
-    Result<ObjectProgram> made_objects = make_object_program();
-    if (!made_objects) return tl::unexpected(made_objects.error());
     Result<GlProgram> made_solid = make_program("the ground of volumes", solid_vert, depth_frag);
     if (!made_solid) return tl::unexpected(made_solid.error());
-    Result<GlProgram> made_walls = make_program("the walls of volumes", solid_vert, solid_frag);
+    Result<GlProgram> made_walls =
+        make_program("the walls of volumes", solid_vert, lighting + std::string(solid_frag));
     if (!made_walls) return tl::unexpected(made_walls.error());
     Result<GlProgram> made_solid_wires =
         make_program("the wireframe of volumes", solid_vert, line_frag);
@@ -133,7 +133,6 @@ Result<void> TerrainRenderer::State::make_programs() {
     solid_wires = SolidDraws::Program(std::move(*made_solid_wires));
     ground = std::move(*made_ground);
     wires = std::move(*made_wires);
-    objects = std::move(*made_objects);
     return {};
 }
 
@@ -141,22 +140,12 @@ void TerrainRenderer::State::make_buffers() {
     frame_uniforms = make_buffer();
     glNamedBufferStorage(frame_uniforms.name(), sizeof(FrameUniforms), nullptr,
                          GL_DYNAMIC_STORAGE_BIT);
-    cube = make_cube();
-    ball = make_ball();
-    tube = make_tube();
-
-    object_layout = make_vertex_array();
-    for (GLuint attribute = 0; attribute < 2; ++attribute) {
-        glEnableVertexArrayAttrib(object_layout.name(), attribute);
-        glVertexArrayAttribFormat(object_layout.name(), attribute, 3, GL_FLOAT, GL_FALSE,
-                                  attribute * 3 * sizeof(float));
-        glVertexArrayAttribBinding(object_layout.name(), attribute, 0);
-    }
+    if (settings.shadow_distance > 0.0) shadows.emplace(settings);
 }
 
 void TerrainRenderer::State::draw_walls() {
     if (solids.is_empty()) return;
-    shade.bind_noise();
+    shade.bind_noise(1);
     solids.draw(SolidDraws::Part::walls, solid_walls);
 }
 
@@ -177,30 +166,17 @@ void TerrainRenderer::State::draw_wires() {
     glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
 }
 
-void TerrainRenderer::State::draw_objects(const View& view, std::span<const DrawnObject> drawn) {
-    if (drawn.empty()) return;
-    glUseProgram(objects.program.name());
-    glBindVertexArray(object_layout.name());
-    const auto draw_all = [&](DrawnObject::Form form, const ObjectMesh& mesh) {
-        glVertexArrayVertexBuffer(object_layout.name(), 0, mesh.vertices.name(), 0,
-                                  6 * sizeof(float));
-        glVertexArrayElementBuffer(object_layout.name(), mesh.indices.name());
-        for (const DrawnObject& object : drawn) {
-            if (object.form != form) continue;
-            const Eigen::Matrix3f axes = object.world_from_object.rotation.cast<float>();
-            const Eigen::Vector3f size = object.extents.cast<float>();
-            const LocalVec centre = to_local(object.world_from_object.translation, view.eye_world);
-            const Colour& colour = object.colour;
-            glUniformMatrix3fv(objects.axes, 1, GL_FALSE, axes.data());
-            glUniform3f(objects.extents, size.x(), size.y(), size.z());
-            glUniform3f(objects.centre, centre.x(), centre.y(), centre.z());
-            glUniform3f(objects.colour, colour.red, colour.green, colour.blue);
-            glDrawElements(GL_TRIANGLES, mesh.index_count, GL_UNSIGNED_SHORT, nullptr);
-        }
-    };
-    draw_all(DrawnObject::Form::box, cube);
-    draw_all(DrawnObject::Form::ball, ball);
-    draw_all(DrawnObject::Form::tube, tube);
+// Draws what casts shadows into the maps, and binds these.
+void TerrainRenderer::State::draw_shadows(const FrameUniforms& uniforms, const View& view,
+                                          std::span<const DrawnObject> drawn) {
+    shadows->draw(uniforms, view, [&](std::size_t cascade) {
+        glUseProgram(ground.name());
+        draws.draw_casters(cascade);
+        solids.draw(SolidDraws::Part::ground, solid_ground);
+        solids.draw(SolidDraws::Part::walls, solid_ground);
+        forms.draw_casters(shadows->cascades()[cascade], view, drawn);
+        scene.draw_casters(cascade);
+    });
 }
 
 TerrainRenderer::TerrainRenderer(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -213,13 +189,19 @@ Result<TerrainRenderer> TerrainRenderer::create(EglContext& context, int width_p
     if (const Result<void> good = check(settings); !good) return tl::unexpected(good.error());
     Result<Framebuffer> picture = Framebuffer::create(width_px, height_px, settings.sample_count);
     if (!picture) return tl::unexpected(picture.error());
-    Result<GroundShade> shade = GroundShade::create(picture->sample_count());
+    const bool has_shadows = settings.shadow_distance > 0.0;
+    const std::string lighting = light_text(
+        {.cascades = has_shadows ? kCascades : 0, .has_water = settings.water_level.has_value()});
+    Result<GroundShade> shade = GroundShade::create(picture->sample_count(), lighting);
     if (!shade) return tl::unexpected(shade.error());
-    auto state = std::make_unique<State>(std::move(*picture), std::move(*shade));
+    Result<FormDraws> forms = FormDraws::create(lighting, has_shadows);
+    if (!forms) return tl::unexpected(forms.error());
+    auto state = std::make_unique<State>(std::move(*picture), std::move(*shade), std::move(*forms),
+                                         lighting);
     state->context = context.keep_alive();
     state->settings = settings;
     if (!context.is_software()) state->timer.emplace();
-    if (const Result<void> made = state->make_programs(); !made) {
+    if (const Result<void> made = state->make_programs(lighting); !made) {
         return tl::unexpected(made.error());
     }
     state->make_buffers();
@@ -241,10 +223,15 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
         if (!made) return tl::unexpected(made.error());
         eye = *made;
     }
-    if (const Result<void> ready = state.scene.prepare(scene, view); !ready) return ready;
+    std::span<const SunCascade> casters;
+    if (state.shadows) {
+        state.shadows->prepare(view);
+        casters = state.shadows->cascades();
+    }
+    if (const Result<void> ready = state.scene.prepare(scene, view, casters); !ready) return ready;
     const GroundCulling culling =
         state.settings.wireframe ? GroundCulling::none : GroundCulling::view;
-    if (const Result<void> ready = state.draws.prepare(mesh, view, eye, culling); !ready)
+    if (const Result<void> ready = state.draws.prepare(mesh, view, eye, culling, casters); !ready)
         return ready;
     if (mesh.resident != nullptr) {
         const Result<void> lit = state.shade.prepare(mesh.resident, view, eye);
@@ -256,13 +243,15 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
 
     const FrameUniforms uniforms = make_frame_uniforms(state.settings, lattice, view, eye);
     glNamedBufferSubData(state.frame_uniforms.name(), 0, sizeof(uniforms), &uniforms);
-    glBindBufferBase(GL_UNIFORM_BUFFER, 0, state.frame_uniforms.name());
 
     if (state.timer) state.timer->begin();
     glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
     glEnable(GL_DEPTH_TEST);
     glDepthFunc(GL_GEQUAL);
     glClearDepth(0.0);
+    if (state.shadows) state.draw_shadows(uniforms, view, objects);
+    glBindBufferBase(GL_UNIFORM_BUFFER, 0, state.frame_uniforms.name());
+    if (state.settings.water_level) state.shade.bind_noise(7);
     state.picture.bind_depth();
     glClear(GL_DEPTH_BUFFER_BIT);
     glUseProgram(state.ground.name());
@@ -274,7 +263,7 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
         glClear(GL_COLOR_BUFFER_BIT);
         state.draw_walls();
         if (state.settings.wireframe) state.draw_wires();
-        state.draw_objects(view, objects);
+        state.forms.draw(view, objects);
         state.scene.draw_solid();
         state.scene.draw_particles(state.picture);
     }
@@ -315,7 +304,7 @@ int TerrainRenderer::sample_count() const { return state_->picture.sample_count(
 
 std::size_t TerrainRenderer::buffer_bytes() const {
     return state_->draws.pool().bytes() + state_->solids.bytes() + state_->shade.light().bytes() +
-           state_->scene.bytes();
+           state_->scene.bytes() + (state_->shadows ? state_->shadows->bytes() : 0);
 }
 
 }  // namespace terrane

@@ -73,7 +73,8 @@ FrameUniforms make_frame_uniforms(const RendererSettings& settings, const Lattic
     frame.noise_phase = {fraction(fine * x), fraction(fine * y),
                          fraction(coarse * (3.0 * x + 4.0 * y)),
                          fraction(coarse * (3.0 * y - 4.0 * x))};
-    frame.near = {frame.clip_from_eye[14], 0.0f, 0.0f, 0.0f};
+    const double water = settings.water_level ? *settings.water_level - view.eye_world.z() : 0.0;
+    frame.near = {frame.clip_from_eye[14], static_cast<float>(water), 0.0f, 0.0f};
     return frame;
 }
 

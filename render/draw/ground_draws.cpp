@@ -4,6 +4,7 @@
 #include "gl/gl_error.h"
 
 #include <terrane/scene/view_volume.h>
+#include <terrane/terrain/assert.h>
 
 #include <algorithm>
 #include <cstring>
@@ -42,32 +43,50 @@ ChunkAttributes make_attributes(const Chunk& chunk, const ChunkSlot& slot, const
 // Positions are rounded to float on the device, relative to the eye: the box is a little larger.
 constexpr double kViewMargin = 1e-5;
 
-bool is_in_view(const Lattice& lattice, const Chunk& chunk, double low, double high,
-                const ViewVolume& volume) {
-    const std::int64_t side = kChunkCells * chunk.step;
-    Aabb box = {{lattice.x(chunk.corner.x), lattice.y(chunk.corner.y), low},
-                {lattice.x(chunk.corner.x + side), lattice.y(chunk.corner.y + side), high}};
-    const double distance =
-        (box.low - volume.eye_world()).norm() + (box.high - volume.eye_world()).norm();
-    const Eigen::Vector3d margin = Eigen::Vector3d::Constant(kViewMargin * distance);
-    box = {box.low - margin, box.high + margin};
-    return volume.meets(box);
+// What the chunks of a mesh are tested against.
+struct Culling {
+    const ViewVolume* view = nullptr;  // null: list 0 has all chunks
+    WorldPos eye_world;
+    std::span<const SunCascade> casters;
+};
+
+// The lists whose volumes a box meets.
+std::uint8_t lists_of(const Aabb& box, const Culling& culling) {
+    unsigned lists = culling.view == nullptr || culling.view->meets(box) ? 1 : 0;
+    for (std::size_t i = 0; i < culling.casters.size(); ++i) {
+        if (culling.casters[i].meets(box)) lists |= 2u << i;
+    }
+    return static_cast<std::uint8_t>(lists);
 }
 
-// Whether the view can show a point of the chunk's triangles. Offsets are read only where the samples are out of view.
-bool is_in_view(const TerrainMesh& mesh, const MeshChunk& chunk, const ViewVolume& volume) {
+// A chunk between two heights.
+Aabb box_of(const Lattice& lattice, const Chunk& chunk, double low, double high,
+            const WorldPos& eye_world) {
+    const std::int64_t side = kChunkCells * chunk.step;
+    const Aabb box = {{lattice.x(chunk.corner.x), lattice.y(chunk.corner.y), low},
+                      {lattice.x(chunk.corner.x + side), lattice.y(chunk.corner.y + side), high}};
+    const double distance = (box.low - eye_world).norm() + (box.high - eye_world).norm();
+    const Eigen::Vector3d margin = Eigen::Vector3d::Constant(kViewMargin * distance);
+    return {box.low - margin, box.high + margin};
+}
+
+// The lists for which a point of the chunk's triangles can matter. Offsets are read only where the samples are out of a
+// volume.
+std::uint8_t lists_of(const TerrainMesh& mesh, const MeshChunk& chunk, const Culling& culling) {
     const Lattice& lattice = mesh.resident->lattice();
     const double low = lattice.quantum * static_cast<double>(chunk.chunk->low);
     const double high = lattice.quantum * static_cast<double>(chunk.chunk->high);
-    if (is_in_view(lattice, *chunk.chunk, low, high, volume)) return true;
-    if (chunk.offsets == nullptr) return false;
+    const std::uint8_t lists =
+        lists_of(box_of(lattice, *chunk.chunk, low, high, culling.eye_world), culling);
+    if (chunk.offsets == nullptr || lists == (2u << culling.casters.size()) - 1) return lists;
     float least = 0.0f, most = 0.0f;
     for (const std::uint16_t sample : mesh.indices.subspan(chunk.first_index, chunk.index_count)) {
         least = std::min(least, chunk.offsets[sample]);
         most = std::max(most, chunk.offsets[sample]);
     }
-    return is_in_view(lattice, *chunk.chunk, low + static_cast<double>(least),
-                      high + static_cast<double>(most), volume);
+    return lists_of(box_of(lattice, *chunk.chunk, low + static_cast<double>(least),
+                           high + static_cast<double>(most), culling.eye_world),
+                    culling);
 }
 
 GlVertexArray make_layout() {
@@ -89,31 +108,32 @@ GlVertexArray make_layout() {
 
 GroundDraws::GroundDraws(int max_page_slots) : pool_(max_page_slots), vertices_(make_layout()) {}
 
-// Collects the draws of the mesh that are in view, nearest first, and uploads new chunks.
-Result<void> GroundDraws::collect(const TerrainMesh& mesh, const View& view,
-                                  GroundCulling culling) {
+// Collects the draws of the mesh that are in view or cast shadows, nearest first, and uploads new chunks.
+Result<void> GroundDraws::collect(const TerrainMesh& mesh, const View& view, GroundCulling culling,
+                                  std::span<const SunCascade> casters) {
     draws_.clear();
-    culled_count_ = 0;
+    drawn_count_ = culled_count_ = 0;
     if (mesh.resident == nullptr) return {};
     if (followed_.lock() != mesh.resident) {
         pool_.follow(*mesh.resident);
         followed_ = mesh.resident;
     }
     const ViewVolume volume(view);
+    const Culling against = {culling == GroundCulling::view ? &volume : nullptr, view.eye_world,
+                             casters};
     // the mesh is ordered from coarse to fine; near ground is drawn first for early depth rejection
     for (std::size_t i = mesh.chunks.size(); i-- > 0;) {
         const MeshChunk& chunk = mesh.chunks[i];
         if (chunk.index_count == 0) continue;
-        if (culling == GroundCulling::view && !is_in_view(mesh, chunk, volume)) {
-            ++culled_count_;
-            continue;
-        }
+        const Lists lists = lists_of(mesh, chunk, against);
+        ++((lists & 1) != 0 ? drawn_count_ : culled_count_);
+        if (lists == 0) continue;
         const ChunkSlot* slot = pool_.find(*mesh.resident, *chunk.chunk);
         if (slot == nullptr) {
             return fail(ErrorCode::invalid_argument,
                         "the mesh draws a chunk that is not in its resident set");
         }
-        draws_.push_back({&chunk, slot});
+        draws_.push_back({&chunk, slot, lists});
     }
     return {};
 }
@@ -124,7 +144,8 @@ GroundDraws::Layout GroundDraws::lay_out(const TerrainMesh& mesh) const {
     // indices come first, so that the first_index of the mesh is valid in the buffer
     Layout layout;
     layout.commands = align(mesh.indices.size_bytes());
-    layout.attributes = align(layout.commands + sizeof(DrawCommand) * draws_.size());
+    layout.attributes =
+        align(layout.commands + sizeof(DrawCommand) * lists_.size() * draws_.size());
     layout.offsets = align(layout.attributes + sizeof(ChunkAttributes) * draws_.size());
     // each batch starts at an aligned byte; a batch without offsets binds one float
     layout.end = layout.offsets + kOffsetBytes * offset_count + kAlignment * (draws_.size() + 1);
@@ -133,39 +154,55 @@ GroundDraws::Layout GroundDraws::lay_out(const TerrainMesh& mesh) const {
 
 void GroundDraws::write(const TerrainMesh& mesh, const EyeFrame& eye, std::byte* memory) {
     std::memcpy(memory, mesh.indices.data(), mesh.indices.size_bytes());
-    batches_.clear();
-    std::size_t offset_byte = layout_.offsets;
+    // chunks of one page share a range of offsets, whichever lists they are in
+    std::size_t offset_byte = layout_.offsets, first_offset_byte = 0;
     for (std::size_t i = 0; i < draws_.size(); ++i) {
         const MeshChunk& chunk = *draws_[i].mesh;
         const ChunkSlot& slot = *draws_[i].slot;
-        if (batches_.empty() || batches_.back().page != slot.page) {
-            offset_byte = align(offset_byte);
-            batches_.push_back({slot.page, 0, layout_.commands + sizeof(DrawCommand) * i,
-                                offset_byte, sizeof(float)});
+        if (i == 0 || draws_[i - 1].slot->page != slot.page) {
+            offset_byte = first_offset_byte = align(offset_byte);
         }
-        Batch& batch = batches_.back();
-        ++batch.command_count;
-
         ChunkAttributes attributes = make_attributes(*chunk.chunk, slot, eye);
         if (chunk.offsets != nullptr) {
             attributes.first_offset =
-                static_cast<std::int32_t>((offset_byte - batch.first_offset_byte) / sizeof(float));
+                static_cast<std::int32_t>((offset_byte - first_offset_byte) / sizeof(float));
             std::memcpy(memory + offset_byte, chunk.offsets, kOffsetBytes);
             offset_byte += kOffsetBytes;
-            batch.offset_bytes = offset_byte - batch.first_offset_byte;
         }
         const DrawCommand command{chunk.index_count, 1, chunk.first_index, attributes.first_vertex,
                                   static_cast<std::uint32_t>(i)};
-        std::memcpy(memory + layout_.commands + sizeof(command) * i, &command, sizeof(command));
+        for (std::size_t number = 0; number < lists_.size(); ++number) {
+            if ((draws_[i].lists >> number & 1) == 0) continue;
+            List& list = lists_[number];
+            const std::size_t command_byte =
+                layout_.commands +
+                sizeof(command) * (number * draws_.size() + list.command_count++);
+            if (list.batches.empty() ||
+                list.batches.back().first_offset_byte != first_offset_byte ||
+                list.batches.back().page != slot.page) {
+                list.batches.push_back(
+                    {slot.page, 0, command_byte, first_offset_byte, sizeof(float)});
+            }
+            Batch& batch = list.batches.back();
+            ++batch.command_count;
+            batch.offset_bytes = std::max(sizeof(float), offset_byte - first_offset_byte);
+            std::memcpy(memory + command_byte, &command, sizeof(command));
+        }
         std::memcpy(memory + layout_.attributes + sizeof(attributes) * i, &attributes,
                     sizeof(attributes));
     }
 }
 
 Result<void> GroundDraws::prepare(const TerrainMesh& mesh, const View& view, const EyeFrame& eye,
-                                  GroundCulling culling) {
-    if (const Result<void> collected = collect(mesh, view, culling); !collected) return collected;
-    batches_.clear();
+                                  GroundCulling culling, std::span<const SunCascade> casters) {
+    TERRANE_ASSERT(casters.size() < 8, "a list for the view and one for each caster");
+    lists_.resize(1 + casters.size());
+    for (List& list : lists_) {
+        list.command_count = 0;
+        list.batches.clear();
+    }
+    if (const Result<void> collected = collect(mesh, view, culling, casters); !collected)
+        return collected;
     if (draws_.empty()) return {};
     layout_ = lay_out(mesh);
     std::byte* memory = stream_.begin(layout_.end);
@@ -179,14 +216,15 @@ Result<void> GroundDraws::prepare(const TerrainMesh& mesh, const View& view, con
     return {};
 }
 
-void GroundDraws::draw() const {
-    if (batches_.empty()) return;
+void GroundDraws::draw_list(std::size_t list) const {
+    const std::vector<Batch>& batches = lists_[list].batches;
+    if (batches.empty()) return;
     glBindVertexArray(vertices_.name());
     glVertexArrayElementBuffer(vertices_.name(), stream_.name());
     glVertexArrayVertexBuffer(vertices_.name(), 1, stream_.name(),
                               static_cast<GLintptr>(layout_.attributes), sizeof(ChunkAttributes));
     glBindBuffer(GL_DRAW_INDIRECT_BUFFER, stream_.name());
-    for (const Batch& batch : batches_) {
+    for (const Batch& batch : batches) {
         const ChunkPage& page = pool_.page(batch.page);
         glVertexArrayVertexBuffer(vertices_.name(), 0, page.heights.name(), 0,
                                   sizeof(std::int32_t));
@@ -201,7 +239,7 @@ void GroundDraws::draw() const {
 }
 
 void GroundDraws::finish() {
-    if (!batches_.empty()) stream_.end();
+    if (!draws_.empty()) stream_.end();
 }
 
 }  // namespace terrane::internal

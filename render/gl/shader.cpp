@@ -44,6 +44,14 @@ Result<GlShader> compile(const std::string& name, GLenum stage, std::string_view
 
 }  // namespace
 
+std::string light_text(const LightFeatures& features) {
+    std::string text;
+    if (features.cascades > 0)
+        text += "#define CASCADES " + std::to_string(features.cascades) + "\n";
+    if (features.has_water) text += "#define WATER\n";
+    return text + std::string(shadow_glsl) + std::string(water_glsl);
+}
+
 Result<GlProgram> make_program(const std::string& name, std::string_view vertex,
                                std::string_view fragment) {
     Result<GlShader> vertex_shader = compile(name, GL_VERTEX_SHADER, vertex);

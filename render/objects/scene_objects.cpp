@@ -37,7 +37,7 @@ const void* as_pointer(std::size_t byte) {
 
 Result<void> SceneObjects::make_programs() {
     if (programs_) return {};
-    Result<ObjectPrograms> made = ObjectPrograms::create(sample_count_);
+    Result<ObjectPrograms> made = ObjectPrograms::create(sample_count_, lighting_);
     if (!made) return tl::unexpected(made.error());
     programs_ = std::move(*made);
     return {};
@@ -173,7 +173,19 @@ void SceneObjects::sort_billboards(const SceneDraws& draws, std::byte* memory) {
     }
 }
 
-Result<void> SceneObjects::prepare(const SceneDraws& draws, const View& view) {
+Result<void> SceneObjects::prepare_casters(const SceneDraws& draws, const View& view,
+                                           std::span<const SunCascade> cascades) {
+    if (!casters_) {
+        Result<std::unique_ptr<ObjectCasters>> made = ObjectCasters::create();
+        if (!made) return tl::unexpected(made.error());
+        casters_ = *std::move(made);
+    }
+    return casters_->prepare(solid_, impostor_draws_, draws.instances, stream_.name(), cascades,
+                             view.eye_world);
+}
+
+Result<void> SceneObjects::prepare(const SceneDraws& draws, const View& view,
+                                   std::span<const SunCascade> cascades) {
     pixels_per_radian_ = view.pixels_per_radian();
     solid_.clear();
     impostor_draws_.clear();
@@ -190,6 +202,9 @@ Result<void> SceneObjects::prepare(const SceneDraws& draws, const View& view) {
     if (is_empty() && draws.particles.empty()) return {};
     if (auto ok = make_programs(); !ok) return give_up(ok);
     if (auto ok = upload(draws); !ok) return give_up(ok);
+    if (!cascades.empty()) {
+        if (auto ok = prepare_casters(draws, view, cascades); !ok) return give_up(ok);
+    }
     particle_count_ = draws.particles.size();
     for (const SolidDraw& draw : solid_) {
         object_count_ += draw.instance_count;
@@ -240,12 +255,7 @@ void SceneObjects::draw_billboards() const {
                          std::uint32_t first, std::uint32_t count) {
         if (count == 0) return;
         glUseProgram(program.program.name());
-        glUniform1i(program.first_instance, static_cast<GLint>(first));
-        glUniform3fv(program.centre, 1, impostor.centre.data());
-        glUniform2f(program.half_box, impostor.half_width, impostor.half_height);
-        glUniform2i(program.views, impostor.settings.views_around, impostor.settings.views_above);
-        glUniform1f(program.radius, impostor.radius);
-        glUniform1f(program.texels, static_cast<float>(impostor.settings.texels));
+        program.set(impostor, first);
         glBindTextureUnit(0, impostor.colours.name());
         glBindTextureUnit(1, impostor.shapes.name());
         glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(6 * count));
@@ -255,6 +265,10 @@ void SceneObjects::draw_billboards() const {
         draw(programs_->impostors, *each.impostor, each.first_copy + each.small_count,
              each.instance_count - each.small_count);
     }
+}
+
+void SceneObjects::draw_casters(std::size_t cascade) const {
+    if (casters_ && !is_empty()) casters_->draw(cascade);
 }
 
 void SceneObjects::draw_particles(const Framebuffer& picture) const {
@@ -275,7 +289,9 @@ void SceneObjects::draw_particles(const Framebuffer& picture) const {
 }
 
 void SceneObjects::finish() {
-    if (!is_empty()) stream_.end();
+    if (is_empty()) return;
+    stream_.end();
+    if (casters_) casters_->finish();
 }
 
 }  // namespace terrane::internal

@@ -5,12 +5,18 @@
 #include "gl/stream_buffer.h"
 #include "objects/impostor_store.h"
 #include "objects/mesh_store.h"
+#include "objects/object_casters.h"
+#include "objects/object_draws.h"
 #include "objects/object_programs.h"
 
 #include <terrane/scene/scene_draws.h>
 #include <terrane/terrain/view.h>
 
+#include <memory>
 #include <optional>
+#include <span>
+#include <string>
+#include <utility>
 #include <vector>
 
 namespace terrane::internal {
@@ -19,7 +25,9 @@ namespace terrane::internal {
 class SceneObjects {
 public:
     /// @param sample_count of the picture
-    explicit SceneObjects(int sample_count) : sample_count_(sample_count) {}
+    /// @param lighting     text that goes before shaders: defines lit_at() and shown_at()
+    explicit SceneObjects(int sample_count, std::string lighting)
+        : sample_count_(sample_count), lighting_(std::move(lighting)) {}
 
     Result<MeshId> add_mesh(const TriangleMesh& mesh,
                             std::span<const std::span<const TriangleMesh::Triangle>> levels,
@@ -30,16 +38,21 @@ public:
 
     /// Checks a frame's draws, and uploads what changes from frame to frame.
     ///
+    /// @param cascades maps for draw_casters(); none: no shadows
+    ///
     /// Fails: invalid_argument, naming what it is, for a number that is not finite, a scale or radius that is not above
     ///        0, a coverage beyond -1 to 1, a mesh, level, impostor or range of instances that does not exist, or
     ///        streamed positions or triangles that do not fit the mesh; device_unavailable where OpenGL fails
-    Result<void> prepare(const SceneDraws& draws, const View& view);
+    Result<void> prepare(const SceneDraws& draws, const View& view,
+                         std::span<const SunCascade> cascades = {});
     bool is_empty() const {
         return solid_.empty() && impostor_draws_.empty() && particle_count_ == 0;
     }
 
     /// Draws meshes and impostors into the bound target.
     void draw_solid() const;
+    /// Draws what casts a shadow into the map of a cascade, which is the target.
+    void draw_casters(std::size_t cascade) const;
     /// Blends particles over the overlay; reads the depth of the picture.
     void draw_particles(const Framebuffer& picture) const;
     /// After the last draw of a frame.
@@ -51,21 +64,9 @@ public:
     std::size_t bytes() const { return meshes_.bytes() + impostors_.bytes(); }
 
 private:
-    // Triangles of one mesh for a range of instances.
-    struct SolidDraw {
-        const StoredMesh* mesh = nullptr;
-        bool has_own_vertices = false, has_own_indices = false;  // in the stream buffer
-        std::size_t vertex_byte = 0, index_byte = 0;
-        std::uint32_t index_count = 0, first_instance = 0, instance_count = 0;
-    };
-    // The billboards of an impostor, copied to a place of their own with the small ones first.
-    struct BillboardDraw {
-        const StoredImpostor* impostor = nullptr;
-        std::uint32_t first_instance = 0, instance_count = 0;
-        std::uint32_t first_copy = 0, small_count = 0;
-    };
-
     Result<void> make_programs();
+    Result<void> prepare_casters(const SceneDraws& draws, const View& view,
+                                 std::span<const SunCascade> cascades);
     Result<void> collect(const SceneDraws& draws);
     Result<void> add_streamed(const SceneDraws& draws, const StreamedDraw& streamed);
     Result<void> upload(const SceneDraws& draws);
@@ -73,7 +74,9 @@ private:
     void draw_billboards() const;
 
     int sample_count_;
+    std::string lighting_;
     std::optional<ObjectPrograms> programs_;
+    std::unique_ptr<ObjectCasters> casters_;  // null before the first shadow
     MeshStore meshes_;
     ImpostorStore impostors_;
     StreamBuffer stream_;

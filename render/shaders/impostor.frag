@@ -61,6 +61,6 @@ void main() {
     vec4 clip = frame.clip_from_eye * vec4(p_eye, 1.0);
     gl_FragDepth = clamp(clip.z / clip.w, 0.0, 1.0);
     vec3 root = colour.rgb / colour.a * pow(share_of.yzw, vec3(1.1));
-    vec3 light = lit(root * root, normal);
-    colour_out = vec4(behind_air(display(light), p_eye, length(p_eye)), 1.0);
+    vec3 light = lit_at(root * root, normal, p_eye, normal);
+    colour_out = vec4(shown_at(light, p_eye), 1.0);
 }

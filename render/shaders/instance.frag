@@ -10,6 +10,6 @@ void main() {
     keep_samples(covered_samples(coverage, 1.0));
     vec3 normal = normalize(surface_normal);
     if (!gl_FrontFacing) normal = -normal;
-    vec3 light = lit(pow(surface_colour, vec3(2.2)), normal);
-    colour_out = vec4(behind_air(display(light), p_eye, length(p_eye)), 1.0);
+    vec3 light = lit_at(pow(surface_colour, vec3(2.2)), normal, p_eye, normal);
+    colour_out = vec4(shown_at(light, p_eye), 1.0);
 }

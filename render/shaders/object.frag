@@ -8,6 +8,7 @@ layout(location = 0) out vec4 colour_out;
 
 void main() {
     vec3 albedo = pow(colour, vec3(2.2));
-    vec3 light = lit(albedo, normalize(surface_normal));
-    colour_out = vec4(behind_air(display(light), p_eye, length(p_eye)), 1.0);
+    vec3 normal = normalize(surface_normal);
+    vec3 light = lit_at(albedo, normal, p_eye, normal);
+    colour_out = vec4(shown_at(light, p_eye), 1.0);
 }

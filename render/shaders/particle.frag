@@ -35,6 +35,6 @@ void main() {
     // light goes through smoke: half of it does not depend on the side
     vec3 albedo = pow(colour_of.rgb, vec3(2.2));
     vec3 light = 0.5 * (lit(albedo, normal) + lit(albedo, frame.sun.xyz));
-    vec3 shown = behind_air(display(light), p_eye, length(p_eye));
+    vec3 shown = shown_at(light, p_eye);
     colour_out = vec4(shown * opacity, opacity);
 }

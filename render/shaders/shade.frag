@@ -87,6 +87,7 @@ vec3 ground_normal(vec3 p_eye, float pixel_m) {
     return vec3(slope, sqrt(max(1.0 - dot(slope, slope), 0.0)));
 }
 
+// Light of the ground.
 vec3 ground(vec3 p_eye) {
     float distance = length(p_eye);
     vec3 along = p_eye / distance;
@@ -123,8 +124,8 @@ vec3 ground(vec3 p_eye) {
     albedo *= 1.0 + 1.1 * fine.z + 0.35 * coarse.z;
 
     // bumps finer than the samples
-    normal = normalize(normal - vec3(0.8 * fine.xy, 0.0));
-    return behind_air(display(lit(albedo, normal)), p_eye, distance);
+    vec3 bumped = normalize(normal - vec3(0.8 * fine.xy, 0.0));
+    return lit_at(albedo, bumped, p_eye, normal);
 }
 
 vec3 sky_with_sun() {
@@ -134,10 +135,31 @@ vec3 sky_with_sun() {
     return mix(sky(direction), vec3(1.0, 0.98, 0.92), disc);
 }
 
+#ifdef WATER
+// Metres to where no ground is.
+const float kNoGround = 1e8;
+
+// Colour of ground, water or sky at a depth.
+vec3 background(float depth) {
+    float level = frame.near.y;
+    vec3 p_eye = depth > 0.0 ? ray * (frame.near.x / depth) : normalize(ray) * kNoGround;
+    vec3 light = vec3(0.0);
+    // a loop and no branch: a software rasteriser takes both sides of a branch
+    for (int left = depth > 0.0 && !is_hidden(p_eye) ? 1 : 0; left > 0; --left) light = ground(p_eye);
+    vec3 shown = shown_at(light, p_eye);
+    for (int left = depth == 0.0 && p_eye.z >= level ? 1 : 0; left > 0; --left) {
+        vec3 clear = exp(-kAbsorption * min(max(level, 0.0) / ray.z * length(ray), kNoGround));
+        shown = mix(display(through_water(vec3(0.0), kNoGround)), sky_with_sun(), clear);
+    }
+    return shown;
+}
+#else
 // Colour of ground or sky (depth 0) at a depth.
 vec3 background(float depth) {
-    return depth > 0.0 ? ground(ray * (frame.near.x / depth)) : sky_with_sun();
+    vec3 p_eye = ray * (frame.near.x / depth);
+    return depth > 0.0 ? shown_at(ground(p_eye), p_eye) : sky_with_sun();
 }
+#endif
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);

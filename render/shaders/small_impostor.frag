@@ -7,6 +7,12 @@ flat in vec3 layer;
 flat in vec3 tint;
 flat in vec3 sun_object;
 flat in vec3 up_object;
+#ifdef CASCADES
+flat in float sun_part;
+#endif
+#ifdef WATER
+in vec3 place_eye;
+#endif
 flat in vec4 air;
 
 layout(location = 0) out vec4 colour_out;
@@ -18,6 +24,14 @@ void main() {
     vec3 normal =
         normalize(2.0 * shown * textureLod(shapes, vec3(at, layer.x), layer.y).xyz - 1.0);
     vec3 root = shown * colour.rgb * tint;
-    vec3 light = lit_from(root * root, dot(normal, sun_object), dot(normal, up_object));
+    float towards_sun = dot(normal, sun_object);
+#ifdef CASCADES
+    towards_sun *= sun_part;
+#endif
+    vec3 light = lit_from(root * root, towards_sun, dot(normal, up_object));
+#ifdef WATER
+    colour_out = vec4(shown_at(light, place_eye), 1.0);
+#else
     colour_out = vec4(air.rgb + air.a * display(light), 1.0);
+#endif
 }

@@ -16,6 +16,12 @@ flat out vec3 layer;       // x: of the view, y: of the mipmaps, z: coverage
 flat out vec3 tint;        // of what the view holds
 flat out vec3 sun_object;  // unit, in the object's frame
 flat out vec3 up_object;
+#ifdef CASCADES
+flat out float sun_part;   // of the whole billboard
+#endif
+#ifdef WATER
+out vec3 place_eye;
+#endif
 flat out vec4 air;         // haze: rgb, and the share of the object's own colour
 
 const float kTurn = 6.283185307179586;
@@ -48,12 +54,20 @@ void main() {
     vec3 p_object = centre + right * (corner.x * size.x) + up * (corner.y * size.y);
     vec3 p_eye = place.xyz + rotated(rotation, place.w * p_object);
 
+#ifdef WATER
+    place_eye = p_eye;
+#endif
     float pixel = distance * frame.grid.w;
     layer = vec3(float(around + views.x * above),
                  max(log2(pixel * texels / (2.0 * sqrt(size.x * size.y))) - kSharper, 0.0), share.x);
     tint = pow(share.yzw, vec3(1.1));
     sun_object = rotated(back, frame.sun.xyz);
     up_object = rotated(back, vec3(0.0, 0.0, 1.0));
+#ifdef CASCADES
+    // in the middle, in front of the object's own shadow
+    vec3 middle = place.xyz + rotated(rotation, place.w * centre);
+    sun_part = sun_share(middle + frame.sun.xyz * (place.w * length(half_box)), frame.sun.xyz);
+#endif
     vec3 black = behind_air(vec3(0.0), place.xyz, length(place.xyz));
     float own = behind_air(vec3(1.0), place.xyz, length(place.xyz)).g - black.g;
     air = vec4(black, own);

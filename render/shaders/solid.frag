@@ -20,6 +20,8 @@ void main() {
     // a cap's inner vertices have no walls around them
     vec3 normal = dot(surface_normal, surface_normal) > 0.0 ? normalize(surface_normal) : -along;
 
+    vec3 smooth_normal = normal;
+
     // the noise along the three axes, blended by the normal
     vec2 root = frame.noise_phase.xy + p_eye.xy * frame.tint.z;
     float up = frame.tint.z * (p_eye.z + frame.remainder.z +
@@ -41,6 +43,9 @@ void main() {
 
     float below = max(depth_below, 0.0);
     float sun = exp2(-kToThird * below / kSunDepth), sky = exp2(-kToThird * below / kSkyDepth);
+#ifdef CASCADES
+    sun *= sun_share(p_eye, smooth_normal);
+#endif
     vec3 light = albedo * (kSunLight * sun * max(dot(normal, frame.sun.xyz), 0.0) +
                            sky * mix(kGroundLight, kSkyLight, 0.5 + 0.5 * normal.z));
     float range = 1.0 + distance / kLampRange;
@@ -48,6 +53,5 @@ void main() {
                  (0.35 + 0.65 * smoothstep(0.6, 0.95, dot(along, frame.forward.xyz)));
     light += albedo * vec3(5.2, 4.7, 4.0) * lamp / (range * range);
     // no haze of the open air inside
-    vec3 shown = display(light);
-    colour_out = vec4(mix(shown, behind_air(shown, p_eye, distance), sky), 1.0);
+    colour_out = vec4(mix(display(light), shown_at(light, p_eye), sky), 1.0);
 }

@@ -34,7 +34,7 @@ CommandResult<void> run_walk(const WalkOptions& options) {
     Result<FrameMaker> maker = FrameMaker::create(terrain->source, frame_maker_settings(options));
     if (!maker) return pass_on(maker.error());
     Result<FlightOutput> output =
-        FlightOutput::create(options, *terrain->source, Journey::columns(character));
+        FlightOutput::create(options, *terrain, Journey::columns(character));
     if (!output) return pass_on(output.error());
     if (const Result<void> added = output->add_objects(*terrain, *maker); !added)
         return pass_on(added.error());

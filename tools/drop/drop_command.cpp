@@ -252,7 +252,7 @@ CommandResult<void> run_drop(const DropOptions& options, const CLI::App& command
     }
     std::optional<DropFilm> film;
     if (!options.film.out.empty()) {
-        Result<DropFilm> made = DropFilm::create(options.film, terrain->source, *world);
+        Result<DropFilm> made = DropFilm::create(options.film, *terrain, *world);
         if (!made) return pass_on(made.error());
         film.emplace(std::move(*made));
     }

@@ -19,13 +19,13 @@ DropFilm::DropFilm(const FlightOptions& options, FrameMaker maker, FlightOutput 
       output_(std::move(output)),
       camera_(std::move(camera)) {}
 
-Result<DropFilm> DropFilm::create(const FlightOptions& options,
-                                  std::shared_ptr<const HeightSource> source, const World& world) {
-    Result<FrameMaker> maker = FrameMaker::create(source, frame_maker_settings(options));
+Result<DropFilm> DropFilm::create(const FlightOptions& options, const Terrain& terrain,
+                                  const World& world) {
+    Result<FrameMaker> maker = FrameMaker::create(terrain.source, frame_maker_settings(options));
     if (!maker) return tl::unexpected(maker.error());
-    Result<FlightOutput> output = FlightOutput::create(options, *source, kColumns);
+    Result<FlightOutput> output = FlightOutput::create(options, terrain, kColumns);
     if (!output) return tl::unexpected(output.error());
-    DropCamera camera(source, world.states());
+    DropCamera camera(terrain.source, world.states());
     maker->load_until_stable(camera.view(make_view(options.size, options.fov_deg)), {}, 0.0);
     return DropFilm(options, std::move(*maker), std::move(*output), std::move(camera));
 }

@@ -16,8 +16,8 @@ public:
     /// @param options fps, size, fov_deg, out, png and video are used
     ///
     /// Fails as FlightOutput and FrameMaker do.
-    static Result<DropFilm> create(const FlightOptions& options,
-                                   std::shared_ptr<const HeightSource> source, const World& world);
+    static Result<DropFilm> create(const FlightOptions& options, const Terrain& terrain,
+                                   const World& world);
 
     /// Makes the frames due up to `time` (seconds from the start) with the current poses. Fails with io.
     Result<void> show(const World& world, const StepReport& report, double time);

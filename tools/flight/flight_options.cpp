@@ -31,6 +31,9 @@ void add_picture_options(CLI::App& app, FlightOptions& options, const std::strin
         "Samples a pixel, 1 to 16, or the next that the device has; without it 4, and 1 where "
         "there is no GPU: that is twice as fast, and steps the edges of hills")
         ->default_str("");
+    add_in_range(
+        app, "--shadows", options.shadows, 0.0, 1e6,
+        "The sun casts shadows of ground and objects up to this distance, metres; 0: none");
     app.add_option(
            "--out", options.out,
            "Folder for frames.csv, report.html, and pictures or film where asked for. What an "
@@ -97,6 +100,9 @@ CommandResult<void> check_pictures(const FlightOptions& options) {
     }
     if (options.samples > 0 && !options.has_pictures()) {
         return usage_error("--samples is for pictures: it needs --png or --video");
+    }
+    if (options.shadows > 0.0 && !options.has_pictures()) {
+        return usage_error("--shadows is for pictures: it needs --png or --video");
     }
     if ((options.png || options.video) && options.out.empty()) {
         return usage_error(fmt::format("{} needs --out DIR", options.png ? "--png" : "--video"));

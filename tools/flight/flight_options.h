@@ -26,6 +26,7 @@ struct FlightOptions {
     ImageSize size;
     double fov_deg = 60.0;
     std::size_t samples = 0;  ///< per pixel; 0: not given
+    double shadows = 0.0;     ///< how far the sun casts shadows, metres; 0: none
     std::size_t budget = 100'000;
     double max_error_px = 1.0;
     double morph_ratio = kDefaultMorphRatio;
@@ -47,7 +48,7 @@ struct FlightOptions {
     bool waits_for_clock() const { return realtime || window; }
 };
 
-/// Adds --fps, --size, --fov-deg, --samples, --out, --png and --video.
+/// Adds --fps, --size, --fov-deg, --samples, --shadows, --out, --png and --video.
 ///
 /// @param what kind of run, for help texts: "flight"
 void add_picture_options(CLI::App& app, FlightOptions& options, const std::string& what);
@@ -65,8 +66,8 @@ CommandResult<void> check_path(const std::string& name);
 Result<CameraPath> open_path(const std::string& name, const Terrain& terrain,
                              const CameraPathSettings& settings);
 
-/// Fails with exit_usage for pictures without --out, films of odd sizes, and --samples without pictures or out of
-/// range.
+/// Fails with exit_usage for pictures without --out, films of odd sizes, --samples out of range, and --samples or
+/// --shadows without pictures.
 CommandResult<void> check_pictures(const FlightOptions& options);
 
 /// Fails with exit_usage for built-in paths that no vehicle can follow.

@@ -14,7 +14,7 @@ FlightOutput::FlightOutput(const FlightOptions& options, std::shared_ptr<OutputF
                            FlightLog log)
     : options_(options), folder_(std::move(folder)), log_(std::move(log)) {}
 
-Result<FlightOutput> FlightOutput::create(const FlightOptions& options, const HeightSource& source,
+Result<FlightOutput> FlightOutput::create(const FlightOptions& options, const Terrain& terrain,
                                           std::vector<std::string> extra_columns) {
     std::shared_ptr<OutputFolder> folder;
     if (!options.out.empty()) {
@@ -28,7 +28,7 @@ Result<FlightOutput> FlightOutput::create(const FlightOptions& options, const He
     watch_for_interrupts();
     std::optional<FlightPictures> pictures;
     if (options.has_pictures()) {
-        Result<FlightPictures> made = FlightPictures::create(options, source, folder);
+        Result<FlightPictures> made = FlightPictures::create(options, terrain, folder);
         if (!made) return tl::unexpected(made.error());
         pictures.emplace(std::move(*made));
     }

@@ -24,7 +24,7 @@ public:
     /// the flight after the current frame.
     ///
     /// Fails with io, naming the path; device_unavailable where pictures are requested and no device opens.
-    static Result<FlightOutput> create(const FlightOptions& options, const HeightSource& source,
+    static Result<FlightOutput> create(const FlightOptions& options, const Terrain& terrain,
                                        std::vector<std::string> extra_columns = {});
 
     /// Lets the frames of a maker show the objects of a terrain's scene; nothing where it has none.

@@ -36,16 +36,17 @@ void fit_tints(const HeightSource& source, RendererSettings& settings) {
 FlightPictures::FlightPictures(EglContext context, TerrainRenderer renderer)
     : context_(std::move(context)), renderer_(std::move(renderer)) {}
 
-Result<FlightPictures> FlightPictures::create(const FlightOptions& options,
-                                              const HeightSource& source,
+Result<FlightPictures> FlightPictures::create(const FlightOptions& options, const Terrain& terrain,
                                               const std::shared_ptr<OutputFolder>& folder) {
     Result<EglContext> context = EglContext::create();
     if (!context) return tl::unexpected(context.error());
     RendererSettings settings;
-    fit_tints(source, settings);
-    settings.sample_count = options.samples > 0 ? static_cast<int>(options.samples)
+    fit_tints(*terrain.source, settings);
+    settings.sample_count = options.samples > 0      ? static_cast<int>(options.samples)
                             : context->is_software() ? 1
-                                                                    : settings.sample_count;
+                                                     : settings.sample_count;
+    settings.shadow_distance = options.shadows;
+    settings.water_level = terrain.water_m;
     Result<TerrainRenderer> renderer =
         TerrainRenderer::create(*context, options.size.width_px, options.size.height_px, settings);
     if (!renderer) return tl::unexpected(renderer.error());

@@ -20,7 +20,7 @@ public:
     /// Fails with device_unavailable where no device opens, io where the film cannot be created.
     ///
     /// @param folder of pictures and film; null where there are none
-    static Result<FlightPictures> create(const FlightOptions& options, const HeightSource& source,
+    static Result<FlightPictures> create(const FlightOptions& options, const Terrain& terrain,
                                          const std::shared_ptr<OutputFolder>& folder);
 
     /// Draws a frame and writes it. Fails with io.

@@ -109,7 +109,7 @@ CommandResult<void> run_fly(const FlyOptions& options, const CLI::App& command) 
     if (!source) return pass_on(source.error());
     Result<FrameMaker> maker = FrameMaker::create(*source, frame_maker_settings(options));
     if (!maker) return pass_on(maker.error());
-    Result<FlightOutput> output = FlightOutput::create(options, *terrain->source);
+    Result<FlightOutput> output = FlightOutput::create(options, *terrain);
     if (!output) return pass_on(output.error());
     if (const Result<void> added = output->add_objects(*terrain, *maker); !added)
         return pass_on(added.error());

@@ -40,8 +40,8 @@ constexpr const char* kGdalCache_mb = "256";
 using Json = nlohmann::ordered_json;
 
 constexpr int kMaxNesting = 64;  // brackets in a scene file
-const std::array<std::string, 8> kSceneKeys{"dem",    "seed",    "fractal", "detail_m",
-                                            "bodies", "surface", "volumes", "objects"};
+const std::array<std::string, 9> kSceneKeys{"dem",     "seed",    "fractal", "detail_m", "bodies",
+                                            "surface", "volumes", "objects", "water_m"};
 
 std::string quoted(const std::string& text) { return "'" + text + "'"; }
 
@@ -143,6 +143,7 @@ CommandResult<Terrain> open_dem(const TerrainOptions& options) {
 CommandResult<Terrain> play_scene(const std::string& path, TerrainOptions scene, Terrain terrain) {
     terrain.bodies = std::move(scene.bodies);
     terrain.objects = std::move(scene.objects);
+    terrain.water_m = scene.water_m;
     if (scene.volumes != nullptr) {
         auto placed = place_volumes(*scene.volumes, *terrain.source);
         if (!placed) return failure(fmt::format("scene '{}': {}", path, placed.error().message));
@@ -209,8 +210,8 @@ void add_terrain_options(CLI::App& app, TerrainOptions& options) {
                        "The same choices in a JSON file, with the keys dem, seed, fractal and "
                        "detail_m; and bodies, "
                        "which drop, drive and walk play, surface, the friction by place, "
-                       "volumes: caves, tunnels, digs, and objects, which fly, drive and walk "
-                       "show");
+                       "volumes: caves, tunnels, digs, objects, which fly, drive and walk "
+                       "show, and water_m, the level of water in pictures");
     scene_option->type_name("FILE.json")->group("Terrain");
     scene_option->excludes("--dem")->excludes("--seed")->excludes("--fractal");
     app.add_option(
@@ -300,6 +301,9 @@ CommandResult<TerrainOptions> parse_scene(const std::string& text, const std::st
         } else if (key == "detail_m") {
             if (!value.is_number() || !(value.get<double>() > 0.0)) return wrong("above 0");
             options.detail_m = value.get<double>();
+        } else if (key == "water_m") {
+            if (!value.is_number() || !std::isfinite(value.get<double>())) return wrong("a number");
+            options.water_m = value.get<double>();
         } else if (key == "bodies") {
             Parsed<std::vector<PlacedBody>> bodies = read_bodies(value, folder.string());
             if (!bodies) return failure(fmt::format("scene '{}': {}", path, bodies.error()));

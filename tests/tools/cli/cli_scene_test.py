@@ -162,6 +162,7 @@ class Scenes(Folder):
                 ({"bodies": [{"shape": {"ball": {}}, "position": [0, 0, 0]}]}, ["bodies[0].shape", '"ball"']),
                 ({"surface": [{"rect": [0, 0, 1, 1], "friction": -2}]}, ["surface[0].friction", "-2"]),
                 ({"surface": "none.tif"}, ["none.tif"]),
+                ({"water_m": "high"}, ["water_m", '"high"']),
                 ({"boddies": []}, ["'boddies'", "did you mean bodies?"])):
             with self.subTest(content):
                 scene = self.flat(**content)

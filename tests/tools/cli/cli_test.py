@@ -82,6 +82,10 @@ class CommandLine(Folder):
             for value in (0, -1, 1.5, 17, "many"):
                 done = run(command, "--seed", 1, "--png", "--out", out, f"--samples={value}")
                 self.assert_refused(done, [2], "--samples", value)
+            for value in (-1, "nan", "far"):
+                done = run(command, "--seed", 1, "--png", "--out", out, f"--shadows={value}")
+                self.assert_refused(done, [2], "--shadows", value)
+            self.assert_refused(run(command, "--seed", 1, "--shadows", 100), [2], "--shadows", "--png")
             # --samples without pictures
             self.assert_refused(run(command, "--seed", 1, "--samples", 1), [2], "--samples", "--png")
             self.assertEqual(os.listdir(self.folder), [])

@@ -37,6 +37,8 @@ TEST(ParseScene, RefusesUnknownKeysAndWrongValuesByName) {
     EXPECT_NE(message(R"({"dem":5})").find("dem"), std::string::npos);
     EXPECT_NE(message(R"({"seed":1,"fractal":"rigid"})").find("\"rigid\""), std::string::npos);
     EXPECT_NE(message(R"({"seed":1,"fractal":2})").find("fbm, ridged"), std::string::npos);
+    EXPECT_NE(message(R"({"seed":1,"water_m":"deep"})").find("water_m must be a number"),
+              std::string::npos);
     EXPECT_NE(message("{}").find("names no terrain"), std::string::npos);
     EXPECT_NE(message("[]").find("one.json"), std::string::npos);
     EXPECT_NE(message("{\"seed\":").find("one.json"), std::string::npos);
@@ -61,6 +63,14 @@ TEST(ParseScene, TakesTheKindOfAFractal) {
         parse_scene(R"({"seed":7,"fractal":"warped"})", "one.json");
     ASSERT_TRUE(scene) << scene.error().message;
     EXPECT_EQ(scene->fractal, FractalKind::warped);
+}
+
+TEST(ParseScene, TakesALevelOfWater) {
+    const CommandResult<TerrainOptions> scene =
+        parse_scene(R"({"seed":7,"water_m":-2.5})", "one.json");
+    ASSERT_TRUE(scene) << scene.error().message;
+    EXPECT_EQ(scene->water_m, -2.5);
+    EXPECT_EQ(parse_scene(R"({"seed":7})", "one.json")->water_m, std::nullopt);
 }
 
 /// Parses a command line and opens its terrain.

@@ -33,6 +33,17 @@ struct RendererSettings {
     double tint_high = 3000.0;            ///< high ground, metres
     Colour horizon{0.74f, 0.81f, 0.88f};  ///< sky at the horizon, and haze
     Colour zenith{0.22f, 0.42f, 0.72f};   ///< sky overhead
+    /// Distance from the eye within which the sun casts shadows of ground and objects, metres; 0: none, at no cost.
+    /// They fade over its last quarter. The ground casts what its triangles of the frame show, beside the view too; of
+    /// objects, what is passed to draw(), except particles. Costs three more passes of triangles a frame.
+    double shadow_distance = 0.0;
+    /// Along the side of each of the three shadow maps, 256 to 8192: shadows are as fine, about 1.5 times the distance
+    /// over this in the last map, a quarter of it in the second and a sixteenth in the first. 12 bytes for each texel
+    /// of a map.
+    int shadow_texels = 1024;
+    /// Height of still water over all ground that is lower, and beyond the ground, metres; absent: none. It is drawn
+    /// where ground is shaded and with each object: no triangles, no passes.
+    std::optional<double> water_level = {};
 };
 
 /// A solid drawn with the terrain: a part of a vehicle or body.
@@ -128,8 +139,8 @@ public:
     /// Samples per pixel in use.
     int sample_count() const;
 
-    /// Bytes of heights and slopes of chunks, meshes and impostors on the device. Chunks' buffers grow by doubling
-    /// and may be larger.
+    /// Bytes of heights and slopes of chunks, meshes, impostors and shadow maps on the device. Chunks' buffers grow by
+    /// doubling and may be larger.
     std::size_t buffer_bytes() const;
 
 private:

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "gl/stream_buffer.h"
+#include "objects/object_draws.h"
+#include "objects/object_programs.h"
+#include "shadow/sun_cascades.h"
+
+#include <terrane/scene/scene_draws.h>
+
+#include <array>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace terrane::internal {
+
+/// Draws the objects of a frame into shadow maps: meshes as they are, impostors as flat pictures that face the sun.
+/// What a map cannot show is left out of it.
+class ObjectCasters {
+public:
+    /// Fails: device_unavailable where its shaders do not compile
+    static Result<std::unique_ptr<ObjectCasters>> create();
+
+    /// Selects the instances for each map and uploads them.
+    ///
+    /// @param solids, billboards of the frame, valid until finish()
+    /// @param frame_stream       has the vertices and indices that draws have of their own
+    ///
+    /// Fails: device_unavailable where the device is out of memory
+    Result<void> prepare(std::span<const SolidDraw> solids,
+                         std::span<const BillboardDraw> billboards,
+                         std::span<const ObjectInstance> instances, GLuint frame_stream,
+                         std::span<const SunCascade> cascades, const WorldPos& eye_world);
+    /// Draws into the map of a cascade, which is the target.
+    void draw(std::size_t cascade) const;
+    /// After the last draw of a frame.
+    void finish();
+
+private:
+    // Some instances of a draw.
+    struct Part {
+        std::size_t draw = 0;  // in solids_ or billboards_
+        std::uint32_t first = 0, count = 0;
+    };
+    struct List {
+        std::vector<Part> solids, billboards;
+    };
+
+    ObjectCasters() = default;
+    // Appends the instances of a range that can cast a shadow into a map.
+    Part select(std::span<const ObjectInstance> instances, double radius, const SunCascade& cascade,
+                const WorldPos& eye_world);
+
+    GlProgram meshes_;
+    ImpostorProgram impostors_;
+    GlVertexArray object_layout_, no_layout_;
+    StreamBuffer stream_;
+
+    // Of the frame.
+    std::span<const SolidDraw> solids_;
+    std::span<const BillboardDraw> billboards_;
+    GLuint frame_stream_ = 0;
+    std::array<List, kCascades> lists_;
+    std::vector<ObjectInstance> selected_;
+};
+
+}  // namespace terrane::internal

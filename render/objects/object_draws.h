@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "objects/impostor_store.h"
+#include "objects/mesh_store.h"
+
+#include <cstddef>
+#include <cstdint>
+
+namespace terrane::internal {
+
+/// Triangles of one mesh for a range of a frame's instances.
+struct SolidDraw {
+    const StoredMesh* mesh = nullptr;
+    bool has_own_vertices = false, has_own_indices = false;  ///< in the frame's stream buffer
+    std::size_t vertex_byte = 0, index_byte = 0;
+    std::uint32_t index_count = 0, first_instance = 0, instance_count = 0;
+};
+
+/// The billboards of an impostor, copied to a place of their own with the small ones first.
+struct BillboardDraw {
+    const StoredImpostor* impostor = nullptr;
+    std::uint32_t first_instance = 0, instance_count = 0;
+    std::uint32_t first_copy = 0, small_count = 0;
+};
+
+}  // namespace terrane::internal

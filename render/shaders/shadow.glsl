@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+// Light of a surface with the sun's shadows. CASCADES, the number of shadow maps, is defined where there are any: see
+// sun_cascades.h and shadow_maps.h.
+
+#ifdef CASCADES
+layout(std140, binding = 2) uniform Shadow {
+    vec4 right;             // xyz: axes of the maps; the third is frame.sun
+    vec4 up;
+    vec4 places[CASCADES];  // xyz: centre of the map from the eye along the axes, metres, w: 1 / side
+    vec4 reach;             // xyz: of each cascade from the eye, metres, w: of a texel in the side
+} shadow;
+layout(binding = 6) uniform sampler2DArrayShadow shadow_maps;
+
+// Displacement of the receiver along its normal, texels: see D. Holbert, Saying Goodbye to Shadow Acne, GDC 2011. Shadows
+// become shorter by as much over the tangent of the sun's elevation. Measured: with 0 stripes stay, with 0.3 none.
+const float kAway = 0.4;
+// Distance of the filter's samples from the middle, texels; each is bilinear.
+const float kFilter = 0.5;
+// Share of a cascade's reach from which on it fades to the next one, and of the last one's to full light.
+const float kBlendFrom = 0.9, kFadeFrom = 0.75;
+
+// Share of the sun in one map.
+float sun_share(vec3 p_eye, vec3 normal, int cascade) {
+    vec4 place = shadow.places[cascade];
+    vec3 p = p_eye + normal * (kAway * shadow.reach.w / place.w);
+    p = vec3(dot(p, shadow.right.xyz), dot(p, shadow.up.xyz), dot(p, frame.sun.xyz));
+    vec3 at = 0.5 + (p - place.xyz) * place.w;
+    vec2 beside = vec2(kFilter, -kFilter) * shadow.reach.w;
+    float layer = float(cascade);
+    return 0.25 * (texture(shadow_maps, vec4(at.xy + beside.xx, layer, at.z)) +
+                   texture(shadow_maps, vec4(at.xy + beside.xy, layer, at.z)) +
+                   texture(shadow_maps, vec4(at.xy + beside.yx, layer, at.z)) +
+                   texture(shadow_maps, vec4(at.xy + beside.yy, layer, at.z)));
+}
+
+// Share of the sun that reaches a point of a surface with a unit normal, 0 to 1.
+float sun_share(vec3 p_eye, vec3 normal) {
+    float distance = length(p_eye);
+    float most = shadow.reach[CASCADES - 1];
+    int cascade = 0;
+    while (cascade < CASCADES && distance > shadow.reach[cascade]) ++cascade;
+    // towards the next one, where there is one
+    float to_next = (distance / shadow.reach[min(cascade, CASCADES - 1)] - kBlendFrom) / (1.0 - kBlendFrom);
+    to_next = cascade < CASCADES - 1 ? max(to_next, 0.0) : 0.0;
+    int last = cascade + (to_next > 0.0 ? 1 : 0);
+    // a loop and no branch: a software rasteriser takes both sides of a branch
+    float share = 0.0;
+    for (int i = cascade; i <= min(last, CASCADES - 1); ++i)
+        share += (i == cascade ? 1.0 - to_next : to_next) * sun_share(p_eye, normal, i);
+    return mix(share, 1.0, smoothstep(kFadeFrom * most, most, distance));
+}
+#endif
+
+// lit() with shadows, of a point of a surface.
+// smooth_normal: of the surface without bumps
+vec3 lit_at(vec3 albedo, vec3 normal, vec3 p_eye, vec3 smooth_normal) {
+    float towards_sun = dot(normal, frame.sun.xyz);
+#ifdef CASCADES
+    towards_sun *= sun_share(p_eye, smooth_normal);
+#endif
+    return lit_from(albedo, towards_sun, normal.z);
+}

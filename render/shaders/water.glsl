@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: MIT
+// What the eye sees of a surface: through haze, and where WATER is defined through water up to a level.
+//
+// Sources: R. Pope, E. Fry. Absorption spectrum (380-700 nm) of pure water. Applied Optics 36(33), 1997. C. Schlick. An
+// Inexpensive BRDF Model for Physically-based Rendering. Eurographics 1994 (Fresnel reflection).
+// Deviations: light is not refracted, and reflections show the sky alone.
+
+#ifdef WATER
+layout(binding = 7) uniform sampler2D ripples;  // see ground_noise.h
+
+// Absorption a metre: of pure water at 650, 550 and 450 nm, and of what is dissolved in a clear lake.
+const vec3 kAbsorption = vec3(0.340, 0.057, 0.009) + vec3(0.06, 0.07, 0.11);
+// Metres of water through which less than 1 / 400 of any colour comes.
+const float kOpaque = 52.0;
+// Albedo of water that is too deep to show its bottom.
+const vec3 kDeepWater = vec3(0.010, 0.026, 0.030);
+// Reflection straight down, from the refractive index 1.33.
+const float kReflection = 0.02;
+// Ripples: repeats of the noise in its period of 56 m, and slope.
+const float kRepeats = 3.0, kSlope = 0.2;
+// Exponent of the sun's highlight, and the least that is seen of it.
+const float kGlint = 500.0, kLeastGlint = 0.002;
+// Mipmap bias, as in shade.frag.
+const float kSharperRipples = -1.0;
+
+// Metres of water that light of a lower point has come through to the surface, down from the sun and up to the eye.
+float way_in_water(vec3 p_eye) {
+    float level = frame.near.y;
+    return (1.0 - level / p_eye.z) * length(p_eye) + level - p_eye.z;
+}
+// Whether the eye, above the water, sees none of a point in it.
+bool is_hidden(vec3 p_eye) {
+    float level = frame.near.y;
+    return level < 0.0 && p_eye.z < level && way_in_water(p_eye) > kOpaque;
+}
+
+// Light of a point after some metres of water.
+vec3 through_water(vec3 light, float metres) {
+    vec3 deep = kDeepWater * (kSunLight * max(frame.sun.z, 0.0) + kSkyLight);
+    return mix(deep, light, exp(-kAbsorption * metres));
+}
+
+// Normal of the water where the eye sees it in a unit direction.
+vec3 water_normal(vec3 p_eye, vec3 along, float distance) {
+    float footprint = distance * frame.grid.w * inversesqrt(max(abs(along.z), 0.01));
+    vec2 at = kRepeats * (frame.noise_phase.xy + p_eye.xy * frame.tint.z);
+    float lod = log2(footprint * kRepeats * frame.tint.z * 256.0) + kSharperRipples;
+    vec2 slope = textureLod(ripples, at, lod).xy - 0.5;
+    return normalize(vec3(-kSlope * slope, 1.0));
+}
+
+// The water's surface at a point, with this light coming up from below.
+vec3 water_surface(vec3 light, vec3 p_eye) {
+    float distance = length(p_eye);
+    vec3 along = p_eye / distance;
+    vec3 normal = water_normal(p_eye, along, distance);
+    float grazing = 1.0 - max(dot(-along, normal), 0.0);
+    float grazing2 = grazing * grazing;
+    float reflected = kReflection + (1.0 - kReflection) * grazing2 * grazing2 * grazing;
+    vec3 mirrored = reflect(along, normal);
+    mirrored.z = abs(mirrored.z);
+    vec3 shown = mix(display(light), sky(mirrored), reflected);
+    float glint = pow(max(dot(mirrored, frame.sun.xyz), 0.0), kGlint);
+#ifdef CASCADES
+    for (int left = glint > kLeastGlint ? 1 : 0; left > 0; --left)
+        glint *= sun_share(p_eye, vec3(0.0, 0.0, 1.0));
+#endif
+    shown += glint * (1.0 - shown);
+    return behind_air(shown, p_eye, distance);
+}
+#endif
+
+// Displayed colour of a surface with this light.
+vec3 shown_at(vec3 light, vec3 p_eye) {
+    float distance = length(p_eye);
+#ifdef WATER
+    float level = frame.near.y;
+    if (level >= 0.0) {
+        float wet = p_eye.z < level ? distance + level - p_eye.z : level / p_eye.z * distance;
+        return display(through_water(light, wet));
+    }
+    vec3 shown = behind_air(display(light), p_eye, distance);
+    // a loop and no branch: a software rasteriser takes both sides of a branch
+    for (int left = p_eye.z < level ? 1 : 0; left > 0; --left)
+        shown = water_surface(through_water(light, way_in_water(p_eye)), level / p_eye.z * p_eye);
+    return shown;
+#else
+    return behind_air(display(light), p_eye, distance);
+#endif
+}
