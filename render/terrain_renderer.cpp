@@ -281,7 +281,7 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
 }
 
 Result<MeshId> TerrainRenderer::add_mesh(
-    const TriangleMesh& mesh, std::span<const std::span<const TriangleMesh::Triangle>> levels,
+    const TriangleMesh& mesh, std::span<const MeshLevel> levels,
     const MeshMaterial& material) {
     return state_->scene.add_mesh(mesh, levels, material);
 }

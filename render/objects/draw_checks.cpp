@@ -35,9 +35,9 @@ Result<void> check_values(const SceneDraws& draws) {
                                                          " must have a scale > 0, got " +
                                                          number_text(instance.scale));
         }
-        if (!(std::abs(instance.coverage) <= 1.0f)) {
+        if (!(instance.coverage >= -1.0f && instance.coverage <= 2.0f)) {
             return fail(ErrorCode::invalid_argument, "instance " + number_text(i) +
-                                                         " must have a coverage of -1 to 1, got " +
+                                                         " must have a coverage of -1 to 2, got " +
                                                          number_text(instance.coverage));
         }
     }

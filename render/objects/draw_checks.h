@@ -10,7 +10,7 @@
 namespace terrane::internal {
 
 /// Fails: invalid_argument, naming the first instance or particle with a number that is not finite, a scale or radius
-///        that is not above 0, or a coverage beyond -1 to 1
+///        that is not above 0, or a coverage beyond -1 to 2
 Result<void> check_values(const SceneDraws& draws);
 
 /// Fails: invalid_argument for a range that ends beyond the instances

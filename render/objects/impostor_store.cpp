@@ -132,7 +132,7 @@ Result<ImpostorId> ImpostorStore::add(const StoredMesh& mesh, const ImpostorSett
     glClearColor(0.0f, 0.0f, 0.0f, 0.0f);
     glUseProgram(program_.name());
     glUniform3fv(centre_, 1, made.centre.data());
-    bind_mesh(layout_.name(), mesh);
+    bind_mesh(layout_.name(), mesh, 0);
     for (int layer = 0; layer < layers; ++layer) {
         const Eigen::Matrix3d axes =
             axes_of(settings, layer % settings.views_around, layer / settings.views_around);

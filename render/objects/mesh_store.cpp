@@ -15,17 +15,26 @@ namespace {
 
 using Triangle = TriangleMesh::Triangle;
 
-Result<void> check_levels(const TriangleMesh& mesh,
-                          std::span<const std::span<const Triangle>> levels) {
+Result<void> check_levels(const TriangleMesh& mesh, std::span<const MeshLevel> levels) {
     std::size_t indices = 0;
     for (std::size_t level = 0; level < levels.size(); ++level) {
-        indices += 3 * levels[level].size();
-        for (const Triangle& t : levels[level]) {
+        const auto& [triangles, targets] = levels[level];
+        indices += 3 * triangles.size();
+        const auto refuse = [&](const char* what, std::uint32_t vertex, std::size_t count) {
+            return fail(ErrorCode::invalid_argument, "level " + number_text(level) + what +
+                                                         number_text(vertex) + " of " +
+                                                         number_text(count));
+        };
+        for (const Triangle& t : triangles) {
             const std::uint32_t most = std::max({t[0], t[1], t[2]});
-            if (most < mesh.positions.size()) continue;
-            return fail(ErrorCode::invalid_argument,
-                        "level " + number_text(level) + " names vertex " + number_text(most) +
-                            " of " + number_text(mesh.positions.size()));
+            if (most >= mesh.positions.size())
+                return refuse(" names vertex ", most, mesh.positions.size());
+            if (!targets.empty() && most >= targets.size())
+                return refuse(" has no morph target for vertex ", most, targets.size());
+        }
+        for (const std::uint32_t target : targets) {
+            if (target >= mesh.positions.size())
+                return refuse(" morphs to vertex ", target, mesh.positions.size());
         }
     }
     if (indices > std::numeric_limits<std::int32_t>::max()) {
@@ -73,23 +82,16 @@ std::vector<Eigen::Vector3f> vertex_normals(const TriangleMesh& mesh) {
     return normals;
 }
 
-Result<MeshId> MeshStore::add(const TriangleMesh& mesh,
-                              std::span<const std::span<const Triangle>> levels,
+Result<MeshId> MeshStore::add(const TriangleMesh& mesh, std::span<const MeshLevel> levels,
                               const MeshMaterial& material) {
     if (auto ok = check(mesh); !ok) return tl::unexpected(ok.error());
-    const std::span<const Triangle> whole = mesh.triangles;
+    const MeshLevel whole = {.triangles = mesh.triangles};
     if (levels.empty()) levels = {&whole, 1};
     if (auto ok = check_levels(mesh, levels); !ok) return tl::unexpected(ok.error());
     StoredMesh stored;
     stored.vertices = make_vertices(mesh, material);
     stored.bounds = bounding_box(mesh.positions);
     stored.is_two_sided = material.is_two_sided;
-    std::vector<Triangle> indices;
-    for (const std::span<const Triangle>& level : levels) {
-        stored.levels.push_back({static_cast<std::uint32_t>(3 * indices.size()),
-                                 static_cast<std::uint32_t>(3 * level.size())});
-        indices.insert(indices.end(), level.begin(), level.end());
-    }
     const auto upload = [&](const void* data, std::size_t bytes) {
         GlBuffer buffer = make_buffer();
         // a buffer must have a size
@@ -99,6 +101,18 @@ Result<MeshId> MeshStore::add(const TriangleMesh& mesh,
         stored.bytes += bytes;
         return buffer;
     };
+    std::vector<Triangle> indices;
+    for (const MeshLevel& level : levels) {
+        StoredMesh::Level& made = stored.levels.emplace_back();
+        made.first_index = static_cast<std::uint32_t>(3 * indices.size());
+        made.index_count = static_cast<std::uint32_t>(3 * level.triangles.size());
+        indices.insert(indices.end(), level.triangles.begin(), level.triangles.end());
+        if (level.morph_targets.empty()) continue;
+        std::vector<ObjectVertex> moved;
+        for (const std::uint32_t target : level.morph_targets)
+            moved.push_back(stored.vertices[target]);
+        made.targets = upload(moved.data(), moved.size() * sizeof(ObjectVertex));
+    }
     stored.vertex_buffer =
         upload(stored.vertices.data(), stored.vertices.size() * sizeof(ObjectVertex));
     stored.index_buffer = upload(indices.data(), indices.size() * sizeof(Triangle));

@@ -27,6 +27,7 @@ static_assert(sizeof(ObjectVertex) == 28);
 struct StoredMesh {
     struct Level {
         std::uint32_t first_index = 0, index_count = 0;
+        GlBuffer targets;  ///< of its vertices in the next level; no buffer: it does not morph
     };
     std::vector<ObjectVertex> vertices;  ///< kept for objects whose vertices move
     GlBuffer vertex_buffer, index_buffer;
@@ -42,10 +43,10 @@ std::vector<Eigen::Vector3f> vertex_normals(const TriangleMesh& mesh);
 /// Keeps meshes of objects on the device.
 class MeshStore {
 public:
-    /// Fails: invalid_argument as check(TriangleMesh), for an index of a level beyond the vertices, and for more than
-    ///        2^31 indices; device_unavailable where OpenGL reports an error
-    Result<MeshId> add(const TriangleMesh& mesh,
-                       std::span<const std::span<const TriangleMesh::Triangle>> levels,
+    /// Fails: invalid_argument as check(TriangleMesh), for an index of a level beyond the vertices, for a vertex of a
+    ///        level that morphs without a target, and for more than 2^31 indices; device_unavailable where OpenGL
+    ///        reports an error
+    Result<MeshId> add(const TriangleMesh& mesh, std::span<const MeshLevel> levels,
                        const MeshMaterial& material);
     void remove(MeshId mesh) { meshes_.erase(mesh); }
     /// Null where there is none of that name.

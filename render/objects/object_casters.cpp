@@ -101,12 +101,10 @@ void ObjectCasters::draw(std::size_t cascade) const {
     glUseProgram(meshes_.name());
     for (const Part& part : list.solids) {
         const SolidDraw& draw = solids_[part.draw];
-        bind_mesh(layout, *draw.mesh);
+        bind_mesh(layout, *draw.mesh, draw.targets);
         glVertexArrayVertexBuffer(layout, 1, stream_.name(), 0, sizeof(ObjectInstance));
         if (draw.has_own_vertices) {
-            glVertexArrayVertexBuffer(layout, 0, frame_stream_,
-                                      static_cast<GLintptr>(draw.vertex_byte),
-                                      sizeof(ObjectVertex));
+            bind_own_vertices(layout, frame_stream_, draw.vertex_byte);
         }
         if (draw.has_own_indices) glVertexArrayElementBuffer(layout, frame_stream_);
         // OpenGL passes the offset in the index buffer as a pointer

@@ -12,6 +12,7 @@ namespace terrane::internal {
 /// Triangles of one mesh for a range of a frame's instances.
 struct SolidDraw {
     const StoredMesh* mesh = nullptr;
+    GLuint targets = 0;  ///< buffer of the vertices that those of the mesh morph to; 0: none
     bool has_own_vertices = false, has_own_indices = false;  ///< in the frame's stream buffer
     std::size_t vertex_byte = 0, index_byte = 0;
     std::uint32_t index_count = 0, first_instance = 0, instance_count = 0;

@@ -43,9 +43,8 @@ Result<void> SceneObjects::make_programs() {
     return {};
 }
 
-Result<MeshId> SceneObjects::add_mesh(
-    const TriangleMesh& mesh, std::span<const std::span<const TriangleMesh::Triangle>> levels,
-    const MeshMaterial& material) {
+Result<MeshId> SceneObjects::add_mesh(const TriangleMesh& mesh, std::span<const MeshLevel> levels,
+                                      const MeshMaterial& material) {
     if (auto ok = make_programs(); !ok) return tl::unexpected(ok.error());
     return meshes_.add(mesh, levels, material);
 }
@@ -70,6 +69,7 @@ Result<void> SceneObjects::collect(const SceneDraws& draws) {
         const StoredMesh::Level& level = mesh->levels[draw.level];
         if (draw.instance_count == 0 || level.index_count == 0) continue;
         solid_.push_back({.mesh = mesh,
+                          .targets = level.targets.name(),
                           .index_byte = level.first_index * sizeof(std::uint32_t),
                           .index_count = level.index_count,
                           .first_instance = draw.first_instance,
@@ -223,12 +223,10 @@ void SceneObjects::draw_solid() const {
     const GLuint layout = programs_->object_layout.name();
     glUseProgram(programs_->meshes.name());
     for (const SolidDraw& draw : solid_) {
-        bind_mesh(layout, *draw.mesh);
+        bind_mesh(layout, *draw.mesh, draw.targets);
         glVertexArrayVertexBuffer(layout, 1, stream_.name(), 0, sizeof(ObjectInstance));
         if (draw.has_own_vertices) {
-            glVertexArrayVertexBuffer(layout, 0, stream_.name(),
-                                      static_cast<GLintptr>(draw.vertex_byte),
-                                      sizeof(ObjectVertex));
+            bind_own_vertices(layout, stream_.name(), draw.vertex_byte);
         }
         if (draw.has_own_indices) glVertexArrayElementBuffer(layout, stream_.name());
         if (draw.mesh->is_two_sided) {

@@ -29,8 +29,7 @@ public:
     explicit SceneObjects(int sample_count, std::string lighting)
         : sample_count_(sample_count), lighting_(std::move(lighting)) {}
 
-    Result<MeshId> add_mesh(const TriangleMesh& mesh,
-                            std::span<const std::span<const TriangleMesh::Triangle>> levels,
+    Result<MeshId> add_mesh(const TriangleMesh& mesh, std::span<const MeshLevel> levels,
                             const MeshMaterial& material);
     Result<ImpostorId> add_impostor(MeshId mesh, const ImpostorSettings& settings);
     void remove_mesh(MeshId mesh) { meshes_.remove(mesh); }
@@ -41,7 +40,7 @@ public:
     /// @param cascades maps for draw_casters(); none: no shadows
     ///
     /// Fails: invalid_argument, naming what it is, for a number that is not finite, a scale or radius that is not above
-    ///        0, a coverage beyond -1 to 1, a mesh, level, impostor or range of instances that does not exist, or
+    ///        0, a coverage beyond -1 to 2, a mesh, level, impostor or range of instances that does not exist, or
     ///        streamed positions or triangles that do not fit the mesh; device_unavailable where OpenGL fails
     Result<void> prepare(const SceneDraws& draws, const View& view,
                          std::span<const SunCascade> cascades = {});

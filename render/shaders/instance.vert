@@ -6,6 +6,10 @@ layout(location = 2) in vec4 colour;  // with display gamma
 layout(location = 3) in vec4 place;     // xyz: origin from the eye, metres, w: scale
 layout(location = 4) in vec4 rotation;  // quaternion
 layout(location = 5) in vec4 share;     // x: coverage, yzw: tint
+// of the vertex in the next level
+layout(location = 6) in vec3 next_position;
+layout(location = 7) in vec3 next_normal;
+layout(location = 8) in vec4 next_colour;
 
 out vec3 p_eye;
 out vec3 surface_normal;
@@ -13,9 +17,10 @@ out vec3 surface_colour;
 flat out float coverage;
 
 void main() {
-    p_eye = place.xyz + rotated(rotation, place.w * position);
-    surface_normal = rotated(rotation, normal);
-    surface_colour = colour.rgb * share.yzw;
-    coverage = share.x;
+    coverage = min(share.x, 1.0);
+    float morph = max(share.x - 1.0, 0.0);
+    p_eye = place.xyz + rotated(rotation, place.w * mix(position, next_position, morph));
+    surface_normal = rotated(rotation, mix(normal, next_normal, morph));
+    surface_colour = mix(colour.rgb, next_colour.rgb, morph) * share.yzw;
     gl_Position = frame.clip_from_eye * vec4(p_eye, 1.0);
 }

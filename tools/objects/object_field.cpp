@@ -38,9 +38,7 @@ tl::unexpected<Error> about(const std::string& what, const Result<T>& result) {
 Result<void> upload(const SceneObjects& objects, std::vector<ObjectLevels>& levels,
                     TerrainRenderer& renderer) {
     for (std::size_t i = 0; i < levels.size(); ++i) {
-        const std::vector<std::span<const TriangleMesh::Triangle>> triangles(
-            levels[i].triangles.begin(), levels[i].triangles.end());
-        const Result<MeshId> mesh = renderer.add_mesh(objects.meshes[i], triangles);
+        const Result<MeshId> mesh = renderer.add_mesh(levels[i].mesh, levels[i].mesh_levels());
         if (!mesh) return about(objects.files[i], mesh);
         levels[i].model.mesh = *mesh;
         if (!levels[i].model.impostor) continue;

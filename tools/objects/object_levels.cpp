@@ -2,7 +2,7 @@
 #include "objects/object_levels.h"
 
 #include <terrane/scene/bounds.h>
-#include <terrane/terrain/simplify.h>
+#include <terrane/terrain/progressive_mesh.h>
 
 #include <array>
 #include <utility>
@@ -17,47 +17,47 @@ constexpr double kImpostorError = 0.02;
 // A level must have at most this share of the triangles of the one before.
 constexpr double kLeastSaving = 0.75;
 
-/// Without triangles that name a vertex twice, which simplify() refuses.
-std::vector<TriangleMesh::Triangle> whole_triangles(const TriangleMesh& mesh) {
-    std::vector<TriangleMesh::Triangle> triangles = mesh.triangles;
-    std::erase_if(triangles, [](const TriangleMesh::Triangle& t) {
-        return t[0] == t[1] || t[1] == t[2] || t[2] == t[0];
-    });
-    return triangles;
-}
-
 }  // namespace
 
-Result<ObjectLevels> make_levels(const TriangleMesh& mesh) {
-    if (const Result<void> good = check(mesh); !good) return tl::unexpected(good.error());
-    ObjectLevels made;
-    made.model.bounds = bounding_box(mesh.positions);
-    const double size = (made.model.bounds.high - made.model.bounds.low).norm();
-    const std::vector<TriangleMesh::Triangle> whole = whole_triangles(mesh);
-    if (whole.empty() || !(size > 0.0))
-        return fail(ErrorCode::invalid_argument, "an object must have triangles and an extent");
-    std::vector<SimplifyLevel> wanted;
-    for (const double error : kLevelErrors) wanted.push_back({.error_m = error * size});
-    Result<std::vector<SimplifiedMesh>> simplified =
-        simplify({.vertices = mesh.positions, .triangles = whole}, wanted);
-    if (!simplified) return tl::unexpected(simplified.error());
+std::vector<MeshLevel> ObjectLevels::mesh_levels() const {
+    std::vector<MeshLevel> levels;
+    for (std::size_t i = 0; i < triangles.size(); ++i)
+        levels.push_back({.triangles = triangles[i], .morph_targets = morph_targets[i]});
+    return levels;
+}
 
-    const auto add = [&](double error_m, std::vector<TriangleMesh::Triangle> triangles) {
+Result<ObjectLevels> make_levels(const TriangleMesh& mesh) {
+    Result<ProgressiveMesh> progressive = ProgressiveMesh::create(mesh);
+    if (!progressive) return tl::unexpected(progressive.error());
+    ObjectLevels made;
+    made.mesh = progressive->finest();
+    if (made.mesh.triangles.empty())
+        return fail(ErrorCode::invalid_argument, "an object must have triangles and an extent");
+    made.model.bounds = bounding_box(made.mesh.positions);
+    const double size = (made.model.bounds.high - made.model.bounds.low).norm();
+
+    const auto add = [&](double error_m) {
+        const std::span<const TriangleMesh::Triangle> triangles = progressive->triangles();
         made.model.levels.push_back(
             {.error_m = error_m,
              .triangles = static_cast<std::uint32_t>(triangles.size()),
              .mesh_level = static_cast<std::uint32_t>(made.triangles.size())});
-        made.triangles.push_back(std::move(triangles));
+        made.triangles.emplace_back(triangles.begin(), triangles.end());
+        made.morph_targets.emplace_back();
     };
-    add(0.0, whole);
-    for (std::size_t i = 0; i < simplified->size(); ++i) {
-        SimplifiedMesh& level = (*simplified)[i];
-        const auto before = static_cast<double>(made.triangles.back().size());
-        if (level.triangles.empty() ||
-            static_cast<double>(level.triangles.size()) > kLeastSaving * before)
+    add(0.0);
+    for (const double error : kLevelErrors) {
+        const std::size_t before = made.triangles.back().size();
+        progressive->set_error(error * size);
+        const std::size_t count = progressive->triangles().size();
+        if (count == 0 || static_cast<double>(count) > kLeastSaving * static_cast<double>(before))
             continue;
-        // The limit that it was simplified to, so that errors keep their ratio.
-        add(kLevelErrors[i] * size, std::move(level.triangles));
+        progressive->set_triangle_count(before);
+        made.morph_targets.back() = progressive->geomorph_targets(count);
+        made.model.levels.back().morphs = true;
+        progressive->set_triangle_count(count);
+        // The limit that it was contracted to, so that errors keep their ratio.
+        add(error * size);
     }
     if (made.triangles.back().size() > 2) {
         made.model.impostor = ImpostorId{0};

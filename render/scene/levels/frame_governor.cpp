@@ -44,8 +44,9 @@ Result<FrameGovernor> FrameGovernor::create(const GovernorSettings& settings,
     return governor;
 }
 
-// A line through the frames by least squares. Where they all have about the same triangles, or none, they do not tell its
-// slope: then it is the one that was known, larger or smaller where a frame shows that triangles cost more or less now.
+// A line through the frames by least squares. Where they all have about the same triangles, or none, they do not tell
+// its slope: then it is the one that was known, larger or smaller where a frame shows that triangles cost more or
+// less now.
 void FrameGovernor::learn(double frame_ms, double triangles) {
     const double expected = constant_ms_ + ms_per_triangle_ * triangles;
     const bool is_surprise =

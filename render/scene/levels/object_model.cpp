@@ -18,6 +18,9 @@ Result<void> check_level(const ObjectModel& model, std::size_t i) {
     }
     if (level.triangles == 0) return refuse("triangles must be at least 1, got 0");
     if (level.is_impostor && !model.impostor) return refuse("there is no impostor for it");
+    const bool has_next = i + 1 < model.levels.size();
+    if (level.morphs && (level.is_impostor || !has_next || model.levels[i + 1].is_impostor))
+        return refuse("morphs needs a mesh and another mesh as the next level");
     if (i == 0) return {};
     const ObjectLevel& finer = model.levels[i - 1];
     if (!(level.error_m > 0.0 && level.error_m >= kLeastLevelRatio * finer.error_m)) {

@@ -27,8 +27,8 @@ float log2_of_error(double error_m) {
 LevelChoice::LevelChoice(const ObjectModel& model, double fade_ratio)
     : log2_ratio_(fade_ratio > 1.0 ? log2_of(static_cast<float>(fade_ratio)) : 0.0f) {
     for (const ObjectLevel& level : model.levels)
-        steps_.push_back({log2_of_error(level.error_m), level.triangles});
-    steps_.push_back({log2_of_error(model.absence_error_m), 0});
+        steps_.push_back({log2_of_error(level.error_m), level.triangles, level.morphs});
+    steps_.push_back({log2_of_error(model.absence_error_m), 0, false});
 }
 
 void LevelChoice::add_to(const FactorCounts& factors, DemandHistogram& histogram) const {
@@ -37,7 +37,9 @@ void LevelChoice::add_to(const FactorCounts& factors, DemandHistogram& histogram
             const Step& coarser = steps_[i + 1];
             histogram.add(coarser.log2_error + high + log2_ratio_ + kDemandMargin,
                           std::int64_t{count} * steps_[i].triangles);
-            histogram.remove(coarser.log2_error + low - kDemandMargin,
+            // a morph draws the finer level alone
+            const float both = steps_[i].morphs ? log2_ratio_ : 0.0f;
+            histogram.remove(coarser.log2_error + low + both - kDemandMargin,
                              std::int64_t{count} * coarser.triangles);
         }
     });
@@ -55,6 +57,7 @@ ChosenLevels LevelChoice::choose(float log2_factor, float log2_threshold) const 
     if (i == 0 || !(over > 0.0f)) return {index(i), ChosenLevels::kNone, 1.0f};
     // A share of 0 and of 1 would draw one of the two without pixels.
     const float share = std::clamp(over / log2_ratio_, 0x1p-10f, 1.0f - 0x1p-10f);
+    if (steps_[i - 1].morphs) return {index(i - 1), ChosenLevels::kNone, 2.0f - share};
     return {index(i - 1), index(i), share};
 }
 

@@ -16,14 +16,15 @@ struct ChosenLevels {
     std::uint32_t finer =
         kNone;  ///< index in ObjectModel::levels, drawn with coverage `share`; kNone: nothing
     std::uint32_t coarser = kNone;  ///< drawn with coverage share - 1; kNone: nothing
-    float share = 1.0f;
+    float share = 1.0f;  ///< ObjectInstance::coverage: above 1 where the finer one morphs
 };
 
 /// The levels of a model on a logarithmic scale.
 ///
 /// Level i + 1 gives way to level i while its screen error goes from the threshold over the fade ratio to the
-/// threshold. Errors of consecutive levels differ by more than the ratio, so that at most two levels are drawn. "Not
-/// drawn" is the last level, without triangles.
+/// threshold: both are drawn with complementary coverage, or level i morphs into level i + 1. Errors of consecutive
+/// levels differ by more than the ratio, so that at most two levels are drawn. "Not drawn" is the last level, without
+/// triangles.
 class LevelChoice {
 public:
     LevelChoice(const ObjectModel& model, double fade_ratio);
@@ -46,6 +47,7 @@ private:
     struct Step {
         float log2_error;         // of this level, metres at scale 1
         std::uint32_t triangles;  // of this level
+        bool morphs;              // into the next one
     };
     std::vector<Step> steps_;  // [levels + 1] finest first; the last one is not drawn
     float log2_ratio_;

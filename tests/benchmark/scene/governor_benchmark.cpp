@@ -42,10 +42,10 @@ Crowd make_crowd(EglContext& context, int count) {
             {.vertices = mesh.positions, .triangles = mesh.triangles},
             std::vector<SimplifyLevel>{{.error_m = 0.01}, {.error_m = 0.04}, {.error_m = 0.16}})
             .value();
-    std::vector<std::span<const TriangleMesh::Triangle>> triangles = {mesh.triangles};
+    std::vector<MeshLevel> triangles = {{.triangles = mesh.triangles}};
     model.levels.push_back({0.0, static_cast<std::uint32_t>(mesh.triangles.size()), 0, false});
     for (std::uint32_t i = 0; i < levels.size(); ++i) {
-        triangles.emplace_back(levels[i].triangles);
+        triangles.push_back({.triangles = levels[i].triangles});
         model.levels.push_back({0.01 * static_cast<double>(1u << (2 * i)),
                                 static_cast<std::uint32_t>(levels[i].triangles.size()), i + 1,
                                 false});

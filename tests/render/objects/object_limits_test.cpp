@@ -77,7 +77,7 @@ TEST_F(ObjectLimitsTest, NumbersThatAreNotFiniteOrOutOfRangeAreRefusedByTheirPla
     instances[2].scale = 1.0f;
     instances[2].coverage = -1.5f;
     EXPECT_EQ(message(renderer, view, draws),
-              "instance 2 must have a coverage of -1 to 1, got -1.5");
+              "instance 2 must have a coverage of -1 to 2, got -1.5");
     instances[2] = good;
     Particle particle;
     particle.colour[3] = kNan;

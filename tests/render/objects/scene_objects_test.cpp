@@ -4,7 +4,9 @@
 #include "support/meshes/objects.h"
 
 #include <terrane/render/terrain_renderer.h>
+#include <terrane/terrain/progressive_mesh.h>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -104,6 +106,49 @@ TEST_F(SceneObjectsTest, ACoverageAndItsComplementDrawEveryPixelOnce) {
             EXPECT_GT(count_different(whole, rest), covered / 20);
         }
     }
+}
+
+TEST_F(SceneObjectsTest, ALevelMorphsIntoTheNextOne) {
+    TerrainRenderer renderer = make();
+    ProgressiveMesh rock = ProgressiveMesh::create(make_rock(3, 5)).value();
+    const std::vector<TriangleMesh::Triangle> fine(rock.triangles().begin(),
+                                                   rock.triangles().end());
+    const std::vector<std::uint32_t> targets = rock.geomorph_targets(60);
+    rock.set_triangle_count(60);
+    const std::vector<MeshLevel> levels = {{fine, targets}, {rock.triangles(), {}}};
+    const MeshId id = renderer.add_mesh(rock.finest(), levels).value();
+    const View view = look_at({4, 3, 2}, {0, 0, 0.3}, 0.6, kWidth, kHeight).value();
+    ObjectInstance instance = instance_at(view, {0, 0, 0});
+    const auto picture = [&](std::uint32_t level, float coverage) {
+        instance.coverage = coverage;
+        const MeshDraw one = {id, level, 0, 1};
+        return draw(renderer, view, {.instances = {&instance, 1}, .meshes = {&one, 1}});
+    };
+    const Image finest = picture(0, 1.0f), coarser = picture(1, 1.0f);
+    const int covered = count_different(finest, draw(renderer, view, {}));
+    EXPECT_GT(count_different(finest, coarser, 8), covered / 10);
+    // triangles that have become edges may cover a sample on the outline
+    EXPECT_LE(count_different(picture(0, 2.0f), coarser, 8), covered / 200);
+    // a level without targets stays
+    EXPECT_EQ(count_different(picture(1, 1.5f), coarser), 0);
+    Image before = finest;
+    for (int step = 1; step <= 100; ++step) {
+        const Image now = picture(0, 1.0f + static_cast<float>(step) / 100.0f);
+        ASSERT_LE(count_different(before, now, 16), covered / 50) << step;
+        before = now;
+    }
+}
+
+TEST_F(SceneObjectsTest, LevelsThatMorphNeedTargetsOfTheirVertices) {
+    TerrainRenderer renderer = make();
+    const TriangleMesh rock = make_rock(0, 1);  // 12 vertices
+    const std::vector<std::uint32_t> few(5, 0), beyond(12, 12);
+    const auto message = [&](std::span<const std::uint32_t> targets) {
+        const MeshLevel level = {rock.triangles, targets};
+        return renderer.add_mesh(rock, {&level, 1}).error().message;
+    };
+    EXPECT_THAT(message(few), testing::HasSubstr("level 0 has no morph target for vertex"));
+    EXPECT_EQ(message(beyond), "level 0 morphs to vertex 12 of 12");
 }
 
 TEST_F(SceneObjectsTest, ASmallStepOfCoverageChangesFewPixels) {

@@ -23,6 +23,8 @@ ObjectModel random_model(Random& random, std::uint32_t index) {
                                 .triangles = is_impostor ? 2 : triangles,
                                 .mesh_level = static_cast<std::uint32_t>(i),
                                 .is_impostor = is_impostor});
+        if (i > 0 && !is_impostor)
+            model.levels[model.levels.size() - 2].morphs = random.below(2) == 0;
         error = std::max(error, 0.001) * random.between(2.0, 8.0);
         triangles = triangles / 2 + 3;
         triangles -= static_cast<std::uint32_t>(random.below(3));

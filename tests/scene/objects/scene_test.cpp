@@ -122,7 +122,15 @@ Drawn drawn_of(const Made& made, std::size_t group, const SceneDraws& draws, con
             }
         }
         EXPECT_LT(least, 0.01);
-        drawn[nearest].push_back({level, instance.coverage});
+        if (instance.coverage <= 1.0f) {
+            drawn[nearest].push_back({level, instance.coverage});
+            return;
+        }
+        // a morph is the two levels in one
+        EXPECT_TRUE(made.models[made.model_of[group]].levels[level].morphs);
+        const float share = 2.0f - instance.coverage;
+        drawn[nearest].push_back({level, share});
+        drawn[nearest].push_back({level + 1, share - 1.0f});
     };
     const ObjectModel& model = made.models[made.model_of[group]];
     for (const MeshDraw& draw : draws.meshes) {

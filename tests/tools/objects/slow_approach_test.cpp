@@ -59,16 +59,14 @@ protected:
     std::optional<EglContext> context_;
 };
 
-// Prints the largest share of the object's pixels that change from a frame to the next: by its levels alone, by levels and
-// motion, and by the motion of the finest mesh. Outlines that move change pixels too.
+// Prints the largest share of the object's pixels that change from a frame to the next: by its levels alone, by
+// levels and motion, and by the motion of the finest mesh. Outlines that move change pixels too.
 TEST_P(SlowApproach, LevelsChangeAFewPixelsAFrame) {
     const std::string file = std::string(TERRANE_SOURCE_DIR "/tools/data/") + GetParam();
     const TriangleMesh mesh = read_mesh(file).value();
     ObjectLevels levels = make_levels(mesh).value();
     TerrainRenderer renderer = TerrainRenderer::create(*context_, kSide, kSide, {}).value();
-    const std::vector<std::span<const TriangleMesh::Triangle>> triangles(levels.triangles.begin(),
-                                                                         levels.triangles.end());
-    levels.model.mesh = renderer.add_mesh(mesh, triangles).value();
+    levels.model.mesh = renderer.add_mesh(levels.mesh, levels.mesh_levels()).value();
     if (levels.model.impostor)
         levels.model.impostor = renderer.add_impostor(levels.model.mesh).value();
     const SceneSettings settings;

@@ -1,10 +1,21 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <terrane/terrain/triangle_mesh.h>
+
 #include <array>
 #include <cstdint>
+#include <span>
 
 namespace terrane {
+
+/// A level of detail of a mesh: triangles over its vertices.
+struct MeshLevel {
+    std::span<const TriangleMesh::Triangle> triangles = {};
+    /// [vertices that the triangles have] the vertex of the next level that each one moves to, as
+    /// ProgressiveMesh::geomorph_targets() says; empty: the level does not morph.
+    std::span<const std::uint32_t> morph_targets = {};
+};
 
 /// Material of an object's mesh.
 struct MeshMaterial {

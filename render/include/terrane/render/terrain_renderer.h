@@ -110,13 +110,12 @@ public:
 
     /// Keeps a mesh of objects on the device, until remove_mesh() or the destructor.
     ///
-    /// @param levels triangles of each level of detail over the mesh's vertices, MeshDraw::level; none: one level, all
-    ///               triangles
+    /// @param levels MeshDraw::level of them; none: one level, all triangles
     ///
-    /// Fails: invalid_argument as check(TriangleMesh), and for an index of a level beyond the vertices;
+    /// Fails: invalid_argument as check(TriangleMesh), for an index of a level beyond the vertices, and for a level
+    ///        that morphs but has no target for one of its vertices;
     ///        device_unavailable for errors of OpenGL
-    Result<MeshId> add_mesh(const TriangleMesh& mesh,
-                            std::span<const std::span<const TriangleMesh::Triangle>> levels = {},
+    Result<MeshId> add_mesh(const TriangleMesh& mesh, std::span<const MeshLevel> levels = {},
                             const MeshMaterial& material = {});
     /// Frees a mesh; nothing where there is none of that name. Its impostors stay.
     void remove_mesh(MeshId mesh);

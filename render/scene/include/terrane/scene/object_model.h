@@ -20,6 +20,9 @@ struct ObjectLevel {
     std::uint32_t triangles = 0;   ///< of one instance, >= 1; 2 of an impostor
     std::uint32_t mesh_level = 0;  ///< MeshDraw::level; ignored where is_impostor
     bool is_impostor = false;      ///< drawn by ObjectModel::impostor
+    /// Changes into the next level, a mesh too, by a morph in place of a fade: one draw of this level's triangles,
+    /// whose vertices move (MeshLevel::morph_targets).
+    bool morphs = false;
 };
 
 /// A model: an object with its levels of detail, for any number of placements.

@@ -19,9 +19,10 @@ struct ObjectInstance {
     float scale = 1.0f;                 ///< > 0, of all three axes
     /// Unit quaternion x, y, z, w: rotation from the object's frame to world axes.
     std::array<float, 4> rotation{0.0f, 0.0f, 0.0f, 1.0f};
-    /// Share of its pixels that are drawn, for cross-fades, -1 to 1. Each pixel has a threshold in [0, 1). Positive:
+    /// Share of its pixels that are drawn, for cross-fades, -1 to 2. Each pixel has a threshold in [0, 1). Positive:
     /// pixels with a threshold below it. Negative: pixels with a threshold of at least 1 + coverage, so that c and
-    /// c - 1 together draw every pixel once.
+    /// c - 1 together draw every pixel once. 1 to 2: every pixel, and the vertices of a mesh's level that morphs are
+    /// coverage - 1 of the way to the next level.
     float coverage = 1.0f;
     std::array<float, 3> tint{1.0f, 1.0f, 1.0f};  ///< factor of the colours
 };
