@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "objects/impostor_store.h"
-#include "objects/mesh_store.h"
+#include "objects/store/impostor_store.h"
+#include "objects/store/mesh_store.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -2,7 +2,7 @@
 #include "objects/object_programs.h"
 
 #include "gl/shader.h"
-#include "objects/object_layout.h"
+#include "objects/store/object_layout.h"
 
 #include <string>
 

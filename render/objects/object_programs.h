@@ -2,7 +2,7 @@
 #pragma once
 
 #include "gl/gl_object.h"
-#include "objects/impostor_store.h"
+#include "objects/store/impostor_store.h"
 
 #include <terrane/terrain/result.h>
 

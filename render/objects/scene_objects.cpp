@@ -3,7 +3,7 @@
 
 #include "gl/gl_error.h"
 #include "objects/draw_checks.h"
-#include "objects/object_layout.h"
+#include "objects/store/object_layout.h"
 
 #include <terrane/terrain/number_text.h>
 

@@ -3,11 +3,11 @@
 
 #include "gl/framebuffer.h"
 #include "gl/stream_buffer.h"
-#include "objects/impostor_store.h"
-#include "objects/mesh_store.h"
 #include "objects/object_casters.h"
 #include "objects/object_draws.h"
 #include "objects/object_programs.h"
+#include "objects/store/impostor_store.h"
+#include "objects/store/mesh_store.h"
 
 #include <terrane/scene/scene_draws.h>
 #include <terrane/terrain/view.h>

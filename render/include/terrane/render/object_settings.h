@@ -11,7 +11,7 @@ namespace terrane {
 
 /// A level of detail of a mesh: triangles over its vertices.
 struct MeshLevel {
-    std::span<const TriangleMesh::Triangle> triangles = {};
+    std::span<const TriangleMesh::Triangle> triangles = {};  ///< indices of the mesh's vertices
     /// [vertices that the triangles have] the vertex of the next level that each one moves to, as
     /// ProgressiveMesh::geomorph_targets() says; empty: the level does not morph.
     std::span<const std::uint32_t> morph_targets = {};

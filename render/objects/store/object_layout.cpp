@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "objects/object_layout.h"
+#include "objects/store/object_layout.h"
 
 namespace terrane::internal {
 namespace {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "gl/gl_object.h"
-#include "objects/mesh_store.h"
+#include "objects/store/mesh_store.h"
 
 #include <cstddef>
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "objects/impostor_store.h"
+#include "objects/store/impostor_store.h"
 
 #include "base/settings_check.h"
 #include "gl/gl_error.h"
 #include "gl/shader.h"
-#include "objects/object_layout.h"
+#include "objects/store/object_layout.h"
 
 #include <terrane/terrain/number_text.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "objects/mesh_store.h"
+#include "objects/store/mesh_store.h"
 
 #include <terrane/render/object_settings.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "objects/mesh_store.h"
+#include "objects/store/mesh_store.h"
 
 #include "gl/gl_error.h"
 
