@@ -83,7 +83,8 @@ public:
 
     /// Where the level's vertices are at a coarser level: vertex i of the level becomes the answer's vertex i. The
     /// surface with every position and attribute at `(1 - t) * vertex + t * target` is the present level at t = 0 and
-    /// the coarser one at t = 1, and moves continuously between them: draw the present triangles (a geomorph).
+    /// the coarser one at t = 1, and moves continuously between them: draw the present triangles (a geomorph). Where a
+    /// body becomes a sheet or vanishes between the two levels, its other triangles are there until t = 1.
     ///
     /// @param coarser_count triangles, as set_triangle_count(); more than the level's: no vertex moves
     /// Cost: O(vertex_count()) and the contractions between
