@@ -22,7 +22,7 @@ using internal::ContractionRecord;
 
 struct ProgressiveMesh::State {
     TriangleMesh finest;
-    std::vector<std::uint32_t> input_vertices;
+    std::vector<std::uint32_t> input_vertices, input_triangles;
     std::vector<Triangle>
         triangles;         ///< of the present level, then those that are gone as they last were
     std::size_t step = 0;  ///< the present level
@@ -76,10 +76,12 @@ ContractionRecord record_contractions(const TriangleMesh& mesh, const Progressiv
          .edges_to_keep = seams,
          .error_ratio = kErrorRatio,
          .may_change_topology = true});
-    contractor.contract_to({});
-    recorder.allow_all();
-    contractor.retry_all();
-    contractor.contract_to({});
+    const SimplifyLevel last = {.triangles = settings.least_triangle_count};
+    if (contractor.contract_to(last) != SimplifyStop::triangle_count) {
+        recorder.allow_all();
+        contractor.retry_all();
+        contractor.contract_to(last);
+    }
     return recorder.take();
 }
 
@@ -184,6 +186,7 @@ Result<ProgressiveMesh> ProgressiveMesh::create(const TriangleMesh& mesh,
     state->parents = permuted(record.parents, vertices);
     for (std::uint32_t& parent : state->parents) parent = vertex_of[parent];
     state->input_vertices = vertices;
+    state->input_triangles = permuted(welded.input_triangles, triangles);
     return ProgressiveMesh(std::move(state));
 }
 
@@ -195,6 +198,10 @@ ProgressiveMesh::~ProgressiveMesh() = default;
 const TriangleMesh& ProgressiveMesh::finest() const { return state_->finest; }
 std::span<const std::uint32_t> ProgressiveMesh::input_vertices() const {
     return state_->input_vertices;
+}
+
+std::span<const std::uint32_t> ProgressiveMesh::input_triangles() const {
+    return state_->input_triangles;
 }
 
 void ProgressiveMesh::set_triangle_count(std::size_t count) {

@@ -21,6 +21,8 @@ struct ProgressiveSettings {
     double colour_weight = 0.02;             ///< of a colour between 0 and 1
     /// [positions] not 0: the vertex stays, and all others at its position. Empty: none.
     std::vector<std::uint8_t> locked = {};
+    /// Recording ends where no more triangles than this are left: for who needs no coarser levels.
+    std::size_t least_triangle_count = 0;
 };
 
 /// A triangle mesh at every level of detail: a sequence of edge contractions that is played in both directions
@@ -62,6 +64,8 @@ public:
     const TriangleMesh& finest() const;
     /// [vertices] which vertex of the input each is.
     std::span<const std::uint32_t> input_vertices() const;
+    /// [triangles of the finest level] which triangle of the input each is: for materials of triangles.
+    std::span<const std::uint32_t> input_triangles() const;
 
     /// Changes the level to the finest one with no more triangles than this, or to the coarsest.
     /// Cost: proportional to the contractions between the two levels, and O(log n). Allocates: nothing
