@@ -91,12 +91,14 @@ WeldedMesh weld(const TriangleMesh& mesh) {
     for (std::uint32_t v = 0; v < same.size(); ++v) {
         if (same[v] == v) welded.vertices_of_place[next[welded.place_of_vertex[v]]++] = v;
     }
-    for (const TriangleMesh::Triangle& t : mesh.triangles) {
+    for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+        const TriangleMesh::Triangle& t = mesh.triangles[i];
         const TriangleMesh::Triangle places = {welded.place_of_vertex[t[0]],
                                                welded.place_of_vertex[t[1]],
                                                welded.place_of_vertex[t[2]]};
         if (places[0] == places[1] || places[1] == places[2] || places[2] == places[0]) continue;
         welded.triangles.push_back(places);
+        welded.input_triangles.push_back(i);
         welded.corners.push_back({same[t[0]], same[t[1]], same[t[2]]});
     }
     return welded;

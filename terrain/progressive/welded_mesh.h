@@ -19,6 +19,7 @@ struct WeldedMesh {
     std::vector<TriangleMesh::Triangle>
         triangles;                                ///< of places; only those of three different ones
     std::vector<TriangleMesh::Triangle> corners;  ///< [triangles] the same of vertices
+    std::vector<std::uint32_t> input_triangles;   ///< [triangles] which of the mesh each is
 
     std::span<const std::uint32_t> vertices_at(std::uint32_t place) const {
         return std::span(vertices_of_place)

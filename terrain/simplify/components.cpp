@@ -38,10 +38,11 @@ bool share_an_edge(const StarMesh::Triangle& a, const StarMesh::Triangle& b) {
 
 Components::Components(std::span<const Eigen::Vector3d> vertices, const StarMesh& mesh,
                        std::span<const TriangleBound> bounds)
-    : vertices_(vertices), mesh_(mesh), bounds_(bounds), component_(mesh.triangles().size()) {
+    : vertices_(vertices), mesh_(mesh), bounds_(bounds), component_(mesh.triangle_count()) {
     std::vector<std::uint32_t> parents(vertices.size());
     std::iota(parents.begin(), parents.end(), 0u);
-    for (const StarMesh::Triangle& t : mesh.triangles()) {
+    for (std::size_t i = 0; i < component_.size(); ++i) {
+        const StarMesh::Triangle& t = mesh.triangle(i);
         for (const std::uint32_t other : {t[1], t[2]}) {
             const std::uint32_t a = root_of(parents, t[0]), b = root_of(parents, other);
             parents[std::max(a, b)] = std::min(a, b);
@@ -50,7 +51,7 @@ Components::Components(std::span<const Eigen::Vector3d> vertices, const StarMesh
     constexpr std::uint32_t kNew = ~std::uint32_t{0};
     std::vector<std::uint32_t> numbers(vertices.size(), kNew);
     for (std::size_t i = 0; i < component_.size(); ++i) {
-        std::uint32_t& number = numbers[root_of(parents, mesh.triangles()[i][0])];
+        std::uint32_t& number = numbers[root_of(parents, mesh.triangle(i)[0])];
         if (number == kNew) {
             number = static_cast<std::uint32_t>(left_.size());
             left_.push_back(0);
@@ -83,7 +84,7 @@ bool Components::has_become_small(std::uint32_t component, std::size_t gone) {
 }
 
 Corners Components::corners(std::uint32_t triangle) const {
-    const StarMesh::Triangle& t = mesh_.triangles()[triangle];
+    const StarMesh::Triangle& t = mesh_.triangle(triangle);
     return {vertices_[t[0]], vertices_[t[1]], vertices_[t[2]]};
 }
 
@@ -117,8 +118,7 @@ Reduction Components::to_sheet(std::span<const std::uint32_t> all) const {
         const std::size_t i = front.back();
         front.pop_back();
         for (std::size_t k = 0; k < all.size(); ++k) {
-            if (is_kept[k] != 0 ||
-                !share_an_edge(mesh_.triangles()[all[i]], mesh_.triangles()[all[k]]))
+            if (is_kept[k] != 0 || !share_an_edge(mesh_.triangle(all[i]), mesh_.triangle(all[k])))
                 continue;
             const double limit = kSheetCosine * length(normals[largest]) * length(normals[k]);
             if (!(dot(normals[largest], normals[k]) >= limit)) continue;

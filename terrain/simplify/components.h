@@ -36,7 +36,9 @@ public:
                std::span<const TriangleBound> bounds);
 
     std::size_t count() const { return ends_.size(); }
-    std::uint32_t of_triangle(std::uint32_t triangle) const { return component_[triangle]; }
+    std::uint32_t of_triangle(std::uint32_t triangle) const {
+        return count() == 1 ? 0 : component_[triangle];
+    }
 
     /// Triangles of a component that are left, in increasing order. Valid until the next call.
     std::span<const std::uint32_t> triangles(std::uint32_t component);

@@ -88,6 +88,9 @@ SimplifyStop Contractor::contract_to(const SimplifyLevel& level) {
             return over_limit_count_ == 0 && !is_any_reduction_over_limit()
                        ? SimplifyStop::no_contraction
                        : SimplifyStop::error_limit;
+        for (std::size_t i = 1; i <= 2; ++i) {
+            if (const Candidate* const later = queue_.at(i)) mesh_.prefetch(later->vertex);
+        }
         const Candidate candidate = queue_.first();
         switch (try_contraction(candidate, level.error_m)) {
             case Attempt::done:
@@ -111,7 +114,7 @@ SimplifiedMesh Contractor::result() const {
     result.triangles.reserve(mesh_.alive_count());
     for (std::size_t i = 0; i < bounds_.size(); ++i) {
         if (!mesh_.is_alive(i)) continue;
-        result.triangles.push_back(mesh_.triangles()[i]);
+        result.triangles.push_back(mesh_.triangle(i));
         result.error_m = std::max(result.error_m, bounds_[i].largest());
     }
     return result;
@@ -221,23 +224,44 @@ void Contractor::requeue(std::uint32_t w, std::uint32_t u, std::uint32_t v,
     if (present.target == v) queue_best(w);
 }
 
+// Asks for what a contraction will read: nearly all of it is elsewhere than what was read before.
+void Contractor::prefetch(const Ring& ring) const {
+    for (std::size_t i = 0; i < ring.count; ++i) {
+        const std::uint32_t v = ring.vertices[i];
+        __builtin_prefetch(&vertices_[v]);
+        queue_.prefetch(v);
+        mesh_.prefetch(v);
+        const auto* const planes = reinterpret_cast<const char*>(&planes_[v]);
+        __builtin_prefetch(planes);
+        __builtin_prefetch(planes + 64);
+        if (ring.triangles[i] == kNoTriangle) continue;
+        const auto* const bound = reinterpret_cast<const char*>(&bounds_[ring.triangles[i]]);
+        __builtin_prefetch(bound);
+        __builtin_prefetch(bound + 64);
+    }
+}
+
 Contractor::Attempt Contractor::try_contraction(const Candidate& candidate, double limit) {
     const std::uint32_t u = candidate.vertex, v = candidate.target;
     if (!mesh_.find_ring(u, ring_)) return Attempt::refused;
+    prefetch(ring_);
     const auto place =
         std::find(ring_.vertices.begin(),
                   ring_.vertices.begin() + static_cast<std::ptrdiff_t>(ring_.count), v);
     const Ring ring = ring_.rotated(static_cast<std::size_t>(place - ring_.vertices.begin()));
-    if (!keeps_topology(u, ring)) return Attempt::refused;
+    // Where a contraction may have to wait, what is refused seldom is asked for last.
+    const bool may_wait = !least_costs_.empty();
+    if (!may_wait && !keeps_topology(u, ring)) return Attempt::refused;
     if (options_.rules != nullptr && !options_.rules->allows(u, ring)) return Attempt::refused;
     if (!evaluate(u, ring, limit)) return Attempt::refused;
     if (bound_.error() > limit) return Attempt::over_limit;
-    if (!least_costs_.empty()) {
+    if (may_wait) {
         const double least = bound_.error() / options_.error_ratio;
         if (least * least > candidate.cost * kDeferredGrowth) {
             least_costs_[u] = least * least;
             return Attempt::deferred;
         }
+        if (!keeps_topology(u, ring)) return Attempt::refused;
     }
     for (std::size_t i = 1; i + 1 < ring.count; ++i) bounds_[ring.triangles[i]] = bound_.bound(i);
     if (options_.rules != nullptr) options_.rules->on_contraction(u, ring, bound_.error());
@@ -261,7 +285,7 @@ bool Contractor::folds_over(const Ring& ring) {
         const std::uint32_t from = ring.vertices[i + 1], to = ring.vertices[i];
         const std::uint32_t behind = mesh_.triangle_at(from, to);
         if (behind == kNoTriangle) continue;
-        const StarMesh::Triangle& t = mesh_.triangles()[behind];
+        const StarMesh::Triangle& t = mesh_.triangle(behind);
         const std::uint32_t apex = t[0] != from && t[0] != to   ? t[0]
                                    : t[1] != from && t[1] != to ? t[1]
                                                                 : t[2];
@@ -322,7 +346,7 @@ double Contractor::reduction_cost(const Reduction& reduction) const {
     const double ratio = options_.error_ratio < kInfinity ? options_.error_ratio : 1.0;
     double longest = 0.0;
     for (const std::uint32_t triangle : reduction.removed) {
-        const StarMesh::Triangle& t = mesh_.triangles()[triangle];
+        const StarMesh::Triangle& t = mesh_.triangle(triangle);
         for (std::size_t i = 0; i < 3; ++i) {
             const Eigen::Vector3d edge = vertices_[t[(i + 1) % 3]] - vertices_[t[i]];
             longest = std::max(longest, dot(edge, edge));
@@ -347,7 +371,7 @@ void Contractor::try_reduction(std::uint32_t component, double limit) {
     const std::optional<Reduction> reduction = components_->find_reduction(component);
     bool is_locked_there = false;
     for (const std::uint32_t triangle : components_->triangles(component)) {
-        for (const std::uint32_t v : mesh_.triangles()[triangle])
+        for (const std::uint32_t v : mesh_.triangle(triangle))
             is_locked_there = is_locked_there || is_locked(v);
     }
     if (!reduction || is_locked_there) return reductions_.erase(component);
@@ -367,7 +391,7 @@ void Contractor::reduce(const Reduction& reduction) {
         bounds_[triangle].include(reduction.error_m);
     std::vector<std::uint32_t> around;
     for (const std::uint32_t triangle : reduction.removed) {
-        const StarMesh::Triangle& t = mesh_.triangles()[triangle];
+        const StarMesh::Triangle& t = mesh_.triangle(triangle);
         around.insert(around.end(), t.begin(), t.end());
         components_->has_become_small(components_->of_triangle(triangle), 1);
         mesh_.remove(triangle);

@@ -107,6 +107,7 @@ private:
     void queue_next(const Candidate& queued);
     void requeue(std::uint32_t w, std::uint32_t u, std::uint32_t v, std::size_t edge_triangles);
 
+    void prefetch(const Ring& ring) const;
     Attempt try_contraction(const Candidate& candidate, double limit);
     bool evaluate(std::uint32_t u, const Ring& ring, double limit);
     bool folds_over(const Ring& ring);

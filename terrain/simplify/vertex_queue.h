@@ -28,6 +28,12 @@ public:
     bool is_empty() const { return heap_.empty(); }
     const Candidate& first() const { return heap_.front(); }
 
+    /// The candidate at a place of the heap: one of the next where the place is small. nullptr beyond the last.
+    const Candidate* at(std::size_t place) const {
+        return place < heap_.size() ? &heap_[place] : nullptr;
+    }
+    /// Asks for the memory of a vertex's place.
+    void prefetch(std::uint32_t vertex) const { __builtin_prefetch(&places_[vertex]); }
     /// The candidate of a vertex; nullptr where it has none. Valid until the next change.
     const Candidate* find(std::uint32_t vertex) const {
         const std::uint32_t place = places_[vertex];

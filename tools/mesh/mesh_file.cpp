@@ -14,6 +14,18 @@
 namespace terrane::tools {
 namespace {
 
+// "7", "7/7", "7//7" or "7/7/7": OBJ counts from 1, and every vertex has its own attributes.
+void write_corner(const IndexedMesh& mesh, std::uint32_t vertex, fmt::memory_buffer& line) {
+    const std::uint64_t number = std::uint64_t{vertex} + 1;
+    fmt::format_to(std::back_inserter(line), " {}", number);
+    if (!mesh.texture_coordinates.empty()) {
+        fmt::format_to(std::back_inserter(line), "/{}", number);
+    } else if (!mesh.normals.empty()) {
+        line.push_back('/');
+    }
+    if (!mesh.normals.empty()) fmt::format_to(std::back_inserter(line), "/{}", number);
+}
+
 Result<void> write_obj(const IndexedMesh& mesh, const std::string& path) {
     Result<OutputFile> file = OutputFile::create(path);
     if (!file) return tl::unexpected(file.error());
@@ -32,10 +44,15 @@ Result<void> write_obj(const IndexedMesh& mesh, const std::string& path) {
         line.push_back('\n');
         file->write({line.data(), line.size()});
     }
+    for (const Eigen::Vector2f& t : mesh.texture_coordinates)
+        file->write(fmt::format("vt {} {}\n", t.x(), t.y()));
+    for (const Eigen::Vector3f& n : mesh.normals)
+        file->write(fmt::format("vn {} {} {}\n", n.x(), n.y(), n.z()));
     for (const std::array<std::uint32_t, 3>& triangle : mesh.triangles) {
-        line.clear();  // OBJ counts vertices from 1
-        fmt::format_to(std::back_inserter(line), "f {} {} {}\n", std::uint64_t{triangle[0]} + 1,
-                       std::uint64_t{triangle[1]} + 1, std::uint64_t{triangle[2]} + 1);
+        line.clear();
+        line.push_back('f');
+        for (const std::uint32_t vertex : triangle) write_corner(mesh, vertex, line);
+        line.push_back('\n');
         file->write({line.data(), line.size()});
     }
     return file->commit();

@@ -34,6 +34,8 @@ struct BitsHash {
     }
 };
 
+constexpr const char* kNormals = "property float nx\nproperty float ny\nproperty float nz\n";
+constexpr const char* kTexture = "property float s\nproperty float t\n";
 constexpr const char* kColours = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
 
 /// Appends a number in little-endian order.
@@ -97,23 +99,28 @@ IndexedMesh weld(const TerrainMesh& mesh) {
 Result<void> write_ply(const IndexedMesh& mesh, const std::string& path) {
     Result<OutputFile> file = OutputFile::create(path);
     if (!file) return tl::unexpected<Error>(file.error());
-    file->write(fmt::format(
-        "ply\n"
-        "format binary_little_endian 1.0\n"
-        "comment Terrane: metres, x east, y north, z up\n"
-        "element vertex {}\n"
-        "property double x\n"
-        "property double y\n"
-        "property double z\n"
-        "{}"
-        "element face {}\n"
-        "property list uchar uint vertex_indices\n"
-        "end_header\n",
-        mesh.vertices_world.size(), mesh.colours.empty() ? "" : kColours, mesh.triangles.size()));
+    file->write(
+        fmt::format("ply\n"
+                    "format binary_little_endian 1.0\n"
+                    "comment Terrane: metres, x east, y north, z up\n"
+                    "element vertex {}\n"
+                    "property double x\n"
+                    "property double y\n"
+                    "property double z\n"
+                    "{}{}{}"
+                    "element face {}\n"
+                    "property list uchar uint vertex_indices\n"
+                    "end_header\n",
+                    mesh.vertices_world.size(), mesh.normals.empty() ? "" : kNormals,
+                    mesh.texture_coordinates.empty() ? "" : kTexture,
+                    mesh.colours.empty() ? "" : kColours, mesh.triangles.size()));
     std::string bytes;
     for (std::size_t i = 0; i < mesh.vertices_world.size(); ++i) {
         bytes.clear();
         for (int axis = 0; axis < 3; ++axis) append(bytes, mesh.vertices_world[i][axis]);
+        for (int k = 0; k < 3 && !mesh.normals.empty(); ++k) append(bytes, mesh.normals[i][k]);
+        for (int k = 0; k < 2 && !mesh.texture_coordinates.empty(); ++k)
+            append(bytes, mesh.texture_coordinates[i][k]);
         for (std::size_t k = 0; k < 3 && !mesh.colours.empty(); ++k)
             append(bytes, mesh.colours[i][k]);
         file->write(bytes);

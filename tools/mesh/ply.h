@@ -18,6 +18,8 @@ struct IndexedMesh {
     std::vector<std::array<std::uint32_t, 3>> triangles;
     /// [vertices_world] red, green, blue, opacity with display gamma, or empty.
     std::vector<std::array<std::uint8_t, 4>> colours = {};
+    std::vector<Eigen::Vector3f> normals = {};  ///< [vertices_world] unit length, or empty
+    std::vector<Eigen::Vector2f> texture_coordinates = {};  ///< [vertices_world], or empty
 };
 
 /// The triangles of all chunks and volumes of a frame as one mesh at displayed heights. Vertices are one where they
@@ -25,8 +27,8 @@ struct IndexedMesh {
 /// they always do; a crack would show as an edge with one triangle.
 IndexedMesh weld(const TerrainMesh& mesh);
 
-/// Binary little-endian PLY: double x, y, z; uchar red, green, blue where the mesh has colours; list uchar uint
-/// vertex_indices.
+/// Binary little-endian PLY: double x, y, z; where the mesh has them float nx, ny, nz, float s, t, and uchar red, green,
+/// blue; list uchar uint vertex_indices.
 /// Fails with io, naming the path; a file that was there is unchanged then.
 Result<void> write_ply(const IndexedMesh& mesh, const std::string& path);
 

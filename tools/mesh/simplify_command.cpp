@@ -5,14 +5,17 @@
 #include "output/summary.h"
 #include "scene/mesh/mesh_reader.h"
 
-#include <terrane/terrain/simplify.h>
+#include <terrane/terrain/progressive_mesh.h>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <limits>
 #include <memory>
+#include <numeric>
 #include <utility>
 
 namespace terrane::tools {
@@ -29,44 +32,67 @@ struct SimplifyOptions {
 struct SimplifiedFile {
     IndexedMesh mesh;
     double error_m = 0.0;
-    SimplifyStop stop = SimplifyStop::triangle_count;
+    const char* stop = "";
 };
 
-/// The mesh at one level, with the vertices that its triangles use, in the order of the input.
-Result<SimplifiedFile> simplify_to(const TriangleMesh& mesh, const SimplifyLevel& level) {
-    Result<std::vector<SimplifiedMesh>> levels =
-        simplify({.vertices = mesh.positions, .triangles = mesh.triangles}, std::span(&level, 1));
-    if (!levels) return tl::unexpected<Error>(levels.error());
-    SimplifiedMesh& result = levels->front();
-    SimplifiedFile file{.mesh = {}, .error_m = result.error_m, .stop = result.stop};
-    std::vector<std::uint8_t> is_used(mesh.positions.size(), 0);
-    for (const auto& triangle : result.triangles) {
-        for (const std::uint32_t vertex : triangle) is_used[vertex] = 1;
+/// Moves a mesh that is far from the origin to it, by whole metres. Returns what rounding adds to distances, metres.
+double move_to_origin(TriangleMesh& mesh) {
+    double largest = 0.0;
+    for (const Eigen::Vector3d& p : mesh.positions)
+        largest = std::max(largest, p.cwiseAbs().maxCoeff());
+    // Refused where it is not finite.
+    if (!(largest > kLargestMeshCoordinate) || !std::isfinite(largest)) return 0.0;
+    const Eigen::Vector3d origin = mesh.positions.front().array().floor();
+    for (Eigen::Vector3d& p : mesh.positions) p -= origin;
+    return 2.0 * largest * std::numeric_limits<double>::epsilon();
+}
+
+/// Sets the first level that meets one of the limits, and says which.
+const char* set_level(ProgressiveMesh& mesh, const SimplifyOptions& options) {
+    mesh.set_triangle_count(options.triangles);
+    const bool meets_count = mesh.triangles().size() <= options.triangles;
+    if (mesh.error_m() > options.error_m) {
+        mesh.set_error(options.error_m);
+        return "error";
     }
-    std::vector<std::uint32_t> number(mesh.positions.size(), 0);
-    for (std::size_t i = 0; i < is_used.size(); ++i) {
-        if (is_used[i] == 0) continue;
+    return meets_count ? "triangles" : "no_contraction";
+}
+
+/// The mesh at one level, with the vertices that its triangles use, in the order of the input.
+Result<SimplifiedFile> simplify_to(const TriangleMesh& mesh, const SimplifyOptions& options) {
+    TriangleMesh near = mesh;
+    const double rounding = move_to_origin(near);
+    Result<ProgressiveMesh> made =
+        ProgressiveMesh::create(near, {.least_triangle_count = options.triangles});
+    if (!made) return tl::unexpected<Error>(made.error());
+    if (made->triangles().empty())
+        return fail(ErrorCode::bad_data, "all of its triangles have two corners in one place");
+    SimplifiedFile file;
+    file.stop = set_level(*made, options);
+    file.error_m = made->error_m() > 0.0 ? made->error_m() + rounding : 0.0;
+    constexpr std::uint32_t kUnused = ~std::uint32_t{0};
+    std::vector<std::uint32_t> number(mesh.positions.size(), kUnused);
+    for (const auto& triangle : made->triangles()) {
+        for (const std::uint32_t vertex : triangle) number[made->input_vertices()[vertex]] = 0;
+    }
+    for (std::size_t i = 0; i < number.size(); ++i) {
+        if (number[i] == kUnused) continue;
         number[i] = static_cast<std::uint32_t>(file.mesh.vertices_world.size());
         file.mesh.vertices_world.push_back(mesh.positions[i]);
         if (!mesh.colours.empty()) file.mesh.colours.push_back(mesh.colours[i]);
+        if (!mesh.normals.empty()) file.mesh.normals.push_back(mesh.normals[i]);
+        if (!mesh.texture_coordinates.empty())
+            file.mesh.texture_coordinates.push_back(mesh.texture_coordinates[i]);
     }
-    for (auto& triangle : result.triangles) {
-        for (std::uint32_t& vertex : triangle) vertex = number[vertex];
+    std::vector<std::uint32_t> order(made->triangles().size());
+    std::iota(order.begin(), order.end(), 0u);
+    std::ranges::sort(order, {}, [&](std::uint32_t i) { return made->input_triangles()[i]; });
+    for (const std::uint32_t i : order) {
+        TriangleMesh::Triangle triangle = made->triangles()[i];
+        for (std::uint32_t& vertex : triangle) vertex = number[made->input_vertices()[vertex]];
+        file.mesh.triangles.push_back(triangle);
     }
-    file.mesh.triangles = std::move(result.triangles);
     return file;
-}
-
-const char* name_of_stop(SimplifyStop stop) {
-    switch (stop) {
-        case SimplifyStop::triangle_count:
-            return "triangles";
-        case SimplifyStop::error_limit:
-            return "error";
-        case SimplifyStop::no_contraction:
-            break;
-    }
-    return "no_contraction";
 }
 
 CommandResult<void> run_simplify(const SimplifyOptions& options) {
@@ -77,11 +103,10 @@ CommandResult<void> run_simplify(const SimplifyOptions& options) {
     if (!options.has_limit) {
         return usage_error("simplify needs --triangles or --error, or both");
     }
-    const Result<TriangleMesh> mesh = read_mesh(options.in);
+    const Result<TriangleMesh> mesh = read_mesh_with_attributes(options.in);
     if (!mesh) return pass_on(mesh.error());
     const auto start = std::chrono::steady_clock::now();
-    const Result<SimplifiedFile> result =
-        simplify_to(*mesh, {.triangles = options.triangles, .error_m = options.error_m});
+    const Result<SimplifiedFile> result = simplify_to(*mesh, options);
     const std::chrono::duration<double, std::milli> duration =
         std::chrono::steady_clock::now() - start;
     if (!result) {
@@ -96,7 +121,7 @@ CommandResult<void> run_simplify(const SimplifyOptions& options) {
     summary["vertices"] = result->mesh.vertices_world.size();
     summary["error_m"] = result->error_m;
     summary["ms"] = duration.count();
-    summary["stop"] = name_of_stop(result->stop);
+    summary["stop"] = result->stop;
     summary["input_triangles"] = mesh->triangles.size();
     summary["out"] = options.out;
     print_summary(summary, options.json);
@@ -112,13 +137,14 @@ void add_simplify_command(CLI::App& app, CommandContext& context) {
     simplify
         ->add_option("IN", options->in,
                      "File to read, .ply, .obj, .glb, .gltf or .stl: its positions, "
-                     "triangles and colours of vertices, in metres")
+                     "triangles and colours of vertices, in metres; of .ply and .obj also normals "
+                     "and texture coordinates")
         ->type_name("FILE")
         ->required();
     simplify
         ->add_option("OUT", options->out,
-                     "File to write, .ply (binary, double), .obj or .glb (glTF). A file of that "
-                     "name is replaced; it may be IN")
+                     "File to write, .ply (binary, double), .obj or .glb (glTF, without "
+                     "attributes). A file of that name is replaced; it may be IN")
         ->type_name("FILE")
         ->required();
     CLI::Option* const triangles = add_count(

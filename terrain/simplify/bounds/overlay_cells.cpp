@@ -157,10 +157,13 @@ void ContractionBound::add_cell(const Ring& ring, std::size_t i, TriangleBound& 
 // polar is, at all pairs of the cell's corners. Pairs along one edge of the new triangle, which decide one coefficient
 // alone, come first.
 void ContractionBound::bound_cell(const Cell& cell, bool is_along_edge, TriangleBound& bound) {
+    const bool was_exact =
+        std::max({cell.edges[0], cell.edges[1], cell.edges[2], cell.constant}) == 0.0;
     for (std::size_t a = 0; a < cell.count; ++a) {
         const auto& [p, wp, distance_p] = cell.corners[a];
         for (std::size_t b = a; b < cell.count; ++b) {
             const auto& [q, wq, distance_q] = cell.corners[b];
+            if (was_exact && distance_p + distance_q == 0.0) continue;  // nothing is wanted
             const bool is_along = (wp[0] == 0.0 && wq[0] == 0.0) ||
                                   (wp[1] == 0.0 && wq[1] == 0.0) || (wp[2] == 0.0 && wq[2] == 0.0);
             if (is_along != is_along_edge) continue;

@@ -20,14 +20,14 @@ Ring Ring::rotated(std::size_t first) const {
 }
 
 StarMesh::StarMesh(std::size_t vertex_count, std::span<const Triangle> triangles)
-    : triangles_(triangles.begin(), triangles.end()),
-      next_corner_(3 * triangles.size(), kEnd),
-      first_corner_(vertex_count, kEnd),
-      alive_count_(triangles.size()) {
-    for (std::size_t corner = next_corner_.size(); corner-- > 0;) {
-        std::uint32_t& first = first_corner_[triangles_[corner / 3][corner % 3]];
-        next_corner_[corner] = first;
-        first = static_cast<std::uint32_t>(corner);
+    : slots_(triangles.size()), first_corner_(vertex_count, kEnd), alive_count_(triangles.size()) {
+    for (std::uint32_t i = static_cast<std::uint32_t>(slots_.size()); i-- > 0;) {
+        slots_[i].triangle = triangles[i];
+        for (std::uint32_t k = 3; k-- > 0;) {
+            std::uint32_t& first = first_corner_[triangles[i][k]];
+            slots_[i].next[k] = first;
+            first = 3 * i + k;
+        }
     }
 }
 
@@ -37,11 +37,11 @@ void StarMesh::visit_corners(std::uint32_t vertex, const Visit& visit) {
     while (*link != kEnd) {
         const std::uint32_t corner = *link;
         if (!is_alive(corner / 3)) {
-            *link = next_corner_[corner];
+            *link = next(corner);
             continue;
         }
         if (!visit(corner)) return;
-        link = &next_corner_[corner];
+        link = &next(corner);
     }
 }
 
@@ -54,7 +54,7 @@ bool StarMesh::find_ring(std::uint32_t vertex, Ring& ring_out) {
     bool fits = true;
     visit_corners(vertex, [&](std::uint32_t corner) {
         if (count == kMaxValence) return fits = false;
-        const Triangle& t = triangles_[corner / 3];
+        const Triangle& t = slots_[corner / 3].triangle;
         const std::uint32_t i = corner % 3;
         spokes[count++] = {t[i == 2 ? 0 : i + 1], t[i == 0 ? 2 : i - 1], corner};
         return true;
@@ -113,7 +113,7 @@ void StarMesh::find_neighbours(std::uint32_t vertex, Neighbours& neighbours_out)
     std::size_t valence = 0;
     visit_corners(vertex, [&](std::uint32_t corner) {
         if (valence++ == kMaxValence) return result.has_all = false;
-        const Triangle& t = triangles_[corner / 3];
+        const Triangle& t = slots_[corner / 3].triangle;
         const std::uint32_t i = corner % 3;
         add(t[i == 2 ? 0 : i + 1]);
         add(t[i == 0 ? 2 : i - 1]);
@@ -125,7 +125,7 @@ bool StarMesh::has_triangle(std::uint32_t vertex, std::uint32_t second, std::uin
                             std::uint32_t not_of) {
     bool found = false;
     visit_corners(vertex, [&](std::uint32_t corner) {
-        const Triangle& t = triangles_[corner / 3];
+        const Triangle& t = slots_[corner / 3].triangle;
         const auto has = [&](std::uint32_t v) { return t[0] == v || t[1] == v || t[2] == v; };
         found = has(second) && has(third) && !has(not_of);
         return !found;
@@ -136,7 +136,8 @@ bool StarMesh::has_triangle(std::uint32_t vertex, std::uint32_t second, std::uin
 std::uint32_t StarMesh::triangle_at(std::uint32_t from, std::uint32_t to) {
     std::uint32_t found = kNoTriangle;
     visit_corners(from, [&](std::uint32_t corner) {
-        const bool is_there = triangles_[corner / 3][corner % 3 == 2 ? 0 : corner % 3 + 1] == to;
+        const bool is_there =
+            slots_[corner / 3].triangle[corner % 3 == 2 ? 0 : corner % 3 + 1] == to;
         if (is_there) found = corner / 3;
         return !is_there;
     });
@@ -144,7 +145,7 @@ std::uint32_t StarMesh::triangle_at(std::uint32_t from, std::uint32_t to) {
 }
 
 void StarMesh::remove(std::uint32_t triangle) {
-    triangles_[triangle].fill(kGone);
+    slots_[triangle].triangle.fill(kGone);
     --alive_count_;
 }
 
@@ -156,12 +157,12 @@ void StarMesh::contract(std::uint32_t u, const Ring& ring) {
     }
     std::uint32_t last = kEnd;
     visit_corners(u, [&](std::uint32_t corner) {
-        triangles_[corner / 3][corner % 3] = v;
+        slots_[corner / 3].triangle[corner % 3] = v;
         last = corner;
         return true;
     });
     if (last != kEnd) {
-        next_corner_[last] = first_corner_[v];
+        next(last) = first_corner_[v];
         first_corner_[v] = first_corner_[u];
     }
     first_corner_[u] = kEnd;

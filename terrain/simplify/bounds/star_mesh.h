@@ -51,10 +51,17 @@ public:
 
     StarMesh(std::size_t vertex_count, std::span<const Triangle> triangles);
 
-    std::span<const Triangle> triangles() const { return triangles_; }
-    bool is_alive(std::size_t triangle) const { return triangles_[triangle][0] != kGone; }
+    std::size_t triangle_count() const { return slots_.size(); }
+    const Triangle& triangle(std::size_t index) const { return slots_[index].triangle; }
+    bool is_alive(std::size_t triangle) const { return slots_[triangle].triangle[0] != kGone; }
     std::size_t alive_count() const { return alive_count_; }
 
+    /// Asks for the memory of a vertex's first triangle.
+    void prefetch(std::uint32_t vertex) const {
+        const std::uint32_t corner = first_corner_[vertex];
+        if (corner == kEnd) return;
+        __builtin_prefetch(&slots_[corner / 3]);
+    }
     /// Sorts the triangles around a vertex. False where they are not one disk or half disk with consistent winding, or
     /// more than kMaxValence.
     bool find_ring(std::uint32_t vertex, Ring& ring_out);
@@ -78,8 +85,15 @@ private:
     template <class Visit>
     void visit_corners(std::uint32_t vertex, const Visit& visit);
 
-    std::vector<Triangle> triangles_;
-    std::vector<std::uint32_t> next_corner_;   // [3 * triangles] list of the same vertex
+    // Together, because both are read at every corner.
+    struct Slot {
+        Triangle triangle;
+        std::array<std::uint32_t, 3> next;  // corner of the same vertex, of each corner
+    };
+
+    std::uint32_t& next(std::uint32_t corner) { return slots_[corner / 3].next[corner % 3]; }
+
+    std::vector<Slot> slots_;                  // [triangles]
     std::vector<std::uint32_t> first_corner_;  // [vertices]
     std::size_t alive_count_ = 0;
 };

@@ -40,10 +40,10 @@ double median_ms(int runs, const Function& function) {
 /// The methods of this program, and the peers that are installed.
 std::vector<Simplifier> all_simplifiers();
 
-/// W. Schroeder, J. Zarge, W. Lorensen. Decimation of Triangle Meshes. SIGGRAPH 1992.
+/// Vertices are removed and their holes triangulated (Schroeder et al. 1992).
 Simplified run_vertex_decimation(const test::ShapeMesh& mesh, std::size_t triangles, int runs);
 
-/// P. Lindstrom. Out-of-Core Simplification of Large Polygonal Models. SIGGRAPH 2000.
+/// The vertices of each cell of a grid become one (Rossignac and Borrel 1993; Lindstrom 2000).
 Simplified run_vertex_clustering(const test::ShapeMesh& mesh, std::size_t triangles, int runs);
 
 #if TERRANE_BENCH_MESHOPTIMIZER

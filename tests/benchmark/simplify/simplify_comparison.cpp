@@ -36,14 +36,16 @@ Simplified run_simplify(const ShapeMesh& mesh, std::size_t triangles, int runs) 
     return result;
 }
 
-// Recording the whole sequence down to the count, not only what the level needs.
+// With the record of all levels down to the count.
 Simplified run_progressive(const ShapeMesh& mesh, std::size_t triangles, int runs) {
     TriangleMesh input;
     input.positions = mesh.vertices;
     input.triangles = mesh.triangles;
     std::optional<ProgressiveMesh> made;
     Simplified result;
-    result.ms = median_ms(runs, [&] { made.emplace(ProgressiveMesh::create(input).value()); });
+    result.ms = median_ms(runs, [&] {
+        made.emplace(ProgressiveMesh::create(input, {.least_triangle_count = triangles}).value());
+    });
     made->set_triangle_count(triangles);
     result.mesh.vertices = made->finest().positions;
     result.mesh.triangles.assign(made->triangles().begin(), made->triangles().end());
@@ -87,13 +89,15 @@ std::string data_folder() {
 }  // namespace
 
 std::vector<Simplifier> all_simplifiers() {
-    return {
-        {"simplify()", run_simplify}, {"ProgressiveMesh", run_progressive},
+    std::vector<Simplifier> all = {{"simplify()", run_simplify},
+                                   {"ProgressiveMesh", run_progressive},
+                                   {"vertex decimation", run_vertex_decimation},
+                                   {"vertex clustering", run_vertex_clustering}};
 #if TERRANE_BENCH_MESHOPTIMIZER
-            {"meshoptimizer", run_meshoptimizer},
-            {"meshoptimizer sloppy", run_meshoptimizer_sloppy},
+    all.push_back({"meshoptimizer", run_meshoptimizer});
+    all.push_back({"meshoptimizer sloppy", run_meshoptimizer_sloppy});
 #endif
-    };
+    return all;
 }
 
 }  // namespace terrane::bench

@@ -229,6 +229,31 @@ TEST(ProgressiveMesh, ChangesNothingOfLockedVertices) {
     for (std::size_t v = 0; v < left.size(); ++v) EXPECT_LE(settings.locked[v], left[v]) << v;
 }
 
+TEST(ProgressiveMesh, EndsWhereItsSettingsSay) {
+    const TriangleMesh input = rough_terrain(12, 20);
+    ProgressiveMesh all = make(input), some = make(input, {.least_triangle_count = 100});
+    EXPECT_LE(some.least_triangle_count(), 100u);
+    EXPECT_GE(some.least_triangle_count(), 99u);
+    all.set_triangle_count(100);
+    some.set_triangle_count(0);
+    const auto as_input = [](const ProgressiveMesh& mesh) {
+        std::map<std::uint32_t, TriangleMesh::Triangle> triangles;
+        for (std::size_t i = 0; i < mesh.triangles().size(); ++i) {
+            TriangleMesh::Triangle t = mesh.triangles()[i];
+            for (std::uint32_t& v : t) v = mesh.input_vertices()[v];
+            triangles[mesh.input_triangles()[i]] = t;
+        }
+        return triangles;
+    };
+    EXPECT_EQ(as_input(all), as_input(some));
+    all.set_triangle_count(input.triangles.size());
+    std::size_t i = 0;
+    for (const auto& [number, triangle] : as_input(all)) {
+        EXPECT_EQ(number, i);
+        EXPECT_EQ(triangle, input.triangles[i++]);
+    }
+}
+
 TEST(ProgressiveMesh, ExistsForTheSmallestMeshes) {
     ProgressiveMesh none = make({});
     none.set_triangle_count(7);

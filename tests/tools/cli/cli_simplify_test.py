@@ -136,6 +136,81 @@ class Simplify(Folder):
         self.assertEqual(again["triangles"], summaries[0]["triangles"])
         self.assertEqual(len(read_obj(source)[1]), again["triangles"])
 
+    def box(self, name, cells=6):
+        """A box with the normal and texture chart of each side at its vertices: corners stand three times."""
+        lines, count = [], 0
+        for axis in range(3):
+            for high in (0, 1):
+                first = count + 1
+                for j in range(cells + 1):
+                    for i in range(cells + 1):
+                        point = [0.0] * 3
+                        point[axis] = float(cells * high)
+                        point[(axis + (1 if high else 2)) % 3], point[(axis + (2 if high else 1)) % 3] = float(i), float(j)
+                        normal = [0.0] * 3
+                        normal[axis] = 2.0 * high - 1.0
+                        lines += ["v %r %r %r" % tuple(point), "vn %r %r %r" % tuple(normal),
+                                  "vt %r %r" % (i / cells + 2 * axis, j / cells + 2 * high)]
+                        count += 1
+                for j in range(cells):
+                    for i in range(cells):
+                        a = first + j * (cells + 1) + i
+                        corners = (a, a + 1, a + cells + 2, a + cells + 1)
+                        lines.append("f " + " ".join(f"{c}/{c}/{c}" for c in corners))
+        with open(self.path(name), "w") as file:
+            file.write("\n".join(lines) + "\n")
+        return self.path(name)
+
+    def test_attributes_stay_and_seams_stay_closed(self):
+        source = self.box("box.obj")
+        summary = self.simplify(source, "out.obj", "--triangles", 60)
+        self.assertLessEqual(summary["triangles"], 60)
+        lines = {kind: [] for kind in ("v", "vn", "vt", "f")}
+        with open(self.path("out.obj")) as file:
+            for line in file:
+                kind, *rest = line.split()
+                if kind in lines:
+                    lines[kind].append(rest)
+        points = [tuple(map(float, point)) for point in lines["v"]]
+        normals = np.array(lines["vn"], dtype=float)
+        self.assertEqual((len(normals), len(lines["vt"])), (len(points), len(points)))
+        edges = {}
+        for face in lines["f"]:
+            corners = [int(corner.split("/")[0]) - 1 for corner in face]
+            self.assertTrue(all(corner.split("/") == [corner.split("/")[0]] * 3 for corner in face))
+            a, b, c = (np.array(points[i]) for i in corners)
+            normal = np.cross(b - a, c - a)
+            for i in corners:
+                self.assertGreater(np.dot(normals[i], normal), 0.99 * np.linalg.norm(normal))
+            for i, j in zip(corners, corners[1:] + corners[:1]):
+                edge = points[i], points[j]
+                edges[edge] = edges.get(edge, 0) + 1
+        for (i, j), number in edges.items():
+            self.assertEqual((number, edges.get((j, i))), (1, 1))
+        # PLY has them too, and what it has can be read
+        self.simplify(source, "out.ply", "--triangles", 60)
+        self.simplify(self.path("out.ply"), "again.obj", "--triangles", 10**9)
+        with open(self.path("again.obj")) as again, open(self.path("out.obj")) as first:
+            self.assertEqual(sorted(line for line in again if line.startswith("v")),
+                             sorted(line for line in first if line.startswith("v")))
+
+    def test_attributes_that_a_face_names_and_the_file_has_not(self):
+        for number, face in enumerate(("f 1/4 2/1 3/1", "f 1//1 2//1 3//1", "f 1/0 2/1 3/1")):
+            name = self.path(f"{number}.obj")
+            with open(name, "w") as file:
+                file.write("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\n" + face + "\n")
+            self.assert_refused(run("simplify", name, self.path("out.ply"), "--triangles", 1), [1], name, "line 5")
+
+    def test_every_count_is_reached_by_a_real_model_of_many_parts(self):
+        name = os.path.join(DATA, "models", "fcl_env.obj")
+        if not os.path.exists(name):
+            self.skipTest("the real models are not there")
+        for count in (1090, 218, 21, 1):
+            summary = self.simplify(name, "out.obj", "--triangles", count)
+            self.assertLessEqual(summary["triangles"], count)
+            self.assertEqual(summary["stop"], "triangles")
+            self.check_error(name, self.path("out.obj"), summary["error_m"])
+
     def test_text_for_people(self):
         done = run("simplify", self.bumps(), self.path("o.ply"), "--triangles", 100)
         self.assertEqual((done.returncode, done.stderr), (0, ""))

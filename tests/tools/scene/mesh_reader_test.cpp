@@ -101,6 +101,39 @@ TEST(ReadMesh, SurvivesRandomBytes) {
     }
 }
 
+TEST(ReadMesh, KeepsAVertexForEachCombinationOfAttributes) {
+    const std::string text =
+        "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 9 9 9\nvt 0 0\nvt 0.5 1\nvn 0 0 1\nvn 0 0 -1\n"
+        "f 1/1/1 2/1/1 3/2/1 4/2/-2\nf 1/1/2 3/2/2 2/1/2\n";
+    const Result<TriangleMesh> mesh = parse_obj_with_attributes(text);
+    ASSERT_TRUE(mesh) << mesh.error().message;
+    EXPECT_EQ(mesh->positions.size(), 7u);
+    EXPECT_EQ(mesh->triangles, (Triangles{{0, 1, 2}, {0, 2, 3}, {4, 5, 6}}));
+    EXPECT_EQ(mesh->normals[3], Eigen::Vector3f(0, 0, 1));
+    EXPECT_EQ(mesh->normals[6], Eigen::Vector3f(0, 0, -1));
+    EXPECT_EQ(mesh->texture_coordinates[2], Eigen::Vector2f(0.5f, 1.0f));
+    // One corner without a normal: no vertex has one.
+    EXPECT_TRUE(parse_obj_with_attributes(text + "f 1/1 2/1 3/1\n")->normals.empty());
+    EXPECT_EQ(
+        parse_obj_with_attributes(text + "f 1/3/1 2/1/1 3/1/1\n").error().message,
+        "line 12: ' 1/3/1 2/1/1 3/1/1' names a texture coordinate or normal that is not there");
+    for (int seed = 0; seed < 2000; ++seed) {
+        test::Random random(static_cast<std::uint64_t>(seed));
+        std::string bytes = text;
+        for (int i = 0; i < 3; ++i)
+            bytes[static_cast<std::size_t>(random.below(static_cast<int>(bytes.size())))] =
+                "0123456789-/ vtnf\n."[random.below(20)];
+        const Result<TriangleMesh> changed = parse_obj_with_attributes(bytes);
+        if (!changed) continue;
+        ASSERT_TRUE(changed->normals.empty() ||
+                    changed->normals.size() == changed->positions.size());
+        for (const auto& triangle : changed->triangles) {
+            for (const std::uint32_t corner : triangle)
+                ASSERT_LT(corner, changed->positions.size());
+        }
+    }
+}
+
 TEST(ReadMesh, NamesWhatIsWrong) {
     const auto of_ply = [](const std::string& rest) {
         const Result<TriangleMesh> mesh = parse_ply("ply\nformat ascii 1.0\n" + rest);

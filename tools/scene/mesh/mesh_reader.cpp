@@ -80,7 +80,11 @@ Result<void> add_polygon(const std::vector<std::int64_t>& corners, TriangleMesh&
     return {};
 }
 
-Result<TriangleMesh> read_mesh(const std::string& path) {
+namespace {
+
+/// @param parse Result<TriangleMesh>(std::string_view bytes, const std::string& ending)
+template <class Parse>
+Result<TriangleMesh> read_file(const std::string& path, const Parse& parse) {
     std::string ending = std::filesystem::path(path).extension().string();
     std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return std::tolower(c); });
     constexpr std::array<std::string_view, 5> kEndings = {".ply", ".obj", ".glb", ".gltf", ".stl"};
@@ -90,16 +94,41 @@ Result<TriangleMesh> read_mesh(const std::string& path) {
     }
     const Result<std::string> bytes = read_bytes(path);
     if (!bytes) return tl::unexpected<Error>(bytes.error());
-    Result<TriangleMesh> mesh = ending == ".ply"   ? parse_ply(*bytes)
-                                : ending == ".obj" ? parse_obj(*bytes)
-                                                   : parse_with_assimp(*bytes, ending.substr(1));
+    Result<TriangleMesh> mesh = parse(*bytes, ending);
     if (!mesh) {
         return fail(mesh.error().code,
                     fmt::format("cannot read mesh '{}': {}", path, mesh.error().message));
     }
-    weld_points(*mesh);
     if (!mesh->triangles.empty()) return mesh;
     return fail(ErrorCode::bad_data, fmt::format("mesh '{}' has no triangle", path));
+}
+
+}  // namespace
+
+Result<TriangleMesh> read_mesh(const std::string& path) {
+    return read_file(
+        path, [](std::string_view bytes, const std::string& ending) -> Result<TriangleMesh> {
+            Result<TriangleMesh> mesh = ending == ".ply" ? parse_ply(bytes)
+                                        : ending == ".obj"
+                                            ? parse_obj(bytes)
+                                            : parse_with_assimp(bytes, ending.substr(1));
+            if (!mesh) return mesh;
+            mesh->normals.clear();
+            mesh->texture_coordinates.clear();
+            weld_points(*mesh);
+            return mesh;
+        });
+}
+
+Result<TriangleMesh> read_mesh_with_attributes(const std::string& path) {
+    return read_file(path,
+                     [](std::string_view bytes, const std::string& ending) -> Result<TriangleMesh> {
+                         if (ending == ".ply") return parse_ply(bytes);
+                         if (ending == ".obj") return parse_obj_with_attributes(bytes);
+                         Result<TriangleMesh> mesh = parse_with_assimp(bytes, ending.substr(1));
+                         if (mesh) weld_points(*mesh);
+                         return mesh;
+                     });
 }
 
 }  // namespace terrane::tools

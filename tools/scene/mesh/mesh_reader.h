@@ -26,6 +26,11 @@ inline constexpr std::size_t kMostMeshParts = std::size_t{1} << 22;
 ///        names the file.
 Result<TriangleMesh> read_mesh(const std::string& path);
 
+/// The same with normals and texture coordinates where all vertices have them, in PLY (nx, ny, nz; s, t or u, v) and
+/// OBJ (vt, vn): a vertex for each combination of position and attributes that a corner has. Points that no corner has
+/// are left out in OBJ. Of other formats as read_mesh().
+Result<TriangleMesh> read_mesh_with_attributes(const std::string& path);
+
 /// The text of a PLY file: ascii, binary_little_endian or binary_big_endian, with colours as red, green and blue of
 /// type uchar or, from 0 to 1, float. Fails as read_mesh(), without the name.
 Result<TriangleMesh> parse_ply(std::string_view bytes);
@@ -33,6 +38,8 @@ Result<TriangleMesh> parse_ply(std::string_view bytes);
 /// The text of a Wavefront OBJ file; only its lines v, with a colour from 0 to 1 after the position where there is one,
 /// and f. Fails as read_mesh(), without the name.
 Result<TriangleMesh> parse_obj(std::string_view text);
+/// The same with lines vt and vn: see read_mesh_with_attributes().
+Result<TriangleMesh> parse_obj_with_attributes(std::string_view text);
 
 /// The bytes of a file of another kind, by its ending without the full stop, in small letters. Fails as read_mesh(),
 /// without the name.

@@ -174,7 +174,7 @@ public:
                                            i, element.count, element.name));
             }
             if (is_vertex) mesh.positions.push_back(point_);
-            if (is_vertex && colour_count_ == 3) mesh.colours.push_back(colour_);
+            if (is_vertex) add_attributes(mesh);
             if (!is_face) continue;
             if (auto added = add_polygon(corners_, mesh); !added) return added;
         }
@@ -183,7 +183,7 @@ public:
 
 private:
     bool read_one(const PlyElement& element) {
-        colour_count_ = 0;
+        colour_count_ = normal_count_ = texture_count_ = 0;
         for (const PlyProperty& property : element.properties) {
             if (!property.count) {
                 const std::optional<double> value = numbers_.next(property.type);
@@ -193,11 +193,28 @@ private:
                     point_[property.name[0] - 'x'] = *value;
                 }
                 read_colour(property, *value);
+                read_attribute(property.name, *value);
             } else if (!read_list(property)) {
                 return false;
             }
         }
         return true;
+    }
+
+    void add_attributes(TriangleMesh& mesh) const {
+        if (colour_count_ == 3) mesh.colours.push_back(colour_);
+        if (normal_count_ == 3) mesh.normals.push_back(normal_);
+        if (texture_count_ == 2) mesh.texture_coordinates.push_back(texture_);
+    }
+
+    void read_attribute(std::string_view name, double value) {
+        if (name == "nx" || name == "ny" || name == "nz") {
+            normal_[name[1] - 'x'] = static_cast<float>(value);
+            ++normal_count_;
+        } else if (name == "s" || name == "u" || name == "t" || name == "v") {
+            texture_[name == "s" || name == "u" ? 0 : 1] = static_cast<float>(value);
+            ++texture_count_;
+        }
     }
 
     void read_colour(const PlyProperty& property, double value) {
@@ -229,7 +246,9 @@ private:
     PlyNumbers numbers_;
     Eigen::Vector3d point_ = Eigen::Vector3d::Zero();
     std::array<std::uint8_t, 4> colour_{0, 0, 0, 255};
-    int colour_count_ = 0;  // of red, green and blue
+    Eigen::Vector3f normal_ = Eigen::Vector3f::Zero();
+    Eigen::Vector2f texture_ = Eigen::Vector2f::Zero();
+    int colour_count_ = 0, normal_count_ = 0, texture_count_ = 0;  // numbers of each
     std::vector<std::int64_t> corners_;
 };
 
@@ -272,7 +291,10 @@ Result<TriangleMesh> parse_ply(std::string_view bytes) {
     for (const PlyElement& element : header->elements) {
         if (auto ok = elements.read(element, mesh); !ok) return tl::unexpected<Error>(ok.error());
     }
-    if (mesh.colours.size() != mesh.positions.size()) mesh.colours.clear();
+    const std::size_t count = mesh.positions.size();
+    if (mesh.colours.size() != count) mesh.colours.clear();
+    if (mesh.normals.size() != count) mesh.normals.clear();
+    if (mesh.texture_coordinates.size() != count) mesh.texture_coordinates.clear();
     return mesh;
 }
 

@@ -21,6 +21,8 @@ struct ProgressiveSettings {
     double colour_weight = 0.02;             ///< of a colour between 0 and 1
     /// [positions] not 0: the vertex stays, and all others at its position. Empty: none.
     std::vector<std::uint8_t> locked = {};
+    /// Recording ends where no more triangles than this are left: for who needs no coarser levels.
+    std::size_t least_triangle_count = 0;
 };
 
 /// A triangle mesh at every level of detail: a sequence of edge contractions that is played in both directions
@@ -62,6 +64,8 @@ public:
     const TriangleMesh& finest() const;
     /// [vertices] which vertex of the input each is.
     std::span<const std::uint32_t> input_vertices() const;
+    /// [triangles of the finest level] which triangle of the input each is: for materials of triangles.
+    std::span<const std::uint32_t> input_triangles() const;
 
     /// Changes the level to the finest one with no more triangles than this, or to the coarsest.
     /// Cost: proportional to the contractions between the two levels, and O(log n). Allocates: nothing
@@ -83,7 +87,8 @@ public:
 
     /// Where the level's vertices are at a coarser level: vertex i of the level becomes the answer's vertex i. The
     /// surface with every position and attribute at `(1 - t) * vertex + t * target` is the present level at t = 0 and
-    /// the coarser one at t = 1, and moves continuously between them: draw the present triangles (a geomorph).
+    /// the coarser one at t = 1, and moves continuously between them: draw the present triangles (a geomorph). Where a
+    /// body becomes a sheet or vanishes between the two levels, its other triangles are there until t = 1.
     ///
     /// @param coarser_count triangles, as set_triangle_count(); more than the level's: no vertex moves
     /// Cost: O(vertex_count()) and the contractions between
