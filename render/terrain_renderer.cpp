@@ -280,9 +280,9 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
     return check_gl("draw the terrain");
 }
 
-Result<MeshId> TerrainRenderer::add_mesh(
-    const TriangleMesh& mesh, std::span<const MeshLevel> levels,
-    const MeshMaterial& material) {
+Result<MeshId> TerrainRenderer::add_mesh(const TriangleMesh& mesh,
+                                         std::span<const MeshLevel> levels,
+                                         const MeshMaterial& material) {
     return state_->scene.add_mesh(mesh, levels, material);
 }
 
