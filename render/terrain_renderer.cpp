@@ -8,6 +8,7 @@
 #include "gl/gl_error.h"
 #include "gl/gpu_timer.h"
 #include "gl/shader.h"
+#include "imagery/ground_imagery.h"
 #include "light/ground_shade.h"
 #include "objects/scene_objects.h"
 #include "shadow/shadow_maps.h"
@@ -93,7 +94,8 @@ struct TerrainRenderer::State {
     SolidDraws::Program solid_ground, solid_walls, solid_wires;
     FormDraws forms;
     GlBuffer frame_uniforms;
-    std::optional<ShadowPass> shadows;  // none without shadow_distance
+    std::optional<ShadowPass> shadows;       // none without shadow_distance
+    std::unique_ptr<GroundImagery> imagery;  // null: none
     GroundDraws draws;
     SolidDraws solids;
     SceneObjects scene;
@@ -141,6 +143,10 @@ void TerrainRenderer::State::make_buffers() {
     glNamedBufferStorage(frame_uniforms.name(), sizeof(FrameUniforms), nullptr,
                          GL_DYNAMIC_STORAGE_BIT);
     if (settings.shadow_distance > 0.0) shadows.emplace(settings);
+    if (settings.imagery != nullptr) {
+        imagery = std::make_unique<GroundImagery>(settings.imagery, settings.imagery_bytes,
+                                                  settings.imagery_waits);
+    }
 }
 
 void TerrainRenderer::State::draw_walls() {
@@ -190,9 +196,11 @@ Result<TerrainRenderer> TerrainRenderer::create(EglContext& context, int width_p
     Result<Framebuffer> picture = Framebuffer::create(width_px, height_px, settings.sample_count);
     if (!picture) return tl::unexpected(picture.error());
     const bool has_shadows = settings.shadow_distance > 0.0;
-    const std::string lighting = light_text(
-        {.cascades = has_shadows ? kCascades : 0, .has_water = settings.water_level.has_value()});
-    Result<GroundShade> shade = GroundShade::create(picture->sample_count(), lighting);
+    LightFeatures features = {.cascades = has_shadows ? kCascades : 0,
+                              .has_water = settings.water_level.has_value()};
+    const std::string lighting = light_text(features);
+    features.has_imagery = settings.imagery != nullptr;
+    Result<GroundShade> shade = GroundShade::create(picture->sample_count(), light_text(features));
     if (!shade) return tl::unexpected(shade.error());
     Result<FormDraws> forms = FormDraws::create(lighting, has_shadows);
     if (!forms) return tl::unexpected(forms.error());
@@ -236,6 +244,10 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
     if (mesh.resident != nullptr) {
         const Result<void> lit = state.shade.prepare(mesh.resident, view, eye);
         if (!lit) return lit;
+        if (state.imagery) {
+            if (auto ok = state.imagery->prepare(*mesh.resident, view); !ok) return ok;
+            state.imagery->bind();
+        }
     }
     if (const Result<void> ready = state.solids.prepare(mesh, eye); !ready) return ready;
     const bool has_overlay = state.settings.wireframe || !objects.empty() ||
@@ -271,11 +283,16 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
     state.draws.finish();
     state.shade.draw(state.picture, has_overlay);
     if (state.timer) state.timer->end();
-    if (mesh.resident != nullptr) state.shade.finish();
+    if (mesh.resident != nullptr) {
+        state.shade.finish();
+        if (state.imagery) state.imagery->finish();
+    }
     state.counts = {.chunks_drawn = state.draws.drawn_count(),
                     .chunks_culled = state.draws.culled_count(),
                     .objects_drawn = objects.size() + state.scene.object_count(),
                     .triangles = state.scene.triangle_count(),
+                    .imagery_squares = state.imagery ? state.imagery->square_count() : 0,
+                    .imagery_failures = state.imagery ? state.imagery->failure_count() : 0,
                     .gpu_ms = state.timer ? state.timer->last_ms() : std::nullopt};
     return check_gl("draw the terrain");
 }
@@ -304,7 +321,8 @@ int TerrainRenderer::sample_count() const { return state_->picture.sample_count(
 
 std::size_t TerrainRenderer::buffer_bytes() const {
     return state_->draws.pool().bytes() + state_->solids.bytes() + state_->shade.light().bytes() +
-           state_->scene.bytes() + (state_->shadows ? state_->shadows->bytes() : 0);
+           state_->scene.bytes() + (state_->shadows ? state_->shadows->bytes() : 0) +
+           (state_->imagery ? state_->imagery->bytes() : 0);
 }
 
 }  // namespace terrane

@@ -49,7 +49,9 @@ std::string light_text(const LightFeatures& features) {
     if (features.cascades > 0)
         text += "#define CASCADES " + std::to_string(features.cascades) + "\n";
     if (features.has_water) text += "#define WATER\n";
-    return text + std::string(shadow_glsl) + std::string(water_glsl);
+    text += std::string(shadow_glsl) + std::string(water_glsl);
+    if (features.has_imagery) text += "#define IMAGERY\n" + std::string(imagery_glsl);
+    return text;
 }
 
 Result<GlProgram> make_program(const std::string& name, std::string_view vertex,

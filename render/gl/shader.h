@@ -21,13 +21,14 @@ extern const std::string_view coverage_glsl, instance_vert, instance_frag;
 extern const std::string_view impostor_bake_vert, impostor_bake_frag, impostor_vert, impostor_frag;
 extern const std::string_view small_impostor_vert, small_impostor_frag;
 extern const std::string_view particle_vert, particle_frag;
-extern const std::string_view shadow_glsl, water_glsl, mesh_shadow_frag;
+extern const std::string_view shadow_glsl, water_glsl, imagery_glsl, mesh_shadow_frag;
 extern const std::string_view impostor_shadow_vert, impostor_shadow_frag;
 
 /// What the light of surfaces takes into account.
 struct LightFeatures {
     int cascades = 0;  ///< of shadow maps; 0: no shadows
     bool has_water = false;
+    bool has_imagery = false;  ///< of the ground: for shade.frag
 };
 /// Text that goes before a shader which calls lit_at() or shown_at(): shadow.glsl and water.glsl.
 std::string light_text(const LightFeatures& features);

@@ -121,7 +121,17 @@ vec3 ground(vec3 p_eye) {
     albedo = mix(albedo, scree, smoothstep(0.55, 0.80, high));
     albedo = mix(albedo, rock, smoothstep(0.13, 0.30, steep));
     albedo = mix(albedo, snow, smoothstep(0.80, 0.92, high) * (1.0 - smoothstep(0.22, 0.42, steep)));
+#ifdef IMAGERY
+    vec4 draped = imagery_at(p_eye, pixel_m * inversesqrt(max(abs(along.z), 0.10)));
+    // of roots, so that a fade is even to the eye
+    vec3 blended = mix(sqrt(albedo), sqrt(albedo_of(draped.rgb / max(draped.a, 1.0 / 255.0))), draped.a);
+    albedo = draped.a > 0.0 ? blended * blended : albedo;
+    // noise in the place of what is finer than its texels
+    float detail = 1.0 - draped.a * (1.0 - smoothstep(0.0, 4.0, log2(imagery.texel / pixel_m)));
+    albedo *= 1.0 + detail * (1.1 * fine.z + 0.35 * coarse.z);
+#else
     albedo *= 1.0 + 1.1 * fine.z + 0.35 * coarse.z;
+#endif
 
     // bumps finer than the samples
     vec3 bumped = normalize(normal - vec3(0.8 * fine.xy, 0.0));

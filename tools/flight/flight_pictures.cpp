@@ -47,6 +47,8 @@ Result<FlightPictures> FlightPictures::create(const FlightOptions& options, cons
                                                      : settings.sample_count;
     settings.shadow_distance = options.shadows;
     settings.water_level = terrain.water_m;
+    settings.imagery = terrain.imagery;
+    settings.imagery_waits = !options.waits_for_clock();  // films take the time that they need
     Result<TerrainRenderer> renderer =
         TerrainRenderer::create(*context, options.size.width_px, options.size.height_px, settings);
     if (!renderer) return tl::unexpected(renderer.error());

@@ -5,12 +5,16 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cstdint>
 #include <filesystem>
 
 namespace terrane::tools {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+constexpr std::uint64_t kMostBands = 65535;
 
 Parsed<SurfaceRect> read_rect(const Json& object) {
     const Parsed<std::array<double, 4>> edges = read_array<4>(object, "rect");
@@ -53,6 +57,41 @@ Parsed<SceneSurface> read_surface(const Json& value, const std::string& folder) 
         surface.rects.push_back(*rect);
     }
     return surface;
+}
+
+Parsed<SceneImagery> read_imagery(const Json& value, const std::string& folder) {
+    SceneImagery imagery;
+    const auto is_path = [](const Json& text) {
+        return text.is_string() && !text.get<std::string>().empty();
+    };
+    if (value.is_object()) {
+        if (const Parsed<void> good = check_keys(value, "imagery", {"file", "bands"}); !good)
+            return wrong(good.error());
+    }
+    const Json file = value.is_object() ? value.value("file", Json()) : value;
+    if (!is_path(file)) {
+        return wrong("imagery must be a path or an object with a file, got " + shown(value));
+    }
+    imagery.raster = (std::filesystem::path(folder) / file.get<std::string>()).string();
+    if (!value.is_object() || !value.contains("bands")) return imagery;
+    const Json& bands = value["bands"];
+    const auto is_band = [](const Json& band) {
+        return band.is_number_unsigned() && band.get<std::uint64_t>() <= kMostBands;
+    };
+    if (!bands.is_array() || (bands.size() != 1 && bands.size() != 3) ||
+        !std::ranges::all_of(bands, is_band)) {
+        return wrong("imagery.bands must be 1 or 3 numbers of bands, got " + shown(bands));
+    }
+    for (const Json& band : bands) imagery.bands.push_back(band.get<int>());
+    return imagery;
+}
+
+Result<std::shared_ptr<const ImagerySource>> open_imagery(const SceneImagery& imagery,
+                                                          const DemInfo* dem) {
+    ImageryRasterSettings settings;
+    settings.bands = imagery.bands;
+    if (dem != nullptr) settings.aligned_with = *dem;
+    return ImageryRaster::open(imagery.raster, settings);
 }
 
 Result<std::shared_ptr<const SurfaceMap>> open_surface(const SceneSurface& surface,

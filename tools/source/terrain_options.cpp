@@ -40,8 +40,9 @@ constexpr const char* kGdalCache_mb = "256";
 using Json = nlohmann::ordered_json;
 
 constexpr int kMaxNesting = 64;  // brackets in a scene file
-const std::array<std::string, 9> kSceneKeys{"dem",     "seed",    "fractal", "detail_m", "bodies",
-                                            "surface", "volumes", "objects", "water_m"};
+const std::array<std::string, 10> kSceneKeys{"dem",     "seed",    "fractal", "detail_m",
+                                             "bodies",  "surface", "volumes", "objects",
+                                             "water_m", "imagery"};
 
 std::string quoted(const std::string& text) { return "'" + text + "'"; }
 
@@ -144,6 +145,11 @@ CommandResult<Terrain> play_scene(const std::string& path, TerrainOptions scene,
     terrain.bodies = std::move(scene.bodies);
     terrain.objects = std::move(scene.objects);
     terrain.water_m = scene.water_m;
+    if (scene.imagery) {
+        auto imagery = open_imagery(*scene.imagery, terrain.dem ? &*terrain.dem : nullptr);
+        if (!imagery) return pass_on(imagery.error());
+        terrain.imagery = *std::move(imagery);
+    }
     if (scene.volumes != nullptr) {
         auto placed = place_volumes(*scene.volumes, *terrain.source);
         if (!placed) return failure(fmt::format("scene '{}': {}", path, placed.error().message));
@@ -205,13 +211,14 @@ void add_terrain_options(CLI::App& app, TerrainOptions& options) {
         "ridges, "
         "smooth valleys below rough heights, or folds; fbm unless said");
     fractal_option->default_str("")->type_name("KIND")->group("Terrain");
-    CLI::Option* scene_option =
-        app.add_option("--scene", options.scene,
-                       "The same choices in a JSON file, with the keys dem, seed, fractal and "
-                       "detail_m; and bodies, "
-                       "which drop, drive and walk play, surface, the friction by place, "
-                       "volumes: caves, tunnels, digs, objects, which fly, drive and walk "
-                       "show, and water_m, the level of water in pictures");
+    CLI::Option* scene_option = app.add_option(
+        "--scene", options.scene,
+        "The same choices in a JSON file, with the keys dem, seed, fractal and "
+        "detail_m; and bodies, "
+        "which drop, drive and walk play, surface, the friction by place, "
+        "volumes: caves, tunnels, digs, objects, which fly, drive and walk "
+        "show, and for pictures water_m, the level of water, and imagery, a raster of "
+        "colours");
     scene_option->type_name("FILE.json")->group("Terrain");
     scene_option->excludes("--dem")->excludes("--seed")->excludes("--fractal");
     app.add_option(
@@ -301,6 +308,10 @@ CommandResult<TerrainOptions> parse_scene(const std::string& text, const std::st
         } else if (key == "detail_m") {
             if (!value.is_number() || !(value.get<double>() > 0.0)) return wrong("above 0");
             options.detail_m = value.get<double>();
+        } else if (key == "imagery") {
+            Parsed<SceneImagery> imagery = read_imagery(value, folder.string());
+            if (!imagery) return failure(fmt::format("scene '{}': {}", path, imagery.error()));
+            options.imagery = *std::move(imagery);
         } else if (key == "water_m") {
             if (!value.is_number() || !std::isfinite(value.get<double>())) return wrong("a number");
             options.water_m = value.get<double>();

@@ -34,6 +34,7 @@ struct TerrainOptions {
     std::shared_ptr<const SceneVolumes> volumes = {};    ///< of a scene; null: none
     std::shared_ptr<const SceneObjects> objects = {};    ///< of a scene; null: none
     std::optional<double> water_m = std::nullopt;        ///< of a scene
+    std::optional<SceneImagery> imagery = std::nullopt;  ///< of a scene
     std::string cache;  ///< a folder, "beside" or "off"; "": the user's cache folder
 };
 
@@ -52,6 +53,7 @@ struct Terrain {
     std::shared_ptr<const SceneVolumeField> volumes = {};  ///< of a scene; null: none
     std::shared_ptr<const SceneObjects> objects = {};      ///< of a scene; null: none
     std::optional<double> water_m = std::nullopt;          ///< level of water, of a scene
+    std::shared_ptr<const ImagerySource> imagery = {};     ///< of a scene; null: none
     std::shared_ptr<const HeightSource> heightfield =
         {};  ///< the source without its volumes; null: none
 };
@@ -64,8 +66,9 @@ CommandResult<std::shared_ptr<const HeightSource>> with_volumes(
     const Terrain& terrain, std::shared_ptr<const HeightSource> heightfield);
 
 /// Parses a scene file: {"dem": "file.tif", "seed": 7, "detail_m": 1} or {"seed": 7, "fractal": "ridged"}, with
-/// `bodies` (read_bodies()), `surface` (read_surface()), `volumes` (read_volumes()), `objects` (read_objects()) and
-/// `water_m` where wanted; refuses other keys. Paths of files are relative to the folder of the scene file.
+/// `bodies` (read_bodies()), `surface` (read_surface()), `volumes` (read_volumes()), `objects` (read_objects()),
+/// `imagery` (read_imagery()) and `water_m` where wanted; refuses other keys. Paths of files are relative to the
+/// folder of the scene file.
 ///
 /// @param path of the scene file: for messages and relative paths
 CommandResult<TerrainOptions> parse_scene(const std::string& text, const std::string& path);

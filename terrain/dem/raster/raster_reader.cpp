@@ -21,32 +21,6 @@
 namespace terrane::internal {
 namespace {
 
-/// Captures GDAL's messages for our errors; nothing goes to standard error.
-class QuietGdal {
-public:
-    QuietGdal() {
-        CPLPushErrorHandler(CPLQuietErrorHandler);
-        CPLErrorReset();
-    }
-    ~QuietGdal() { CPLPopErrorHandler(); }
-    QuietGdal(const QuietGdal&) = delete;
-    QuietGdal& operator=(const QuietGdal&) = delete;
-
-    std::string message() const {
-        std::string text = CPLGetLastErrorMsg();
-        std::replace(text.begin(), text.end(), '\n', ' ');
-        return text.empty() ? "GDAL gives no reason" : text;
-    }
-};
-
-void register_drivers() {
-    static const bool done = [] {
-        GDALAllRegister();
-        return true;
-    }();
-    static_cast<void>(done);
-}
-
 std::string in_quotes(const std::string& path) { return "\"" + path + "\""; }
 
 /// Metres per vertical unit; 0 for an unknown name.
@@ -89,6 +63,26 @@ double metres_of_unit(std::string name) {
 }
 
 }  // namespace
+
+QuietGdal::QuietGdal() {
+    CPLPushErrorHandler(CPLQuietErrorHandler);
+    CPLErrorReset();
+}
+QuietGdal::~QuietGdal() { CPLPopErrorHandler(); }
+
+std::string QuietGdal::message() const {
+    std::string text = CPLGetLastErrorMsg();
+    std::replace(text.begin(), text.end(), '\n', ' ');
+    return text.empty() ? "GDAL gives no reason" : text;
+}
+
+void register_drivers() {
+    static const bool done = [] {
+        GDALAllRegister();
+        return true;
+    }();
+    static_cast<void>(done);
+}
 
 void RasterReader::CloseDataset::operator()(GDALDataset* dataset) const {
     const QuietGdal quiet;
@@ -214,6 +208,9 @@ Result<void> RasterReader::find_place() {
     rows_go_north_ = transform[5] > 0.0;
     if (const OGRSpatialReference* crs = dataset.GetSpatialRef(); crs != nullptr) {
         if (crs->GetName() != nullptr) info_.crs = crs->GetName();
+        char* wkt = nullptr;
+        if (crs->exportToWkt(&wkt) == OGRERR_NONE) info_.crs_wkt = wkt;
+        CPLFree(wkt);
         info_.geographic = crs->IsGeographic() != 0;
         if (info_.geographic) {
             const double half_height = 0.5 * rows * std::fabs(transform[5]);

@@ -13,6 +13,21 @@ class GDALRasterBand;
 
 namespace terrane::internal {
 
+/// Captures GDAL's messages of a thread for our errors while it lives; nothing goes to standard error.
+class QuietGdal {
+public:
+    QuietGdal();
+    ~QuietGdal();
+    QuietGdal(const QuietGdal&) = delete;
+    QuietGdal& operator=(const QuietGdal&) = delete;
+
+    /// The last one, on one line.
+    std::string message() const;
+};
+
+/// Registers GDAL's drivers, once.
+void register_drivers();
+
 /// What the numbers of a raster stand for.
 enum class RasterNumbers {
     heights,  ///< in metres, or in another unit that is converted; a rotated raster is interpolated between samples

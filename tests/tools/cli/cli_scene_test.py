@@ -163,13 +163,14 @@ class Scenes(Folder):
                 ({"surface": [{"rect": [0, 0, 1, 1], "friction": -2}]}, ["surface[0].friction", "-2"]),
                 ({"surface": "none.tif"}, ["none.tif"]),
                 ({"water_m": "high"}, ["water_m", '"high"']),
+                ({"imagery": "none.png"}, ["none.png"]),
                 ({"boddies": []}, ["'boddies'", "did you mean bodies?"])):
             with self.subTest(content):
                 scene = self.flat(**content)
                 for command in (["drop", "--count", 1, "--seconds", 0.1], ["drive", *SMALL], ["walk", *SMALL]):
                     done = run(command[0], "--scene", scene, *command[1:])
                     self.assert_refused(done, [1], *words)
-                    if content != {"surface": "none.tif"}:
+                    if content not in ({"surface": "none.tif"}, {"imagery": "none.png"}):
                         self.assertIn("scene.json", done.stderr)
 
     def test_a_drop_of_nothing_is_refused(self):

@@ -37,6 +37,12 @@ TEST(ParseScene, RefusesUnknownKeysAndWrongValuesByName) {
     EXPECT_NE(message(R"({"dem":5})").find("dem"), std::string::npos);
     EXPECT_NE(message(R"({"seed":1,"fractal":"rigid"})").find("\"rigid\""), std::string::npos);
     EXPECT_NE(message(R"({"seed":1,"fractal":2})").find("fbm, ridged"), std::string::npos);
+    EXPECT_NE(message(R"({"seed":1,"imagery":7})").find("imagery must be a path"),
+              std::string::npos);
+    EXPECT_NE(message(R"({"seed":1,"imagery":{"file":"a.tif","band":1}})").find("'imagery.band'"),
+              std::string::npos);
+    EXPECT_NE(message(R"({"seed":1,"imagery":{"file":"a.tif","bands":[1,2]}})").find("[1,2]"),
+              std::string::npos);
     EXPECT_NE(message(R"({"seed":1,"water_m":"deep"})").find("water_m must be a number"),
               std::string::npos);
     EXPECT_NE(message("{}").find("names no terrain"), std::string::npos);
@@ -63,6 +69,18 @@ TEST(ParseScene, TakesTheKindOfAFractal) {
         parse_scene(R"({"seed":7,"fractal":"warped"})", "one.json");
     ASSERT_TRUE(scene) << scene.error().message;
     EXPECT_EQ(scene->fractal, FractalKind::warped);
+}
+
+TEST(ParseScene, TakesImageryAsAFileOrWithBands) {
+    const auto plain = parse_scene(R"({"seed":7,"imagery":"i.tif"})", "s/one.json");
+    ASSERT_TRUE(plain) << plain.error().message;
+    EXPECT_EQ(plain->imagery->raster, "s/i.tif");
+    EXPECT_TRUE(plain->imagery->bands.empty());
+    const auto banded =
+        parse_scene(R"({"seed":7,"imagery":{"file":"/i.tif","bands":[3,2,1]}})", "s/one.json");
+    ASSERT_TRUE(banded) << banded.error().message;
+    EXPECT_EQ(banded->imagery->raster, "/i.tif");
+    EXPECT_EQ(banded->imagery->bands, (std::vector<int>{3, 2, 1}));
 }
 
 TEST(ParseScene, TakesALevelOfWater) {

@@ -5,6 +5,7 @@
 #include <terrane/render/image.h>
 #include <terrane/render/object_settings.h>
 #include <terrane/scene/scene_draws.h>
+#include <terrane/terrain/imagery_source.h>
 #include <terrane/terrain/triangulator.h>
 
 #include <cstdint>
@@ -44,6 +45,13 @@ struct RendererSettings {
     /// Height of still water over all ground that is lower, and beyond the ground, metres; absent: none. It is drawn
     /// where ground is shaded and with each object: no triangles, no passes.
     std::optional<double> water_level = {};
+    /// Imagery that is draped over the ground, in place of the tints where it has data; null: none. Read in squares on
+    /// a thread, which fade in as they arrive.
+    std::shared_ptr<const ImagerySource> imagery = {};
+    /// Limit of the device's memory for squares of imagery, 350 KB each; the finest are left out. At least one is held.
+    std::size_t imagery_bytes = std::size_t{64} << 20;
+    /// draw() waits for the imagery that it shows, and nothing fades: for films and tests, not for real time.
+    bool imagery_waits = false;
 };
 
 /// A solid drawn with the terrain: a part of a vehicle or body.
@@ -68,6 +76,9 @@ struct DrawCounts {
     std::size_t objects_drawn = 0;  ///< instances, streamed objects and DrawnObject
     std::size_t triangles =
         0;  ///< of scene objects and particles; those of the ground are the mesh's
+    std::size_t imagery_squares = 0;  ///< on the device
+    std::size_t imagery_failures =
+        0;  ///< squares that the source failed to read, since the renderer was made
     /// Milliseconds that the device took for the last draw() whose time it has reported, at most 3 calls ago; none
     /// before, and of software rasterisers, whose timers do not measure it.
     std::optional<double> gpu_ms;
@@ -138,8 +149,8 @@ public:
     /// Samples per pixel in use.
     int sample_count() const;
 
-    /// Bytes of heights and slopes of chunks, meshes, impostors and shadow maps on the device. Chunks' buffers grow by
-    /// doubling and may be larger.
+    /// Bytes of heights and slopes of chunks, meshes, impostors, shadow maps and imagery on the device. Chunks' buffers
+    /// grow by doubling and may be larger.
     std::size_t buffer_bytes() const;
 
 private:

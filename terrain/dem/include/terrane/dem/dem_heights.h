@@ -64,6 +64,7 @@ struct DemInfo {
     double nodata_share = 0.0;          ///< of the samples, voids included, 0 to 1
     double filled_share = 0.0;          ///< of the samples: enclosed voids that were filled
     std::string crs;                    ///< name of the raster's CRS; "" if it has none
+    std::string crs_wkt;                ///< the CRS as well-known text; "" if it has none
     bool geographic = false;
     /// World (0, 0) in the raster's CRS: easting and northing, or longitude and latitude in degrees.
     double centre_x = 0.0, centre_y = 0.0;

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+#include "imagery/imagery_loader.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace terrane::internal {
+
+ImageryLoader::ImageryLoader(std::shared_ptr<const ImagerySource> source)
+    : source_(std::move(source)), thread_([this](const std::stop_token& stop) { run(stop); }) {}
+
+ImageryLoader::~ImageryLoader() = default;
+
+void ImageryLoader::request(std::vector<ImageryRequest> wanted) {
+    {
+        const std::lock_guard lock(mutex_);
+        // what is being read, or was read and not taken, is not read again
+        std::erase_if(wanted, [&](const ImageryRequest& request) {
+            return request.square == loading_ ||
+                   std::ranges::find(loaded_, request.square, &ImageryLoad::square) !=
+                       loaded_.end();
+        });
+        std::ranges::reverse(wanted);
+        wanted_ = std::move(wanted);
+    }
+    changed_.notify_all();
+}
+
+std::vector<ImageryLoad> ImageryLoader::take() {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(loaded_, {});
+}
+
+void ImageryLoader::finish() {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return wanted_.empty() && !loading_; });
+}
+
+ImageryLoad ImageryLoader::load(const ImageryRequest& request) const {
+    std::vector<ImageryTexel> texels(std::size_t{kImageryTexels} * kImageryTexels);
+    ImageryLoad load{request.square, std::nullopt};
+    if (source_->read(request.rect, kImageryTexels, texels))
+        load.texture = make_imagery_texture(std::move(texels));
+    return load;
+}
+
+void ImageryLoader::run(const std::stop_token& stop) {
+    std::unique_lock lock(mutex_);
+    while (changed_.wait(lock, stop, [&] { return !wanted_.empty(); })) {
+        const ImageryRequest request = wanted_.back();
+        wanted_.pop_back();
+        loading_ = request.square;
+        lock.unlock();
+        ImageryLoad load = this->load(request);
+        lock.lock();
+        loading_.reset();
+        loaded_.push_back(std::move(load));
+        changed_.notify_all();
+    }
+}
+
+}  // namespace terrane::internal

@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: MIT
+#include "dem/raster_files.h"
+
+#include <terrane/dem/imagery_raster.h>
+
+#include <gtest/gtest.h>
+#include <ogr_spatialref.h>
+
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace terrane::test {
+namespace imagery_raster_test {
+
+using Imagery = std::shared_ptr<const ImagerySource>;
+
+/// 6 x 4 cells of 10 m with 10 * row + column from the north-west.
+RasterSpec numbered() {
+    RasterSpec spec;
+    spec.columns = 6;
+    spec.rows = 4;
+    spec.type = GDT_Byte;
+    spec.value = [](int column, int row) { return row * 10.0 + column; };
+    return spec;
+}
+
+class ImageryRasterTest : public testing::Test {
+protected:
+    std::string written(const RasterSpec& spec, const std::string& name = "imagery.tif") {
+        write_raster(folder_.file(name), spec);
+        return folder_.file(name);
+    }
+    static Imagery open(const std::string& path, const ImageryRasterSettings& settings = {},
+                        ImageryRasterInfo* info_out = nullptr) {
+        auto opened = ImageryRaster::open(path, settings, info_out);
+        EXPECT_TRUE(opened) << (opened ? "" : opened.error().message);
+        return opened.value_or(nullptr);
+    }
+    static std::vector<ImageryTexel> read(const ImagerySource& imagery, const WorldRect& square,
+                                          int side) {
+        std::vector<ImageryTexel> texels(static_cast<std::size_t>(side * side));
+        const Result<void> done = imagery.read(square, side, texels);
+        EXPECT_TRUE(done) << (done ? "" : done.error().message);
+        return texels;
+    }
+    static std::string refusal(const std::string& path, ErrorCode code,
+                               const ImageryRasterSettings& settings = {}) {
+        const auto opened = ImageryRaster::open(path, settings);
+        EXPECT_FALSE(opened);
+        if (opened) return "";
+        EXPECT_EQ(opened.error().code, code);
+        return opened.error().message;
+    }
+
+    TemporaryFolder folder_;
+};
+
+TEST_F(ImageryRasterTest, LiesAboutTheOriginAsADemDoes) {
+    ImageryRasterInfo info;
+    const Imagery imagery = open(written(numbered()), {}, &info);
+    EXPECT_EQ(info.columns, 6);
+    EXPECT_EQ(info.rows, 4);
+    EXPECT_EQ(info.bands, std::vector<int>{1});
+    EXPECT_DOUBLE_EQ(imagery->texel_size(), 10.0);
+    EXPECT_DOUBLE_EQ(imagery->rect().west, -30.0);
+    EXPECT_DOUBLE_EQ(imagery->rect().north, 20.0);
+    // its own samples, and a frame of no data around them
+    const auto texels = read(*imagery, {-40.0, -40.0, 40.0, 40.0}, 8);
+    for (int row = 0; row < 8; ++row) {
+        for (int column = 0; column < 8; ++column) {
+            const ImageryTexel& texel = texels[static_cast<std::size_t>(row * 8 + column)];
+            const int file_column = column - 1, file_row = 5 - row;
+            const bool is_in = file_column >= 0 && file_column < 6 && file_row >= 0 && file_row < 4;
+            ASSERT_EQ(texel[3], is_in ? 255 : 0) << column << ", " << row;
+            if (!is_in) continue;
+            const auto wanted = static_cast<std::uint8_t>(10 * file_row + file_column);
+            ASSERT_EQ(texel, (ImageryTexel{wanted, wanted, wanted, 255})) << column << row;
+        }
+    }
+}
+
+TEST_F(ImageryRasterTest, AveragesWhereSquaresAreCoarse) {
+    const Imagery imagery = open(written(numbered()));
+    const auto texels = read(*imagery, {-20.0, -20.0, 20.0, 20.0}, 2);
+    // columns 1 and 2, rows 2 and 3
+    EXPECT_NEAR(texels[0][0], (21 + 22 + 31 + 32) / 4.0, 1.0);
+    EXPECT_NEAR(texels[3][0], (3 + 4 + 13 + 14) / 4.0, 1.0);
+}
+
+TEST_F(ImageryRasterTest, NodataIsNoImagery) {
+    RasterSpec spec = numbered();
+    spec.nodata = 12.0;
+    const Imagery imagery = open(written(spec));
+    const auto texels = read(*imagery, {-20.0, -20.0, 20.0, 20.0}, 4);
+    // row 1 and column 2 of the file
+    for (std::size_t i = 0; i < texels.size(); ++i) EXPECT_EQ(texels[i][3], i == 9 ? 0 : 255) << i;
+}
+
+TEST_F(ImageryRasterTest, LiesOverADemByItsGeoreferencing) {
+    RasterSpec dem = numbered();
+    dem.type = GDT_Float32;
+    dem.transform = {1000.0, 20.0, 0.0, 5040.0, 0.0, -20.0};
+    DemInfo info;
+    ASSERT_TRUE(DemHeights::open(written(dem, "dem.tif"), {}, &info));
+    ImageryRasterSettings settings;
+    settings.aligned_with = info;
+    const Imagery imagery = open(written(numbered()), settings);
+    // the DEM's centre is 1060, 5000; the imagery's west edge 1000, its north edge 5000
+    EXPECT_NEAR(imagery->rect().west, -60.0, 1e-9);
+    EXPECT_NEAR(imagery->rect().east, 0.0, 1e-9);
+    EXPECT_NEAR(imagery->rect().north, 0.0, 1e-9);
+}
+
+TEST_F(ImageryRasterTest, IsReprojectedIntoTheCrsOfTheDem) {
+    // a DEM in degrees around 15 E, 45 N, where UTM zone 33 has its central meridian
+    RasterSpec dem;
+    dem.columns = dem.rows = 100;
+    dem.crs = "EPSG:4326";
+    dem.transform = {14.95, 0.001, 0.0, 45.05, 0.0, -0.001};
+    dem.value = [](int column, int) { return 1.0 * column; };
+    DemInfo info;
+    ASSERT_TRUE(DemHeights::open(written(dem, "dem.tif"), {}, &info));
+    ASSERT_TRUE(info.geographic);
+    // one bright cell of 100 m that begins 1000 m east and ends 500 m north of 500000, 4982950.4 (15 E, 45 N)
+    RasterSpec spec;
+    spec.columns = spec.rows = 60;
+    spec.type = GDT_Byte;
+    spec.crs = "EPSG:32633";
+    spec.transform = {497000.0, 100.0, 0.0, 4985950.4, 0.0, -100.0};
+    spec.value = [](int column, int row) { return column == 40 && row == 25 ? 255.0 : 0.0; };
+    ImageryRasterSettings settings;
+    settings.aligned_with = info;
+    const Imagery imagery = open(written(spec), settings);
+    const int side = 200;
+    const auto texels = read(*imagery, {-2000.0, -2000.0, 2000.0, 2000.0}, side);
+    double sum = 0.0, x = 0.0, y = 0.0;
+    for (int row = 0; row < side; ++row) {
+        for (int column = 0; column < side; ++column) {
+            const double weight = texels[static_cast<std::size_t>(row * side + column)][0];
+            sum += weight;
+            x += weight * (20.0 * (column + 0.5) - 2000.0);
+            y += weight * (20.0 * (row + 0.5) - 2000.0);
+        }
+    }
+    ASSERT_GT(sum, 0.0);
+    // a metre of UTM is 0.9996 of one on the ellipsoid; half a cell for the two resamplings
+    EXPECT_NEAR(x / sum, 1050.0 / 0.9996, 50.0);
+    EXPECT_NEAR(y / sum, 450.0 / 0.9996, 50.0);
+}
+
+TEST_F(ImageryRasterTest, RefusesWhatIsNoImageryAndNamesIt) {
+    RasterSpec spec = numbered();
+    spec.type = GDT_Float32;
+    const std::string floats = written(spec, "floats.tif");
+    EXPECT_NE(refusal(floats, ErrorCode::bad_data).find("Float32"), std::string::npos);
+    const std::string path = written(numbered());
+    const std::string bands = refusal(path, ErrorCode::invalid_argument, {.bands = {3, 2, 1}});
+    EXPECT_NE(bands.find(path), std::string::npos);
+    EXPECT_NE(bands.find("got band 3"), std::string::npos);
+    EXPECT_NE(refusal(path, ErrorCode::invalid_argument, {.bands = {1, 1}}).find("got 2"),
+              std::string::npos);
+    EXPECT_NE(refusal(path, ErrorCode::invalid_argument, {.read_timeout = -1.0}).find("-1"),
+              std::string::npos);
+    const std::string none = folder_.file("none.tif");
+    EXPECT_NE(refusal(none, ErrorCode::io).find(none), std::string::npos);
+}
+
+TEST_F(ImageryRasterTest, TakesTheBandsOfRealImageryAndPlacesThemOverItsDem) {
+    const std::string landsat = real_data("../imagery/landsat7_olinda_28m.tif");
+    const std::string heights = real_data("../imagery/olinda_dem_utm25s_90m.tif");
+    if (landsat.empty() || heights.empty()) GTEST_SKIP() << "no real data";
+    DemInfo dem;
+    ASSERT_TRUE(DemHeights::open(heights, {}, &dem));
+    ImageryRasterSettings settings;
+    settings.bands = {3, 2, 1};
+    settings.aligned_with = dem;
+    ImageryRasterInfo info;
+    const Imagery imagery = open(landsat, settings, &info);
+    EXPECT_EQ(info.bands, settings.bands);
+    // both rasters begin at one corner; the two CRS differ by metres at most
+    EXPECT_NEAR(imagery->rect().west, -0.5 * dem.columns * dem.cell_x, 60.0);
+    EXPECT_NEAR(imagery->rect().north, 0.5 * dem.rows * dem.cell_y, 60.0);
+    // the sea in the east is darker in red than in blue
+    const auto sea = read(*imagery, {4000.0, -1000.0, 4500.0, -500.0}, 1);
+    EXPECT_EQ(sea[0][3], 255);
+    EXPECT_LT(sea[0][0], sea[0][2]);
+}
+
+}  // namespace imagery_raster_test
+}  // namespace terrane::test
