@@ -27,8 +27,8 @@ struct IndexedMesh {
 /// they always do; a crack would show as an edge with one triangle.
 IndexedMesh weld(const TerrainMesh& mesh);
 
-/// Binary little-endian PLY: double x, y, z; where the mesh has them float nx, ny, nz, float s, t, and uchar red, green,
-/// blue; list uchar uint vertex_indices.
+/// Binary little-endian PLY: double x, y, z; where the mesh has them float nx, ny, nz, float s, t, and uchar red,
+/// green, blue; list uchar uint vertex_indices.
 /// Fails with io, naming the path; a file that was there is unchanged then.
 Result<void> write_ply(const IndexedMesh& mesh, const std::string& path);
 
