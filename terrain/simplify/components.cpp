@@ -171,16 +171,15 @@ std::optional<Reduction> Components::to_others(std::uint32_t component,
     return reduction;
 }
 
-// False where a corner alone is too far from all others.
+// False where the middle of a triangle alone is too far from all others.
 bool Components::has_others_near(std::uint32_t component, std::span<const std::uint32_t> all,
                                  double limit) const {
     return std::all_of(all.begin(), all.end(), [&](std::uint32_t triangle) {
         const Corners c = corners(triangle);
-        return std::all_of(c.begin(), c.end(), [&](const Eigen::Vector3d& p) {
-            std::uint32_t other = kNoTriangle;
-            nearest_other(component, {p, p, p}, limit - bounds_[triangle].largest(), other);
-            return other != kNoTriangle;
-        });
+        const Eigen::Vector3d middle = (c[0] + c[1] + c[2]) / 3.0;
+        std::uint32_t other = kNoTriangle;
+        nearest_other(component, {middle, middle, middle}, limit, other);
+        return other != kNoTriangle;
     });
 }
 

@@ -8,6 +8,7 @@
 #include <terrane/terrain/progressive_mesh.h>
 #include <terrane/terrain/simplify.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <optional>
@@ -81,6 +82,34 @@ bool compare(const char* name, const ShapeMesh& mesh, const Options& options) {
     return holds;
 }
 
+// Time of changes of level: it should depend on the change alone.
+void measure_playing(const ShapeMesh& mesh, int runs) {
+    TriangleMesh input;
+    input.positions = mesh.vertices;
+    input.triangles = mesh.triangles;
+    ProgressiveMesh made = ProgressiveMesh::create(input).value();
+    const auto count = static_cast<double>(mesh.triangles.size());
+    std::printf("changes of level, there and back:\n");
+    std::printf("  %10s %10s %10s %14s\n", "from", "to", "ms", "ns a triangle");
+    for (const double from : {1.0, 0.1, 0.01}) {
+        for (const double share : {0.1, 0.01, 0.001}) {
+            const auto fine = static_cast<std::size_t>(from * count);
+            const auto coarse = static_cast<std::size_t>(from * count - share * from * count);
+            made.set_triangle_count(fine);
+            constexpr int kRepeats = 20;
+            const double ms = median_ms(runs, [&] {
+                for (int i = 0; i < kRepeats; ++i) {
+                    made.set_triangle_count(coarse);
+                    made.set_triangle_count(fine);
+                }
+            });
+            const double one = ms / (2.0 * kRepeats);
+            std::printf("  %10zu %10zu %10.5f %14.1f\n", fine, coarse, one,
+                        1e6 * one / std::max(1.0, share * from * count));
+        }
+    }
+}
+
 std::string data_folder() {
     const char* folder = std::getenv("TERRANE_DATA");
     return folder != nullptr ? folder : TERRANE_SOURCE_DIR "/../shared/data";
@@ -103,6 +132,7 @@ std::vector<Simplifier> all_simplifiers() {
 }  // namespace terrane::bench
 
 int main(int argc, char** argv) {
+    using namespace terrane;
     using namespace terrane::bench;
     Options options;
     std::string model;
@@ -133,8 +163,9 @@ int main(int argc, char** argv) {
         std::printf("left out: %s cannot be read\n", model.c_str());
     }
     if (has_terrain) {
-        holds &= compare("fractal of seed 20, cells of 4 m",
-                         make_fractal_mesh(options.is_quick ? 40 : 500), options);
+        const test::ShapeMesh fractal = make_fractal_mesh(options.is_quick ? 40 : 500);
+        holds &= compare("fractal of seed 20, cells of 4 m", fractal, options);
+        measure_playing(fractal, options.runs);
     }
     if (!holds) std::printf("FAILED: a sample is farther than the certified distance\n");
     return holds ? 0 : 1;

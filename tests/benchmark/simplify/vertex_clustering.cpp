@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
 // Sources: J. Rossignac, P. Borrel. Multi-resolution 3D Approximations for Rendering Complex Scenes. Modeling in
-//          Computer
-// Graphics, 1993: vertices of one cell of a grid become one. P. Lindstrom. Out-of-Core Simplification of Large
+// Computer Graphics, 1993: vertices of one cell of a grid become one. P. Lindstrom. Out-of-Core Simplification of Large
 // Polygonal Models. SIGGRAPH 2000: that one is where the quadric of the cell's triangles is least.
 // Deviations: the least place is sought within the cell; the number of cells is found by bisection. For comparison
-//             only.
+// only.
 #include "simplifiers.h"
 
 #include <Eigen/Cholesky>

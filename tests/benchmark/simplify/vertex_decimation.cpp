@@ -23,7 +23,7 @@ using test::ShapeMesh;
 using Triangle = std::array<std::uint32_t, 3>;
 
 // Least height of a new triangle's loop over its split line, the aspect of the paper.
-constexpr double kLeastAspect = 0.02;
+constexpr double kLeastAspect = 1e-3;
 
 class Decimator {
 public:
