@@ -54,7 +54,7 @@ private:
 };
 
 Result<void> check_settings(const ImageryRasterSettings& settings) {
-    if (settings.bands.size() != 0 && settings.bands.size() != 1 && settings.bands.size() != 3) {
+    if (!settings.bands.empty() && settings.bands.size() != 1 && settings.bands.size() != 3) {
         return fail(ErrorCode::invalid_argument,
                     "bands must be none, one for grey or three for red, green and blue, got " +
                         number_text(settings.bands.size()));

@@ -19,6 +19,7 @@ using test::make_plane_scene;
 using test::Scene;
 
 constexpr int kWidth = 320, kHeight = 240;
+constexpr int kMiddle = kHeight / 2;
 
 class WaterTest : public test::GlTest {
 protected:
@@ -107,7 +108,7 @@ TEST_F(WaterTest, GoesOnBeyondTheGroundToTheHorizon) {
     for (int x = 0; x < kWidth; x += 16) {
         for (int y = 0; y < kHeight / 2 - 1; ++y) ASSERT_TRUE(is_same(sky, sea, x, y)) << x << y;
         // towards the horizon it reflects the sky there
-        ASSERT_NEAR(pixel(sea, x, kHeight / 2 + 1)[1], pixel(sky, x, kHeight / 2 - 2)[1], 16);
+        ASSERT_NEAR(pixel(sea, x, kMiddle + 1)[1], pixel(sky, x, kMiddle - 2)[1], 16);
         ASSERT_LT(pixel(sea, x, kHeight - 1)[1], pixel(sky, x, kHeight / 2)[1] - 50);
     }
 }
@@ -121,8 +122,7 @@ TEST_F(WaterTest, AnEyeUnderWaterSeesNearGroundAndThenWaterAlone) {
     // far ground and the water over it have one colour
     for (int x = 0; x < kWidth; x += 16) {
         for (int channel = 0; channel < 3; ++channel)
-            ASSERT_NEAR(pixel(wet, x, kHeight / 2)[channel],
-                        pixel(wet, x, kHeight / 2 - 6)[channel], 2);
+            ASSERT_NEAR(pixel(wet, x, kMiddle)[channel], pixel(wet, x, kMiddle - 6)[channel], 2);
         ASSERT_GT(pixel(wet, x, kHeight - 1)[1], pixel(wet, x, kHeight / 2)[1] + 20);
     }
 }

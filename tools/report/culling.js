@@ -30,13 +30,19 @@ function drawRatios(field, canvas) {
     borderColor: colour(colours[test]), backgroundColor: colour(colours[test]), borderWidth: 1.5,
     borderDash: test === "none" ? [6, 4] : [], pointRadius: 2.5,
   });
-  const axis = text => ({type: "logarithmic", title: {display: true, text}, ticks: {maxRotation: 0, callback: short}});
+  const title = text => ({display: true, text});
+  const places = field.points.map(point => point.triangles);
   return new Chart(canvas, {
     type: "scatter", data: {datasets: tests.map(line)},
     options: {
       animation: false, maintainAspectRatio: false,
       plugins: {legend: {align: "end", labels: {boxWidth: 18, boxHeight: 1}}},
-      scales: {x: axis("triangles an object"), y: axis("cull + draw, over the cheapest test")},
+      scales: {
+        x: {type: "logarithmic", title: title("triangles an object"), min: places[0], max: places[places.length - 1],
+          afterBuildTicks: scale => { scale.ticks = places.map(value => ({value})); },
+          ticks: {maxRotation: 0, callback: short}},
+        y: {title: title("cull + draw, over the cheapest test"), min: 1},
+      },
     },
   });
 }

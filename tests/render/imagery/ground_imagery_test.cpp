@@ -187,9 +187,9 @@ TEST(SelectImagery, GivesEverySquareAfterItsParentAndTexelsForThePixelsInView) {
         // the finest square of every point that a pixel shows has texels as small as the pixel
         for (int pixel = 0; pixel < 200; ++pixel) {
             const double scale = std::tan(0.5 * view.vertical_fov) / (0.5 * kHeight);
-            const Eigen::Vector3d ray = view.forward +
-                                        scale * (pixel % 20 * 16 - 0.5 * kWidth) * view.right() -
-                                        scale * (pixel / 20 * 24 - 0.5 * kHeight) * view.up;
+            const int x = pixel % 20 * 16, y = pixel / 20 * 24;
+            const Eigen::Vector3d ray = view.forward + scale * (x - 0.5 * kWidth) * view.right() -
+                                        scale * (y - 0.5 * kHeight) * view.up;
             if (ray.z() >= 0.0) continue;
             const WorldPos p = eye - ray * (eye.z() / ray.z());
             if (!rect.contains(p.x(), p.y())) continue;

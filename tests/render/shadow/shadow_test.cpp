@@ -16,7 +16,6 @@
 namespace terrane {
 namespace shadow_test {
 
-using test::count_different;
 using test::largest_difference;
 using test::make_plane_scene;
 using test::Scene;
