@@ -39,8 +39,13 @@ void ImageryLoader::finish() {
 ImageryLoad ImageryLoader::load(const ImageryRequest& request) const {
     std::vector<ImageryTexel> texels(std::size_t{kImageryTexels} * kImageryTexels);
     ImageryLoad load{request.square, std::nullopt};
-    if (source_->read(request.rect, kImageryTexels, texels))
-        load.texture = make_imagery_texture(std::move(texels));
+    try {
+        if (source_->read(request.rect, kImageryTexels, texels))
+            load.texture = make_imagery_texture(std::move(texels));
+    } catch (...) {
+        // a source of the user's; the square is counted as failed
+        load.texture.reset();
+    }
     return load;
 }
 

@@ -13,6 +13,7 @@
 #include <cmath>
 #include <memory>
 #include <set>
+#include <stdexcept>
 #include <thread>
 #include <vector>
 
@@ -38,6 +39,7 @@ public:
     Result<void> read(const WorldRect& square, int side,
                       std::span<ImageryTexel> texels_out) const override {
         while (is_held) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        if (throws) throw std::runtime_error("the chessboard is broken");
         if (fails) return fail(ErrorCode::io, "the chessboard is broken");
         const double texel = (square.east - square.west) / side;
         for (int row = 0; row < side; ++row) {
@@ -53,7 +55,7 @@ public:
         return {};
     }
 
-    std::atomic<bool> is_held = false, fails = false;
+    std::atomic<bool> is_held = false, fails = false, throws = false;
 };
 
 // A metre is a pixel; the middle of the picture is x = 256, y = 128.
@@ -158,14 +160,17 @@ TEST_F(GroundImageryTest, ShowsCoarseSquaresWhereMemoryIsShort) {
 TEST_F(GroundImageryTest, CountsFailedSquaresAndShowsTheTints) {
     const Scene scene = make_plane_scene();
     TerrainRenderer bare = make(nullptr, true);
-    const auto source = std::make_shared<Chessboard>();
-    source->fails = true;
-    TerrainRenderer renderer = make(source, true);
-    EXPECT_EQ(count_different(draw(renderer, scene), draw(bare, scene)), 0);
-    const std::size_t failures = renderer.counts().imagery_failures;
-    EXPECT_GT(failures, 0u);
-    draw(renderer, scene);
-    EXPECT_EQ(renderer.counts().imagery_failures, failures);  // they are not read again
+    for (const bool throws : {false, true}) {
+        const auto source = std::make_shared<Chessboard>();
+        source->fails = !throws;
+        source->throws = throws;
+        TerrainRenderer renderer = make(source, true);
+        EXPECT_EQ(count_different(draw(renderer, scene), draw(bare, scene)), 0);
+        const std::size_t failures = renderer.counts().imagery_failures;
+        EXPECT_GT(failures, 0u);
+        draw(renderer, scene);
+        EXPECT_EQ(renderer.counts().imagery_failures, failures);  // they are not read again
+    }
 }
 
 TEST(SelectImagery, GivesEverySquareAfterItsParentAndTexelsForThePixelsInView) {
