@@ -16,7 +16,7 @@ public:
     /// @param settings with shadow_distance above 0
     explicit ShadowPass(const RendererSettings& settings);
 
-    /// Places the maps around what a view shows.
+    /// Places the maps around the receivers in a view.
     void prepare(const View& view);
     /// Of the last prepare(), the nearest first.
     std::span<const SunCascade, kCascades> cascades() const { return cascades_; }

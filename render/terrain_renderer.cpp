@@ -172,7 +172,7 @@ void TerrainRenderer::State::draw_wires() {
     glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
 }
 
-// Draws what casts shadows into the maps, and binds these.
+// Draws the shadow casters into the maps, and binds the maps.
 void TerrainRenderer::State::draw_shadows(const FrameUniforms& uniforms, const View& view,
                                           std::span<const DrawnObject> drawn) {
     shadows->draw(uniforms, view, [&](std::size_t cascade) {

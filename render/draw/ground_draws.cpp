@@ -43,7 +43,7 @@ ChunkAttributes make_attributes(const Chunk& chunk, const ChunkSlot& slot, const
 // Positions are rounded to float on the device, relative to the eye: the box is a little larger.
 constexpr double kViewMargin = 1e-5;
 
-// What the chunks of a mesh are tested against.
+// The volume or cascade that chunks are culled against.
 struct Culling {
     const ViewVolume* view = nullptr;  // null: list 0 has all chunks
     WorldPos eye_world;

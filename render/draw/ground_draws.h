@@ -54,7 +54,7 @@ public:
 
     /// Draws what the view shows with the current program. Binds the offsets to storage block 0.
     void draw() const { draw_list(0); }
-    /// Draws what casts shadows into a map of prepare().
+    /// Draws the shadow casters of a map of prepare().
     void draw_casters(std::size_t caster) const { draw_list(1 + caster); }
 
     /// After the last draw() of a frame.

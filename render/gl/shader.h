@@ -24,7 +24,7 @@ extern const std::string_view particle_vert, particle_frag;
 extern const std::string_view shadow_glsl, water_glsl, imagery_glsl, mesh_shadow_frag;
 extern const std::string_view impostor_shadow_vert, impostor_shadow_frag;
 
-/// What the light of surfaces takes into account.
+/// Options of the lighting of surfaces.
 struct LightFeatures {
     int cascades = 0;  ///< of shadow maps; 0: no shadows
     bool has_water = false;

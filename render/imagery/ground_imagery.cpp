@@ -2,9 +2,9 @@
 #include "imagery/ground_imagery.h"
 
 #include "gl/gl_error.h"
+#include "gl/square_table.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstring>
 #include <string>
@@ -33,25 +33,6 @@ static_assert(sizeof(ImageryBlock) == 16 + 16 * kLevels);
 // Offset of the table; 256 is the largest alignment that devices require.
 constexpr std::size_t kTableOffset = 512;
 static_assert(kTableOffset >= sizeof(ImageryBlock));
-
-struct TableEntry {
-    std::int32_t x = 0, y = 0;  // in squares, relative to the square of the eye
-    std::int32_t level = -1;    // -1: free
-    std::int32_t layer = 0;     // times 256, and the presence, 0 to 255
-};
-
-// The same function as in imagery.glsl.
-std::uint32_t hash_of(const TableEntry& entry) {
-    const std::uint32_t hash = static_cast<std::uint32_t>(entry.x) * 0x9e3779b1u ^
-                               static_cast<std::uint32_t>(entry.y) * 0x85ebca77u ^
-                               static_cast<std::uint32_t>(entry.level) * 0xc2b2ae3du;
-    return hash ^ (hash >> 15);
-}
-
-std::int32_t saturate(std::int64_t value) {
-    constexpr std::int64_t kMost = std::int64_t{1} << 30;
-    return static_cast<std::int32_t>(std::clamp(value, -kMost, kMost));
-}
 
 std::size_t layers_in(std::size_t memory_bytes) {
     GLint most = kMostLayers;
@@ -164,8 +145,8 @@ Result<void> GroundImagery::prepare(const ResidentSet& resident, const View& vie
 }
 
 Result<void> GroundImagery::write_table(const Lattice& lattice, const View& view) {
-    const std::size_t places = std::bit_ceil(2 * slots_.size() + 1);
-    const std::size_t table_bytes = places * sizeof(TableEntry);
+    SquareTable table(slots_.size());
+    const std::size_t table_bytes = table.entries().size_bytes();
     std::byte* memory = stream_.begin(kTableOffset + table_bytes);
     if (memory == nullptr) {
         return fail(ErrorCode::device_unavailable, "OpenGL cannot take " +
@@ -175,7 +156,7 @@ Result<void> GroundImagery::write_table(const Lattice& lattice, const View& view
     ImageryBlock block;
     block.root_texel = static_cast<float>(imagery_side(lattice, 0) / kImageryContent);
     block.finest_level = finest_imagery_level(lattice, source_->texel_size());
-    block.mask = static_cast<std::int32_t>(places) - 1;
+    block.mask = table.mask();
     block.texel = static_cast<float>(source_->texel_size());
     std::array<std::array<std::int64_t, 2>, kLevels> eye_square{};
     for (std::size_t level = 0; level < kLevels; ++level) {
@@ -188,20 +169,15 @@ Result<void> GroundImagery::write_table(const Lattice& lattice, const View& view
                                static_cast<float>(y - std::floor(y)),
                                static_cast<float>(1.0 / side), 0.0f};
     }
-    std::vector<TableEntry> table(places);
     for (const auto& [square, slot] : slots_) {
         if (slot.layer < 0) continue;
-        const auto level = static_cast<std::size_t>(square.level);
+        const auto& eye = eye_square[static_cast<std::size_t>(square.level)];
+        // the layer and the presence, 0 to 255
         const auto presence = static_cast<std::int32_t>(std::lround(255.0f * slot.presence));
-        const TableEntry entry{saturate(square.x - eye_square[level][0]),
-                               saturate(square.y - eye_square[level][1]), square.level,
-                               slot.layer * 256 + presence};
-        std::size_t place = hash_of(entry) & (places - 1);
-        while (table[place].level >= 0) place = (place + 1) & (places - 1);
-        table[place] = entry;
+        table.add(square.x - eye[0], square.y - eye[1], square.level, slot.layer * 256 + presence);
     }
     std::memcpy(memory, &block, sizeof(block));
-    std::memcpy(memory + kTableOffset, table.data(), table_bytes);
+    std::memcpy(memory + kTableOffset, table.entries().data(), table_bytes);
     glTextureBufferRange(table_.name(), GL_RGBA32I, stream_.name(), kTableOffset,
                          static_cast<GLsizeiptr>(table_bytes));
     return {};

@@ -24,7 +24,7 @@ public:
     static constexpr std::size_t layer_bytes();
 
     /// @param memory_bytes limit of the layers; at least one is held
-    /// @param waits        prepare() waits for what it needs, and shows it at once
+    /// @param waits        prepare() waits for the squares it selects, and shows them without a fade
     GroundImagery(std::shared_ptr<const ImagerySource> source, std::size_t memory_bytes,
                   bool waits);
 

@@ -14,7 +14,7 @@ ImageryLoader::~ImageryLoader() = default;
 void ImageryLoader::request(std::vector<ImageryRequest> wanted) {
     {
         const std::lock_guard lock(mutex_);
-        // what is being read, or was read and not taken, is not read again
+        // squares that are being read, or have been read and not taken, are not read again
         std::erase_if(wanted, [&](const ImageryRequest& request) {
             return request.square == loading_ ||
                    std::ranges::find(loaded_, request.square, &ImageryLoad::square) !=

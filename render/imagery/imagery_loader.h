@@ -34,7 +34,7 @@ public:
     /// Waits for the square that is being read.
     ~ImageryLoader();
 
-    /// Replaces what is to be read.
+    /// Replaces the queue of squares to read.
     void request(std::vector<ImageryRequest> wanted);
     /// Squares that have been read since the last call. Never waits for the source.
     std::vector<ImageryLoad> take();

@@ -2,6 +2,7 @@
 #include "light/ground_light.h"
 
 #include "gl/gl_error.h"
+#include "gl/square_table.h"
 
 #include <algorithm>
 #include <array>
@@ -33,29 +34,8 @@ static_assert(sizeof(LightBlock) == 16 + 16 * kLevels);
 constexpr std::size_t kTableOffset = 512;
 static_assert(kTableOffset >= sizeof(LightBlock));
 
-struct TableEntry {
-    std::int32_t x = 0, y = 0;  // in chunks, relative to the chunk of the eye
-    std::int32_t level = -1;    // -1: free
-    std::int32_t layer = 0;
-};
-static_assert(sizeof(TableEntry) == 16);
-
-// The same function as in shade.frag.
-std::uint32_t hash_of(const TableEntry& entry) {
-    std::uint32_t hash = static_cast<std::uint32_t>(entry.x) * 0x9e3779b1u ^
-                         static_cast<std::uint32_t>(entry.y) * 0x85ebca77u ^
-                         static_cast<std::uint32_t>(entry.level) * 0xc2b2ae3du;
-    return hash ^ (hash >> 15);
-}
-
 std::int64_t floor_divide(std::int64_t value, std::int64_t by) {
     return value / by - (value % by < 0 ? 1 : 0);
-}
-
-// Clamped: chunks that far away are below the precision of float.
-std::int32_t saturate(std::int64_t value) {
-    constexpr std::int64_t kMost = std::int64_t{1} << 30;
-    return static_cast<std::int32_t>(std::clamp(value, -kMost, kMost));
 }
 
 GlTexture make_layers(GLenum format, int width, int height, std::size_t count) {
@@ -135,8 +115,8 @@ void GroundLight::upload(const ResidentSet& resident) {
 }
 
 Result<void> GroundLight::write_table(const Lattice& lattice, const EyeFrame& eye) {
-    const std::size_t places = std::bit_ceil(2 * levels_.lit().size() + 1);
-    table_bytes_ = places * sizeof(TableEntry);
+    SquareTable table(levels_.lit().size());
+    table_bytes_ = table.entries().size_bytes();
     std::byte* memory = stream_.begin(kTableOffset + table_bytes_);
     if (memory == nullptr) {
         return fail(ErrorCode::device_unavailable, "OpenGL cannot take " +
@@ -146,7 +126,7 @@ Result<void> GroundLight::write_table(const Lattice& lattice, const EyeFrame& ey
     LightBlock block;
     block.root_spacing = static_cast<float>(lattice.level_spacing(0));
     block.finest_level = lattice.finest_level;
-    block.mask = static_cast<std::int32_t>(places) - 1;
+    block.mask = table.mask();
     std::array<LatticePoint, kLevels> eye_chunk{};
     for (int level = 0; level <= lattice.finest_level; ++level) {
         const auto at = static_cast<std::size_t>(level);
@@ -160,17 +140,12 @@ Result<void> GroundLight::write_table(const Lattice& lattice, const EyeFrame& ey
         block.levels[at] = {static_cast<float>(x / sides), static_cast<float>(y / sides),
                             static_cast<float>(1.0 / (sides * lattice.spacing)), 0.0f};
     }
-    std::vector<TableEntry> table(places);
     for (const LitChunk& lit : levels_.lit()) {
         const LatticePoint& from = eye_chunk[lit.key.level];
-        const TableEntry entry{saturate(lit.key.x - from.x), saturate(lit.key.y - from.y),
-                               lit.key.level, lit.layer};
-        std::size_t place = hash_of(entry) & (places - 1);
-        while (table[place].level >= 0) place = (place + 1) & (places - 1);
-        table[place] = entry;
+        table.add(lit.key.x - from.x, lit.key.y - from.y, lit.key.level, lit.layer);
     }
     std::memcpy(memory, &block, sizeof(block));
-    std::memcpy(memory + kTableOffset, table.data(), table.size() * sizeof(TableEntry));
+    std::memcpy(memory + kTableOffset, table.entries().data(), table_bytes_);
     glTextureBufferRange(table_.name(), GL_RGBA32I, stream_.name(), kTableOffset,
                          static_cast<GLsizeiptr>(table_bytes_));
     return {};

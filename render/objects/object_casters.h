@@ -16,7 +16,7 @@
 namespace terrane::internal {
 
 /// Draws the objects of a frame into shadow maps: meshes as they are, impostors as flat pictures that face the sun.
-/// What a map cannot show is left out of it.
+/// Casters outside a map are culled.
 class ObjectCasters {
 public:
     /// Fails: device_unavailable where its shaders do not compile

@@ -50,7 +50,7 @@ public:
 
     /// Draws meshes and impostors into the bound target.
     void draw_solid() const;
-    /// Draws what casts a shadow into the map of a cascade, which is the target.
+    /// Draws the shadow casters of a cascade into its map, which is the target.
     void draw_casters(std::size_t cascade) const;
     /// Blends particles over the overlay; reads the depth of the picture.
     void draw_particles(const Framebuffer& picture) const;

@@ -16,20 +16,8 @@ layout(std140, binding = 3) uniform Imagery {
 const float kImageryTexels = 256.0, kImageryBorder = 4.0;
 const float kMostMipmap = 2.0;
 // Texels of the source that are this many pixels wide begin, and end, to lose a share of their colour to the procedural
-// ground: what is coarse looks blurred.
+// ground: coarse texels look blurred.
 const float kCoarseFrom = 8.0, kCoarseTo = 200.0, kCoarseLoss = 0.35;
-
-// Layer and presence of a square, or -1.
-int find_square(ivec2 square, int level) {
-    uint hash = uint(square.x) * 0x9e3779b1u ^ uint(square.y) * 0x85ebca77u ^
-                uint(level) * 0xc2b2ae3du;
-    hash ^= hash >> 15;
-    for (int place = int(hash) & imagery.mask;; place = (place + 1) & imagery.mask) {
-        ivec4 entry = texelFetch(imagery_table, place);
-        if (entry.z < 0) return -1;
-        if (entry.xyz == ivec3(square, level)) return entry.w;
-    }
-}
 
 // Displayed colour times opacity, and opacity, at the size of a pixel.
 vec4 imagery_at(vec3 p_eye, float pixel_m) {
@@ -40,7 +28,7 @@ vec4 imagery_at(vec3 p_eye, float pixel_m) {
          --level) {
         vec4 grid = imagery.levels[level];
         vec2 place = grid.xy + p_eye.xy * grid.z;
-        int found = find_square(ivec2(floor(place)), level);
+        int found = find_entry(imagery_table, imagery.mask, ivec2(floor(place)), level);
         float presence = found < 0 ? 0.0 : rest * float(found & 255) / 255.0;
         vec2 at = (kImageryBorder + (kImageryTexels - 2.0 * kImageryBorder) * fract(place)) /
                   kImageryTexels;

@@ -47,6 +47,19 @@ float lattice_rise(int height) {
     return metres;
 }
 
+// The value of a square of a level in the table of square_table.h, or -1.
+// square: relative to that of the eye
+int find_entry(isamplerBuffer table, int mask, ivec2 square, int level) {
+    uint hash = uint(square.x) * 0x9e3779b1u ^ uint(square.y) * 0x85ebca77u ^
+                uint(level) * 0xc2b2ae3du;
+    hash ^= hash >> 15;
+    for (int place = int(hash) & mask;; place = (place + 1) & mask) {
+        ivec4 entry = texelFetch(table, place);
+        if (entry.z < 0) return -1;
+        if (entry.xyz == ivec3(square, level)) return entry.w;
+    }
+}
+
 // v rotated by a unit quaternion x, y, z, w.
 vec3 rotated(vec4 q, vec3 v) {
     vec3 t = 2.0 * cross(q.xyz, v);

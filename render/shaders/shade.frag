@@ -41,18 +41,6 @@ const float kNoiseTexels = 256.0;
 const float kOneSurface = 1.06;
 const float kOnePlane = 0.004;
 
-// Layer of the chunk, or -1.
-int find_layer(ivec2 chunk, int level) {
-    uint hash = uint(chunk.x) * 0x9e3779b1u ^ uint(chunk.y) * 0x85ebca77u ^
-                uint(level) * 0xc2b2ae3du;
-    hash ^= hash >> 15;
-    for (int place = int(hash) & light.table_mask;; place = (place + 1) & light.table_mask) {
-        ivec4 entry = texelFetch(table, place);
-        if (entry.z < 0) return -1;
-        if (entry.xyz == ivec3(chunk, level)) return entry.w;
-    }
-}
-
 vec2 slope_at(vec2 cell, int layer, float map) {
     float row = float(256 - (256 >> layer) + layer);
     vec2 texel = cell / float(1 << layer) + vec2(0.5, row + 0.5);
@@ -69,7 +57,7 @@ vec3 ground_normal(vec3 p_eye, float pixel_m) {
     for (; level >= 0; --level) {
         vec4 grid = light.levels[level];
         place = grid.xy + p_eye.xy * grid.z;
-        map = find_layer(ivec2(floor(place)), level);
+        map = find_entry(table, light.table_mask, ivec2(floor(place)), level);
         if (map >= 0) break;
     }
     level = max(level, 0);
@@ -126,7 +114,7 @@ vec3 ground(vec3 p_eye) {
     // of roots, so that a fade is even to the eye
     vec3 blended = mix(sqrt(albedo), sqrt(albedo_of(draped.rgb / max(draped.a, 1.0 / 255.0))), draped.a);
     albedo = draped.a > 0.0 ? blended * blended : albedo;
-    // noise in the place of what is finer than its texels
+    // noise replaces detail finer than the texels
     float detail = 1.0 - draped.a * (1.0 - smoothstep(0.0, 4.0, log2(imagery.texel / pixel_m)));
     albedo *= 1.0 + detail * (1.1 * fine.z + 0.35 * coarse.z);
 #else

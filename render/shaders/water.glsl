@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the eye sees of a surface: through haze, and where WATER is defined through water up to a level.
+// Attenuates the light of a surface on its way to the eye: by haze and, where WATER is defined, by water up to a level.
 //
 // Sources: R. Pope, E. Fry. Absorption spectrum (380-700 nm) of pure water. Applied Optics 36(33), 1997. C. Schlick. An
 // Inexpensive BRDF Model for Physically-based Rendering. Eurographics 1994 (Fresnel reflection).
@@ -8,7 +8,7 @@
 #ifdef WATER
 layout(binding = 7) uniform sampler2D ripples;  // see ground_noise.h
 
-// Absorption a metre: of pure water at 650, 550 and 450 nm, and of what is dissolved in a clear lake.
+// Absorption a metre: of pure water at 650, 550 and 450 nm, and of substances dissolved in a clear lake.
 const vec3 kAbsorption = vec3(0.340, 0.057, 0.009) + vec3(0.06, 0.07, 0.11);
 // Metres of water through which less than 1 / 400 of any colour comes.
 const float kOpaque = 52.0;

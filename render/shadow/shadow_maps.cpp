@@ -33,7 +33,7 @@ ShadowMaps::ShadowMaps(int texels)
     glTextureParameteri(name, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
     glTextureParameteri(name, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
     glTextureParameteri(name, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-    // 1 where the receiver is no farther from the sun than what the map has
+    // 1 where the receiver is no farther from the sun than the depth in the map
     glTextureParameteri(name, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
     glTextureParameteri(name, GL_TEXTURE_COMPARE_FUNC, GL_GEQUAL);
     glNamedBufferStorage(places_.name(), sizeof(ShadowBlock), nullptr, GL_DYNAMIC_STORAGE_BIT);
@@ -48,7 +48,7 @@ ShadowMaps::ShadowMaps(int texels)
 void ShadowMaps::begin_cascade(int cascade) const {
     glBindFramebuffer(GL_FRAMEBUFFER, targets_[static_cast<std::size_t>(cascade)].name());
     glViewport(0, 0, texels_, texels_);
-    // what is between the sun and the map casts a shadow too
+    // depths are clamped, so that casters between the sun and the map's near plane are kept
     glEnable(GL_DEPTH_CLAMP);
     glEnable(GL_POLYGON_OFFSET_FILL);
     glPolygonOffset(-kSlopeOffset, 0.0f);  // away from the sun: depth is reversed

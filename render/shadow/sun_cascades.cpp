@@ -12,8 +12,8 @@
 namespace terrane::internal {
 namespace {
 
-// Texels around what a map is for: half a texel is lost by moving it to whole texels, the rest is for the filter and
-// the receiver's displacement (shadow.glsl).
+// Margin around the receivers of a map, texels: snapping to whole texels takes half a texel, the rest is for the
+// filter and the receiver's displacement (shadow.glsl).
 constexpr double kBorderTexels = 4.0;
 
 // Rows: right, up and towards the sun.

@@ -22,9 +22,10 @@ struct SunCascade {
     Eigen::Matrix3d axes;    ///< rows: right, up and towards the sun, world axes
     Eigen::Vector3d centre;  ///< along these axes, metres
     double half_side = 0.0;  ///< metres, of the depths too
-    double reach = 0.0;      ///< greatest distance from the eye of what it is for, metres
+    double reach = 0.0;      ///< greatest distance of its receivers from the eye, metres
 
-    /// Whether what is in a volume can cast a shadow into the map. No point between the sun and the map is left out.
+    /// Whether a caster with this bounding volume can cast a shadow into the map. Conservative: the map's volume is
+    /// extended to the sun.
     bool meets(const Aabb& box_world) const;
     bool meets(const BoundingSphere& ball_world) const;
 

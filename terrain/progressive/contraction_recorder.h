@@ -12,7 +12,7 @@
 
 namespace terrane::internal {
 
-/// What contractions did to triangles of vertices, step by step.
+/// A record of contractions: the changes of triangles and vertices of each step.
 struct ContractionRecord {
     static constexpr std::uint32_t kNever = ~std::uint32_t{0};
     struct Change {
@@ -26,7 +26,8 @@ struct ContractionRecord {
     std::vector<std::uint32_t> removed_at;  ///< [triangles] after how many steps, or kNever
     std::vector<std::uint32_t>
         unused_from;  ///< [vertices] after how many steps no triangle has it, or kNever
-    std::vector<std::uint32_t> parents;  ///< [vertices] what takes its place then; itself: nothing
+    std::vector<std::uint32_t>
+        parents;  ///< [vertices] the vertex that replaces it then; itself: none
 };
 
 /// Decides for a contraction of a place which vertex of the target takes the place of each of its vertices, and records

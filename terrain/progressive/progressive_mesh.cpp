@@ -26,7 +26,7 @@ struct ProgressiveMesh::State {
     std::vector<Triangle>
         triangles;         ///< of the present level, then those that are gone as they last were
     std::size_t step = 0;  ///< the present level
-    // Of each step: where its changes end, and what is left after it. [steps + 1], the first is the finest level.
+    // Of each step: the end of its changes, and the counts after it. [steps + 1], the first is the finest level.
     std::vector<ContractionRecord::Change> changes;
     std::vector<std::size_t> ends;
     std::vector<std::uint32_t> triangle_counts, vertex_counts;

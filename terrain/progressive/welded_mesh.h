@@ -9,7 +9,7 @@
 
 namespace terrane::internal {
 
-/// A mesh with its vertices of one position as one place: what contractions see.
+/// A mesh whose vertices of equal position are merged: the topology that contractions use.
 struct WeldedMesh {
     std::vector<Eigen::Vector3d> places;         ///< [places] in the order of their first vertices
     std::vector<std::uint32_t> place_of_vertex;  ///< [vertices]

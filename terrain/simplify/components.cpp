@@ -220,7 +220,8 @@ void Components::add_turned_area(Reduction& reduction) const {
     }
 }
 
-// Boxes are not moved with their triangles: what is found is where it is, if not always the nearest.
+// Boxes are not updated with their triangles: an answer is a triangle at its present place, if not always the nearest
+// one.
 void Components::build_tree() {
     if (!tree_.empty() && 2 * mesh_.alive_count() > alive_at_build_) return;
     alive_at_build_ = mesh_.alive_count();

@@ -18,13 +18,14 @@ namespace terrane::internal {
 
 /// Triangles of a connected component that can go because others are near.
 struct Reduction {
-    double error_m = 0.0;      ///< certified, of what goes
-    double turned_area = 0.0;  ///< of what goes, where nothing near faces as it did, square metres
+    double error_m = 0.0;  ///< certified, of the triangles that are removed
+    double turned_area =
+        0.0;  ///< of removed triangles without a similarly oriented one near, square metres
     std::vector<std::uint32_t> removed = {};  ///< triangles
-    std::vector<std::uint32_t> near = {};     ///< triangles that what goes is within error_m of
+    std::vector<std::uint32_t> near = {};     ///< triangles within error_m of the removed ones
 };
 
-/// Connected components of a mesh while it is contracted, and what of the small ones can go: closed ones become open
+/// Connected components of a mesh while it is contracted, and reductions of the small ones: closed ones become open
 /// sheets, sheets single triangles, and these vanish.
 class Components {
 public:
@@ -47,7 +48,7 @@ public:
     /// Says that some are gone. True where no more than kMostTriangles may be left from now on.
     bool has_become_small(std::uint32_t component, std::size_t gone);
 
-    /// What can go with the least error; nothing where all is needed.
+    /// The reduction of least error; none where all triangles are needed.
     std::optional<Reduction> find_reduction(std::uint32_t component);
 
 private:

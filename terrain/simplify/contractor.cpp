@@ -17,12 +17,10 @@ namespace {
 
 // Weight of the plane that keeps an edge of a border in its place, beside that of a square on the edge.
 constexpr double kBorderWeight = 4.0;
-// What a contraction costs for its length: a thousandth of the length, squared. Decides on flat parts.
+// Cost of the length of a contraction: the square of a thousandth of it. Decides on flat parts.
 constexpr double kLengthWeight = 1e-6;
-// What it costs that an area is no longer seen from its side, as a share of it: the square of a tenth of its width.
+// Cost of an area whose orientation is lost, as a share of it: the square of a tenth of its width.
 constexpr double kTurnedWeight = 0.01;
-// Triangles that share an edge with a smaller cosine lie on each other: a thousandth of a radian.
-constexpr double kFoldedCosine = -(1.0 - 5e-7);
 // A contraction that waited is made where its cost has grown by no more than this factor since.
 constexpr double kDeferredGrowth = 1.25;
 
@@ -212,7 +210,7 @@ void Contractor::requeue(std::uint32_t w, std::uint32_t u, std::uint32_t v,
     const Candidate* const queued = queue_.find(w);
     if (queued == nullptr || had_refusal_[w] != 0 || queued->target == u) return queue_best(w);
     Candidate present = *queued;
-    // What it cost before it had to wait.
+    // The cost at which it was deferred.
     if (!least_costs_.empty() && present.cost <= least_costs_[w])
         present.cost = cost(w, present.target);
     Candidate candidate = {cost(w, v), w, v};
@@ -224,7 +222,7 @@ void Contractor::requeue(std::uint32_t w, std::uint32_t u, std::uint32_t v,
     if (present.target == v) queue_best(w);
 }
 
-// Asks for what a contraction will read: nearly all of it is elsewhere than what was read before.
+// Prefetches the data of a contraction: nearly all of it is at other addresses than that of the contraction before.
 void Contractor::prefetch(const Ring& ring) const {
     for (std::size_t i = 0; i < ring.count; ++i) {
         const std::uint32_t v = ring.vertices[i];
@@ -249,7 +247,7 @@ Contractor::Attempt Contractor::try_contraction(const Candidate& candidate, doub
         std::find(ring_.vertices.begin(),
                   ring_.vertices.begin() + static_cast<std::ptrdiff_t>(ring_.count), v);
     const Ring ring = ring_.rotated(static_cast<std::size_t>(place - ring_.vertices.begin()));
-    // Where a contraction may have to wait, what is refused seldom is asked for last.
+    // Where contractions may be deferred, the test that rarely refuses comes last.
     const bool may_wait = !least_costs_.empty();
     if (!may_wait && !keeps_topology(u, ring)) return Attempt::refused;
     if (options_.rules != nullptr && !options_.rules->allows(u, ring)) return Attempt::refused;
@@ -341,7 +339,7 @@ void Contractor::contract(std::uint32_t u, const Ring& ring) {
         requeue(of_target_.vertices[i], u, v, of_target_.edge_triangles[i]);
 }
 
-// As that of contractions: how far the surface moves, and for what costs nothing its length.
+// As the cost of contractions: the distance that the surface moves and, to break ties, the length.
 double Contractor::reduction_cost(const Reduction& reduction) const {
     const double ratio = options_.error_ratio < kInfinity ? options_.error_ratio : 1.0;
     double longest = 0.0;
@@ -356,8 +354,8 @@ double Contractor::reduction_cost(const Reduction& reduction) const {
     return error * error + kLengthWeight * longest + kTurnedWeight * reduction.turned_area;
 }
 
-// Components that are small from the start, and those whose reduction was above the last level's error. What they cost
-// is found where nothing is cheaper.
+// Components that are small from the start, and those whose reduction was above the last level's error. Their costs are
+// computed when no contraction is cheaper.
 void Contractor::queue_reductions() {
     for (std::uint32_t i = 0; i < is_reduction_over_limit_.size(); ++i) {
         if (is_reduction_over_limit_[i] == 0) continue;

@@ -19,7 +19,7 @@
 
 namespace terrane::internal {
 
-/// What somebody else has to say about contractions: attributes of vertices, and a record of what was done.
+/// Callbacks of a contractor: costs of attributes, and a record of the contractions.
 class ContractionRules {
 public:
     virtual ~ContractionRules() = default;
@@ -38,7 +38,7 @@ struct EdgeToKeep {
     std::uint32_t from = 0, to = 0, apex = 0;  ///< vertices
 };
 
-/// What a contractor does beyond simplify()'s defaults.
+/// Options of a contractor; the defaults are those of simplify().
 struct ContractorOptions {
     ContractionRules* rules = nullptr;  ///< absent: none
     std::span<const EdgeToKeep> edges_to_keep =
@@ -88,7 +88,7 @@ private:
     void update_own_cost(std::uint32_t vertex);
     double cost(std::uint32_t u, std::uint32_t v) const;
 
-    /// What a candidate is queued with.
+    /// The cost that a candidate is queued with.
     double queued_cost(const Candidate& candidate) const {
         return least_costs_.empty() ? candidate.cost
                                     : std::max(candidate.cost, least_costs_[candidate.vertex]);

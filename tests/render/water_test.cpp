@@ -57,7 +57,7 @@ TEST_F(WaterTest, ShowsOnlyWhereTheGroundIsLowerAndHidesItWithDepth) {
     const Image wet = draw(0.0, scene.mesh(), view_down());
     for (int y = 0; y < kHeight; y += 5) {
         for (int x = 0; x < kWidth; ++x) {
-            // a pixel for what is on the shore, and half a metre of depth until it differs for certain
+            // a margin of a pixel at the shore, and of half a metre of depth, below which pictures may be equal
             if (x >= kWidth / 2 + 1) {
                 ASSERT_TRUE(is_same(dry, wet, x, y)) << x << ", " << y;
             }

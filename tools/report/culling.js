@@ -53,17 +53,7 @@ const flips = field => field.points.map(
 showTiles(data.fields.map(field => [
   `cheapest for ${short(field.objects)} objects`,
   [...new Set(field.points.map(cheapest))].join(", then "), false]));
-document.getElementById("plots").style.gridTemplateColumns = "1fr";  // for the width of the tables
-const canvases = data.fields.map(field => {
-  const card = element("section", undefined, "card");
-  const plot = element("div", undefined, "plot");
-  const canvas = element("canvas");
-  plot.append(canvas);
-  const wide = element("div", undefined, "wide");
-  wide.append(tableOf(field));
-  card.append(element("h2", `${short(field.objects)} objects`), element("p", "Cheapest: " + flips(field)), plot, wide);
-  document.getElementById("plots").append(card);
-  return canvas;
-});
+const canvases = data.fields.map(field => addTableCard(
+  `${short(field.objects)} objects`, "Cheapest: " + flips(field), tableOf(field)));
 keepDrawn(() => data.fields.map((field, i) => drawRatios(field, canvases[i])));
 showSummary();

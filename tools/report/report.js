@@ -92,6 +92,23 @@ function keepDrawn(makeCharts) {
   window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
 }
 
+// A card with a plot and a table below it, and the text of a note between them where there is one. Returns the canvas.
+function addTableCard(title, text, table, note) {
+  const card = element("section", undefined, "card");
+  const plot = element("div", undefined, "plot");
+  const canvas = element("canvas");
+  plot.append(canvas);
+  const wide = element("div", undefined, "wide");
+  wide.append(table);
+  card.append(element("h2", title), element("p", text), plot);
+  if (note) card.append(element("p", note));
+  card.append(wide);
+  const plots = document.getElementById("plots");
+  plots.style.gridTemplateColumns = "1fr";  // for the width of the tables
+  plots.append(card);
+  return canvas;
+}
+
 function showPlots(plots) {
   const canvases = plots.map(({title, text}) => {
     const card = element("section", undefined, "card");

@@ -79,18 +79,6 @@ for (const table of data.tables) {
   if (fit !== null) tiles.push([table.title + ": slope", fit.toFixed(2), false]);
 }
 showTiles(tiles);
-document.getElementById("plots").style.gridTemplateColumns = "1fr";  // for the width of the tables
-const canvases = data.tables.map(table => {
-  const card = element("section", undefined, "card");
-  const plot = element("div", undefined, "plot");
-  const canvas = element("canvas");
-  plot.append(canvas);
-  const wide = element("div", undefined, "wide");
-  wide.append(tableOf(table));
-  card.append(element("h2", table.title), element("p", table.text), plot,
-    element("p", slopesOf(table)), wide);
-  document.getElementById("plots").append(card);
-  return canvas;
-});
+const canvases = data.tables.map(table => addTableCard(table.title, table.text, tableOf(table), slopesOf(table)));
 keepDrawn(() => data.tables.map((table, i) => drawLogarithms(table, canvases[i])));
 showSummary();

@@ -90,8 +90,8 @@ void FrameGovernor::add_frame(double frame_ms, std::size_t triangles, bool wants
     // A budget that is not used says nothing of its cost: growth starts from what has been drawn in time, or from the
     // budget where that kept more from being drawn.
     const double from = std::max(proven_, wants_more ? static_cast<double>(budget_) : drawn);
-    const double growth = frame_ms < kFarBelow * allowed ? std::pow(settings_.most_growth, 3.0)
-                                                         : settings_.most_growth;
+    const double ratio = settings_.most_growth;
+    const double growth = frame_ms < kFarBelow * allowed ? ratio * ratio * ratio : ratio;
     const double most = growth * std::max(from, static_cast<double>(settings_.least_budget));
     double next = std::min(wanted, most);
     // An overlong frame reduces the triangles at least in proportion, also where the constant part alone exceeds the

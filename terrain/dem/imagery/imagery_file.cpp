@@ -110,7 +110,7 @@ Result<void> ImageryFile::straighten(const std::optional<DemInfo>& dem) {
             wanted.importFromWkt(dem->crs_wkt.c_str()) != OGRERR_NONE || crs->IsSame(&wanted) == 0;
     }
     if (!is_rotated && !is_foreign && (placed || file_->GetGCPCount() == 0)) return {};
-    // an alpha band of its own marks what is beyond the raster
+    // an alpha band of its own marks texels beyond the raster
     std::vector<std::string> words = {"-of", "VRT", "-r", has_palette_ ? "near" : "bilinear",
                                       "-dstalpha"};
     if (is_foreign) words.insert(words.end(), {"-t_srs", dem->crs_wkt});

@@ -32,7 +32,8 @@ private:
     struct CloseDataset {
         void operator()(GDALDataset* dataset) const;
     };
-    // Texels of a square that the raster has, along one axis, and what they cover of it.
+    // The overlap of a square and the raster along one axis: texels of the square, and the part of the raster under
+    // them.
     struct Range {
         int first = 0, count = 0;      // texels
         double low = 0.0, high = 0.0;  // samples

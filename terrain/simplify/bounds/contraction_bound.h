@@ -12,6 +12,9 @@
 
 namespace terrane::internal {
 
+/// Triangles that share an edge with a smaller cosine of their normals lie on each other: a thousandth of a radian.
+inline constexpr double kFoldedCosine = -(1.0 - 5e-7);
+
 /// Decides whether a vertex can be contracted, and how far the surface moves.
 class ContractionBound {
 public:

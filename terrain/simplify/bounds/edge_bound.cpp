@@ -17,8 +17,6 @@ constexpr double kMinThinShape = 0.02;
 constexpr double kMinThinShapeEver = 1e-5;
 // Least cosine between a new triangle and the old one in its place.
 constexpr double kMinTurnCosine = 0.2;
-// New neighbours with a smaller cosine lie on each other: a thousandth of a radian.
-constexpr double kFoldCosine = -(1.0 - 5e-7);
 
 }  // namespace
 
@@ -72,7 +70,7 @@ bool ContractionBound::do_not_turn(const Ring& ring) const {
         if (!(shape(a, b, normal) >= least)) return false;
         const double lengths = length(normal) * length(old_normal);
         if (!(dot(normal, old_normal) >= kMinTurnCosine * lengths)) return false;
-        if (i > 1 && !(dot(normal, before) >= kFoldCosine * length(normal) * length(before)))
+        if (i > 1 && !(dot(normal, before) >= kFoldedCosine * length(normal) * length(before)))
             return false;
         before = normal;
     }

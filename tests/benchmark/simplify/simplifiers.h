@@ -11,7 +11,7 @@
 
 namespace terrane::bench {
 
-/// What a method made of a mesh: triangles of the input's vertices, or of its own.
+/// The result of a method: triangles of the input's vertices, or of its own.
 struct Simplified {
     test::ShapeMesh mesh = {};
     double certified =

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a ray through a pixel meets is what the pixel shows.
+// A ray through a pixel meets the object that the pixel shows.
 #include "render/gl_test.h"
 #include "support/meshes/objects.h"
 #include "support/random.h"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Bits of frames of a Scene. They may change only with an entry in CHANGELOG.md; a failure prints the new hash. Built
 // with both compilers at several optimisation levels, which must agree.
+#include "scene/objects/random_scene.h"
 #include "support/hash.h"
 #include "support/random.h"
 
@@ -12,14 +13,9 @@ namespace terrane {
 namespace golden_scene_test {
 
 TEST(GoldenScene, IsTheSameWithEveryCompilerAtEveryLevel) {
-    const ObjectModel tree = {.mesh = MeshId{3},
-                              .impostor = ImpostorId{4},
-                              .bounds = {{-2.0, -2.0, 0.0}, {2.0, 2.0, 8.0}},
-                              .levels = {{0.0, 400, 0, false},
-                                         {0.05, 100, 1, false},
-                                         {0.15, 30, 2, false},
-                                         {0.4, 2, 0, true}},
-                              .absence_error_m = 8.0};
+    ObjectModel tree = test::tree_model();
+    tree.mesh = MeshId{3};
+    tree.impostor = ImpostorId{4};
     Scene scene = Scene::create({}).value();
     const ModelId model = scene.add_model(tree).value();
     test::Random random(8);

@@ -2,6 +2,7 @@
 // The bits of a recorded sequence of contractions. They may change only together with an entry in CHANGELOG.md; the
 // failure prints the present hash. Built with both compilers at more than one optimisation level: all must agree.
 #include "support/hash.h"
+#include "support/meshes/box_triangles.h"
 #include "support/random.h"
 
 #include <terrane/terrain/progressive_mesh.h>
@@ -45,18 +46,7 @@ TriangleMesh make_sheets() {
         mesh.texture_coordinates.emplace_back(0.0f, 0.0f);
         mesh.colours.push_back({9, 9, 9, 255});
     }
-    for (const TriangleMesh::Triangle& t : std::vector<TriangleMesh::Triangle>{{0, 2, 1},
-                                                                               {1, 2, 3},
-                                                                               {4, 5, 6},
-                                                                               {5, 7, 6},
-                                                                               {0, 1, 4},
-                                                                               {1, 5, 4},
-                                                                               {2, 6, 3},
-                                                                               {3, 6, 7},
-                                                                               {0, 4, 2},
-                                                                               {2, 4, 6},
-                                                                               {1, 3, 5},
-                                                                               {3, 7, 5}})
+    for (const TriangleMesh::Triangle& t : test::kBoxTriangles)
         mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
     return mesh;
 }

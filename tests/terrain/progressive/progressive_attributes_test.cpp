@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Attributes and seams of a ProgressiveMesh, and what is drawn between two levels.
+// Attributes, seams and geomorphs of a ProgressiveMesh.
 #include "support/meshes/shapes.h"
 #include "support/random.h"
 

@@ -2,6 +2,7 @@
 //
 // Levels of a ProgressiveMesh: the same from wherever they are reached, within their certified distance, and for meshes
 // of any topology.
+#include "support/meshes/box_triangles.h"
 #include "support/meshes/objects.h"
 #include "support/meshes/shapes.h"
 #include "support/random.h"
@@ -61,7 +62,7 @@ TriangleMesh random_soup(Random& random) {
     return mesh;
 }
 
-// Of a level to what it was made of, by samples: without the triangles that create() leaves out.
+// Sampled distance between a level and the input, without the triangles that create() leaves out.
 double measured(const ProgressiveMesh& mesh, int per_edge) {
     return measured_distance(mesh.finest().positions, mesh.finest().triangles, triangles_of(mesh),
                              per_edge);
@@ -182,18 +183,7 @@ TEST(ProgressiveMesh, LeavesSheetsOfThinBodiesAndThenNothingOfSmallOnes) {
         for (int i = 0; i < 8; ++i)
             input.positions.push_back(
                 low + size.cwiseProduct(Eigen::Vector3d(i & 1, (i >> 1) & 1, (i >> 2) & 1)));
-        for (const TriangleMesh::Triangle& t : Triangles{{0, 2, 1},
-                                                         {1, 2, 3},
-                                                         {4, 5, 6},
-                                                         {5, 7, 6},
-                                                         {0, 1, 4},
-                                                         {1, 5, 4},
-                                                         {2, 6, 3},
-                                                         {3, 6, 7},
-                                                         {0, 4, 2},
-                                                         {2, 4, 6},
-                                                         {1, 3, 5},
-                                                         {3, 7, 5}})
+        for (const TriangleMesh::Triangle& t : test::kBoxTriangles)
             input.triangles.push_back({first + t[0], first + t[1], first + t[2]});
     };
     add_box({0, 0, 0}, {100, 100, 1});

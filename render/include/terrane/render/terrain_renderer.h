@@ -35,8 +35,8 @@ struct RendererSettings {
     Colour horizon{0.74f, 0.81f, 0.88f};  ///< sky at the horizon, and haze
     Colour zenith{0.22f, 0.42f, 0.72f};   ///< sky overhead
     /// Distance from the eye within which the sun casts shadows of ground and objects, metres; 0: none, at no cost.
-    /// They fade over its last quarter. The ground casts what its triangles of the frame show, beside the view too; of
-    /// objects, what is passed to draw(), except particles. Costs three more passes of triangles a frame.
+    /// They fade over its last quarter. Shadow casters are the ground's triangles of the frame, out of view too, and
+    /// the objects that are passed to draw(), except particles. Costs three more passes of triangles a frame.
     double shadow_distance = 0.0;
     /// Along the side of each of the three shadow maps, 256 to 8192: shadows are as fine, about 1.5 times the distance
     /// over this in the last map, a quarter of it in the second and a sixteenth in the first. 12 bytes for each texel

@@ -12,16 +12,16 @@
 
 namespace terrane {
 
-/// How a ProgressiveMesh chooses what goes first. A weight is the distance that a difference of 1 costs, as a share of
-/// the diagonal of the mesh's bounding box: larger ones keep an attribute at the expense of the shape. 0: not looked
-/// at. Range of each: 0 to 1e3.
+/// Weights of attributes in the order of contractions of a ProgressiveMesh. A weight is the distance that a
+/// difference of 1 costs, as a share of the diagonal of the mesh's bounding box: larger ones keep an attribute at the
+/// expense of the shape. 0: not looked at. Range of each: 0 to 1e3.
 struct ProgressiveSettings {
     double normal_weight = 0.01;             ///< of a component of a normal
     double texture_coordinate_weight = 0.1;  ///< of a texture coordinate
     double colour_weight = 0.02;             ///< of a colour between 0 and 1
     /// [positions] not 0: the vertex stays, and all others at its position. Empty: none.
     std::vector<std::uint8_t> locked = {};
-    /// Recording ends where no more triangles than this are left: for who needs no coarser levels.
+    /// Recording ends at this number of triangles, which saves time where coarser levels are not needed.
     std::size_t least_triangle_count = 0;
 };
 

@@ -125,7 +125,7 @@ public:
     /// frames: it is the mesh that is met, whichever level is drawn.
     ///
     /// Fails: no answer where `from_world` or `to_world` is not finite
-    /// Cost:  O(groups) and O(objects / 256), about 5 ns each, and the meshes near the segment
+    /// Cost:  O(clusters of up to 256 objects), and the meshes near the segment
     std::optional<SceneHit> ray(const WorldPos& from_world, const WorldPos& to_world) const;
 
 private:

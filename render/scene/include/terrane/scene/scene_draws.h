@@ -21,8 +21,8 @@ struct ObjectInstance {
     std::array<float, 4> rotation{0.0f, 0.0f, 0.0f, 1.0f};
     /// Share of its pixels that are drawn, for cross-fades, -1 to 2. Each pixel has a threshold in [0, 1). Positive:
     /// pixels with a threshold below it. Negative: pixels with a threshold of at least 1 + coverage, so that c and
-    /// c - 1 together draw every pixel once. 1 to 2: every pixel, and the vertices of a mesh's level that morphs are
-    /// coverage - 1 of the way to the next level.
+    /// c - 1 together draw every pixel once. 1 to 2: every pixel is drawn, and the vertices of a level that morphs are
+    /// interpolated towards the next level with weight coverage - 1.
     float coverage = 1.0f;
     std::array<float, 3> tint{1.0f, 1.0f, 1.0f};  ///< factor of the colours
 };
