@@ -26,6 +26,9 @@ namespace {
 
 using namespace internal;
 
+constexpr double kMostShadowDistance = 1e6;  // metres
+constexpr double kMostWaterLevel = 1e9;      // metres, up or down
+
 Result<void> check(const RendererSettings& settings) {
     const auto refuse = [](const std::string& message) -> Result<void> {
         return fail(ErrorCode::invalid_argument, message);
@@ -44,12 +47,13 @@ Result<void> check(const RendererSettings& settings) {
     if (settings.sample_count < 1 || settings.sample_count > 16) {
         return refuse("sample_count must be 1 to 16, got " + std::to_string(settings.sample_count));
     }
-    if (!std::isfinite(settings.shadow_distance) || settings.shadow_distance < 0.0) {
-        return refuse("shadow_distance must be finite and >= 0 m, got " +
+    if (!(settings.shadow_distance >= 0.0 && settings.shadow_distance <= kMostShadowDistance)) {
+        return refuse("shadow_distance must be 0 to 1e6 m, got " +
                       number_text(settings.shadow_distance));
     }
-    if (settings.water_level && !std::isfinite(*settings.water_level)) {
-        return refuse("water_level must be finite, got " + number_text(*settings.water_level));
+    if (settings.water_level && !(std::abs(*settings.water_level) <= kMostWaterLevel)) {
+        return refuse("water_level must be within 1e9 m, got " +
+                      number_text(*settings.water_level));
     }
     if (settings.shadow_texels < kLeastShadowTexels || settings.shadow_texels > kMostShadowTexels) {
         return refuse("shadow_texels must be " + std::to_string(kLeastShadowTexels) + " to " +

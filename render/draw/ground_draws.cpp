@@ -70,8 +70,8 @@ Aabb box_of(const Lattice& lattice, const Chunk& chunk, double low, double high,
     return {box.low - margin, box.high + margin};
 }
 
-// The lists for which a point of the chunk's triangles can matter. Offsets are read only where the samples are out of a
-// volume.
+// The lists whose volumes the chunk's triangles may meet. Offsets are read only if the samples alone do not meet all
+// volumes.
 std::uint8_t lists_of(const TerrainMesh& mesh, const MeshChunk& chunk, const Culling& culling) {
     const Lattice& lattice = mesh.resident->lattice();
     const double low = lattice.quantum * static_cast<double>(chunk.chunk->low);

@@ -44,7 +44,7 @@ public:
     /// Uploads a mesh for draw(), which must not be called after a failure. Chunks whose box (their square, their
     /// heights and offsets) is out of view are left out.
     ///
-    /// @param casters maps into which the mesh casts shadows: for each a list of the chunks that can
+    /// @param casters shadow maps; a list of the chunks that can cast into it is made for each
     ///
     /// Fails with invalid_argument where the mesh draws a chunk that is not in its resident set, device_unavailable
     /// where the device is out of memory.

@@ -50,7 +50,7 @@ GroundImagery::GroundImagery(std::shared_ptr<const ImagerySource> source, std::s
       layer_count_(layers_in(memory_bytes)),
       squares_(make_texture_2d_array()),
       table_(make_texture_buffer()),
-      loader_(std::make_unique<ImageryLoader>(source_)) {
+      loader_(source_) {
     const GLuint name = squares_.name();
     glTextureStorage3D(name, kImageryMipmaps, GL_RGBA8, kImageryTexels, kImageryTexels,
                        static_cast<GLsizei>(layer_count_));
@@ -81,7 +81,7 @@ int GroundImagery::take_layer() {
 }
 
 void GroundImagery::upload(const ImageryLoad& load) {
-    if (slots_.contains(load.square)) return;
+    if (slots_.contains(load.request.square)) return;
     Slot slot{.wanted_frame = frame_, .presence = waits_ ? 1.0f : 0.0f};
     if (load.texture) {
         slot.layer = take_layer();
@@ -96,32 +96,42 @@ void GroundImagery::upload(const ImageryLoad& load) {
     } else {
         ++failure_count_;
     }
-    slots_[load.square] = slot;
+    slots_[load.request.square] = slot;
 }
 
 // Requests absent squares, and uploads some that have arrived.
 void GroundImagery::load(const ResidentSet& resident, const std::vector<ImagerySquare>& wanted) {
-    const auto request_absent = [&] {
-        std::vector<ImageryRequest> absent;
-        for (const ImagerySquare& square : wanted) {
-            const auto slot = slots_.find(square);
-            if (slot != slots_.end()) {
-                slot->second.wanted_frame = frame_;
-            } else if (absent.size() < kRequests || waits_) {
-                const auto is_same = [&](const ImageryLoad& load) { return load.square == square; };
-                if (std::ranges::none_of(arrived_, is_same))
-                    absent.push_back(
-                        {square, imagery_rect_with_border(resident.lattice(), square)});
-            }
-        }
-        loader_->request(std::move(absent));
+    const auto request_of = [&](const ImagerySquare& square) -> ImageryRequest {
+        return {square, imagery_rect_with_border(resident.lattice(), square)};
     };
-    request_absent();
-    if (waits_) loader_->finish();
-    for (ImageryLoad& load : loader_->take()) arrived_.push_back(std::move(load));
+    const auto has_arrived = [&](const ImagerySquare& square) {
+        return std::ranges::any_of(
+            arrived_, [&](const ImageryLoad& load) { return load.request.square == square; });
+    };
+    std::vector<ImageryRequest> absent;
+    for (const ImagerySquare& square : wanted) {
+        const auto slot = slots_.find(square);
+        if (slot != slots_.end()) {
+            slot->second.wanted_frame = frame_;
+        } else if ((absent.size() < kRequests || waits_) && !has_arrived(square)) {
+            absent.push_back(request_of(square));
+        }
+    }
+    loader_.request(std::move(absent));
+    if (waits_) loader_.finish();
+    for (ImageryLoad& load : loader_.take()) arrived_.push_back(std::move(load));
+    // out of view by now, or of another world
+    std::erase_if(arrived_, [&](const ImageryLoad& load) {
+        return std::ranges::find(wanted, load.request.square) == wanted.end() ||
+               load.request != request_of(load.request.square);
+    });
     const std::size_t count = waits_ ? arrived_.size() : std::min(arrived_.size(), kUploadsAFrame);
     for (std::size_t i = 0; i < count; ++i) upload(arrived_[i]);
     arrived_.erase(arrived_.begin(), arrived_.begin() + static_cast<std::ptrdiff_t>(count));
+    // squares that failed, and are no longer wanted
+    std::erase_if(slots_, [&](const auto& slot) {
+        return slot.second.layer < 0 && slot.second.wanted_frame < frame_;
+    });
 }
 
 Result<void> GroundImagery::prepare(const ResidentSet& resident, const View& view) {
@@ -129,8 +139,6 @@ Result<void> GroundImagery::prepare(const ResidentSet& resident, const View& vie
     if (!(resident.lattice() == lattice_)) {
         // another world: squares have other places
         lattice_ = resident.lattice();
-        loader_ = std::make_unique<ImageryLoader>(source_);
-        arrived_.clear();
         for (const auto& [square, slot] : slots_) {
             if (slot.layer >= 0) free_layers_.push_back(slot.layer);
         }
@@ -145,7 +153,7 @@ Result<void> GroundImagery::prepare(const ResidentSet& resident, const View& vie
 }
 
 Result<void> GroundImagery::write_table(const Lattice& lattice, const View& view) {
-    SquareTable table(slots_.size());
+    SquareTable table(square_count());
     const std::size_t table_bytes = table.entries().size_bytes();
     std::byte* memory = stream_.begin(kTableOffset + table_bytes);
     if (memory == nullptr) {

@@ -65,7 +65,7 @@ private:
     std::size_t failure_count_ = 0;
     GlTexture squares_, table_;
     StreamBuffer stream_;
-    std::unique_ptr<ImageryLoader> loader_;
+    ImageryLoader loader_;
 };
 
 constexpr std::size_t GroundImagery::layer_bytes() {

@@ -16,9 +16,8 @@ void ImageryLoader::request(std::vector<ImageryRequest> wanted) {
         const std::lock_guard lock(mutex_);
         // squares that are being read, or have been read and not taken, are not read again
         std::erase_if(wanted, [&](const ImageryRequest& request) {
-            return request.square == loading_ ||
-                   std::ranges::find(loaded_, request.square, &ImageryLoad::square) !=
-                       loaded_.end();
+            return request == loading_ ||
+                   std::ranges::find(loaded_, request, &ImageryLoad::request) != loaded_.end();
         });
         std::ranges::reverse(wanted);
         wanted_ = std::move(wanted);
@@ -37,13 +36,13 @@ void ImageryLoader::finish() {
 }
 
 ImageryLoad ImageryLoader::load(const ImageryRequest& request) const {
-    std::vector<ImageryTexel> texels(std::size_t{kImageryTexels} * kImageryTexels);
-    ImageryLoad load{request.square, std::nullopt};
+    ImageryLoad load{request, std::nullopt};
     try {
+        std::vector<ImageryTexel> texels(std::size_t{kImageryTexels} * kImageryTexels);
         if (source_->read(request.rect, kImageryTexels, texels))
             load.texture = make_imagery_texture(std::move(texels));
     } catch (...) {
-        // a source of the user's; the square is counted as failed
+        // the user's source, or no memory: the square counts as failed
         load.texture.reset();
     }
     return load;
@@ -51,10 +50,10 @@ ImageryLoad ImageryLoader::load(const ImageryRequest& request) const {
 
 void ImageryLoader::run(const std::stop_token& stop) {
     std::unique_lock lock(mutex_);
-    while (changed_.wait(lock, stop, [&] { return !wanted_.empty(); })) {
+    while (changed_.wait(lock, stop, [&] { return !wanted_.empty(); }) && !stop.stop_requested()) {
         const ImageryRequest request = wanted_.back();
         wanted_.pop_back();
-        loading_ = request.square;
+        loading_ = request;
         lock.unlock();
         ImageryLoad load = this->load(request);
         lock.lock();

@@ -18,16 +18,17 @@ namespace terrane::internal {
 struct ImageryRequest {
     ImagerySquare square;
     WorldRect rect;  ///< with its border
+    friend bool operator==(const ImageryRequest&, const ImageryRequest&) = default;
 };
 /// A square that was read.
 struct ImageryLoad {
-    ImagerySquare square;
+    ImageryRequest request;
     std::optional<ImageryTexture> texture;  ///< absent: the source failed
 };
 
 /// Reads squares on a thread of its own, the first of the last request first.
 ///
-/// Threads: the renderer's alone calls it
+/// Threads: called by the renderer's thread only
 class ImageryLoader {
 public:
     explicit ImageryLoader(std::shared_ptr<const ImagerySource> source);
@@ -49,7 +50,7 @@ private:
     std::mutex mutex_;
     std::condition_variable_any changed_;
     std::vector<ImageryRequest> wanted_;  // the next one is last
-    std::optional<ImagerySquare> loading_;
+    std::optional<ImageryRequest> loading_;
     std::vector<ImageryLoad> loaded_;
     std::jthread thread_;  // declared last: it uses the others
 };

@@ -14,8 +14,8 @@ namespace terrane::internal {
 // Imagery is paged by squares of the quadtree whose roots are the world's root squares: down to the finest level of
 // chunks their squares are those of chunks, and below as long as the imagery is finer.
 
-/// Texels along the side of a square's texture, of which these at each edge lie beyond the square, so that the two
-/// mipmaps of it that are used have one there too.
+/// Texels along the side of a square's texture. kImageryBorder of them at each edge show the neighbours, so that the
+/// coarsest mipmap still has one border texel.
 inline constexpr int kImageryTexels = 256;
 inline constexpr int kImageryBorder = 4;
 inline constexpr int kImageryContent = kImageryTexels - 2 * kImageryBorder;

@@ -116,11 +116,11 @@ void GroundLight::upload(const ResidentSet& resident) {
 
 Result<void> GroundLight::write_table(const Lattice& lattice, const EyeFrame& eye) {
     SquareTable table(levels_.lit().size());
-    table_bytes_ = table.entries().size_bytes();
-    std::byte* memory = stream_.begin(kTableOffset + table_bytes_);
+    const std::size_t table_bytes = table.entries().size_bytes();
+    std::byte* memory = stream_.begin(kTableOffset + table_bytes);
     if (memory == nullptr) {
         return fail(ErrorCode::device_unavailable, "OpenGL cannot take " +
-                                                       std::to_string(kTableOffset + table_bytes_) +
+                                                       std::to_string(kTableOffset + table_bytes) +
                                                        " bytes of the device for the light");
     }
     LightBlock block;
@@ -145,9 +145,9 @@ Result<void> GroundLight::write_table(const Lattice& lattice, const EyeFrame& ey
         table.add(lit.key.x - from.x, lit.key.y - from.y, lit.key.level, lit.layer);
     }
     std::memcpy(memory, &block, sizeof(block));
-    std::memcpy(memory + kTableOffset, table.entries().data(), table_bytes_);
+    std::memcpy(memory + kTableOffset, table.entries().data(), table_bytes);
     glTextureBufferRange(table_.name(), GL_RGBA32I, stream_.name(), kTableOffset,
-                         static_cast<GLsizeiptr>(table_bytes_));
+                         static_cast<GLsizeiptr>(table_bytes));
     return {};
 }
 

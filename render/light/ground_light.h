@@ -44,11 +44,9 @@ private:
     Result<void> write_table(const Lattice& lattice, const EyeFrame& eye);
 
     LightLevels levels_;
-    std::weak_ptr<const ResidentSet> followed_;
     std::vector<Layer> layers_;
     GlTexture slopes_, nodes_, table_;
     StreamBuffer stream_;
-    std::size_t table_bytes_ = 0;
 };
 
 }  // namespace terrane::internal

@@ -8,14 +8,18 @@
 #include <terrane/terrain/number_text.h>
 
 #include <cstring>
+#include <limits>
 #include <string>
 
 namespace terrane::internal {
 namespace {
 
 // Of a sphere around an object's origin that contains the mesh.
-double radius_of(const StoredMesh& mesh) {
-    return mesh.bounds.low.cwiseAbs().cwiseMax(mesh.bounds.high.cwiseAbs()).norm();
+double radius_of(const SolidDraw& draw) {
+    // vertices of its own may be anywhere
+    if (draw.has_own_vertices) return std::numeric_limits<double>::infinity();
+    const Aabb& bounds = draw.mesh->bounds;
+    return bounds.low.cwiseAbs().cwiseMax(bounds.high.cwiseAbs()).norm();
 }
 double radius_of(const StoredImpostor& impostor) {
     return static_cast<double>(impostor.centre.norm() + impostor.radius);
@@ -76,7 +80,7 @@ Result<void> ObjectCasters::prepare(std::span<const SolidDraw> solids,
             if (part.count > 0) parts.push_back(part);
         };
         for (std::size_t number = 0; number < solids.size(); ++number)
-            add(solids[number], number, radius_of(*solids[number].mesh), list.solids);
+            add(solids[number], number, radius_of(solids[number]), list.solids);
         for (std::size_t number = 0; number < billboards.size(); ++number)
             add(billboards[number], number, radius_of(*billboards[number].impostor),
                 list.billboards);

@@ -146,7 +146,7 @@ vec3 background(float depth) {
     for (int left = depth > 0.0 && !is_hidden(p_eye) ? 1 : 0; left > 0; --left) light = ground(p_eye);
     vec3 shown = shown_at(light, p_eye);
     for (int left = depth == 0.0 && p_eye.z >= level ? 1 : 0; left > 0; --left) {
-        vec3 clear = exp(-kAbsorption * min(max(level, 0.0) / ray.z * length(ray), kNoGround));
+        vec3 clear = exp(-kAbsorption * min(max(level, 0.0) / max(ray.z, 1e-30) * length(ray), kNoGround));
         shown = mix(display(through_water(vec3(0.0), kNoGround)), sky_with_sun(), clear);
     }
     return shown;

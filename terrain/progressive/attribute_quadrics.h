@@ -45,10 +45,11 @@ private:
     double sum_at(std::uint32_t vertex, std::uint32_t place) const;
 
     std::size_t dimension_ = 0;
-    std::vector<Eigen::Vector3d> positions_;  // [vertices] relative to the first
-    std::vector<double> values_;              // [vertices * dimension]
-    std::vector<Sums> sums_;                  // [vertices]
-    std::vector<Linear> linear_;              // [vertices * dimension]
+    std::vector<Eigen::Vector3d>
+        positions_;               // [vertices] relative to the lowest corner of the bounding box
+    std::vector<double> values_;  // [vertices * dimension]
+    std::vector<Sums> sums_;      // [vertices]
+    std::vector<Linear> linear_;  // [vertices * dimension]
 };
 
 }  // namespace terrane::internal

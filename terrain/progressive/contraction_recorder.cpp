@@ -119,6 +119,12 @@ void ContractionRecorder::on_contraction(std::uint32_t u, const Ring& ring, doub
         vertex = to;
     }
     retire(v);
+    // A partner that has lost its last triangle in the same step hands its vertices on, so that parents stay longer.
+    for (const std::uint32_t vertex : mesh_.vertices_at(u)) {
+        if (record_.unused_from[vertex] != steps_with_this()) continue;
+        std::uint32_t& parent = record_.parents[vertex];
+        if (use_counts_[parent] == 0) parent = record_.parents[parent];
+    }
     // The apexes of the triangles that went.
     retire(ring.vertices[1]);
     retire(ring.vertices[ring.count - 1]);

@@ -7,6 +7,7 @@
 #include "progressive/contraction_recorder.h"
 #include "progressive/welded_mesh.h"
 #include "simplify/contractor.h"
+#include "simplify/input_checks.h"
 
 #include <terrane/terrain/number_text.h>
 #include <terrane/terrain/progressive_mesh.h>
@@ -55,10 +56,8 @@ Result<void> check_settings(const TriangleMesh& mesh, const ProgressiveSettings&
                                                      number_text(kLargestWeight) + ", got " +
                                                      number_text(weight));
     }
-    if (settings.locked.empty() || settings.locked.size() == mesh.positions.size()) return {};
-    return fail(ErrorCode::invalid_argument,
-                "locked must have a value for each of " + number_text(mesh.positions.size()) +
-                    " vertices, got " + number_text(settings.locked.size()));
+    return internal::check_sizes(mesh.positions.size(), mesh.triangles.size(),
+                                 settings.locked.size());
 }
 
 ContractionRecord record_contractions(const TriangleMesh& mesh, const ProgressiveSettings& settings,
@@ -87,7 +86,7 @@ ContractionRecord record_contractions(const TriangleMesh& mesh, const Progressiv
 
 // Indices in the order of when they go, the last first; of those that go together the first first.
 std::vector<std::uint32_t> order_by(const std::vector<std::uint32_t>& gone_at, std::size_t steps) {
-    // By counting: they go at steps, of which there are few more than of them.
+    // Counting sort: there are at most as many steps as triangles.
     const auto place_of = [&](std::uint32_t step) {
         return std::min<std::size_t>(step, steps + 1);
     };

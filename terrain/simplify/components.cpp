@@ -77,7 +77,7 @@ std::span<const std::uint32_t> Components::triangles(std::uint32_t component) {
     return std::span(list_).subspan(begins_[component], ends_[component] - begins_[component]);
 }
 
-bool Components::has_become_small(std::uint32_t component, std::size_t gone) {
+bool Components::count_removed(std::uint32_t component, std::size_t gone) {
     const std::size_t before = left_[component];
     left_[component] -= gone;
     return left_[component] <= kMostTriangles && before > kMostTriangles;

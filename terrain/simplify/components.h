@@ -45,8 +45,8 @@ public:
     std::span<const std::uint32_t> triangles(std::uint32_t component);
     /// Whether it may have a reduction.
     bool is_small(std::uint32_t component) const { return left_[component] <= kMostTriangles; }
-    /// Says that some are gone. True where no more than kMostTriangles may be left from now on.
-    bool has_become_small(std::uint32_t component, std::size_t gone);
+    /// Subtracts removed triangles. True where the component has become small by it.
+    bool count_removed(std::uint32_t component, std::size_t gone);
 
     /// The reduction of least error; none where all triangles are needed.
     std::optional<Reduction> find_reduction(std::uint32_t component);

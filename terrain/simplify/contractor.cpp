@@ -323,7 +323,7 @@ void Contractor::contract(std::uint32_t u, const Ring& ring) {
     queue_.erase(u);
     if (components_) {
         const std::uint32_t component = components_->of_triangle(ring.triangles[1]);
-        if (components_->has_become_small(component, ring.is_closed ? 2 : 1))
+        if (components_->count_removed(component, ring.is_closed ? 2 : 1))
             reductions_.set({0.0, component, 0});
     }
     mesh_.contract(u, ring);
@@ -366,13 +366,15 @@ void Contractor::queue_reductions() {
 
 void Contractor::try_reduction(std::uint32_t component, double limit) {
     const double queued = reductions_.first().cost;
-    const std::optional<Reduction> reduction = components_->find_reduction(component);
-    bool is_locked_there = false;
-    for (const std::uint32_t triangle : components_->triangles(component)) {
-        for (const std::uint32_t v : mesh_.triangle(triangle))
-            is_locked_there = is_locked_there || is_locked(v);
+    if (!locked_.empty()) {
+        for (const std::uint32_t triangle : components_->triangles(component)) {
+            for (const std::uint32_t v : mesh_.triangle(triangle)) {
+                if (is_locked(v)) return reductions_.erase(component);
+            }
+        }
     }
-    if (!reduction || is_locked_there) return reductions_.erase(component);
+    const std::optional<Reduction> reduction = components_->find_reduction(component);
+    if (!reduction) return reductions_.erase(component);
     const double cost = reduction_cost(*reduction);
     if (cost > kDeferredGrowth * queued) return reductions_.set({cost, component, 0});
     if (reduction->error_m > limit) {
@@ -391,7 +393,7 @@ void Contractor::reduce(const Reduction& reduction) {
     for (const std::uint32_t triangle : reduction.removed) {
         const StarMesh::Triangle& t = mesh_.triangle(triangle);
         around.insert(around.end(), t.begin(), t.end());
-        components_->has_become_small(components_->of_triangle(triangle), 1);
+        components_->count_removed(components_->of_triangle(triangle), 1);
         mesh_.remove(triangle);
     }
     std::sort(around.begin(), around.end());

@@ -62,11 +62,9 @@ public:
     /// The mesh as it is now.
     SimplifiedMesh result() const;
 
-    /// Tries all contractions again that were refused, because the rules have changed; from now on where only the
-    /// coarser of the two certificates exists too, which before are for small components alone.
+    /// Tries all refused contractions again, because the rules have changed. From now on the second certificate
+    /// (edge_bound.cpp) is tried for all components, not only for small ones.
     void retry_all();
-
-    const StarMesh& mesh() const { return mesh_; }
 
 private:
     enum class VertexKind : std::uint8_t { fixed, interior, border };

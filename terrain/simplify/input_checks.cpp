@@ -63,19 +63,26 @@ Result<void> check_levels(std::span<const SimplifyLevel> levels) {
 
 }  // namespace
 
-Result<void> check_simplify_input(const SimplifyInput& input,
-                                  std::span<const SimplifyLevel> levels) {
-    if (!input.locked.empty() && input.locked.size() != input.vertices.size()) {
-        return fail(ErrorCode::invalid_argument,
-                    "locked must have a value for each of " + number_text(input.vertices.size()) +
-                        " vertices, got " + number_text(input.locked.size()));
+Result<void> check_sizes(std::size_t vertex_count, std::size_t triangle_count,
+                         std::size_t locked_count) {
+    if (locked_count != 0 && locked_count != vertex_count) {
+        return fail(ErrorCode::invalid_argument, "locked must have a value for each of " +
+                                                     number_text(vertex_count) + " vertices, got " +
+                                                     number_text(locked_count));
     }
-    if (input.vertices.size() >= ~std::uint32_t{0} || input.triangles.size() > kMaxTriangles) {
+    if (vertex_count >= ~std::uint32_t{0} || triangle_count > kMaxTriangles) {
         return fail(ErrorCode::invalid_argument,
                     "a mesh must have fewer than 2^32 vertices and at most 1e9 triangles, got " +
-                        number_text(input.vertices.size()) + " and " +
-                        number_text(input.triangles.size()));
+                        number_text(vertex_count) + " and " + number_text(triangle_count));
     }
+    return {};
+}
+
+Result<void> check_simplify_input(const SimplifyInput& input,
+                                  std::span<const SimplifyLevel> levels) {
+    if (auto ok = check_sizes(input.vertices.size(), input.triangles.size(), input.locked.size());
+        !ok)
+        return ok;
     if (auto ok = check_vertices(input.vertices); !ok) return ok;
     if (auto ok = check_triangles(input); !ok) return ok;
     return check_levels(levels);

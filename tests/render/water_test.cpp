@@ -18,7 +18,7 @@ using test::count_different;
 using test::make_plane_scene;
 using test::Scene;
 
-constexpr int kWidth = 320, kHeight = 240;
+constexpr int kWidth = 320, kHeight = 241;  // odd: a level view has a row on the horizon
 constexpr int kMiddle = kHeight / 2;
 
 class WaterTest : public test::GlTest {
@@ -109,6 +109,8 @@ TEST_F(WaterTest, GoesOnBeyondTheGroundToTheHorizon) {
         for (int y = 0; y < kHeight / 2 - 1; ++y) ASSERT_TRUE(is_same(sky, sea, x, y)) << x << y;
         // towards the horizon it reflects the sky there
         ASSERT_NEAR(pixel(sea, x, kMiddle + 1)[1], pixel(sky, x, kMiddle - 2)[1], 16);
+        for (int channel = 0; channel < 3; ++channel)
+            ASSERT_NEAR(pixel(sea, x, kMiddle)[channel], pixel(sky, x, kMiddle - 2)[channel], 16);
         ASSERT_LT(pixel(sea, x, kHeight - 1)[1], pixel(sky, x, kHeight / 2)[1] - 50);
     }
 }
@@ -127,8 +129,9 @@ TEST_F(WaterTest, AnEyeUnderWaterSeesNearGroundAndThenWaterAlone) {
     }
 }
 
-TEST_F(WaterTest, RefusesALevelThatIsNotFinite) {
-    for (const double level : {std::nan(""), std::numeric_limits<double>::infinity()}) {
+TEST_F(WaterTest, RefusesALevelThatIsNotFiniteOrTooFar) {
+    for (const double level :
+         {std::nan(""), std::numeric_limits<double>::infinity(), 1e300, -2e9}) {
         RendererSettings settings;
         settings.water_level = level;
         const auto made = TerrainRenderer::create(*context_, kWidth, kHeight, settings);

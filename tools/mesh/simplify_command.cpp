@@ -48,11 +48,11 @@ double move_to_origin(TriangleMesh& mesh) {
 }
 
 /// Sets the first level that meets one of the limits, and says which.
-const char* set_level(ProgressiveMesh& mesh, const SimplifyOptions& options) {
-    mesh.set_triangle_count(options.triangles);
-    const bool meets_count = mesh.triangles().size() <= options.triangles;
-    if (mesh.error_m() > options.error_m) {
-        mesh.set_error(options.error_m);
+const char* set_level(ProgressiveMesh& mesh, std::size_t triangles, double error_m) {
+    mesh.set_triangle_count(triangles);
+    const bool meets_count = mesh.triangles().size() <= triangles;
+    if (mesh.error_m() > error_m) {
+        mesh.set_error(error_m);
         return "error";
     }
     return meets_count ? "triangles" : "no_contraction";
@@ -68,7 +68,7 @@ Result<SimplifiedFile> simplify_to(const TriangleMesh& mesh, const SimplifyOptio
     if (made->triangles().empty())
         return fail(ErrorCode::bad_data, "all of its triangles have two corners in one place");
     SimplifiedFile file;
-    file.stop = set_level(*made, options);
+    file.stop = set_level(*made, options.triangles, options.error_m - rounding);
     file.error_m = made->error_m() > 0.0 ? made->error_m() + rounding : 0.0;
     constexpr std::uint32_t kUnused = ~std::uint32_t{0};
     std::vector<std::uint32_t> number(mesh.positions.size(), kUnused);

@@ -106,6 +106,8 @@ Result<void> ImageryFile::straighten(const std::optional<DemInfo>& dem) {
     bool is_foreign = false;
     if (dem) {
         OGRSpatialReference wanted;
+        // the order of axes of datasets: IsSame() compares it too
+        wanted.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
         is_foreign =
             wanted.importFromWkt(dem->crs_wkt.c_str()) != OGRERR_NONE || crs->IsSame(&wanted) == 0;
     }

@@ -8,6 +8,9 @@
 namespace terrane::internal {
 namespace {
 
+// Height over the longest edge, below which a triangle is the same as its edges.
+constexpr double kLeastShape = 1e-9;
+
 constexpr double kRoundedUpDistance = 1.0 + 0x1p-40;
 
 double distance_to_segment(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
@@ -24,9 +27,11 @@ double distance_to_triangle(const Eigen::Vector3d& p, const Corners& triangle) {
     const auto& [a, b, c] = triangle;
     const Eigen::Vector3d normal = cross(b - a, c - a);
     const double doubled = length(normal);
-    const bool is_over = doubled > 0.0 && dot(normal, cross(b - a, p - a)) >= 0.0 &&
-                         dot(normal, cross(c - b, p - b)) >= 0.0 &&
-                         dot(normal, cross(a - c, p - c)) >= 0.0;
+    const double longest = std::max({dot(b - a, b - a), dot(c - b, c - b), dot(a - c, a - c)});
+    // The normal of a needle is rounding: its edges are as near as its inside.
+    const bool is_over =
+        doubled > kLeastShape * longest && dot(normal, cross(b - a, p - a)) >= 0.0 &&
+        dot(normal, cross(c - b, p - b)) >= 0.0 && dot(normal, cross(a - c, p - c)) >= 0.0;
     if (is_over) return std::abs(dot(normal, p - a)) / doubled;
     return std::min(
         {distance_to_segment(p, a, b), distance_to_segment(p, b, c), distance_to_segment(p, c, a)});

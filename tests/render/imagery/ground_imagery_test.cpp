@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "imagery/imagery_loader.h"
 #include "imagery/imagery_selection.h"
 #include "render/gl_test.h"
 #include "render/plane_scene.h"
@@ -12,6 +13,7 @@
 #include <chrono>
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <set>
 #include <stdexcept>
 #include <thread>
@@ -142,6 +144,52 @@ TEST_F(GroundImageryTest, AFrameDoesNotWaitForItsSourceAndFadesTheAnswerIn) {
     // two levels of squares fade in together
     EXPECT_LT(largest_step, largest_difference(without, with) / 3);
     EXPECT_GE(frames, 12);
+}
+
+// Squares of the world before are dropped; a read that has begun is not waited for.
+TEST_F(GroundImageryTest, AnotherWorldDoesNotWaitForItsSource) {
+    const Scene scene = make_plane_scene();
+    const Scene other = test::make_scene(40);
+    ASSERT_FALSE(scene.resident->lattice() == other.resident->lattice());
+    const auto source = std::make_shared<Chessboard>();
+    source->is_held = true;
+    TerrainRenderer renderer = make(source, false);
+    draw(renderer, scene);
+    draw(renderer, other);  // would wait without end
+    draw(renderer, scene);
+    source->is_held = false;
+    TerrainRenderer waiting = make(source, true);
+    const Image with = draw(waiting, scene);
+    for (int frame = 0; frame < 2000; ++frame) {
+        if (largest_difference(draw(renderer, scene), with) <= 2) return;
+    }
+    FAIL() << "the squares have not come";
+}
+
+TEST(ImageryLoader, EndsAfterTheSquareThatIsBeingRead) {
+    struct Counted final : ImagerySource {
+        WorldRect rect() const override { return {0.0, 0.0, 1.0, 1.0}; }
+        double texel_size() const override { return 1.0; }
+        Result<void> read(const WorldRect&, int, std::span<ImageryTexel>) const override {
+            ++reads;
+            while (is_held) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+            return {};
+        }
+        mutable std::atomic<int> reads = 0;
+        std::atomic<bool> is_held = true;
+    };
+    const auto source = std::make_shared<Counted>();
+    std::optional<internal::ImageryLoader> loader(source);
+    std::vector<internal::ImageryRequest> wanted;
+    for (int x = 0; x < 8; ++x) wanted.push_back({{.level = 3, .y = 0, .x = x}, {}});
+    loader->request(std::move(wanted));
+    while (source->reads == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    std::jthread release([&] {
+        std::this_thread::sleep_for(std::chrono::milliseconds(100));
+        source->is_held = false;
+    });
+    loader.reset();
+    EXPECT_LE(source->reads, 2);
 }
 
 TEST_F(GroundImageryTest, ShowsCoarseSquaresWhereMemoryIsShort) {

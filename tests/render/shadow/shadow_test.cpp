@@ -248,7 +248,7 @@ TEST_F(ShadowTest, TakesMemoryOnlyWhereItIsAskedFor) {
 }
 
 TEST_F(ShadowTest, RefusesSettingsOutOfRangeAndNamesThem) {
-    for (const double distance : {-1.0, std::nan(""), kInfinity}) {
+    for (const double distance : {-1.0, 1.1e6, 1e300, std::nan(""), kInfinity}) {
         const auto made = TerrainRenderer::create(*context_, kWidth, kHeight,
                                                   with_sun({0.0, 0.0, 1.0}, distance));
         ASSERT_FALSE(made);

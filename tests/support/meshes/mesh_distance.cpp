@@ -58,7 +58,10 @@ double distance_to_triangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
         {distance_to_segment(p, a, b), distance_to_segment(p, b, c), distance_to_segment(p, c, a)});
     const Eigen::Vector3d normal = (b - a).cross(c - a);
     const double doubled = normal.norm();
-    if (!(doubled > 0.0)) return edges;
+    // the normal of a needle is rounding
+    const double longest =
+        std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()});
+    if (!(doubled > 1e-9 * longest)) return edges;
     const bool is_over = normal.dot((b - a).cross(p - a)) >= 0.0 &&
                          normal.dot((c - b).cross(p - b)) >= 0.0 &&
                          normal.dot((a - c).cross(p - c)) >= 0.0;

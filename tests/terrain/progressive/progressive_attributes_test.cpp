@@ -202,8 +202,25 @@ TEST(ProgressiveAttributes, ColoursOfAPlaneDecideWhatStays) {
     EXPECT_LT(3.0 * colour_error(with, side, truth), colour_error(without, side, truth));
 }
 
+// Three vertices of its own for each triangle, with the triangle's normal.
+TriangleMesh flat_shaded(const TriangleMesh& smooth) {
+    TriangleMesh mesh;
+    for (const auto& [a, b, c] : smooth.triangles) {
+        const auto& p = smooth.positions;
+        const Eigen::Vector3d normal = (p[b] - p[a]).cross(p[c] - p[a]).normalized();
+        const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+        for (const std::uint32_t vertex : {a, b, c}) {
+            mesh.positions.push_back(p[vertex]);
+            mesh.normals.push_back(normal.cast<float>());
+        }
+        mesh.triangles.push_back({first, first + 1, first + 2});
+    }
+    return mesh;
+}
+
 TEST(ProgressiveAttributes, GeomorphsEndAtTheCoarserLevel) {
-    for (const TriangleMesh& input : {make_globe(18, 11), make_box(6)}) {
+    for (const TriangleMesh& input :
+         {make_globe(18, 11), make_box(6), flat_shaded(make_globe(12, 7))}) {
         ProgressiveMesh mesh = make(input);
         Random random(3);
         for (int i = 0; i < 60; ++i) {

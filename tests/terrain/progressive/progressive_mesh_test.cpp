@@ -175,7 +175,7 @@ TEST(ProgressiveMesh, HoldsForTrianglesOfAnyTopology) {
     }
 }
 
-// Boards, a leg without ends, and a small box far from them: all but one triangle of the largest can go.
+// Two boards 40 m apart and a small box that stands on the lower one: all but one triangle of the largest can go.
 TEST(ProgressiveMesh, LeavesSheetsOfThinBodiesAndThenNothingOfSmallOnes) {
     TriangleMesh input;
     const auto add_box = [&](const Eigen::Vector3d& low, const Eigen::Vector3d& size) {

@@ -117,6 +117,10 @@ TEST(ReadMesh, KeepsAVertexForEachCombinationOfAttributes) {
     EXPECT_EQ(
         parse_obj_with_attributes(text + "f 1/3/1 2/1/1 3/1/1\n").error().message,
         "line 12: ' 1/3/1 2/1/1 3/1/1' names a texture coordinate or normal that is not there");
+    EXPECT_EQ(parse_obj_with_attributes("vt a\n" + text).error().message,
+              "line 1: vt must have 2 numbers");
+    EXPECT_EQ(parse_obj_with_attributes("vn 1 0\n" + text).error().message,
+              "line 1: vn must have 3 numbers");
     for (int seed = 0; seed < 2000; ++seed) {
         test::Random random(static_cast<std::uint64_t>(seed));
         std::string bytes = text;

@@ -38,16 +38,24 @@ bool take_corners(std::string_view line, const std::array<std::size_t, 3>& count
     return true;
 }
 
-/// The numbers of all lines with a keyword, `count` of each. Missing ones are 0.
-std::vector<std::array<float, 3>> take_vectors(std::string_view text, std::string_view wanted,
-                                               std::size_t count) {
+/// The numbers of all lines with a keyword, `count` of each.
+///
+/// Fails: bad_data, naming the line, where one has fewer
+Result<std::vector<std::array<float, 3>>> take_vectors(std::string_view text,
+                                                       std::string_view wanted, std::size_t count) {
     std::vector<std::array<float, 3>> vectors;
-    while (!text.empty()) {
+    for (std::size_t number = 1; !text.empty(); ++number) {
         std::string_view line = take_line(text);
         if (take_word(line) != wanted) continue;
         std::array<float, 3> vector{};
-        for (std::size_t k = 0; k < count; ++k)
-            vector[k] = static_cast<float>(real_number(take_word(line)).value_or(0.0));
+        for (std::size_t k = 0; k < count; ++k) {
+            const std::optional<double> value = real_number(take_word(line));
+            if (!value) {
+                return fail(ErrorCode::bad_data,
+                            fmt::format("line {}: {} must have {} numbers", number, wanted, count));
+            }
+            vector[k] = static_cast<float>(*value);
+        }
         vectors.push_back(vector);
     }
     return vectors;
@@ -60,6 +68,8 @@ Result<TriangleMesh> parse_obj_with_attributes(std::string_view text) {
     Result<TriangleMesh> plain = parse_obj(text);
     if (!plain) return plain;
     const auto texture = take_vectors(text, "vt", 2), normals = take_vectors(text, "vn", 3);
+    if (!texture) return tl::unexpected<Error>(texture.error());
+    if (!normals) return tl::unexpected<Error>(normals.error());
     TriangleMesh mesh;
     std::map<ObjCorner, std::uint32_t> numbers;
     std::vector<ObjCorner> used, corners;
@@ -94,12 +104,12 @@ Result<TriangleMesh> parse_obj_with_attributes(std::string_view text) {
         const auto point = static_cast<std::size_t>(corner[0]);
         mesh.positions.push_back(plain->positions[point]);
         if (!plain->colours.empty()) mesh.colours.push_back(plain->colours[point]);
-        if (has_texture && !texture.empty()) {
-            const auto& t = texture[static_cast<std::size_t>(corner[1])];
+        if (has_texture && !texture->empty()) {
+            const auto& t = (*texture)[static_cast<std::size_t>(corner[1])];
             mesh.texture_coordinates.emplace_back(t[0], t[1]);
         }
-        if (has_normals && !normals.empty()) {
-            const auto& n = normals[static_cast<std::size_t>(corner[2])];
+        if (has_normals && !normals->empty()) {
+            const auto& n = (*normals)[static_cast<std::size_t>(corner[2])];
             mesh.normals.emplace_back(n[0], n[1], n[2]);
         }
     }

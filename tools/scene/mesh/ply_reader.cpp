@@ -211,7 +211,9 @@ private:
         if (name == "nx" || name == "ny" || name == "nz") {
             normal_[name[1] - 'x'] = static_cast<float>(value);
             ++normal_count_;
-        } else if (name == "s" || name == "u" || name == "t" || name == "v") {
+        } else if ((name == "s" || name == "u" || name == "t" || name == "v") &&
+                   texture_count_ < 2) {
+            // of two pairs the first one
             texture_[name == "s" || name == "u" ? 0 : 1] = static_cast<float>(value);
             ++texture_count_;
         }

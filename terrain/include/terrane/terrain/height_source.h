@@ -41,6 +41,7 @@ struct WorldRect {
     bool contains(double x, double y) const {
         return x >= west && x <= east && y >= south && y <= north;
     }
+    friend bool operator==(const WorldRect&, const WorldRect&) = default;
 };
 
 /// A source of heights: a fractal, a file, a test plane.

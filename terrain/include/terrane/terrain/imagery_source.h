@@ -29,7 +29,8 @@ public:
     /// @param side       texels along its side
     /// @param texels_out [side * side] row by row from the south-west
     ///
-    /// Fails:   as the source does, such as with io; the square stays without imagery then, and where it throws
+    /// Fails:   with the source's own errors, such as io. The renderer then leaves the square without imagery, as it
+    ///          does after an exception
     /// Threads: any number at once
     virtual Result<void> read(const WorldRect& square, int side,
                               std::span<ImageryTexel> texels_out) const = 0;
