@@ -8,8 +8,8 @@
 
 namespace terrane::internal {
 
-/// Fails: invalid_argument for a mesh of 2^32 vertices or more than 1e9 triangles, and for locks that are neither none nor
-///        one a vertex
+/// Fails: invalid_argument for a mesh of 2^32 vertices or more than 1e9 triangles, and for locks that are neither
+///        none nor one a vertex
 Result<void> check_sizes(std::size_t vertex_count, std::size_t triangle_count,
                          std::size_t locked_count);
 

@@ -34,16 +34,17 @@ struct RendererSettings {
     double tint_high = 3000.0;            ///< high ground, metres
     Colour horizon{0.74f, 0.81f, 0.88f};  ///< sky at the horizon, and haze
     Colour zenith{0.22f, 0.42f, 0.72f};   ///< sky overhead
-    /// Distance from the eye within which the sun casts shadows of ground and objects, metres, at most 1e6; 0: none, at no cost.
-    /// They fade over its last quarter. Shadow casters are the ground's triangles of the frame, out of view too, and
-    /// the objects that are passed to draw(), except particles. Costs three more passes of triangles a frame.
+    /// Distance from the eye within which the sun casts shadows of ground and objects, metres, at most 1e6; 0: none,
+    /// at no cost. They fade over its last quarter. Shadow casters are the ground's triangles of the frame, out of
+    /// view too, and the objects that are passed to draw(), except particles. Costs three more passes of triangles a
+    /// frame.
     double shadow_distance = 0.0;
     /// Texels along the side of each of the three shadow maps, 256 to 8192. A texel of the last map is about
     /// 1.5 * shadow_distance / shadow_texels wide, of the second a quarter of that, of the first a sixteenth. The maps
     /// take 12 bytes * shadow_texels^2.
     int shadow_texels = 1024;
-    /// Height of still water over all ground that is lower, and beyond the ground, metres, within 1e9; absent: none. It is drawn
-    /// where ground is shaded and with each object: no triangles, no passes.
+    /// Height of still water over all ground that is lower, and beyond the ground, metres, within 1e9; absent: none.
+    /// It is drawn where ground is shaded and with each object: no triangles, no passes.
     std::optional<double> water_level = {};
     /// Imagery that is draped over the ground, in place of the tints where it has data; null: none. Read in squares on
     /// a thread, which fade in as they arrive.
