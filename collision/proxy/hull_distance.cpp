@@ -41,7 +41,7 @@ public:
         const std::array<Eigen::Vector3d, 3> other = solid_.corners(nearest.triangle);
         for (const Eigen::Vector3d& corner : corners) {
             radius = std::max(radius, length(corner - middle));
-            bound = std::max(bound, distance_to_triangle(other, corner));
+            bound = std::max(bound, distance_to_triangle(corner, other));
         }
         bound = std::min(bound, nearest.distance + radius);
         const bool is_middle_inside = is_inside(solid_, middle);
@@ -118,7 +118,7 @@ HullDistance distance_outside(const SolidMesh& solid, const ConvexHull& hull, do
 
 double distance_to_hull(const ConvexHull& hull, const Eigen::Vector3d& p) {
     const std::span<const Eigen::Vector3d> v = hull.vertices();
-    if (hull.face_count() == 0) return distance_to_triangle({v.front(), v.back(), v.back()}, p);
+    if (hull.face_count() == 0) return distance_to_triangle(p, {v.front(), v.back(), v.back()});
     if (hull.face_count() > 2) {
         double highest = -kInfinity;
         for (const Polyhedron::Face& face : polyhedron(hull).faces) {
@@ -128,7 +128,7 @@ double distance_to_hull(const ConvexHull& hull, const Eigen::Vector3d& p) {
     }
     double least = kInfinity;
     visit_face_triangles(hull, [&](const auto& triangle) {
-        least = std::min(least, distance_to_triangle(triangle, p));
+        least = std::min(least, distance_to_triangle(p, triangle));
     });
     return least;
 }

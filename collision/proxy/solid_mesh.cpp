@@ -14,14 +14,6 @@
 namespace terrane::internal {
 namespace {
 
-Eigen::Vector3d nearest_on_segment(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
-                                   const Eigen::Vector3d& p) {
-    const Eigen::Vector3d along = b - a;
-    const double square = dot(along, along);
-    if (!(square > 0.0)) return a;
-    return a + std::clamp(dot(p - a, along) / square, 0.0, 1.0) * along;
-}
-
 double box_distance(const Aabb& box, const Eigen::Vector3d& p) {
     double square = 0.0;
     for (int axis = 0; axis < 3; ++axis) {
@@ -97,31 +89,12 @@ SolidMesh make_solid_mesh(const TriangleMesh& mesh) {
     return made;
 }
 
-Eigen::Vector3d nearest_on_triangle(const std::array<Eigen::Vector3d, 3>& triangle,
-                                    const Eigen::Vector3d& p) {
-    const auto& [a, b, c] = triangle;
-    const Eigen::Vector3d normal = cross(b - a, c - a);
-    const double square = dot(normal, normal);
-    if (square > 0.0) {
-        const bool is_over = dot(cross(b - a, p - a), normal) >= 0.0 &&
-                             dot(cross(c - b, p - b), normal) >= 0.0 &&
-                             dot(cross(a - c, p - c), normal) >= 0.0;
-        if (is_over) return p - (dot(p - a, normal) / square) * normal;
-    }
-    Eigen::Vector3d best = nearest_on_segment(a, b, p);
-    for (const Eigen::Vector3d& other :
-         {nearest_on_segment(b, c, p), nearest_on_segment(c, a, p)}) {
-        if (dot(other - p, other - p) < dot(best - p, best - p)) best = other;
-    }
-    return best;
-}
-
 NearestTriangle find_nearest(const SolidMesh& mesh, const Eigen::Vector3d& p) {
     NearestTriangle best;
     visit_leaves_up_to(
         std::span(mesh.tree), kInfinity, [&](const Aabb& box) { return box_distance(box, p); },
         [&](std::uint32_t item) {
-            const double distance = distance_to_triangle(mesh.corners(item), p);
+            const double distance = distance_to_triangle(p, mesh.corners(item));
             if (distance < best.distance || (distance == best.distance && item < best.triangle)) {
                 best = {item, distance};
             }

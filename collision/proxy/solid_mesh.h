@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/aabb_tree.h"
+#include "base/triangle_distance.h"
 #include "base/vector_math.h"
 
 #include <terrane/terrain/triangle_mesh.h>
@@ -32,16 +33,6 @@ struct SolidMesh {
 ///
 /// @param mesh finite, with valid indices
 SolidMesh make_solid_mesh(const TriangleMesh& mesh);
-
-/// The nearest point of a triangle. A triangle without area counts as its longest edge does.
-Eigen::Vector3d nearest_on_triangle(const std::array<Eigen::Vector3d, 3>& triangle,
-                                    const Eigen::Vector3d& p);
-
-/// Distance from a point to a triangle, metres.
-inline double distance_to_triangle(const std::array<Eigen::Vector3d, 3>& triangle,
-                                   const Eigen::Vector3d& p) {
-    return length(nearest_on_triangle(triangle, p) - p);
-}
 
 /// The nearest triangle and its distance.
 struct NearestTriangle {

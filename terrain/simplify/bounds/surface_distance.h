@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "base/triangle_distance.h"
 #include "base/vector_math.h"
 
 #include <Eigen/Core>
@@ -10,12 +11,6 @@
 #include <cstddef>
 
 namespace terrane::internal {
-
-/// Corners of a triangle, which may be a segment or a point.
-using Corners = std::array<Eigen::Vector3d, 3>;
-
-/// Distance of a point from a closed triangle; rounding is below 1e-12 of the largest coordinate difference.
-double distance_to_triangle(const Eigen::Vector3d& p, const Corners& triangle);
 
 /// Largest distance of a point of one triangle from another one, rounded up: at a corner, because the distance from a
 /// convex set is convex.
