@@ -22,9 +22,7 @@ struct IndexedMesh {
     std::vector<Eigen::Vector2f> texture_coordinates = {};  ///< [vertices_world], or empty
 };
 
-/// The triangles of all chunks and volumes of a frame as one mesh at displayed heights. Vertices are one where they
-/// have the same displayed position, bit for bit. The triangulator promises that
-/// they always do; a crack would show as an edge with one triangle.
+/// The triangles of all chunks and volumes of a frame as one mesh: expand_mesh(), without normals.
 IndexedMesh weld(const TerrainMesh& mesh);
 
 /// Binary little-endian PLY: double x, y, z; where the mesh has them float nx, ny, nz, float s, t, and uchar red,
