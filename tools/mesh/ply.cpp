@@ -31,9 +31,11 @@ void append(std::string& bytes, T value) {
 
 }  // namespace
 
-IndexedMesh weld(const TerrainMesh& mesh) {
+IndexedMesh weld(const TerrainMesh& mesh, Normals normals) {
     TriangleMesh expanded = expand_mesh(mesh);
-    return {std::move(expanded.positions), std::move(expanded.triangles)};
+    IndexedMesh welded{std::move(expanded.positions), std::move(expanded.triangles)};
+    if (normals == Normals::with) welded.normals = std::move(expanded.normals);
+    return welded;
 }
 
 Result<void> write_ply(const IndexedMesh& mesh, const std::string& path) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Sources: M. Shimrat. Algorithm 112: position of point relative to polygon. Commun. ACM 5(8), 1962 (crossings of a ray).
+// Sources:
+//   M. Shimrat. Algorithm 112: position of point relative to polygon. Commun. ACM 5(8), 1962 (crossings of a ray).
 #include "source/compose/polygon_distance.h"
 
 #include <terrane/terrain/number_text.h>

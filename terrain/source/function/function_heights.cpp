@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// A source from a function with a Lipschitz bound, a bound of its second derivative, or neither. Certified bounds depend
-// on the spacing alone, and so are nested; estimates are the deviations of samples of a quarter of the spacing, and what
-// the estimated slope and curvature allow between these (mesh_bounds.h).
+// A source from a function with a Lipschitz bound, a bound of its second derivative, or neither. Certified bounds
+// depend on the spacing alone, and so are nested; estimates are the deviations of samples of a quarter of the spacing,
+// and what the estimated slope and curvature allow between these (mesh_bounds.h).
 #include "base/settings_check.h"
 #include "source/bounds/mesh_bounds.h"
 #include "source/bounds/rounding.h"

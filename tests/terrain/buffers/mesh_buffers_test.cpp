@@ -284,7 +284,9 @@ TEST(ExpandMesh, HasTheTrianglesOfTheFrameAndEachPositionOnce) {
     EXPECT_EQ(expanded.triangles.size(), mesh.triangle_count);
     EXPECT_EQ(expanded.normals.size(), expanded.positions.size());
     std::map<std::array<double, 3>, int> places;
-    for (const WorldPos& p : expanded.positions) EXPECT_EQ(++places[{p.x(), p.y(), p.z()}], 1);
+    for (const WorldPos& p : expanded.positions) {
+        EXPECT_EQ(++places[(std::array<double, 3>{p.x(), p.y(), p.z()})], 1);
+    }
     std::vector<Corners> triangles;
     for (const auto& triangle : expanded.triangles) {
         Corners corners;

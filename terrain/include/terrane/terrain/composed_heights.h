@@ -47,8 +47,8 @@ private:
     double slope_;
 };
 
-/// A mask that calls a function; values below 0 count as 0 and above 1 as 1. Where the function throws or gives NaN, the
-/// blend's sample() fails with a line that names the place.
+/// A mask that calls a function; values below 0 count as 0 and above 1 as 1. Where the function throws or gives NaN,
+/// the blend's sample() fails with a line that names the place.
 ///
 /// @param slope  Lipschitz bound of the function, 1/m, 0 to 1e6
 ///
@@ -74,8 +74,8 @@ Result<std::shared_ptr<const HeightSource>> sum_heights(std::shared_ptr<const He
 /// One source that passes into another one by a mask m: z = (1 - m) a + m b. Where m is 0 or 1 the heights and flags of
 /// cells are those of one source, bit for bit.
 ///
-/// Over a triangle with the longest edge l, where m is in [least, most] and the sources are at most d apart, its bound is
-/// max of (1 - m) e_a + m e_b at both ends, plus d * min(most - least, slope l / 2).
+/// Over a triangle with the longest edge l, where m is in [least, most] and the sources are at most d apart, its bound
+/// is the larger (1 - m) e_a + m e_b of both ends, plus d * min(most - least, slope l / 2).
 ///
 /// Fails: invalid_argument for sources of different lattices, or extents that do not overlap
 /// Cost:  of samples those of both where the mask is between 0 and 1, else of one

@@ -13,9 +13,9 @@
 /// A frame's mesh as plain vertices and indices, for renderers and programs that do not read chunks.
 namespace terrane {
 
-/// The triangles of all chunks and volumes of a frame as one mesh in world coordinates, morphing included. A vertex that
-/// triangles share, of several chunks too, is there once: vertices are one where they have the same displayed position,
-/// bit for bit. The triangulator guarantees that they always do; a crack would be an edge with one triangle.
+/// The triangles of all chunks and volumes of a frame as one mesh in world coordinates, morphing included. A vertex
+/// that triangles share, of several chunks too, is there once: vertices are one where they have the same displayed
+/// position, bit for bit. The triangulator guarantees that they always do; a crack would be an edge with one triangle.
 ///
 /// Vertices are in the order of their first use. Normals are those of MeshVertex.
 ///
@@ -73,7 +73,7 @@ public:
     MeshBuffers& operator=(MeshBuffers&&) noexcept;
     ~MeshBuffers();
 
-    /// Takes the mesh of a frame. The mesh is not needed afterwards. An eye that is not finite does not move the origin.
+    /// Takes the mesh of a frame, which is not needed afterwards. An eye that is not finite does not move the origin.
     ///
     /// Cost: O(triangles), about 0.1 microseconds each, those of unchanged parts too
     void update(const TerrainMesh& mesh, const WorldPos& eye_world);
