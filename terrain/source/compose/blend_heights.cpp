@@ -58,7 +58,7 @@ public:
     }
 
     Result<void> sample(const SampleGrid& grid, std::span<double> heights_out) const override {
-        const MaskInterval all = mask_->over(rect(grid, 0));
+        const MaskInterval all = mask_->over(square_around(grid, 0));
         if (is_one(all)) return b().sample(grid, heights_out);
         if (auto ok = a().sample(grid, heights_out); !ok || is_zero(all)) return ok;
         std::vector<double> others(grid.size());
@@ -92,7 +92,7 @@ public:
 
     Result<void> cell_flags(const SampleGrid& grid,
                             std::span<std::uint8_t> flags_out) const override {
-        const MaskInterval all = mask_->over(rect(grid, 0));
+        const MaskInterval all = mask_->over(square_around(grid, 0));
         if (is_one(all)) return b().cell_flags(grid, flags_out);
         if (auto ok = a().cell_flags(grid, flags_out); !ok || is_zero(all)) return ok;
         std::vector<std::uint8_t> others(flags_out.size());
@@ -127,8 +127,9 @@ public:
     }
 
     double rise_bound(double distance) const override {
+        const double share = std::min(1.0, mask_->slope() * distance);
         return (std::max(a().rise_bound(distance), b().rise_bound(distance)) +
-                largest_step_ * std::min(1.0, mask_->slope() * distance)) *
+                (share > 0.0 ? share * largest_step_ : 0.0)) *
                kOutward;
     }
 
@@ -159,14 +160,14 @@ private:
         const auto at = [&](double part) {
             return (1.0 - part) * static_cast<double>(of_a) + part * static_cast<double>(of_b);
         };
-        const double step = std::min(mask.most - mask.least, 0.5 * mask_->slope() * longest_edge);
-        return round_up((std::max(at(mask.least), at(mask.most)) + distance_over(around) * step) *
-                        kOutward);
+        const double share = std::min(mask.most - mask.least, 0.5 * mask_->slope() * longest_edge);
+        const double step = share > 0.0 ? share * distance_over(around) : 0.0;
+        return round_up((std::max(at(mask.least), at(mask.most)) + step) * kOutward);
     }
 
     Result<void> blend_bounds(const SampleGrid& grid, std::span<float> vertices,
                               std::span<float> cells) const {
-        const MaskInterval all = mask_->over(rect(grid, vertices.empty() ? 0 : 3));
+        const MaskInterval all = mask_->over(square_around(grid, vertices.empty() ? 0 : 3));
         if (is_one(all)) return read_bounds(b(), grid, vertices, cells);
         if (auto ok = read_bounds(a(), grid, vertices, cells); !ok || is_zero(all)) return ok;
         std::vector<float> other_vertices(vertices.size()), other_cells(cells.size());

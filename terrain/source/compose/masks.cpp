@@ -32,25 +32,29 @@ public:
         : BlendMask(slope), function_(std::move(function)) {}
 
     double at(double x, double y) const override {
-        try {
-            return std::clamp(function_(x, y), 0.0, 1.0);  // NaN stays
-        } catch (...) {
-            return std::numeric_limits<double>::quiet_NaN();
-        }
+        return std::clamp(value(x, y), 0.0, 1.0);  // NaN stays
     }
     MaskInterval over(const WorldRect& rect) const override {
         const Circle around = circle_around(rect);
         if (!std::isfinite(around.radius)) return {};
-        const double value = at(around.x, around.y);
-        if (!std::isfinite(value)) return {};
-        const double reach = slope() * around.radius + 0x1p-50;
-        // A mask that is 0 or 1 all over stays so.
-        if (slope() == 0.0) return {value, value};
-        return {std::max(0.0, value - reach), std::min(1.0, value + reach)};
+        const double middle = value(around.x, around.y);
+        if (!std::isfinite(middle)) return {};
+        // a constant has no rounding
+        const double reach =
+            slope() > 0.0 ? slope() * around.radius + 0x1p-50 * (1.0 + std::abs(middle)) : 0.0;
+        return {std::clamp(middle - reach, 0.0, 1.0), std::clamp(middle + reach, 0.0, 1.0)};
     }
     WorldRect support() const override { return {-kFar, -kFar, kFar, kFar}; }
 
 private:
+    double value(double x, double y) const {
+        try {
+            return function_(x, y);
+        } catch (...) {
+            return std::numeric_limits<double>::quiet_NaN();
+        }
+    }
+
     std::function<double(double, double)> function_;
 };
 

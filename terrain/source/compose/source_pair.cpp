@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "source/compose/source_pair.h"
 
+#include <terrane/terrain/number_text.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -18,8 +20,8 @@ Result<void> check_pair(const HeightSource& a, const HeightSource& b) {
     if (!(a.lattice() == b.lattice())) {
         return fail(ErrorCode::invalid_argument,
                     "the sources must have the same lattice, got spacings of " +
-                        std::to_string(a.lattice().spacing) + " and " +
-                        std::to_string(b.lattice().spacing) + " m, or other origins or roots");
+                        number_text(a.lattice().spacing) + " and " +
+                        number_text(b.lattice().spacing) + " m, or other origins or roots");
     }
     const WorldRect extent = common(a.extent(), b.extent());
     if (extent.west < extent.east && extent.south < extent.north) return {};
@@ -31,11 +33,18 @@ SourcePair::SourcePair(std::shared_ptr<const HeightSource> a, std::shared_ptr<co
       a_(std::move(a)),
       b_(std::move(b)) {}
 
-WorldRect SourcePair::rect(const SampleGrid& grid, std::int64_t steps_beyond) const {
-    const std::int64_t margin = steps_beyond * grid.step;
-    return rect({grid.corner.x - margin, grid.corner.y - margin},
-                {grid.corner.x + grid.step * (grid.columns - 1) + margin,
-                 grid.corner.y + grid.step * (grid.rows - 1) + margin});
+WorldRect SourcePair::square_around(const SampleGrid& grid, std::int64_t steps_beyond) const {
+    const std::int64_t width = grid.step * (grid.columns - 1), depth = grid.step * (grid.rows - 1);
+    // half a step more than needed, against rounding
+    const double half_side =
+        lattice().spacing *
+        (0.5 * static_cast<double>(std::max(width, depth)) +
+         (static_cast<double>(steps_beyond) + 0.5) * static_cast<double>(grid.step));
+    const double x =
+        lattice().x(grid.corner.x) + 0.5 * lattice().spacing * static_cast<double>(width);
+    const double y =
+        lattice().y(grid.corner.y) + 0.5 * lattice().spacing * static_cast<double>(depth);
+    return {x - half_side, y - half_side, x + half_side, y + half_side};
 }
 
 WorldRect SourcePair::world() const {

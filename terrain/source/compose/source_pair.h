@@ -22,8 +22,9 @@ protected:
     WorldRect rect(const LatticePoint& low, const LatticePoint& high) const {
         return {lattice().x(low.x), lattice().y(low.y), lattice().x(high.x), lattice().y(high.y)};
     }
-    /// The rectangle of a grid, wider by some steps.
-    WorldRect rect(const SampleGrid& grid, std::int64_t steps_beyond) const;
+    /// A square around a grid, wider by some steps. Masks have intervals over it that contain those over all squares in
+    /// the grid (BlendMask::over()), so that what is decided for a grid is what is decided for each of its points.
+    WorldRect square_around(const SampleGrid& grid, std::int64_t steps_beyond) const;
     /// Root squares of the world, metres.
     WorldRect world() const;
 

@@ -33,7 +33,7 @@ public:
     /// The mask at any finite place, 0 to 1: a pure function of the place.
     /// Fails: NaN where it has no value
     virtual double at(double x, double y) const = 0;
-    /// Contains all values over a rectangle. A rectangle within another one has an interval within the other's.
+    /// Contains all values over a rectangle. A square within another one has an interval within the other's.
     virtual MaskInterval over(const WorldRect& rect) const = 0;
     /// Outside this rectangle the mask is 0, metres; may be infinite.
     virtual WorldRect support() const = 0;

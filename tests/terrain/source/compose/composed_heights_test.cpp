@@ -166,6 +166,38 @@ TEST(ComposedHeights, KeepTheLawsOfSources) {
     }
 }
 
+TEST(ComposedHeights, HaveTheSameBitsInEveryGrid) {
+    test::Random random(5);
+    for (int i = 0; i < 60; ++i) {
+        const Both both = random.below(2) == 0 ? flat_in(waves(random), random)
+                                               : blend_of(waves(random), waves(random), random);
+        const std::int64_t step = std::int64_t{1} << random.below(6);
+        const SampleGrid whole{
+            {2 * step * random.below(20), 2 * step * random.below(20)}, step, 65, 17};
+        std::vector<float> bounds(whole.size()), cells(64 * 16), other(25), other_cells(16);
+        std::vector<double> heights(whole.size()), other_heights(25);
+        ASSERT_TRUE(both.source->mesh_bounds(whole, bounds, cells));
+        ASSERT_TRUE(both.source->sample(whole, heights));
+        for (int row = 0; row + 5 <= whole.rows; row += 4) {
+            for (int column = 0; column + 5 <= whole.columns; column += 4) {
+                const SampleGrid part{
+                    {whole.corner.x + column * step, whole.corner.y + row * step}, step, 5, 5};
+                ASSERT_TRUE(both.source->mesh_bounds(part, other, other_cells));
+                ASSERT_TRUE(both.source->sample(part, other_heights));
+                for (int k = 0; k < 25; ++k) {
+                    const auto at = static_cast<std::size_t>((row + k / 5) * 65 + column + k % 5);
+                    ASSERT_EQ(other[static_cast<std::size_t>(k)], bounds[at]);
+                    ASSERT_EQ(other_heights[static_cast<std::size_t>(k)], heights[at]);
+                }
+                for (int k = 0; k < 16; ++k) {
+                    const auto at = static_cast<std::size_t>((row + k / 4) * 64 + column + k % 4);
+                    ASSERT_EQ(other_cells[static_cast<std::size_t>(k)], cells[at]);
+                }
+            }
+        }
+    }
+}
+
 TEST(ComposedHeights, KeepTheLawsOverFractals) {
     const auto fractal = FractalHeights::create({.seed = 5, .octave_count = 8}).value();
     const auto other =
