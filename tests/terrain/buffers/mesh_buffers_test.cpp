@@ -189,7 +189,7 @@ TEST(MeshBuffers, TellWhatHasChangedSinceTheFrameBefore) {
     }
     EXPECT_GT(same, 100u);
     EXPECT_GT(changed, 100u);
-    EXPECT_GT(added, 20u);
+    EXPECT_GT(added, 10u);
     EXPECT_GT(gone, 0u);
 }
 
