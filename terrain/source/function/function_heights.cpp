@@ -171,6 +171,12 @@ Result<void> check(const FunctionHeightsSettings& settings) {
 }
 
 Result<Lattice> make_lattice(const FunctionHeightsSettings& settings) {
+    if (settings.lattice) {
+        if (auto ok = check(*settings.lattice); !ok) {
+            return fail(ok.error().code, "lattice." + ok.error().message);
+        }
+        return *settings.lattice;
+    }
     const WorldRect& extent = settings.extent;
     Lattice lattice;
     lattice.origin_x = extent.west;
@@ -195,6 +201,19 @@ Result<Lattice> make_lattice(const FunctionHeightsSettings& settings) {
     return lattice;
 }
 
+// Where the function is asked: the extent and the root squares, and as far as one of these beyond them.
+WorldRect asked_region(const Lattice& lattice, const WorldRect& extent) {
+    const std::int64_t side = lattice.chunk_side(0);
+    const auto root = [side](std::int32_t first, std::int32_t count) {
+        return side * (std::int64_t{first} + count);
+    };
+    return {
+        std::min(extent.west, lattice.x(root(lattice.first_root_x, -1))),
+        std::min(extent.south, lattice.y(root(lattice.first_root_y, -1))),
+        std::max(extent.east, lattice.x(root(lattice.first_root_x, lattice.root_count_x + 1))),
+        std::max(extent.north, lattice.y(root(lattice.first_root_y, lattice.root_count_y + 1)))};
+}
+
 Result<Known> find_bounds(const CheckedFunction& function, const Lattice& lattice,
                           const FunctionHeightsSettings& settings) {
     const WorldRect& extent = settings.extent;
@@ -208,24 +227,24 @@ Result<Known> find_bounds(const CheckedFunction& function, const Lattice& lattic
         known.bounds.slope = settings.slope.value_or(kUnknown);
         known.bounds.curvature = settings.curvature.value_or(kUnknown);
     }
-    // As far as a root square beyond the world: nobody asks farther away.
-    const double world =
-        lattice.root_size() * (2.0 + std::max(lattice.root_count_x, lattice.root_count_y));
-    const double reach = kSqrt2 * world;
+    const WorldRect region = asked_region(lattice, extent);
+    const double middle_x = 0.5 * (extent.west + extent.east);
+    const double middle_y = 0.5 * (extent.south + extent.north);
+    const double reach_x = std::max(region.east - middle_x, middle_x - region.west);
+    const double reach_y = std::max(region.north - middle_y, middle_y - region.south);
+    const double reach = std::sqrt(reach_x * reach_x + reach_y * reach_y) * kOutward;
     if (settings.curvature && !settings.slope) {
         known.has_slope = false;
-        const auto slope = internal::slope_at(function, 0.5 * (extent.west + extent.east),
-                                              0.5 * (extent.south + extent.north), lattice.spacing,
-                                              *settings.curvature);
+        const auto slope =
+            internal::slope_at(function, middle_x, middle_y, lattice.spacing, *settings.curvature);
         if (!slope) return tl::unexpected(slope.error());
         known.bounds.slope = *slope + *settings.curvature * reach * kOutward;
     }
     // Chunks with heights beyond kMostHeight are not made.
     known.bounds.height =
         settings.range ? settings.range->high - settings.range->low : 2.0 * kMostHeight;
-    const double farthest = std::max({std::abs(extent.west), std::abs(extent.east),
-                                      std::abs(extent.south), std::abs(extent.north)}) +
-                            world;
+    const double farthest = std::max({std::abs(region.west), std::abs(region.east),
+                                      std::abs(region.south), std::abs(region.north)});
     known.bounds.shift = 0x1p-51 * farthest;
     const double highest =
         settings.range ? std::max(std::abs(settings.range->low), std::abs(settings.range->high))

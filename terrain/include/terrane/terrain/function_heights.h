@@ -27,6 +27,9 @@ struct FunctionHeightsSettings {
     WorldRect extent = {};        ///< of the ground, metres; finite and not empty
     double finest_spacing = 1.0;  ///< metres between samples of the finest level, > 0
     double quantum = 0x1p-12;     ///< Lattice::quantum
+    /// The lattice of another source, to compose with it; then finest_spacing and quantum are not used. Absent: one of
+    /// its own, with lattice point (0, 0) at the extent's south-western corner.
+    std::optional<Lattice> lattice = std::nullopt;
     /// Lipschitz bound: |h(p) - h(q)| <= slope * |p - q|, everywhere. 0 to 1e6.
     std::optional<double> slope = std::nullopt;
     /// Bound of the second derivative in every direction, 1/m: |grad h(p) - grad h(q)| <= curvature * |p - q|,
@@ -36,8 +39,8 @@ struct FunctionHeightsSettings {
     std::optional<HeightInterval> range = std::nullopt;
 };
 
-/// A source from a function and what is known of it. One root square has at least a quarter of the extent's longer
-/// side; lattice point (0, 0) is the extent's south-western corner. Bounds of vertices are exactly nested.
+/// A source from a function and what is known of it. A root square of its own lattice has at least a quarter of the
+/// extent's longer side. Bounds of vertices are exactly nested.
 ///
 /// Where the function throws or gives NaN or infinity, sample() fails with one line that names the place and the
 /// value; height() is NaN there.

@@ -215,6 +215,28 @@ TEST(ComposedHeights, KeepTheLawsOverFractals) {
     EXPECT_TRUE(report.is_clean()) << to_text(report);
 }
 
+TEST(ComposedHeights, AddAFunctionToAFractalOnItsLattice) {
+    const auto fractal = FractalHeights::create({.seed = 5, .octave_count = 6}).value();
+    const Function dome = [](double x, double y) {
+        return std::max(0.0, 400.0 - 0.0002 * (x * x + y * y));
+    };
+    const auto function = heights_from_function(dome, {.extent = fractal->extent(),
+                                                       .lattice = fractal->lattice(),
+                                                       .slope = 0.6,
+                                                       .range = HeightInterval{0.0, 400.0}})
+                              .value();
+    EXPECT_EQ(function->lattice(), fractal->lattice());
+    const auto sum = sum_heights(fractal, function).value();
+    const SourceReport report =
+        check_source(*sum, {.seed = 2,
+                            .places = 4,
+                            .points = 8,
+                            .region = WorldRect{-3000.0, -3000.0, 3000.0, 3000.0}})
+            .value();
+    EXPECT_TRUE(report.is_clean()) << to_text(report);
+    EXPECT_EQ(sum->height(300.5, 20.25), fractal->height(300.5, 20.25) + dome(300.5, 20.25));
+}
+
 TEST(ComposedHeights, HaveBoundsThatAreFoundWrongWhereAPartIsWrong) {
     test::Random random(3);
     const Both right = waves(random);

@@ -283,6 +283,9 @@ TEST(FunctionHeights, RefuseSettingsOutOfRange) {
     settings = known(1.0, {});
     settings.quantum = 0.3;
     EXPECT_EQ(refusal(settings), "quantum must be a power of two from 2^-60 to 2^20 m, got 0.3");
+    settings = known(1.0, {});
+    settings.lattice = Lattice{.finest_level = 25};
+    EXPECT_EQ(refusal(settings), "lattice.finest_level must be 0 to 24, got 25");
     const auto empty = heights_from_function({}, known(1.0, {}));
     ASSERT_FALSE(empty.has_value());
     EXPECT_EQ(empty.error().message, "function must be one that can be called, got an empty one");
