@@ -49,7 +49,7 @@ struct FunctionHeightsSettings {
 ///          estimated
 /// Threads: those of HeightSource
 /// Cost:    of a sample one call; of bounds nothing where they are certified, about 17 calls a sample where they are
-///          estimated; of interval() one call
+///          estimated; of interval() one call, five where only a curvature is known
 Result<std::shared_ptr<const HeightSource>> heights_from_function(
     HeightFunction function, const FunctionHeightsSettings& settings);
 
