@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
+#include "support/mesh_checks.h"
 #include "support/random.h"
 
 #include <terrane/terrain/check_source.h>
+#include <terrane/terrain/composed_heights.h>
 #include <terrane/terrain/function_heights.h>
 #include <terrane/terrain/ground.h>
 #include <terrane/terrain/pager.h>
@@ -180,6 +182,26 @@ TEST(FunctionHeights, SayThatNothingIsCertifiedWhereNothingIsKnown) {
     // Estimates choose about as many triangles: neither all of the budget nor none.
     EXPECT_GT(scene.mesh.triangle_count, bounded.mesh.triangle_count / 8);
     EXPECT_LT(scene.mesh.triangle_count, bounded.mesh.triangle_count * 2);
+}
+
+TEST(FunctionHeights, CertifyTheErrorOfAFrame) {
+    const View view = look_at({0.0, -2000.0, 300.0}, {0.0, 0.0, 0.0}, 1.0, 1280, 720).value();
+    for (const auto& settings : {known(kHillSlope, {}), known({}, kHillCurvature)}) {
+        const auto hilly = make(hills, settings);
+        const FlatArea area{.polygon = polygon_of({-300.0, -900.0, 200.0, -500.0}), .height = 4.0};
+        for (const auto& source : {hilly, flatten_heights(hilly, {&area, 1}).value()}) {
+            const Scene scene = look_over(source, 4.0, view);
+            const double measured =
+                test::measure_error_px(test::make_soup(scene.mesh), *source, view, 3);
+            EXPECT_LE(measured, scene.mesh.error_px);
+            EXPECT_GT(measured, 0.0);
+            const Ground ground(scene.pager.resident(), source->lattice().finest_level);
+            const HeightAnswer answer = ground.height(1.3, -1999.1);
+            ASSERT_EQ(answer.status, GroundStatus::ok);
+            EXPECT_LE(std::abs(answer.height - source->height(1.3, -1999.1)), answer.error_m);
+            EXPECT_LT(answer.error_m, 0.4);
+        }
+    }
 }
 
 TEST(FunctionHeights, HaveEstimatesThatHoldOnSmoothGround) {
