@@ -177,7 +177,8 @@ Result<void> fill_vertex_bounds(const HeightSource& source, const std::stop_toke
     };
     if (const Result<void> good = check(wide.grid, bounds); !good) return good;
 #if TERRANE_ASSERTS
-    internal::assert_source_holds(source, wide.grid, wide.heights, wide.bounds);
+    if (source.is_certified())
+        internal::assert_source_holds(source, wide.grid, wide.heights, wide.bounds);
 #endif
     if (const Result<void> kept =
             store_vertex_bounds(wide.grid, bounds, half_quantum, vertices, chunk);
@@ -318,6 +319,7 @@ Result<std::shared_ptr<const Chunk>> make_chunk(const HeightSource& source, cons
     chunk->key = key;
     chunk->corner = lattice.corner(key);
     chunk->step = lattice.step(key.level);
+    chunk->is_certified = source.is_certified();
     const std::int64_t margin = internal::kReachCells * chunk->step;
     Surroundings wide;
     wide.grid = {{chunk->corner.x - margin, chunk->corner.y - margin},

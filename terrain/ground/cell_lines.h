@@ -37,7 +37,7 @@ inline GroundCell Ground::read_cell(const Chunk& chunk, std::int64_t column, std
     cell.north_west = chunk.heights[south_west + kChunkSamples];
     cell.north_east = chunk.heights[south_west + kChunkSamples + 1];
     cell.cut_to_north_east = cut_to_north_east(column, row);
-    cell.error_m = chunk.cell_bounds[cell_index(i, j)];
+    cell.error_m = chunk.cell_error(cell_index(i, j));
     cell.filled = (flags & cell_filled) != 0;
     return cell;
 }

@@ -129,7 +129,7 @@ float GroundReader::error(const CellRange& range) {
                 const int i = static_cast<int>(column & (kChunkCells - 1));
                 const int j = static_cast<int>(row & (kChunkCells - 1));
                 if ((chunk.flags_at(i, j) & cell_outside) == 0) {
-                    error = std::max(error, chunk.cell_bounds[cell_index(i, j)]);
+                    error = std::max(error, chunk.cell_error(cell_index(i, j)));
                 }
             }
         }

@@ -77,7 +77,7 @@ inline bool Ground::height_over(const CellPoint& point, double at_most,
     answer.height = quantum_ * static_cast<double>(*corner) + rise;
     const Eigen::Vector3d up(-slope_x / spacing_, -slope_y / spacing_, 1.0);
     answer.normal = up / up.norm();
-    answer.error_m = static_cast<double>(chunk->cell_bounds[cell]);
+    answer.error_m = static_cast<double>(chunk->cell_error(cell));
     if (chunk->solid != nullptr) {
         answer_from_solid(*chunk->solid, chunk->solid->is_replaced(cell, !is_south), point.x_world,
                           point.y_world, at_most, answer);

@@ -121,7 +121,7 @@ bool Ground::RayWalk::visit_solid_chunk(const SquareSpan& over) {
     const std::int64_t column = std::clamp(x_.cell(t_), cells.west, cells.east);
     const std::int64_t row = std::clamp(y_.cell(t_), cells.south, cells.north);
     error_m_ = std::max(chunk_->solid->error_m(met->triangle),
-                        static_cast<double>(chunk_->cell_bounds[index_in_chunk(column, row)]));
+                        static_cast<double>(chunk_->cell_error(index_in_chunk(column, row))));
     is_filled_ = false;
     return true;
 }

@@ -243,6 +243,7 @@ void Triangulator::State::report(const ScreenError& screen, const Morph& morph) 
     } else {
         mesh.status = MeshStatus::finest_reached;
     }
+    if (!source->is_certified()) mesh.error_px = internal::kInfinity;
 }
 
 const char* name_of(MeshStatus status) {

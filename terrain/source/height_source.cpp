@@ -23,6 +23,8 @@ Result<std::shared_ptr<const Chunk>> HeightSource::stored_chunk(
     return std::shared_ptr<const Chunk>();
 }
 
+bool HeightSource::is_certified() const { return true; }
+
 bool HeightSource::is_current(const Chunk& /*chunk*/) const { return true; }
 
 std::optional<SolidExtent> HeightSource::solid_extent(const ChunkKey& /*key*/) const {

@@ -134,6 +134,11 @@ std::vector<double> find_rises(const HeightSource& source, double steepest) {
 Result<StoreInfo> ChunkStore::bake(const HeightSource& whole, const std::string& path,
                                    const BakeSettings& settings) {
     if (auto checked = check_settings(settings); !checked) return tl::unexpected(checked.error());
+    if (!whole.is_certified()) {
+        return fail(ErrorCode::invalid_argument,
+                    "cannot bake \"" + path +
+                        "\": a store holds certified bounds, and the source has estimates");
+    }
     const auto part = PartHeights::create(whole, settings.level_count, settings.region);
     if (!part) return tl::unexpected(part.error());
     const HeightSource& source = **part;

@@ -17,6 +17,10 @@ Result<std::shared_ptr<VolumeHeights>> VolumeHeights::create(
         return fail(ErrorCode::invalid_argument,
                     "the volumes were placed for another lattice than the heightfield's");
     }
+    if (!heights->is_certified()) {
+        return fail(ErrorCode::invalid_argument,
+                    "volumes need a heightfield with certified bounds, got one with estimates");
+    }
     if (const int finest = heights->lattice().finest_level; volumes.level() != finest) {
         return fail(ErrorCode::invalid_argument, "volumes must be placed for the finest level, " +
                                                      number_text(finest) + ", got " +

@@ -29,32 +29,45 @@ std::string_view bytes_of(const T& value) {
 }
 
 // To glTF's axes: x east, y up, z south.
-Eigen::Vector3d to_gltf(const WorldPos& p_world) {
-    return {p_world.x(), p_world.z(), -p_world.y()};
+template <class Scalar>
+Eigen::Matrix<Scalar, 3, 1> to_gltf(const Eigen::Matrix<Scalar, 3, 1>& v) {
+    return {v.x(), v.z(), -v.y()};
 }
 
 using Point = std::array<float, 3>;
 
 // The JSON chunk.
 std::string describe(const Eigen::Vector3d& middle, const Point& low, const Point& high,
-                     std::size_t vertex_count, std::size_t index_count) {
+                     std::size_t vertex_count, std::size_t index_count, bool has_normals) {
     const std::size_t position_bytes = vertex_count * sizeof(Point);
     const std::size_t index_bytes = index_count * sizeof(std::uint32_t);
     std::string json = R"({"asset":{"version":"2.0","generator":"terrane"},"scene":0,)"
                        R"("scenes":[{"nodes":[0]}],"nodes":[{"name":"terrain","mesh":0,)";
     json += fmt::format(R"("translation":[{},{},{}]}}],)", middle.x(), middle.y(), middle.z());
-    json += R"("meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],)";
+    json += R"("meshes":[{"primitives":[{"attributes":{"POSITION":0)";
+    json += has_normals ? R"(,"NORMAL":2},"indices":1}]}],)" : R"(},"indices":1}]}],)";
     json +=
         fmt::format(R"("accessors":[{{"bufferView":0,"componentType":{},"count":{},"type":"VEC3",)"
                     R"("min":[{},{},{}],"max":[{},{},{}]}},)",
                     kFloat, vertex_count, low[0], low[1], low[2], high[0], high[1], high[2]);
-    json += fmt::format(R"({{"bufferView":1,"componentType":{},"count":{},"type":"SCALAR"}}],)",
+    json += fmt::format(R"({{"bufferView":1,"componentType":{},"count":{},"type":"SCALAR"}})",
                         kUnsignedInt, index_count);
+    if (has_normals) {
+        json += fmt::format(R"(,{{"bufferView":2,"componentType":{},"count":{},"type":"VEC3"}})",
+                            kFloat, vertex_count);
+    }
+    json += "],";
     const char* const view = R"({{"buffer":0,"byteOffset":{},"byteLength":{},"target":{}}})";
     json += R"("bufferViews":[)" +
             fmt::format(fmt::runtime(view), 0, position_bytes, kArrayBuffer) + "," +
-            fmt::format(fmt::runtime(view), position_bytes, index_bytes, kElementBuffer) + "],";
-    return json + fmt::format(R"("buffers":[{{"byteLength":{}}}]}})", position_bytes + index_bytes);
+            fmt::format(fmt::runtime(view), position_bytes, index_bytes, kElementBuffer);
+    const std::size_t normal_bytes = has_normals ? position_bytes : 0;
+    if (has_normals) {
+        json += "," + fmt::format(fmt::runtime(view), position_bytes + index_bytes, normal_bytes,
+                                  kArrayBuffer);
+    }
+    return json + fmt::format(R"(],"buffers":[{{"byteLength":{}}}]}})",
+                              position_bytes + index_bytes + normal_bytes);
 }
 
 }  // namespace
@@ -81,10 +94,12 @@ Result<void> write_glb(const IndexedMesh& mesh, const std::string& path) {
         }
         positions.push_back(point);
     }
-    std::string json = describe(middle, low, high, positions.size(), 3 * mesh.triangles.size());
+    const bool has_normals = !mesh.normals.empty();
+    std::string json =
+        describe(middle, low, high, positions.size(), 3 * mesh.triangles.size(), has_normals);
     json.resize((json.size() + 3) / 4 * 4, ' ');  // the length of a chunk is a multiple of 4
-    const std::size_t binary_bytes =
-        positions.size() * sizeof(Point) + mesh.triangles.size() * sizeof mesh.triangles.front();
+    const std::size_t binary_bytes = (has_normals ? 2 : 1) * positions.size() * sizeof(Point) +
+                                     mesh.triangles.size() * sizeof mesh.triangles.front();
     const std::size_t all_bytes = 12 + 8 + json.size() + 8 + binary_bytes;
     if (all_bytes > std::numeric_limits<std::uint32_t>::max()) {
         return fail(ErrorCode::invalid_argument,
@@ -102,6 +117,10 @@ Result<void> write_glb(const IndexedMesh& mesh, const std::string& path) {
     file->write(bytes_of(kBinaryChunk));
     for (const Point& point : positions) file->write(bytes_of(point));
     for (const auto& triangle : mesh.triangles) file->write(bytes_of(triangle));
+    for (const Eigen::Vector3f& normal : mesh.normals) {
+        const Eigen::Vector3f n = to_gltf(normal);
+        file->write(bytes_of(Point{n.x(), n.y(), n.z()}));
+    }
     return file->commit();
 }
 

@@ -131,7 +131,9 @@ CommandResult<void> run_mesh(const MeshOptions& options) {
     const CommandResult<TerrainMesh> mesh =
         load_until_stable(*pager, *triangulator, *view, options.memory_mb);
     if (!mesh) return pass_on(mesh.error());
-    const IndexedMesh welded = weld(*mesh);
+    // the other formats have had positions only from the first
+    const IndexedMesh welded =
+        weld(*mesh, format == MeshFormat::glb ? Normals::with : Normals::without);
     if (!options.out.empty()) {
         const Result<void> written = write_mesh(welded, *format, options.out);
         if (!written) return pass_on(written.error());

@@ -12,7 +12,7 @@ namespace terrane::tools {
 enum class MeshFormat {
     ply,  ///< binary little-endian PLY: double x, y, z; attributes; list uchar uint vertex_indices
     obj,  ///< Wavefront OBJ: text, coordinates with all digits, colours after them, vt, vn; z is up, as in the world
-    glb,  ///< binary glTF 2.0: y is up, z south; float positions relative to the node's translation, no attributes
+    glb,  ///< binary glTF 2.0: y is up, z south; float positions relative to the node's translation, normals
 };
 
 /// The extensions of the formats in one text.

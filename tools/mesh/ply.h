@@ -22,10 +22,11 @@ struct IndexedMesh {
     std::vector<Eigen::Vector2f> texture_coordinates = {};  ///< [vertices_world], or empty
 };
 
-/// The triangles of all chunks and volumes of a frame as one mesh at displayed heights. Vertices are one where they
-/// have the same displayed position, bit for bit. The triangulator promises that
-/// they always do; a crack would show as an edge with one triangle.
-IndexedMesh weld(const TerrainMesh& mesh);
+/// Whether a mesh has normals.
+enum class Normals { without, with };
+
+/// The triangles of all chunks and volumes of a frame as one mesh: expand_mesh().
+IndexedMesh weld(const TerrainMesh& mesh, Normals normals = Normals::without);
 
 /// Binary little-endian PLY: double x, y, z; where the mesh has them float nx, ny, nz, float s, t, and uchar red,
 /// green, blue; list uchar uint vertex_indices.

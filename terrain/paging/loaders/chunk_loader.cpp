@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include "paging/loaders/claimed_load.h"
+
 #include <terrane/terrain/assert.h>
 #include <terrane/terrain/chunk_loader.h>
 
@@ -42,6 +44,15 @@ std::shared_ptr<const Chunk> claimed(std::shared_ptr<const Chunk> chunk, ByteCla
     held->claim = std::move(claim);
     held->chunk = std::move(chunk);
     return {held, held->chunk.get()};
+}
+
+FinishedLoad run_load(const HeightSource& source, LoadRequest request,
+                      const std::stop_token& stop) noexcept {
+    const ChunkKey key = request.key;
+    FinishedLoad load{key, internal::load_claimed(key, std::move(request.claim),
+                                                  [&] { return make_chunk(source, key, stop); })};
+    if (load.chunk) load.bytes_read = (*load.chunk)->bytes();
+    return load;
 }
 
 }  // namespace terrane

@@ -198,6 +198,8 @@ public:
         return (base_->rise_bound(distance) + own) * kOutward;
     }
 
+    bool is_certified() const override { return base_->is_certified(); }
+
 private:
     /// What the bound of detail over right triangles of one size depends on.
     struct Triangles {

@@ -49,6 +49,9 @@ def read_glb(path):
     assert (positions["componentType"], positions["type"]) == (5126, "VEC3")
     assert np.array_equal(np.float32(positions["min"]), points.min(axis=0))
     assert np.array_equal(np.float32(positions["max"]), points.max(axis=0))
+    normals, directions = array(primitive["attributes"]["NORMAL"], "<f4", 3)
+    assert (normals["componentType"], normals["type"]) == (5126, "VEC3") and len(directions) == len(points)
+    assert np.abs(np.linalg.norm(directions.astype(float), axis=1) - 1).max() < 1e-6 and directions[:, 1].min() > 0
     indices, faces = array(primitive["indices"], "<u4", 1)
     assert (indices["componentType"], indices["type"]) == (5125, "SCALAR")
     x, y, z = (points.astype(float) + scene["nodes"][0]["translation"]).T

@@ -2,6 +2,9 @@
 #include "mesh/mesh_file.h"
 #include "scene/mesh/mesh_reader.h"
 
+#include <terrane/terrain/fractal_heights.h>
+#include <terrane/terrain/pager.h>
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,17 +23,21 @@ const std::string kStlText =
     "facet normal 0 0 1\nouter loop\nvertex 1 0 0\nvertex 1 2 3\nvertex 0 2 3\nendloop\nendfacet\n"
     "endsolid s\n";
 
-std::string glb_of_two_triangles() {
+std::string glb_of(const IndexedMesh& mesh) {
     const std::string path =
         (std::filesystem::path(testing::TempDir()) / "terrane_assimp_reader.glb").string();
-    IndexedMesh mesh;
-    mesh.vertices_world = {{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, {0.0, 2.0, 3.0}, {1.0, 2.0, 3.0}};
-    mesh.triangles = {{0, 1, 2}, {1, 3, 2}};
     EXPECT_TRUE(write_mesh(mesh, MeshFormat::glb, path));
     std::ifstream file(path, std::ios::binary);
     std::string bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
     std::filesystem::remove(path);
     return bytes;
+}
+
+std::string glb_of_two_triangles() {
+    IndexedMesh mesh;
+    mesh.vertices_world = {{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, {0.0, 2.0, 3.0}, {1.0, 2.0, 3.0}};
+    mesh.triangles = {{0, 1, 2}, {1, 3, 2}};
+    return glb_of(mesh);
 }
 
 TEST(AssimpReader, GlbHasZUpAndTheTranslationOfItsNode) {
@@ -41,6 +48,30 @@ TEST(AssimpReader, GlbHasZUpAndTheTranslationOfItsNode) {
         {{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, {0.0, 2.0, 3.0}}};
     for (std::size_t i = 0; i < 3; ++i) {
         EXPECT_EQ(mesh->positions[mesh->triangles[0][i]], expected[i]);
+    }
+}
+
+TEST(AssimpReader, ReadsAFrameThatWasWrittenAsGlb) {
+    const auto source = FractalHeights::create({.seed = 3}).value();
+    Pager pager = Pager::create(source, {.worker_count = 0}).value();
+    const View view = look_at({0.0, 0.0, 900.0}, {4000.0, 3000.0, 0.0}, 1.0, 640, 480).value();
+    const CameraNeed camera{.view = view, .threshold_px = 8.0};
+    pager.update({&camera, 1}, {}, 0.0);
+    Triangulator triangulator = Triangulator::create(*source, {.triangle_budget = 5000}).value();
+    const IndexedMesh frame = weld(triangulator.update(pager.resident(), view), Normals::with);
+    ASSERT_GT(frame.triangles.size(), 1000u);
+    ASSERT_EQ(frame.normals.size(), frame.vertices_world.size());
+    const Result<TriangleMesh> mesh = parse_with_assimp(glb_of(frame), "glb");
+    ASSERT_TRUE(mesh) << mesh.error().message;
+    ASSERT_EQ(mesh->triangles.size(), frame.triangles.size());
+    ASSERT_EQ(mesh->normals.size(), mesh->positions.size());
+    // the world is 131 km wide: rounding of float, and of the reader's matrices
+    for (std::size_t i = 0; i < frame.triangles.size(); ++i) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::uint32_t read = mesh->triangles[i][k], written = frame.triangles[i][k];
+            ASSERT_LT((mesh->positions[read] - frame.vertices_world[written]).norm(), 0.03);
+            ASSERT_LT((mesh->normals[read] - frame.normals[written]).norm(), 1e-6f);
+        }
     }
 }
 

@@ -8,6 +8,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <stop_token>
 #include <vector>
@@ -45,7 +46,7 @@ struct Chunk {
     HeightInterval vertex_reach;
 
     /// [kChunkCells^2] certified bound of the vertical distance between a cell's two triangles and the true
-    /// surface, metres, half a quantum included.
+    /// surface, metres, half a quantum included. An estimate where the chunk is not certified: see cell_error().
     std::vector<float> cell_bounds;
 
     /// [kChunkCells^2] bits of CellFlag; empty if all cells are ground.
@@ -69,12 +70,17 @@ struct Chunk {
     std::array<Area, kChunkAreas * kChunkAreas> areas{};  ///< row by row from the south-west
     /// Largest cell bound of each quadrant, metres: the error that loading the child there can reduce.
     std::array<float, 4> quadrant_bound{};
+    bool is_certified = true;  ///< HeightSource::is_certified() of its source
 
     /// Lowest and highest sample of the aligned square of 1 << log2_side cells along the side, 0 to 7, that
     /// contains a cell; edges included.
     SampleRange samples_in(int log2_side, int column, int row) const {
         return log2_side >= SamplePyramid::kFinest ? pyramid.at(log2_side, column, row)
                                                    : samples_in_small(log2_side, column, row);
+    }
+    /// What is certified of a cell: its bound, or infinity, metres.
+    float cell_error(std::size_t cell) const {
+        return is_certified ? cell_bounds[cell] : std::numeric_limits<float>::infinity();
     }
     std::uint8_t flags_at(int column, int row) const {
         return cell_flags.empty()

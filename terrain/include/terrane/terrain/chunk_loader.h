@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cstddef>
 #include <memory>
+#include <stop_token>
 #include <vector>
 
 namespace terrane {
@@ -86,6 +87,16 @@ public:
     /// ignored.
     virtual void wait() = 0;
 };
+
+/// Runs one load, for loaders of one's own: makes the chunk, and attaches its claim or releases it.
+///
+/// @param stop makes a load fail with `cancelled` soon
+///
+/// Fails:   in FinishedLoad::chunk, as described there, but for timed_out
+/// Returns: `seconds` is 0, for the loader to fill in; bytes_read are those of the chunk
+/// Threads: any number at once
+FinishedLoad run_load(const HeightSource& source, LoadRequest request,
+                      const std::stop_token& stop = {}) noexcept;
 
 /// Attaches a claim to a chunk, shrunk to the chunk's bytes (a smaller one is kept): released with the last owner.
 std::shared_ptr<const Chunk> claimed(std::shared_ptr<const Chunk> chunk, ByteClaim claim);

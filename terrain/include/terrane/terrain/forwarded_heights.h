@@ -36,6 +36,7 @@ public:
         return heights_->interval(rect);
     }
     double rise_bound(double distance) const override { return heights_->rise_bound(distance); }
+    bool is_certified() const override { return heights_->is_certified(); }
     Result<std::shared_ptr<const Chunk>> stored_chunk(const ChunkKey& key,
                                                       const std::stop_token& stop) const override {
         return heights_->stored_chunk(key, stop);

@@ -27,8 +27,10 @@ struct HeightAnswer {
     double height = 0.0;  ///< of the contact surface, world z, metres; only where status is ok
     /// Of the contact surface, unit, out of the solid: z > 0, but for ceilings of volumes.
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
-    double error_m = 0.0;  ///< certified: the true surface is within this of `height`
-    bool filled = false;   ///< over an enclosed void that was filled
+    /// Certified: the true surface is within this of `height`. Infinite where the source is not certified
+    /// (HeightSource::is_certified()); so it is in all answers about the ground.
+    double error_m = 0.0;
+    bool filled = false;  ///< over an enclosed void that was filled
 };
 
 /// Where a ray first meets the ground.

@@ -127,6 +127,11 @@ public:
     /// metres. Not decreasing in distance.
     virtual double rise_bound(double distance) const = 0;
 
+    /// Whether the bounds, intervals and rises are certified. Where they are estimates (false), they choose triangles
+    /// and loads as others do, and whatever is certified from them is infinite: TerrainMesh::error_px, error_m of the
+    /// ground's answers. Default: true.
+    virtual bool is_certified() const;
+
     /// A stored chunk, as of a baked store, which make_chunk() then returns instead of making one. Default: null,
     /// none is stored.
     ///

@@ -14,7 +14,7 @@ namespace terrane {
 
 /// Whether the mesh meets its target, and why not.
 enum class MeshStatus {
-    error_met,       ///< error_px is at most the target
+    error_met,  ///< error_px is at most the target; its estimate, where the source is not certified
     budget_reached,  ///< limited by the triangle budget; see error_px
     finest_reached,  ///< limited by the lattice's finest spacing; see error_px
     not_resident,    ///< needed chunks are absent; no triangles: a root is absent
@@ -69,7 +69,8 @@ struct TerrainMesh {
     /// Certified bound of the displayed surface's distance from the true surface, morphing included, for all ground
     /// points inside the view's side planes, in pixels of the picture's centre. Of the heightfield it is the vertical
     /// distance; of volumes, and where they replace the heightfield, the Euclidean one, both ways. Where volumes are
-    /// not drawn, the heightfield closes over them, and what that hides counts.
+    /// not drawn, the heightfield closes over them, and what that hides counts. Infinite where the source is not
+    /// certified (HeightSource::is_certified()).
     double error_px = 0.0;
     /// Vertices with at most this priority, pixels, are not in the mesh; for CameraNeed::threshold_px.
     double threshold_px = 0.0;

@@ -25,7 +25,8 @@ class VolumeHeights final : public ForwardedHeights {
 public:
     /// @param heights the heightfield, on the lattice of the volumes
     ///
-    /// Fails: invalid_argument for volumes of another lattice, or of another level than its finest
+    /// Fails: invalid_argument for volumes of another lattice, or of another level than its finest; for heights that
+    ///        are not certified (HeightSource::is_certified())
     /// Cost:  O(tiles that volumes touch * levels)
     static Result<std::shared_ptr<VolumeHeights>> create(
         std::shared_ptr<const HeightSource> heights, const Volumes& volumes);

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/terrain/height_source.h>
+#include <terrane/terrain/polygon.h>
+
+#include <functional>
+#include <memory>
+#include <span>
+
+/// Sources that are made of other sources. All of them
+///   - have the lattice of their parts, which must be the same for both;
+///   - are certified where both parts are (HeightSource::is_certified()), with bounds that follow from those of the
+///     parts;
+///   - are heightfields: volumes go on top (VolumeHeights), not into a part.
+namespace terrane {
+
+/// Values of a mask over a rectangle, 0 <= least <= most <= 1.
+struct MaskInterval {
+    double least = 0.0;  ///< lower bound
+    double most = 1.0;   ///< upper bound
+};
+
+/// How much of the second source a blend takes, by place: 0 none, 1 all.
+///
+/// Threads: any number at once
+class BlendMask {
+public:
+    virtual ~BlendMask() = default;
+    BlendMask(const BlendMask&) = delete;
+    BlendMask& operator=(const BlendMask&) = delete;
+
+    /// The mask at any finite place, 0 to 1: a pure function of the place.
+    /// Fails: NaN where it has no value
+    virtual double at(double x, double y) const = 0;
+    /// Contains all values over a rectangle. A square within another one has an interval within the other's.
+    virtual MaskInterval over(const WorldRect& rect) const = 0;
+    /// Outside this rectangle the mask is 0, metres; may be infinite.
+    virtual WorldRect support() const = 0;
+    /// Lipschitz bound of the mask, 1/m.
+    double slope() const { return slope_; }
+
+protected:
+    explicit BlendMask(double slope) : slope_(slope) {}
+
+private:
+    double slope_;
+};
+
+/// A mask that calls a function; values below 0 count as 0 and above 1 as 1. Where the function throws or gives NaN,
+/// the blend's sample() fails with a line that names the place.
+///
+/// @param slope  Lipschitz bound of the function, 1/m, 0 to 1e6
+///
+/// Fails: invalid_argument for an empty function, or a slope out of range
+Result<std::shared_ptr<const BlendMask>> mask_from_function(
+    std::function<double(double x, double y)> function, double slope);
+
+/// A mask that is 1 in a polygon, and falls smoothly to 0 over a distance around it.
+///
+/// @param feather  metres from the polygon to where the mask is 0, > 0
+///
+/// Fails: invalid_argument for a polygon that check() refuses, or a feather that is not above 0
+/// Cost:  of a value O(corners) near the polygon, O(1) elsewhere
+Result<std::shared_ptr<const BlendMask>> mask_from_polygon(const Polygon& polygon, double feather);
+
+/// One source plus a multiple of another one: z = a + factor * b. Cells are ground where both are.
+///
+/// Fails: invalid_argument for sources of different lattices, extents that do not overlap, or a factor beyond +-1e6
+Result<std::shared_ptr<const HeightSource>> sum_heights(std::shared_ptr<const HeightSource> a,
+                                                        std::shared_ptr<const HeightSource> b,
+                                                        double factor = 1.0);
+
+/// One source that passes into another one by a mask m: z = (1 - m) a + m b. Where m is 0 or 1 the heights and flags of
+/// cells are those of one source, bit for bit.
+///
+/// Over a triangle with the longest edge l, where m is in [least, most] and the sources are at most d apart, its bound
+/// is the larger (1 - m) e_a + m e_b of both ends, plus d * min(most - least, slope l / 2).
+///
+/// Fails: invalid_argument for sources of different lattices, or extents that do not overlap
+/// Cost:  of samples those of both where the mask is between 0 and 1, else of one
+Result<std::shared_ptr<const HeightSource>> blend_heights(std::shared_ptr<const HeightSource> a,
+                                                          std::shared_ptr<const HeightSource> b,
+                                                          std::shared_ptr<const BlendMask> mask);
+
+/// An area that is made flat: an airfield, a piece of a road. In the polygon the ground is the plane
+/// z = height + slope_x (x - x0) + slope_y (y - y0) through the polygon's first corner (x0, y0).
+struct FlatArea {
+    Polygon polygon = {};  ///< where the ground is the plane
+    double feather =
+        10.0;  ///< metres around the polygon over which the ground passes into the plane, > 0
+    double height = 0.0;   ///< world z at the first corner, metres
+    double slope_x = 0.0;  ///< rise of the plane to the east, -1e3 to 1e3
+    double slope_y = 0.0;  ///< rise of the plane to the north, -1e3 to 1e3
+};
+
+/// A source with flat areas, one after the other: where two overlap, the later one counts.
+///
+/// Fails: invalid_argument, naming areas[index], for a value out of range
+/// Cost:  of a grid O(areas) at least, and O(samples) for each area that it touches
+Result<std::shared_ptr<const HeightSource>> flatten_heights(
+    std::shared_ptr<const HeightSource> base, std::span<const FlatArea> areas);
+
+}  // namespace terrane
