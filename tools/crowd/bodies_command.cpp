@@ -47,11 +47,11 @@ CommandResult<void> run_study_command(const BodiesOptions& options) {
     const std::vector<StudyTable> tables =
         run_study(settings, [&](double share) { progress.show(share); });
     if (is_interrupted()) return failure("interrupted before the study's tables were whole");
-    nlohmann::ordered_json summary;
+    nlohmann::ordered_json summary, findings;  // the page has the findings beside their tables
     for (const StudyTable& table : tables) {
         const nlohmann::ordered_json json = to_json(table);
         summary[table.key + "_slopes"] = json["slopes"];
-        summary[table.key + "_findings"] = json["findings"];
+        findings[table.key + "_findings"] = json["findings"];
         const std::optional<double> speedup = least_speedup(table);
         if (speedup) summary[table.key + "_least_speedup"] = *speedup;
     }
@@ -63,6 +63,7 @@ CommandResult<void> run_study_command(const BodiesOptions& options) {
                                                      .summary = summary},
                                                     tables);
     if (!written) return pass_on(written.error());
+    summary.update(findings);
     print_summary(summary, options.json);
     return {};
 }

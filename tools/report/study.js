@@ -1,6 +1,6 @@
 // Content of the report of the study of many bodies: a card for each table, with a log-log plot.
 const colours = {published: "--soft", sap: "--main", grid: "--limit", "two-scene": "--second",
-  hashed: "--third", dense: "--bad", convex: "--main", dented: "--second"};
+  hashed: "--third", dense: "--fourth", convex: "--main", dented: "--second"};
 const series = table => Object.keys(table.slopes);
 const milliseconds = value => value === undefined ? "" : Number(value.toPrecision(3)).toString();
 
@@ -96,6 +96,6 @@ for (const table of data.tables) {
 }
 showTiles(tiles);
 const canvases = data.tables.map(table => addTableCard(
-  table.title, table.text, tableOf(table), [slopesOf(table), ...table.findings].join(" ")));
+  table.title, table.text, tableOf(table), [slopesOf(table), ...table.findings]));
 keepDrawn(() => data.tables.map((table, i) => drawLogarithms(table, canvases[i])));
 showSummary();

@@ -27,6 +27,8 @@ struct CrowdTotals {
     double mean_boxes_ms() const { return mean(boxes_ms, queries); }
     /// Of boxes and broadphase.
     double mean_update_ms() const { return mean(boxes_ms + update_ms, queries); }
+    /// An update and a query.
+    double mean_step_ms() const { return mean_query_ms() + mean_update_ms(); }
     /// Of the broadphase alone.
     double mean_broadphase_ms() const { return mean(update_ms, queries); }
     /// 0 without positive queries.

@@ -137,11 +137,12 @@ nlohmann::ordered_json to_json(const StudyTable& table) {
     }
     json["slopes"] = nlohmann::ordered_json::object();
     for (std::size_t i = 0; i < table.series.size(); ++i) {
-        const std::optional<PowerLaw> law = query_law(table, i);
+        const std::optional<PowerLaw> law = query_law(table, i), step = step_law(table, i);
         json["slopes"][table.series[i]] = {
             {"published_places", number_or_null(query_slope(table, i, true))},
             {"all", number_or_null(query_slope(table, i, false))},
-            {"without_fixed_cost", law ? nlohmann::ordered_json(law->power) : nullptr}};
+            {"without_fixed_cost", law ? nlohmann::ordered_json(law->power) : nullptr},
+            {"step_without_fixed_cost", step ? nlohmann::ordered_json(step->power) : nullptr}};
     }
     return json;
 }

@@ -11,6 +11,17 @@
 namespace terrane::tools {
 namespace {
 
+std::optional<PowerLaw> law_of(const StudyTable& table, std::size_t series,
+                               double (CrowdTotals::*time)() const) {
+    std::vector<double> x, y;
+    for (const StudyPoint& point : table.points) {
+        if (point.measured[series].queries == 0) continue;
+        x.push_back(point.x);
+        y.push_back((point.measured[series].*time)());
+    }
+    return fit_power_law(x, y);
+}
+
 std::size_t series_of(const StudyTable& table, std::string_view name) {
     const auto found = std::find(table.series.begin(), table.series.end(), name);
     return static_cast<std::size_t>(found - table.series.begin());
@@ -30,10 +41,12 @@ const StudyPoint* point_at(const StudyTable& table, double x) {
     return nullptr;
 }
 
-std::string slopes_text(const StudyTable& table) {
+using LawOfSeries = std::optional<PowerLaw> (*)(const StudyTable&, std::size_t);
+
+std::string slopes_text(const StudyTable& table, LawOfSeries fit) {
     std::string text;
     for (std::size_t i = 0; i < table.series.size(); ++i) {
-        const std::optional<PowerLaw> law = query_law(table, i);
+        const std::optional<PowerLaw> law = fit(table, i);
         if (!law) continue;
         text += fmt::format("{}{} {:.2f} (and {:.3g} us fixed)", text.empty() ? "" : ", ",
                             table.series[i], law->power, 1e3 * law->fixed);
@@ -49,12 +62,14 @@ void add_published_slope(const StudyTable& table, std::vector<std::string>& find
         y.push_back(*point.published_query_ms);
     }
     const std::optional<PowerLaw> law = fit_power_law(x, y);
-    const std::string ours = slopes_text(table);
+    const std::string ours = slopes_text(table, query_law);
     if (!law || ours.empty()) return;
-    findings.push_back(
-        fmt::format("Published query times grow with the power {:.2f} of the {}; "
-                    "ours, the fixed cost apart: {}.",
-                    law->power, table.x_name, ours));
+    findings.push_back(fmt::format(
+        "Published query times grow with the power {:.2f} of the {}, the fixed cost apart; our "
+        "queries: {}. In a room of one size the pairs that meet grow with the square of the "
+        "bodies, and our queries are little else; the published ones had a cost for each body. "
+        "Our whole steps, update and query: {}.",
+        law->power, table.x_name, ours, slopes_text(table, step_law)));
 }
 
 // Whether an update costs two orders of magnitude less than a query, as the study claims.
@@ -163,8 +178,8 @@ void judge_limits(const StudyTable& table, std::vector<std::string>& findings) {
     for (std::size_t i = 0; i < table.series.size(); ++i) {
         const CrowdTotals &a = first.measured[i], &b = last.measured[i];
         if (a.queries == 0 || b.queries == 0) continue;
-        const double before = a.mean_query_ms() + a.mean_update_ms();
-        const double after = b.mean_query_ms() + b.mean_update_ms();
+        const double before = a.mean_step_ms();
+        const double after = b.mean_step_ms();
         text +=
             fmt::format("{}{} {:.2f}", text.empty() ? "" : ", ", table.series[i], after / before);
         if (fastest.empty() || after < least) {
@@ -194,13 +209,11 @@ std::optional<double> query_slope(const StudyTable& table, std::size_t series,
 }
 
 std::optional<PowerLaw> query_law(const StudyTable& table, std::size_t series) {
-    std::vector<double> x, y;
-    for (const StudyPoint& point : table.points) {
-        if (point.measured[series].queries == 0) continue;
-        x.push_back(point.x);
-        y.push_back(point.measured[series].mean_query_ms());
-    }
-    return fit_power_law(x, y);
+    return law_of(table, series, &CrowdTotals::mean_query_ms);
+}
+
+std::optional<PowerLaw> step_law(const StudyTable& table, std::size_t series) {
+    return law_of(table, series, &CrowdTotals::mean_step_ms);
 }
 
 nlohmann::ordered_json number_or_null(const std::optional<double>& number) {

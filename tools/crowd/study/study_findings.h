@@ -14,6 +14,9 @@ std::optional<double> query_slope(const StudyTable& table, std::size_t series,
 /// Query times of a series as a power law with the fixed cost apart.
 std::optional<PowerLaw> query_law(const StudyTable& table, std::size_t series);
 
+/// The same of a whole step: an update with all boxes, and a query.
+std::optional<PowerLaw> step_law(const StudyTable& table, std::size_t series);
+
 /// null where there is none.
 nlohmann::ordered_json number_or_null(const std::optional<double>& number);
 
