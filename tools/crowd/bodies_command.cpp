@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "crowd/study.h"
-#include "crowd/study_report.h"
+#include "crowd/study/study.h"
+#include "crowd/study/study_report.h"
 #include "options/command.h"
 #include "options/idle_flags.h"
 #include "options/option_values.h"
@@ -47,9 +47,11 @@ CommandResult<void> run_study_command(const BodiesOptions& options) {
     const std::vector<StudyTable> tables =
         run_study(settings, [&](double share) { progress.show(share); });
     if (is_interrupted()) return failure("interrupted before the study's tables were whole");
-    nlohmann::ordered_json summary;
+    nlohmann::ordered_json summary, findings;  // the page has the findings beside their tables
     for (const StudyTable& table : tables) {
-        summary[table.key + "_slopes"] = to_json(table)["slopes"];
+        const nlohmann::ordered_json json = to_json(table);
+        summary[table.key + "_slopes"] = json["slopes"];
+        findings[table.key + "_findings"] = json["findings"];
         const std::optional<double> speedup = least_speedup(table);
         if (speedup) summary[table.key + "_least_speedup"] = *speedup;
     }
@@ -61,6 +63,7 @@ CommandResult<void> run_study_command(const BodiesOptions& options) {
                                                      .summary = summary},
                                                     tables);
     if (!written) return pass_on(written.error());
+    summary.update(findings);
     print_summary(summary, options.json);
     return {};
 }
@@ -68,10 +71,12 @@ CommandResult<void> run_study_command(const BodiesOptions& options) {
 CommandResult<void> run_bodies(const BodiesOptions& options, const CLI::App& command) {
     const CommandResult<void> no_idle_flags = refuse_idle_flags(
         command,
-        {{{"--count", "--detail", "--detail-deviation", "--radius", "--share", "--speed", "--spin",
-           "--dt", "--queries", "--broadphase"},
+        {{{"--count", "--detail", "--detail-deviation", "--radius", "--size-spread", "--aspect",
+           "--dented", "--room", "--share", "--speed", "--spin", "--dt", "--queries",
+           "--broadphase"},
           !options.is_study,
           "goes without --study, whose tables say what they change"},
+         {{"--share"}, options.layout.room == 0.0, "goes without --room, which sets the width"},
          {{"--most-bodies", "--seconds-a-point", "--out"}, options.is_study, "goes with --study"}});
     if (!no_idle_flags) return no_idle_flags;
     if (options.is_study) return run_study_command(options);
@@ -85,13 +90,15 @@ CommandResult<void> run_bodies(const BodiesOptions& options, const CLI::App& com
     });
     nlohmann::ordered_json summary;
     summary["bodies"] = layout.count;
-    summary["broadphase"] = to_string(layout.broadphase);
+    summary["broadphase"] = to_string(layout.scheme);
     summary["corners"] = crowd.corner_count();
     summary["queries"] = options.queries;
     summary["query_ms"] = totals.mean_query_ms();
     summary["positive_queries"] = totals.positive_queries;
     summary["positive_ms"] = totals.mean_positive_ms();
     summary["update_ms"] = totals.mean_update_ms();
+    summary["boxes_ms"] = totals.mean_boxes_ms();
+    summary["boxes"] = totals.boxes;
     summary["pairs"] = totals.pairs;
     summary["touching"] = totals.touching;
     summary["candidates"] = totals.candidates;
@@ -111,9 +118,16 @@ void add_bodies_command(CLI::App& app, CommandContext& context) {
         *bodies, "--detail", layout.detail, 2.0, 100.0,
         "Rings of corners between the poles of a body, mean; a ring has twice as many corners");
     add_in_range(*bodies, "--detail-deviation", layout.detail_deviation, 0.0, 30.0,
-                 "Standard deviation of --detail over the bodies");
+                 "Standard deviation of --detail, uniform over the bodies");
     add_in_range(*bodies, "--radius", layout.radius, 1e-3, 1e6,
                  "Of the sphere through a body's corners, metres");
+    add_in_range(*bodies, "--size-spread", layout.size_spread, 1.0, 1e3,
+                 "Largest over smallest radius, log-uniform around --radius");
+    add_in_range(*bodies, "--aspect", layout.aspect, 1.0, 1e3, "Length over width of a body");
+    bodies->add_flag("--dented", layout.is_dented,
+                     "Bodies that are not convex: every second segment has 0.7 of the radius");
+    add_in_range(*bodies, "--room", layout.room, 1e-3, 1e9,
+                 "Width of the cubic room, metres; without it --share says how wide it is");
     add_in_range(*bodies, "--share", layout.share, 1e-9, 0.5,
                  "Share of the room's volume that the bodies' spheres take");
     add_not_negative(*bodies, "--speed", layout.speed, "Of a body, m/s");
@@ -121,19 +135,21 @@ void add_bodies_command(CLI::App& app, CommandContext& context) {
     add_in_range(*bodies, "--dt", options->dt, 1e-6, 1e3, "Time between two queries, seconds");
     add_count(*bodies, "--queries", options->queries, 1, "Queries of all bodies", kMostQueries);
     add_count(*bodies, "--seed", options->seed, 0, "Of positions, velocities and details");
-    BroadphaseKind* const kind = &layout.broadphase;
-    constexpr std::array kKinds{BroadphaseKind::sap, BroadphaseKind::grid,
-                                BroadphaseKind::two_scene, BroadphaseKind::brute};
+    CrowdScheme* const scheme = &layout.scheme;
+    constexpr std::array kSchemes{CrowdScheme::sap,   CrowdScheme::grid,   CrowdScheme::two_scene,
+                                  CrowdScheme::brute, CrowdScheme::hashed, CrowdScheme::dense};
     std::vector<std::string> names;
-    for (const BroadphaseKind each : kKinds) names.emplace_back(to_string(each));
+    for (const CrowdScheme each : kSchemes) names.emplace_back(to_string(each));
     add_choice(
         *bodies, "--broadphase", names, 0,
-        [kind, kKinds](std::size_t number) { *kind = kKinds[number]; },
+        [scheme, kSchemes](std::size_t number) { *scheme = kSchemes[number]; },
         "sap (sweep-and-prune), grid (sparse, for bodies of like size), two-scene (cubes that "
-        "ignore rotation first) or brute (every pair)");
-    bodies->add_flag(
-        "--study", options->is_study,
-        "Tables against count, detail and radius, beside published ones: report.html in --out");
+        "ignore rotation first), brute (every pair), hashed (hashed cells as wide as the mean "
+        "distance of bodies) or dense (40^3 cells, cleared in each update)");
+    bodies->add_flag("--study", options->is_study,
+                     "Tables against count, detail, radius, size and aspect, beside published "
+                     "ones: report.html in "
+                     "--out");
     add_count(*bodies, "--most-bodies", options->most_bodies, 50, "Of the study's tables, at most");
     add_positive(*bodies, "--seconds-a-point", options->seconds_a_point,
                  "Time that the study measures each point and broadphase for, seconds");

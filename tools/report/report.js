@@ -101,7 +101,9 @@ function addTableCard(title, text, table, note) {
   const wide = element("div", undefined, "wide");
   wide.append(table);
   card.append(element("h2", title), element("p", text), plot);
-  if (note) card.append(element("p", note));
+  for (const line of [note].flat()) {
+    if (line) card.append(element("p", line));
+  }
   card.append(wide);
   const plots = document.getElementById("plots");
   plots.style.gridTemplateColumns = "1fr";  // for the width of the tables

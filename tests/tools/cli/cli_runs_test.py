@@ -162,7 +162,7 @@ class Bodies(Folder):
 
     def test_says_the_same_whatever_the_broadphase(self):
         answers = []
-        for kind in ("sap", "grid", "two-scene", "brute"):
+        for kind in ("sap", "grid", "two-scene", "brute", "hashed", "dense"):
             summary = run_json("bodies", "--count", 60, "--queries", 50, "--share", 0.1, "--dt", 0.2,
                                "--broadphase", kind)
             self.assertLessEqual(self.KEYS, set(summary))
@@ -172,14 +172,15 @@ class Bodies(Folder):
             self.assertGreater(summary["query_ms"], 0)
             self.assertLessEqual(summary["pairs"], summary["candidates"])
             answers.append([summary[key] for key in ("pairs", "touching", "positive_queries")])
-        self.assertEqual(answers, answers[:1] * 4)
+        self.assertEqual(answers, answers[:1] * 6)
 
     def test_the_study_says_how_much_sooner_it_answers(self):
         summary = run_json("bodies", "--study", "--out", self.path("study"), "--most-bodies", 50,
                            "--seconds-a-point", 0.002)
         for key in ("count", "detail", "radius", "equal"):
             self.assertGreater(summary[key + "_least_speedup"], 0)
-        self.assertIsNotNone(summary["count_slopes"]["sap"]["published_places"])
+        self.assertIsNotNone(summary["count_slopes"]["sap"]["without_fixed_cost"])
+        self.assertTrue(any("hashed grid" in line for line in summary["equal_findings"]))
         with open(self.path("study/report.html")) as file:
             self.assertIn("rings of corners", file.read())
 

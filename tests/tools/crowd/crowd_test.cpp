@@ -1,38 +1,43 @@
 // SPDX-License-Identifier: MIT
-#include "crowd/crowd.h"
+#include "crowd/schemes/crowd.h"
 
 #include <gtest/gtest.h>
 
 #include <array>
+#include <vector>
 
 namespace terrane::tools {
 namespace crowd_test {
 
-CrowdLayout layout_of(std::size_t count, BroadphaseKind kind) {
+CrowdLayout layout_of(std::size_t count, CrowdScheme scheme) {
     CrowdLayout layout;
     layout.count = count;
-    layout.broadphase = kind;
+    layout.scheme = scheme;
     return layout;
 }
 
 TEST(Crowd, EveryBroadphaseFindsTheSameTouchingPairs) {
     for (const double deviation : {0.0, 3.0}) {
-        CrowdLayout layout = layout_of(300, BroadphaseKind::brute);
+        CrowdLayout layout = layout_of(300, CrowdScheme::brute);
         layout.share = 0.1;
         layout.detail_deviation = deviation;
         Crowd expected(layout);
-        layout.broadphase = BroadphaseKind::sap;
+        layout.scheme = CrowdScheme::sap;
         Crowd sap(layout);
-        layout.broadphase = BroadphaseKind::grid;
+        layout.scheme = CrowdScheme::grid;
         Crowd grid(layout);
-        layout.broadphase = BroadphaseKind::two_scene;
+        layout.scheme = CrowdScheme::two_scene;
         Crowd two_scene(layout);
+        layout.scheme = CrowdScheme::hashed;
+        Crowd hashed(layout);
+        layout.scheme = CrowdScheme::dense;
+        Crowd dense(layout);
         std::size_t touching = 0;
         for (int step = 0; step < 40; ++step) {
             const CrowdQuery brute = expected.query();
             EXPECT_EQ(brute.candidates, 300u * 299u / 2u);
             touching += brute.touching;
-            for (Crowd* crowd : {&sap, &grid, &two_scene}) {
+            for (Crowd* crowd : {&sap, &grid, &two_scene, &hashed, &dense}) {
                 const CrowdQuery query = crowd->query();
                 ASSERT_EQ(query.pairs, brute.pairs) << step;
                 ASSERT_EQ(query.touching, brute.touching) << step;
@@ -45,8 +50,85 @@ TEST(Crowd, EveryBroadphaseFindsTheSameTouchingPairs) {
     }
 }
 
+TEST(Crowd, EverySchemeFindsTheSamePairsOfAnySizeAndAspect) {
+    for (const double spread : {1.0, 100.0}) {
+        for (const double aspect : {1.0, 100.0}) {
+            CrowdLayout layout = layout_of(200, CrowdScheme::brute);
+            layout.share = 0.2;
+            layout.size_spread = spread;
+            layout.aspect = aspect;
+            Crowd expected(layout);
+            std::vector<Crowd> crowds;
+            for (const CrowdScheme scheme :
+                 {CrowdScheme::sap, CrowdScheme::grid, CrowdScheme::two_scene, CrowdScheme::hashed,
+                  CrowdScheme::dense}) {
+                layout.scheme = scheme;
+                crowds.emplace_back(layout);
+            }
+            std::size_t pairs = 0;
+            for (int step = 0; step < 10; ++step) {
+                const CrowdQuery brute = expected.query();
+                pairs += brute.pairs;
+                for (Crowd& crowd : crowds) {
+                    const CrowdQuery query = crowd.query();
+                    ASSERT_EQ(query.pairs, brute.pairs) << spread << " " << aspect << " " << step;
+                    ASSERT_EQ(query.touching, brute.touching)
+                        << spread << " " << aspect << " " << step;
+                    crowd.move(0.3);
+                }
+                expected.move(0.3);
+            }
+            EXPECT_GT(pairs, 100u);
+        }
+    }
+}
+
+TEST(Crowd, TwoScenesComputeBoxesOfPairsOfCubesOnly) {
+    CrowdLayout layout = layout_of(20, CrowdScheme::two_scene);
+    layout.room = 80.0;
+    Crowd crowd(layout);
+    std::size_t boxes = 0;
+    for (int step = 0; step < 100; ++step) {
+        const CrowdQuery query = crowd.query();
+        EXPECT_LE(query.pairs, query.boxes);
+        boxes += query.boxes;
+        crowd.move(1.0);
+    }
+    EXPECT_GT(boxes, 0u);
+    EXPECT_LT(boxes, 100u * 20u / 4u);
+}
+
+TEST(Crowd, StaysInARoomOfTheWidthAskedFor) {
+    CrowdLayout layout = layout_of(5, CrowdScheme::sap);
+    layout.room = 80.0;
+    EXPECT_EQ(Crowd(layout).width(), 80.0);
+    // no narrower than its largest body
+    layout.room = 1.0;
+    EXPECT_EQ(Crowd(layout).width(), 2.0);
+}
+
+TEST(Crowd, DentedBodiesTouchLessOftenThanConvexOnes) {
+    CrowdLayout layout = layout_of(60, CrowdScheme::hashed);
+    layout.share = 0.2;
+    layout.detail = 4.0;
+    layout.detail_deviation = 0.0;
+    Crowd convex(layout);
+    layout.is_dented = true;
+    Crowd dented(layout);
+    EXPECT_EQ(dented.corner_count(), convex.corner_count());
+    std::size_t of_convex = 0, of_dented = 0;
+    for (int step = 0; step < 20; ++step) {
+        of_convex += convex.query().touching;
+        of_dented += dented.query().touching;
+        convex.move(0.5);
+        dented.move(0.5);
+    }
+    EXPECT_GT(of_dented, 0u);
+    EXPECT_LT(of_dented, of_convex);
+}
+
 TEST(Crowd, OneBodyTouchesNothing) {
-    Crowd crowd(layout_of(1, BroadphaseKind::grid));
+    Crowd crowd(layout_of(1, CrowdScheme::grid));
     for (int step = 0; step < 10; ++step) {
         const CrowdQuery query = crowd.query();
         EXPECT_EQ(query.pairs, 0u);
@@ -56,7 +138,7 @@ TEST(Crowd, OneBodyTouchesNothing) {
 }
 
 TEST(Crowd, HasTheCornerCountOfItsDetail) {
-    CrowdLayout layout = layout_of(10, BroadphaseKind::sap);
+    CrowdLayout layout = layout_of(10, CrowdScheme::sap);
     layout.detail = 5.0;
     layout.detail_deviation = 0.0;
     EXPECT_EQ(Crowd(layout).corner_count(), 10u * (2u * 5u * 5u + 2u));
@@ -67,7 +149,7 @@ TEST(Crowd, HasTheCornerCountOfItsDetail) {
 TEST(Crowd, BallsTouchAboutAsOftenAsProbabilitySays) {
     // two spheres of radius r in a volume V overlap with probability 32 / 3 pi r^3 / V; bodies of many corners are
     // nearly spheres
-    CrowdLayout layout = layout_of(200, BroadphaseKind::grid);
+    CrowdLayout layout = layout_of(200, CrowdScheme::grid);
     layout.detail = 20.0;
     layout.detail_deviation = 0.0;
     Crowd crowd(layout);

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
-#include "crowd/crowd_run.h"
+#include "crowd/schemes/crowd_run.h"
 
 namespace terrane::tools {
 
 void CrowdTotals::add(const CrowdQuery& query) {
     ++queries;
     query_ms += query.query_ms;
+    boxes_ms += query.boxes_ms;
     update_ms += query.update_ms;
+    boxes += query.boxes;
     pairs += query.pairs;
     touching += query.touching;
     candidates += query.candidates;

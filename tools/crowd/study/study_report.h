@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "crowd/study.h"
+#include "crowd/study/study.h"
 #include "report/report.h"
 
 #include <span>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "crowd/study_report.h"
+#include "crowd/study/study_report.h"
 
 #include "assets.h"
 

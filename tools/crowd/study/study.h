@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "crowd/crowd_run.h"
+#include "crowd/schemes/crowd_run.h"
 
 #include <nlohmann/json.hpp>
 
 #include <functional>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -26,8 +25,8 @@ struct StudyTable {
     std::string key;
     std::string title;
     std::string x_name;
-    std::string text;                 ///< observation, and why it differs from the published one
-    std::vector<std::string> series;  ///< names of broadphases
+    std::string text;                 ///< what was held fixed
+    std::vector<std::string> series;  ///< names of schemes, or of kinds of bodies
     std::vector<StudyPoint> points;
 };
 
@@ -39,21 +38,18 @@ struct StudySettings {
     std::uint64_t seed = 1;
 };
 
-/// Repeats the published study of many bodies (SWIFT++; sphere-like meshes of radius 1, detail 3 with deviation 1)
-/// with our broadphases: against count, detail and radius, and for bodies of equal size.
+/// Repeats the published study of many bodies (SWIFT++) with our broadphases and its own: against count, detail,
+/// radius, for bodies of equal size, and where its conclusion ("bodies of similar size and aspect") ends.
 ///
 /// @param show called with the completed share, 0 to 1
 /// @return incomplete tables where is_interrupted()
 std::vector<StudyTable> run_study(const StudySettings& settings,
                                   const std::function<void(double)>& show);
 
-/// Least-squares slope of log y over log x; absent for fewer than two different x.
-std::optional<double> log_log_slope(std::span<const double> x, std::span<const double> y);
-
 /// The smallest ratio of published to our time, with the fastest series of each point; absent without published times.
 std::optional<double> least_speedup(const StudyTable& table);
 
-/// A table in the form of the report's script and of `--json`.
+/// A table in the form of the report's script and of `--json`, with its slopes and findings.
 nlohmann::ordered_json to_json(const StudyTable& table);
 
 }  // namespace terrane::tools

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: MIT
+//
+// Sources:
+//   S. Ehmann, M. Lin. Accurate and fast proximity queries between polyhedra using convex surface
+//   decomposition. Eurographics 2001 (SWIFT++, which the published study measured).
+#include "crowd/study/study_plans.h"
+
+#include <span>
+#include <utility>
+
+namespace terrane::tools {
+namespace {
+
+// A published time of a query, ms, and the parameter that it was measured for.
+struct Published {
+    double x;
+    double ms;
+};
+
+constexpr Published kOfCount[] = {{1, 0.167},  {5, 0.734},  {10, 1.611}, {15, 2.131},
+                                  {20, 3.234}, {25, 3.894}, {30, 5.01},  {35, 5.783},
+                                  {40, 6.812}, {45, 7.558}, {50, 8.915}};
+constexpr Published kOfDetail[] = {{2, 2.932},  {5, 3.699},  {10, 4.375}, {15, 5.002},
+                                   {20, 5.067}, {25, 5.475}, {35, 7.121}};
+constexpr Published kOfRadius[] = {{0.5, 3.012}, {1, 3.164}, {2, 3.19}, {3, 3.215}, {5, 3.324}};
+constexpr double kLargerRadii[] = {8, 12, 16, 20, 24, 28, 32};
+constexpr double kMore[] = {100, 300, 1000, 3000, 10'000, 30'000, 100'000, 300'000, 1'000'000};
+
+constexpr CrowdScheme kLibrary[] = {CrowdScheme::sap, CrowdScheme::grid, CrowdScheme::two_scene,
+                                    CrowdScheme::hashed};
+constexpr CrowdScheme kWithDense[] = {CrowdScheme::sap, CrowdScheme::grid, CrowdScheme::two_scene,
+                                      CrowdScheme::hashed, CrowdScheme::dense};
+
+StudyPlan make_plan(std::string key, std::string title, std::string x_name, std::string text) {
+    StudyPlan plan;
+    plan.table.key = std::move(key);
+    plan.table.title = std::move(title);
+    plan.table.x_name = std::move(x_name);
+    plan.table.text = std::move(text);
+    return plan;
+}
+
+void add_schemes(StudyPlan& plan, std::span<const CrowdScheme> schemes) {
+    for (const CrowdScheme scheme : schemes) {
+        plan.table.series.emplace_back(to_string(scheme));
+        plan.series.push_back({.scheme = scheme});
+    }
+}
+
+void add_point(StudyPlan& plan, double x, std::optional<double> published_ms,
+               const CrowdLayout& layout) {
+    StudyPoint point;
+    point.x = x;
+    point.published_query_ms = published_ms;
+    plan.table.points.push_back(std::move(point));
+    plan.layouts.push_back(layout);
+}
+
+CrowdLayout published_layout(const StudySettings& settings) {
+    CrowdLayout layout;
+    layout.count = kPublishedCount;
+    layout.room = kPublishedRoom;
+    layout.seed = settings.seed;
+    return layout;
+}
+
+StudyPlan plan_of_count(const StudySettings& settings) {
+    StudyPlan plan = make_plan(
+        "count", "Bodies in the published room", "bodies",
+        "A cube of 80 m with walls that bodies bounce from; radius 1 m, detail uniform with mean "
+        "3 and deviation 1. Boxes are part of an update. Two scenes compute exact boxes for pairs "
+        "of overlapping cubes only.");
+    add_schemes(plan, kWithDense);
+    CrowdLayout layout = published_layout(settings);
+    for (const Published& each : kOfCount) {
+        layout.count = static_cast<std::size_t>(each.x);
+        add_point(plan, each.x, each.ms, layout);
+    }
+    return plan;
+}
+
+StudyPlan plan_of_many(const StudySettings& settings) {
+    StudyPlan plan = make_plan("many", "Many bodies", "bodies",
+                               "The room grows with the bodies, whose spheres always take 2 % of "
+                               "it: each has the same few neighbours.");
+    add_schemes(plan, kLibrary);
+    CrowdLayout layout = published_layout(settings);
+    layout.room = 0.0;
+    for (const double more : kMore) {
+        if (more > static_cast<double>(settings.most_bodies)) break;
+        layout.count = static_cast<std::size_t>(more);
+        add_point(plan, more, std::nullopt, layout);
+    }
+    return plan;
+}
+
+StudyPlan plan_of_detail(const StudySettings& settings) {
+    StudyPlan plan = make_plan(
+        "detail", "Detail of 20 bodies", "rings of corners",
+        "A body of detail d has d rings of 2 d corners, and deviation 1 in d. The bodies fill a "
+        "fifth of a room of their own, so that many pairs reach the corners. Dented bodies are "
+        "closed meshes that are not convex: 2 d convex segments, every second one of 0.7 of the "
+        "radius.");
+    plan.table.series = {"convex", "dented"};
+    plan.series = {{.scheme = CrowdScheme::sap}, {.scheme = CrowdScheme::sap, .is_dented = true}};
+    CrowdLayout layout = published_layout(settings);
+    layout.room = 0.0;
+    layout.share = 0.2;
+    for (const Published& each : kOfDetail) {
+        layout.detail = each.x;
+        add_point(plan, each.x, each.ms, layout);
+    }
+    return plan;
+}
+
+StudyPlan plan_of_radius(const StudySettings& settings) {
+    StudyPlan plan =
+        make_plan("radius", "Radius of 20 bodies in one room", "metres",
+                  "The room stays 80 m wide while the bodies grow until they fill it and most of "
+                  "them overlap.");
+    add_schemes(plan, kLibrary);
+    CrowdLayout layout = published_layout(settings);
+    for (const Published& each : kOfRadius) {
+        layout.radius = each.x;
+        add_point(plan, each.x, each.ms, layout);
+    }
+    for (const double larger : kLargerRadii) {
+        layout.radius = larger;
+        add_point(plan, larger, std::nullopt, layout);
+    }
+    return plan;
+}
+
+StudyPlan plan_of_equal(const StudySettings& settings) {
+    StudyPlan plan =
+        make_plan("equal", "Bodies of equal size in the published room", "bodies",
+                  "All bodies have the same mesh. Published for 20 bodies: 3.164 ms a query with "
+                  "0.099 ms an update by sweep-and-prune, 0.527 ms with 65 ms an update by a dense "
+                  "grid of 40^3 cells, each of which had to be cleared.");
+    add_schemes(plan, kWithDense);
+    CrowdLayout layout = published_layout(settings);
+    layout.detail_deviation = 0.0;
+    for (const double bodies : {20.0, 100.0, 1000.0}) {
+        if (bodies > static_cast<double>(settings.most_bodies)) break;
+        layout.count = static_cast<std::size_t>(bodies);
+        add_point(
+            plan, bodies,
+            layout.count == kPublishedCount ? std::optional<double>(kSweepQueryMs) : std::nullopt,
+            layout);
+    }
+    return plan;
+}
+
+// The published conclusion holds for bodies of similar size and aspect: two tables show where it ends.
+StudyPlan plan_of_spread(const StudySettings& settings, std::size_t count) {
+    StudyPlan plan = make_plan("spread_" + std::to_string(count),
+                               "Sizes that differ: " + std::to_string(count) + " bodies",
+                               "largest over smallest radius",
+                               "Radii are log-uniform around 1 m; spheres take 2 % of the room.");
+    add_schemes(plan, kLibrary);
+    CrowdLayout layout = published_layout(settings);
+    layout.room = 0.0;
+    layout.count = count;
+    for (const double spread : {1.0, 3.0, 10.0, 30.0, 100.0}) {
+        layout.size_spread = spread;
+        add_point(plan, spread, std::nullopt, layout);
+    }
+    return plan;
+}
+
+StudyPlan plan_of_aspect(const StudySettings& settings, std::size_t count) {
+    StudyPlan plan =
+        make_plan("aspect_" + std::to_string(count),
+                  "Long bodies: " + std::to_string(count) + " bodies", "length over width",
+                  "Spheres of radius 1 m around the bodies take 2 % of the room: long bodies fill "
+                  "less and less of their spheres.");
+    add_schemes(plan, kLibrary);
+    CrowdLayout layout = published_layout(settings);
+    layout.room = 0.0;
+    layout.count = count;
+    for (const double aspect : {1.0, 3.0, 10.0, 30.0, 100.0}) {
+        layout.aspect = aspect;
+        add_point(plan, aspect, std::nullopt, layout);
+    }
+    return plan;
+}
+
+}  // namespace
+
+std::vector<StudyPlan> make_study_plans(const StudySettings& settings) {
+    std::vector<StudyPlan> plans;
+    plans.push_back(plan_of_count(settings));
+    plans.push_back(plan_of_many(settings));
+    plans.push_back(plan_of_detail(settings));
+    plans.push_back(plan_of_radius(settings));
+    plans.push_back(plan_of_equal(settings));
+    for (const std::size_t count : {std::size_t{1000}, std::size_t{100'000}}) {
+        if (count > settings.most_bodies) break;
+        plans.push_back(plan_of_spread(settings, count));
+        plans.push_back(plan_of_aspect(settings, count));
+    }
+    std::erase_if(plans, [](const StudyPlan& plan) { return plan.layouts.empty(); });
+    return plans;
+}
+
+}  // namespace terrane::tools
