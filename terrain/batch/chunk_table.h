@@ -19,8 +19,8 @@ struct ChunkEntry {
     const std::uint8_t* cell_flags = nullptr;  ///< null: all cells are ground
 };
 
-/// The chunks that one thread has found in one call, by the low bits of their columns and rows. A chunk replaces another
-/// one in its place.
+/// The chunks that one thread has found in one call, by the low bits of their columns and rows. A chunk replaces
+/// another one in its place.
 class ChunkTable {
 public:
     ChunkTable() : entries_(kSide * kSide) {}

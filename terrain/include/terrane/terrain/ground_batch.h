@@ -14,13 +14,13 @@ namespace terrane {
 
 /// Points in the caller's memory, not copied: coordinate x of point i is x[i * stride], and so on.
 struct PointArray {
-    std::size_t count = 0;
-    std::size_t stride =
-        1;  ///< numbers from one point to the next; 0: all points are the first one
-    std::span<const double> x{},
-        y{};  ///< world, metres; at least (count - 1) * stride + 1 numbers each
-    std::span<const double>
-        z{};  ///< the same; may be empty where the heights of the points are not read
+    std::size_t count = 0;  ///< number of points
+    /// Numbers from one point to the next; 0: all points are the first one.
+    std::size_t stride = 1;
+    /// World, metres; at least (count - 1) * stride + 1 numbers each.
+    std::span<const double> x{}, y{};
+    /// The same; may be empty where the heights of the points are not read.
+    std::span<const double> z{};
 
     /// Points x y x y ..., such as the rows of a C-contiguous array of shape (count, 2).
     static PointArray interleaved_xy(std::span<const double> numbers);
