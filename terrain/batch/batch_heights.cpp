@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // Heights of many points. Points are answered in blocks: first the cells of a block are found and their samples
-// requested from memory (prefetch), then the heights are computed, so that the accesses of a block overlap. Measured
-// against sorting the points by chunk: docs/batch.md.
+// requested from memory (prefetch), then the heights are computed, so that the accesses of a block overlap. Sorting
+// scattered points by chunk was measured and does not pay: it only moves the scattered accesses from samples to points
+// and answers (docs/batch.md).
 #include "batch/array_checks.h"
 #include "batch/ground_batch_state.h"
 #include "ground/cell_height.h"
@@ -17,8 +18,8 @@ namespace {
 
 /// Points whose samples are requested together.
 constexpr std::size_t kBlock = 64;
-/// Points of a worker's turn.
-constexpr std::size_t kTurn = 4096;
+/// Least points of a slice.
+constexpr std::size_t kLeastPoints = 1024;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
@@ -46,10 +47,13 @@ public:
         : ground_(ground), points_(points), out_(out), table_(table), call_(call) {}
 
     void answer(std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; i += kBlock) {
-            const std::size_t count = std::min(kBlock, end - i);
-            find_cells(i, count);
-            compute(i, count);
+        for (std::size_t first = begin; first < end; first += kBlock) {
+            const std::size_t count = std::min(kBlock, end - first);
+            for (std::size_t k = 0; k < count; ++k) {
+                const std::size_t at = (first + k) * points_.stride;
+                block_[k] = find(points_.x[at], points_.y[at]);
+            }
+            compute(first, count);
         }
     }
 
@@ -60,13 +64,6 @@ private:
         double x, y;  // metres from the cell's south-west corner
         bool cut_to_north_east, is_filled;
     };
-
-    void find_cells(std::size_t first, std::size_t count) {
-        for (std::size_t k = 0; k < count; ++k) {
-            const std::size_t at = (first + k) * points_.stride;
-            points_of_block_[k] = find(points_.x[at], points_.y[at]);
-        }
-    }
 
     Point find(double x, double y) {
         Point point{};
@@ -113,8 +110,8 @@ private:
     void compute(std::size_t first, std::size_t count) {
         const double spacing = ground_.spacing_, quantum = ground_.quantum_;
         for (std::size_t k = 0; k < count; ++k) {
+            const Point& point = block_[k];
             const std::size_t i = first + k;
-            const Point& point = points_of_block_[k];
             if (point.south_west == nullptr) {
                 const std::size_t at = i * points_.stride;
                 write(out_, i, ground_.height(points_.x[at], points_.y[at]));
@@ -139,7 +136,7 @@ private:
     const HeightArrays& out_;
     internal::ChunkTable& table_;
     const std::uint64_t call_;
-    std::array<Point, kBlock> points_of_block_;
+    std::array<Point, kBlock> block_;
 };
 
 Result<void> GroundBatch::heights(const Ground& ground, const PointArray& points_world,
@@ -152,13 +149,10 @@ Result<void> GroundBatch::heights(const Ground& ground, const PointArray& points
     if (auto ok = internal::check_length("statuses", out.statuses.size(), count); !ok) return ok;
     if (auto ok = internal::check_length("filled", out.filled.size(), count); !ok) return ok;
     ++state_->call;
-    const std::size_t turns = count / kTurn + (count % kTurn != 0 ? 1 : 0);
-    state_->team.run(turns, [&](std::size_t turn, int worker) {
-        HeightBlocks blocks(ground, points_world, out,
-                            state_->tables[static_cast<std::size_t>(worker)], state_->call);
-        const std::size_t begin = turn * kTurn;
-        blocks.answer(begin, begin + std::min(kTurn, count - begin));
-    });
+    state_->run_slices(
+        count, kLeastPoints, [&](std::size_t begin, std::size_t end, State::Worker& worker) {
+            HeightBlocks(ground, points_world, out, worker.table, state_->call).answer(begin, end);
+        });
     return {};
 }
 

@@ -8,8 +8,8 @@
 namespace terrane {
 namespace {
 
-/// Rays of a worker's turn.
-constexpr std::size_t kRaysOfTurn = 256;
+/// Least rays of a slice.
+constexpr std::size_t kLeastRays = 256;
 
 void write_vector(std::span<double> out, std::size_t i, bool is_ok, const Eigen::Vector3d& vector) {
     if (out.empty()) return;
@@ -55,9 +55,23 @@ Result<void> GroundBatch::rays(const Ground& ground, const PointArray& from_worl
     if (auto ok = internal::check_length("errors_m", out.errors_m.size(), count); !ok) return ok;
     if (auto ok = internal::check_length("statuses", out.statuses.size(), count); !ok) return ok;
     if (auto ok = internal::check_length("filled", out.filled.size(), count); !ok) return ok;
-    state_->team.run_blocks(count, kRaysOfTurn, [&](std::size_t i) {
-        write(out, i, ground.ray(point_at(from_world, i), point_at(to_world, i)));
-    });
+    const internal::ChunkOrder::Grid grid(ground);
+    state_->run_slices(
+        count, kLeastRays, [&](std::size_t begin, std::size_t end, State::Worker& worker) {
+            // by the middle, which tells rays of a common start apart
+            const auto bucket_of = [&](std::size_t i) {
+                const std::size_t from = (begin + i) * from_world.stride;
+                const std::size_t to = (begin + i) * to_world.stride;
+                return grid.bucket(0.5 * (from_world.x[from] + to_world.x[to]),
+                                   0.5 * (from_world.y[from] + to_world.y[to]));
+            };
+            const std::span<const std::uint32_t> order =
+                worker.order.arrange(end - begin, bucket_of);
+            for (std::size_t k = 0; k < end - begin; ++k) {
+                const std::size_t i = begin + (order.empty() ? k : order[k]);
+                write(out, i, ground.ray(point_at(from_world, i), point_at(to_world, i)));
+            }
+        });
     return {};
 }
 
