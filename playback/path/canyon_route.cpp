@@ -2,7 +2,7 @@
 // Sources: E. W. Dijkstra. A note on two problems in connexion with graphs. 1959.
 //          A. Weiss. Topographic position and landforms analysis. ESRI user conference 2001: ground
 //          is a valley where it is below the mean of its surroundings.
-#include "camera/canyon_route.h"
+#include "path/canyon_route.h"
 
 #include "track/curve.h"
 
@@ -14,7 +14,7 @@
 #include <tuple>
 #include <utility>
 
-namespace terrane::tools {
+namespace terrane::internal {
 namespace {
 
 constexpr int kNodes = 192;            // nodes along a side of the search grid
@@ -241,4 +241,4 @@ Result<std::vector<Eigen::Vector2d>> find_canyon_route(const HeightSource& sourc
     return cheapest_section(line, static_cast<std::size_t>(length / spacing) + 2, grid, cost);
 }
 
-}  // namespace terrane::tools
+}  // namespace terrane::internal

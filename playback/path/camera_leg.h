@@ -3,20 +3,13 @@
 
 #include "track/curve.h"
 
+#include <terrane/playback/camera_path.h>
 #include <terrane/terrain/height_source.h>
 
 #include <optional>
 #include <vector>
 
-namespace terrane::tools {
-
-/// Pose and velocity of a camera at one time.
-struct CameraPose {
-    WorldPos eye_world = WorldPos::Zero();
-    Eigen::Vector3d forward = Eigen::Vector3d::UnitY();  ///< unit
-    Eigen::Vector3d up = Eigen::Vector3d::UnitZ();       ///< unit, perpendicular to forward
-    Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< metres a second
-};
+namespace terrane::internal {
 
 /// Control points of a leg are kLegStep seconds apart, from kLegPad seconds before its start to kLegPad seconds
 /// after its end.
@@ -77,4 +70,4 @@ private:
     std::vector<TrackPoint> orientations_;  // of a track with orientations
 };
 
-}  // namespace terrane::tools
+}  // namespace terrane::internal

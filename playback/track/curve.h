@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "track/track.h"
+#include <terrane/playback/track.h>
 
 #include <Eigen/Core>
 
 #include <vector>
 
-namespace terrane::tools {
+namespace terrane::internal {
 
 /// A value and its derivative.
 struct CurvePoint {
@@ -66,4 +66,4 @@ std::vector<double> running_max(const std::vector<double>& values, std::ptrdiff_
 /// last point is up to one spacing before the end of the polyline.
 std::vector<Eigen::Vector2d> resampled(const std::vector<Eigen::Vector2d>& line, double spacing);
 
-}  // namespace terrane::tools
+}  // namespace terrane::internal

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Sources: M. Roberts. The unreasonable effectiveness of quasirandom sequences. 2018 (targets of
 //          teleports).
-#include "camera/built_in_plan.h"
+#include "path/built_in_plan.h"
 
-#include "camera/canyon_route.h"
+#include "path/canyon_route.h"
 
 #include <terrane/terrain/assert.h>
 
@@ -12,7 +12,7 @@
 #include <cmath>
 #include <utility>
 
-namespace terrane::tools {
+namespace terrane::internal {
 namespace {
 
 using Eigen::Vector2d;
@@ -231,4 +231,4 @@ Result<std::vector<LegPlan>> plan_built_in(std::string_view name, const HeightSo
     return legs;
 }
 
-}  // namespace terrane::tools
+}  // namespace terrane::internal

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "camera/camera_trajectory.h"
+#include <terrane/playback/camera_trajectory.h>
 
-namespace terrane::tools {
+namespace terrane {
 
 std::vector<PathMoment> path_moments(const CameraPath& path) {
     constexpr double kStep = 0.05;
@@ -37,4 +37,4 @@ std::vector<CameraMoment> camera_trajectory(std::span<const PathMoment> path, do
     return trajectory;
 }
 
-}  // namespace terrane::tools
+}  // namespace terrane

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "track/track.h"
-
 #include "track/track_reading.h"
 
-#include <fmt/format.h>
+#include <terrane/playback/track.h>
+#include <terrane/terrain/number_text.h>
 
 #include <algorithm>
 #include <array>
@@ -16,8 +15,12 @@
 #include <iterator>
 #include <utility>
 
-namespace terrane::tools {
+namespace terrane {
 namespace {
+
+using internal::RawPoint;
+using internal::RawTrack;
+using internal::refuse_line;
 
 using Reader = Result<RawTrack> (*)(const std::string&, const std::string&);
 
@@ -26,10 +29,10 @@ struct Format {
     Reader read;
     bool is_geographic;
 };
-constexpr std::array<Format, 4> kFormats{{{".csv", &read_csv, false},
-                                          {".gpx", &read_gpx, true},
-                                          {".igc", &read_igc, true},
-                                          {".tum", &read_tum, false}}};
+constexpr std::array<Format, 4> kFormats{{{".csv", &internal::read_csv, false},
+                                          {".gpx", &internal::read_gpx, true},
+                                          {".igc", &internal::read_igc, true},
+                                          {".tum", &internal::read_tum, false}}};
 
 std::string lower_extension(const std::string& path) {
     std::string extension = std::filesystem::path(path).extension().string();
@@ -76,8 +79,8 @@ Result<void> order_in_time(std::vector<RawPoint>& points, const std::string& pat
         mean.z /= count;
         if (next < points.size() && points[next].time < mean.time) {
             return refuse_line(path, points[next].line,
-                               fmt::format("time goes back from {:.6g} to {:.6g} s", mean.time,
-                                           points[next].time));
+                               "time goes back from " + number_text(mean.time) + " to " +
+                                   number_text(points[next].time) + " s");
         }
         ordered.push_back(mean);
         i = next;
@@ -86,34 +89,63 @@ Result<void> order_in_time(std::vector<RawPoint>& points, const std::string& pat
     return {};
 }
 
-Result<void> project(std::vector<RawPoint>& points, const DemInfo* dem, const std::string& path) {
-    if (dem == nullptr || !dem->geographic) {
+Result<void> project(std::vector<RawPoint>& points, const GeoReference& reference,
+                     const std::string& path) {
+    if (!reference.is_geographic) {
         return fail(ErrorCode::invalid_argument,
                     path + " gives longitudes and latitudes, which need a raster in degrees; " +
-                        (dem == nullptr     ? std::string("this terrain has no raster")
-                         : dem->crs.empty() ? std::string("this raster has no CRS")
-                                            : "this raster's CRS is " + dem->crs));
+                        reference.why_not);
     }
     for (RawPoint& point : points) {
         if (std::abs(point.x) > 180.0 || std::abs(point.y) > 90.0) {
-            return refuse_line(
-                path, point.line,
-                fmt::format("longitude {:.6g}, latitude {:.6g} is no place on the Earth", point.x,
-                            point.y));
+            return refuse_line(path, point.line,
+                               "longitude " + number_text(point.x) + ", latitude " +
+                                   number_text(point.y) + " is no place on the Earth");
         }
-        point.x = (point.x - dem->centre_x) * dem->metres_per_unit_x;
-        point.y = (point.y - dem->centre_y) * dem->metres_per_unit_y;
+        point.x = (point.x - reference.longitude) * reference.metres_per_degree_x;
+        point.y = (point.y - reference.latitude) * reference.metres_per_degree_y;
     }
     return {};
 }
 
 }  // namespace
 
+Result<void> check(const Track& track) {
+    if (track.points.size() < 2) {
+        return fail(ErrorCode::invalid_argument,
+                    "a track needs two points or more, got " + number_text(track.points.size()));
+    }
+    for (std::size_t i = 0; i < track.points.size(); ++i) {
+        const TrackPoint& point = track.points[i];
+        const auto refuse = [i](const std::string& what) {
+            return fail(ErrorCode::invalid_argument,
+                        "point " + number_text(i) + " of a track " + what);
+        };
+        if (!point.position_world.allFinite()) return refuse("must have a finite position");
+        if (track.has_orientations && !(point.forward.allFinite() && point.up.allFinite())) {
+            return refuse("must have finite directions");
+        }
+        if (!track.has_times) continue;
+        if (i == 0) {
+            if (point.time != 0.0) {
+                return refuse("must have the time 0, got " + number_text(point.time) + " s");
+            }
+            continue;
+        }
+        const double before = track.points[i - 1].time;
+        if (!(point.time > before && std::isfinite(point.time))) {
+            return refuse("must be later than the one before at " + number_text(before) +
+                          " s, got " + number_text(point.time) + " s");
+        }
+    }
+    return {};
+}
+
 bool names_track_file(const std::string& path) {
     return find_format(path) != nullptr || path.find('/') != std::string::npos;
 }
 
-Result<Track> read_track(const std::string& path, const DemInfo* dem) {
+Result<Track> read_track(const std::string& path, const GeoReference& reference) {
     const Format* format = find_format(path);
     if (format == nullptr) {
         return fail(ErrorCode::invalid_argument,
@@ -131,11 +163,11 @@ Result<Track> read_track(const std::string& path, const DemInfo* dem) {
         }
     }
     if (points.size() < 2) {
-        return fail(ErrorCode::bad_data, fmt::format("{}: a track needs two points or more, got {}",
-                                                     path, points.size()));
+        return fail(ErrorCode::bad_data,
+                    path + ": a track needs two points or more, got " + number_text(points.size()));
     }
     if (format->is_geographic) {
-        if (const Result<void> good = project(points, dem, path); !good) {
+        if (const Result<void> good = project(points, reference, path); !good) {
             return tl::unexpected(good.error());
         }
     }
@@ -153,4 +185,4 @@ Result<Track> read_track(const std::string& path, const DemInfo* dem) {
     return track;
 }
 
-}  // namespace terrane::tools
+}  // namespace terrane

@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: MIT
 // Tracks as lines of numbers: CSV and TUM.
-#include "options/option_values.h"
 #include "track/track_reading.h"
 
-#include <fmt/format.h>
+#include <terrane/terrain/number_text.h>
 
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <charconv>
+#include <cmath>
 #include <optional>
+#include <system_error>
 #include <utility>
 
-namespace terrane::tools {
+namespace terrane::internal {
 namespace {
 
 std::vector<std::string_view> split(std::string_view line, std::string_view separators,
@@ -50,10 +52,10 @@ Result<Columns> read_header(std::string_view line, long number, const std::strin
     const std::vector<std::string_view> names = split(line, ",", false);
     if (parse_number(names.front())) {
         if (names.size() == 4) return Columns{0, 1, 2, 3, 4};
-        return refuse_line(path, number,
-                           fmt::format("a track without a header has the four columns "
-                                       "time_s,x_m,y_m,z_m, got {} columns",
-                                       names.size()));
+        return refuse_line(
+            path, number,
+            "a track without a header has the four columns time_s,x_m,y_m,z_m, got " +
+                number_text(names.size()) + " columns");
     }
     const Columns columns{
         find_column(names, "time_s", "time_s"), find_column(names, "x_m", "eye_x_m"),
@@ -65,7 +67,27 @@ Result<Columns> read_header(std::string_view line, long number, const std::strin
     return columns;
 }
 
+/// The whole text as a finite number.
+std::optional<double> parse_plain(std::string_view text) {
+    double value = 0.0;
+    const char* end = text.data() + text.size();
+    const auto [rest, error] = std::from_chars(text.data(), end, value);
+    if (error != std::errc() || rest != end || !std::isfinite(value)) return std::nullopt;
+    return value;
+}
+
 }  // namespace
+
+std::optional<double> parse_number(std::string_view text) {
+    if (const std::size_t slash = text.find('/'); slash != std::string_view::npos) {
+        const std::optional<double> over = parse_plain(text.substr(0, slash));
+        const std::optional<double> under = parse_plain(text.substr(slash + 1));
+        if (!over || !under || !std::isfinite(*over / *under)) return std::nullopt;
+        return *over / *under;
+    }
+    if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
+    return parse_plain(text);
+}
 
 std::string_view trimmed(std::string_view text) {
     constexpr std::string_view kBlanks = " \t\r\n";
@@ -84,7 +106,7 @@ std::string quoted(std::string_view value) {
 }
 
 tl::unexpected<Error> refuse_line(const std::string& path, long line, const std::string& what) {
-    return fail(ErrorCode::bad_data, fmt::format("{}: line {}: {}", path, line, what));
+    return fail(ErrorCode::bad_data, path + ": line " + number_text(line) + ": " + what);
 }
 
 Result<void> for_each_line(const std::string& text,
@@ -117,8 +139,8 @@ Result<RawTrack> read_csv(const std::string& text, const std::string& path) {
         const std::vector<std::string_view> fields = split(line, ",", false);
         if (fields.size() != columns->count) {
             return refuse_line(path, number,
-                               fmt::format("{} columns where the first line has {}", fields.size(),
-                                           columns->count));
+                               number_text(fields.size()) + " columns where the first line has " +
+                                   number_text(columns->count));
         }
         RawPoint point;
         point.line = number;
@@ -132,8 +154,8 @@ Result<RawTrack> read_csv(const std::string& text, const std::string& path) {
             const std::optional<double> value = parse_number(fields[wanted[i].first]);
             if (!value) {
                 return refuse_line(path, number,
-                                   fmt::format("{} must be a finite number, got {}", kNames[i],
-                                               quoted(fields[wanted[i].first])));
+                                   std::string(kNames[i]) + " must be a finite number, got " +
+                                       quoted(fields[wanted[i].first]));
             }
             *wanted[i].second = *value;
         }
@@ -156,10 +178,9 @@ Result<RawTrack> read_tum(const std::string& text, const std::string& path) {
         const std::vector<std::string_view> fields = split(line, " \t", true);
         std::array<double, 8> value{};
         if (fields.size() != value.size()) {
-            return refuse_line(
-                path, number,
-                fmt::format("a pose is 8 numbers, time x y z qx qy qz qw, got {}: {}",
-                            fields.size(), quoted(line)));
+            return refuse_line(path, number,
+                               "a pose is 8 numbers, time x y z qx qy qz qw, got " +
+                                   number_text(fields.size()) + ": " + quoted(line));
         }
         for (std::size_t i = 0; i < value.size(); ++i) {
             const std::optional<double> number_read = parse_number(fields[i]);
@@ -172,10 +193,9 @@ Result<RawTrack> read_tum(const std::string& text, const std::string& path) {
         const double qx = value[4], qy = value[5], qz = value[6], qw = value[7];
         const double squared = qx * qx + qy * qy + qz * qz + qw * qw;
         if (!(std::abs(squared - 1.0) < 0.02)) {
-            return refuse_line(
-                path, number,
-                fmt::format("the rotation must have length 1, got {:.6g} {:.6g} {:.6g} {:.6g}", qx,
-                            qy, qz, qw));
+            return refuse_line(path, number,
+                               "the rotation must have length 1, got " + number_text(qx) + " " +
+                                   number_text(qy) + " " + number_text(qz) + " " + number_text(qw));
         }
         // from the columns of the rotation: z of the camera is forward, -y is up
         const double s = 2.0 / squared;
@@ -193,4 +213,4 @@ Result<RawTrack> read_tum(const std::string& text, const std::string& path) {
     return track;
 }
 
-}  // namespace terrane::tools
+}  // namespace terrane::internal

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "camera/camera_path.h"
-
 #include "support/heights/wave_heights.h"
 
+#include <terrane/playback/camera_path.h>
 #include <terrane/terrain/view.h>
 
 #include <gtest/gtest.h>
@@ -13,7 +12,7 @@
 #include <string>
 #include <utility>
 
-namespace terrane::tools {
+namespace terrane {
 namespace camera_path_test {
 
 // 16 km square, hills of 300 m every 2 km.
@@ -308,4 +307,4 @@ TEST(CameraPath, ImpossibleRequestsAreErrors) {
 }
 
 }  // namespace camera_path_test
-}  // namespace terrane::tools
+}  // namespace terrane

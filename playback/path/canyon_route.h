@@ -7,7 +7,7 @@
 
 #include <vector>
 
-namespace terrane::tools {
+namespace terrane::internal {
 
 /// A polyline in the plane along low ground: through the valleys of the roughest part of a terrain.
 ///
@@ -22,4 +22,4 @@ namespace terrane::tools {
 Result<std::vector<Eigen::Vector2d>> find_canyon_route(const HeightSource& source, double length,
                                                        double turn_length);
 
-}  // namespace terrane::tools
+}  // namespace terrane::internal

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Tracks recorded by receivers: GPX and IGC.
-#include "options/option_values.h"
 #include "track/track_reading.h"
 
 #include <expat.h>
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <cctype>
@@ -12,7 +10,7 @@
 #include <optional>
 #include <utility>
 
-namespace terrane::tools {
+namespace terrane::internal {
 namespace {
 
 constexpr double kSecondsPerDay = 86'400.0;
@@ -101,8 +99,8 @@ struct GpxReading {
             if (name != "lat" && name != "lon") continue;
             const std::optional<double> value = parse_number(attributes[1]);
             if (!value) {
-                return refuse(fmt::format("{} must be a number of degrees, got {}", name,
-                                          quoted(attributes[1])));
+                return refuse(std::string(name) + " must be a number of degrees, got " +
+                              quoted(attributes[1]));
             }
             (name == "lat" ? latitude : longitude) = value;
         }
@@ -218,7 +216,7 @@ Result<RawTrack> read_igc(const std::string& text, const std::string& path) {
     const auto take = [&](std::string_view line, long number) -> Result<void> {
         if (line.empty() || line.front() != 'B') return {};
         const auto refuse = [&](const char* what) {
-            return refuse_line(path, number, fmt::format("{} in the fix {}", what, quoted(line)));
+            return refuse_line(path, number, std::string(what) + " in the fix " + quoted(line));
         };
         if (line.size() < 35) return refuse("fewer than 35 characters");
         RawPoint point;
@@ -258,4 +256,4 @@ Result<RawTrack> read_igc(const std::string& text, const std::string& path) {
     return track;
 }
 
-}  // namespace terrane::tools
+}  // namespace terrane::internal

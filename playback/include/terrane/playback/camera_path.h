@@ -1,17 +1,26 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "camera/camera_leg.h"
-
+#include <terrane/playback/track.h>
 #include <terrane/terrain/height_source.h>
 
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
-namespace terrane::tools {
+namespace terrane {
 
+/// Pose and velocity of a camera at one time.
+struct CameraPose {
+    WorldPos eye_world = WorldPos::Zero();
+    Eigen::Vector3d forward = Eigen::Vector3d::UnitY();  ///< unit
+    Eigen::Vector3d up = Eigen::Vector3d::UnitZ();       ///< unit, perpendicular to forward
+    Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< metres a second
+};
+
+/// How a path is flown.
 struct CameraPathSettings {
     /// Horizontal speed, m/s, > 0. Absent: a track's own times, or the default.
     std::optional<double> speed = std::nullopt;
@@ -22,10 +31,11 @@ struct CameraPathSettings {
     std::optional<double> seconds =
         std::nullopt;  ///< > 0; absent: all of a track, or kDefaultSeconds
 
-    static constexpr double kDefaultSpeed = 100.0;
-    static constexpr double kDefaultSpinSpeed = 20.0;  // of `spins`
+    static constexpr double kDefaultSpeed = 100.0;     ///< of built-in paths
+    static constexpr double kDefaultSpinSpeed = 20.0;  ///< of `spins`
     static constexpr double kDefaultAltitude = 200.0;
-    static constexpr double kDefaultSeconds = 20.0;
+    static constexpr double kDefaultSeconds = 20.0;  ///< of built-in paths
+    static constexpr double kMostSeconds = 1e7;      ///< no path lasts longer
 };
 
 /// The trajectory of a camera: a pure function of the terrain, the settings and the track.
@@ -41,6 +51,8 @@ struct CameraPathSettings {
 /// A built-in path longer than the terrain continues straight beyond it. With an altitude the camera flies that
 /// high above the smoothed ground, higher where its clearance would fall below half the altitude. A recorded track
 /// is raised to a clearance of 2 m; the heights of other tracks are used as they are.
+///
+/// Immutable, cheap to copy. Threads: any number
 class CameraPath {
 public:
     /// Whether a name is one of the built-in paths.
@@ -49,31 +61,29 @@ public:
     static std::string built_in_list();
     static std::vector<std::string> built_in_names();
 
-    /// Fails: invalid_argument for a name that is no built-in path; io where the terrain cannot be
-    ///        read
+    /// Fails: invalid_argument for a name that is no built-in path and for settings out of range; io where the terrain
+    ///        cannot be read
     static Result<CameraPath> create(const std::string& built_in, const HeightSource& source,
                                      const CameraPathSettings& settings);
 
-    /// Fails: invalid_argument where the start is not before the track's end, or where all points
-    ///        coincide and there are no times
+    /// Fails: invalid_argument for settings out of range, as check(track), where the start is not before the track's
+    ///        end, and where all points coincide and there are no times
     static Result<CameraPath> create(Track track, const HeightSource& source,
                                      const CameraPathSettings& settings);
 
     /// Seconds.
-    double duration() const { return duration_; }
+    double duration() const;
     /// The pose at a time, 0 to duration(); at the time of a jump the pose after it.
     CameraPose at(double time) const;
     /// As at(), but at the time of a jump the pose before it.
     CameraPose before(double time) const;
     /// Times of the jumps, seconds, increasing, between 0 and duration().
-    std::span<const double> jumps() const { return jumps_; }
+    std::span<const double> jumps() const;
 
 private:
-    CameraPath() = default;
-
-    double duration_ = 0.0;
-    std::vector<CameraLeg> legs_;  // jumps_.size() + 1
-    std::vector<double> jumps_;
+    struct Legs;
+    explicit CameraPath(std::shared_ptr<const Legs> legs);
+    std::shared_ptr<const Legs> legs_;
 };
 
-}  // namespace terrane::tools
+}  // namespace terrane

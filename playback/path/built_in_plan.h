@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "camera/camera_leg.h"
+#include "path/camera_leg.h"
 
 #include <span>
 #include <string_view>
 #include <vector>
 
-namespace terrane::tools {
+namespace terrane::internal {
 
 /// Names of the built-in paths, as CameraPath explains them.
 std::span<const std::string_view> built_in_names();
@@ -23,4 +23,4 @@ std::span<const std::string_view> built_in_names();
 Result<std::vector<LegPlan>> plan_built_in(std::string_view name, const HeightSource& source,
                                            double speed, double duration);
 
-}  // namespace terrane::tools
+}  // namespace terrane::internal

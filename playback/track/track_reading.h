@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "track/track.h"
+#include <terrane/playback/track.h>
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-namespace terrane::tools {
+namespace terrane::internal {
 
 /// A point as read: position in the units of the file, and its line for messages.
 struct RawPoint {
@@ -39,9 +40,12 @@ Result<RawTrack> read_igc(const std::string& text, const std::string& path);
 Result<void> for_each_line(const std::string& text,
                            const std::function<Result<void>(std::string_view, long)>& take);
 
+/// The whole text as one finite number or the quotient of two (1/60); absent for anything else.
+std::optional<double> parse_number(std::string_view text);
+
 /// A bad_data error: "path: line 7: what". Long quoted values are shortened.
 tl::unexpected<Error> refuse_line(const std::string& path, long line, const std::string& what);
 std::string quoted(std::string_view value);
 std::string_view trimmed(std::string_view text);
 
-}  // namespace terrane::tools
+}  // namespace terrane::internal

@@ -12,7 +12,7 @@
 #include <deque>
 #include <utility>
 
-namespace terrane::tools {
+namespace terrane::internal {
 
 SmoothCurve::SmoothCurve(double start_time, double step, std::vector<Eigen::Vector3d> control)
     : start_time_(start_time), step_(step), control_(std::move(control)) {
@@ -156,4 +156,4 @@ std::vector<Eigen::Vector2d> resampled(const std::vector<Eigen::Vector2d>& line,
     return result;
 }
 
-}  // namespace terrane::tools
+}  // namespace terrane::internal

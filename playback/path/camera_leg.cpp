@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-#include "camera/camera_leg.h"
+#include "path/camera_leg.h"
 
-#include <fmt/format.h>
+#include <terrane/terrain/number_text.h>
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-namespace terrane::tools {
+namespace terrane::internal {
 namespace {
 
 constexpr double kGravity = 9.81;  // m/s^2
@@ -103,8 +103,8 @@ Result<void> CameraLeg::fit_heights(const HeightSource& source, double altitude,
         const Eigen::Vector3d p = eye(sample_time(i)).value;
         ground[i] = source.height(p.x(), p.y());
         if (!std::isfinite(ground[i])) {
-            return fail(ErrorCode::io, fmt::format("the terrain cannot be read at {:.6g}, {:.6g} m",
-                                                   p.x(), p.y()));
+            return fail(ErrorCode::io, "the terrain cannot be read at " + number_text(p.x()) +
+                                           ", " + number_text(p.y()) + " m");
         }
     }
     // slower and higher cameras get a wider smoothing
@@ -189,4 +189,4 @@ CameraPose CameraLeg::at(double time) const {
     return pose;
 }
 
-}  // namespace terrane::tools
+}  // namespace terrane::internal

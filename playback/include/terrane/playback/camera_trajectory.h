@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "camera/camera_path.h"
-
+#include <terrane/playback/camera_path.h>
 #include <terrane/terrain/pager.h>
 
 #include <algorithm>
 #include <span>
 #include <vector>
 
-namespace terrane::tools {
+namespace terrane {
 
 /// One sample of a path.
 struct PathMoment {
@@ -41,4 +40,4 @@ std::span<const Moment> trajectory_ahead(std::span<const Moment> moments, double
 /// @param clock the pager's time at the start of the path, seconds
 std::vector<CameraMoment> camera_trajectory(std::span<const PathMoment> path, double clock);
 
-}  // namespace terrane::tools
+}  // namespace terrane

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "track/track.h"
+#include <terrane/playback/track.h>
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <fstream>
 #include <string>
 
-namespace terrane::tools {
+namespace terrane {
 namespace track_test {
 
 class TrackTest : public testing::Test {
@@ -23,19 +23,19 @@ protected:
 
     // The error message for a file; "" where it is read.
     std::string refusal(const std::string& name, const std::string& text,
-                        const DemInfo* dem = nullptr) {
-        const Result<Track> track = read_track(write(name, text), dem);
+                        const GeoReference& reference = {}) {
+        const Result<Track> track = read_track(write(name, text), reference);
         return track ? "" : track.error().message;
     }
 
-    static DemInfo degrees() {
-        DemInfo info;
-        info.geographic = true;
-        info.centre_x = 12.5;
-        info.centre_y = 41.5;
-        info.metres_per_unit_x = 80'000.0;
-        info.metres_per_unit_y = 111'000.0;
-        return info;
+    static GeoReference degrees() {
+        GeoReference reference;
+        reference.is_geographic = true;
+        reference.longitude = 12.5;
+        reference.latitude = 41.5;
+        reference.metres_per_degree_x = 80'000.0;
+        reference.metres_per_degree_y = 111'000.0;
+        return reference;
     }
 };
 
@@ -45,8 +45,8 @@ std::string gpx(const std::string& points) {
 }
 
 TEST_F(TrackTest, ReadsColumnsByName) {
-    const Result<Track> track = read_track(
-        write("a.csv", "note,y_m,time_s,x_m,z_m\nhello,2,10,1,3\nthere,5,12.5,4,6\n"), nullptr);
+    const Result<Track> track =
+        read_track(write("a.csv", "note,y_m,time_s,x_m,z_m\nhello,2,10,1,3\nthere,5,12.5,4,6\n"));
     ASSERT_TRUE(track) << track.error().message;
     ASSERT_EQ(track->points.size(), 2u);
     EXPECT_TRUE(track->has_times);
@@ -58,17 +58,14 @@ TEST_F(TrackTest, ReadsColumnsByName) {
 }
 
 TEST_F(TrackTest, ReadsAFlightsOwnFrames) {
-    const Result<Track> track =
-        read_track(write("frames.csv",
-                         "time_s,eye_x_m,eye_y_m,eye_z_m,triangles\r\n0,1,2,3,9\r\n1,4,5,6,9\r\n"),
-                   nullptr);
+    const Result<Track> track = read_track(write(
+        "frames.csv", "time_s,eye_x_m,eye_y_m,eye_z_m,triangles\r\n0,1,2,3,9\r\n1,4,5,6,9\r\n"));
     ASSERT_TRUE(track) << track.error().message;
     EXPECT_EQ(track->points[0].position_world, WorldPos(1, 2, 3));
 }
 
 TEST_F(TrackTest, TimesAndHeightsMayBeAbsent) {
-    const Result<Track> track =
-        read_track(write("a.csv", "x_m,y_m\n0,0\n\n# half way\n3,4\n"), nullptr);
+    const Result<Track> track = read_track(write("a.csv", "x_m,y_m\n0,0\n\n# half way\n3,4\n"));
     ASSERT_TRUE(track) << track.error().message;
     EXPECT_FALSE(track->has_times);
     EXPECT_FALSE(track->has_heights);
@@ -76,8 +73,7 @@ TEST_F(TrackTest, TimesAndHeightsMayBeAbsent) {
 }
 
 TEST_F(TrackTest, PointsOfOneTimeBecomeTheirMean) {
-    const Result<Track> track =
-        read_track(write("a.csv", "0,0,0,0\n1,2,2,2\n1,4,6,8\n2,9,9,9\n"), nullptr);
+    const Result<Track> track = read_track(write("a.csv", "0,0,0,0\n1,2,2,2\n1,4,6,8\n2,9,9,9\n"));
     ASSERT_TRUE(track) << track.error().message;
     ASSERT_EQ(track->points.size(), 3u);
     EXPECT_EQ(track->points[1].position_world, WorldPos(3, 4, 5));
@@ -105,32 +101,32 @@ TEST_F(TrackTest, EmptyTracksAreRefused) {
     for (const char* text : {"", "\n\n", "x_m,y_m\n", "x_m,y_m\n1,2\n"}) {
         EXPECT_NE(refusal("a.csv", text), "") << text;
     }
-    const DemInfo info = degrees();
-    EXPECT_NE(refusal("a.gpx", gpx(""), &info), "");
-    EXPECT_NE(refusal("a.gpx", "", &info), "");
-    EXPECT_NE(refusal("a.igc", "AXYZ\n", &info), "");
+    const GeoReference reference = degrees();
+    EXPECT_NE(refusal("a.gpx", gpx(""), reference), "");
+    EXPECT_NE(refusal("a.gpx", "", reference), "");
+    EXPECT_NE(refusal("a.igc", "AXYZ\n", reference), "");
     EXPECT_NE(refusal("a.tum", "# nothing\n"), "");
 }
 
 TEST_F(TrackTest, MissingFilesFoldersAndOtherFormatsAreErrors) {
-    const Result<Track> missing = read_track("/no/such/track.csv", nullptr);
+    const Result<Track> missing = read_track("/no/such/track.csv");
     ASSERT_FALSE(missing);
     EXPECT_EQ(missing.error().code, ErrorCode::io);
     EXPECT_NE(missing.error().message.find("/no/such/track.csv"), std::string::npos);
     const std::string folder = testing::TempDir() + "track_folder.csv";
     std::filesystem::create_directory(folder);
-    EXPECT_FALSE(read_track(folder, nullptr));
-    EXPECT_FALSE(read_track(write("a.kml", "<kml/>"), nullptr));
+    EXPECT_FALSE(read_track(folder));
+    EXPECT_FALSE(read_track(write("a.kml", "<kml/>")));
 }
 
 TEST_F(TrackTest, GpxPointsAreProjectedByTheRaster) {
-    const DemInfo info = degrees();
+    const GeoReference reference = degrees();
     const std::string text =
         gpx("<trkpt lat=\"41.5\" lon=\"12.5\"><ele> 100.5 </ele><time>2008-02-29T23:59:59Z</time>"
             "<extensions><time>no</time></extensions></trkpt>\n"
             "<trkpt lat=\"41.6\" lon=\"12.4\"><ele>200</ele>"
             "<time>2008-03-01T01:00:01.5+01:00</time></trkpt>\n");
-    const Result<Track> track = read_track(write("a.gpx", text), &info);
+    const Result<Track> track = read_track(write("a.gpx", text), reference);
     ASSERT_TRUE(track) << track.error().message;
     EXPECT_TRUE(track->is_recorded);
     ASSERT_TRUE(track->has_times);
@@ -142,7 +138,7 @@ TEST_F(TrackTest, GpxPointsAreProjectedByTheRaster) {
 }
 
 TEST_F(TrackTest, GpxFaultsAreNamedByTheirLine) {
-    const DemInfo info = degrees();
+    const GeoReference reference = degrees();
     for (const char* point : {
              "<trkpt lat=\"north\" lon=\"12\"></trkpt>",
              "<trkpt lat=\"41\"></trkpt>",
@@ -151,7 +147,7 @@ TEST_F(TrackTest, GpxFaultsAreNamedByTheirLine) {
              "<trkpt lat=\"41\" lon=\"12\"><time>noon</time></trkpt>",
              "<trkpt lat=\"41\" lon=\"12\">",
          }) {
-        const std::string message = refusal("a.gpx", gpx(point), &info);
+        const std::string message = refusal("a.gpx", gpx(point), reference);
         EXPECT_NE(message.find("a.gpx: line 3"), std::string::npos) << point << " -> " << message;
     }
 }
@@ -159,18 +155,18 @@ TEST_F(TrackTest, GpxFaultsAreNamedByTheirLine) {
 TEST_F(TrackTest, PlacesOnTheEarthNeedARasterInDegrees) {
     const std::string text = gpx("<trkpt lat=\"1\" lon=\"2\"/><trkpt lat=\"1\" lon=\"3\"/>");
     EXPECT_NE(refusal("a.gpx", text).find("no raster"), std::string::npos);
-    DemInfo projected;
-    projected.crs = "WGS 84 / UTM zone 11N";
-    EXPECT_NE(refusal("a.gpx", text, &projected).find("UTM zone 11N"), std::string::npos);
+    GeoReference projected;
+    projected.why_not = "this raster's CRS is WGS 84 / UTM zone 11N";
+    EXPECT_NE(refusal("a.gpx", text, projected).find("UTM zone 11N"), std::string::npos);
 }
 
 TEST_F(TrackTest, IgcFixesCrossMidnight) {
-    const DemInfo info = degrees();
+    const GeoReference reference = degrees();
     const Result<Track> track = read_track(write("a.igc",
                                                  "AXXX\r\nHFDTE090319\r\n"
                                                  "B2359584130000N01230000EA0033200445\r\n"
                                                  "B0000014136000S01224000WA-033200447extra\r\n"),
-                                           &info);
+                                           reference);
     ASSERT_TRUE(track) << track.error().message;
     ASSERT_EQ(track->points.size(), 2u);
     EXPECT_NEAR(track->points[0].position_world.x(), 0.0, 1e-6);
@@ -182,23 +178,23 @@ TEST_F(TrackTest, IgcFixesCrossMidnight) {
 }
 
 TEST_F(TrackTest, IgcWithoutGnssAltitudesUsesPressure) {
-    const DemInfo info = degrees();
+    const GeoReference reference = degrees();
     const Result<Track> track = read_track(write("a.igc",
                                                  "B1000004130000N01230000EV0033200000\n"
                                                  "B1000014130000N01230000EV-001000000\n"),
-                                           &info);
+                                           reference);
     ASSERT_TRUE(track) << track.error().message;
     EXPECT_EQ(track->points[0].position_world.z(), 332.0);
     EXPECT_EQ(track->points[1].position_world.z(), -10.0);
 }
 
 TEST_F(TrackTest, IgcFaultsAreNamedByTheirLine) {
-    const DemInfo info = degrees();
+    const GeoReference reference = degrees();
     for (const char* fix :
          {"B11231", "B9923184135458N01257432EA0033200445", "B1123184135458X01257432EA0033200445",
           "B11231841354?8N01257432EA0033200445", "B1123184135458N01257432EA00x3200445"}) {
         const std::string message = refusal(
-            "a.igc", "B1123184135458N01257432EA0033200445\n" + std::string(fix) + "\n", &info);
+            "a.igc", "B1123184135458N01257432EA0033200445\n" + std::string(fix) + "\n", reference);
         EXPECT_NE(message.find("a.igc: line 2"), std::string::npos) << fix << " -> " << message;
     }
 }
@@ -207,10 +203,8 @@ TEST_F(TrackTest, TumRotationsTurnTheCamerasAxes) {
     // camera x right, y down, z forward: half a turn about x + ... looks north with up upward
     const double h = std::sqrt(0.5);
     const std::string quarter = std::to_string(-h) + " 0 0 " + std::to_string(h);
-    const Result<Track> track =
-        read_track(write("a.tum", "# time x y z qx qy qz qw\n5 1 2 3 " + quarter + "\n6 1 3 3 " +
-                                      quarter + "\n"),
-                   nullptr);
+    const Result<Track> track = read_track(write(
+        "a.tum", "# time x y z qx qy qz qw\n5 1 2 3 " + quarter + "\n6 1 3 3 " + quarter + "\n"));
     ASSERT_TRUE(track) << track.error().message;
     ASSERT_TRUE(track->has_orientations);
     EXPECT_LT((track->points[0].forward - Eigen::Vector3d(0, 1, 0)).norm(), 1e-5);
@@ -228,11 +222,11 @@ std::string data_folder() {
 TEST_F(TrackTest, RealRecordingsAreReadWhole) {
     const std::string folder = data_folder() + "/tracks/";
     if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no tracks in " << folder;
-    const DemInfo info = degrees();
-    const Result<Track> flight = read_track(folder + "norma_paraglider.igc", &info);
+    const GeoReference reference = degrees();
+    const Result<Track> flight = read_track(folder + "norma_paraglider.igc", reference);
     ASSERT_TRUE(flight) << flight.error().message;
     EXPECT_GT(flight->points.size(), 14'000u);
-    const Result<Track> drive = read_track(folder + "rome_mtk_logger_m241.gpx", &info);
+    const Result<Track> drive = read_track(folder + "rome_mtk_logger_m241.gpx", reference);
     ASSERT_TRUE(drive) << drive.error().message;
     EXPECT_GT(drive->points.size(), 1'100u);
     EXPECT_TRUE(drive->has_times);
@@ -240,4 +234,4 @@ TEST_F(TrackTest, RealRecordingsAreReadWhole) {
 }
 
 }  // namespace track_test
-}  // namespace terrane::tools
+}  // namespace terrane
