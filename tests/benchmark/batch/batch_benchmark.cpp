@@ -1,61 +1,24 @@
 // SPDX-License-Identifier: MIT
-// Batches of heights and rays beside single calls. The ground: fractal, 2 km x 2 km, 1 m between samples, resident.
-#include "support/heights/table_ground.h"
+// Batches of heights and rays beside single calls.
+#include "benchmark/batch/batch_ground.h"
 #include "support/random.h"
 
-#include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/ground_batch.h>
-#include <terrane/terrain/pager.h>
-
-#include <benchmark/benchmark.h>
 
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <numbers>
 #include <vector>
 
 namespace terrane {
 namespace {
 
+using bench::fractal_ground;
+using bench::set_item_time;
+using bench::value_or_exit;
 using test::Random;
 
 constexpr std::size_t kCount = 1'000'000;
 constexpr double kHalfSide = 1000.0;
-
-template <class T>
-T value_or_exit(Result<T> result) {
-    if (result) return std::move(*result);
-    std::fprintf(stderr, "batch_benchmark: %s\n", result.error().message.c_str());
-    std::exit(1);
-}
-
-const Ground& fractal_ground() {
-    static const Ground ground = [] {
-        FractalSettings settings;
-        settings.seed = 3;
-        settings.root_size_log2 = 10;
-        settings.finest_spacing_log2 = 0;
-        settings.wavelength_log2 = 10;
-        settings.amplitude = 100.0;
-        const std::shared_ptr<const HeightSource> source =
-            value_or_exit(FractalHeights::create(settings));
-        PagerSettings paging;
-        paging.memory_bytes = std::size_t{1} << 30;
-        paging.contact_spacing = 1.0;
-        paging.worker_count = 0;
-        Pager pager = value_or_exit(Pager::create(source, paging));
-        const Pager::Ticket ticket = pager.require(source->extent(), 0.0);
-        pager.update({}, {}, 0.0);
-        pager.finish();
-        if (!pager.is_ready(ticket)) {
-            std::fprintf(stderr, "batch_benchmark: the ground is not resident\n");
-            std::exit(1);
-        }
-        return Ground(pager.resident(), pager.contact_level());
-    }();
-    return ground;
-}
 
 std::vector<double> random_places() {
     Random random(1);
@@ -79,12 +42,6 @@ std::vector<double> grid_places() {
 
 std::vector<double> places_of(std::int64_t order) {
     return order == 0 ? random_places() : grid_places();
-}
-
-void set_item_time(benchmark::State& state, std::size_t count) {
-    const double items = static_cast<double>(state.iterations()) * static_cast<double>(count);
-    state.counters["per_item"] =
-        benchmark::Counter(items, benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
 
 void heights_one_by_one(benchmark::State& state) {
