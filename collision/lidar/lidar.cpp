@@ -95,7 +95,7 @@ Result<Lidar> Lidar::create(const LidarSettings& settings,
     if (!(settings.max_range > settings.min_range && settings.max_range <= 1e6)) {
         return fail(ErrorCode::invalid_argument,
                     "max_range must be above min_range, " + number_text(settings.min_range) +
-                        ", and at most 1000000, got " + number_text(settings.max_range));
+                        ", and at most 1e+06, got " + number_text(settings.max_range));
     }
     if (auto ok = check_range("worker_count", settings.worker_count, 1, 64); !ok) {
         return tl::unexpected(ok.error());

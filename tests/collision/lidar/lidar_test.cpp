@@ -229,12 +229,12 @@ TEST(Lidar, RefusesSettingsDirectionsAndArraysWithALine) {
         const auto lidar = Lidar::create(settings, directions);
         return lidar ? std::string() : lidar.error().message;
     };
-    EXPECT_EQ(refusal({.min_range = -1.0}), "min_range must be 0 to 1000000, got -1");
-    EXPECT_EQ(refusal({.min_range = kNaN}), "min_range must be 0 to 1000000, got nan");
+    EXPECT_EQ(refusal({.min_range = -1.0}), "min_range must be 0 to 1e+06, got -1");
+    EXPECT_EQ(refusal({.min_range = kNaN}), "min_range must be 0 to 1e+06, got nan");
     EXPECT_EQ(refusal({.min_range = 5.0, .max_range = 5.0}),
-              "max_range must be above min_range, 5, and at most 1000000, got 5");
+              "max_range must be above min_range, 5, and at most 1e+06, got 5");
     EXPECT_EQ(refusal({.max_range = 2e6}),
-              "max_range must be above min_range, 0.1, and at most 1000000, got 2000000");
+              "max_range must be above min_range, 0.1, and at most 1e+06, got 2e+06");
     EXPECT_EQ(refusal({.worker_count = 0}), "worker_count must be 1 to 64, got 0");
     EXPECT_EQ(refusal({}), "");
     for (const double x : {0.0, 2.0, kNaN}) {
