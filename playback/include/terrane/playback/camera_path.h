@@ -14,7 +14,7 @@ namespace terrane {
 
 /// Pose and velocity of a camera at one time.
 struct CameraPose {
-    WorldPos eye_world = WorldPos::Zero();
+    WorldPos eye_world = WorldPos::Zero();               ///< metres
     Eigen::Vector3d forward = Eigen::Vector3d::UnitY();  ///< unit
     Eigen::Vector3d up = Eigen::Vector3d::UnitZ();       ///< unit, perpendicular to forward
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< metres a second

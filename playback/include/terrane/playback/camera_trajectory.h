@@ -12,7 +12,7 @@ namespace terrane {
 
 /// One sample of a path.
 struct PathMoment {
-    double time = 0.0;
+    double time = 0.0;            ///< seconds
     bool is_before_jump = false;  ///< start of a jump; the next sample is its end
     CameraPose pose;
 };

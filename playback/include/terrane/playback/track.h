@@ -28,8 +28,8 @@ struct Track {
     bool is_recorded = false;
 };
 
-/// Where longitudes and latitudes lie in the world: x = (longitude - this longitude) * metres_per_degree_x, and so on, as
-/// DemInfo says of a raster in degrees.
+/// Where longitudes and latitudes lie in the world: x = (longitude - this longitude) * metres_per_degree_x, and so on,
+/// as DemInfo says of a raster in degrees.
 struct GeoReference {
     bool is_geographic = false;              ///< false: the world has no longitudes and latitudes
     double longitude = 0.0, latitude = 0.0;  ///< of world (0, 0), degrees
