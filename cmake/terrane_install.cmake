@@ -1,4 +1,4 @@
-# The package: find_package(terrane COMPONENTS terrain dem volume collision render).
+# The package: find_package(terrane COMPONENTS terrain dem volume collision playback render).
 include(CMakePackageConfigHelpers)
 configure_package_config_file(
     ${CMAKE_CURRENT_LIST_DIR}/terraneConfig.cmake.in

@@ -11,7 +11,7 @@ import re
 import sys
 
 WIDEST = 120
-FOLDERS = ("base", "terrain", "collision", "render", "tools", "tests", "examples", "cmake")
+FOLDERS = ("base", "terrain", "collision", "playback", "render", "tools", "tests", "examples", "cmake")
 SUFFIXES = {".h", ".cpp", ".py", ".cmake"}
 
 # What a declaration of a header begins with that names nothing a reader needs to be told of.
@@ -112,7 +112,7 @@ def check(root):
         for number, width in wide_lines(path):
             yield f"{path.relative_to(root)}:{number}: a comment of {width} columns, more than {WIDEST}"
     for path in sorted(root.glob("*/**/include/terrane/*/*.h")):
-        if path.relative_to(root).parts[0] in ("terrain", "collision", "render"):
+        if path.relative_to(root).parts[0] in ("terrain", "collision", "playback", "render"):
             for number, line in Header(path.read_text()).undocumented():
                 yield f"{path.relative_to(root)}:{number}: no comment: {line}"
 

@@ -20,9 +20,10 @@ SEES = {
     "dem": {"dem", "store", "terrain"},
     "volume": {"volume", "store", "terrain"},
     "collision": {"collision", "terrain"},
+    "playback": {"playback", "terrain"},
     "scene": {"scene", "terrain"},
     "render": {"render", "scene", "terrain"},
-    "tools": {"tools", "render", "scene", "collision", "volume", "dem", "store", "terrain"},
+    "tools": {"tools", "playback", "render", "scene", "collision", "volume", "dem", "store", "terrain"},
 }
 FOLDER = {"store": "terrain/store", "dem": "terrain/dem", "volume": "terrain/volume", "scene": "render/scene"}  # others are named after their component
 # Rooms of another component that a component may include, beside base: a store writes what chunks hold.
@@ -49,7 +50,7 @@ class Rooms:
         self.faults = []
 
     def files(self):
-        for top in ("base", "terrain", "collision", "render", "tools"):
+        for top in ("base", "terrain", "collision", "playback", "render", "tools"):
             for path in sorted((self.root / top).rglob("*")):
                 if path.suffix in SOURCES and "include" not in path.relative_to(self.root).parts:
                     yield path.relative_to(self.root)
@@ -57,7 +58,7 @@ class Rooms:
     def public_headers(self):
         for path in sorted(self.root.glob("**/include/terrane/*/*.h")):
             relative = path.relative_to(self.root)
-            if relative.parts[0] in ("terrain", "collision", "render"):
+            if relative.parts[0] in ("terrain", "collision", "playback", "render"):
                 yield relative
 
     def fault(self, text):

@@ -12,9 +12,10 @@ build_project(${CMAKE_CURRENT_LIST_DIR}/readme_example ${WORK_DIR}/readme_exampl
     -DCMAKE_DISABLE_FIND_PACKAGE_GDAL=ON
     -DCMAKE_DISABLE_FIND_PACKAGE_OpenVDB=ON
     -DCMAKE_DISABLE_FIND_PACKAGE_TBB=ON
+    -DCMAKE_DISABLE_FIND_PACKAGE_EXPAT=ON
     -DCMAKE_DISABLE_FIND_PACKAGE_PNG=ON
     -DCMAKE_DISABLE_FIND_PACKAGE_PkgConfig=ON)
-set(foreign "^lib(gdal|zstd|openvdb|tbb|png|epoxy|EGL|GL|GLX|GLdispatch|OpenGL)[^a-z]")
+set(foreign "^lib(gdal|zstd|expat|openvdb|tbb|png|epoxy|EGL|GL|GLX|GLdispatch|OpenGL)[^a-z]")
 find_loaded_libraries(${WORK_DIR}/readme_example/first_ground loaded)
 list(FILTER loaded INCLUDE REGEX "${foreign}")
 expect_same("the libraries that heights load for nothing" "${loaded}" "")
@@ -44,8 +45,17 @@ if(COMPONENTS MATCHES "dem")
     endif()
 endif()
 
+# Camera paths come without the program, GDAL and OpenGL.
+if(COMPONENTS MATCHES "playback")
+    find_loaded_libraries(${WORK_DIR}/stranger/flown loaded)
+    list(FILTER loaded INCLUDE REGEX "${foreign}")
+    if(NOT loaded MATCHES "^libexpat[^;]*$")
+        message(FATAL_ERROR "a program that flies a path loads '${loaded}', not Expat alone")
+    endif()
+endif()
+
 # OpenVDB and TBB are loaded by programs that use volumes, and by no others.
-foreach(program IN ITEMS height ball baked raster picture cave)
+foreach(program IN ITEMS height ball baked raster flown picture cave)
     if(NOT EXISTS ${WORK_DIR}/stranger/${program})
         continue()
     endif()

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "drive/drive_plan.h"
 
-#include "camera/camera_path.h"
-#include "track/track.h"
+#include "camera/terrain_track.h"
+
+#include <terrane/playback/camera_path.h>
 
 #include <fmt/format.h>
 
@@ -22,10 +23,10 @@ Result<CameraPath> open_drive_path(const FlightOptions& options, const Terrain& 
         if (!settings.speed) settings.speed = usual_speed;
         return CameraPath::create(options.path, *terrain.source, settings);
     }
-    Result<Track> track = read_track(options.path, terrain.dem ? &*terrain.dem : nullptr);
+    Result<Track> track = read_track(options.path, make_geo_reference(terrain.dem));
     if (!track) return tl::unexpected(track.error());
     if (!track->has_times && !settings.speed) settings.speed = usual_speed;
-    return CameraPath::create(std::move(*track), *terrain.source, settings);
+    return follow_track(std::move(*track), *terrain.source, settings);
 }
 
 }  // namespace

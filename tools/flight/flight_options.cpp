@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "flight/flight_options.h"
 
+#include "camera/terrain_track.h"
 #include "options/spelling.h"
 #include "source/limits.h"
-#include "track/track.h"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -87,9 +87,9 @@ CommandResult<void> check_path(const std::string& name) {
 Result<CameraPath> open_path(const std::string& name, const Terrain& terrain,
                              const CameraPathSettings& settings) {
     if (!names_track_file(name)) return CameraPath::create(name, *terrain.source, settings);
-    Result<Track> track = read_track(name, terrain.dem ? &*terrain.dem : nullptr);
+    Result<Track> track = read_track(name, make_geo_reference(terrain.dem));
     if (!track) return tl::unexpected(track.error());
-    return CameraPath::create(std::move(*track), *terrain.source, settings);
+    return follow_track(std::move(*track), *terrain.source, settings);
 }
 
 CommandResult<void> check_pictures(const FlightOptions& options) {

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "camera/camera_path.h"
 #include "frames/frame_maker.h"
 #include "options/command.h"
 #include "options/option_values.h"
 #include "source/paging_choice.h"
 #include "source/terrain_options.h"
+
+#include <terrane/playback/camera_path.h>
 
 #include <cstddef>
 #include <limits>

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "camera/camera_path.h"
-#include "camera/camera_trajectory.h"
 #include "flight/flight_options.h"
 #include "flight/flight_output.h"
 #include "frames/frame_maker.h"
@@ -9,7 +7,10 @@
 #include "output/progress.h"
 #include "output/summary.h"
 #include "source/slow_heights.h"
-#include "track/track.h"
+
+#include <terrane/playback/camera_path.h>
+#include <terrane/playback/camera_trajectory.h>
+#include <terrane/playback/track.h>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>

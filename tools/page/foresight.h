@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "camera/camera_path.h"
 #include "page/ground_bodies.h"
 
+#include <terrane/playback/camera_path.h>
 #include <terrane/terrain/pager.h>
 
 #include <span>

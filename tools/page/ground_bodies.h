@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "camera/camera_trajectory.h"
-
+#include <terrane/playback/camera_trajectory.h>
 #include <terrane/terrain/pager.h>
 
 #include <cstddef>

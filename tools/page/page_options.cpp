@@ -4,7 +4,8 @@
 #include "flight/flight_options.h"
 #include "options/idle_flags.h"
 #include "source/limits.h"
-#include "track/track.h"
+
+#include <terrane/playback/track.h>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "camera/camera_path.h"
 #include "frames/flight_log.h"
 #include "frames/frame_maker.h"
 #include "source/chunk_cache.h"
 #include "source/paging_choice.h"
 
+#include <terrane/playback/camera_path.h>
 #include <terrane/terrain/virtual_loader.h>
 
 #include <atomic>

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/playback/track.h>
+#include <terrane/terrain/height_source.h>
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace terrane {
+
+/// Pose and velocity of a camera at one time.
+struct CameraPose {
+    WorldPos eye_world = WorldPos::Zero();               ///< metres
+    Eigen::Vector3d forward = Eigen::Vector3d::UnitY();  ///< unit
+    Eigen::Vector3d up = Eigen::Vector3d::UnitZ();       ///< unit, perpendicular to forward
+    Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< metres a second
+};
+
+/// How a path is flown.
+struct CameraPathSettings {
+    /// Horizontal speed, m/s, > 0. Absent: a track's own times, or the default.
+    std::optional<double> speed = std::nullopt;
+    /// Metres above the smoothed ground, > 0: see CameraPath. Absent: a track's own heights, or
+    /// kDefaultAltitude.
+    std::optional<double> altitude = std::nullopt;
+    double start = 0.0;  ///< seconds skipped at the start of a track, >= 0
+    std::optional<double> seconds =
+        std::nullopt;  ///< > 0; absent: all of a track, or kDefaultSeconds
+
+    static constexpr double kDefaultSpeed = 100.0;     ///< of built-in paths
+    static constexpr double kDefaultSpinSpeed = 20.0;  ///< of `spins`
+    static constexpr double kDefaultAltitude = 200.0;
+    static constexpr double kDefaultSeconds = 20.0;  ///< of built-in paths
+    static constexpr double kMostSeconds = 1e7;      ///< no path lasts longer
+};
+
+/// The trajectory of a camera: a pure function of the terrain, the settings and the track.
+///
+///   straight   along the middle of the terrain's longer side
+///   orbit      around the middle, looking at it; the radius makes one turn, or as much as fits
+///   canyon     along the valleys of the terrain's roughest part, banking in turns
+///   turns      back and forth over the middle, with a half circle of 6 s at each end
+///   spins      straight, while the view turns around the vertical at 90 degrees a second, with
+///              rests and reversals
+///   teleports  legs of 5 s, straight; each starts elsewhere with another heading
+///
+/// A built-in path longer than the terrain continues straight beyond it. With an altitude the camera flies that
+/// high above the smoothed ground, higher where its clearance would fall below half the altitude. A recorded track
+/// is raised to a clearance of 2 m; the heights of other tracks are used as they are.
+///
+/// Immutable, cheap to copy. Threads: any number
+class CameraPath {
+public:
+    /// Whether a name is one of the built-in paths.
+    static bool is_built_in(const std::string& name);
+    /// Their names in one text: "straight, orbit".
+    static std::string built_in_list();
+    static std::vector<std::string> built_in_names();
+
+    /// Fails: invalid_argument for a name that is no built-in path and for settings out of range; io where the terrain
+    ///        cannot be read
+    static Result<CameraPath> create(const std::string& built_in, const HeightSource& source,
+                                     const CameraPathSettings& settings);
+
+    /// Fails: invalid_argument for settings out of range, as check(track), where the start is not before the track's
+    ///        end, and where all points coincide and there are no times
+    static Result<CameraPath> create(Track track, const HeightSource& source,
+                                     const CameraPathSettings& settings);
+
+    /// Seconds.
+    double duration() const;
+    /// The pose at a time, 0 to duration(); at the time of a jump the pose after it.
+    CameraPose at(double time) const;
+    /// As at(), but at the time of a jump the pose before it.
+    CameraPose before(double time) const;
+    /// Times of the jumps, seconds, increasing, between 0 and duration().
+    std::span<const double> jumps() const;
+
+private:
+    struct Legs;
+    explicit CameraPath(std::shared_ptr<const Legs> legs);
+    std::shared_ptr<const Legs> legs_;
+};
+
+}  // namespace terrane

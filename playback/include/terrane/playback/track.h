@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/terrain/math.h>
+#include <terrane/terrain/result.h>
+
+#include <string>
+#include <vector>
+
+namespace terrane {
+
+/// One point of a track.
+struct TrackPoint {
+    double time = 0.0;  ///< seconds since the track's first point; meaningless without times
+    WorldPos position_world = WorldPos::Zero();  ///< z is meaningless without heights
+    /// View and up direction of a camera, orthonormal; only with orientations.
+    Eigen::Vector3d forward = Eigen::Vector3d::UnitY();
+    Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+};
+
+/// A trajectory, such as one read from a file. Times, heights and orientations may be absent.
+struct Track {
+    std::vector<TrackPoint> points;  ///< at least two; times strictly increase where there are any
+    bool has_times = false;
+    bool has_heights = false;
+    bool has_orientations = false;
+    /// Recorded by a receiver: positions are rounded and noisy, heights refer to another datum than the ground.
+    bool is_recorded = false;
+};
+
+/// Where longitudes and latitudes lie in the world: x = (longitude - this longitude) * metres_per_degree_x, and so on,
+/// as DemInfo says of a raster in degrees.
+struct GeoReference {
+    bool is_geographic = false;              ///< false: the world has no longitudes and latitudes
+    double longitude = 0.0, latitude = 0.0;  ///< of world (0, 0), degrees
+    double metres_per_degree_x = 1.0, metres_per_degree_y = 1.0;
+    std::string why_not = "this terrain has no raster";  ///< for messages, if not geographic
+};
+
+/// Fails: invalid_argument, naming the point, for fewer than two points, numbers that are not finite, and times that do
+///        not begin at 0 and increase strictly
+Result<void> check(const Track& track);
+
+/// Reads a track in the format of the file extension:
+///
+///   .csv   lines of numbers under a header that names the columns x_m and y_m and, where known,
+///          time_s and z_m (also eye_x_m and so on, so that a frames.csv can be replayed; other
+///          columns are ignored); without a header, lines of time_s,x_m,y_m,z_m
+///   .gpx   the track points (trkpt) of all segments in order; ele and time where all have them
+///   .igc   the fixes (B records); GNSS altitudes, or pressure altitudes without them
+///   .tum   lines of "time x y z qx qy qz qw", metres in the world; the rotation takes camera axes
+///          (x right, y down, z forward) to world axes. Lines that start with # are comments
+///
+/// GPX and IGC coordinates are converted to world metres by the reference. Points of equal times are merged into their
+/// mean.
+///
+/// Fails: io where the file cannot be read; bad_data, naming file, line and value, where a line is
+///        invalid, times decrease, or fewer than two points remain; invalid_argument for another
+///        extension, or for longitudes and latitudes where the terrain has none
+Result<Track> read_track(const std::string& path, const GeoReference& reference = {});
+
+/// Whether a name is a file rather than a built-in path: it has an extension of read_track(), or a folder.
+bool names_track_file(const std::string& path);
+
+}  // namespace terrane

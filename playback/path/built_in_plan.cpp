@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: MIT
+// Sources: M. Roberts. The unreasonable effectiveness of quasirandom sequences. 2018 (targets of
+//          teleports).
+#include "path/built_in_plan.h"
+
+#include "path/canyon_route.h"
+
+#include <terrane/terrain/assert.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+namespace terrane::internal {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr double kPi = 3.141592653589793;
+constexpr std::array<std::string_view, 6> kNames{"straight", "orbit", "canyon",
+                                                 "turns",    "spins", "teleports"};
+
+Vector2d middle(const WorldRect& extent) {
+    return {0.5 * (extent.west + extent.east), 0.5 * (extent.south + extent.north)};
+}
+
+Vector2d longer_side(const WorldRect& extent) {
+    return extent.east - extent.west >= extent.north - extent.south ? Vector2d(1.0, 0.0)
+                                                                    : Vector2d(0.0, 1.0);
+}
+
+double longer_length(const WorldRect& extent) {
+    return std::max(extent.east - extent.west, extent.north - extent.south);
+}
+
+// Rotates a vector by a small angle; error angle^5 / 120. Uses no sin() of the C library, whose bits differ.
+Vector2d turned(const Vector2d& v, double angle) {
+    const double half = 0.5 * angle;
+    const double q = half * (1.0 + half * half / 3.0);  // the tangent of half the angle
+    const double cosine = (1.0 - q * q) / (1.0 + q * q);
+    const double sine = 2.0 * q / (1.0 + q * q);
+    return {cosine * v.x() - sine * v.y(), sine * v.x() + cosine * v.y()};
+}
+
+LegPlan make_straight(const Vector2d& start, const Vector2d& direction, double speed,
+                      double duration) {
+    LegPlan plan;
+    plan.duration = duration;
+    plan.control.resize(control_count(duration));
+    for (std::size_t i = 0; i < plan.control.size(); ++i) {
+        const Vector2d p = start + speed * control_time(i) * direction;
+        plan.control[i] = {p.x(), p.y(), 0.0};
+    }
+    return plan;
+}
+
+LegPlan make_straight(const WorldRect& extent, double speed, double duration) {
+    const Vector2d direction = longer_side(extent);
+    const double used = std::min(speed * duration, 0.96 * longer_length(extent));
+    return make_straight(middle(extent) - 0.5 * used * direction, direction, speed, duration);
+}
+
+LegPlan make_orbit(const HeightSource& source, double speed, double duration) {
+    constexpr double kLeast = 10.0;  // radius, metres
+    const WorldRect& extent = source.extent();
+    const double room = 0.3 * std::min(extent.east - extent.west, extent.north - extent.south);
+    const double radius = std::max(kLeast, std::min(speed * duration / (2.0 * kPi), room));
+    const Vector2d centre = middle(extent);
+    LegPlan plan;
+    plan.duration = duration;
+    plan.target_world = WorldPos(centre.x(), centre.y(), source.height(centre.x(), centre.y()));
+    plan.control.resize(control_count(duration));
+    Vector2d arm(0.0, -radius);
+    for (Eigen::Vector3d& point : plan.control) {
+        point = {centre.x() + arm.x(), centre.y() + arm.y(), 0.0};
+        arm = turned(arm, speed * kLegStep / radius);
+    }
+    return plan;
+}
+
+Result<LegPlan> make_canyon(const HeightSource& source, double speed, double duration) {
+    constexpr double kTurnTime = 8.0;  // seconds per turn: limits the curvature for fast cameras
+    LegPlan plan;
+    plan.duration = duration;
+    plan.has_lean = true;
+    const double length = speed * kLegStep * static_cast<double>(control_count(duration));
+    const Result<std::vector<Vector2d>> route =
+        find_canyon_route(source, length, kTurnTime * speed);
+    if (!route) return tl::unexpected(route.error());
+    for (const Vector2d& p : resampled(*route, speed * kLegStep)) {
+        plan.control.emplace_back(p.x(), p.y(), 0.0);
+    }
+    return plan;
+}
+
+// Back and forth, with a half circle to the left at each end; the first straight passes over the middle.
+LegPlan make_turns(const WorldRect& extent, double speed, double duration) {
+    constexpr double kStraightTime = 5.0;  // seconds
+    constexpr double kTurnTime = 6.0;      // seconds
+    constexpr int kSubsteps = 16;
+    constexpr double kSubstep = kLegStep / kSubsteps;
+    const double straight_time = std::min(kStraightTime, 0.5 * longer_length(extent) / speed);
+    const auto angle = [straight_time](double time) {
+        if (time <= 0.0) return 0.0;
+        const double period = std::floor(time / (straight_time + kTurnTime));
+        const double s =
+            std::max(0.0, time - period * (straight_time + kTurnTime) - straight_time) / kTurnTime;
+        // smoothstep of degree 5: the turn rate and its derivative are 0 at both ends
+        return kPi * (period + s * s * s * (10.0 - 15.0 * s + 6.0 * s * s));
+    };
+    LegPlan plan;
+    plan.duration = duration;
+    plan.control.resize(control_count(duration));
+    Vector2d direction = longer_side(extent);
+    Vector2d place = middle(extent) - (0.5 * straight_time + kLegPad) * speed * direction;
+    for (std::size_t i = 0; i < plan.control.size(); ++i) {
+        plan.control[i] = {place.x(), place.y(), 0.0};
+        for (int j = 0; j < kSubsteps; ++j) {
+            const double time = control_time(i) + j * kSubstep;
+            const double turn = angle(time + kSubstep) - angle(time);
+            place += speed * kSubstep * turned(direction, 0.5 * turn);
+            direction = turned(direction, turn);
+        }
+    }
+    return plan;
+}
+
+// Heading of a view that turns at 90 degrees/s, rests, turns back, and turns forward again at once.
+double spin_angle(double time) {
+    constexpr double kRate = 0.5 * kPi;
+    constexpr double kRamp = 0.75;  // seconds to reach kRate, and to stop
+    struct Part {
+        double seconds, angle;
+    };
+    constexpr auto turn = [](double angle) {
+        return Part{(angle < 0.0 ? -angle : angle) / kRate + kRamp, angle};
+    };
+    constexpr std::array<Part, 6> kParts{Part{1.0, 0.0}, turn(2.0 * kPi), Part{1.0, 0.0},
+                                         turn(-kPi),     turn(kPi),       Part{0.75, 0.0}};
+    double period = 0.0;
+    for (const Part& part : kParts) period += part.seconds;
+    if (time <= 0.0) return 0.0;
+    // a period adds a whole turn, so every period is the same
+    double left = time - std::floor(time / period) * period;
+    double sum = 0.0;
+    for (const Part& part : kParts) {
+        if (left < part.seconds && part.angle != 0.0) {
+            const double rest = part.seconds - left;
+            const double rate = part.angle < 0.0 ? -kRate : kRate;
+            if (left < kRamp) return sum + 0.5 * rate * left * left / kRamp;
+            if (rest < kRamp) return sum + part.angle - 0.5 * rate * rest * rest / kRamp;
+            return sum + rate * (left - 0.5 * kRamp);
+        }
+        if (left < part.seconds) return sum;
+        left -= part.seconds;
+        sum += part.angle;
+    }
+    return sum;
+}
+
+LegPlan make_spins(const WorldRect& extent, double speed, double duration) {
+    constexpr double kStep = 1.0 / 32.0;
+    LegPlan plan = make_straight(extent, speed, duration);
+    std::vector<Eigen::Vector3d> control;
+    Vector2d arm(1.0, 0.0);
+    double angle = 0.0;
+    for (double time = 0.0; time <= duration + kStep; time += kStep) {
+        const double next = spin_angle(time);
+        // between two periods the angle falls by a whole turn, which is no rotation
+        if (const double step = next - angle; std::abs(step) < kPi) arm = turned(arm, step);
+        angle = next;
+        control.emplace_back(arm.x(), arm.y(), 0.0);
+    }
+    plan.turn = SmoothCurve(0.0, kStep, std::move(control));
+    return plan;
+}
+
+std::vector<LegPlan> make_teleports(const WorldRect& extent, double speed, double duration) {
+    constexpr double kStay = 5.0;     // seconds
+    constexpr double kInside = 0.7;   // share of the extent that the middles of legs lie in
+    constexpr double kFarOff = 0.25;  // of the shorter side: least distance between successive legs
+    const Vector2d size(extent.east - extent.west, extent.north - extent.south);
+    const auto place = [&](int i) {
+        const Vector2d share(0.5 + 0.7548776662466927 * i, 0.5 + 0.5698402909980532 * i);
+        const Vector2d inside = share - share.array().floor().matrix() - Vector2d(0.5, 0.5);
+        return Vector2d(middle(extent) + kInside * inside.cwiseProduct(size));
+    };
+    std::vector<LegPlan> legs;
+    Vector2d direction = longer_side(extent);
+    Vector2d centre = place(0);
+    int next = 1;
+    for (double start = 0.0; start < duration; start += kStay) {
+        const double stay = std::min(kStay, duration - start);
+        legs.push_back(
+            make_straight(centre - 0.5 * speed * kStay * direction, direction, speed, stay));
+        const Vector2d last = centre;
+        do {
+            centre = place(next++);
+        } while ((centre - last).norm() < kFarOff * size.minCoeff());
+        // about 106 degrees, so that headings practically never repeat
+        direction = {-0.28 * direction.x() - 0.96 * direction.y(),
+                     0.96 * direction.x() - 0.28 * direction.y()};
+    }
+    return legs;
+}
+
+}  // namespace
+
+std::span<const std::string_view> built_in_names() { return kNames; }
+
+Result<std::vector<LegPlan>> plan_built_in(std::string_view name, const HeightSource& source,
+                                           double speed, double duration) {
+    const WorldRect& extent = source.extent();
+    if (name == "teleports") return make_teleports(extent, speed, duration);
+    std::vector<LegPlan> legs;
+    if (name == "canyon") {
+        Result<LegPlan> canyon = make_canyon(source, speed, duration);
+        if (!canyon) return tl::unexpected(canyon.error());
+        legs.push_back(std::move(*canyon));
+    } else if (name == "orbit") {
+        legs.push_back(make_orbit(source, speed, duration));
+    } else if (name == "turns") {
+        legs.push_back(make_turns(extent, speed, duration));
+    } else if (name == "spins") {
+        legs.push_back(make_spins(extent, speed, duration));
+    } else {
+        TERRANE_ASSERT(name == "straight", "the name must be one of the built-in paths'");
+        legs.push_back(make_straight(extent, speed, duration));
+    }
+    return legs;
+}
+
+}  // namespace terrane::internal
