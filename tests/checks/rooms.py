@@ -20,9 +20,10 @@ SEES = {
     "dem": {"dem", "store", "terrain"},
     "volume": {"volume", "store", "terrain"},
     "collision": {"collision", "terrain"},
+    "adapters": {"adapters", "collision", "terrain"},
     "scene": {"scene", "terrain"},
     "render": {"render", "scene", "terrain"},
-    "tools": {"tools", "render", "scene", "collision", "volume", "dem", "store", "terrain"},
+    "tools": {"tools", "render", "scene", "adapters", "collision", "volume", "dem", "store", "terrain"},
 }
 FOLDER = {"store": "terrain/store", "dem": "terrain/dem", "volume": "terrain/volume", "scene": "render/scene"}  # others are named after their component
 # Rooms of another component that a component may include, beside base: a store writes what chunks hold.
