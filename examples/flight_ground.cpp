@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The ground under an aircraft: height above ground from earth-centred positions, as JSBSim asks a FGGroundCallback, and
-// a probe in a local frame with y up, as X-Plane's plug-ins ask for. Flies a circle over a world that lies at 47 N, 8 E.
+// The ground under an aircraft: height above ground from earth-centred positions, as JSBSim asks a FGGroundCallback,
+// and a probe in a local frame with y up, as X-Plane has it. Flies a circle over a world that lies at 47 N, 8 E.
 #include <terrane/adapters/jsbsim_ground.h>
 #include <terrane/adapters/terrain_probe.h>
 #include <terrane/terrain/fractal_heights.h>

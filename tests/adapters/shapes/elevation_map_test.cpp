@@ -17,13 +17,11 @@ namespace elevation_map_test {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-// A grid map as grid_map_core documents it, for comparison: column-major, indices against the axes, a circular buffer
-// whose cells that leave become NaN. Written from the documentation.
+// The indices of a grid map as grid_map_core documents them, for comparison: against the axes, in a circular buffer.
+// Written from the documentation.
 struct GridMapOracle {
     GridMapOracle(std::int64_t rows, std::int64_t columns, double side)
-        : size{rows, columns},
-          resolution(side),
-          data(static_cast<std::size_t>(rows * columns), kNan) {}
+        : size{rows, columns}, resolution(side) {}
 
     std::array<std::int64_t, 2> buffer_index(double x, double y) const {
         std::array<std::int64_t, 2> found{};
@@ -49,7 +47,6 @@ struct GridMapOracle {
 
     std::array<std::int64_t, 2> size;
     double resolution;
-    std::vector<double> data;
     std::array<double, 2> position{};
     std::array<std::int64_t, 2> start{};
 };
