@@ -20,6 +20,7 @@ SEES = {
     "dem": {"dem", "store", "terrain"},
     "volume": {"volume", "store", "terrain"},
     "collision": {"collision", "terrain"},
+    "adapters": {"adapters", "collision", "terrain"},
     "scene": {"scene", "terrain"},
     "render": {"render", "scene", "terrain"},
     "tools": {"tools", "render", "scene", "collision", "volume", "dem", "store", "terrain"},
