@@ -50,9 +50,9 @@ TEST(EarthFrame, FindsThePlaceAgainAtAnyHeightOnAnyEarth) {
             const Eigen::Vector3d p = earth.earth_from_geodetic(place);
             const auto found = earth.geodetic_from_earth(p);
             ASSERT_TRUE(found) << height;
-            const double scale = std::max(1.0, p.norm() / 1e8);
-            EXPECT_NEAR(found->height, height, 4e-9 * scale) << place.latitude << ' ' << semi_minor;
-            EXPECT_LT((earth.earth_from_geodetic(*found) - p).norm(), 4e-9 * scale)
+            const double most = 3e-15 * p.norm();
+            EXPECT_NEAR(found->height, height, most) << place.latitude << ' ' << semi_minor;
+            EXPECT_LT((earth.earth_from_geodetic(*found) - p).norm(), most)
                 << place.latitude << ' ' << height << ' ' << semi_minor;
         }
     }

@@ -74,7 +74,7 @@ public:
     /// The ground below a point, in Chrono's frame. Counts nothing.
     Answer find(const Eigen::Vector3d& p_sim) const {
         const Pose& frame = settings_.world_from_sim;
-        const Eigen::Vector3d up_sim = frame.rotation.row(2);
+        const Eigen::Vector3d up_sim = frame.rotation.row(2).transpose();
         Answer answer{.height = settings_.absent_height,
                       .point_sim = p_sim,
                       .normal_sim = up_sim,

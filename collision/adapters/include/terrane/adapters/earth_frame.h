@@ -27,6 +27,8 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <string>
+#include <utility>
 
 namespace terrane::adapters {
 
@@ -106,19 +108,22 @@ public:
     /// Geodetic place of ECEF. Absent where it is not finite, or more than 200 km below the surface of the sphere of
     /// the semi-minor axis. Longitude 0 on the earth's axis.
     ///
-    /// Accuracy: 1e-9 m from there to 1e8 m; relative 1e-15 beyond (EarthFrame tests)
+    /// Accuracy: 3e-15 of the distance from the earth's centre, 2e-8 m at the surface (EarthFrame tests)
     std::optional<Geodetic> geodetic_from_earth(const Eigen::Vector3d& p_earth) const {
         const double radius = p_earth.stableNorm();
         if (!(radius >= settings_.semi_minor - 2e5) || std::isinf(radius)) return std::nullopt;
         const double a = settings_.semi_major, b = settings_.semi_minor;
         const double plane = std::hypot(p_earth.x(), p_earth.y());
-        double reduced =
-            std::atan2(p_earth.z() * (1.0 + e2_ * b / radius) * b / a, plane * b * b / (a * a));
-        double latitude = 0.0;
-        for (int i = 0; i < 8; ++i) {
+        const double second_e2 = (a * a) / (b * b) - 1.0;
+        double reduced = std::atan2(p_earth.z() * b * (1.0 + second_e2 * b / radius), plane * a);
+        double latitude = 10.0;  // none
+        constexpr int kMostRounds = 20;
+        for (int i = 0; i < kMostRounds; ++i) {
             const double s = std::sin(reduced), c = std::cos(reduced);
-            latitude = std::atan2(p_earth.z() + (a * a / (b * b) - 1.0) * b * s * s * s,
-                                  plane - e2_ * a * c * c * c);
+            const double last = std::exchange(
+                latitude,
+                std::atan2(p_earth.z() + second_e2 * b * s * s * s, plane - e2_ * a * c * c * c));
+            if (std::abs(latitude - last) < 1e-16) break;
             reduced = std::atan2(b * std::sin(latitude), a * std::cos(latitude));
         }
         const double s = std::sin(latitude), c = std::cos(latitude);
