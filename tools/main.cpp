@@ -68,6 +68,7 @@ int run(int argument_count, char** arguments) {
     add_bodies_command(app, context);
     add_bake_command(app, context);
     add_simplify_command(app, context);
+    add_heightmap_command(app, context);
 
     try {
         app.parse(argument_count, arguments);

@@ -100,7 +100,7 @@ private:
         }
         entry = {.column = chunk_column, .row = chunk_row, .call = call_};
         const Chunk* const chunk = ground_.find_chunk(column, row);
-        if (chunk == nullptr || chunk->solid != nullptr) return entry;
+        if (chunk == nullptr || chunk->solid != nullptr || !chunk->is_certified) return entry;
         entry.heights = chunk->heights.data();
         entry.cell_bounds = chunk->cell_bounds.data();
         entry.cell_flags = chunk->cell_flags.empty() ? nullptr : chunk->cell_flags.data();

@@ -13,7 +13,7 @@ namespace terrane::internal {
 struct ChunkEntry {
     std::int64_t column = 0, row = 0;  ///< of the chunk on its level
     std::uint64_t call = 0;            ///< that wrote the entry
-    /// Null where points of the chunk are answered one by one: it is absent, or has volumes.
+    /// Null where points of the chunk are answered one by one: it is absent, has volumes, or is not certified.
     const std::int32_t* heights = nullptr;
     const float* cell_bounds = nullptr;
     const std::uint8_t* cell_flags = nullptr;  ///< null: all cells are ground

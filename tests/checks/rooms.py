@@ -20,10 +20,11 @@ SEES = {
     "dem": {"dem", "store", "terrain"},
     "volume": {"volume", "store", "terrain"},
     "collision": {"collision", "terrain"},
+    "adapters": {"adapters", "collision", "terrain"},
     "playback": {"playback", "terrain"},
     "scene": {"scene", "terrain"},
     "render": {"render", "scene", "terrain"},
-    "tools": {"tools", "playback", "render", "scene", "collision", "volume", "dem", "store", "terrain"},
+    "tools": {"tools", "playback", "render", "scene", "adapters", "collision", "volume", "dem", "store", "terrain"},
 }
 FOLDER = {"store": "terrain/store", "dem": "terrain/dem", "volume": "terrain/volume", "scene": "render/scene"}  # others are named after their component
 # Rooms of another component that a component may include, beside base: a store writes what chunks hold.

@@ -72,5 +72,6 @@ void add_page_command(CLI::App& app, CommandContext& context);
 void add_bodies_command(CLI::App& app, CommandContext& context);
 void add_bake_command(CLI::App& app, CommandContext& context);
 void add_simplify_command(CLI::App& app, CommandContext& context);
+void add_heightmap_command(CLI::App& app, CommandContext& context);
 
 }  // namespace terrane::tools

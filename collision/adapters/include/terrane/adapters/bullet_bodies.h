@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// Keeps Bullet's bodies off absent ground: what a pager needs to know about them, and bodies that are held until their
+// ground is resident. One object for each world and BulletGround; see bullet_ground.h for units and frames.
+//
+// Each frame:  pager.update(cameras, bodies.needs(world, ground), time);
+//              ground.set_ground(Ground(pager.resident(), pager.contact_level()));
+//              bodies.hold(world, ground, dt);
+//              world.stepSimulation(dt, 0);
+//
+// A body is held where its box, moved by its velocity and by gravity over dt, may reach absent ground: the guaranteed
+// interval of
+// the absent ground's heights counts, not its place alone. Held means: not integrated (DISABLE_SIMULATION), velocity
+// kept and given back; on_held hears when it begins and ends. So nothing falls while the pager loads.
+//
+// Threads: one, between steps.
+
+#include <terrane/adapters/bullet_ground.h>
+#include <terrane/terrain/body_need.h>
+
+#include <BulletDynamics/Dynamics/btDynamicsWorld.h>
+#include <BulletDynamics/Dynamics/btRigidBody.h>
+
+#include <span>
+#include <vector>
+
+namespace terrane::adapters {
+
+/// Holds bodies over absent ground, and lists the needs of all bodies.
+class BulletBodies {
+public:
+    /// @param on_held called with a body and whether it is held from now on; what it throws is caught
+    explicit BulletBodies(std::function<void(btRigidBody&, bool is_held)> on_held = {})
+        : on_held_(std::move(on_held)) {}
+
+    /// The needs of every body that moves, for Pager::update(); valid until the next call.
+    std::span<const BodyNeed> needs(btDynamicsWorld& world, const BulletGround& ground) {
+        needs_.clear();
+        for_each_moving(world, [&](btRigidBody& body) {
+            const Aabb box = box_of(body, ground);
+            BodyNeed need;
+            need.centre_world = 0.5 * (box.low + box.high);
+            need.radius = 0.5 * (box.high - box.low).norm();
+            const Held* const held = find(body);
+            need.velocity = eigen(held ? held->velocity : body.getLinearVelocity());
+            need.is_waiting = held != nullptr;
+            needs_.push_back(need);
+        });
+        return needs_;
+    }
+
+    /// Releases held bodies whose ground is resident, and holds those that may reach absent ground in a step.
+    ///
+    /// @param dt seconds, the whole time of the stepSimulation() that follows
+    void hold(btDynamicsWorld& world, const BulletGround& ground, double dt) {
+        if (ground.ground() == nullptr) return;
+        for_each_moving(world, [&](btRigidBody& body) {
+            const Held* const held = find(body);
+            const btVector3 velocity = held ? held->velocity : body.getLinearVelocity();
+            const Eigen::Vector3d displacement =
+                dt * eigen(velocity) + dt * dt * eigen(body.getGravity());
+            const bool is_absent =
+                may_meet_absent(*ground.ground(), box_of(body, ground), displacement);
+            if (is_absent && !held) begin(body);
+            if (!is_absent && held) end(body);
+        });
+    }
+
+    /// Number of bodies that are held now.
+    std::size_t held_count() const { return held_.size(); }
+    bool is_held(const btRigidBody& body) const { return find(body) != nullptr; }
+    /// Forgets a body, for the caller who removes it from the world.
+    void forget(const btRigidBody& body) {
+        std::erase_if(held_, [&](const Held& held) { return held.body == &body; });
+    }
+
+private:
+    struct Held {
+        btRigidBody* body;
+        btVector3 velocity, spin;
+        int activation;
+    };
+
+    static Eigen::Vector3d eigen(const btVector3& v) { return {v.x(), v.y(), v.z()}; }
+    static Aabb box_of(const btRigidBody& body, const BulletGround& ground) {
+        btVector3 low, high;
+        body.getAabb(low, high);
+        return {ground.to_world(low), ground.to_world(high)};
+    }
+    template <class Visit>
+    static void for_each_moving(btDynamicsWorld& world, Visit visit) {
+        btCollisionObjectArray& objects = world.getCollisionObjectArray();
+        for (int i = 0; i < objects.size(); ++i) {
+            btRigidBody* const body = btRigidBody::upcast(objects[i]);
+            if (body != nullptr && !body->isStaticOrKinematicObject()) visit(*body);
+        }
+    }
+    const Held* find(const btRigidBody& body) const {
+        for (const Held& held : held_) {
+            if (held.body == &body) return &held;
+        }
+        return nullptr;
+    }
+
+    void begin(btRigidBody& body) {
+        held_.push_back({&body, body.getLinearVelocity(), body.getAngularVelocity(),
+                         body.getActivationState()});
+        body.setLinearVelocity(btVector3(0, 0, 0));
+        body.setAngularVelocity(btVector3(0, 0, 0));
+        body.forceActivationState(DISABLE_SIMULATION);
+        tell(body, true);
+    }
+    void end(btRigidBody& body) {
+        const Held held = *find(body);
+        forget(body);
+        body.forceActivationState(held.activation);
+        body.setLinearVelocity(held.velocity);
+        body.setAngularVelocity(held.spin);
+        body.clearForces();
+        tell(body, false);
+    }
+    void tell(btRigidBody& body, bool is_held) {
+        if (!on_held_) return;
+        try {
+            on_held_(body, is_held);
+        } catch (...) {  // a callback of the caller must not end the step
+        }
+    }
+
+    std::function<void(btRigidBody&, bool)> on_held_;
+    std::vector<Held> held_;
+    std::vector<BodyNeed> needs_;
+};
+
+}  // namespace terrane::adapters

@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// Terrane's ground as a shape of Bullet (2.8x and 3.x), float or double (BT_USE_DOUBLE_PRECISION). The project that
+// includes this links Bullet; Terrane does not.
+//
+// Units:  metres, seconds, kilograms, as Terrane; z is up, so set gravity to (0, 0, -9.81).
+// Frame:  shape = world - origin, axes as the world's. The origin is in doubles: keep it within a few kilometres of the
+//         bodies of a float Bullet (at 8 km a float resolves 0.5 mm). The collision object's transform is the identity.
+// Ground: a snapshot; set_ground() with the pager's newest set before each stepSimulation().
+// Absent: ground that is not resident has no triangles. Nothing falls through if bullet_bodies.h holds bodies over it;
+//         this shape counts each question that met absent ground, and calls on_absent.
+// Edges:  triangles alone give what Bullet gives for its own height field, ghost contacts at inner edges included.
+//         bullet_contacts.h replaces the contacts of spheres, capsules and boxes with Terrane's own, without them.
+// Volumes: the joined surface's triangles stand in the place of the heightfield's: see terrane/terrain/solid_surface.h.
+//
+// Threads: set_ground() and set_origin() between steps; Bullet's questions from any number of threads.
+
+#include <terrane/adapters/ground_triangles.h>
+
+#include <BulletCollision/CollisionShapes/btConcaveShape.h>
+#include <BulletCollision/NarrowPhaseCollision/btRaycastCallback.h>
+#include <LinearMath/btAabbUtil2.h>
+
+#include <atomic>
+#include <functional>
+#include <optional>
+#include <utility>
+
+namespace terrane::adapters {
+
+/// Settings of a BulletGround.
+struct BulletGroundSettings {
+    WorldPos origin_world = WorldPos::Zero();  ///< origin of the shape's frame
+    /// A box of a question over more cells than this is refused and counted, at least 1.
+    std::int64_t most_cells = kMostVisitedCells;
+    /// Called where a question meets absent ground, with its box (of a ray, the box around it); may be called by any of
+    /// Bullet's threads. What it throws is caught and counted.
+    std::function<void(const Aabb& box_world)> on_absent = {};
+};
+
+/// What a BulletGround met since its creation.
+struct BulletGroundCounts {
+    std::uint64_t absent = 0;  ///< questions that met absent ground
+    std::uint64_t refused =
+        0;  ///< boxes that were not finite or over too many cells: answered with no triangles
+    std::uint64_t failed_callbacks = 0;  ///< calls of on_absent that threw
+};
+
+/// The contact surface for btRigidBody and btCollisionObject, static only. Local scaling is refused: it stays 1.
+class BulletGround final : public btConcaveShape {
+public:
+    explicit BulletGround(BulletGroundSettings settings = {}) : settings_(std::move(settings)) {
+        m_shapeType = kShapeType;
+    }
+
+    /// The ground that answers from now on. Without one there are no triangles.
+    void set_ground(Ground ground) { ground_ = std::move(ground); }
+    /// Null before the first set_ground().
+    const Ground* ground() const { return ground_ ? &*ground_ : nullptr; }
+    /// Moves the origin of the frame; the caller moves the bodies by the opposite, and updates the broadphase
+    /// (btCollisionWorld::updateSingleAabb).
+    void set_origin(const WorldPos& origin_world) { settings_.origin_world = origin_world; }
+    const WorldPos& origin_world() const { return settings_.origin_world; }
+    BulletGroundCounts counts() const { return {absent_, refused_, failed_callbacks_}; }
+
+    /// From the frame of the shape to the world, and back: rounded to btScalar once.
+    WorldPos to_world(const btVector3& p) const {
+        return settings_.origin_world + Eigen::Vector3d(p.x(), p.y(), p.z());
+    }
+    /// As to_world(), the other way.
+    btVector3 to_shape(const WorldPos& p_world) const {
+        return to_bullet(p_world - settings_.origin_world);
+    }
+    /// A vector of Bullet's precision.
+    static btVector3 to_bullet(const Eigen::Vector3d& v) {
+        return btVector3(static_cast<btScalar>(v.x()), static_cast<btScalar>(v.y()),
+                         static_cast<btScalar>(v.z()));
+    }
+
+    /// The triangles that may touch a box. partId and triangleIndex of the callback: of the heightfield, the column of
+    /// the cell and twice its row, + 1 for the northern triangle, both from the lattice's point (0, 0), low 31 bits; of
+    /// volumes, -1 and the triangle's index in its SolidSurface.
+    ///
+    /// Rays of btCollisionWorld::rayTest() are recognised where RTTI is on, and follow the surface instead: their cost
+    /// does not grow with the area of the box around them. A ray that meets absent ground before any hit has none.
+    void processAllTriangles(btTriangleCallback* callback, const btVector3& aabb_min,
+                             const btVector3& aabb_max) const override {
+        if (!ground_) return;
+#if defined(__cpp_rtti) || defined(__GXX_RTTI)
+        if (auto* const ray = dynamic_cast<btTriangleRaycastCallback*>(callback)) {
+            process_ray(*ray);
+            return;
+        }
+#endif
+        process_box(*callback, {to_world(aabb_min), to_world(aabb_max)}, true);
+    }
+
+    /// The extent, and heights of +-kMostHeight.
+    void getAabb(const btTransform& t, btVector3& aabb_min, btVector3& aabb_max) const override {
+        const WorldRect extent = ground_ ? ground_->extent() : WorldRect{};
+        const double z = settings_.origin_world.z();
+        btTransformAabb(to_shape({extent.west, extent.south, z - kMostHeight}),
+                        to_shape({extent.east, extent.north, z + kMostHeight}), getMargin(), t,
+                        aabb_min, aabb_max);
+    }
+
+    void setLocalScaling(const btVector3&) override {}
+    const btVector3& getLocalScaling() const override {
+        static const btVector3 one(1, 1, 1);
+        return one;
+    }
+    void calculateLocalInertia(btScalar, btVector3& inertia) const override { inertia.setZero(); }
+    /// A type of concave shapes that no class of Bullet has. Bullet 3 takes CUSTOM_CONCAVE_SHAPE_TYPE for its own
+    /// btSdfCollisionShape.
+    static constexpr int kShapeType = FAST_CONCAVE_MESH_PROXYTYPE;
+    /// Identifies this class without RTTI: the address is unique.
+    const char* getName() const override { return kName; }
+    /// Whether a shape is a BulletGround.
+    static bool is(const btCollisionShape& shape) {
+        return shape.getShapeType() == kShapeType && shape.getName() == kName;
+    }
+
+    /// Counts a question that met absent ground, and calls on_absent.
+    void report_absent(const Aabb& box_world) const {
+        ++absent_;
+        if (!settings_.on_absent) return;
+        try {
+            settings_.on_absent(box_world);
+        } catch (...) {
+            ++failed_callbacks_;
+        }
+    }
+    /// Counts a question that was refused.
+    void report_refused() const { ++refused_; }
+
+private:
+    static constexpr char kName[] = "TerraneGround";
+
+    void process_box(btTriangleCallback& callback, const Aabb& box_world, bool is_counted) const {
+        const auto low_bits = [](std::int64_t i) { return static_cast<int>(i & 0x7fffffff); };
+        const TriangleReport report = visit_triangles(
+            *ground_, box_world, settings_.origin_world, settings_.most_cells,
+            [&](const GroundTriangle& t) {
+                btVector3 corners[3] = {to_bullet(t.corners[0]), to_bullet(t.corners[1]),
+                                        to_bullet(t.corners[2])};
+                const bool is_solid = t.part == TrianglePart::solid;
+                const int part = is_solid ? -1 : low_bits(t.column);
+                const int index = is_solid ? static_cast<int>(t.solid_index)
+                                           : low_bits(2 * t.row + (t.part == TrianglePart::north));
+                callback.processTriangle(corners, part, index);
+            });
+        if (!is_counted) return;
+        if (report.is_refused) report_refused();
+        if (report.meets_absent) report_absent(box_world);
+    }
+
+    // Gives the triangles around each hit, the nearest first, until the callback takes one: it may refuse back faces.
+    void process_ray(btTriangleRaycastCallback& ray) const {
+        const WorldPos from = to_world(ray.m_from), to = to_world(ray.m_to);
+        if (!from.allFinite() || !to.allFinite()) {
+            report_refused();
+            return;
+        }
+        const double length = (to - from).norm();
+        const double around = 1e-3 * ground_->spacing() + 1e-6 * (ray.m_from.length() + length);
+        constexpr int kMostHits = 1000;
+        double begin = 0.0;
+        for (int hits = 0; hits < kMostHits && begin <= 1.0; ++hits) {
+            const RayAnswer hit = ground_->ray(from + begin * (to - from), to);
+            if (hit.status == GroundStatus::not_resident)
+                report_absent({from.cwiseMin(to), from.cwiseMax(to)});
+            if (hit.status == GroundStatus::invalid) report_refused();
+            if (hit.status != GroundStatus::ok) return;
+            const double fraction = begin + (1.0 - begin) * hit.fraction;
+            if (fraction > static_cast<double>(ray.m_hitFraction)) return;
+            const Eigen::Vector3d half = Eigen::Vector3d::Constant(around);
+            process_box(ray, {hit.point_world - half, hit.point_world + half}, false);
+            if (static_cast<double>(ray.m_hitFraction) * length <= fraction * length + 2.0 * around)
+                return;
+            if (length == 0.0) return;
+            begin = fraction + around / length;
+        }
+    }
+
+    BulletGroundSettings settings_;
+    std::optional<Ground> ground_;
+    mutable std::atomic<std::uint64_t> absent_{0}, refused_{0}, failed_callbacks_{0};
+};
+
+}  // namespace terrane::adapters

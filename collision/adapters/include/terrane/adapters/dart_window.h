@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// A window of the ground around bodies as DART's HeightmapShape, moved with them. Needs no header of DART: the class is
+// a template of dart::dynamics::HeightmapShapef or HeightmapShaped (6.9 and later).
+//
+//     auto shape = std::make_shared<dart::dynamics::HeightmapShapef>();
+//     // on a body of a skeleton with setMobile(false): createShapeNodeWith<CollisionAspect, DynamicsAspect>(shape)
+//     const auto update = window.update(*shape, ground, boxes);                 // before world->step()
+//     if (update.has_changed) node->setRelativeTranslation(update.translation_sim);
+//
+// DART collides a HeightmapShape with its Bullet and its ODE detector only, and floats with Bullet, doubles with ODE.
+//
+// Units: metres. Frame: the world's axes (z up), translated by DartWindowSettings::origin_world. DART's rows run south
+// from the north-western sample, columns east; the shape's origin is in the middle of the rectangle.
+// Heights: relative to the window's lowest ground, where the shape's frame is put; a float holds them to 2^-24 of the
+// window's range. The spacing is that of the ground's contact level.
+// Surface: the engines cut all cells one way, Terrane every other one the other way: the surfaces differ by up to half
+// of a cell's twist, DartWindowUpdate::surface_error_m. It has no thickness: a body that moves by more than its size
+// in a step can pass through it.
+//
+// Moving: the shape is given new heights and its frame a new place, both by whole cells, so the surface stays where it
+// is in the world. DART notices by the shape's version and makes the engine's shape anew in the next step; the
+// skeleton does not move, so nothing is dragged. That costs as much as the first time: let the window be twice as wide
+// as a body goes in a second, or more.
+//
+// Absent ground: the shape cannot have holes. Samples of no ground are at the window's lowest height, and boxes over
+// them are counted in the update: a simulator does not step such a body, or takes it out. The same goes for boxes over
+// cells that volumes replace.
+//
+// Threads: one, that which steps.
+// Source: the reference of DART 6, dart::dynamics::HeightmapShape.
+
+#include <terrane/adapters/field_window.h>
+
+namespace terrane::adapters {
+
+/// Settings of a DartWindow.
+struct DartWindowSettings {
+    std::int32_t columns = 128;                ///< cells from west to east, 1 to kMostWindowCells
+    std::int32_t rows = 128;                   ///< cells from south to north, 1 to kMostWindowCells
+    std::int32_t margin = 8;                   ///< as GroundWindowSettings::margin
+    WorldPos origin_world = WorldPos::Zero();  ///< of DART's frame, within 2^40 m
+};
+
+/// What became of an update.
+enum class DartWindowStatus {
+    ok,         ///< the shape is the ground of the window
+    no_bodies,  ///< there is no valid box: nothing was done
+    no_ground,  ///< no cell of the window is resident ground: the shape is flat, at world z = 0
+};
+
+/// What an update did, and what the bodies stand on.
+struct DartWindowUpdate {
+    DartWindowStatus status = DartWindowStatus::ok;  ///< whether the shape is up to date
+    bool has_changed = false;  ///< the shape has new heights, and belongs at translation_sim
+    Eigen::Vector3d translation_sim = Eigen::Vector3d::Zero();  ///< of the shape's frame
+    bool covers_boxes = false;                                  ///< all boxes lie in the window
+    int unsupported_boxes = 0;                                  ///< see BoxSupport
+    int boxes_over_volumes = 0;                                 ///< see BoxSupport
+    std::int64_t absent_cells = 0;  ///< of the window, not resident or outside
+    /// Bound of the vertical distance between the shape's surface, however its cells are cut, and the contact surface.
+    double surface_error_m = 0.0;
+};
+
+/// Keeps a HeightmapShape on the ground around bodies.
+///
+/// @tparam Shape dart::dynamics::HeightmapShape<S>
+template <class Shape>
+class DartWindow {
+public:
+    /// Fails: invalid_argument, naming the field and its value; out_of_memory
+    static Result<DartWindow> create(const DartWindowSettings& settings) {
+        Result<FieldWindow> field = FieldWindow::create(settings.columns, settings.rows,
+                                                        settings.margin, settings.origin_world);
+        if (!field) return tl::unexpected(field.error());
+        return DartWindow(std::move(*field));
+    }
+
+    /// Moves the window to the boxes of the bodies, DART's frame, and gives the shape new heights where they changed.
+    /// Boxes that are not finite are ignored and count as unsupported.
+    ///
+    /// Cost: O(boxes + cells that changed); after a change O(cells), and DART's for a new shape
+    DartWindowUpdate update(Shape& shape, const Ground& ground, std::span<const Aabb> boxes_sim) {
+        DartWindowUpdate result;
+        result.has_changed = field_.update(ground, boxes_sim);
+        result.covers_boxes = field_.covers_boxes();
+        if (field_.is_empty()) {
+            result.status = DartWindowStatus::no_bodies;
+            result.unsupported_boxes = static_cast<int>(boxes_sim.size());
+            return result;
+        }
+        if (result.has_changed) write(shape, ground);
+        result.translation_sim = translation_sim_;
+        result.absent_cells = field_.absent_cells();
+        result.surface_error_m = field_.twist() + (field_.high() - field_.low()) * 0x1p-24;
+        result.status = field_.has_ground() ? DartWindowStatus::ok : DartWindowStatus::no_ground;
+        const BoxSupport support = field_.support(ground);
+        result.unsupported_boxes = support.unsupported;
+        result.boxes_over_volumes = support.over_volumes;
+        return result;
+    }
+
+    /// The samples that the shape holds, and what its cells are.
+    const GroundWindow& window() const { return field_.window(); }
+
+private:
+    explicit DartWindow(FieldWindow field) : field_(std::move(field)) {}
+
+    void write(Shape& shape, const Ground& ground) {
+        using Heights = typename Shape::HeightField;
+        using Scalar = typename Heights::Scalar;
+        const Eigen::Index columns = field_.window().settings().columns + 1;
+        const Eigen::Index rows = field_.window().settings().rows + 1;
+        Heights heights(rows, columns);
+        std::size_t i = 0;
+        for (Eigen::Index row = rows - 1; row >= 0; --row) {  // from the south
+            for (Eigen::Index column = 0; column < columns; ++column, ++i) {
+                const double height =
+                    field_.is_ground()[i] != 0 ? field_.heights()[i] : field_.low();
+                heights(row, column) = static_cast<Scalar>(height - field_.low());
+            }
+        }
+        const auto spacing = static_cast<Scalar>(ground.spacing());
+        shape.setScale(typename Shape::Vector3(spacing, spacing, Scalar(1)));
+        shape.setHeightField(heights);
+        translation_sim_ = field_.middle_sim(ground, field_.low());
+    }
+
+    FieldWindow field_;
+    Eigen::Vector3d translation_sim_ = Eigen::Vector3d::Zero();
+};
+
+}  // namespace terrane::adapters

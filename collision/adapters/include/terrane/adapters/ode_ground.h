@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// Terrane's ground as a geometry class of ODE (0.13 and later), single or double. The project that includes this links
+// ODE; Terrane does not.
+//
+// Units:    metres, seconds, kilograms, as Terrane; z is up (ODE's own height field is y up), so set gravity to
+//           (0, 0, -9.81).
+// Frame:    ODE = world - origin, axes as the world's. The geometry has no place of its own: dGeomSetPosition and
+//           dGeomSetRotation do not move it.
+// Contacts: spheres, capsules and boxes by find_contacts(): the ground is solid below the surface, depths are the
+//           overlaps along the normals, normals lie in the ground's normal cone. Rays by Ground::ray(). Other classes
+//           (cylinders, convexes, meshes) have no contacts: they are counted as unsupported.
+// Volumes:  the joined surface, as find_contacts() and Ground::ray() answer it.
+// Absent:   a body that may reach absent ground in the next step is held: disabled, its velocity kept, until
+//           update() finds its ground resident. So nothing falls while a pager loads; needs() says what it should load.
+//
+// Each frame:  pager.update(cameras, ground.needs(), time);
+//              ground.update(Ground(pager.resident(), pager.contact_level()), dt);
+//              dSpaceCollide2(ground.geom(), dGeomID(space), data, &near);   // or dSpaceCollide, with it in the space
+//              dWorldQuickStep(world, dt);
+//
+// Threads:  one for each ground, as ODE's spaces.
+
+#include <terrane/adapters/sphere_contacts.h>
+#include <terrane/collision/ground_contact.h>
+#include <terrane/terrain/body_need.h>
+
+#include <ode/ode.h>
+
+#include <functional>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace terrane::adapters {
+
+/// Settings of an OdeGround.
+struct OdeGroundSettings {
+    WorldPos origin_world = WorldPos::Zero();  ///< origin of ODE's frame
+    /// Called with a body and whether it is held from now on; what it throws is caught and counted.
+    std::function<void(dBodyID, bool is_held)> on_held = {};
+};
+
+/// What an OdeGround met since its creation.
+struct OdeGroundCounts {
+    std::uint64_t refused = 0;  ///< geometries whose place or size was out of range: no contacts
+    std::uint64_t unsupported = 0;  ///< collisions with geometries of other classes: no contacts
+    std::uint64_t absent_rays = 0;  ///< rays that met absent ground before any hit: no hit
+    std::uint64_t failed_callbacks = 0;  ///< calls of on_held that threw
+};
+
+/// A geometry of the contact surface. Neither copied nor moved: ODE holds its address.
+class OdeGround {
+public:
+    /// Makes ODE's class of grounds. Once after each dInitODE2(); ODE has room for 4 such classes.
+    static int make_class() {
+        dGeomClass kind{};
+        kind.bytes = sizeof(OdeGround*);
+        kind.collider = [](int) -> dColliderFn* { return &OdeGround::collide; };
+        kind.aabb = &OdeGround::aabb;
+        return dCreateGeomClass(&kind);
+    }
+
+    /// @param class_number of make_class()
+    explicit OdeGround(int class_number, OdeGroundSettings settings = {})
+        : settings_(std::move(settings)), geom_(dCreateGeom(class_number)) {
+        *static_cast<OdeGround**>(dGeomGetClassData(geom_)) = this;
+    }
+    OdeGround(const OdeGround&) = delete;
+    OdeGround& operator=(const OdeGround&) = delete;
+    /// Before dCloseODE(). Held bodies stay disabled.
+    ~OdeGround() { dGeomDestroy(geom_); }
+
+    /// For dCollide(), dSpaceAdd(), dSpaceCollide2().
+    dGeomID geom() const { return geom_; }
+    /// The ground that answers from now on, and the length of the next step, seconds. Releases bodies whose ground is
+    /// resident, and clears needs().
+    void update(Ground ground, double dt) {
+        ground_ = std::move(ground);
+        dt_ = dt;
+        needs_.clear();
+        // the box in a space is of the extent
+        dGeomSetPosition(geom_, 0, 0, 0);
+        for (std::size_t i = held_.size(); i-- > 0;) {
+            const Held held = held_[i];
+            if (meets_absent(held.box, held.velocity, held.body)) continue;
+            held_.erase(held_.begin() + static_cast<std::ptrdiff_t>(i));
+            dBodyEnable(held.body);
+            set_velocity(held.body, held.velocity, held.spin);
+            tell(held.body, false);
+        }
+    }
+    const Ground* ground() const { return ground_ ? &*ground_ : nullptr; }
+    OdeGroundCounts counts() const { return counts_; }
+    /// The needs of the bodies that were collided with since the last update(), for Pager::update(); held ones
+    /// included.
+    std::span<const BodyNeed> needs() const { return needs_; }
+    std::size_t held_count() const { return held_.size(); }
+    bool is_held(dBodyID body) const { return find(body) != held_.size(); }
+    /// For the caller who destroys a body.
+    void forget(dBodyID body) {
+        std::erase_if(held_, [&](const Held& held) { return held.body == body; });
+    }
+
+    /// A position in ODE's frame as one in the world.
+    WorldPos to_world(const dReal* p) const {
+        return settings_.origin_world + Eigen::Vector3d(p[0], p[1], p[2]);
+    }
+
+private:
+    static constexpr std::size_t kMostContacts = 32;
+    struct Held {
+        dBodyID body;
+        Aabb box;  // world
+        Eigen::Vector3d velocity, spin;
+    };
+
+    static OdeGround& of(dGeomID geom) {
+        return **static_cast<OdeGround**>(dGeomGetClassData(geom));
+    }
+    static void aabb(dGeomID geom, dReal box[6]) {
+        const OdeGround& ground = of(geom);
+        const WorldRect extent = ground.ground_ ? ground.ground_->extent() : WorldRect{};
+        const Eigen::Vector3d& o = ground.settings_.origin_world;
+        box[0] = static_cast<dReal>(extent.west - o.x());
+        box[1] = static_cast<dReal>(extent.east - o.x());
+        box[2] = static_cast<dReal>(extent.south - o.y());
+        box[3] = static_cast<dReal>(extent.north - o.y());
+        box[4] = static_cast<dReal>(-kMostHeight);
+        box[5] = static_cast<dReal>(kMostHeight);
+    }
+
+    // ODE gives the ground first, whatever the order of dCollide().
+    static int collide(dGeomID ground_geom, dGeomID other, int flags, dContactGeom* out, int skip) {
+        OdeGround& ground = of(ground_geom);
+        if (!ground.ground_) return 0;
+        if (dGeomGetClass(other) == dRayClass) return ground.collide_ray(other, out);
+        Shape shape;
+        if (!ground.shape_of(other, shape)) {
+            ++ground.counts_.unsupported;
+            return 0;
+        }
+        if (ground.holds(other)) return 0;
+        std::array<Contact, kMostContacts> contacts;
+        const auto most = std::min(static_cast<std::size_t>(flags & 0xffff), kMostContacts);
+        const ContactAnswer answer =
+            ground.find(shape, other, std::span<Contact>(contacts.data(), most));
+        if (answer.status == QueryStatus::invalid) {
+            ++ground.counts_.refused;
+            return 0;
+        }
+        for (std::size_t i = 0; i < answer.count; ++i) {
+            const Contact& contact = contacts[i];
+            auto& to = *reinterpret_cast<dContactGeom*>(reinterpret_cast<char*>(out) +
+                                                        i * static_cast<std::size_t>(skip));
+            ground.write(to, other, contact.point_world, contact.normal, contact.depth);
+        }
+        return static_cast<int>(answer.count);
+    }
+
+    ContactAnswer find(const Shape& shape, dGeomID geom, std::span<Contact> contacts_out) const {
+        if (const Sphere* const sphere = std::get_if<Sphere>(&shape)) {
+            const auto answer = find_sphere_contacts(*ground_, to_world(dGeomGetPosition(geom)),
+                                                     sphere->radius, 0.0, contacts_out);
+            if (answer) return *answer;
+        }
+        return find_contacts(shape, pose_of(geom), *ground_, 0.0, contacts_out);
+    }
+
+    int collide_ray(dGeomID ray, dContactGeom* out) {
+        dVector3 start, direction;
+        dGeomRayGet(ray, start, direction);
+        const auto length = static_cast<double>(dGeomRayGetLength(ray));
+        const WorldPos from = to_world(start);
+        const Eigen::Vector3d along(direction[0], direction[1], direction[2]);
+        const RayAnswer hit = ground_->ray(from, from + length * along);
+        if (hit.status == GroundStatus::invalid) ++counts_.refused;
+        if (hit.status == GroundStatus::not_resident) ++counts_.absent_rays;
+        if (hit.status != GroundStatus::ok) return 0;
+        const bool is_below = hit.normal.dot(along) > 0.0;  // ODE's normals look at the ray
+        write(*out, ray, hit.point_world, is_below ? Eigen::Vector3d(-hit.normal) : hit.normal,
+              hit.fraction * length);
+        return 1;
+    }
+
+    // ODE's normals point into the first geometry, the ground.
+    void write(dContactGeom& to, dGeomID other, const WorldPos& point,
+               const Eigen::Vector3d& normal, double depth) const {
+        const Eigen::Vector3d p = point - settings_.origin_world;
+        for (int axis = 0; axis < 3; ++axis) {
+            to.pos[axis] = static_cast<dReal>(p[axis]);
+            to.normal[axis] = static_cast<dReal>(-normal[axis]);
+        }
+        to.depth = static_cast<dReal>(depth);
+        to.g1 = geom_;
+        to.g2 = other;
+        to.side1 = to.side2 = -1;
+    }
+
+    bool shape_of(dGeomID geom, Shape& shape_out) const {
+        switch (dGeomGetClass(geom)) {
+            case dSphereClass:
+                shape_out = Sphere{static_cast<double>(dGeomSphereGetRadius(geom))};
+                return true;
+            case dCapsuleClass: {
+                dReal radius = 0, length = 0;
+                dGeomCapsuleGetParams(geom, &radius, &length);
+                shape_out = Capsule{static_cast<double>(radius), 0.5 * static_cast<double>(length)};
+                return true;
+            }
+            case dBoxClass: {
+                dVector3 sides;
+                dGeomBoxGetLengths(geom, sides);
+                shape_out = Box{0.5 * Eigen::Vector3d(sides[0], sides[1], sides[2])};
+                return true;
+            }
+            default:
+                return false;
+        }
+    }
+    Pose pose_of(dGeomID geom) const {
+        dQuaternion q;
+        dGeomGetQuaternion(geom, q);
+        Pose pose;
+        pose.rotation = Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized().toRotationMatrix();
+        pose.translation = to_world(dGeomGetPosition(geom));
+        return pose;
+    }
+
+    // Notes the need of a geometry's body, and holds it where it may reach absent ground.
+    bool holds(dGeomID geom) {
+        const dBodyID body = dGeomGetBody(geom);
+        if (body == nullptr || dBodyIsKinematic(body)) return false;
+        dReal sides[6];
+        dGeomGetAABB(geom, sides);
+        const Aabb box{settings_.origin_world + Eigen::Vector3d(sides[0], sides[2], sides[4]),
+                       settings_.origin_world + Eigen::Vector3d(sides[1], sides[3], sides[5])};
+        const std::size_t index = find(body);
+        const bool was_held = index != held_.size();
+        const auto vector = [](const dReal* v) { return Eigen::Vector3d(v[0], v[1], v[2]); };
+        const Eigen::Vector3d velocity =
+            was_held ? held_[index].velocity : vector(dBodyGetLinearVel(body));
+        const bool is_absent = was_held || meets_absent(box, velocity, body);
+        needs_.push_back({.centre_world = 0.5 * (box.low + box.high),
+                          .velocity = velocity,
+                          .radius = 0.5 * (box.high - box.low).norm(),
+                          .is_waiting = is_absent});
+        if (!is_absent) return false;
+        if (!was_held) {
+            held_.push_back({body, box, velocity, vector(dBodyGetAngularVel(body))});
+            tell(body, true);
+        }
+        set_velocity(body, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero());
+        dBodyDisable(body);  // again in each step: an awake neighbour enables it
+        return true;
+    }
+    bool meets_absent(const Aabb& box, const Eigen::Vector3d& velocity, dBodyID body) const {
+        dVector3 g = {0, 0, 0, 0};
+        if (dBodyGetGravityMode(body) != 0) dWorldGetGravity(dBodyGetWorld(body), g);
+        return may_meet_absent(*ground_, box,
+                               dt_ * velocity + dt_ * dt_ * Eigen::Vector3d(g[0], g[1], g[2]));
+    }
+    std::size_t find(dBodyID body) const {
+        std::size_t i = 0;
+        while (i < held_.size() && held_[i].body != body) ++i;
+        return i;
+    }
+    static void set_velocity(dBodyID body, const Eigen::Vector3d& v, const Eigen::Vector3d& spin) {
+        const auto real = [](double value) { return static_cast<dReal>(value); };
+        dBodySetLinearVel(body, real(v.x()), real(v.y()), real(v.z()));
+        dBodySetAngularVel(body, real(spin.x()), real(spin.y()), real(spin.z()));
+    }
+    void tell(dBodyID body, bool is_held) {
+        if (!settings_.on_held) return;
+        try {
+            settings_.on_held(body, is_held);
+        } catch (...) {  // ODE's stack is C
+            ++counts_.failed_callbacks;
+        }
+    }
+
+    OdeGroundSettings settings_;
+    dGeomID geom_ = nullptr;
+    std::optional<Ground> ground_;
+    double dt_ = 0.0;
+    OdeGroundCounts counts_;
+    std::vector<Held> held_;
+    std::vector<BodyNeed> needs_;
+};
+
+}  // namespace terrane::adapters

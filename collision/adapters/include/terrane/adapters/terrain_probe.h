@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// A terrain probe in the manner of X-Plane's XPLMProbeTerrainXYZ: the highest ground on the vertical through a point,
+// in a local frame of a flight simulator. For simulators whose plug-ins expect that interface, and for plug-ins that
+// replace the simulator's terrain by Terrane's. Needs no SDK: probe() fills any structure with X-Plane's members.
+//
+// Units: metres, metres a second. Frame: x east, y up, z south, from TerrainProbeSettings::origin_world; positions of
+// the interface are float, so keep the origin within some kilometres (float has 0.5 mm at 8 km).
+//
+// Result codes: hit; missed where there is no ground (beyond the extent, nodata connected to its border); error where
+// the answer is not known (ground that is not resident, no ground set) or the question is not valid (not finite, a
+// structure of another size). Nothing but the size is read or written unless it is a hit: height 0 stands for nothing.
+//
+// Ground is at rest: the velocity of a hit is 0, unless the settings have a function for it.
+//
+// Threads: queries in any number (the settings' functions must bear it); set_ground() while no query runs.
+// Source: the reference of XPLMScenery, developer.x-plane.com/sdk.
+
+#include <terrane/adapters/surface_point.h>
+
+#include <functional>
+#include <optional>
+#include <utility>
+
+namespace terrane::adapters {
+
+/// Results of a probe, with X-Plane's numbers.
+enum class ProbeResult {
+    hit = 0,     ///< xplm_ProbeHitTerrain
+    error = 1,   ///< xplm_ProbeError: not resident, not finite, or a structure of another size
+    missed = 2,  ///< xplm_ProbeMissed: no ground there
+};
+
+/// Settings of a TerrainProbe.
+struct TerrainProbeSettings {
+    WorldPos origin_world = WorldPos::Zero();  ///< of the local frame
+    /// See surface_below(): infinite for the highest surface, as X-Plane's y probe.
+    double search_above = std::numeric_limits<double>::infinity();
+    /// Whether a material is water; none: nothing is. One that throws is counted, and the ground is taken for dry.
+    std::function<bool(std::uint32_t material)> is_wet = {};
+    /// Velocity of the surface at a point of it, world axes, as of a ship's deck; none: at rest. One that throws or is
+    /// not finite is counted, and the result is an error.
+    std::function<Eigen::Vector3d(const WorldPos& p_world)> velocity = {};
+};
+
+/// Probes ground in a local frame with y up.
+class TerrainProbe {
+public:
+    /// One probe's answer, local frame.
+    struct Answer {
+        ProbeResult result = ProbeResult::error;      ///< what X-Plane would return
+        GroundStatus status = GroundStatus::invalid;  ///< why; ok with an error: a function failed
+        Eigen::Vector3d location =
+            Eigen::Vector3d::Zero();  ///< of the surface; only for a hit, as the rest
+        Eigen::Vector3d normal = Eigen::Vector3d::Zero();    ///< unit
+        Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< metres a second
+        bool is_wet = false;                                 ///< water
+    };
+
+    /// Fails: invalid_argument, naming the field and its value
+    static Result<TerrainProbe> create(const TerrainProbeSettings& settings) {
+        Pose frame;
+        frame.translation = settings.origin_world;
+        if (Result<void> ok = check_frame(frame); !ok) {
+            return fail(ErrorCode::invalid_argument,
+                        "origin_world must be finite and within 2^40 m of the world's origin");
+        }
+        if (!(settings.search_above >= 0.0)) {
+            return fail(ErrorCode::invalid_argument, "search_above must be at least 0, got " +
+                                                         number_text(settings.search_above));
+        }
+        return TerrainProbe(settings);
+    }
+
+    /// The ground of the probes that follow. Without one every probe is an error.
+    void set_ground(const Ground& ground) { ground_ = ground; }
+    /// Moves the local frame, as a flight simulator does on a long flight. Requires a finite origin.
+    void set_origin(const WorldPos& origin_world) { settings_.origin_world = origin_world; }
+
+    /// Probes the vertical through a point of the local frame.
+    Answer probe(const Eigen::Vector3d& p_local) const {
+        Answer answer;
+        answer.status = ground_ ? GroundStatus::invalid : GroundStatus::not_resident;
+        if (ground_) answer = probe_ground(p_local);
+        counts_.add(answer.status);
+        return answer;
+    }
+
+    /// Probes, and fills a structure with X-Plane's members, floats each: structSize, which the caller has set to its
+    /// size; locationX, locationY, locationZ; normalX to normalZ; velocityX to velocityZ; is_wet. A null pointer or
+    /// another size is an error.
+    template <class Info>
+    ProbeResult probe(float x, float y, float z, Info* info_out) const {
+        if (info_out == nullptr || info_out->structSize != static_cast<int>(sizeof(Info))) {
+            counts_.add(GroundStatus::invalid);
+            return ProbeResult::error;
+        }
+        const Answer answer = probe(Eigen::Vector3d(x, y, z));
+        if (answer.result != ProbeResult::hit) return answer.result;
+        info_out->locationX = static_cast<float>(answer.location.x());
+        info_out->locationY = static_cast<float>(answer.location.y());
+        info_out->locationZ = static_cast<float>(answer.location.z());
+        info_out->normalX = static_cast<float>(answer.normal.x());
+        info_out->normalY = static_cast<float>(answer.normal.y());
+        info_out->normalZ = static_cast<float>(answer.normal.z());
+        info_out->velocityX = static_cast<float>(answer.velocity.x());
+        info_out->velocityY = static_cast<float>(answer.velocity.y());
+        info_out->velocityZ = static_cast<float>(answer.velocity.z());
+        info_out->is_wet = answer.is_wet ? 1 : 0;
+        return answer.result;
+    }
+
+    /// The probes so far, by status.
+    const StatusCounter& counts() const { return counts_; }
+    /// Probes so far in which a function of the settings threw, or gave a velocity that was not finite.
+    std::uint64_t fault_count() const { return faults_.of(GroundStatus::invalid); }
+
+private:
+    explicit TerrainProbe(const TerrainProbeSettings& settings) : settings_(settings) {}
+
+    static Eigen::Vector3d local_from_world(const Eigen::Vector3d& v) {
+        return {v.x(), v.z(), -v.y()};
+    }
+
+    Answer probe_ground(const Eigen::Vector3d& p_local) const {
+        Answer answer;
+        const WorldPos p_world =
+            settings_.origin_world + WorldPos(p_local.x(), -p_local.z(), p_local.y());
+        const SurfacePoint found = surface_below(*ground_, p_world, settings_.search_above);
+        answer.status = found.status;
+        if (found.status == GroundStatus::outside || found.status == GroundStatus::miss) {
+            answer.result = ProbeResult::missed;
+        }
+        if (found.status != GroundStatus::ok) return answer;
+        if (!ask_functions(found.point_world, answer)) return answer;
+        answer.location = local_from_world(found.point_world - settings_.origin_world);
+        answer.normal = local_from_world(found.normal_world);
+        answer.result = ProbeResult::hit;
+        return answer;
+    }
+
+    // False where the velocity is not known.
+    bool ask_functions(const WorldPos& p_world, Answer& answer) const {
+        answer.velocity = Eigen::Vector3d::Zero();
+        if (settings_.is_wet) {
+            try {
+                const auto surface = ground_->surface(p_world.x(), p_world.y());
+                answer.is_wet = surface && settings_.is_wet(surface->material);
+            } catch (...) {
+                faults_.add(GroundStatus::invalid);
+            }
+        }
+        if (!settings_.velocity) return true;
+        try {
+            answer.velocity = local_from_world(settings_.velocity(p_world));
+            if (answer.velocity.allFinite()) return true;
+        } catch (...) {
+            // as a velocity that is not finite
+        }
+        faults_.add(GroundStatus::invalid);
+        return false;
+    }
+
+    TerrainProbeSettings settings_;
+    std::optional<Ground> ground_;
+    mutable StatusCounter counts_, faults_;
+};
+
+}  // namespace terrane::adapters

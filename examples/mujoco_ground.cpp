@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: MIT
+// MuJoCo's bodies on Terrane's ground, in the order of docs/adapters.md. Prints where they end.
+#include <terrane/adapters/mujoco_window.h>
+#include <terrane/terrain/fractal_heights.h>
+#include <terrane/terrain/pager.h>
+
+#include <mujoco/mujoco.h>
+
+#include <cstdio>
+#include <fstream>
+#include <string>
+#include <vector>
+
+int main() {
+    using namespace terrane;
+    const auto source = FractalHeights::create({.seed = 7}).value();
+    Pager pager = Pager::create(source, {.worker_count = 0}).value();
+    const Pager::Ticket start = pager.require({-60, -60, 60, 60}, 0.0);
+    pager.update({}, {}, 0.0);
+    pager.finish();
+    const Ground first(pager.resident(), pager.contact_level());
+    const WorldPos origin(0.0, 0.0, first.height(0.0, 0.0).height);
+
+    // The model: the hfield on a mocap body, 64 x 64 cells, and balls above the ground.
+    const adapters::MujocoHfieldXml field =
+        adapters::hfield_xml("ground", 64, first.spacing(), 200.0, 5.0);
+    std::string xml = "<mujoco><asset>" + field.asset + "</asset><worldbody>" + field.body;
+    for (int i = 0; i < 8; ++i) {
+        const double x = 3.0 * i - 10.0;
+        const double z = first.height(x, 2.0).height - origin.z() + 2.0;
+        xml += "<body pos=\"" + std::to_string(x) + " 2 " + std::to_string(z) +
+               "\"><freejoint/><geom type=\"sphere\" size=\"0.4\"/></body>";
+    }
+    xml += "</worldbody></mujoco>";
+    const char* const path = "terrane_mujoco_ground.xml";
+    std::ofstream(path) << xml;
+    char error[500] = "";
+    mjModel* const model = mj_loadXML(path, nullptr, error, sizeof error);
+    std::remove(path);
+    if (model == nullptr) {
+        std::printf("MuJoCo refused the model: %s\n", error);
+        return 1;
+    }
+    mjData* const data = mj_makeData(model);
+    mj_forward(model, data);
+    using Window = adapters::MujocoWindow<mjModel, mjData>;
+    Window window =
+        Window::create(*model, mj_name2id(model, mjOBJ_GEOM, "ground"), {.origin_world = origin})
+            .value();
+    pager.release(start);
+
+    int held = 0, uploads = 0;
+    std::vector<Aabb> boxes;
+    std::vector<BodyNeed> needs;
+    for (int step = 0; step < 2000; ++step) {
+        // 1. What the bodies need. 2. The newest ground, and the window around the bodies. 3. The step.
+        Window::find_body_boxes(*model, *data, boxes);
+        needs.clear();
+        for (const Aabb& box : boxes) {
+            needs.push_back({.centre_world = origin + 0.5 * (box.low + box.high), .radius = 0.4});
+        }
+        pager.update({}, needs, data->time);
+        const adapters::MujocoWindowUpdate update =
+            window.update(*model, *data, Ground(pager.resident(), pager.contact_level()), boxes);
+        if (update.has_changed) ++uploads;  // mjr_uploadHField(model, context, window.hfield_id())
+        if (update.status != adapters::MujocoWindowStatus::ok || update.unsupported_boxes > 0) {
+            ++held;  // the simulation waits for its ground
+            continue;
+        }
+        mj_step(model, data);
+    }
+
+    int below = 0;
+    const Ground last(pager.resident(), pager.contact_level());
+    Window::find_body_boxes(*model, *data, boxes);
+    for (const Aabb& box : boxes) {
+        const WorldPos p = origin + 0.5 * (box.low + box.high);
+        if (p.z() < last.height(p.x(), p.y()).height) ++below;
+    }
+    std::printf(
+        "%zu balls after %.2f s; the window was written %d times; %d steps waited, %d balls below "
+        "the ground\n",
+        boxes.size(), data->time, uploads, held, below);
+    mj_deleteData(data);
+    mj_deleteModel(model);
+    return below == 0 && held == 0 ? 0 : 1;
+}

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: MIT
+#include "heightmap/raster_file.h"
+#include "options/command.h"
+#include "options/option_values.h"
+#include "output/output_file.h"
+#include "output/summary.h"
+#include "source/terrain_options.h"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <limits>
+#include <memory>
+#include <optional>
+
+namespace terrane::tools {
+namespace {
+
+constexpr double kNotGiven = std::numeric_limits<double>::quiet_NaN();
+
+struct HeightmapOptions {
+    TerrainOptions terrain;
+    double centre_x_m = kNotGiven, centre_y_m = kNotGiven;
+    std::size_t side = 513;
+    double spacing_m = kNotGiven;
+    double absent_m = kNotGiven;
+    std::string out, sdf;
+    bool json = false;
+};
+
+std::string file_name(const std::string& path) { return path.substr(path.find_last_of('/') + 1); }
+
+CommandResult<void> run_heightmap(const HeightmapOptions& options) {
+    const std::optional<RasterFormat> format = raster_format(options.out);
+    if (!options.out.empty() && !format) {
+        return usage_error(fmt::format("--out must end in .png or .tif, got '{}'", options.out));
+    }
+    if (!options.sdf.empty() && format != RasterFormat::png) {
+        return usage_error(
+            "--sdf needs --out FILE.png: simulators scale the heights of other rasters by rules of "
+            "their own");
+    }
+    if (((options.side - 1) & (options.side - 2)) != 0) {
+        return usage_error(fmt::format("--side must be 2^n + 1, got {}", options.side));
+    }
+    const CommandResult<Terrain> terrain = open_terrain(options.terrain);
+    if (!terrain) return pass_on(terrain.error());
+    const std::shared_ptr<const HeightSource> source = heightfield_of(*terrain);
+    const Lattice& lattice = source->lattice();
+    const WorldRect& extent = source->extent();
+    adapters::HeightmapSettings settings;
+    settings.centre_x = given(options.centre_x_m).value_or(0.5 * (extent.west + extent.east));
+    settings.centre_y = given(options.centre_y_m).value_or(0.5 * (extent.south + extent.north));
+    settings.side = static_cast<int>(options.side);
+    settings.absent_height = given(options.absent_m);
+    settings.level = lattice.level_for_spacing(given(options.spacing_m).value_or(lattice.spacing));
+    const Result<adapters::Heightmap> map = adapters::make_heightmap(*source, settings);
+    if (!map) {
+        const bool has_holes = map.error().message.find("no holes") != std::string::npos;
+        return failure(map.error().message +
+                       (has_holes ? "; --absent-m says what stands there" : ""));
+    }
+    if (!options.out.empty()) {
+        const Result<void> written = write_heightmap(*map, *format, options.out);
+        if (!written) return pass_on(written.error());
+    }
+    if (!options.sdf.empty()) {
+        Result<OutputFile> file = OutputFile::create(options.sdf);
+        if (!file) return pass_on(file.error());
+        file->write(adapters::sdf_model(*map, "terrane_ground", file_name(options.out)));
+        if (const Result<void> written = file->commit(); !written) return pass_on(written.error());
+    }
+
+    nlohmann::ordered_json summary;
+    summary["side"] = map->side;
+    summary["spacing_m"] = map->spacing;
+    summary["width_m"] = map->width();
+    summary["west_m"] = map->west;
+    summary["north_m"] = map->north;
+    summary["low_m"] = map->low;
+    summary["high_m"] = map->high;
+    summary["quantisation_error_m"] = format == RasterFormat::png ? quantisation_error(*map) : 0.0;
+    summary["absent"] = map->absent_count;
+    if (!options.out.empty()) summary["out"] = options.out;
+    if (!options.sdf.empty()) summary["sdf"] = options.sdf;
+    print_summary(summary, options.json);
+    return {};
+}
+
+}  // namespace
+
+void add_heightmap_command(CLI::App& app, CommandContext& context) {
+    const auto options = std::make_shared<HeightmapOptions>();
+    CLI::App* command = app.add_subcommand("heightmap",
+                                           "Writes a square of 2^n + 1 heights for Gazebo and "
+                                           "other simulators: a raster and an SDF model");
+    add_terrain_options(*command, options->terrain);
+    add_finite(*command, "--centre-x-m", options->centre_x_m,
+               "World x of the square's centre, metres; without it the terrain's");
+    add_finite(*command, "--centre-y-m", options->centre_y_m,
+               "World y of the square's centre, metres; without it the terrain's");
+    add_count(*command, "--side", options->side, 3, "Samples along a side, 2^n + 1",
+              static_cast<std::size_t>(adapters::kMostHeightmapSide));
+    add_positive(*command, "--spacing-m", options->spacing_m,
+                 "Most metres between samples: the coarsest level with at most this spacing; "
+                 "without it the finest level");
+    add_finite(*command, "--absent-m", options->absent_m,
+               "Height where there is no ground, metres; without it a square with such samples is "
+               "refused");
+    command
+        ->add_option("--out", options->out,
+                     "File to write: .png (grey, 16 bits from the lowest to the highest height) or "
+                     ".tif (heights as float). A file of that name is replaced")
+        ->type_name("FILE");
+    command
+        ->add_option(
+            "--sdf", options->sdf,
+            "SDF model of the .png, with its size and position; the image is expected beside it")
+        ->type_name("FILE");
+    command->add_flag("--json", options->json, "Print one JSON object");
+    command->footer(
+        "Example: terrane heightmap --dem tools/data/jacksboro.tif --side 257 --out ground.png "
+        "--sdf ground.sdf");
+    command->callback(
+        [&context, options] { context.run = [options] { return run_heightmap(*options); }; });
+}
+
+}  // namespace terrane::tools
