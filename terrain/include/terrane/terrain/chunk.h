@@ -76,6 +76,7 @@ struct Chunk {
         return log2_side >= SamplePyramid::kFinest ? pyramid.at(log2_side, column, row)
                                                    : samples_in_small(log2_side, column, row);
     }
+    /// CellFlag bits of a cell of the chunk.
     std::uint8_t flags_at(int column, int row) const {
         return cell_flags.empty()
                    ? std::uint8_t{cell_ground}

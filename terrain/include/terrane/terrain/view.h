@@ -14,8 +14,8 @@ struct View {
     Eigen::Vector3d forward = Eigen::Vector3d::UnitY();  ///< unit length
     Eigen::Vector3d up = Eigen::Vector3d::UnitZ();       ///< unit length, square to forward
     double vertical_fov = 1.0471975511965976;            ///< radians, between 0 and pi
-    int width_px = 1280;
-    int height_px = 720;
+    int width_px = 1280;                                 ///< of the picture
+    int height_px = 720;                                 ///< of the picture
     double near_distance = 1.0;  ///< least distance in screen errors, metres
 
     /// Unit vector to the right of the picture.

@@ -53,10 +53,10 @@ enum class GroupId : std::uint64_t {};
 
 /// Where a segment first meets an object.
 struct SceneHit {
-    GroupId group{};         ///< that has the object
-    std::size_t object = 0;  ///< index among the group's objects
-    double fraction = 0.0;   ///< of the segment from its start, 0 to 1
-    WorldPos point_world = WorldPos::Zero();
+    GroupId group{};                                    ///< that has the object
+    std::size_t object = 0;                             ///< index among the group's objects
+    double fraction = 0.0;                              ///< of the segment from its start, 0 to 1
+    WorldPos point_world = WorldPos::Zero();            ///< where the segment meets the object
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, world axes, against the segment
     std::uint32_t triangle = 0;                         ///< of the model's mesh
 };
