@@ -1,5 +1,5 @@
-# What a shared library exports (BUILD_SHARED_LIBS): the names of its public headers in namespace terrane, and nothing of
-# Eigen, the standard library, OpenVDB or its own private classes.
+# What a shared library exports (BUILD_SHARED_LIBS): the names of its public headers in namespace terrane, and nothing
+# of Eigen, the standard library, OpenVDB or its own private classes.
 #
 # A version script decides it, made from the headers in one place, instead of a macro on every class and function: the
 # headers stay readable, and a new one needs nothing. A name is exported if a public header has a class or function of

@@ -1,7 +1,7 @@
 # pkg-config files, terrane-<component>.pc: what a library links as pkg-config names it. The folder may be moved.
 #
-# An archive does not carry what it links, so where libraries are static all of it is in Requires and Libs, and `pkg-config
-# --libs` is enough. A shared library carries it, and what no public header needs is in Requires.private.
+# An archive does not carry what it links, so where libraries are static all of it is in Requires and Libs, and
+# `pkg-config --libs` is enough. A shared library carries it, and what no public header needs is in Requires.private.
 set(terrane_requires_of_Eigen3::Eigen "eigen3 >= 3.4")
 set(terrane_libs_of_tl::expected "") # headers in the compiler's own path
 set(terrane_libs_of_Threads::Threads -pthread)

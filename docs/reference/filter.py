@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: MIT
 """Public headers as Doxygen reads them: what every C++ programmer knows gets a line, the rest must have one.
 
-    filter.py FOLDER HEADER...
+    filter.py FOLDER LIST
 
-Writes the headers to FOLDER, under their paths from terrane/ on. Copies, moves, destructors and default comparisons are
-documented here, in the same words everywhere. Several variables of one declaration become one declaration each, with
-the comment before or behind them, and overloads directly below each other share a comment: Doxygen would give it to
-one of them alone.
+Writes the headers that stand in LIST, one a line, to FOLDER, under their paths from terrane/ on. Copies, moves,
+destructors and default comparisons are documented here, in the same words everywhere. Several variables of one
+declaration become one declaration each, with the comment before or behind them, and overloads directly below each other
+share a comment: Doxygen would give it to one of them alone.
 """
 import pathlib
 import re
@@ -58,7 +58,7 @@ def filtered(lines):
 
 def main():
     folder = pathlib.Path(sys.argv[1])
-    for name in sys.argv[2:]:
+    for name in pathlib.Path(sys.argv[2]).read_text(encoding="utf-8").split():
         path = pathlib.Path(name)
         parts = path.parts[path.parts.index("terrane", path.parts.index("include")):]
         out = folder.joinpath(*parts)

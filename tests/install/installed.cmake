@@ -1,5 +1,5 @@
-# Builds two projects against an installed Terrane: README's program with only the dependencies of heights, and a simulator
-# with every component.
+# Builds two projects against an installed Terrane: README's program with only the dependencies of heights, and a
+# simulator with every component.
 include(${CMAKE_CURRENT_LIST_DIR}/steps.cmake)
 
 set(prefix ${PREFIX})

@@ -1,5 +1,5 @@
-# Builds a program of each component with the plain compiler and pkg-config, against an installed Terrane that was moved;
-# then one whose headers are of another version than the library, which must not link.
+# Builds a program of each component with the plain compiler and pkg-config, against an installed Terrane that was
+# moved; then one whose headers are of another version than the library, which must not link.
 include(${CMAKE_CURRENT_LIST_DIR}/steps.cmake)
 
 set(moved ${WORK_DIR}/moved)

@@ -32,7 +32,7 @@ enum class SourceLaw : std::uint8_t {
     repeatable,     ///< repeated calls give the same bits, also in another order
     threads,        ///< concurrent calls give the same bits
 };
-inline constexpr std::size_t kSourceLawCount = 16;
+inline constexpr std::size_t kSourceLawCount = 16;  ///< laws of SourceLaw
 
 /// The enumerator's name, as in the report.
 std::string_view name_of(SourceLaw law);

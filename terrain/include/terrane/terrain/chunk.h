@@ -17,7 +17,7 @@ namespace terrane {
 /// Cells along the side of an area, the part of a chunk that has its own interval and bounds; areas along the side of
 /// a chunk.
 inline constexpr int kAreaCells = 16;
-inline constexpr int kChunkAreas = kChunkCells / kAreaCells;
+inline constexpr int kChunkAreas = kChunkCells / kAreaCells;  ///< along the side of a chunk
 
 namespace internal {
 struct ChunkVertices;

@@ -43,6 +43,6 @@ Eigen::Vector3d direction_through(const View& view, double x_px, double y_px);
 struct Frustum {
     std::array<Eigen::Vector3d, 4> normals;  ///< left, right, bottom, top
 };
-Frustum make_frustum(const View& view);
+Frustum make_frustum(const View& view);  ///< of a view of finite numbers
 
 }  // namespace terrane

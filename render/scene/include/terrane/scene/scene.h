@@ -47,8 +47,9 @@ struct SceneCounts {
     std::size_t triangles = 0;  ///< of the frame; objects that change levels count twice
 };
 
-/// Names a model or a group of a Scene.
+/// Names a model of a Scene.
 enum class ModelId : std::uint32_t {};
+/// Names a group of a Scene.
 enum class GroupId : std::uint64_t {};
 
 /// Where a segment first meets an object.

@@ -9,8 +9,9 @@
 
 namespace terrane {
 
-/// Names a mesh, or an impostor, of the renderer that made it.
+/// Names a mesh of the renderer that made it.
 enum class MeshId : std::uint32_t {};
+/// Names an impostor of the renderer that made it.
 enum class ImpostorId : std::uint32_t {};
 
 /// Transform, coverage and tint of an instance, in the layout of the GPU's buffer.

@@ -126,6 +126,6 @@ std::vector<std::uint8_t> compress(std::span<const std::uint8_t> content);
 /// more, or the record is damaged
 Result<std::size_t> decompress(std::span<const std::uint8_t> record,
                                std::span<std::uint8_t> content_out);
-ContentHash hash_of(std::span<const std::uint8_t> bytes);
+ContentHash hash_of(std::span<const std::uint8_t> bytes);  ///< as a ContentHasher gives
 
 }  // namespace terrane
