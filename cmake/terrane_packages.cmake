@@ -4,7 +4,7 @@ set(terrane_depends_of_dev "libeigen3-dev (>= 3.4), libexpected-dev")
 set(terrane_depends_of_store "libzstd-dev")
 set(terrane_depends_of_dem "libgdal-dev (>= 3.2)")
 # OpenVDB's finder needs boost's iostreams, which its package does not depend on.
-set(terrane_depends_of_volume "libopenvdb-dev (>= 10), libtbb-dev, libboost-iostreams-dev")
+set(terrane_depends_of_volume "libopenvdb-dev (>= 10), libimath-dev, libtbb-dev, libboost-iostreams-dev")
 set(terrane_depends_of_render "libepoxy-dev, libpng-dev")
 
 set(CPACK_GENERATOR DEB)

@@ -7,7 +7,7 @@ set(terrane_libs_of_tl::expected "") # headers in the compiler's own path
 set(terrane_libs_of_Threads::Threads -pthread)
 set(terrane_requires_of_PkgConfig::zstd libzstd)
 set(terrane_requires_of_GDAL::GDAL "gdal >= 3.2")
-set(terrane_requires_of_OpenVDB::openvdb tbb)
+set(terrane_requires_of_OpenVDB::openvdb tbb Imath)
 set(terrane_libs_of_OpenVDB::openvdb -lopenvdb)
 set(terrane_requires_of_PkgConfig::epoxy epoxy)
 set(terrane_requires_of_PNG::PNG libpng)
