@@ -1,5 +1,6 @@
 # Makes the Debian packages, unpacks that of heights and contact, and builds a program with CMake and one with
 # pkg-config against nothing else.
+cmake_minimum_required(VERSION 3.25)
 include(${CMAKE_CURRENT_LIST_DIR}/steps.cmake)
 
 file(REMOVE_RECURSE ${WORK_DIR}/packages ${WORK_DIR}/root)

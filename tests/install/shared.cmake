@@ -1,4 +1,5 @@
 # Builds all components as shared libraries, installs them, looks at what they export, and builds programs against them.
+cmake_minimum_required(VERSION 3.25)
 include(${CMAKE_CURRENT_LIST_DIR}/steps.cmake)
 
 set(build ${WORK_DIR}/build)
