@@ -3,7 +3,7 @@
 #
 # A version script decides it, made from the headers in one place, instead of a macro on every class and function: the
 # headers stay readable, and a new one needs nothing. A name is exported if a public header has a class or function of
-# that name. What components share (base/, and a chunk's private part) is exported too, from terrane::internal.
+# that name, and a class with all that is nested in it. What components share (base/, and a chunk's private part) is exported too, from terrane::internal.
 
 # terrane_limit_exports(target headers...)
 function(terrane_limit_exports target)
@@ -31,7 +31,7 @@ function(terrane_limit_exports target)
     foreach(name IN LISTS names)
         # a function, a class, their overloads, and what the compiler makes of a class
         string(APPEND patterns
-            "      terrane::${name};\n      terrane::${name}[[(:]*;\n      *?for?terrane::${name};\n      *?for?terrane::${name}::*;\n")
+            "      terrane::${name};\n      terrane::${name}[!A-Za-z0-9_]*;\n      *?for?terrane::${name};\n      *?for?terrane::${name}::*;\n")
     endforeach()
     set(map ${CMAKE_CURRENT_BINARY_DIR}/${target}.map)
     file(CONFIGURE OUTPUT ${map} CONTENT
