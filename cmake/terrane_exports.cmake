@@ -3,7 +3,8 @@
 #
 # A version script decides it, made from the headers in one place, instead of a macro on every class and function: the
 # headers stay readable, and a new one needs nothing. A name is exported if a public header has a class or function of
-# that name, and a class with all that is nested in it. What components share (base/, and a chunk's private part) is exported too, from terrane::internal.
+# that name, and a class with all that is nested in it. What components share (base/, and a chunk's private part) is
+# exported too, from terrane::internal.
 
 # terrane_limit_exports(target headers...)
 function(terrane_limit_exports target)
@@ -37,6 +38,8 @@ function(terrane_limit_exports target)
     file(CONFIGURE OUTPUT ${map} CONTENT
         "TERRANE_${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR} {\n  global:\n    extern \"C++\" {\n${patterns}    };\n  local:\n    *;\n};\n" @ONLY)
     target_link_options(${target} PRIVATE -Wl,--version-script=${map} -Wl,--no-undefined)
+    # Components find each other beside themselves, wherever they are installed.
+    set_target_properties(${target} PROPERTIES INSTALL_RPATH "\$ORIGIN")
     # Functions of the library call each other directly; inline ones of others are not exported.
     target_compile_options(${target} PRIVATE -fno-semantic-interposition -fvisibility-inlines-hidden)
     set_property(TARGET ${target} APPEND PROPERTY LINK_DEPENDS ${map})
