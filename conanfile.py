@@ -3,6 +3,7 @@
 from conan import ConanFile
 from conan.tools.build import check_min_cppstd
 from conan.tools.cmake import CMake, CMakeDeps, CMakeToolchain, cmake_layout
+from conan.tools.gnu import PkgConfigDeps
 
 
 class TerraneRecipe(ConanFile):
@@ -44,6 +45,7 @@ class TerraneRecipe(ConanFile):
 
     def generate(self):
         CMakeDeps(self).generate()
+        PkgConfigDeps(self).generate()  # zstd and epoxy
         toolchain = CMakeToolchain(self)
         for option in ("TOOLS", "TESTS", "WARNINGS_AS_ERRORS"):
             toolchain.variables[f"TERRANE_{option}"] = False
