@@ -13,8 +13,8 @@
 
 using namespace terrane;
 
-// Teleports a body once its ground is there, at the latest after deadline_s - now_s if storage is fast enough. Called
-// every frame; true when it has happened.
+// Teleports a body when its ground is resident, which the pager aims at until deadline_s, on the clock of update().
+// finish() is called every frame; true when it has happened.
 struct Teleport {
     BodyId body;
     WorldPos goal_world = WorldPos::Zero();
