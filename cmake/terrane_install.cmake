@@ -13,3 +13,8 @@ install(FILES
 # Pages keep their places among each other, so that their links work.
 install(FILES LICENSE README.md CONVENTIONS.md CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/terrane)
 install(DIRECTORY docs examples DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/terrane)
+
+include(${CMAKE_CURRENT_LIST_DIR}/terrane_pkg_config.cmake)
+if(PROJECT_IS_TOP_LEVEL)
+    include(${CMAKE_CURRENT_LIST_DIR}/terrane_packages.cmake)
+endif()

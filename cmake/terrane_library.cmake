@@ -21,6 +21,8 @@ if(TERRANE_SANITIZE)
     endif()
 endif()
 
+include(${CMAKE_CURRENT_LIST_DIR}/terrane_exports.cmake)
+
 # terrane_glob_rooms(<out> rooms...)
 #
 # The sources of some folders, without their sub-folders, in the order given; each room becomes one
@@ -75,9 +77,22 @@ function(terrane_add_library)
         CXX_EXTENSIONS OFF
         POSITION_INDEPENDENT_CODE ON
         UNITY_BUILD_MODE GROUP
+        VERSION ${PROJECT_VERSION}
+        SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}
         VERIFY_INTERFACE_HEADER_SETS ON)
-    install(TARGETS ${target} EXPORT terrane_${arg_NAME}_targets FILE_SET HEADERS)
+    terrane_limit_exports(${target} ${arg_HEADERS})
+
+    # What needs a library of others is a package of its own (terrane_packages.cmake).
+    set(foreign ${arg_PRIVATE_LINK})
+    list(FILTER foreign EXCLUDE REGEX "^terrane::")
+    set(install_component dev)
+    if(foreign)
+        set(install_component ${arg_NAME})
+    endif()
+    install(TARGETS ${target} EXPORT terrane_${arg_NAME}_targets FILE_SET HEADERS COMPONENT ${install_component}
+        LIBRARY COMPONENT ${install_component} ARCHIVE COMPONENT ${install_component})
     install(EXPORT terrane_${arg_NAME}_targets NAMESPACE terrane::
-        DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/terrane)
+        DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/terrane COMPONENT ${install_component})
+    set_target_properties(${target} PROPERTIES TERRANE_INSTALL_COMPONENT ${install_component})
     set_property(GLOBAL APPEND PROPERTY TERRANE_COMPONENTS ${arg_NAME})
 endfunction()

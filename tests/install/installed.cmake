@@ -1,10 +1,8 @@
-# Installs the build to a folder, and builds two projects against it: README's program with only the dependencies of
-# heights, and a simulator with every component.
+# Builds two projects against an installed Terrane: README's program with only the dependencies of heights, and a
+# simulator with every component.
 include(${CMAKE_CURRENT_LIST_DIR}/steps.cmake)
 
-set(prefix ${WORK_DIR}/prefix)
-file(REMOVE_RECURSE ${prefix})
-run(${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${prefix})
+set(prefix ${PREFIX})
 
 # The component `terrain` neither searches for GDAL, zstd, OpenVDB, PNG and epoxy nor loads them.
 build_project(${CMAKE_CURRENT_LIST_DIR}/readme_example ${WORK_DIR}/readme_example
@@ -51,6 +49,19 @@ if(COMPONENTS MATCHES "playback")
     list(FILTER loaded INCLUDE REGEX "${foreign}")
     if(NOT loaded MATCHES "^libexpat[^;]*$")
         message(FATAL_ERROR "a program that flies a path loads '${loaded}', not Expat alone")
+    endif()
+endif()
+
+# Heights and contact alone: the libraries of the C++ compiler and no others, and at most 3 MB.
+if(COMPONENTS MATCHES "collision" AND BUILD_TYPE STREQUAL "Release")
+    find_loaded_libraries(${WORK_DIR}/stranger/ball loaded)
+    list(FILTER loaded EXCLUDE REGEX "^(lib(stdc\\+\\+|m|gcc_s|c|pthread)|ld-linux.*)\\.so")
+    expect_same("the libraries that heights and contact load" "${loaded}" "")
+    run(strip -o ${WORK_DIR}/ball ${WORK_DIR}/stranger/ball)
+    file(SIZE ${WORK_DIR}/ball bytes)
+    message(STATUS "a program with heights and contact has ${bytes} bytes")
+    if(bytes GREATER 3000000)
+        message(FATAL_ERROR "a program with heights and contact has ${bytes} bytes, more than 3,000,000")
     endif()
 endif()
 

@@ -1,5 +1,8 @@
 # Steps of the test scripts in this folder.
 
+# With a compiler cache, objects beside precompiled headers are found again, as in the presets.
+set(ENV{CCACHE_SLOPPINESS} pch_defines,time_macros,include_file_mtime,include_file_ctime)
+
 # Runs a command; its output goes to the variable `output`. On failure stops the test and shows the output.
 function(run)
     execute_process(COMMAND ${ARGN}
@@ -58,6 +61,36 @@ function(expect_shown page number program)
     string(REGEX REPLACE "^// SPDX[^\n]*\n" "" text "${text}")
     read_block(${page} cpp ${number} shown)
     expect_same("the program of ${program} in ${page}" "${shown}" "${text}")
+endfunction()
+
+# Stops the test where a program of a page is not a part of one of examples/, word for word.
+function(expect_excerpts page)
+    file(GLOB examples ${SOURCE_DIR}/examples/*.cpp)
+    set(all)
+    foreach(example IN LISTS examples)
+        file(READ ${example} text)
+        string(APPEND all "${text}")
+    endforeach()
+    file(READ ${SOURCE_DIR}/${page} text)
+    string(REGEX MATCHALL "\n```cpp\n" blocks "${text}")
+    list(LENGTH blocks count)
+    foreach(i RANGE 1 ${count})
+        read_block(${page} cpp ${i} shown)
+        string(FIND "${all}" "${shown}" place)
+        if(place LESS 0)
+            message(FATAL_ERROR "${page} shows a program that is in none of examples/:\n${shown}")
+        endif()
+    endforeach()
+endfunction()
+
+# Stops the test where a program of the repository is longer.
+function(expect_at_most_lines program limit)
+    file(READ ${SOURCE_DIR}/${program} text)
+    string(REGEX MATCHALL "\n" lines "${text}")
+    list(LENGTH lines count)
+    if(count GREATER limit)
+        message(FATAL_ERROR "${program} has ${count} lines, more than ${limit}")
+    endif()
 endfunction()
 
 # Stops the test where a page has a link to a missing file or folder of the repository.

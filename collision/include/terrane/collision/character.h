@@ -26,7 +26,7 @@ struct CharacterSettings {
 /// What a character is asked to do.
 struct CharacterControls {
     /// Wanted, world x and y, m/s, each -1e4 to 1e4; relative to what it stands on.
-    Eigen::Vector2d velocity = Eigen::Vector2d::Zero();
+    WorldVec2 velocity = WorldVec2::Zero();
     double jump_speed = 0.0;  ///< upward, m/s, 0 to 1e4, used while it stands; 0: no jump
 };
 

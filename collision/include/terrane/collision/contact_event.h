@@ -17,15 +17,15 @@ enum class ContactPhase : std::uint8_t {
 
 /// A contact of a body with another body, or with the ground, in a step.
 struct ContactEvent {
-    BodyId a{};  ///< the body of the lower index
-    BodyId b{};  ///< the other one; of the ground: none
-    ContactPhase phase = ContactPhase::began;
+    BodyId a{};                                ///< the body of the lower index
+    BodyId b{};                                ///< the other one; of the ground: none
+    ContactPhase phase = ContactPhase::began;  ///< whether the contact began, lasts or ended
     bool is_sensor = false;  ///< one of them is a sensor: there are no points and no impulse
     /// Of the contact on `a` over the step, friction included, N s. Separation of overlaps has none.
     Eigen::Vector3d impulse = Eigen::Vector3d::Zero();
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, into `a`, of the deepest point
     std::uint32_t first_point = 0;                      ///< see World::contact_points()
-    std::uint32_t point_count = 0;
+    std::uint32_t point_count = 0;  ///< points of this contact, from first_point on
 
     /// Whether it is a contact with the ground.
     bool is_ground() const { return !b.is_valid(); }

@@ -51,7 +51,7 @@ public:
 
 private:
     struct Vertex {
-        Eigen::Vector2d p_world = Eigen::Vector2d::Zero();
+        WorldVec2 p_world = WorldVec2::Zero();
         double along = 0.0;  // metres from the start of the path
         // Squares of speeds, of the corner here and with what braking for all later ones leaves.
         double corner = 0.0, braked = 0.0;

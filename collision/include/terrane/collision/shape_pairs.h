@@ -31,11 +31,11 @@ struct PairContact {
     /// On a; the point on b is point_world + depth * normal.
     WorldPos point_world = WorldPos::Zero();
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, out of b, towards a
-    double depth = 0.0;  ///< overlap along `normal`, metres; negative: a gap
-    ShapeFeature feature_a;
-    ShapeFeature feature_b;
+    double depth = 0.0;        ///< overlap along `normal`, metres; negative: a gap
+    ShapeFeature feature_a;    ///< the corner, edge or face of a that touches
+    ShapeFeature feature_b;    ///< the same of b
     std::uint32_t part_a = 0;  ///< index of a compound's part, else 0
-    std::uint32_t part_b = 0;
+    std::uint32_t part_b = 0;  ///< the same of b
 };
 
 /// Whether two shapes intersect; touching counts. Stops at the first proof.
@@ -71,7 +71,7 @@ struct PairDistanceAnswer {
     WorldPos point_b_world = WorldPos::Zero();  ///< on b; distance = normal . (point_a - point_b)
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, out of b, towards a
     std::uint32_t part_a = 0;                           ///< of a compound: the part of the point
-    std::uint32_t part_b = 0;
+    std::uint32_t part_b = 0;                           ///< the same of b
 };
 
 /// Signed distance of two shapes. Shapes without thickness overlap like the limit of thin ones.
@@ -119,7 +119,7 @@ struct ShapeRayAnswer {
     QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
     bool hit = false;                           ///< whether the shape is met
     double fraction = 1.0;                      ///< of the segment; 0 where `from` is inside
-    WorldPos point_world = WorldPos::Zero();
+    WorldPos point_world = WorldPos::Zero();    ///< where it is met
     /// Unit, out of the shape at the point; against the ray where `from` is inside.
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
     std::uint32_t part = 0;  ///< of a compound: the part hit first

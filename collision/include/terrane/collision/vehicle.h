@@ -12,7 +12,7 @@ struct AxleSettings {
     double position = 0.0;   ///< of the wheels' centres, metres forward of the centre of mass
     double track = 1.8;      ///< between the middles of the wheels, metres; 0: one wheel
     double max_steer = 0.0;  ///< at full lock, radians to the left; negative: against the controls
-    bool is_driven = true;
+    bool is_driven = true;   ///< whether the engine drives its wheels
     /// Anti-roll bar: force that presses the more compressed wheel down and lifts the other one, for a difference of
     /// their compressions, newtons a metre.
     double anti_roll = 0.0;

@@ -36,14 +36,15 @@ struct WorldCallbacks {
 struct WorldSettings {
     Eigen::Vector3d gravity = Eigen::Vector3d(0.0, 0.0, -9.81);  ///< m/s^2, world axes
     double max_substep = 1.0 / 120.0;  ///< largest substep of a step, s, 1e-5 to 1
-    bool allow_sleep = true;
+    bool allow_sleep =
+        true;  ///< islands at rest fall asleep, and cost nothing until they are touched
     bool collide_bodies = true;    ///< false: bodies pass through each other, at no cost
     bool report_contacts = false;  ///< true: step() makes contact_events()
     /// step() measures StepReport::max_depth_m and too_deep: one more contact query for each awake body.
     bool measure_depth = true;
     BroadphaseKind broadphase = BroadphaseKind::sap;  ///< `grid` for bodies of similar size
-    int worker_count = 1;  ///< threads that step() uses, the caller's included, 1 to 64
-    WorldCallbacks callbacks{};
+    int worker_count = 1;        ///< threads that step() uses, the caller's included, 1 to 64
+    WorldCallbacks callbacks{};  ///< what the world asks and tells during a step
 };
 
 /// Counts and limits of one step. Times are summed over bodies, seconds.
@@ -166,6 +167,7 @@ public:
 
     /// One entry for each index that ever had a body. Valid until the next call that is not const.
     std::span<const BodyState> states() const;
+    /// The settings of the same bodies, in the same order and for as long.
     std::span<const BodySettings> settings() const;
 
     /// The needs for a pager, parked bodies included, one entry for each dynamic body. Valid until the next call.

@@ -18,7 +18,7 @@ struct QueryFilter {
     std::uint32_t layers = ~std::uint32_t{0};  ///< sees bodies on at least one of these layers
     BodyId except{};                           ///< not seen, such as the body that asks
     bool include_sensors = false;              ///< sees sensors too
-    bool include_ground = true;
+    bool include_ground = true;                ///< sees the ground
 };
 
 /// The first hit of a ray.
@@ -64,7 +64,7 @@ struct OverlapQueryAnswer {
     QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
     std::size_t count = 0;                      ///< bodies written
     std::size_t touching_count = 0;             ///< bodies touched, written or not
-    bool touches_ground = false;
+    bool touches_ground = false;                ///< whether the shape overlaps the ground
 };
 
 /// The body or the ground nearest to a shape.

@@ -63,11 +63,11 @@ struct DrawnObject {
         ball,  ///< ellipsoid with semi-axes extents
         tube,  ///< cylinder about z, open at its ends
     };
-    Form form = Form::box;
-    Pose world_from_object;
+    Form form = Form::box;   ///< which solid is drawn
+    Pose world_from_object;  ///< where its centre is, and its axes
     Eigen::Vector3d extents =
         Eigen::Vector3d::Constant(0.5);  ///< half extents along its axes, metres
-    Colour colour{0.8f, 0.2f, 0.1f};
+    Colour colour{0.8f, 0.2f, 0.1f};     ///< before light
 };
 
 /// Statistics of the last draw().

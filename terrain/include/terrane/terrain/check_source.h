@@ -32,7 +32,7 @@ enum class SourceLaw : std::uint8_t {
     repeatable,     ///< repeated calls give the same bits, also in another order
     threads,        ///< concurrent calls give the same bits
 };
-inline constexpr std::size_t kSourceLawCount = 16;
+inline constexpr std::size_t kSourceLawCount = 16;  ///< laws of SourceLaw
 
 /// The enumerator's name, as in the report.
 std::string_view name_of(SourceLaw law);
@@ -45,7 +45,7 @@ struct SourceCheckSettings {
     /// Levels whose spacings are checked, 0 to the finest; larger values mean the finest. Level 0 includes the
     /// coarser vertices of root squares.
     int first_level = 0;
-    int last_level = 24;
+    int last_level = 24;  ///< the finest level checked
     /// Part of the world that is checked, metres; absent: the part of the extent inside the world.
     std::optional<WorldRect> region = std::nullopt;
     /// Largest accepted ratio of a vertex's bound to its parent's of the next coarser spacing, >= 1. 1: exactly
@@ -81,10 +81,13 @@ struct SourceReport {
     /// necessary, which costs triangles.
     double tightest = 0.0;
 
-    /// The report of one law; whether none is broken; sums over all laws.
+    /// The report of one law.
     const SourceLawReport& of(SourceLaw law) const { return laws[static_cast<std::size_t>(law)]; }
+    /// Whether no law is broken.
     bool is_clean() const;
+    /// Checks made, over all laws.
     std::uint64_t checks() const;
+    /// Checks that failed, over all laws.
     std::uint64_t violations() const;
 };
 

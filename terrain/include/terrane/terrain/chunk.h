@@ -18,7 +18,7 @@ namespace terrane {
 /// Cells along the side of an area, the part of a chunk that has its own interval and bounds; areas along the side of
 /// a chunk.
 inline constexpr int kAreaCells = 16;
-inline constexpr int kChunkAreas = kChunkCells / kAreaCells;
+inline constexpr int kChunkAreas = kChunkCells / kAreaCells;  ///< along the side of a chunk
 
 namespace internal {
 struct ChunkVertices;
@@ -82,6 +82,7 @@ struct Chunk {
     float cell_error(std::size_t cell) const {
         return is_certified ? cell_bounds[cell] : std::numeric_limits<float>::infinity();
     }
+    /// CellFlag bits of a cell of the chunk.
     std::uint8_t flags_at(int column, int row) const {
         return cell_flags.empty()
                    ? std::uint8_t{cell_ground}

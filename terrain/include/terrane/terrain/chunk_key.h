@@ -34,6 +34,7 @@ struct ChunkKey {
 
 /// For unordered containers that are looked up, never iterated.
 struct ChunkKeyHash {
+    /// Hash of all members.
     std::size_t operator()(const ChunkKey& key) const {
         const std::uint64_t packed = static_cast<std::uint32_t>(key.x) |
                                      std::uint64_t{static_cast<std::uint32_t>(key.y)} << 32;

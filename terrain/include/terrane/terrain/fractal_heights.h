@@ -39,9 +39,9 @@ struct FractalSettings {
     int finest_spacing_log2 = 0;  ///< lattice spacing is 2^this metres; -16 to 16
     int root_size_log2 = 16;      ///< a root square has 2^this metres; at least 7 above the spacing
     std::int32_t first_root_x = -1;  ///< the world's root squares: see Lattice
-    std::int32_t first_root_y = -1;
-    std::int32_t root_count_x = 2;
-    std::int32_t root_count_y = 2;
+    std::int32_t first_root_y = -1;  ///< see Lattice
+    std::int32_t root_count_x = 2;   ///< root squares from west to east; see Lattice
+    std::int32_t root_count_y = 2;   ///< root squares from south to north; see Lattice
 };
 
 /// Fractal ground: octaves of gradient noise over 64-bit lattice coordinates with exact

@@ -37,10 +37,10 @@ struct HeightAnswer {
 struct RayAnswer {
     GroundStatus status = GroundStatus::invalid;  ///< whether the answer is complete
     double fraction = 0.0;  ///< of the ray from `from` to `to`, 0 to 1; only where status is ok
-    WorldPos point_world = WorldPos::Zero();
-    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
+    WorldPos point_world = WorldPos::Zero();            ///< where it meets the contact surface
+    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< of the contact surface, unit
     double error_m = 0.0;  ///< upper bound of the true surface's vertical distance at the point
-    bool filled = false;
+    bool filled = false;   ///< over an enclosed void that was filled
 };
 
 /// One cell of the contact surface: two triangles.
@@ -49,8 +49,8 @@ struct GroundCell {
     /// Heights of the corners in quanta: south-west, south-east, north-west, north-east.
     std::int32_t south_west = 0, south_east = 0, north_west = 0, north_east = 0;
     bool cut_to_north_east = false;  ///< see terrane::cut_to_north_east
-    float error_m = 0.0f;
-    bool filled = false;
+    float error_m = 0.0f;            ///< the true surface is within this of the cell, metres
+    bool filled = false;             ///< over an enclosed void that was filled
 };
 
 /// Indices of cells of the contact level, counted from lattice point (0, 0); ends included.
@@ -67,7 +67,7 @@ struct RangeAnswer {
     /// Bounds of the surface over the range, quanta; for absent cells from coarser resident chunks, or the
     /// limits of the integer. Undefined where the status is outside.
     std::int32_t low = 0;
-    std::int32_t high = 0;
+    std::int32_t high = 0;  ///< as low
 };
 
 /// The contact surface: the resident triangles of one level, independent of what is drawn, and what they are made of.
@@ -82,18 +82,22 @@ public:
     Ground(std::shared_ptr<const ResidentSet> resident, int contact_level,
            std::shared_ptr<const SurfaceMap> surface_map = nullptr);
 
-    /// Lattice and extent of the source; the level that answers.
+    /// Lattice of the source.
     const Lattice& lattice() const { return resident_->lattice(); }
+    /// Extent of the source, metres.
     const WorldRect& extent() const { return extent_; }
+    /// The level that answers.
     int level() const { return level_; }
     /// Metres between the samples of the contact surface.
     double spacing() const { return spacing_; }
 
-    /// World coordinates of a cell's south-west corner, metres: the bits of Lattice::x() and y().
+    /// World x of a cell's south-west corner, metres: the bits of Lattice::x().
     double cell_x(std::int64_t column) const { return lattice().x(column * step_); }
+    /// World y of a cell's south-west corner, metres: the bits of Lattice::y().
     double cell_y(std::int64_t row) const { return lattice().y(row * step_); }
-    /// The cell that contains a coordinate; on a line, the one to the east or north.
+    /// The column of cells that contains a world x; on a line, the one to the east.
     std::int64_t column_at(double x) const;
+    /// The row of cells that contains a world y; on a line, the one to the north.
     std::int64_t row_at(double y) const;
 
     /// The cell of the contact level at a column and row, counted from lattice point (0, 0).
@@ -180,6 +184,7 @@ private:
 /// Threads: one
 class GroundReader {
 public:
+    /// Reads this ground, which must outlive the reader.
     explicit GroundReader(const Ground& ground) : ground_(&ground) {}
 
     /// The ground that it reads; a cell of it.

@@ -156,6 +156,7 @@ public:
     virtual bool is_current(const Chunk& chunk) const;
 
 protected:
+    /// Of a source whose heights are defined over `extent`, metres; both are fixed for its life.
     HeightSource(const Lattice& lattice, const WorldRect& extent)
         : lattice_(lattice), extent_(extent) {}
 

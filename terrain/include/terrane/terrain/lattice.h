@@ -47,14 +47,17 @@ struct Lattice {
     }
     /// Finest spacings along the side of a chunk of a level.
     constexpr std::int64_t chunk_side(int level) const { return kChunkCells * step(level); }
+    /// Metres between the samples of a level.
     constexpr double level_spacing(int level) const {
         return spacing * static_cast<double>(step(level));
     }
+    /// Metres along the side of a root square.
     constexpr double root_size() const { return level_spacing(0) * kChunkCells; }
 
-    /// World coordinates of a lattice index: one product and one sum. Not inline, so that the caller's compiler
-    /// flags cannot change their bits.
+    /// World x of a lattice index: one product and one sum. Not inline, so that the caller's compiler flags cannot
+    /// change its bits.
     double x(std::int64_t index) const;
+    /// World y of a lattice index, as x().
     double y(std::int64_t index) const;
 
     /// South-west corner of a chunk.
@@ -62,10 +65,13 @@ struct Lattice {
         return {key.x * chunk_side(key.level), key.y * chunk_side(key.level)};
     }
 
-    /// The world's edges in lattice indices.
+    /// The world's western edge in lattice indices.
     constexpr std::int64_t west() const { return first_root_x * chunk_side(0); }
+    /// The world's southern edge in lattice indices.
     constexpr std::int64_t south() const { return first_root_y * chunk_side(0); }
+    /// The world's eastern edge in lattice indices.
     constexpr std::int64_t east() const { return (first_root_x + root_count_x) * chunk_side(0); }
+    /// The world's northern edge in lattice indices.
     constexpr std::int64_t north() const { return (first_root_y + root_count_y) * chunk_side(0); }
 
     /// Whether a key names a chunk of this world.
@@ -98,8 +104,8 @@ constexpr bool cut_to_north_east(std::int64_t column, std::int64_t row) {
 struct SampleGrid {
     LatticePoint corner;    ///< of the south-western sample; any integers, also outside the world
     std::int64_t step = 1;  ///< finest spacings between neighbours, a power of two
-    int columns = 0;
-    int rows = 0;
+    int columns = 0;        ///< samples from west to east
+    int rows = 0;           ///< samples from south to north
 
     /// Number of samples.
     std::size_t size() const {

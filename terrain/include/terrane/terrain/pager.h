@@ -17,8 +17,8 @@ namespace terrane {
 
 /// A future state of a camera.
 struct CameraMoment {
-    double time_s = 0.0;  ///< on the clock of Pager::update()
-    WorldPos eye_world = WorldPos::Zero();
+    double time_s = 0.0;                                 ///< on the clock of Pager::update()
+    WorldPos eye_world = WorldPos::Zero();               ///< where it will be
     Eigen::Vector3d forward = Eigen::Vector3d::UnitY();  ///< unit length
     Eigen::Vector3d up = Eigen::Vector3d::UnitZ();       ///< unit length, square to forward
 };
@@ -59,7 +59,7 @@ struct PagerSettings {
     double contact_spacing = 0.0;
     /// Share of the ceiling that is reserved for contact, 0 to 1. Contact may take more, from drawing.
     double contact_share = 0.125;
-    PagingPolicy policy = PagingPolicy::deadline;
+    PagingPolicy policy = PagingPolicy::deadline;  ///< the order of loading
     /// With PagingPolicy::distance: load radius over the distance at which a camera needs a chunk, 1e-6 to 1e6.
     double distance_radius = 1.0;
     /// Timeout of a load, seconds, > 0.
@@ -70,14 +70,14 @@ struct PagerSettings {
 struct PagerStats {
     std::size_t resident_bytes = 0;   ///< of live chunks, including those that only old sets hold
     std::size_t in_flight_bytes = 0;  ///< claimed for loads; cancelled ones count until they end
-    std::size_t resident_chunks = 0;
-    std::size_t late_chunks = 0;    ///< needed at the last update(), and absent
-    std::size_t fading_chunks = 0;  ///< with a fade below 1
+    std::size_t resident_chunks = 0;  ///< in the present set
+    std::size_t late_chunks = 0;      ///< needed at the last update(), and absent
+    std::size_t fading_chunks = 0;    ///< with a fade below 1
     /// Bodies that touch, or may lie below, ground that is not resident.
     std::size_t groundless_bodies = 0;
-    std::size_t peak_bytes = 0;  ///< largest sum of resident and in flight
-    std::uint64_t loaded = 0;
-    std::uint64_t evicted = 0;
+    std::size_t peak_bytes = 0;   ///< largest sum of resident and in flight
+    std::uint64_t loaded = 0;     ///< chunks that arrived
+    std::uint64_t evicted = 0;    ///< chunks that left the set
     std::uint64_t reloaded = 0;   ///< loads begun less than a horizon after the chunk's eviction
     std::uint64_t cancelled = 0;  ///< loads taken back from the queue, or cancelled in flight
     /// Failed loads; retried with back-off. Pager::last_failure() has the reason.
@@ -166,9 +166,11 @@ public:
     /// Requests all ground of a rectangle at contact level, as before a teleport, and keeps it resident until
     /// release(). Contact has priority over drawing, the earliest deadline first.
     Ticket require(const WorldRect& region, double deadline_s);
+    /// What has become of a requirement.
     TicketState state_of(Ticket ticket) const;
     /// Whether all of it is resident. False for a released ticket.
     bool is_ready(Ticket ticket) const;
+    /// Ends a requirement; its ground may be evicted from then on.
     void release(Ticket ticket);
 
     /// Loads until all needs of the last update() are resident, or the ceiling or a failing source prevents
@@ -195,6 +197,7 @@ public:
 
     /// The level that ground queries answer at.
     int contact_level() const;
+    /// Counts, and what is resident at present.
     PagerStats stats() const;
     /// The message of the last failed load, one sentence; empty if none has failed.
     std::string last_failure() const;

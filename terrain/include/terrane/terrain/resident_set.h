@@ -19,15 +19,19 @@ inline constexpr double kDefaultMorphRatio = 1.3;
 /// copyable, because a copy would not keep the chunk alive.
 class ResidentChunk {
 public:
+    /// Of a shared_ptr that outlives it.
     explicit ResidentChunk(const std::shared_ptr<const Chunk>& owner)
         : chunk_(owner.get()), owner_(&owner) {}
     ResidentChunk(ResidentChunk&&) = default;
     ResidentChunk& operator=(ResidentChunk&&) = default;
 
+    /// The chunk; there must be one.
     const Chunk& operator*() const { return *chunk_; }
+    /// The chunk; there must be one.
     const Chunk* operator->() const { return chunk_; }
     /// The chunk, or null.
     const Chunk* get() const { return chunk_; }
+    /// For longer use than the set's life.
     operator const std::shared_ptr<const Chunk>&() const { return *owner_; }
 
 private:
@@ -45,6 +49,7 @@ public:
 
     /// The order of chunks(): level, then y, then x.
     struct Order {
+        /// Whether a is before b.
         constexpr bool operator()(const ChunkKey& a, const ChunkKey& b) const {
             if (a.level != b.level) return a.level < b.level;
             return a.y != b.y ? a.y < b.y : a.x < b.x;
@@ -90,6 +95,7 @@ public:
     const WorldRect& extent() const { return structure_->extent; }
     /// In Order.
     std::span<const ResidentChunk> chunks() const { return structure_->chunks; }
+    /// Of the chunk at an index of chunks().
     const Links& links(std::size_t index) const { return structure_->links[index]; }
     /// Indices in chunks() of those that have a Chunk::solid, ascending.
     std::span<const std::int32_t> solids() const { return structure_->solids; }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <terrane/terrain/version.h>
+
 #include <tl/expected.hpp>
 
 #include <string>

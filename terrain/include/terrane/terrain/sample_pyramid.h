@@ -23,7 +23,7 @@ class SamplePyramid {
 public:
     /// log2 of the cells along the side of the smallest and of the largest squares.
     static constexpr int kFinest = 2;
-    static constexpr int kCoarsest = 7;
+    static constexpr int kCoarsest = 7;  ///< of the largest
     static_assert(1 << kCoarsest == kChunkCells);
 
     /// Computes the ranges of a chunk's samples.

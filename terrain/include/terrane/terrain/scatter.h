@@ -30,7 +30,7 @@ struct ScatterSettings {
 /// The placement of a scattered object, upright.
 struct ScatterPoint {
     WorldPos position_world = WorldPos::Zero();  ///< on the contact surface of the finest spacing
-    double scale = 1.0;
+    double scale = 1.0;                          ///< of all lengths of the object
     /// Half of the turn about z: cosine and sine. The quaternion x, y, z, w is (0, 0, sine, cosine).
     double half_turn_cosine = 1.0, half_turn_sine = 0.0;
 };

@@ -65,7 +65,7 @@ struct TerrainMesh {
     std::span<const std::uint16_t> indices;  ///< of samples; triangles counter-clockwise from above
     std::span<const MeshSolid> solids;       ///< in the order of the resident set
     std::size_t triangle_count = 0;          ///< of chunks and solids
-    MeshStatus status = MeshStatus::not_resident;
+    MeshStatus status = MeshStatus::not_resident;  ///< whether budget and error target are met
     /// Certified bound of the displayed surface's distance from the true surface, morphing included, for all ground
     /// points inside the view's side planes, in pixels of the picture's centre. Of the heightfield it is the vertical
     /// distance; of volumes, and where they replace the heightfield, the Euclidean one, both ways. Where volumes are

@@ -14,8 +14,8 @@ struct View {
     Eigen::Vector3d forward = Eigen::Vector3d::UnitY();  ///< unit length
     Eigen::Vector3d up = Eigen::Vector3d::UnitZ();       ///< unit length, square to forward
     double vertical_fov = 1.0471975511965976;            ///< radians, between 0 and pi
-    int width_px = 1280;
-    int height_px = 720;
+    int width_px = 1280;                                 ///< of the picture
+    int height_px = 720;                                 ///< of the picture
     double near_distance = 1.0;  ///< least distance in screen errors, metres
 
     /// Unit vector to the right of the picture.
@@ -43,6 +43,6 @@ Eigen::Vector3d direction_through(const View& view, double x_px, double y_px);
 struct Frustum {
     std::array<Eigen::Vector3d, 4> normals;  ///< left, right, bottom, top
 };
-Frustum make_frustum(const View& view);
+Frustum make_frustum(const View& view);  ///< of a view of finite numbers
 
 }  // namespace terrane

@@ -47,16 +47,17 @@ struct SceneCounts {
     std::size_t triangles = 0;  ///< of the frame; objects that change levels count twice
 };
 
-/// Names a model or a group of a Scene.
+/// Names a model of a Scene.
 enum class ModelId : std::uint32_t {};
+/// Names a group of a Scene.
 enum class GroupId : std::uint64_t {};
 
 /// Where a segment first meets an object.
 struct SceneHit {
-    GroupId group{};         ///< that has the object
-    std::size_t object = 0;  ///< index among the group's objects
-    double fraction = 0.0;   ///< of the segment from its start, 0 to 1
-    WorldPos point_world = WorldPos::Zero();
+    GroupId group{};                                    ///< that has the object
+    std::size_t object = 0;                             ///< index among the group's objects
+    double fraction = 0.0;                              ///< of the segment from its start, 0 to 1
+    WorldPos point_world = WorldPos::Zero();            ///< where the segment meets the object
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, world axes, against the segment
     std::uint32_t triangle = 0;                         ///< of the model's mesh
 };

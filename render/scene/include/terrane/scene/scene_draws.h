@@ -9,8 +9,9 @@
 
 namespace terrane {
 
-/// Names a mesh, or an impostor, of the renderer that made it.
+/// Names a mesh of the renderer that made it.
 enum class MeshId : std::uint32_t {};
+/// Names an impostor of the renderer that made it.
 enum class ImpostorId : std::uint32_t {};
 
 /// Transform, coverage and tint of an instance, in the layout of the GPU's buffer.
@@ -33,14 +34,14 @@ struct MeshDraw {
     MeshId mesh{};                     ///< of the renderer
     std::uint32_t level = 0;           ///< of the mesh's levels of detail
     std::uint32_t first_instance = 0;  ///< in SceneDraws::instances
-    std::uint32_t instance_count = 0;
+    std::uint32_t instance_count = 0;  ///< instances of this draw
 };
 
 /// Instances of an impostor: two triangles each.
 struct ImpostorDraw {
     ImpostorId impostor{};             ///< of the renderer
     std::uint32_t first_instance = 0;  ///< in SceneDraws::instances
-    std::uint32_t instance_count = 0;
+    std::uint32_t instance_count = 0;  ///< instances of this draw
 };
 
 /// One object with triangles of its own in this frame, for continuous levels of detail and geomorphs.

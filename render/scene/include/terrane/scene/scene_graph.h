@@ -40,7 +40,7 @@ struct SwitchNode {
         distance,  ///< limits are metres from the eye to the bounding sphere: the classic one
         error,  ///< limits are errors in metres of the coarser level: it is drawn below the frame's threshold in pixels
     };
-    By by = By::error;
+    By by = By::error;  ///< what the limits are compared with
     /// [levels] Limit i separates level i from level i + 1. Beyond the last limit the node draws nothing; infinity: it
     /// always draws its last level. Positive, not decreasing.
     std::vector<double> limits;
@@ -58,7 +58,7 @@ struct BillboardNode {
         screen,  ///< its x is the picture's right, its y the picture's up: for smoke
         up,  ///< about its z axis only, until its x points to the eye, whatever the viewer's up is: for trees
     };
-    Axis axis = Axis::screen;
+    Axis axis = Axis::screen;  ///< how it turns to the eye
 };
 
 /// Soft discs, in the node's frame.

@@ -22,8 +22,8 @@ struct DemCache {
         beside,  ///< in the raster's folder, as RASTER.xxxxxxxx.terrane-bounds; else in `folder`
         folder,  ///< in `folder`, which is created if absent
     };
-    Place place = Place::none;
-    std::string folder = {};  ///< "": none
+    Place place = Place::none;  ///< where bounds are kept between runs
+    std::string folder = {};    ///< "": none
 };
 
 /// Settings of DemHeights::open(). Fixed once it is open.
@@ -65,7 +65,7 @@ struct DemInfo {
     double filled_share = 0.0;          ///< of the samples: enclosed voids that were filled
     std::string crs;                    ///< name of the raster's CRS; "" if it has none
     std::string crs_wkt;                ///< the CRS as well-known text; "" if it has none
-    bool geographic = false;
+    bool geographic = false;            ///< whether the CRS has degrees instead of lengths
     /// World (0, 0) in the raster's CRS: easting and northing, or longitude and latitude in degrees.
     double centre_x = 0.0, centre_y = 0.0;
     /// World metres per unit of the CRS: x = (X - centre_x) * metres_per_unit_x. For geographic

@@ -58,6 +58,7 @@ private:
 /// Reads what a ByteWriter wrote. Reads beyond the end give 0, and has_failed() is true from then on.
 class ByteReader {
 public:
+    /// Reads from the first of these bytes on; they must outlive the reader.
     explicit ByteReader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
 
     /// One value.

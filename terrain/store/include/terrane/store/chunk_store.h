@@ -35,7 +35,7 @@ struct StoreInfo {
     /// SHA-256 of the content, 64 hexadecimal digits: the same on every machine, with any number of threads and any
     /// version of the compressor.
     std::string sha;
-    std::string note;
+    std::string note;  ///< BakeSettings::note
 };
 
 /// A file of all chunks of a world with their certified bounds, baked from any source; a source itself.

@@ -32,6 +32,7 @@ public:
 
     /// Appends bytes to what is hashed.
     void add(std::span<const std::uint8_t> bytes);
+    /// The same for any memory.
     void add_raw(const void* bytes, std::size_t count);
     /// The hash of all bytes so far.
     ContentHash value() const;
@@ -96,9 +97,11 @@ public:
     SealedReader& operator=(SealedReader&&) = delete;
     ~SealedReader();
 
-    /// Path, size and directory of the open file.
+    /// Path of the open file.
     const std::string& path() const { return path_; }
+    /// Size of the open file.
     std::uint64_t bytes() const { return bytes_; }
+    /// The directory of the open file, as given to SealedWriter::commit(); empty after drop_directory().
     std::span<const std::uint8_t> directory() const { return directory_; }
     /// Frees the directory's bytes.
     void drop_directory() { directory_ = {}; }
@@ -123,6 +126,6 @@ std::vector<std::uint8_t> compress(std::span<const std::uint8_t> content);
 /// more, or the record is damaged
 Result<std::size_t> decompress(std::span<const std::uint8_t> record,
                                std::span<std::uint8_t> content_out);
-ContentHash hash_of(std::span<const std::uint8_t> bytes);
+ContentHash hash_of(std::span<const std::uint8_t> bytes);  ///< as a ContentHasher gives
 
 }  // namespace terrane

@@ -21,7 +21,7 @@ class PlacedShape;
 
 /// Cells along the side of a volume tile, and samples: it divides the 128 cells of a chunk.
 inline constexpr int kVolumeTileCells = 32;
-inline constexpr int kVolumeTileSamples = kVolumeTileCells + 1;
+inline constexpr int kVolumeTileSamples = kVolumeTileCells + 1;  ///< along the side of a tile
 
 /// Names a square of 32 x 32 cells of the pinned level, counted in such squares from lattice point (0, 0).
 struct VolumeTileKey {

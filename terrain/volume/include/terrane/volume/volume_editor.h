@@ -75,7 +75,7 @@ public:
     /// Waits for the change that the thread is at; later ones are given up. Saves nothing.
     ~VolumeEditor();
 
-    /// Takes a shape from the solid, or unites it with it; later changes prevail. Returns the number of the change.
+    /// Takes a shape from the solid; later changes prevail. Returns the number of the change.
     ///
     /// @param shape a sphere, capsule, box or tube; metres
     ///
@@ -83,6 +83,7 @@ public:
     ///        larger than 1e5 m, or outside the world; and for meshes and files. Then nothing changes.
     /// Cost:  O(tiles that it touches)
     Result<std::uint32_t> dig(const VolumeShape& shape, const Pose& world_from_shape);
+    /// Unites a shape with the solid; else as dig().
     Result<std::uint32_t> fill(const VolumeShape& shape, const Pose& world_from_shape);
 
     /// Takes back the last dig or fill that was not taken back, whether it is in force or still on its way. A change

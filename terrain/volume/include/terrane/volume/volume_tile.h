@@ -79,12 +79,14 @@ public:
     /// World position of a sample of the heightfield.
     WorldPos ground(int column, int row) const;
 
-    /// Which tile; metres between its nodes.
+    /// Which tile.
     const VolumeTileKey& key() const;
+    /// Metres between its nodes.
     double spacing() const;
 
-    /// Bytes of the level sets, and nodes within three spacings of a surface in them.
+    /// Bytes of the level sets.
     std::size_t bytes() const;
+    /// Nodes of the level sets within three spacings of a surface.
     std::uint64_t band_node_count() const;
 
 private:

@@ -34,9 +34,11 @@ public:
                                   std::span<const VolumeOperation> operations,
                                   const VolumeSettings& settings = {});
 
-    /// Lattice of the terrain; the pinned level; its spacing, metres.
+    /// Lattice of the terrain.
     const Lattice& lattice() const;
+    /// The pinned level.
     int level() const;
+    /// Its spacing, metres.
     double spacing() const;
     /// The operations in their order.
     std::span<const PlacedVolume> operations() const;

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: MIT
+// Parts of a simulator's integration, as docs/integration.md shows them, and a main() that runs them.
+#include <terrane/collision/ground_contact.h>
+#include <terrane/collision/world.h>
+#include <terrane/terrain/fractal_heights.h>
+#include <terrane/terrain/pager.h>
+
+#include <chrono>
+#include <cstdio>
+#include <optional>
+#include <thread>
+#include <vector>
+
+using namespace terrane;
+
+// Teleports a body when its ground is resident, which the pager aims at until deadline_s, on the clock of update().
+// finish() is called every frame; true when it has happened.
+struct Teleport {
+    BodyId body;
+    WorldPos goal_world = WorldPos::Zero();
+    Pager::Ticket ticket = 0;
+
+    void begin(Pager& pager, double deadline_s) {
+        const double reach = 50.0;  // what it may touch in its first frames
+        ticket = pager.require({.west = goal_world.x() - reach,
+                                .south = goal_world.y() - reach,
+                                .east = goal_world.x() + reach,
+                                .north = goal_world.y() + reach},
+                               deadline_s);
+    }
+    bool finish(Pager& pager, World& world) {
+        if (!pager.is_ready(ticket)) return false;
+        const HeightAnswer at =
+            Ground(pager.resident(), pager.contact_level()).height(goal_world.x(), goal_world.y());
+        if (at.status != GroundStatus::ok) return false;
+        BodyState state;
+        state.pose.translation = {goal_world.x(), goal_world.y(), at.height + 1.5};
+        const bool moved = world.teleport(body, state).has_value();
+        pager.release(ticket);  // from the next update() on needs() keep its ground
+        return moved;
+    }
+};
+
+// A height that the simulator can work without: the last one stands in where ground is on its way.
+std::optional<double> height_or_last(const Ground& ground, double x, double y,
+                                     std::optional<double> last) {
+    const HeightAnswer at = ground.height(x, y);
+    switch (at.status) {
+        case GroundStatus::ok:
+            return at.height;  // the true surface is within at.error_m
+        case GroundStatus::not_resident:
+            return last;             // ask again after the next update()
+        case GroundStatus::outside:  // no ground there, ever
+        case GroundStatus::miss:
+        case GroundStatus::invalid:
+            break;
+    }
+    return std::nullopt;
+}
+
+// A step that happens only when all bodies have their ground: for simulators in which nobody may be parked.
+bool step_or_wait(Pager& pager, World& world, double& time_s, double dt) {
+    pager.update({}, world.needs(), time_s);
+    if (pager.stats().groundless_bodies > 0) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        return false;  // the clock stands still; loads go on
+    }
+    const StepReport report = world.step(Ground(pager.resident(), pager.contact_level()), dt);
+    time_s += dt;
+    return report.parked == 0;
+}
+
+// Rays of a lidar on two threads: all read one Ground, which stays as it is whatever the pager loads meanwhile.
+std::vector<RayAnswer> scan(const Ground& ground, const WorldPos& eye_world,
+                            const std::vector<WorldPos>& ends_world) {
+    std::vector<RayAnswer> answers(ends_world.size());
+    const auto rays_of = [&](std::size_t first) {
+        for (std::size_t i = first; i < ends_world.size(); i += 2)
+            answers[i] = ground.ray(eye_world, ends_world[i]);
+    };
+    std::jthread other(rays_of, std::size_t{1});
+    rays_of(0);
+    return answers;
+}
+
+int main() {
+    const auto source = FractalHeights::create({.seed = 7}).value();
+    Pager pager = Pager::create(source, {.worker_count = 1}).value();
+    World world = World::create({}).value();
+    BodyState start;
+    start.pose.translation = {0, 0, source->height(0, 0) + 3.0};
+    const BodyId ball = world.add({.shape = Sphere{.radius = 0.5}}, start).value();
+
+    double time_s = 0.0;
+    for (int tries = 0; time_s < 0.5 && tries < 60'000; ++tries)
+        step_or_wait(pager, world, time_s, 1.0 / 60.0);
+
+    Teleport teleport{.body = ball, .goal_world = {9000, 4000, 0}};
+    teleport.begin(pager, time_s + 2.0);
+    bool has_moved = false;
+    for (int tries = 0; !has_moved && tries < 60'000; ++tries) {
+        if (!step_or_wait(pager, world, time_s, 1.0 / 60.0)) continue;
+        has_moved = teleport.finish(pager, world);
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    pager.update({}, world.needs(), time_s);
+    pager.finish();
+
+    const Ground ground(pager.resident(), pager.contact_level());
+    const WorldPos eye = world.states()[0].pose.translation;
+    std::vector<WorldPos> ends;
+    for (int i = -2; i <= 2; ++i) ends.push_back(eye + Eigen::Vector3d(i, 1.0, -6.0));
+    const std::vector<RayAnswer> hits = scan(ground, eye, ends);
+    const std::optional<double> height = height_or_last(ground, eye.x(), eye.y(), std::nullopt);
+    std::printf("%s; height %.3f m; the first ray has %s the ground\n",
+                has_moved ? "teleported" : "still there", height.value_or(0.0),
+                hits[0].status == GroundStatus::ok ? "met" : "not met");
+    return has_moved && height && hits[0].status == GroundStatus::ok ? 0 : 1;
+}

@@ -1,0 +1,57 @@
+# Builds a program of each component with the plain compiler and pkg-config, against an installed Terrane that was
+# moved; then one whose headers are of another version than the library, which must not link.
+include(${CMAKE_CURRENT_LIST_DIR}/steps.cmake)
+
+set(moved ${WORK_DIR}/moved)
+file(REMOVE_RECURSE ${moved})
+file(MAKE_DIRECTORY ${moved})
+file(GLOB libraries ${PREFIX}/lib*)
+file(COPY ${PREFIX}/include ${libraries} DESTINATION ${moved})
+file(GLOB_RECURSE module ${moved}/terrane-terrain.pc)
+get_filename_component(folder ${module} DIRECTORY)
+set(ENV{PKG_CONFIG_PATH} ${folder})
+separate_arguments(flags UNIX_COMMAND "${FLAGS}")
+
+set(program_of_terrain height)
+set(program_of_collision ball)
+set(program_of_store baked)
+set(program_of_dem raster)
+set(program_of_volume cave)
+set(program_of_scene forest)
+set(program_of_render picture)
+string(REPLACE "," ";" components "${COMPONENTS}")
+foreach(component IN LISTS components)
+    run(pkg-config --modversion terrane-${component})
+    expect_same("version of terrane-${component}.pc" "${output}" "${VERSION}\n")
+    run(pkg-config --cflags terrane-${component})
+    separate_arguments(cflags UNIX_COMMAND "${output}")
+    if(output MATCHES "${PREFIX}")
+        message(FATAL_ERROR "terrane-${component}.pc was moved and still names ${PREFIX}")
+    endif()
+    run(pkg-config --libs terrane-${component})
+    separate_arguments(libs UNIX_COMMAND "${output}")
+    set(program ${WORK_DIR}/${program_of_${component}})
+    run(${LAUNCHER} ${COMPILER} -std=c++20 ${flags} ${cflags} -c -o ${program}.o
+        ${CMAKE_CURRENT_LIST_DIR}/stranger/${program_of_${component}}.cpp)
+    run(${COMPILER} ${flags} ${program}.o ${libs} -o ${program})
+    execute_process(COMMAND ${program} WORKING_DIRECTORY ${WORK_DIR} RESULT_VARIABLE result OUTPUT_QUIET)
+    if(NOT result MATCHES "^(0|77)$")
+        message(FATAL_ERROR "${program} fails with ${result}")
+    endif()
+endforeach()
+
+# Headers of the next minor version in front of the installed ones.
+set(header terrane/terrain/version.h)
+file(READ ${moved}/include/${header} text)
+string(REGEX REPLACE "(##_[0-9]+_)[0-9]+" "\\1999" text "${text}")
+file(WRITE ${WORK_DIR}/other/${header} "${text}")
+execute_process(
+    COMMAND ${COMPILER} -std=c++20 ${flags} -I${WORK_DIR}/other ${cflags} -ffunction-sections -fdata-sections
+        ${CMAKE_CURRENT_LIST_DIR}/stranger/height.cpp ${libs} -Wl,--gc-sections -o ${WORK_DIR}/mismatch
+    RESULT_VARIABLE result ERROR_VARIABLE errors)
+string(REGEX MATCHALL "undefined reference to[^\n]*" undefined "${errors}")
+list(REMOVE_DUPLICATES undefined)
+list(LENGTH undefined count)
+if(result EQUAL 0 OR NOT count EQUAL 1 OR NOT undefined MATCHES "terrane::internal::library_is_version_[0-9]+_999")
+    message(FATAL_ERROR "headers and library of different versions should be one undefined reference:\n${errors}")
+endif()
