@@ -17,8 +17,9 @@ PYBIND11_MODULE(_terrane, module) {
     module.attr("__version__") = TERRANE_PYTHON_VERSION;
     python::bind_sources(module);
     python::bind_views(module);
-    python::bind_pager(module);
+    python::bind_resident(module);
     python::bind_ground(module);
+    python::bind_pager(module);
     python::bind_meshes(module);
     python::bind_shapes(module);
     python::bind_ground_queries(module);

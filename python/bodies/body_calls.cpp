@@ -108,8 +108,7 @@ void bind_bodies(WorldClass& world) {
         .def("add", &add, py::arg("shape"), py::arg("position"), py::arg("rotation") = py::none(),
              py::kw_only(), py::arg("velocity") = zero(), py::arg("angular_velocity") = zero(),
              py::arg("type") = "dynamic", py::arg("mass") = defaults.mass,
-             py::arg("friction") = defaults.friction,
-             py::arg("restitution") = defaults.restitution,
+             py::arg("friction") = defaults.friction, py::arg("restitution") = defaults.restitution,
              py::arg("contact_tolerance") = defaults.contact_tolerance,
              py::arg("layers") = defaults.filter.layers,
              py::arg("collides_with") = defaults.filter.collides_with,
@@ -163,7 +162,8 @@ Raises ValueError for what is out of range or not finite.)")
             py::arg("body"), py::arg("torque"), "Adds a torque, N m, for the next step.")
         .def("move_kinematic", &move_kinematic, py::arg("body"), py::arg("position"),
              py::arg("rotation") = py::none(), py::arg("dt") = 1.0 / 60.0,
-             "Gives a kinematic body the velocity that brings it to a pose in the next step of dt seconds.")
+             "Gives a kinematic body the velocity that brings it to a pose in the next step of dt "
+             "seconds.")
         .def(
             "wake",
             [](HeldWorld& self, std::uint64_t body) {

@@ -63,8 +63,7 @@ py::object distances(const Ground& ground, const HeldShape& held, const py::obje
             const bool is_set = answer.status != QueryStatus::invalid && answer.has_ground;
             distance_out[i] = is_set ? answer.distance : kNaN;
             lower_bound_out[i] = is_set ? answer.distance_lower_bound : kNaN;
-            write_vector(is_set ? answer.point_world : WorldPos::Constant(kNaN),
-                         point_out + 3 * i);
+            write_vector(is_set ? answer.point_world : WorldPos::Constant(kNaN), point_out + 3 * i);
             write_vector(is_set ? answer.normal : Eigen::Vector3d::Constant(kNaN),
                          normal_out + 3 * i);
             error_out[i] = is_set ? answer.error_m : kNaN;

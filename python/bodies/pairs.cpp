@@ -20,8 +20,8 @@ py::object pair_distances(const HeldShape& a, const py::object& position_a, cons
                           const py::object& rotation_b) {
     const Poses poses_a(position_a, rotation_a, "position_a", "rotation_a");
     const Poses poses_b(position_b, rotation_b, "position_b", "rotation_b");
-    const Batch batch({&poses_a.positions(), &poses_a.rotations(), &poses_b.positions(),
-                       &poses_b.rotations()});
+    const Batch batch(
+        {&poses_a.positions(), &poses_a.rotations(), &poses_b.positions(), &poses_b.rotations()});
     auto distance = batch.make<double>();
     auto point_a = batch.make<double>({3});
     auto point_b = batch.make<double>({3});
@@ -59,8 +59,8 @@ py::object pair_contacts(const HeldShape& a, const py::object& position_a, const
                          const py::object& rotation_b, double margin, std::size_t max_contacts) {
     const Poses poses_a(position_a, rotation_a, "position_a", "rotation_a");
     const Poses poses_b(position_b, rotation_b, "position_b", "rotation_b");
-    const Batch batch({&poses_a.positions(), &poses_a.rotations(), &poses_b.positions(),
-                       &poses_b.rotations()});
+    const Batch batch(
+        {&poses_a.positions(), &poses_a.rotations(), &poses_b.positions(), &poses_b.rotations()});
     check_margin(margin, max_contacts);
     ContactColumns columns(batch.count());
     without_lock([&] {
@@ -116,13 +116,15 @@ rotation_a, rotation_b  as of Ground.contacts())");
                py::arg("position_b"), py::arg("rotation_a") = py::none(),
                py::arg("rotation_b") = py::none(), py::kw_only(), py::arg("margin") = 0.0,
                py::arg("max_contacts") = 16,
-               "Where two shapes touch at many poses: Contacts on a, normals towards a. Without the lock.");
+               "Where two shapes touch at many poses: Contacts on a, normals towards a. Without "
+               "the lock.");
     module.def("pair_casts", &pair_casts, py::arg("a"), py::arg("position_a"),
                py::arg("translation_a"), py::arg("b"), py::arg("position_b"),
                py::arg("translation_b"), py::arg("rotation_a") = py::none(),
                py::arg("rotation_b") = py::none(), py::kw_only(), py::arg("tolerance") = 1e-4,
                py::arg("skip_separating") = false,
-               "The first contacts of two shapes that move without turning: Casts, normals towards a. Without the lock.");
+               "The first contacts of two shapes that move without turning: Casts, normals towards "
+               "a. Without the lock.");
 }
 
 }  // namespace terrane::python

@@ -92,17 +92,20 @@ py::object vertices_of(const HeldShape& held) {
 }  // namespace
 
 void bind_shapes(py::module_& module) {
-    py::class_<HeldShape>(
-        module, "Shape",
-        "A convex shape, or a compound of them, in its own frame. Immutable. ValueError for a size out of range.")
+    py::class_<HeldShape>(module, "Shape",
+                          "A convex shape, or a compound of them, in its own frame. Immutable. "
+                          "ValueError for a size out of range.")
         .def_static(
             "sphere", [](double radius) { return checked(Sphere{radius}); }, py::arg("radius"),
             "A sphere around the origin; metres.")
         .def_static(
             "capsule",
-            [](double radius, double half_height) { return checked(Capsule{radius, half_height}); },
+            [](double radius, double half_height) {
+                return checked(Capsule{radius, half_height});
+            },
             py::arg("radius"), py::arg("half_height"),
-            "Everything within `radius` of the segment from z = -half_height to half_height; metres.")
+            "Everything within `radius` of the segment from z = -half_height to half_height; "
+            "metres.")
         .def_static(
             "box",
             [](const py::object& half_extents) {
@@ -112,12 +115,12 @@ void bind_shapes(py::module_& module) {
             "A box around the origin, along the axes: half extents of shape (3,), metres.")
         .def_static("hull", &make_hull, py::arg("points"),
                     "The convex hull of points of shape (n, 3), metres. Without the lock.")
+        .def_static("compound", &make_compound, py::arg("parts"),
+                    "The union of convex shapes: a list of (shape, position, rotation); the "
+                    "rotation as in queries, or None.")
         .def_static(
-            "compound", &make_compound, py::arg("parts"),
-            "The union of convex shapes: a list of (shape, position, rotation); the rotation as in queries, or None.")
-        .def_static("from_triangles", &make_from_triangles, py::arg("vertices"),
-                    py::arg("triangles"),
-                    R"(The surface of a triangle mesh as a compound of flat parts, without an inside.
+            "from_triangles", &make_from_triangles, py::arg("vertices"), py::arg("triangles"),
+            R"(The surface of a triangle mesh as a compound of flat parts, without an inside.
 
 vertices   shape (n, 3), metres
 triangles  indices of vertices, shape (m, 3), at most 100,000)")

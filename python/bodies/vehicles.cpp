@@ -122,14 +122,17 @@ Frame: x forward, y left, z up, origin at the centre of the chassis box, which i
                                                 axle.is_driven, axle.anti_roll));
                 return axles;
             },
-            [](S& self, const std::vector<std::tuple<double, double, double, bool, double>>& axles) {
+            [](S& self,
+               const std::vector<std::tuple<double, double, double, bool, double>>& axles) {
                 self.axles.clear();
                 for (const auto& [position, track, max_steer, is_driven, anti_roll] : axles)
                     self.axles.push_back({position, track, max_steer, is_driven, anti_roll});
             },
-            "From front to rear: tuples (position, track, max_steer, is_driven, anti_roll), metres, radians, N/m.");
+            "From front to rear: tuples (position, track, max_steer, is_driven, anti_roll), "
+            "metres, radians, N/m.");
     module.def("make_truck", &make_truck, "A light truck on four wheels with a cab.");
-    module.def("make_tracked", &make_tracked, "A carrier of 12 t on two tracks of five wheels each.");
+    module.def("make_tracked", &make_tracked,
+               "A carrier of 12 t on two tracks of five wheels each.");
     module.def("make_six_wheeler", &make_six_wheeler, "An off-road truck of 9 t on six wheels.");
 }
 
@@ -147,8 +150,9 @@ std::unique_ptr<PathDriver> make_driver(const py::object& points, double cruise_
 
 void bind_driver(py::module_& module) {
     const PathDriverSettings defaults;
-    py::class_<PathDriver>(module, "PathDriver",
-                           "Drives a vehicle along a polyline. One thread at a time: calls hold the lock.")
+    py::class_<PathDriver>(
+        module, "PathDriver",
+        "Drives a vehicle along a polyline. One thread at a time: calls hold the lock.")
         .def(py::init(&make_driver), py::arg("points_world"), py::kw_only(),
              py::arg("cruise_speed") = defaults.cruise_speed,
              py::arg("lateral_acceleration") = defaults.lateral_acceleration,
@@ -197,7 +201,8 @@ void bind_vehicles(py::module_& module) {
                 return number_of(value_or_raise(self.change()->add_vehicle(settings, pose)));
             },
             py::arg("settings"), py::arg("position"), py::arg("rotation") = py::none(),
-            "Adds a vehicle, with the pose of its chassis as of add(): its number. ValueError for a setting out of range.")
+            "Adds a vehicle, with the pose of its chassis as of add(): its number. ValueError for "
+            "a setting out of range.")
         .def(
             "set_controls",
             [](HeldWorld& self, std::uint64_t body, double throttle, double brake, double steer) {
@@ -207,9 +212,11 @@ void bind_vehicles(py::module_& module) {
             },
             py::arg("body"), py::arg("throttle") = 0.0, py::arg("brake") = 0.0,
             py::arg("steer") = 0.0,
-            "Controls of a vehicle from the next step on: throttle and steer (left) -1 to 1, brake 0 to 1.")
+            "Controls of a vehicle from the next step on: throttle and steer (left) -1 to 1, brake "
+            "0 to 1.")
         .def("vehicle", &vehicle, py::arg("body"),
-             "State of a vehicle after the last step: Vehicle, copies. ValueError where the body is none.")
+             "State of a vehicle after the last step: Vehicle, copies. ValueError where the body "
+             "is none.")
         .def("add_character", &add_character, py::arg("position"), py::kw_only(),
              py::arg("radius") = defaults.radius, py::arg("half_height") = defaults.half_height,
              py::arg("mass") = defaults.mass, py::arg("max_slope") = defaults.max_slope,

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include "bodies/worlds.h"
-
 #include "ground/pager.h"
 #include "values/answers.h"
 #include "values/arrays.h"
@@ -38,9 +37,9 @@ py::object step(HeldWorld& world, const Ground& ground, double dt) {
     if (report.refused_steps > 0)
         throw py::value_error("dt must be above 0, to 1 s, got " + std::to_string(dt));
     return make_answer("StepReport", report.awake, report.parked, report.left_world, report.asleep,
-                       report.touching_pairs, report.islands, report.impacts,
-                       report.simulated_time, report.lost_time, report.max_depth_m, report.too_deep,
-                       report.placed_deep, report.kinematic_in_ground, report.skipped_pairs);
+                       report.touching_pairs, report.islands, report.impacts, report.simulated_time,
+                       report.lost_time, report.max_depth_m, report.too_deep, report.placed_deep,
+                       report.kinematic_in_ground, report.skipped_pairs);
 }
 
 BodyNeeds needs(HeldWorld& world) {
@@ -122,8 +121,9 @@ broadphase       "sap", "grid" (bodies of similar size), "two_scene" or "brute"
 worker_count     threads of step(), 1 to 64
 
 Raises ValueError for a setting out of range.)")
-        .def("step", &step, py::arg("ground"), py::arg("dt"),
-             R"(Moves every body by dt seconds, 0 < dt <= 1, without the lock: StepReport. ValueError for another dt.
+        .def(
+            "step", &step, py::arg("ground"), py::arg("dt"),
+            R"(Moves every body by dt seconds, 0 < dt <= 1, without the lock: StepReport. ValueError for another dt.
 
 ground  the Ground of now: a body without resident ground is parked, not dropped)")
         .def("states", &states, "Every body that there ever was: BodyStates, copies.")

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include "ground/sources.h"
-
 #include "values/answers.h"
 #include "values/errors.h"
 
@@ -95,12 +94,12 @@ Source open_dem(const py::object& path, double finest_spacing, double spacing_to
     auto source = without_lock([&] { return DemHeights::open(name, settings, &info); });
     watched.raise_pending();
     Source made{value_or_raise(std::move(source)), py::none()};
-    made.info = make_answer(
-        "DemInfo", info.columns, info.rows, py::make_tuple(info.cell_x, info.cell_y), info.min_m,
-        info.max_m, info.nodata_share, info.filled_share, info.crs, info.crs_wkt, info.geographic,
-        py::make_tuple(info.centre_x, info.centre_y),
-        py::make_tuple(info.metres_per_unit_x, info.metres_per_unit_y), info.scale_error,
-        info.from_cache, info.cache_note);
+    made.info =
+        make_answer("DemInfo", info.columns, info.rows, py::make_tuple(info.cell_x, info.cell_y),
+                    info.min_m, info.max_m, info.nodata_share, info.filled_share, info.crs,
+                    info.crs_wkt, info.geographic, py::make_tuple(info.centre_x, info.centre_y),
+                    py::make_tuple(info.metres_per_unit_x, info.metres_per_unit_y),
+                    info.scale_error, info.from_cache, info.cache_note);
     return made;
 }
 #endif
@@ -140,14 +139,15 @@ py::object bake(const Source& source, const py::object& path, int level_count,
 void bind_files([[maybe_unused]] py::module_& module) {
 #if TERRANE_PYTHON_DEM
     const DemSettings defaults;
-    module.def("open_dem", &open_dem, py::arg("path"), py::kw_only(),
-               py::arg("finest_spacing") = defaults.finest_spacing,
-               py::arg("spacing_tolerance") = defaults.spacing_tolerance,
-               py::arg("detail_seed") = py::none(),
-               py::arg("detail_roughness") = defaults.detail_roughness, py::arg("cache") = "none",
-               py::arg("cache_folder") = "", py::arg("memory_bytes") = defaults.memory_bytes,
-               py::arg("read_timeout") = defaults.read_timeout, py::arg("progress") = py::none(),
-               R"(Opens a raster of heights, in any format that GDAL reads. World (0, 0) is the centre of its outer edges.
+    module.def(
+        "open_dem", &open_dem, py::arg("path"), py::kw_only(),
+        py::arg("finest_spacing") = defaults.finest_spacing,
+        py::arg("spacing_tolerance") = defaults.spacing_tolerance,
+        py::arg("detail_seed") = py::none(),
+        py::arg("detail_roughness") = defaults.detail_roughness, py::arg("cache") = "none",
+        py::arg("cache_folder") = "", py::arg("memory_bytes") = defaults.memory_bytes,
+        py::arg("read_timeout") = defaults.read_timeout, py::arg("progress") = py::none(),
+        R"(Opens a raster of heights, in any format that GDAL reads. World (0, 0) is the centre of its outer edges.
 
 finest_spacing   of the lattice, at most, metres; 0: the raster's cell
 spacing_tolerance  over square cells the spacing may be longer by this factor, 1 to 2
@@ -166,11 +166,11 @@ Raises OSError (cannot be read), ValueError (bad raster or setting), MemoryError
                R"(Opens a baked terrain.
 
 Raises OSError where it cannot be read, ValueError where it is no store or damaged.)");
-    module.def("bake", &bake, py::arg("source"), py::arg("path"), py::kw_only(),
-               py::arg("level_count") = 0, py::arg("region") = py::none(),
-               py::arg("worker_count") = 0, py::arg("note") = py::bytes(),
-               py::arg("progress") = py::none(),
-               R"(Makes all chunks of a source and writes them to a file, which appears when it is complete. Returns a StoreInfo.
+    module.def(
+        "bake", &bake, py::arg("source"), py::arg("path"), py::kw_only(),
+        py::arg("level_count") = 0, py::arg("region") = py::none(), py::arg("worker_count") = 0,
+        py::arg("note") = py::bytes(), py::arg("progress") = py::none(),
+        R"(Makes all chunks of a source and writes them to a file, which appears when it is complete. Returns a StoreInfo.
 
 level_count   levels from the root squares on; 0: all
 region        west, south, east, north, metres; None: everything

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include "ground/pager.h"
-
 #include "values/answers.h"
 #include "values/arrays.h"
 #include "values/errors.h"
@@ -113,8 +112,8 @@ py::object rays(const Ground& ground, const py::object& from, const py::object& 
     without_lock([&] {
         for (std::size_t i = 0; i < batch.count(); ++i) {
             const RayAnswer answer = ground.ray(starts.vector(i), ends.vector(i));
-            const HeightAnswer common{answer.status, answer.fraction, answer.normal,
-                                      answer.error_m, answer.filled};
+            const HeightAnswer common{answer.status, answer.fraction, answer.normal, answer.error_m,
+                                      answer.filled};
             write_height(common, static_cast<py::ssize_t>(i), columns);
             const bool is_ok = answer.status == GroundStatus::ok;
             write_vector(is_ok ? answer.point_world : WorldPos::Constant(kNaN), point_out + 3 * i);
@@ -134,15 +133,18 @@ Ground make_ground(const Resident& resident, int contact_level) {
 }  // namespace
 
 void bind_ground(py::module_& module) {
-    py::class_<Ground>(module, "Ground",
-                       R"(The contact surface of resident chunks at one level. Immutable; any number of threads; outlives its pager.
+    py::class_<Ground>(
+        module, "Ground",
+        R"(The contact surface of resident chunks at one level. Immutable; any number of threads; outlives its pager.
 
 Absent ground is a status and NaN, never height 0. Batches run without the interpreter lock.)")
-        .def(py::init(&make_ground), py::arg("resident"), py::arg("contact_level"),
-             "The ground of a ResidentSet at a level; ValueError for a level that it does not have.")
-        .def("heights", &heights, py::arg("x"), py::arg("y"), py::kw_only(),
-             py::arg("out") = py::none(),
-             R"(The surface over places, the highest one where volumes fold it: Heights in the shape of x.
+        .def(
+            py::init(&make_ground), py::arg("resident"), py::arg("contact_level"),
+            "The ground of a ResidentSet at a level; ValueError for a level that it does not have.")
+        .def(
+            "heights", &heights, py::arg("x"), py::arg("y"), py::kw_only(),
+            py::arg("out") = py::none(),
+            R"(The surface over places, the highest one where volumes fold it: Heights in the shape of x.
 
 x, y  world, metres, of one shape (S). C-contiguous float64 arrays are read in place; others are copied once
 out   Heights of a call before, whose arrays are written again
@@ -150,7 +152,8 @@ out   Heights of a call before, whose arrays are written again
 Cost: some 50 ns a place.)")
         .def("heights_below", &heights_below, py::arg("x"), py::arg("y"), py::arg("z"),
              py::kw_only(), py::arg("out") = py::none(),
-             "The highest surface at or below heights z, metres: as heights(); status miss where there is none.")
+             "The highest surface at or below heights z, metres: as heights(); status miss where "
+             "there is none.")
         .def("rays", &rays, py::arg("from_world"), py::arg("to_world"),
              R"(The first intersections of segments with the surface, from above or below: Rays.
 

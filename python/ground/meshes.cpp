@@ -135,8 +135,7 @@ std::unique_ptr<Mesh> update(const std::shared_ptr<MeshMaker>& maker, const Resi
     auto mesh = std::make_unique<Mesh>();
     mesh->maker = maker;
     mesh->update = ++maker->updates;
-    mesh->mesh =
-        without_lock([&] { return use->triangulator.update(resident.set, view); });
+    mesh->mesh = without_lock([&] { return use->triangulator.update(resident.set, view); });
     return mesh;
 }
 
@@ -150,8 +149,9 @@ Guarded<HeldTriangulator>::Use Mesh::use() const {
 }
 
 void bind_meshes(py::module_& module) {
-    py::class_<Mesh>(module, "Mesh",
-                     R"(A frame's mesh. Its arrays can be asked for until the next update() of its Triangulator, which is a
+    py::class_<Mesh>(
+        module, "Mesh",
+        R"(A frame's mesh. Its arrays can be asked for until the next update() of its Triangulator, which is a
 RuntimeError afterwards; arrays that were asked for stay valid. Numbers can always be read.)")
         .def_property_readonly(
             "vertices",
@@ -159,7 +159,8 @@ RuntimeError afterwards; arrays that were asked for stay valid. Numbers can alwa
                 make_arrays(mesh);
                 return mesh.vertices;
             },
-            "Displayed places, morphing included: float64 of shape (n, 3), world, metres. Shared by triangles.")
+            "Displayed places, morphing included: float64 of shape (n, 3), world, metres. Shared "
+            "by triangles.")
         .def_property_readonly(
             "triangles",
             [](Mesh& mesh) {

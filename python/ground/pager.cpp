@@ -69,13 +69,12 @@ void update(PagerUse& pager, double time_s, const std::vector<CameraNeed>& camer
 
 py::object stats_of(PagerUse& pager) {
     const PagerStats stats = pager.read()->stats();
-    return make_answer("PagerStats", stats.resident_bytes, stats.in_flight_bytes,
-                       stats.resident_chunks, stats.late_chunks, stats.fading_chunks,
-                       stats.groundless_bodies, stats.peak_bytes, stats.loaded, stats.evicted,
-                       stats.reloaded, stats.cancelled, stats.failed, stats.timed_out,
-                       stats.refused_needs, stats.cut_needs, stats.over_ceiling,
-                       stats.hard_evictions, stats.bytes_read, stats.bytes_used,
-                       stats.bytes_awaited);
+    return make_answer(
+        "PagerStats", stats.resident_bytes, stats.in_flight_bytes, stats.resident_chunks,
+        stats.late_chunks, stats.fading_chunks, stats.groundless_bodies, stats.peak_bytes,
+        stats.loaded, stats.evicted, stats.reloaded, stats.cancelled, stats.failed, stats.timed_out,
+        stats.refused_needs, stats.cut_needs, stats.over_ceiling, stats.hard_evictions,
+        stats.bytes_read, stats.bytes_used, stats.bytes_awaited);
 }
 
 void bind_needs(py::module_& module) {
@@ -114,7 +113,6 @@ radius        shape (n,) or one number, metres)")
 
 void bind_pager(py::module_& module) {
     bind_needs(module);
-    bind_resident(module);
     const PagerSettings defaults;
     py::class_<PagerUse, std::shared_ptr<PagerUse>>(
         module, "Pager",
@@ -124,8 +122,7 @@ One thread at a time, else RuntimeError; a closed one is a ValueError. Its sets 
 any thread. A context manager: close() at the end.)")
         .def(py::init(&make_pager), py::arg("source"), py::kw_only(),
              py::arg("memory_bytes") = defaults.memory_bytes,
-             py::arg("worker_count") = defaults.worker_count,
-             py::arg("horizon") = defaults.horizon,
+             py::arg("worker_count") = defaults.worker_count, py::arg("horizon") = defaults.horizon,
              py::arg("contact_spacing") = defaults.contact_spacing,
              py::arg("contact_share") = defaults.contact_share, py::arg("policy") = "deadline",
              py::arg("distance_radius") = defaults.distance_radius,
@@ -142,9 +139,10 @@ distance_radius  of "distance": radius over that of a camera's need
 load_timeout     of a load, seconds
 
 Raises ValueError for a setting out of range, MemoryError where the ceiling does not hold the root squares.)")
-        .def("update", &update, py::arg("time_s"), py::arg("cameras") = std::vector<CameraNeed>(),
-             py::arg("bodies") = py::none(),
-             R"(Inserts arrived chunks, requests what is needed next, evicts. Never waits where worker_count > 0.
+        .def(
+            "update", &update, py::arg("time_s"), py::arg("cameras") = std::vector<CameraNeed>(),
+            py::arg("bodies") = py::none(),
+            R"(Inserts arrived chunks, requests what is needed next, evicts. Never waits where worker_count > 0.
 
 time_s   seconds on any clock that does not go back
 cameras  a list of Camera
@@ -179,7 +177,8 @@ region  west, south, east, north, metres)")
                 const auto use = pager.change();
                 without_lock([&] { use->finish(); });
             },
-            "Loads until all needs of the last update() are resident or cannot be. Blocks, without the lock.")
+            "Loads until all needs of the last update() are resident or cannot be. Blocks, without "
+            "the lock.")
         .def(
             "ground",
             [](PagerUse& pager) {

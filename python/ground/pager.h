@@ -24,11 +24,11 @@ struct Resident {
 
 /// Adds View and look_at().
 void bind_views(py::module_& module);
-/// Adds Camera, BodyNeeds, Pager, ResidentSet and Chunk.
-void bind_pager(py::module_& module);
 /// Adds ResidentSet and Chunk.
 void bind_resident(py::module_& module);
 /// Adds Ground and its batches of heights and rays.
 void bind_ground(py::module_& module);
+/// Adds Camera, BodyNeeds and Pager.
+void bind_pager(py::module_& module);
 
 }  // namespace terrane::python

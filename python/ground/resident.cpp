@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include "ground/pager.h"
-
 #include "values/arrays.h"
 
 namespace terrane::python {
@@ -70,17 +69,19 @@ void bind_chunk(py::module_& module) {
                 return view_of(py::cast<const HeldChunk&>(self).chunk->heights.data(),
                                {kChunkSamples, kChunkSamples}, self);
             },
-            "A view, not a copy: int32 of shape (129, 129) in quanta, row 0 south, column 0 west; read only.")
+            "A view, not a copy: int32 of shape (129, 129) in quanta, row 0 south, column 0 west; "
+            "read only.")
         .def_property_readonly(
             "cell_bounds",
             [](const py::object& self) {
                 return view_of(py::cast<const HeldChunk&>(self).chunk->cell_bounds.data(),
                                {kChunkCells, kChunkCells}, self);
             },
-            "A view: float32 of shape (128, 128), metres: the true surface is within this of a cell; read only.")
-        .def_property_readonly(
-            "cell_flags", &flags_of,
-            "A view: uint8 of shape (128, 128), bits of CellFlag; None where all cells are ground; read only.")
+            "A view: float32 of shape (128, 128), metres: the true surface is within this of a "
+            "cell; read only.")
+        .def_property_readonly("cell_flags", &flags_of,
+                               "A view: uint8 of shape (128, 128), bits of CellFlag; None where "
+                               "all cells are ground; read only.")
         .def_property_readonly(
             "bytes", [](const HeldChunk& held) { return held.chunk->bytes(); },
             "What it counts for under the pager's ceiling.");
@@ -95,9 +96,9 @@ void bind_resident(py::module_& module) {
         .def("__len__", [](const Resident& resident) { return resident.set->chunks().size(); })
         .def("chunk", &chunk_of, py::arg("index"),
              "The Chunk of an index; IndexError where there is none.")
-        .def_property_readonly(
-            "keys", &keys_of,
-            "Level, column and row of each chunk: int32 of shape (n, 3), by level, then row, then column.")
+        .def_property_readonly("keys", &keys_of,
+                               "Level, column and row of each chunk: int32 of shape (n, 3), by "
+                               "level, then row, then column.")
         .def_property_readonly(
             "fades",
             [](const Resident& resident) {

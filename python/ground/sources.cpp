@@ -109,10 +109,8 @@ py::object sample(const Source& source, std::pair<std::int64_t, std::int64_t> co
                               std::to_string(step));
     if (std::abs(corner.first) > kFarthest || std::abs(corner.second) > kFarthest)
         throw py::value_error("corner must be within 2**55 of lattice point (0, 0)");
-    const SampleGrid grid{.corner = {corner.first, corner.second},
-                          .step = step,
-                          .columns = columns,
-                          .rows = rows};
+    const SampleGrid grid{
+        .corner = {corner.first, corner.second}, .step = step, .columns = columns, .rows = rows};
     py::array_t<double> out({static_cast<py::ssize_t>(rows), static_cast<py::ssize_t>(columns)});
     const std::span<double> numbers(out.mutable_data(), grid.size());
     value_or_raise(without_lock([&] { return source.heights->sample(grid, numbers); }));
@@ -122,14 +120,12 @@ py::object sample(const Source& source, std::pair<std::int64_t, std::int64_t> co
 py::object lattice_of(const Source& source) {
     const Lattice& lattice = source.heights->lattice();
     return make_answer("Lattice", py::make_tuple(lattice.origin_x, lattice.origin_y),
-                       lattice.spacing, lattice.quantum, lattice.finest_level,
-                       lattice.root_size(),
+                       lattice.spacing, lattice.quantum, lattice.finest_level, lattice.root_size(),
                        py::make_tuple(lattice.first_root_x, lattice.first_root_y),
                        py::make_tuple(lattice.root_count_x, lattice.root_count_y));
 }
 
-py::object interval_of(const Source& source, double west, double south, double east,
-                       double north) {
+py::object interval_of(const Source& source, double west, double south, double east, double north) {
     if (!(west <= east && south <= north) || !std::isfinite(east - west) ||
         !std::isfinite(north - south))
         throw py::value_error("the rectangle must be finite, with west <= east, south <= north");
@@ -143,14 +139,16 @@ void bind_sources(py::module_& module) {
     py::class_<Source, std::shared_ptr<Source>>(
         module, "HeightSource",
         "Where heights come from: a fractal, a raster, a baked store. Immutable; any thread.")
-        .def("heights", &heights_of, py::arg("x"), py::arg("y"),
-             R"(The true surface at places: world z in metres, in the shape of x; NaN where x or y is not finite or the
+        .def(
+            "heights", &heights_of, py::arg("x"), py::arg("y"),
+            R"(The true surface at places: world z in metres, in the shape of x; NaN where x or y is not finite or the
 source cannot be read. Continues smoothly beyond the extent.
 
 x, y  world, metres, of one shape)")
-        .def("sample", &sample, py::arg("corner"), py::arg("columns"), py::arg("rows"),
-             py::arg("step") = 1,
-             R"(Heights of a grid of lattice points: float64 of shape (rows, columns), metres, row 0 south, column 0 west.
+        .def(
+            "sample", &sample, py::arg("corner"), py::arg("columns"), py::arg("rows"),
+            py::arg("step") = 1,
+            R"(Heights of a grid of lattice points: float64 of shape (rows, columns), metres, row 0 south, column 0 west.
 
 corner  column and row of the south-western one on the finest lattice
 step    finest spacings between neighbours, a power of two
@@ -158,14 +156,16 @@ step    finest spacings between neighbours, a power of two
 Raises OSError where the source cannot be read.)")
         .def("interval", &interval_of, py::arg("west"), py::arg("south"), py::arg("east"),
              py::arg("north"),
-             "Lowest and highest height of the true surface over a rectangle, metres: certified, not always reached.")
+             "Lowest and highest height of the true surface over a rectangle, metres: certified, "
+             "not always reached.")
         .def(
             "rise_bound",
             [](const Source& source, double distance) {
                 return source.heights->rise_bound(distance);
             },
             py::arg("distance"),
-            "Upper bound of the height difference of two points at most `distance` metres apart in the plane, metres.")
+            "Upper bound of the height difference of two points at most `distance` metres apart in "
+            "the plane, metres.")
         .def_property_readonly(
             "extent",
             [](const Source& source) {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include "ground/pager.h"
-
 #include "values/arrays.h"
 #include "values/errors.h"
 
@@ -30,10 +29,9 @@ void bind_views(py::module_& module) {
         "look_at",
         [](const py::object& eye, const py::object& target, double vertical_fov, int width_px,
            int height_px, double near_distance) {
-            View view =
-                value_or_raise(look_at(read_vector(eye, "eye_world"),
-                                       read_vector(target, "target_world"), vertical_fov, width_px,
-                                       height_px));
+            View view = value_or_raise(look_at(read_vector(eye, "eye_world"),
+                                               read_vector(target, "target_world"), vertical_fov,
+                                               width_px, height_px));
             view.near_distance = near_distance;
             value_or_raise(check(view));
             return view;

@@ -60,9 +60,7 @@ private:
     std::thread::id thread_ = std::this_thread::get_id();
 };
 
-Colour read_colour(const std::array<float, 3>& colour) {
-    return {colour[0], colour[1], colour[2]};
-}
+Colour read_colour(const std::array<float, 3>& colour) { return {colour[0], colour[1], colour[2]}; }
 
 std::unique_ptr<HeldRenderer> make_renderer(int width_px, int height_px,
                                             const py::object& sun_direction, double haze_distance,
@@ -160,16 +158,16 @@ shadow_texels    along a shadow map, 256 to 8192
 water_level      metres; None: no water
 
 Raises RuntimeError where no OpenGL device opens, ValueError for a setting out of range.)")
-        .def("draw", &draw, py::arg("mesh"), py::arg("view"),
-             py::arg("solids") = std::vector<SolidArgument>(),
-             R"(Draws a frame: uint8 of shape (height, width, 3), red, green, blue, row 0 at the top. Without the lock.
+        .def(
+            "draw", &draw, py::arg("mesh"), py::arg("view"),
+            py::arg("solids") = std::vector<SolidArgument>(),
+            R"(Draws a frame: uint8 of shape (height, width, 3), red, green, blue, row 0 at the top. Without the lock.
 
 mesh    of the view, before its Triangulator's next update()
 view    a View of the renderer's size
 solids  a list of (form, position, extents, rotation, colour): "box", "ball" or "tube"; half extents of shape (3,), metres)")
         .def_property_readonly(
-            "device",
-            [](HeldRenderer& held) { return held.use().context.renderer_name(); },
+            "device", [](HeldRenderer& held) { return held.use().context.renderer_name(); },
             "Name of the OpenGL device.")
         .def("close", &HeldRenderer::close, "Frees its objects. Nothing where it is closed.")
         .def_property_readonly("closed", &HeldRenderer::is_closed, "Whether close() was called.")

@@ -85,7 +85,9 @@ class OnGround(unittest.TestCase):
 
     def test_bad_poses_are_a_status_and_bad_arguments_an_error(self):
         shape = Shape.sphere(0.3)
-        answer = self.ground.distances(shape, [[0, 0, np.nan], [0, 0, 100.0], [1e7, 0, 0], [900.0, 900.0, 0]])
+        top = float(self.ground.heights(0.0, 0.0).height)
+        answer = self.ground.distances(shape, [[0, 0, np.nan], [0, 0, top + 20.0], [1e7, 0, 0], [900.0, 900.0, 0]],
+                                       max_distance=60.0)
         self.assertEqual(answer.status.tolist(), [QueryStatus.invalid, QueryStatus.complete, QueryStatus.complete,
                                                   QueryStatus.not_resident])
         self.assertEqual(answer.has_ground.tolist()[:3], [False, True, False])

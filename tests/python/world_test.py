@@ -92,7 +92,7 @@ class World(unittest.TestCase):
 
     def test_bodies_are_added_all_or_none(self):
         world = terrane.World()
-        with self.assertRaisesRegex(ValueError, "finite"):
+        with self.assertRaisesRegex(ValueError, "translation.*nan"):
             world.add(Shape.sphere(0.5), [[0, 0, 500], [0, 0, np.nan]])
         self.assertTrue((world.states().condition == BodyCondition.removed).all())
         for settings, words in (({"mass": -1.0}, "mass"), ({"type": "solid"}, "type .*solid"),
