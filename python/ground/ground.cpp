@@ -31,44 +31,18 @@ void write_height(const HeightAnswer& answer, py::ssize_t i, const HeightColumns
     out.status[i] = static_cast<std::int8_t>(answer.status);
 }
 
-// An array that answers are written to: a new one, or the caller's, which must be as the new one would be.
-template <class T>
-py::array_t<T> output(const py::object& out, const char* field,
-                      const std::vector<py::ssize_t>& shape) {
-    if (out.is_none()) return py::array_t<T>(shape);
-    const py::object given = out.attr(field);
-    const std::string name = std::string("out.") + field;
-    if (!py::isinstance<py::array_t<T, py::array::c_style>>(given))
-        throw py::type_error(name + " must be a C-contiguous array of " +
-                             py::cast<std::string>(py::str(py::dtype::of<T>())));
-    auto array = py::reinterpret_borrow<py::array_t<T>>(given);
-    if (shape_of(array) != shape)
-        throw py::value_error(name + " has the shape " + shape_text(array) +
-                              ", which is not that of the answers");
-    if (!array.writeable()) throw py::value_error(name + " is read only");
-    return array;
-}
-
 template <class Ask>
 py::object answer_heights(const Doubles& x, const Doubles& y, const py::object& out, Ask ask) {
     check_same_shape(x, "x", y, "y");
-    const std::vector<py::ssize_t> shape = shape_of(x);
-    std::vector<py::ssize_t> shape_of_normals = shape;
-    shape_of_normals.push_back(3);
-    py::array_t<double> height = output<double>(out, "height", shape);
-    py::array_t<double> normal = output<double>(out, "normal", shape_of_normals);
-    py::array_t<double> error_m = output<double>(out, "error_m", shape);
-    py::array_t<bool> filled = output<bool>(out, "filled", shape);
-    py::array_t<std::int8_t> status = output<std::int8_t>(out, "status", shape);
-    const HeightColumns columns{height.mutable_data(), normal.mutable_data(),
-                                error_m.mutable_data(), filled.mutable_data(),
-                                status.mutable_data()};
+    HeightOutputs outputs(out, shape_of(x));
+    const HeightColumns columns{outputs.height.mutable_data(), outputs.normal.mutable_data(),
+                                outputs.error_m.mutable_data(), outputs.filled.mutable_data(),
+                                outputs.status.mutable_data()};
     const py::ssize_t count = x.size();
     without_lock([&] {
         for (py::ssize_t i = 0; i < count; ++i) write_height(ask(i), i, columns);
     });
-    if (!out.is_none()) return out;
-    return make_answer("Heights", height, normal, error_m, filled, status);
+    return outputs.answer(out);
 }
 
 py::object heights(const Ground& ground, const py::object& x, const py::object& y,

@@ -23,8 +23,8 @@ struct PointHash {
     }
 };
 
-// One indexed mesh of all chunks. A sample that several chunks draw is one vertex: its displayed place has the same bits
-// in all of them. Vertices are in the order of their first use.
+// One indexed mesh of all chunks. A sample that several chunks draw is one vertex: its displayed place has the same
+// bits in all of them. Vertices are in the order of their first use.
 class Welder {
 public:
     explicit Welder(const TerrainMesh& mesh) : mesh_(mesh), lattice_(mesh.resident->lattice()) {

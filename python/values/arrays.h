@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
-// Arguments and answers as numpy arrays. The rule for every argument that holds numbers: a C-contiguous, aligned float64
-// array is read in place; arrays of other real numbers, other layouts and sequences are copied once. What is no real
-// number (bool, complex, text, objects, masked arrays) is a TypeError, a wrong shape a ValueError; both name the argument.
+// Arguments and answers as numpy arrays. An argument that holds numbers: a C-contiguous, aligned float64 array is read
+// in place; other real numbers, other layouts and sequences are copied once. What is no real number (bool, complex,
+// text, objects, masked arrays) is a TypeError, a wrong shape a ValueError; both name the argument.
 namespace terrane::python {
 
 namespace py = pybind11;
@@ -67,7 +67,7 @@ private:
 };
 
 /// Poses of shapes: positions of shape (n, 3) or (3,), and rotations: None, matrices of shape (n, 3, 3) or (3, 3), or
-/// quaternions w, x, y, z of unit length of shape (n, 4) or (4,). Whether a matrix is orthonormal is for queries to say.
+/// unit quaternions w, x, y, z of shape (n, 4) or (4,). Whether a matrix is orthonormal is for queries to say.
 class Poses {
 public:
     Poses(py::handle position, py::handle rotation, const char* position_name,

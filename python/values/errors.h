@@ -11,8 +11,8 @@ namespace terrane::python {
 
 namespace py = pybind11;
 
-/// Throws the exception that Python sees: ValueError (invalid_argument, bad_data), OSError (io), MemoryError, TimeoutError,
-/// RuntimeError (device_unavailable, cancelled), with the one line of the error. Requires the interpreter lock.
+/// Throws the exception that Python sees: ValueError (invalid_argument, bad_data), OSError (io), MemoryError,
+/// TimeoutError, RuntimeError (device_unavailable, cancelled), with the error's line. Requires the interpreter lock.
 [[noreturn]] void raise_error(const Error& error);
 
 /// The value of a result, or its exception. Requires the interpreter lock.

@@ -22,6 +22,7 @@ SEES = {
     "collision": {"collision", "terrain"},
     "scene": {"scene", "terrain"},
     "render": {"render", "scene", "terrain"},
+    "python": {"render", "scene", "collision", "dem", "store", "terrain"},
     "tools": {"tools", "render", "scene", "collision", "volume", "dem", "store", "terrain"},
 }
 FOLDER = {"store": "terrain/store", "dem": "terrain/dem", "volume": "terrain/volume", "scene": "render/scene"}  # others are named after their component
@@ -49,7 +50,7 @@ class Rooms:
         self.faults = []
 
     def files(self):
-        for top in ("base", "terrain", "collision", "render", "tools"):
+        for top in ("base", "terrain", "collision", "render", "python", "tools"):
             for path in sorted((self.root / top).rglob("*")):
                 if path.suffix in SOURCES and "include" not in path.relative_to(self.root).parts:
                     yield path.relative_to(self.root)

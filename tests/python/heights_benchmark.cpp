@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The C++ side of benchmark.py: heights of the points of a file, in a loop that writes the arrays that Python gets.
 //
-//   python_heights_benchmark POINTS ROUNDS     POINTS: doubles x of all points, then y. Prints milliseconds of each round.
+//   python_heights_benchmark POINTS ROUNDS     POINTS: doubles, all x, then all y. Prints each round's milliseconds
 #include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/ground.h>
 #include <terrane/terrain/pager.h>
