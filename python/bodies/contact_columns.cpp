@@ -4,13 +4,10 @@
 #include "values/answers.h"
 
 #include <cmath>
-#include <limits>
 #include <string>
 
 namespace terrane::python {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 template <class T>
 py::array_t<T> column_of(const std::vector<T>& numbers, py::ssize_t width = 1) {

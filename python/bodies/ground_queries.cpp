@@ -13,8 +13,6 @@
 namespace terrane::python {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
 py::object contacts(const Ground& ground, const HeldShape& held, const py::object& position,
                     const py::object& rotation, double margin, std::size_t max_contacts) {
     const Poses poses(position, rotation, "position", "rotation");

@@ -8,12 +8,9 @@
 
 #include <terrane/collision/shape_pairs.h>
 
-#include <limits>
 
 namespace terrane::python {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 py::object pair_distances(const HeldShape& a, const py::object& position_a, const HeldShape& b,
                           const py::object& position_b, const py::object& rotation_a,

@@ -4,13 +4,10 @@
 #include "values/answers.h"
 #include "values/arrays.h"
 
-#include <limits>
 #include <span>
 
 namespace terrane::python {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 py::object rays(HeldWorld& world, const Ground& ground, const py::object& from,
                 const py::object& to, std::uint32_t layers, std::uint64_t except,

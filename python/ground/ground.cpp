@@ -1,17 +1,13 @@
 // SPDX-License-Identifier: MIT
+#include "ground/height_arrays.h"
 #include "ground/pager.h"
-#include "values/answers.h"
-#include "values/arrays.h"
 #include "values/errors.h"
 
 #include <terrane/terrain/ground.h>
 
-#include <limits>
 
 namespace terrane::python {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 // Where a batch writes its answers.
 struct HeightColumns {

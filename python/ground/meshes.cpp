@@ -127,7 +127,7 @@ std::shared_ptr<MeshMaker> make_triangulator(const Source& source, std::size_t t
         new MeshMaker{{"Triangulator", {source.heights, std::move(made)}}});
 }
 
-std::unique_ptr<Mesh> update(const std::shared_ptr<MeshMaker>& maker, const Resident& resident,
+std::unique_ptr<Mesh> update_mesh(const std::shared_ptr<MeshMaker>& maker, const Resident& resident,
                              const View& view) {
     const auto use = maker->held.change();
     if (resident.set->lattice() != use->source->lattice())
@@ -204,7 +204,7 @@ worker_count     threads of update(), 1 to 64
 open_chunks      refined chunks that it can process without allocating
 
 Raises ValueError for a setting out of range.)")
-        .def("update", &update, py::arg("resident"), py::arg("view"),
+        .def("update", &update_mesh, py::arg("resident"), py::arg("view"),
              "The Mesh of a View over a ResidentSet of its source. Without the lock.")
         .def(
             "close", [](MeshMaker& maker) { maker.held.close(); },

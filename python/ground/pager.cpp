@@ -59,7 +59,7 @@ BodyNeeds read_needs(const py::object& bodies) {
     throw py::type_error("bodies must be a World, BodyNeeds or None");
 }
 
-void update(PagerUse& pager, double time_s, const std::vector<CameraNeed>& cameras,
+void update_pager(PagerUse& pager, double time_s, const std::vector<CameraNeed>& cameras,
             const py::object& bodies) {
     const BodyNeeds needs = read_needs(bodies);
     if (!std::isfinite(time_s)) throw py::value_error("time_s must be finite");
@@ -140,7 +140,7 @@ load_timeout     of a load, seconds
 
 Raises ValueError for a setting out of range, MemoryError where the ceiling does not hold the root squares.)")
         .def(
-            "update", &update, py::arg("time_s"), py::arg("cameras") = std::vector<CameraNeed>(),
+            "update", &update_pager, py::arg("time_s"), py::arg("cameras") = std::vector<CameraNeed>(),
             py::arg("bodies") = py::none(),
             R"(Inserts arrived chunks, requests what is needed next, evicts. Never waits where worker_count > 0.
 

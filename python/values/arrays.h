@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <initializer_list>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,9 @@
 namespace terrane::python {
 
 namespace py = pybind11;
+
+/// What stands where there is no number.
+inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// C-contiguous float64 numbers.
 using Doubles = py::array_t<double, py::array::c_style>;
