@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "ground/cell_height.h"
 #include "ground/cell_lines.h"
 
 #include <algorithm>
@@ -37,8 +38,7 @@ void answer_from_solid(const SolidSurface& solid, bool is_replaced, double x, do
 
 }  // namespace
 
-// Returns false if the cell is no ground; true with an answer, or with not_resident. Selects the triangle without
-// branches: which one it is cannot be predicted, and a misprediction costs more than the arithmetic here.
+// Returns false if the cell is no ground; true with an answer, or with not_resident.
 inline bool Ground::height_over(const CellPoint& point, double at_most,
                                 HeightAnswer& answer) const {
     if (!is_in_extent(point.column, point.row)) return false;
@@ -57,30 +57,16 @@ inline bool Ground::height_over(const CellPoint& point, double at_most,
     }
     const double u = std::min(1.0, point.x / spacing_);
     const double v = std::min(1.0, point.y / spacing_);
-    const bool cut = cut_to_north_east(point.column, point.row);
-    // whether the triangle contains the southern edge, and the eastern one
-    const bool is_south = (cut & (u >= v)) | (!cut & (u + v <= 1.0));
-    const bool is_east = is_south == cut;
-    const std::size_t north = std::size_t{!is_south} * kChunkSamples;
-    const std::size_t east = std::size_t{is_east};
-    const std::int32_t* const corner = &chunk->heights[j * kChunkSamples + i];
-    const auto rise_of = [&](std::size_t to, std::size_t from) {
-        return quantum_ * (static_cast<double>(corner[to]) - static_cast<double>(corner[from]));
-    };
-    const double slope_x = rise_of(north + 1, north);
-    const double slope_y = rise_of(east + kChunkSamples, east);
-    // from the south-west corner, or from the north-east one where the triangle lacks the former
-    const auto far = static_cast<double>(!is_south & !cut);
-    const double to_north_east = rise_of(1, 0) + rise_of(kChunkSamples + 1, 1);
-    const double rise = far * to_north_east + slope_x * (u - far) + slope_y * (v - far);
+    const internal::CellHeight found =
+        internal::height_in_cell(&chunk->heights[j * kChunkSamples + i], u, v,
+                                 cut_to_north_east(point.column, point.row), quantum_);
     answer.status = GroundStatus::ok;
-    answer.height = quantum_ * static_cast<double>(*corner) + rise;
-    const Eigen::Vector3d up(-slope_x / spacing_, -slope_y / spacing_, 1.0);
-    answer.normal = up / up.norm();
+    answer.height = found.height;
+    answer.normal = found.normal(spacing_);
     answer.error_m = static_cast<double>(chunk->cell_bounds[cell]);
     if (chunk->solid != nullptr) {
-        answer_from_solid(*chunk->solid, chunk->solid->is_replaced(cell, !is_south), point.x_world,
-                          point.y_world, at_most, answer);
+        answer_from_solid(*chunk->solid, chunk->solid->is_replaced(cell, !found.is_south),
+                          point.x_world, point.y_world, at_most, answer);
     } else if (!(answer.height <= at_most)) {
         answer = {.status = GroundStatus::miss};
     }

@@ -135,6 +135,7 @@ public:
     const std::shared_ptr<const SurfaceMap>& surface_map() const { return surface_map_; }
 
 private:
+    friend class GroundBatch;
     friend class GroundReader;
     class RayWalk;
 

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: MIT
+#include "base/settings_check.h"
+#include "base/vector_math.h"
+#include "base/worker_team.h"
+#include "world/queries/world_queries.h"
+
+#include <terrane/collision/lidar.h>
+#include <terrane/collision/world.h>
+
+#include <cmath>
+#include <limits>
+#include <string>
+
+namespace terrane {
+namespace {
+
+/// Rays of a worker's turn.
+constexpr std::size_t kRaysOfTurn = 256;
+/// Largest error of the square of a direction's length, and of the products of a rotation's columns.
+constexpr double kUnitError = 1e-6;
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+bool is_pose(const Pose& pose) {
+    return internal::is_finite(pose.translation) &&
+           internal::column_error(pose.rotation) <= kUnitError &&
+           internal::determinant(pose.rotation) > 0.0;
+}
+
+LidarStatus status_of(const RayQueryAnswer& answer, const Ground& ground, const WorldPos& end) {
+    if (answer.status == QueryStatus::not_resident) return LidarStatus::not_resident;
+    if (answer.status != QueryStatus::complete) return LidarStatus::invalid;
+    if (answer.hit) return answer.hits_ground() ? LidarStatus::ground : LidarStatus::body;
+    return ground.extent().contains(end.x(), end.y()) ? LidarStatus::miss : LidarStatus::outside;
+}
+
+void write_vector(std::span<double> out, std::size_t i, bool is_hit,
+                  const Eigen::Vector3d& vector) {
+    if (out.empty()) return;
+    for (int axis = 0; axis < 3; ++axis)
+        out[3 * i + static_cast<std::size_t>(axis)] = is_hit ? vector[axis] : kNone;
+}
+
+Result<void> check_entries(const char* name, std::size_t length, std::size_t count,
+                           std::size_t per_ray = 1) {
+    if (length == 0 || length == per_ray * count) return {};
+    return fail(ErrorCode::invalid_argument, std::string(name) + " must be empty or have " +
+                                                 std::to_string(per_ray * count) + " entries for " +
+                                                 std::to_string(count) + " directions, has " +
+                                                 std::to_string(length));
+}
+
+Result<void> check_arrays(const LidarArrays& out, std::size_t count) {
+    if (auto ok = check_entries("ranges", out.ranges.size(), count); !ok) return ok;
+    if (auto ok = check_entries("points_world", out.points_world.size(), count, 3); !ok) return ok;
+    if (auto ok = check_entries("normals_world", out.normals_world.size(), count, 3); !ok) {
+        return ok;
+    }
+    if (auto ok = check_entries("bodies", out.bodies.size(), count); !ok) return ok;
+    if (auto ok = check_entries("parts", out.parts.size(), count); !ok) return ok;
+    return check_entries("statuses", out.statuses.size(), count);
+}
+
+Result<void> check_directions(std::span<const Eigen::Vector3d> directions) {
+    for (std::size_t i = 0; i < directions.size(); ++i) {
+        const double square = internal::dot(directions[i], directions[i]);
+        if (std::abs(square - 1.0) <= kUnitError) continue;
+        return fail(ErrorCode::invalid_argument, "direction " + std::to_string(i) +
+                                                     " must be unit, the square of its length is " +
+                                                     number_text(square));
+    }
+    return {};
+}
+
+}  // namespace
+
+struct Lidar::State {
+    State(const LidarSettings& settings_, std::span<const Eigen::Vector3d> directions_)
+        : settings(settings_),
+          directions_sensor(directions_.begin(), directions_.end()),
+          team(settings_.worker_count) {
+        no_bodies.build({});
+    }
+
+    LidarSettings settings;
+    std::vector<Eigen::Vector3d> directions_sensor;
+    internal::WorkerTeam team;
+    internal::BodyTree no_bodies;
+};
+
+Result<Lidar> Lidar::create(const LidarSettings& settings,
+                            std::span<const Eigen::Vector3d> directions_sensor) {
+    if (auto ok = check_range("min_range", settings.min_range, 0.0, 1e6); !ok) {
+        return tl::unexpected(ok.error());
+    }
+    if (!(settings.max_range > settings.min_range && settings.max_range <= 1e6)) {
+        return fail(ErrorCode::invalid_argument,
+                    "max_range must be above min_range, " + number_text(settings.min_range) +
+                        ", and at most 1000000, got " + number_text(settings.max_range));
+    }
+    if (auto ok = check_range("worker_count", settings.worker_count, 1, 64); !ok) {
+        return tl::unexpected(ok.error());
+    }
+    if (auto ok = check_directions(directions_sensor); !ok) return tl::unexpected(ok.error());
+    return Lidar(std::make_unique<State>(settings, directions_sensor));
+}
+
+Lidar::Lidar(std::unique_ptr<State> state) : state_(std::move(state)) {}
+Lidar::Lidar(Lidar&&) noexcept = default;
+Lidar& Lidar::operator=(Lidar&&) noexcept = default;
+Lidar::~Lidar() = default;
+
+std::size_t Lidar::count() const { return state_->directions_sensor.size(); }
+
+Result<void> Lidar::scan(const Ground& ground, const World* world, const Pose& world_from_sensor,
+                         const LidarArrays& out, const QueryFilter& filter) {
+    if (auto ok = check_arrays(out, count()); !ok) return ok;
+    const double min_range = state_->settings.min_range, max_range = state_->settings.max_range;
+    const bool is_valid = is_pose(world_from_sensor);
+    const WorldPos& origin = world_from_sensor.translation;
+    const internal::QueryScene ground_alone{{}, &state_->no_bodies, &ground};
+    state_->team.run_blocks(count(), kRaysOfTurn, [&](std::size_t i) {
+        RayQueryAnswer answer;
+        WorldPos end = origin;
+        if (is_valid) {
+            const Eigen::Vector3d direction =
+                internal::rotated(world_from_sensor.rotation, state_->directions_sensor[i]);
+            const WorldPos begin = origin + min_range * direction;
+            end = origin + max_range * direction;
+            answer = world != nullptr ? world->ray(ground, begin, end, filter)
+                                      : internal::query_ray(ground_alone, begin, end, filter);
+        }
+        if (!out.ranges.empty()) {
+            out.ranges[i] =
+                answer.hit ? min_range + answer.fraction * (max_range - min_range) : kNone;
+        }
+        write_vector(out.points_world, i, answer.hit, answer.point_world);
+        write_vector(out.normals_world, i, answer.hit, answer.normal);
+        if (!out.bodies.empty()) out.bodies[i] = answer.body;
+        if (!out.parts.empty()) out.parts[i] = answer.part;
+        if (!out.statuses.empty()) out.statuses[i] = status_of(answer, ground, end);
+    });
+    return {};
+}
+
+}  // namespace terrane
