@@ -19,6 +19,7 @@ PYBIND11_MODULE(_terrane, module) {
     python::bind_views(module);
     python::bind_resident(module);
     python::bind_ground(module);
+    python::bind_batches(module);
     python::bind_pager(module);
     python::bind_meshes(module);
     python::bind_shapes(module);
@@ -26,6 +27,7 @@ PYBIND11_MODULE(_terrane, module) {
     python::bind_pairs(module);
     python::bind_world(module);
     python::bind_vehicles(module);
+    python::bind_lidar(module);
     pybind11::list components;
     for (const char* name : {"terrain", "collision"}) components.append(name);
     if (TERRANE_PYTHON_STORE) components.append("store");

@@ -8,7 +8,6 @@
 
 #include <terrane/collision/shape_pairs.h>
 
-
 namespace terrane::python {
 namespace {
 

@@ -30,6 +30,8 @@ inline constexpr std::uint64_t kNoBody = number_of(BodyId{});
 
 /// Adds World and NO_BODY.
 void bind_world(py::module_& module);
+/// Adds Lidar and lidar_grid().
+void bind_lidar(py::module_& module);
 /// The parts of World: adding and changing bodies; rays and contact events.
 void bind_bodies(WorldClass& world);
 void bind_world_queries(WorldClass& world);

@@ -5,7 +5,6 @@
 
 #include <terrane/terrain/ground.h>
 
-
 namespace terrane::python {
 namespace {
 

@@ -128,7 +128,7 @@ std::shared_ptr<MeshMaker> make_triangulator(const Source& source, std::size_t t
 }
 
 std::unique_ptr<Mesh> update_mesh(const std::shared_ptr<MeshMaker>& maker, const Resident& resident,
-                             const View& view) {
+                                  const View& view) {
     const auto use = maker->held.change();
     if (resident.set->lattice() != use->source->lattice())
         throw py::value_error("the resident set is of another source than the triangulator");

@@ -60,7 +60,7 @@ BodyNeeds read_needs(const py::object& bodies) {
 }
 
 void update_pager(PagerUse& pager, double time_s, const std::vector<CameraNeed>& cameras,
-            const py::object& bodies) {
+                  const py::object& bodies) {
     const BodyNeeds needs = read_needs(bodies);
     if (!std::isfinite(time_s)) throw py::value_error("time_s must be finite");
     const auto use = pager.change();
@@ -140,8 +140,8 @@ load_timeout     of a load, seconds
 
 Raises ValueError for a setting out of range, MemoryError where the ceiling does not hold the root squares.)")
         .def(
-            "update", &update_pager, py::arg("time_s"), py::arg("cameras") = std::vector<CameraNeed>(),
-            py::arg("bodies") = py::none(),
+            "update", &update_pager, py::arg("time_s"),
+            py::arg("cameras") = std::vector<CameraNeed>(), py::arg("bodies") = py::none(),
             R"(Inserts arrived chunks, requests what is needed next, evicts. Never waits where worker_count > 0.
 
 time_s   seconds on any clock that does not go back

@@ -28,6 +28,8 @@ void bind_views(py::module_& module);
 void bind_resident(py::module_& module);
 /// Adds Ground and its batches of heights and rays.
 void bind_ground(py::module_& module);
+/// Adds GroundBatch.
+void bind_batches(py::module_& module);
 /// Adds Camera, BodyNeeds and Pager.
 void bind_pager(py::module_& module);
 

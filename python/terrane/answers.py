@@ -75,6 +75,17 @@ class ContactPhase(IntEnum):
     ended = 2
 
 
+class LidarStatus(IntEnum):
+    """What a ray of a scan meets first."""
+
+    miss = 0
+    ground = 1
+    body = 2
+    not_resident = 3
+    outside = 4
+    invalid = 5
+
+
 class DriverStatus(IntEnum):
     """What a PathDriver is doing."""
 
@@ -289,6 +300,17 @@ class WorldRays(NamedTuple):
     point_world: np.ndarray  # float64 (S, 3), metres; NaN without a hit
     normal: np.ndarray  # float64 (S, 3), unit; NaN without a hit
     status: np.ndarray  # int8 (S), QueryStatus
+
+
+class LidarScan(NamedTuple):
+    """What the n rays of a scan meet first; NaN where it is nothing."""
+
+    range: np.ndarray  # float64 (n,), from the sensor's origin, metres
+    point_world: np.ndarray  # float64 (n, 3), metres
+    normal: np.ndarray  # float64 (n, 3), unit, world axes
+    body: np.ndarray  # uint64 (n,), id; NO_BODY where it is the ground, or nothing
+    part: np.ndarray  # uint32 (n,), of a body that is a compound: its part
+    status: np.ndarray  # int8 (n,), LidarStatus
 
 
 class ContactEvents(NamedTuple):

@@ -78,7 +78,7 @@ private:
             const std::size_t i = pair * (count / kPairs);
             const std::uint16_t bucket = bucket_of(i);
             met.set(bucket);
-            same += bucket == bucket_of(i + 1) ? 1 : 0;
+            same += std::size_t{bucket == bucket_of(i + 1)};
         }
         return 2 * same < kPairs && met.count() > kLeastChunks;
     }

@@ -50,7 +50,7 @@ def main():
         print("python3-venv, python3-setuptools or python3-wheel is not installed")
         sys.exit(77)
     run(sys.executable, "-m", "venv", "--system-site-packages", environment)
-    arguments = "-DCMAKE_BUILD_TYPE=None -DCMAKE_UNITY_BUILD=ON -DTERRANE_RENDER=OFF"
+    arguments = "-DCMAKE_BUILD_TYPE=None -DCMAKE_UNITY_BUILD=ON -DTERRANE_RENDER=OFF -DTERRANE_SCENE=OFF -DTERRANE_DEM=OFF -DTERRANE_STORE=OFF"
     if LAUNCHER:
         arguments += " '-DCMAKE_CXX_COMPILER_LAUNCHER=" + ";".join(LAUNCHER) + "'"
     run(environment / "bin/python", "-m", "pip", "install", "--no-build-isolation", "--no-index", "--no-deps", copy,
