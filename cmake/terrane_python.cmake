@@ -25,5 +25,7 @@ if(TERRANE_PYTHON_MODULE AND NOT can_build)
     message(FATAL_ERROR "TERRANE_PYTHON_MODULE needs TERRANE_COLLISION, no TERRANE_SANITIZE, pybind11 2.10 and the "
         "development files of Python 3.9: install pybind11-dev and python3-dev, or switch it off")
 endif()
-set(TERRANE_PYTHON_DIR "${CMAKE_INSTALL_LIBDIR}/python3/dist-packages" CACHE STRING
+# Where the interpreter looks under the prefix /usr/local: dist-packages on Debian, else site-packages.
+get_filename_component(packages "${Python_SITEARCH}" NAME)
+set(TERRANE_PYTHON_DIR "lib/python${Python_VERSION_MAJOR}.${Python_VERSION_MINOR}/${packages}" CACHE STRING
     "Where the Python package is installed, under the prefix")
