@@ -14,10 +14,11 @@ class TerraneRecipe(ConanFile):
     package_type = "library"
     settings = "os", "compiler", "build_type", "arch"
     options = {"shared": [True, False], "store": [True, False], "dem": [True, False], "volume": [True, False],
-               "render": [True, False]}
-    default_options = {"shared": False, "store": False, "dem": False, "volume": False, "render": False}
-    exports_sources = ("CMakeLists.txt", "LICENSE", "*.md", "cmake/*", "base/*", "terrain/*", "collision/*", "render/*",
-                       "docs/*", "examples/*")
+               "playback": [True, False], "render": [True, False]}
+    default_options = {"shared": False, "store": False, "dem": False, "volume": False, "playback": False,
+                       "render": False}
+    exports_sources = ("CMakeLists.txt", "LICENSE", "*.md", "cmake/*", "base/*", "terrain/*", "collision/*", "playback/*",
+                       "render/*", "docs/*", "examples/*")
 
     def needs_store(self):
         return self.options.store or self.options.dem or self.options.volume
@@ -33,6 +34,8 @@ class TerraneRecipe(ConanFile):
             self.requires("gdal/3.8.3")
         if self.options.volume:
             self.requires("openvdb/11.0.0")
+        if self.options.playback:
+            self.requires("expat/2.6.2")
         if self.options.render:
             self.requires("libepoxy/1.5.10")
             self.requires("libpng/1.6.43")
@@ -52,6 +55,7 @@ class TerraneRecipe(ConanFile):
         toolchain.variables["TERRANE_STORE"] = bool(self.needs_store())
         toolchain.variables["TERRANE_DEM"] = bool(self.options.dem)
         toolchain.variables["TERRANE_VOLUME"] = bool(self.options.volume)
+        toolchain.variables["TERRANE_PLAYBACK"] = bool(self.options.playback)
         toolchain.variables["TERRANE_RENDER"] = bool(self.options.render)
         toolchain.generate()
 

@@ -6,6 +6,7 @@ set(terrane_depends_of_store "libzstd-dev, pkg-config")
 set(terrane_depends_of_dem "libgdal-dev (>= 3.2)")
 # OpenVDB's finder needs boost's iostreams, which its package does not depend on.
 set(terrane_depends_of_volume "libopenvdb-dev (>= 10), libimath-dev, libtbb-dev, libboost-iostreams-dev")
+set(terrane_depends_of_playback "libexpat1-dev")
 set(terrane_depends_of_render "libepoxy-dev, libpng-dev, pkg-config")
 
 set(CPACK_GENERATOR DEB)

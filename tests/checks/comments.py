@@ -11,7 +11,7 @@ import re
 import sys
 
 WIDEST = 120
-FOLDERS = ("base", "terrain", "collision", "playback", "render", "tools", "tests", "examples", "cmake")
+FOLDERS = ("base", "terrain", "collision", "playback", "render", "python", "tools", "tests", "examples", "cmake")
 SUFFIXES = {".h", ".cpp", ".py", ".cmake"}
 
 # What a declaration of a header begins with that names nothing a reader needs to be told of.

@@ -9,7 +9,7 @@ import sys
 
 GTEST = re.compile(r"^TEST(?:_F|_P)?\(\s*(\w+),\s*(\w+)\)", re.M)
 NAMED = re.compile(r"`([A-Z]\w+\.[A-Z]\w+)(\*?)`")
-SCRIPTED = re.compile(r"`((?:install|judge|tools)\.[a-z_]+)`")  # tests that are scripts
+SCRIPTED = re.compile(r"`((?:install|judge|python|tools)\.[a-z_]+)`")  # tests that are scripts
 
 
 def scripted_tests(root):
@@ -17,9 +17,10 @@ def scripted_tests(root):
     for path in root.glob("tests/*/CMakeLists.txt"):
         text = path.read_text()
         names.update(re.findall(r"add_test\(NAME ([\w.]+)", text))
+        names.update("python." + name for name in re.findall(r"terrane_add_python_test\((\w+) ", text))
         names.update("install." + name for name in re.findall(r"terrane_add_script_test\((\w+) ", text))
         for scripts in re.findall(r"foreach\(script IN ITEMS ([\w ]+)\)", text):
-            names.update("tools." + name for name in scripts.split())
+            names.update(f"{path.parent.name}.{name}" for name in scripts.split())
     return names
 
 

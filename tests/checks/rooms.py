@@ -24,6 +24,7 @@ SEES = {
     "playback": {"playback", "terrain"},
     "scene": {"scene", "terrain"},
     "render": {"render", "scene", "terrain"},
+    "python": {"render", "scene", "collision", "dem", "store", "terrain"},
     "tools": {"tools", "playback", "render", "scene", "adapters", "collision", "volume", "dem", "store", "terrain"},
 }
 FOLDER = {"store": "terrain/store", "dem": "terrain/dem", "volume": "terrain/volume", "scene": "render/scene"}  # others are named after their component
@@ -51,7 +52,7 @@ class Rooms:
         self.faults = []
 
     def files(self):
-        for top in ("base", "terrain", "collision", "playback", "render", "tools"):
+        for top in ("base", "terrain", "collision", "playback", "render", "python", "tools"):
             for path in sorted((self.root / top).rglob("*")):
                 if path.suffix in SOURCES and "include" not in path.relative_to(self.root).parts:
                     yield path.relative_to(self.root)

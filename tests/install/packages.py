@@ -24,7 +24,7 @@ NAMES = {
     "epoxy": ("libepoxy-dev", "libepoxy", "libepoxy"),
     "PNG": ("libpng-dev", "libpng", "libpng"),
     "CLI11": ("libcli11-dev", "cli11", None),
-    "EXPAT": ("libexpat1-dev", "expat", None),
+    "EXPAT": ("libexpat1-dev", "expat", "expat"),
     "fmt": ("libfmt-dev", "fmt", None),
     "glfw3": ("libglfw3-dev", "glfw3", None),
     "nlohmann_json": ("nlohmann-json3-dev", "nlohmann-json", None),
@@ -35,6 +35,7 @@ NAMES = {
 FEATURES = {
     "terrain": ("", "dev"), "collision": ("", "dev"), "render/scene": ("", "dev"), "terrain/store": ("store", "store"),
     "terrain/dem": ("dem", "dem"), "terrain/volume": ("volume", "volume"), "render": ("render", "render"),
+    "playback": ("playback", "playback"), "collision/adapters": ("", "dev"),
     "tools": ("tools", None), "tests": ("tests", None), "tests/benchmark": ("tests", None),
 }
 # Found where present, or part of the build only.

@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: MIT
+"""The example plot_terrain.py as a user runs it, with a raster.
+
+    example_test.py OUT_DIR
+"""
+import importlib.util
+import pathlib
+import re
+import subprocess
+import sys
+import unittest
+
+import numpy as np
+
+from grounds import has, write_raster
+
+OUT = pathlib.Path(sys.argv.pop(1))
+SCRIPT = pathlib.Path(__file__).parents[2] / "python/examples/plot_terrain.py"
+
+
+@unittest.skipUnless(has("dem"), "rasters are not built")
+@unittest.skipUnless(importlib.util.find_spec("matplotlib"), "matplotlib is not installed")
+class Example(unittest.TestCase):
+    def test_a_raster_is_plotted_with_its_balls(self):
+        OUT.mkdir(parents=True, exist_ok=True)
+        y, x = np.mgrid[0:100, 0:120]
+        heights = 60 * np.exp(-((x - 60)**2 + (y - 50)**2) / 500) + 8 * np.sin(x / 5) * np.cos(y / 6) + 100
+        write_raster(OUT / "hill.asc", heights, 4.0)
+        picture = OUT / "terrain.png"
+        picture.unlink(missing_ok=True)
+        done = subprocess.run([sys.executable, "-B", SCRIPT, "--dem", OUT / "hill.asc", "--out", picture, "--seconds", "3",
+                               "--side", "380"], capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertRegex(done.stdout, r"^1000 balls, 0 steps of a ball too deep")
+        from matplotlib.image import imread
+        pixels = imread(picture)
+        self.assertEqual(pixels.shape, (800, 900, 4))
+        shades = np.unique((pixels[100:700, 100:600, :3] * 15).astype(int).reshape(-1, 3), axis=0)
+        self.assertGreater(len(shades), 100)  # relief and balls, no blank picture
+
+    def test_a_missing_raster_is_one_line_that_names_it(self):
+        done = subprocess.run([sys.executable, "-B", SCRIPT, "--dem", "/nowhere.tif"], capture_output=True, text=True,
+                              check=False)
+        self.assertNotEqual(done.returncode, 0)
+        self.assertTrue(re.search(r"^OSError: .*nowhere\.tif", done.stderr, re.M), done.stderr)
+
+
+unittest.main()

@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: MIT
+"""Meshes as arrays; pictures."""
+import gc
+import threading
+import unittest
+
+import numpy as np
+
+import terrane
+from grounds import has, loaded, main, small_fractal
+from terrane import MeshStatus
+
+BUDGET = 20_000
+
+
+class Scene(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.source = small_fractal()
+        cls.view = terrane.look_at((-300, -300, 150), (0, 0, 0), width_px=320, height_px=180)
+        cls.pager = terrane.Pager(cls.source, worker_count=0)
+        cls.pager.update(0.0, [terrane.Camera(cls.view)])
+        cls.pager.finish()
+
+    def make(self, **settings):
+        triangulator = terrane.Triangulator(self.source, triangle_budget=BUDGET, **settings)
+        return triangulator, triangulator.update(self.pager.resident, self.view)
+
+
+class Meshes(Scene):
+    def test_a_mesh_is_watertight_within_budget_and_covers_the_world_once(self):
+        _, mesh = self.make()
+        v, t = mesh.vertices, mesh.triangles
+        self.assertEqual((v.dtype, t.dtype, v.shape[1], t.shape[1]), (np.float64, np.uint32, 3, 3))
+        self.assertEqual(len(t), mesh.triangle_count)
+        self.assertLessEqual(len(t), BUDGET)
+        self.assertGreater(len(t), 1000)
+        self.assertEqual(np.unique(t).tolist(), list(range(len(v))))
+        self.assertEqual(len(np.unique(v[:, :2], axis=0)), len(v))
+        edges = np.sort(np.concatenate([t[:, [0, 1]], t[:, [1, 2]], t[:, [2, 0]]]), axis=1)
+        unique, count = np.unique(edges, axis=0, return_counts=True)
+        self.assertLessEqual(count.max(), 2)
+        for edge in v[unique[count == 1]]:  # the world's border
+            self.assertTrue((np.abs(edge[:, 0]) == 1024).all() or (np.abs(edge[:, 1]) == 1024).all())
+        a, b, c = (v[t[:, i], :2] for i in range(3))
+        area = 0.5 * ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
+        self.assertGreater(area.min(), 0)
+        self.assertEqual(area.sum(), 2048.0**2)
+
+    def test_vertices_are_on_the_surface_without_morphing(self):
+        _, mesh = self.make(morph_ratio=1.0)
+        self.assertIn(mesh.status, (MeshStatus.error_met, MeshStatus.budget_reached))
+        error = np.abs(self.source.heights(mesh.vertices[:, 0], mesh.vertices[:, 1]) - mesh.vertices[:, 2])
+        self.assertLessEqual(error.max(), self.source.lattice.quantum)
+        self.assertGreater(mesh.error_px, 0)
+        self.assertGreater(mesh.threshold_px, 0)
+
+    def test_a_mesh_is_valid_until_the_next_update(self):
+        triangulator, mesh = self.make()
+        vertices, triangles = mesh.vertices, mesh.triangles.copy()
+        _, late = self.make()
+        late_maker, late = self.make()
+        late_maker.update(self.pager.resident, self.view)
+        triangulator.update(self.pager.resident, terrane.look_at((300, 300, 100), (0, 0, 0)))
+        self.assertIs(mesh.vertices, vertices)  # asked for before
+        np.testing.assert_array_equal(mesh.triangles, triangles)
+        with self.assertRaisesRegex(RuntimeError, "until the next update"):
+            late.vertices
+        self.assertGreater(late.triangle_count, 0)
+
+    def test_a_mesh_keeps_what_it_needs_alive(self):
+        source = small_fractal()
+        pager = loaded(source)
+        triangulator = terrane.Triangulator(source, triangle_budget=1000)
+        mesh = triangulator.update(pager.resident, self.view)
+        pager.close()
+        del triangulator, pager, source
+        gc.collect()
+        self.assertEqual(len(mesh.triangles), mesh.triangle_count)
+
+    def test_another_sources_chunks_and_closed_triangulators_are_refused(self):
+        triangulator, mesh = self.make()
+        other = loaded(small_fractal(root_size_log2=11))
+        with self.assertRaisesRegex(ValueError, "another source"):
+            triangulator.update(other.resident, self.view)
+        triangulator.close()
+        for call in (lambda: triangulator.update(self.pager.resident, self.view), lambda: mesh.vertices):
+            with self.assertRaisesRegex(ValueError, "this Triangulator is closed"):
+                call()
+
+    def test_absent_roots_are_a_mesh_without_triangles(self):
+        pager = terrane.Pager(self.source, worker_count=1)
+        mesh = terrane.Triangulator(self.source).update(pager.resident, self.view)
+        self.assertEqual(mesh.status, MeshStatus.not_resident)
+        self.assertEqual((mesh.vertices.shape, mesh.triangles.shape), ((0, 3), (0, 3)))
+
+
+@unittest.skipUnless(has("render"), "pictures are not built")
+class Pictures(Scene):
+    def setUp(self):
+        try:
+            self.renderer = terrane.Renderer(320, 180)
+        except RuntimeError as error:
+            self.skipTest(str(error))
+        self.addCleanup(self.renderer.close)
+
+    def test_a_picture_shows_sky_above_ground_and_a_red_ball(self):
+        _, mesh = self.make()
+        picture = self.renderer.draw(mesh, self.view)
+        self.assertEqual((picture.shape, picture.dtype), ((180, 320, 3), np.uint8))
+        self.assertTrue((picture[0, :, 2] > picture[0, :, 0]).all())  # blue sky
+        self.assertFalse((picture[170] == picture[0]).all())
+        eye, forward = self.view.eye_world, self.view.forward
+        ball = ("ball", eye + 20 * forward, (2, 2, 2), None, (1.0, 0.0, 0.0))
+        seen = self.renderer.draw(mesh, self.view, [ball])
+        changed = (seen != picture).any(axis=2)
+        self.assertTrue(changed[85:95, 155:165].all())
+        self.assertFalse(changed[:40].any())
+        red, green, blue = seen[90, 160].astype(int)
+        self.assertGreater(red, 2 * max(green, blue))
+        self.assertTrue(self.renderer.device)
+
+    def test_what_does_not_fit_is_refused(self):
+        _, mesh = self.make()
+        with self.assertRaisesRegex(ValueError, "."):
+            self.renderer.draw(mesh, terrane.look_at((0, 0, 100), (1, 1, 0), width_px=64, height_px=64))
+        with self.assertRaisesRegex(ValueError, "form of a solid"):
+            self.renderer.draw(mesh, self.view, [("cone", (0, 0, 0), (1, 1, 1), None, (1.0, 0.0, 0.0))])
+        with self.assertRaises(ValueError):
+            terrane.Renderer(0, 10)
+        caught = []
+
+        def draw():
+            try:
+                self.renderer.draw(mesh, self.view)
+            except RuntimeError as error:
+                caught.append(str(error))
+
+        thread = threading.Thread(target=draw)
+        thread.start()
+        thread.join()
+        self.assertEqual(caught, ["this Renderer belongs to the thread that made it"])
+        self.renderer.close()
+        with self.assertRaisesRegex(ValueError, "this Renderer is closed"):
+            self.renderer.draw(mesh, self.view)
+
+
+main()

@@ -1,0 +1,194 @@
+# SPDX-License-Identifier: MIT
+"""Sources: fractals, rasters, baked stores; pagers over them."""
+import os
+import pathlib
+import tempfile
+import unittest
+
+import numpy as np
+
+import terrane
+from grounds import SEED, bilinear, has, hills, loaded, main, small_fractal, write_raster
+from terrane import TicketState
+
+
+class Fractal(unittest.TestCase):
+    def test_every_setting_changes_the_heights_or_the_lattice(self):
+        def heights(**settings):
+            source = terrane.fractal(**{"root_size_log2": 12, **settings})
+            x, y = np.random.default_rng(SEED).uniform(-1000, 1000, (2, 50))
+            return source.heights(x, y), source.lattice
+
+        for kind, changes in (("fbm", {"seed": 2, "octave_count": 5, "amplitude": 10.0, "wavelength_log2": 8, "gain": 0.4}),
+                              ("ridged", {"heterogeneity": 0.1, "crest_rounding": 0.5}), ("warped", {"warp": 0.3}),
+                              ("hybrid", {"heterogeneity": 0.2}),
+                              ("fbm", {"finest_spacing_log2": 1, "root_size_log2": 13, "first_root": (-2, -3),
+                                       "root_count": (3, 4)})):
+            base, lattice = heights(kind=kind)
+            for name, value in changes.items():
+                changed, changed_lattice = heights(kind=kind, **{name: value})
+                self.assertTrue((changed != base).any() or changed_lattice != lattice, f"{kind} {name}")
+
+    def test_samples_are_the_surface_at_lattice_points(self):
+        source = small_fractal(finest_spacing_log2=1)
+        lattice = source.lattice
+        samples = source.sample((-5, 7), 6, 4, 2)
+        self.assertEqual(samples.shape, (4, 6))
+        x = lattice.origin[0] + lattice.spacing * (-5 + 2 * np.arange(6))
+        y = lattice.origin[1] + lattice.spacing * (7 + 2 * np.arange(4))
+        surface = source.heights(*np.meshgrid(x, y))
+        self.assertLess(np.abs(samples - surface).max(), 1e-9)
+
+    def test_intervals_and_rises_hold(self):
+        source = small_fractal()
+        self.assertEqual(source.extent, (-1024.0, -1024.0, 1024.0, 1024.0))
+        x, y = np.random.default_rng(SEED).uniform(-50, 50, (2, 1000))
+        heights = source.heights(x, y)
+        low, high = source.interval(-50, -50, 50, 50)
+        self.assertTrue(low <= heights.min() and heights.max() <= high)
+        self.assertLessEqual(np.ptp(heights), source.rise_bound(150.0))
+        with self.assertRaisesRegex(ValueError, "west"):
+            source.interval(50, 0, -50, 1)
+
+
+@unittest.skipUnless(has("dem"), "rasters are not built")
+class Raster(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.path = pathlib.Path(folder.name) / "hills.asc"
+        self.heights = hills()
+        write_raster(self.path, self.heights, 10.0)
+
+    def test_heights_are_those_of_the_raster(self):
+        source = terrane.open_dem(self.path)
+        self.assertEqual((source.info.columns, source.info.rows, source.info.cell), (80, 64, (10.0, 10.0)))
+        self.assertAlmostEqual(source.info.max_m, float(self.heights.max()), delta=1e-6)
+        x, y = np.random.default_rng(SEED).uniform(-300, 300, (2, 1000))
+        expected = bilinear(self.heights, 10.0, x, y)
+        self.assertLess(np.abs(source.heights(x, y) - expected).max(), 1e-6)
+        answer = loaded(source, (-300, -300, 300, 300)).ground().heights(x, y)
+        self.assertTrue((answer.status == 0).all())
+        self.assertLessEqual((np.abs(answer.height - expected) - answer.error_m).max(), 1e-9)
+
+    def test_detail_is_added_between_the_samples_and_is_of_its_seed(self):
+        plain = terrane.open_dem(str(self.path))
+        a, b, c = (terrane.open_dem(self.path, detail_seed=seed, finest_spacing=1.25) for seed in (1, 1, 2))
+        self.assertAlmostEqual(a.lattice.spacing, 1.25)
+        x, y = np.random.default_rng(SEED).uniform(-200, 200, (2, 200))
+        np.testing.assert_array_equal(a.heights(x, y), b.heights(x, y))
+        self.assertTrue((a.heights(x, y) != c.heights(x, y)).any())
+        self.assertTrue((a.heights(x, y) != plain.heights(x, y)).any())
+
+    def test_progress_is_told_and_can_cancel_or_raise(self):
+        shares = []
+        terrane.open_dem(self.path, progress=shares.append)
+        self.assertEqual(shares, sorted(shares))
+        self.assertTrue(shares and 0 <= shares[0] and shares[-1] <= 1)
+        with self.assertRaisesRegex(RuntimeError, "."):
+            terrane.open_dem(self.path, progress=lambda share: False)
+
+        def fail(share):
+            raise KeyError("my own")
+
+        with self.assertRaisesRegex(KeyError, "my own"):
+            terrane.open_dem(self.path, progress=fail)
+        with self.assertRaises(TypeError):
+            terrane.open_dem(self.path, progress=3)
+
+    def test_a_file_that_is_no_raster_is_an_error_that_names_it(self):
+        self.path.write_text("no raster")
+        with self.assertRaisesRegex((OSError, ValueError), "hills.asc") as caught:
+            terrane.open_dem(self.path)
+        self.assertNotIn("\n", str(caught.exception))
+
+    def test_a_void_is_filled_and_says_so(self):
+        self.heights[20:24, 30:34] = -9999
+        write_raster(self.path, self.heights, 10.0)
+        source = terrane.open_dem(self.path)
+        self.assertGreater(source.info.filled_share, 0)
+        at = loaded(source).ground().heights((31.5 + 0.5 - 40) * 10, (32 - 21.5 - 0.5) * 10)
+        self.assertEqual((int(at.status), bool(at.filled)), (0, True))
+
+
+@unittest.skipUnless(has("store"), "stores are not built")
+class Store(unittest.TestCase):
+    def test_a_baked_terrain_has_the_chunks_of_its_source(self):
+        source = small_fractal(root_size_log2=8, root_count=(1, 1), first_root=(0, 0))
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "small.store")
+            shares = []
+            info = terrane.bake(source, path, note=b"a note", worker_count=1, progress=shares.append)
+            self.assertEqual((info.note, info.chunk_count, len(info.sha)), (b"a note", 5, 64))
+            self.assertTrue(shares)
+            store = terrane.open_store(path)
+            self.assertEqual(store.info, info)
+            ours, theirs = (loaded(s, (10, 10, 200, 200)).resident for s in (source, store))
+            np.testing.assert_array_equal(ours.keys, theirs.keys)
+            for i in range(len(ours)):
+                np.testing.assert_array_equal(ours.chunk(i).heights, theirs.chunk(i).heights)
+                np.testing.assert_array_equal(ours.chunk(i).cell_bounds, theirs.chunk(i).cell_bounds)
+            with self.assertRaisesRegex(RuntimeError, "."):
+                terrane.bake(source, path + "2", progress=lambda share: False)
+            self.assertFalse(os.path.exists(path + "2"))
+            damaged = pathlib.Path(path).read_bytes()[:-100]
+            pathlib.Path(path).write_bytes(damaged)
+            with self.assertRaises((OSError, ValueError)):
+                terrane.open_store(path)
+
+
+class Paging(unittest.TestCase):
+    def test_a_required_region_is_ready_after_finish_and_forgotten_after_release(self):
+        with terrane.Pager(small_fractal(), worker_count=0, contact_spacing=4.0) as pager:
+            ticket = pager.require((-50, -50, 50, 50))
+            self.assertFalse(pager.is_ready(ticket))
+            pager.update(0.0)
+            pager.finish()
+            self.assertTrue(pager.is_ready(ticket))
+            self.assertEqual(pager.state_of(ticket), TicketState.ready)
+            self.assertEqual(len(pager.resident), pager.stats.resident_chunks)
+            keys = pager.resident.keys
+            self.assertEqual((keys.dtype, keys.shape), (np.int32, (len(pager.resident), 3)))
+            chunk = pager.resident.chunk(len(pager.resident) - 1)
+            self.assertEqual(chunk.spacing, 4.0)
+            self.assertEqual(chunk.key, tuple(keys[-1]))
+            self.assertEqual(pager.last_failure, "")
+            pager.release(ticket)
+            self.assertEqual(pager.state_of(ticket), TicketState.unknown)
+
+    def test_bodies_and_cameras_are_needs(self):
+        pager = terrane.Pager(small_fractal(), worker_count=0)
+        bodies = terrane.BodyNeeds(np.array([[200.0, 200.0, 50.0]]), radius=2.0)
+        self.assertEqual(len(bodies), 1)
+        view = terrane.look_at((-500, -500, 200), (-300, -300, 0))
+        pager.update(0.0, [terrane.Camera(view, threshold_px=4.0)], bodies)
+        pager.finish()
+        self.assertEqual(int(pager.ground().heights(200.0, 200.0).status), 0)
+        levels = pager.resident.keys[:, 0]
+        self.assertGreater((levels == levels.max()).sum(), 1)
+        self.assertTrue(pager.resident.has_roots)
+        self.assertEqual(pager.resident.fades.shape, (len(pager.resident),))
+
+    def test_a_closed_pager_is_a_value_error(self):
+        pager = terrane.Pager(small_fractal(), worker_count=1)
+        pager.close()
+        pager.close()
+        self.assertTrue(pager.closed)
+        for call in (lambda: pager.update(0.0), pager.finish, pager.ground, lambda: pager.resident, lambda: pager.stats,
+                     lambda: pager.require((0, 0, 1, 1))):
+            with self.assertRaisesRegex(ValueError, "this Pager is closed"):
+                call()
+
+    def test_bad_needs_are_refused(self):
+        pager = terrane.Pager(small_fractal(), worker_count=0)
+        with self.assertRaisesRegex(ValueError, "time_s"):
+            pager.update(float("nan"))
+        with self.assertRaisesRegex(TypeError, "bodies"):
+            pager.update(0.0, bodies=3)
+        with self.assertRaises(TypeError):
+            pager.update(0.0, cameras=[3])
+        with self.assertRaisesRegex(ValueError, "centre_world has 2 rows, radius has 3"):
+            terrane.BodyNeeds(np.zeros((2, 3)), radius=np.ones(3))
+
+
+main()
