@@ -49,11 +49,10 @@ int main() {
     PRINT_LAYOUT(CharacterControls, jump_speed);
     PRINT_LAYOUT(CharacterState, normal);
     PRINT_LAYOUT(ContactEvent, point_count);
-    PRINT_LAYOUT(WorldSettings, callbacks);
     PRINT_LAYOUT(TerrainMesh, threshold_px);
     std::printf("PathDriver: %zu bytes, aligned to %zu\n", sizeof(PathDriver), alignof(PathDriver));
-    std::printf("Triangulator: %zu bytes; Pager: %zu; World: %zu\n", sizeof(Triangulator),
-                sizeof(Pager), sizeof(World));
+    std::printf("WorldSettings: %zu bytes; Triangulator: %zu; Pager: %zu; World: %zu\n",
+                sizeof(WorldSettings), sizeof(Triangulator), sizeof(Pager), sizeof(World));
 
     const auto source = FractalHeights::create({.seed = 7}).value();
     Pager pager = Pager::create(source, {.worker_count = 0}).value();

@@ -43,6 +43,8 @@ struct Pose {
 // Public structs hold only Eigen types whose alignment does not change with -march or with Eigen's own macros. Others
 // do: with AVX Vector4d, Quaterniond, Isometry3d and Matrix4f have 16, 32 or 64, and with EIGEN_MAX_ALIGN_BYTES=0
 // they, Vector2d and Vector4f have 8 or 4. A simulator would disagree with this library about the layout.
+static_assert(!Eigen::Matrix3d::IsRowMajor,
+              "EIGEN_DEFAULT_TO_ROW_MAJOR transposes public matrices");
 static_assert(alignof(WorldVec2) == alignof(double) && sizeof(WorldVec2) == 16);
 static_assert(alignof(Pose) == alignof(double) && sizeof(Pose) == 96);
 static_assert(alignof(WorldPos) == alignof(double) && alignof(LocalVec) == alignof(float));
