@@ -86,7 +86,7 @@ TEST_F(OwnRenderer, DrawsThePictureOfTheRenderer) {
         camera.threshold_px = mesh.threshold_px;
         buffers.update(mesh, eye);
         uploader.upload(buffers);
-        if (frame % 8 != 7) continue;
+        if (frame % 12 != 11) continue;
         TerrainRenderer renderer =
             TerrainRenderer::create(*context_, kWidth, kHeight, settings).value();
         const Result<void> drawn = renderer.draw(mesh, camera.view);
