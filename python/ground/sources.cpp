@@ -161,6 +161,9 @@ Raises OSError where the source cannot be read.)")
         .def(
             "rise_bound",
             [](const Source& source, double distance) {
+                if (!(distance >= 0.0))
+                    throw py::value_error("distance must be at least 0, got " +
+                                          std::to_string(distance));
                 return source.heights->rise_bound(distance);
             },
             py::arg("distance"),

@@ -11,6 +11,8 @@ import time
 
 import numpy as np
 
+import terrane
+
 from grounds import SEED, loaded, small_fractal
 
 
@@ -30,7 +32,8 @@ def main():
     x, y = np.random.default_rng(SEED).uniform(-99, 99, (2, count))
     ground = loaded(small_fractal()).ground()
     out = ground.heights(x, y)
-    times = {"C++ loop": [], "numpy, out given": [], "numpy, new arrays": []}
+    batch = terrane.GroundBatch(worker_count=1)
+    times = {"C++ loop": [], "numpy, out given": [], "numpy, new arrays": [], "numpy, GroundBatch": []}
     with tempfile.TemporaryDirectory() as folder:
         points = os.path.join(folder, "points")
         np.concatenate([x, y]).tofile(points)
@@ -39,6 +42,7 @@ def main():
             times["C++ loop"] += map(float, told.stdout.split())
             times["numpy, out given"] += milliseconds(lambda: ground.heights(x, y, out=out), rounds)
             times["numpy, new arrays"] += milliseconds(lambda: ground.heights(x, y), rounds)
+            times["numpy, GroundBatch"] += milliseconds(lambda: batch.heights(ground, x, y, out=out), rounds)
     base = np.median(times["C++ loop"])
     print(f"{count} heights, medians of {turns * rounds}, seed {SEED}")
     for name, spent in times.items():

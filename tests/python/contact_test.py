@@ -50,7 +50,7 @@ class OnGround(unittest.TestCase):
         self.assertEqual((all_.first[0], all_.first[-1]), (0, len(all_.depth)))
         self.assertGreater(len(all_.depth), 10)
         self.assertLess(np.abs(all_.depth - same.depth).max(), 1e-9)
-        for i in (0, 7, 39):
+        for i in range(40):
             one = self.ground.contacts(shape, self.places[i], quaternions[i], margin=0.2)
             part = slice(all_.first[i], all_.first[i + 1])
             np.testing.assert_array_equal(all_.depth[part], one.depth)

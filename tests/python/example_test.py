@@ -28,7 +28,7 @@ class Example(unittest.TestCase):
         write_raster(OUT / "hill.asc", heights, 4.0)
         picture = OUT / "terrain.png"
         picture.unlink(missing_ok=True)
-        done = subprocess.run([sys.executable, "-B", SCRIPT, "--dem", OUT / "hill.asc", "--out", picture, "--seconds", "3",
+        done = subprocess.run([sys.executable, "-B", SCRIPT, "--dem", OUT / "hill.asc", "--out", picture, "--seconds", "1",
                                "--side", "380"], capture_output=True, text=True, check=False)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertRegex(done.stdout, r"^1000 balls, 0 steps of a ball too deep")

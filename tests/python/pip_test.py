@@ -41,16 +41,21 @@ def main():
     copy = WORK / "terrane"
     shutil.rmtree(copy, ignore_errors=True)
     copy.mkdir()
-    for name in ("base", "cmake", "collision", "docs", "examples", "python", "terrain", "render"):
-        shutil.copytree(SOURCE / name, copy / name)
-    for name in ("CHANGELOG.md", "CMakeLists.txt", "CONVENTIONS.md", "LICENSE", "README.md", "pyproject.toml", "setup.py"):
-        shutil.copy(SOURCE / name, copy / name)
+    for path in SOURCE.iterdir():
+        if path.name in ("build", "out", "tests", "tools") or path.name.startswith("."):
+            continue
+        if path.is_dir():
+            shutil.copytree(path, copy / path.name, ignore=shutil.ignore_patterns("__pycache__", "*.egg-info"))
+        else:
+            shutil.copy(path, copy / path.name)
     missing = subprocess.run([sys.executable, "-c", "import ensurepip, setuptools, wheel"], capture_output=True, check=False)
     if missing.returncode != 0:
         print("python3-venv, python3-setuptools or python3-wheel is not installed")
         sys.exit(77)
     run(sys.executable, "-m", "venv", "--system-site-packages", environment)
-    arguments = "-DCMAKE_BUILD_TYPE=None -DCMAKE_UNITY_BUILD=ON -DTERRANE_RENDER=OFF -DTERRANE_SCENE=OFF -DTERRANE_DEM=OFF -DTERRANE_STORE=OFF"
+    # What is slow to compile is left out.
+    arguments = "-DCMAKE_BUILD_TYPE=None -DCMAKE_UNITY_BUILD=ON"
+    arguments += "".join(f" -DTERRANE_{name}=OFF" for name in ("RENDER", "SCENE", "DEM", "STORE"))
     if LAUNCHER:
         arguments += " '-DCMAKE_CXX_COMPILER_LAUNCHER=" + ";".join(LAUNCHER) + "'"
     run(environment / "bin/python", "-m", "pip", "install", "--no-build-isolation", "--no-index", "--no-deps", copy,

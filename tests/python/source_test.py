@@ -47,6 +47,8 @@ class Fractal(unittest.TestCase):
         low, high = source.interval(-50, -50, 50, 50)
         self.assertTrue(low <= heights.min() and heights.max() <= high)
         self.assertLessEqual(np.ptp(heights), source.rise_bound(150.0))
+        with self.assertRaisesRegex(ValueError, "distance"):
+            source.rise_bound(-1.0)
         with self.assertRaisesRegex(ValueError, "west"):
             source.interval(50, 0, -50, 1)
 

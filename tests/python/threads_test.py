@@ -42,25 +42,25 @@ class Lock(unittest.TestCase):
     def check(self, call):
         call()  # first use
         # A held lock can still let the other thread run for one turn before or after the call.
-        self.assertGreater(max(Counter().during(call) for _ in range(3)), 1000)
+        self.assertGreater(max(Counter().during(call) for _ in range(3)), 300)
 
     def test_a_call_that_keeps_the_lock_stops_the_counter(self):  # the check of the check
-        big = 7**400_000
+        big = 7**200_000
         counts = [Counter().during(lambda: big * big) for _ in range(3)]
         free = Counter().during(lambda: threading.Event().wait(0.2))
         self.assertLess(min(counts), free)
 
     def test_batches_of_the_ground_let_others_run(self):
-        x, y = np.random.default_rng(SEED).uniform(-90, 90, (2, 1_000_000))
+        x, y = np.random.default_rng(SEED).uniform(-90, 90, (2, 200_000))
         self.check(lambda: self.ground.heights(x, y))
-        start, end = (np.column_stack([x[:200_000], y[:200_000], np.full(200_000, z)]) for z in (500.0, -500.0))
+        start, end = (np.column_stack([x[:50_000], y[:50_000], np.full(50_000, z)]) for z in (500.0, -500.0))
         self.check(lambda: self.ground.rays(start, end))
-        near = start[:5000].copy()
-        near[:, 2] = self.ground.heights(x[:5000], y[:5000]).height + 0.2
+        near = start[:1000].copy()
+        near[:, 2] = self.ground.heights(x[:1000], y[:1000]).height + 0.2
         box = terrane.Shape.box((0.5, 0.4, 0.3))
         self.check(lambda: self.ground.contacts(box, near))
-        self.check(lambda: self.ground.distances(box, near[:500]))
-        self.check(lambda: self.source.heights(x[:300_000], y[:300_000]))
+        self.check(lambda: self.ground.distances(box, near[:200]))
+        self.check(lambda: self.source.heights(x[:50_000], y[:50_000]))
 
     def test_steps_loads_and_meshes_let_others_run(self):
         world = terrane.World()
@@ -69,7 +69,7 @@ class Lock(unittest.TestCase):
         world.add(terrane.Shape.box((0.4, 0.4, 0.4)), np.column_stack([xy, top + 1]))
 
         def steps():
-            for _ in range(20):
+            for _ in range(10):
                 world.step(self.ground, 1 / 30)
 
         self.check(steps)
