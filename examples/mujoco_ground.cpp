@@ -21,9 +21,9 @@ int main() {
     const Ground first(pager.resident(), pager.contact_level());
     const WorldPos origin(0.0, 0.0, first.height(0.0, 0.0).height);
 
-    // The model: the hfield on a mocap body, 64 x 64 cells, and balls above the ground.
+    // The model: the hfield on a mocap body, 128 x 128 cells, and balls above the ground.
     const adapters::MujocoHfieldXml field =
-        adapters::hfield_xml("ground", 64, first.spacing(), 200.0, 5.0);
+        adapters::hfield_xml("ground", 128, first.spacing(), 200.0, 5.0);
     std::string xml = "<mujoco><asset>" + field.asset + "</asset><worldbody>" + field.body;
     for (int i = 0; i < 8; ++i) {
         const double x = 3.0 * i - 10.0;

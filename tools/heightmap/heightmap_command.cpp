@@ -17,6 +17,7 @@ namespace terrane::tools {
 namespace {
 
 constexpr double kNotGiven = std::numeric_limits<double>::quiet_NaN();
+constexpr double kMostPlace = 0x1p39;  // as of HeightmapSettings
 
 struct HeightmapOptions {
     TerrainOptions terrain;
@@ -95,18 +96,19 @@ void add_heightmap_command(CLI::App& app, CommandContext& context) {
                                            "Writes a square of 2^n + 1 heights for Gazebo and "
                                            "other simulators: a raster and an SDF model");
     add_terrain_options(*command, options->terrain);
-    add_finite(*command, "--centre-x-m", options->centre_x_m,
-               "World x of the square's centre, metres; without it the terrain's");
-    add_finite(*command, "--centre-y-m", options->centre_y_m,
-               "World y of the square's centre, metres; without it the terrain's");
+    add_in_range(*command, "--centre-x-m", options->centre_x_m, -kMostPlace, kMostPlace,
+                 "World x of the square's centre, metres; without it the terrain's");
+    add_in_range(*command, "--centre-y-m", options->centre_y_m, -kMostPlace, kMostPlace,
+                 "World y of the square's centre, metres; without it the terrain's");
     add_count(*command, "--side", options->side, 3, "Samples along a side, 2^n + 1",
               static_cast<std::size_t>(adapters::kMostHeightmapSide));
     add_positive(*command, "--spacing-m", options->spacing_m,
                  "Most metres between samples: the coarsest level with at most this spacing; "
                  "without it the finest level");
-    add_finite(*command, "--absent-m", options->absent_m,
-               "Height where there is no ground, metres; without it a square with such samples is "
-               "refused");
+    add_in_range(
+        *command, "--absent-m", options->absent_m, -kMostHeight, kMostHeight,
+        "Height where there is no ground, metres; without it a square with such samples is "
+        "refused");
     command
         ->add_option("--out", options->out,
                      "File to write: .png (grey, 16 bits from the lowest to the highest height) or "
