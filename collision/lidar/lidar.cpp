@@ -74,10 +74,10 @@ Result<void> check_directions(std::span<const Eigen::Vector3d> directions) {
 }  // namespace
 
 struct Lidar::State {
-    State(const LidarSettings& settings_, std::span<const Eigen::Vector3d> directions_)
-        : settings(settings_),
-          directions_sensor(directions_.begin(), directions_.end()),
-          team(settings_.worker_count) {
+    State(const LidarSettings& lidar_settings, std::span<const Eigen::Vector3d> directions)
+        : settings(lidar_settings),
+          directions_sensor(directions.begin(), directions.end()),
+          team(lidar_settings.worker_count) {
         no_bodies.build({});
     }
 

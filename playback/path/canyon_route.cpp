@@ -37,8 +37,9 @@ double roughness(const HeightSource& source, double west, double south, double s
     double sum = 0.0, squares = 0.0;
     const double reference = source.height(west, south);
     for (int i = 0; i < kProbes * kProbes; ++i) {
-        const double height = source.height(west + side * (i % kProbes + 0.5) / kProbes,
-                                            south + side * (i / kProbes + 0.5) / kProbes) -
+        const int column = i % kProbes, row = i / kProbes;
+        const double height = source.height(west + side * (column + 0.5) / kProbes,
+                                            south + side * (row + 0.5) / kProbes) -
                               reference;
         sum += height;
         squares += height * height;
@@ -54,8 +55,9 @@ Grid place_grid(const HeightSource& source, double side) {
     grid.spacing = side / (kNodes - 1);
     double roughest = -1.0;
     for (int i = 0; i < kWindows * kWindows; ++i) {
-        const double share_x = static_cast<double>(i % kWindows) / (kWindows - 1);
-        const double share_y = static_cast<double>(i / kWindows) / (kWindows - 1);
+        const int column = i % kWindows, row = i / kWindows;
+        const double share_x = static_cast<double>(column) / (kWindows - 1);
+        const double share_y = static_cast<double>(row) / (kWindows - 1);
         const double west = extent.west + share_x * (extent.east - extent.west - side);
         const double south = extent.south + share_y * (extent.north - extent.south - side);
         const double rough = roughness(source, west, south, side);
@@ -228,8 +230,9 @@ Result<std::vector<Eigen::Vector2d>> find_canyon_route(const HeightSource& sourc
 
     std::vector<Eigen::Vector2d> line;
     for (const std::size_t node : route.nodes) {
-        line.emplace_back(grid.west + static_cast<double>(node % kNodes) * grid.spacing,
-                          grid.south + static_cast<double>(node / kNodes) * grid.spacing);
+        const std::size_t column = node % kNodes, row = node / kNodes;
+        line.emplace_back(grid.west + static_cast<double>(column) * grid.spacing,
+                          grid.south + static_cast<double>(row) * grid.spacing);
     }
     // grid steps have corners: smooth over the turn length
     const double spacing = std::max(turn_length / 100.0, grid.spacing / 4.0);
