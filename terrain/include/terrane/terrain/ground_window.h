@@ -99,7 +99,7 @@ public:
     /// stays; before the first one it has no cells.
     ///
     /// Allocates: where the list of changes grows
-    /// Cost:      O(samples read + chunks in the window); one column of 256 cells about 3 microseconds
+    /// Cost:      O(samples read + chunks in the window)
     WindowUpdate update(const Ground& ground, std::span<const Aabb> boxes_world);
     /// As update() with one box.
     WindowUpdate update(const Ground& ground, const Aabb& box_world) {

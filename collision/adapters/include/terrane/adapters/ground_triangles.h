@@ -155,7 +155,7 @@ std::size_t visit_solid(const Ground& ground, std::int64_t column, std::int64_t 
 ///
 /// Threads:   any number at once
 /// Allocates: nothing
-/// Cost:      some 50 ns and 5 ns a cell; squares of 32 x 32 cells below or above the box are skipped
+/// Cost:      linear in the cells under the box; squares of 32 x 32 cells below or above it are skipped
 template <class Visit>
 TriangleReport visit_triangles(const Ground& ground, const Aabb& box_world,
                                const Eigen::Vector3d& origin_world, std::int64_t most_cells,

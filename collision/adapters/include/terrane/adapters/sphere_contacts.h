@@ -55,7 +55,7 @@ inline TrianglePoint closest_point(const Eigen::Vector3d& p, const Eigen::Vector
 ///
 /// Threads:   any number at once
 /// Allocates: nothing
-/// Cost:      about 15 ns for each cell under the sphere
+/// Cost:      linear in the cells under the sphere
 inline std::optional<ContactAnswer> find_sphere_contacts(const Ground& ground,
                                                          const WorldPos& centre_world,
                                                          double radius, double margin,
@@ -92,6 +92,7 @@ inline std::optional<ContactAnswer> find_sphere_contacts(const Ground& ground,
         std::array<Eigen::Vector3d, 3> corners;
         double squared;
         bool is_inside;
+        bool is_below;  // the centre is under the triangle's plane
     };
     std::array<Near, 2 * kMostSide * kMostSide> near;
     std::size_t near_count = 0;
@@ -126,7 +127,8 @@ inline std::optional<ContactAnswer> find_sphere_contacts(const Ground& ground,
                     is_under = is_under || (side(a, b) && side(b, c) && side(c, a));
                 }
                 if (squared <= squared_reach)
-                    near[near_count++] = {closest.point, {a, b, c}, squared, closest.is_inside};
+                    near[near_count++] = {
+                        closest.point, {a, b, c}, squared, closest.is_inside, above < 0.0};
             };
             take(sw, se, is_to_north_east ? ne : nw);
             take(is_to_north_east ? sw : se, ne, nw);
@@ -153,7 +155,7 @@ inline std::optional<ContactAnswer> find_sphere_contacts(const Ground& ground,
     for (std::size_t i = 0; i < near_count; ++i) {
         const Near& t = near[i];
         const Eigen::Vector3d n = (t.corners[1] - t.corners[0]).cross(t.corners[2] - t.corners[0]);
-        if (n.dot(t.point) >= 0.0 && t.squared > 0.0) continue;  // from below
+        if (t.is_below) continue;
         bool is_contact = true;
         for (std::size_t k = 0; k < near_count && is_contact && !t.is_inside; ++k) {
             if (k == i || !contains(near[k], t.point)) continue;
@@ -161,7 +163,7 @@ inline std::optional<ContactAnswer> find_sphere_contacts(const Ground& ground,
             const double nearer = t.squared - near[k].squared;
             is_contact = nearer <= small * reach &&
                          !(nearer >= -small * reach && k < i && !near[k].is_inside &&
-                           (near[k].point - t.point).norm() < small);
+                           !near[k].is_below && (near[k].point - t.point).norm() < small);
         }
         if (!is_contact) continue;
         const double distance = std::sqrt(t.squared);
