@@ -160,7 +160,8 @@ TEST(MeshBuffers, TellWhatHasChangedSinceTheFrameBefore) {
     std::size_t same = 0, changed = 0, added = 0, gone = 0;
     for (int i = 0; i < 60; ++i) {
         // stands still now and then
-        const double y = 30.0 * (i / 3 * 3);
+        const int step = i - i % 3;
+        const double y = 30.0 * step;
         buffers.update(flight.frame({0.0, y, 100.0}), flight.eye_world);
         for (const ChunkKey& key : buffers.gone()) EXPECT_EQ(copy.erase(key), 1u);
         gone += buffers.gone().size();
