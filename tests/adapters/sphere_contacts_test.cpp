@@ -28,7 +28,7 @@ TEST(SphereContacts, AreThoseOfFindContacts) {
     const auto rough = [](double x, double y) { return 2.0 * test::hills(2.0 * x, 3.0 * y); };
     const Ground grounds[] = {test::hilly_ground(), test::make_test_ground(rough, 1.0, 2)};
     Random random(21);
-    int answered = 0, touching = 0, several = 0;
+    int answered = 0, touching = 0;
     for (int i = 0; i < 6000 && !testing::Test::HasFailure(); ++i) {
         const Ground& ground = grounds[i % 2];
         const double radius = random.between(0.05, 1.5), margin = i % 3 == 0 ? 0.02 : 0.0;
@@ -42,7 +42,6 @@ TEST(SphereContacts, AreThoseOfFindContacts) {
         ++answered;
         const ContactAnswer expected = find_contacts(Sphere{radius}, pose, ground, margin, slow);
         touching += answer->count > 0 ? 1 : 0;
-        several += answer->count > 1 ? 1 : 0;
         ASSERT_EQ(answer->count > 0, expected.count > 0) << i;
         if (answer->count == 0) continue;
         EXPECT_NEAR(fast[0].depth, slow[0].depth, 1e-9) << i;
@@ -53,7 +52,6 @@ TEST(SphereContacts, AreThoseOfFindContacts) {
     }
     EXPECT_GT(answered, 5000);
     EXPECT_GT(touching, 3000);
-    EXPECT_GT(several, 300);
 }
 
 TEST(SphereContacts, LeaveToFindContactsWhatTheyCannotAnswer) {

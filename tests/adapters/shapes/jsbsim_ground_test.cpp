@@ -111,11 +111,11 @@ TEST(JsbsimGround, AnswersSignedHeightsAboveGroundInFeet) {
             const double ground_z = test::plane_height(p.x(), p.y());
             EXPECT_NEAR(height * 0.3048, p.z() - ground_z, 1e-6);
             EXPECT_NEAR(base.GetAGLevel(location), height, 0.0);
-            EXPECT_LT((metres(contact) - earth.earth_from_world({p.x(), p.y(), ground_z})).norm(),
-                      1e-6);
+            const WorldPos below(p.x(), p.y(), ground_z);
+            EXPECT_LT((metres(contact) - earth.earth_from_world(below)).norm(), 1e-6);
             EXPECT_EQ(contact.semi_major, location.semi_major);
             EXPECT_LT((Eigen::Vector3d(normal(1), normal(2), normal(3)) -
-                       earth.normal_earth_from_world(p, test::plane_normal()))
+                       earth.normal_earth_from_world(below, test::plane_normal()))
                           .norm(),
                       1e-6);
             EXPECT_EQ(v.value, (std::array{0.0, 0.0, 0.0}));

@@ -49,9 +49,7 @@ inline TrianglePoint closest_point(const Eigen::Vector3d& p, const Eigen::Vector
 
 /// The contacts of a sphere whose centre is above the surface: as find_contacts(), without feature and error_m, and
 /// with lift 0. Nothing where that has to answer instead: beside volumes, where ground is absent or ends, over more
-/// than 6 x 6 cells, under the surface, or for arguments that are not finite.
-///
-/// @param contacts_out the deepest first, as many as fit
+/// than 6 x 6 cells, under the surface, for several contacts, or for arguments that are not finite.
 ///
 /// Threads:   any number at once
 /// Allocates: nothing
@@ -150,8 +148,8 @@ inline std::optional<ContactAnswer> find_sphere_contacts(const Ground& ground,
         Eigen::Vector3d normal;
         double depth;
     };
-    std::array<Found, 2 * kMostSide * kMostSide> found;  // the deepest first
-    std::size_t found_count = 0;
+    Found found{};
+    bool is_found = false;
     for (std::size_t i = 0; i < near_count; ++i) {
         const Near& t = near[i];
         const Eigen::Vector3d n = (t.corners[1] - t.corners[0]).cross(t.corners[2] - t.corners[0]);
@@ -167,21 +165,22 @@ inline std::optional<ContactAnswer> find_sphere_contacts(const Ground& ground,
         }
         if (!is_contact) continue;
         const double distance = std::sqrt(t.squared);
-        const Found contact{
+        if (is_found) return std::nullopt;
+        is_found = true;
+        found = {
             t.is_inside || distance < small ? n.normalized() : Eigen::Vector3d(-t.point / distance),
             radius - distance};
-        std::size_t at = found_count++;
-        for (; at > 0 && found[at - 1].depth < contact.depth; --at) found[at] = found[at - 1];
-        found[at] = contact;
     }
-    answer.count = std::min(found_count, contacts_out.size());
-    if (answer.count < found_count) answer.status = QueryStatus::truncated;
-    for (std::size_t i = 0; i < answer.count; ++i) {
-        contacts_out[i] = {};
-        contacts_out[i].normal = found[i].normal;
-        contacts_out[i].depth = found[i].depth;
-        contacts_out[i].point_world = centre_world - radius * found[i].normal;
+    if (!is_found) return answer;
+    if (contacts_out.empty()) {
+        answer.status = QueryStatus::truncated;
+        return answer;
     }
+    answer.count = 1;
+    contacts_out[0] = {};
+    contacts_out[0].normal = found.normal;
+    contacts_out[0].depth = found.depth;
+    contacts_out[0].point_world = centre_world - radius * found.normal;
     return answer;
 }
 
