@@ -145,10 +145,10 @@ inline std::optional<ContactAnswer> find_sphere_contacts(const Ground& ground,
         return true;
     };
     struct Found {
-        Eigen::Vector3d normal;
-        double depth;
+        Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
+        double depth = 0.0;
     };
-    Found found{};
+    Found found;
     bool is_found = false;
     for (std::size_t i = 0; i < near_count; ++i) {
         const Near& t = near[i];
