@@ -37,10 +37,12 @@ float sun_share(vec3 p_eye, vec3 normal, int cascade) {
 float sun_share(vec3 p_eye, vec3 normal) {
     float distance = length(p_eye);
     float most = shadow.reach[CASCADES - 1];
-    int cascade = 0;
-    while (cascade < CASCADES && distance > shadow.reach[cascade]) ++cascade;
+    // No component of a uniform vector by a variable index: a driver of NVIDIA (580.159) reads a wrong one here.
+    vec3 reach = shadow.reach.xyz;
+    int cascade = int(distance > reach.x) + int(distance > reach.y) + int(distance > reach.z);
+    float own_reach = cascade == 0 ? reach.x : (cascade == 1 ? reach.y : reach.z);
     // towards the next one, where there is one
-    float to_next = (distance / shadow.reach[min(cascade, CASCADES - 1)] - kBlendFrom) / (1.0 - kBlendFrom);
+    float to_next = (distance / own_reach - kBlendFrom) / (1.0 - kBlendFrom);
     to_next = cascade < CASCADES - 1 ? max(to_next, 0.0) : 0.0;
     int last = cascade + (to_next > 0.0 ? 1 : 0);
     // a loop and no branch: a software rasteriser takes both sides of a branch
