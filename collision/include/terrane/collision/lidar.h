@@ -62,7 +62,7 @@ struct LidarArrays {
     std::span<double> normals_world{};  ///< [3 * count] RayQueryAnswer::normal
     std::span<BodyId> bodies{};         ///< that are met; of the ground: none
     std::span<std::uint32_t> parts{};   ///< RayQueryAnswer::part
-    std::span<LidarStatus> statuses{};
+    std::span<LidarStatus> statuses{};  ///< what is met
 };
 
 /// A range scanner: all its rays start at one moment from one pose.

@@ -33,9 +33,9 @@ struct CameraPathSettings {
 
     static constexpr double kDefaultSpeed = 100.0;     ///< of built-in paths
     static constexpr double kDefaultSpinSpeed = 20.0;  ///< of `spins`
-    static constexpr double kDefaultAltitude = 200.0;
-    static constexpr double kDefaultSeconds = 20.0;  ///< of built-in paths
-    static constexpr double kMostSeconds = 1e7;      ///< no path lasts longer
+    static constexpr double kDefaultAltitude = 200.0;  ///< of built-in paths
+    static constexpr double kDefaultSeconds = 20.0;    ///< of built-in paths
+    static constexpr double kMostSeconds = 1e7;        ///< no path lasts longer
 };
 
 /// The trajectory of a camera: a pure function of the terrain, the settings and the track.
@@ -59,6 +59,7 @@ public:
     static bool is_built_in(const std::string& name);
     /// Their names in one text: "straight, orbit".
     static std::string built_in_list();
+    /// Their names, in the order of built_in_list().
     static std::vector<std::string> built_in_names();
 
     /// Fails: invalid_argument for a name that is no built-in path and for settings out of range; io where the terrain

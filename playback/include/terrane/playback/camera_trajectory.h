@@ -14,7 +14,7 @@ namespace terrane {
 struct PathMoment {
     double time = 0.0;            ///< seconds
     bool is_before_jump = false;  ///< start of a jump; the next sample is its end
-    CameraPose pose;
+    CameraPose pose;              ///< at that time
 };
 
 /// Samples of a path from start to end, 50 ms apart; each jump adds two samples of the same time.

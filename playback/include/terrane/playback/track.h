@@ -15,15 +15,15 @@ struct TrackPoint {
     WorldPos position_world = WorldPos::Zero();  ///< z is meaningless without heights
     /// View and up direction of a camera, orthonormal; only with orientations.
     Eigen::Vector3d forward = Eigen::Vector3d::UnitY();
-    Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+    Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< see forward
 };
 
 /// A trajectory, such as one read from a file. Times, heights and orientations may be absent.
 struct Track {
     std::vector<TrackPoint> points;  ///< at least two; times strictly increase where there are any
-    bool has_times = false;
-    bool has_heights = false;
-    bool has_orientations = false;
+    bool has_times = false;          ///< TrackPoint::time is known
+    bool has_heights = false;        ///< z is known
+    bool has_orientations = false;   ///< forward and up are known
     /// Recorded by a receiver: positions are rounded and noisy, heights refer to another datum than the ground.
     bool is_recorded = false;
 };
@@ -33,7 +33,8 @@ struct Track {
 struct GeoReference {
     bool is_geographic = false;              ///< false: the world has no longitudes and latitudes
     double longitude = 0.0, latitude = 0.0;  ///< of world (0, 0), degrees
-    double metres_per_degree_x = 1.0, metres_per_degree_y = 1.0;
+    double metres_per_degree_x = 1.0;        ///< metres of x for a degree of longitude
+    double metres_per_degree_y = 1.0;        ///< metres of y for a degree of latitude
     std::string why_not = "this terrain has no raster";  ///< for messages, if not geographic
 };
 

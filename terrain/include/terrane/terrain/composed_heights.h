@@ -41,6 +41,7 @@ public:
     double slope() const { return slope_; }
 
 protected:
+    /// @param slope Lipschitz bound, 1/m
     explicit BlendMask(double slope) : slope_(slope) {}
 
 private:

@@ -36,8 +36,8 @@ struct GroundWindowSettings {
     double base = 0.0;  ///< world z that heights are relative to, metres, within +-kMostHeight
     /// What a sample holds that no cell of ground touches, metres relative to base, finite: 0 is world z = base.
     double absent_height = 0.0;
-    WindowHeights heights = WindowHeights::floats;
-    WindowMove move = WindowMove::least;
+    WindowHeights heights = WindowHeights::floats;  ///< which arrays there are
+    WindowMove move = WindowMove::least;            ///< how far it moves
 };
 
 /// Most cells along a side of a window.
@@ -127,6 +127,7 @@ public:
         return column >= cells_.west && column <= cells_.east + 1 && row >= cells_.south &&
                row <= cells_.north + 1 && cells_.west <= cells_.east;
     }
+    /// The same of a cell.
     bool has_cell(std::int64_t column, std::int64_t row) const {
         return column >= cells_.west && column <= cells_.east && row >= cells_.south &&
                row <= cells_.north;
@@ -145,6 +146,7 @@ public:
     /// rounded once; of floats, that rounded once more. Empty where the settings do not ask for them. Entries outside
     /// the window are undefined.
     std::span<const float> floats() const { return floats_; }
+    /// See floats().
     std::span<const double> doubles() const { return doubles_; }
     /// [stride() * stored_rows()] WindowCellBit of cells.
     std::span<const std::uint8_t> cell_bits() const { return bits_; }

@@ -69,6 +69,7 @@ public:
 
     /// Number of bodies that are held now.
     std::size_t held_count() const { return held_.size(); }
+    /// Whether a body is held now.
     bool is_held(const btRigidBody& body) const { return find(body) != nullptr; }
     /// Forgets a body, for the caller who removes it from the world.
     void forget(const btRigidBody& body) {

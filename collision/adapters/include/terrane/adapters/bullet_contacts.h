@@ -166,6 +166,7 @@ private:
 /// the dispatcher's use. Concave shapes of other classes keep Bullet's algorithm.
 class BulletContacts {
 public:
+    /// Registers itself for the shapes that it answers; the dispatcher must not outlive it.
     explicit BulletContacts(btCollisionDispatcher& dispatcher) {
         for (const int kind :
              {SPHERE_SHAPE_PROXYTYPE, CAPSULE_SHAPE_PROXYTYPE, BOX_SHAPE_PROXYTYPE}) {

@@ -50,6 +50,7 @@ struct BulletGroundCounts {
 /// The contact surface for btRigidBody and btCollisionObject, static only. Local scaling is refused: it stays 1.
 class BulletGround final : public btConcaveShape {
 public:
+    /// Without a ground: see set_ground().
     explicit BulletGround(BulletGroundSettings settings = {}) : settings_(std::move(settings)) {
         m_shapeType = kShapeType;
     }
@@ -61,7 +62,9 @@ public:
     /// Moves the origin of the frame; the caller moves the bodies by the opposite, and updates the broadphase
     /// (btCollisionWorld::updateSingleAabb).
     void set_origin(const WorldPos& origin_world) { settings_.origin_world = origin_world; }
+    /// Origin of the frame, world.
     const WorldPos& origin_world() const { return settings_.origin_world; }
+    /// What was refused or absent since creation.
     BulletGroundCounts counts() const { return {absent_, refused_, failed_callbacks_}; }
 
     /// From the frame of the shape to the world, and back: rounded to btScalar once.
@@ -105,11 +108,14 @@ public:
                         aabb_min, aabb_max);
     }
 
+    /// Does nothing: the scale stays 1.
     void setLocalScaling(const btVector3&) override {}
+    /// (1, 1, 1).
     const btVector3& getLocalScaling() const override {
         static const btVector3 one(1, 1, 1);
         return one;
     }
+    /// 0: the ground is static.
     void calculateLocalInertia(btScalar, btVector3& inertia) const override { inertia.setZero(); }
     /// A type of concave shapes that no class of Bullet has. Bullet 3 takes CUSTOM_CONCAVE_SHAPE_TYPE for its own
     /// btSdfCollisionShape.

@@ -121,6 +121,7 @@ private:
 template <class Terrain, class Vector>
 class ChronoTerrain : public Terrain {
 public:
+    /// Answers with what tyre_ground says.
     explicit ChronoTerrain(TyreGround tyre_ground) : tyre_ground_(std::move(tyre_ground)) {}
 
     /// Where the ground of each step is set, and answers are counted.

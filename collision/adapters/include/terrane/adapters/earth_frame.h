@@ -52,7 +52,7 @@ struct EarthFrameSettings {
     double height = 0.0;                    ///< of world z = 0 above the ellipsoid, there
     double semi_major = 6378137.0;          ///< of the ellipsoid; WGS84
     double semi_minor = 6356752.314245179;  ///< equal to semi_major for a sphere
-    EarthMapping mapping = EarthMapping::tangent_plane;
+    EarthMapping mapping = EarthMapping::tangent_plane;  ///< what x and y are
     /// plate_carree: metres of x for a radian of longitude; 0: the true length at the origin. Of a raster in degrees:
     /// 180 / pi times the metres_per_unit_x that `terrane info` prints.
     double metres_per_radian_east = 0.0;

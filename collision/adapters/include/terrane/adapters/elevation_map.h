@@ -131,6 +131,7 @@ public:
     double resolution() const { return settings_.resolution; }
     /// The map's centre, map frame: a whole number of cells from the frame's origin, whatever the moves.
     double position_x() const { return static_cast<double>(cell_x_) * settings_.resolution; }
+    /// As position_x(), along y.
     double position_y() const { return static_cast<double>(cell_y_) * settings_.resolution; }
 
     /// [rows() * columns()] heights, column-major, map frame; NaN where there is no ground.
@@ -140,6 +141,7 @@ public:
 
     /// Centre of an unwrapped cell, map frame.
     double cell_x(std::int64_t row) const { return position_x() + offset(row, rows_); }
+    /// As cell_x(), along y.
     double cell_y(std::int64_t column) const { return position_y() + offset(column, columns_); }
     /// Index in layer() of an unwrapped cell. Requires 0 <= row < rows() and 0 <= column < columns().
     std::size_t index(std::int64_t row, std::int64_t column) const {

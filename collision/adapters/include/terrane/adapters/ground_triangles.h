@@ -24,7 +24,7 @@ enum class TrianglePart {
 struct GroundTriangle {
     /// Metres relative to the origin that was asked for; counter-clockwise seen from outside the solid.
     std::array<Eigen::Vector3d, 3> corners{};
-    TrianglePart part = TrianglePart::south;
+    TrianglePart part = TrianglePart::south;  ///< which triangle of the cell, or of a solid
     /// Cell of the contact level; of a solid triangle, the first cell of its chunk.
     std::int64_t column = 0, row = 0;
     std::uint32_t solid_index = 0;  ///< of a solid triangle, in its SolidSurface

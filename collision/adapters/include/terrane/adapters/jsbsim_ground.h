@@ -131,6 +131,7 @@ private:
 template <class Callback, class Location, class Vector>
 class JsbsimGround : public Callback {
 public:
+    /// Answers with what aircraft_ground says.
     explicit JsbsimGround(AircraftGround aircraft_ground)
         : aircraft_ground_(std::move(aircraft_ground)) {}
 

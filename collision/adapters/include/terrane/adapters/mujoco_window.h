@@ -76,8 +76,8 @@ struct MujocoWindowUpdate {
 
 /// The two elements of a model that a MujocoWindow needs, without the elements around them.
 struct MujocoHfieldXml {
-    std::string asset;  ///< for <asset>
-    std::string body;   ///< for <worldbody>
+    std::string asset;  ///< for the element `asset`
+    std::string body;   ///< for the element `worldbody`
 };
 
 /// @param cells     of the window along each side

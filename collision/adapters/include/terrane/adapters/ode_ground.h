@@ -92,12 +92,16 @@ public:
             tell(held.body, false);
         }
     }
+    /// Null before the first update().
     const Ground* ground() const { return ground_ ? &*ground_ : nullptr; }
+    /// What was refused, absent or unsupported since creation.
     OdeGroundCounts counts() const { return counts_; }
     /// The needs of the bodies that were collided with since the last update(), for Pager::update(); held ones
     /// included.
     std::span<const BodyNeed> needs() const { return needs_; }
+    /// Number of bodies that are held now.
     std::size_t held_count() const { return held_.size(); }
+    /// Whether a body is held now.
     bool is_held(dBodyID body) const { return find(body) != held_.size(); }
     /// For the caller who destroys a body.
     void forget(dBodyID body) {

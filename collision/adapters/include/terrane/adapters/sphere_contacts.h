@@ -17,7 +17,7 @@ namespace terrane::adapters {
 
 namespace internal {
 
-// The closest point of a triangle; whether it lies inside, not on an edge.
+/// The closest point of a triangle; whether it lies inside, not on an edge.
 struct TrianglePoint {
     Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< closest
     bool is_inside = false;                           ///< not on an edge
