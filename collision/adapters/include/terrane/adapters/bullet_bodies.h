@@ -9,12 +9,11 @@
 //              bodies.hold(world, ground, dt);
 //              world.stepSimulation(dt, 0);
 //
-// A body is held where its box, moved by its velocity and by gravity over dt, may reach absent ground: the guaranteed
-// interval of
-// the absent ground's heights counts, not its place alone. Held means: not integrated (DISABLE_SIMULATION), velocity
-// kept and given back; on_held hears when it begins and ends. So nothing falls while the pager loads.
+// A body is held where its box, moved by its velocity and by gravity over dt, overlaps the guaranteed interval of
+// heights of absent ground. Held means: not integrated (DISABLE_SIMULATION); its velocity is kept and restored. The
+// callback on_held is called when this begins and when it ends. So nothing falls while the pager loads.
 //
-// Threads: one, between steps.
+// Threads: one, and not during a step.
 
 #include <terrane/adapters/bullet_ground.h>
 #include <terrane/terrain/body_need.h>
@@ -71,7 +70,7 @@ public:
     std::size_t held_count() const { return held_.size(); }
     /// Whether a body is held now.
     bool is_held(const btRigidBody& body) const { return find(body) != nullptr; }
-    /// Forgets a body, for the caller who removes it from the world.
+    /// Removes a body from the list of held ones. Call it before the body is removed from the world.
     void forget(const btRigidBody& body) {
         std::erase_if(held_, [&](const Held& held) { return held.body == &body; });
     }

@@ -67,11 +67,11 @@ public:
     /// What was refused or absent since creation.
     BulletGroundCounts counts() const { return {absent_, refused_, failed_callbacks_}; }
 
-    /// From the frame of the shape to the world, and back: rounded to btScalar once.
+    /// Transforms a point from the shape's frame to the world.
     WorldPos to_world(const btVector3& p) const {
         return settings_.origin_world + Eigen::Vector3d(p.x(), p.y(), p.z());
     }
-    /// As to_world(), the other way.
+    /// Transforms a point from the world to the shape's frame; rounds once to btScalar.
     btVector3 to_shape(const WorldPos& p_world) const {
         return to_bullet(p_world - settings_.origin_world);
     }

@@ -15,9 +15,9 @@
 // from the north-western sample, columns east; the shape's origin is in the middle of the rectangle.
 // Heights: relative to the window's lowest ground, where the shape's frame is put; a float holds them to 2^-24 of the
 // window's range. The spacing is that of the ground's contact level.
-// Surface: the engines cut all cells one way, Terrane every other one the other way: the surfaces differ by up to half
-// of a cell's twist, DartWindowUpdate::surface_error_m. It has no thickness: a body that moves by more than its size
-// in a step can pass through it.
+// Surface: the engines split every cell along the same diagonal, Terrane along alternating diagonals. The surfaces
+// differ by at most half of a cell's twist (DartWindowUpdate::surface_error_m). The shape has no thickness: a body
+// that moves by more than its size in a step can pass through it.
 //
 // Moving: the shape is given new heights and its frame a new place, both by whole cells, so the surface stays where it
 // is in the world. DART notices by the shape's version and makes the engine's shape anew in the next step; the
@@ -28,7 +28,7 @@
 // them are counted in the update: a simulator does not step such a body, or takes it out. The same goes for boxes over
 // cells that volumes replace.
 //
-// Threads: one, that which steps.
+// Threads: only the thread that steps the world.
 // Source: the reference of DART 6, dart::dynamics::HeightmapShape.
 
 #include <terrane/adapters/field_window.h>

@@ -5,7 +5,7 @@
 // longitude 0; z through the north pole; metres. The earth is an ellipsoid of revolution, by default that of WGS84;
 // with equal semi-axes a sphere.
 //
-// A world is flat and the earth is not, so the two are joined in one of two ways:
+// Two mappings between the ellipsoid and the planar world:
 //   tangent_plane  the world is east, north, up at the origin, Cartesian. Lengths and angles are true; ground that
 //                  follows the earth must be modelled with its curvature (785 m below the plane at 100 km).
 //   plate_carree   x and y are longitude and latitude times a constant, z the height above the ellipsoid: what Terrane
@@ -59,7 +59,7 @@ struct EarthFrameSettings {
     double metres_per_radian_north = 0.0;  ///< the same for y and latitude
 };
 
-/// The way between ECEF and a world. Immutable. Threads: any number. Allocates: nothing.
+/// Transforms between ECEF and a world. Immutable. Threads: any number. Allocates: nothing.
 class EarthFrame {
 public:
     /// Fails: invalid_argument, naming the field and its value: angles beyond their ranges, axes that are not 1e5 m to

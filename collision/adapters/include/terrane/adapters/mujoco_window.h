@@ -31,7 +31,7 @@
 // counted in the update: a simulator does not step such a body, or takes it out. The same goes for boxes over cells
 // that volumes replace, whose mouths are closed by the heightfield here.
 //
-// Threads: one, that which steps.
+// Threads: only the thread that calls mj_step().
 // Source: the documentation of MuJoCo: XML reference of asset/hfield, "Mocap bodies", and mjmodel.h.
 
 #include <terrane/adapters/field_window.h>

@@ -103,7 +103,7 @@ public:
     std::size_t held_count() const { return held_.size(); }
     /// Whether a body is held now.
     bool is_held(dBodyID body) const { return find(body) != held_.size(); }
-    /// For the caller who destroys a body.
+    /// Removes a body from the list of held ones. Call it before the body is destroyed.
     void forget(dBodyID body) {
         std::erase_if(held_, [&](const Held& held) { return held.body == body; });
     }
