@@ -93,7 +93,7 @@ public:
     /// @param x, y metres, map frame
     ///
     /// Allocates: nothing
-    /// Cost:      O(cells read), some 50 ns each, and a check of the chunks below each column
+    /// Cost:      O(cells read), and a check of the chunks below each column
     ElevationMapUpdate update(const Ground& ground, double x, double y) {
         ElevationMapUpdate update;
         if (!(std::abs(x) <= 0x1p40 && std::abs(y) <= 0x1p40)) {
