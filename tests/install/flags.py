@@ -15,6 +15,8 @@ import re
 import subprocess
 import sys
 
+from public_headers import headers_without_engines
+
 FOLDER = pathlib.Path(__file__).parent
 # Sizes and alignments: the widest vectors, and Eigen's own macros, which some simulators define.
 LAYOUT_FLAGS = [[], ["-march=x86-64-v4"], ["-DEIGEN_MAX_ALIGN_BYTES=0"]]
@@ -36,7 +38,7 @@ class Package:
         folder = next(pathlib.Path(prefix).glob("lib*/**/pkgconfig"))
         self.environment = dict(os.environ, PKG_CONFIG_PATH=str(folder))
         self.modules = sorted(path.stem for path in folder.glob("terrane-*.pc"))
-        self.headers = sorted(pathlib.Path(prefix, "include").glob("terrane/**/*.h"))
+        self.headers = headers_without_engines(pathlib.Path(prefix, "include"))
 
     def flags(self, *words):
         return run(["pkg-config", *words], env=self.environment).split()
@@ -46,8 +48,7 @@ def layouts(compiler, package, work, flags):
     """Size and alignment of every class of namespace terrane, by name."""
     work.mkdir(parents=True, exist_ok=True)
     source = work / "headers.cpp"
-    names = [str(path).split("/include/", 1)[1] for path in package.headers]
-    source.write_text("".join(f"#include <{name}>\n" for name in names), encoding="utf-8")
+    source.write_text("".join(f"#include <{name}>\n" for name in package.headers), encoding="utf-8")
     dump = work / "classes.txt"
     run([compiler, "-std=c++20", "-fsyntax-only", *package.flags("--cflags", *package.modules), *flags,
          f"-fdump-lang-class={dump}", source])

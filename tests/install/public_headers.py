@@ -4,13 +4,19 @@
     public_headers.py PREFIX COMPILER WORK_DIR
 
 All of them together include nothing but themselves, Eigen, tl::expected, and the C and C++ libraries: no GDAL, OpenVDB,
-OpenGL, TBB or zstd; but for the adapters of Bullet and ODE. Those that include others of Terrane get version.h with them, so that headers and library of
-different versions do not link. The include folder has the one name `terrane`.
+OpenGL, TBB or zstd; but for the adapters of Bullet and ODE. Those that include others of Terrane get version.h with
+them, so that headers and library of different versions do not link. The include folder has the one name `terrane`.
 """
 import pathlib
 import re
 import subprocess
 import sys
+
+
+def headers_without_engines(root):
+    """Names of the headers below an include folder, without the adapters that include the headers of an engine."""
+    return sorted(str(path.relative_to(root)) for path in root.glob("terrane/**/*.h")
+                  if not re.match(r"(bullet|ode)_", path.name))
 
 
 def included(compiler, source, text, flags):
@@ -35,9 +41,7 @@ def closure(header, root, seen):
 def main():
     root, compiler, work = pathlib.Path(sys.argv[1], "include"), sys.argv[2], pathlib.Path(sys.argv[3])
     work.mkdir(parents=True, exist_ok=True)
-    # Adapters of an engine include that engine, which who includes them has.
-    headers = sorted(str(path.relative_to(root)) for path in root.glob("terrane/**/*.h")
-                     if not re.match(r"(bullet|ode)_", path.name))
+    headers = headers_without_engines(root)
     eigen = subprocess.run(["pkg-config", "--cflags", "eigen3"], capture_output=True, text=True, check=True).stdout.split()
     problems = [f"the include folder has {path.name}" for path in root.iterdir() if path.name != "terrane"]
 

@@ -9,10 +9,6 @@
 namespace terrane::tools {
 namespace {
 
-bool overlap(const Aabb& a, const Aabb& b) {
-    return (a.low.array() <= b.high.array()).all() && (b.low.array() <= a.high.array()).all();
-}
-
 using Cell = std::array<std::uint32_t, 3>;
 
 // Cubic cells along the axes, counted from the origin; coordinates beyond the room belong to its border cells.

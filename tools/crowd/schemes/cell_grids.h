@@ -8,6 +8,11 @@
 
 namespace terrane::tools {
 
+/// Whether two closed boxes have a point in common.
+inline bool overlap(const Aabb& a, const Aabb& b) {
+    return (a.low.array() <= b.high.array()).all() && (b.low.array() <= a.high.array()).all();
+}
+
 /// Cells of a dense grid along each axis of its room, as published.
 inline constexpr std::size_t kDenseCells = 40;
 

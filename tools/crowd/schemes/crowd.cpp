@@ -187,9 +187,7 @@ const Aabb& Crowd::exact_box(std::uint32_t body, CrowdQuery& query) {
 }
 
 bool Crowd::do_boxes_overlap(const BodyPair& pair, CrowdQuery& query) {
-    const Aabb& a = exact_box(pair.a, query);
-    const Aabb& b = exact_box(pair.b, query);
-    return (a.low.array() <= b.high.array()).all() && (b.low.array() <= a.high.array()).all();
+    return overlap(exact_box(pair.a, query), exact_box(pair.b, query));
 }
 
 CrowdQuery Crowd::query() {
