@@ -6,6 +6,7 @@
 
 #include <terrane/collision/lidar.h>
 #include <terrane/collision/world.h>
+#include <terrane/terrain/ray_fan.h>
 
 #include <cmath>
 #include <limits>
@@ -85,6 +86,7 @@ struct Lidar::State {
     std::vector<Eigen::Vector3d> directions_sensor;
     internal::WorkerTeam team;
     internal::BodyTree no_bodies;
+    RayFan fan;
 };
 
 Result<Lidar> Lidar::create(const LidarSettings& settings,
@@ -117,7 +119,10 @@ Result<void> Lidar::scan(const Ground& ground, const World* world, const Pose& w
     const double min_range = state_->settings.min_range, max_range = state_->settings.max_range;
     const bool is_valid = is_pose(world_from_sensor);
     const WorldPos& origin = world_from_sensor.translation;
-    const internal::QueryScene ground_alone{{}, &state_->no_bodies, &ground};
+    const bool has_fan = is_valid && count() >= RayFan::kLeastRays;
+    if (has_fan) state_->fan.reset(ground, origin, max_range);
+    const internal::QueryScene ground_alone{
+        {}, &state_->no_bodies, &ground, has_fan ? &state_->fan : nullptr};
     state_->team.run_blocks(count(), kRaysOfTurn, [&](std::size_t i) {
         RayQueryAnswer answer;
         WorldPos end = origin;
@@ -126,8 +131,13 @@ Result<void> Lidar::scan(const Ground& ground, const World* world, const Pose& w
                 internal::rotated(world_from_sensor.rotation, state_->directions_sensor[i]);
             const WorldPos begin = origin + min_range * direction;
             end = origin + max_range * direction;
-            answer = world != nullptr ? world->ray(ground, begin, end, filter)
-                                      : internal::query_ray(ground_alone, begin, end, filter);
+            if (world == nullptr) {
+                answer = internal::query_ray(ground_alone, begin, end, filter);
+            } else if (has_fan) {
+                answer = world->ray(state_->fan, begin, end, filter);
+            } else {
+                answer = world->ray(ground, begin, end, filter);
+            }
         }
         if (!out.ranges.empty()) {
             out.ranges[i] =

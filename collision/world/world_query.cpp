@@ -49,6 +49,14 @@ RayQueryAnswer World::ray(const Ground& ground, const WorldPos& from, const Worl
     return internal::query_ray(state_->scene(ground), from, to, filter);
 }
 
+RayQueryAnswer World::ray(const RayFan& ground, const WorldPos& from, const WorldPos& to,
+                          const QueryFilter& filter) const {
+    if (ground.ground() == nullptr) return {};
+    internal::QueryScene scene = state_->scene(*ground.ground());
+    scene.fan = &ground;
+    return internal::query_ray(scene, from, to, filter);
+}
+
 CastQueryAnswer World::cast(const Ground& ground, const Shape& shape, const Motion& motion,
                             const QueryFilter& filter) const {
     return internal::query_cast(state_->scene(ground), shape, motion, filter);

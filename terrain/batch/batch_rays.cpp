@@ -3,6 +3,7 @@
 #include "batch/ground_batch_state.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace terrane {
@@ -55,6 +56,17 @@ Result<void> GroundBatch::rays(const Ground& ground, const PointArray& from_worl
     if (auto ok = internal::check_length("errors_m", out.errors_m.size(), count); !ok) return ok;
     if (auto ok = internal::check_length("statuses", out.statuses.size(), count); !ok) return ok;
     if (auto ok = internal::check_length("filled", out.filled.size(), count); !ok) return ok;
+    const bool has_fan = from_world.stride == 0 && count >= RayFan::kLeastRays;
+    if (has_fan) {
+        double reach = 0.0;
+        const WorldPos from = point_at(from_world, 0);
+        for (std::size_t i = 0; i < count; ++i) {
+            const Eigen::Vector3d ray = point_at(to_world, i) - from;
+            const double length = std::sqrt(ray.x() * ray.x() + ray.y() * ray.y());
+            if (std::isfinite(length)) reach = std::max(reach, length);
+        }
+        state_->fan.reset(ground, from, reach);
+    }
     const internal::ChunkOrder::Grid grid(ground);
     state_->run_slices(
         count, kLeastRays, [&](std::size_t begin, std::size_t end, State::Worker& worker) {
@@ -69,7 +81,8 @@ Result<void> GroundBatch::rays(const Ground& ground, const PointArray& from_worl
                 worker.order.arrange(end - begin, bucket_of);
             for (std::size_t k = 0; k < end - begin; ++k) {
                 const std::size_t i = begin + (order.empty() ? k : order[k]);
-                write(out, i, ground.ray(point_at(from_world, i), point_at(to_world, i)));
+                const WorldPos from = point_at(from_world, i), to = point_at(to_world, i);
+                write(out, i, has_fan ? state_->fan.ray(from, to) : ground.ray(from, to));
             }
         });
     return {};

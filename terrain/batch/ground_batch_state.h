@@ -6,6 +6,7 @@
 #include "batch/chunk_table.h"
 
 #include <terrane/terrain/ground_batch.h>
+#include <terrane/terrain/ray_fan.h>
 
 #include <algorithm>
 #include <vector>
@@ -38,6 +39,7 @@ struct GroundBatch::State {
     internal::WorkerTeam team;
     std::vector<Worker> workers;
     std::uint64_t call = 0;  // number of the call, for the tables
+    RayFan fan;              // of rays with a common start
 };
 
 }  // namespace terrane

@@ -7,6 +7,11 @@
 namespace terrane {
 
 RayAnswer Ground::ray(const WorldPos& from_world, const WorldPos& to_world) const {
+    return ray_after(0.0, from_world, to_world);
+}
+
+RayAnswer Ground::ray_after(double fraction, const WorldPos& from_world,
+                            const WorldPos& to_world) const {
     RayAnswer answer;
     const Eigen::Vector3d displacement = to_world - from_world;
     if (!from_world.allFinite() || !displacement.allFinite()) return answer;
@@ -37,8 +42,10 @@ RayAnswer Ground::ray(const WorldPos& from_world, const WorldPos& to_world) cons
         start.y() = std::clamp(start.y(), extent_.south, extent_.north);
     }
 
-    RayWalk ray(*this, start, displacement);
-    ray.walk(leave - enter);
+    const bool is_above = fraction > enter;
+    if (is_above && fraction >= leave) return answer;
+    RayWalk ray(*this, start, displacement, is_above);
+    ray.walk(is_above ? fraction - enter : 0.0, leave - enter);
     ray.answer(answer);
     if (answer.status != GroundStatus::ok) return answer;
     answer.fraction = std::clamp(enter + ray.t(), 0.0, 1.0);

@@ -28,18 +28,18 @@ std::size_t index_in_chunk(std::int64_t column, std::int64_t row) {
 
 }  // namespace
 
-void Ground::RayWalk::walk(double leave) {
+void Ground::RayWalk::walk(double begin, double leave) {
     // starts with the smallest square that contains both ends
     const CellRange& extent = ground_.in_extent_;
-    const auto ends = [leave](const RayAxis& axis, std::int64_t low, std::int64_t high) {
-        return std::array{std::clamp(axis.cell(0.0), low, high),
+    const auto ends = [&](const RayAxis& axis, std::int64_t low, std::int64_t high) {
+        return std::array{std::clamp(axis.cell(begin), low, high),
                           std::clamp(axis.cell(leave), low, high)};
     };
     const auto columns = ends(x_, extent.west, extent.east);
     const auto rows = ends(y_, extent.south, extent.north);
     const std::int64_t differing = (columns[0] ^ columns[1]) | (rows[0] ^ rows[1]);
     if (differing >> kChunkShift != 0) {
-        visit_squares<kChunkShift>(extent, 0.0, leave, [this](const SquareSpan& over) {
+        visit_squares<kChunkShift>(extent, begin, leave, [this](const SquareSpan& over) {
             is_whole_ = false;
             const CellRange cells = cells_of(over, kChunkCells);
             if (cells.west > cells.east || cells.south > cells.north) {
@@ -53,7 +53,7 @@ void Ground::RayWalk::walk(double leave) {
         return;
     }
     if (open_chunk(columns[0], rows[0])) return;
-    SquareSpan over{columns[0], rows[0], 0.0, leave};
+    SquareSpan over{columns[0], rows[0], begin, leave};
     if (chunk_->solid != nullptr) {
         over.column &= -kChunkCells;
         over.row &= -kChunkCells;

@@ -60,7 +60,9 @@ class Ground::RayWalk {
     using SquareSpan = internal::SquareSpan;
 
 public:
-    RayWalk(const Ground& ground, const WorldPos& start, const Eigen::Vector3d& displacement)
+    /// @param is_above whether the ray is known to be above the ground where the walk begins
+    RayWalk(const Ground& ground, const WorldPos& start, const Eigen::Vector3d& displacement,
+            bool is_above)
         : ground_(ground),
           x_(axis(ground.columns_, start.x(), displacement.x())),
           y_(axis(ground.rows_, start.y(), displacement.y())),
@@ -68,9 +70,10 @@ public:
           z_(start.z() * ground.inverse_quantum_ - base_),
           dz_(displacement.z() * ground.inverse_quantum_),
           start_world_(start),
-          displacement_(displacement) {}
+          displacement_(displacement),
+          side_(is_above ? 1 : 0) {}
 
-    void walk(double leave);
+    void walk(double begin, double leave);
     void answer(RayAnswer& answer_out) const;
     double t() const { return t_; }
 
@@ -192,7 +195,7 @@ private:
     double base_, z_, dz_;  // quanta
     WorldPos start_world_;
     Eigen::Vector3d displacement_;
-    int side_ = 0;  // of the surface: 1 above, -1 below, 0 unknown
+    int side_;  // of the surface: 1 above, -1 below, 0 unknown
 
     const Chunk* chunk_ = nullptr;
     bool is_whole_ = false;  // all cells of the chunk are ground inside the extent

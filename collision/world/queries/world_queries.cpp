@@ -67,7 +67,9 @@ RayQueryAnswer query_ray(const QueryScene& scene, const WorldPos& from, const Wo
     if (!is_finite(from) || !is_finite(displacement)) return answer;
     answer.status = QueryStatus::complete;
     const Ground* ground = seen_ground(scene, filter);
-    const RayAnswer below = ground != nullptr ? ground->ray(from, to) : RayAnswer{};
+    const RayAnswer below = ground == nullptr      ? RayAnswer{}
+                            : scene.fan != nullptr ? scene.fan->ray(from, to)
+                                                   : ground->ray(from, to);
     if (below.status == GroundStatus::ok) {
         answer.hit = true;
         answer.fraction = below.fraction;

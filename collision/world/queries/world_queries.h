@@ -7,6 +7,7 @@
 #include <terrane/collision/shapes.h>
 #include <terrane/collision/world_query.h>
 #include <terrane/terrain/ground.h>
+#include <terrane/terrain/ray_fan.h>
 
 #include <span>
 
@@ -32,6 +33,7 @@ struct QueryScene {
     std::span<const QueryBody> bodies;  ///< [slots]
     const BodyTree* tree = nullptr;     ///< of their compute_aabb(), or of larger boxes; not null
     const Ground* ground = nullptr;     ///< null: none
+    const RayFan* fan = nullptr;        ///< of the ground, answers its rays; null: none
 };
 
 /// The first point of the segment `from` to `to` inside or on a body, or on the ground.

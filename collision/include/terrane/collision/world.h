@@ -11,6 +11,7 @@
 #include <terrane/terrain/aabb.h>
 #include <terrane/terrain/body_need.h>
 #include <terrane/terrain/ground.h>
+#include <terrane/terrain/ray_fan.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -226,6 +227,9 @@ public:
 
     /// The first point of the segment `from` to `to` inside or on a body, or on the ground.
     RayQueryAnswer ray(const Ground& ground, const WorldPos& from, const WorldPos& to,
+                       const QueryFilter& filter = {}) const;
+    /// The same for rays from one point: see RayFan::ray() for what is required of them.
+    RayQueryAnswer ray(const RayFan& ground, const WorldPos& from, const WorldPos& to,
                        const QueryFilter& filter = {}) const;
     /// The first contact of a moving shape.
     CastQueryAnswer cast(const Ground& ground, const Shape& shape, const Motion& motion,

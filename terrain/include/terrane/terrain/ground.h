@@ -143,6 +143,7 @@ public:
 private:
     friend class GroundBatch;
     friend class GroundReader;
+    friend class RayFan;
     class RayWalk;
 
     // The lines between cells along one axis: line i is Lattice::x() or y() of it, bit for bit.
@@ -165,6 +166,9 @@ private:
     struct CellPoint;
     bool height_over(const CellPoint& point, double at_most, HeightAnswer& answer) const;
     HeightAnswer height_at_most(double x, double y, double at_most) const;
+    // ray() where the segment is above resident ground up to a fraction of it; not above 0: nothing is known.
+    RayAnswer ray_after(double fraction, const WorldPos& from_world,
+                        const WorldPos& to_world) const;
 
     std::shared_ptr<const ResidentSet> resident_;
     std::shared_ptr<const SurfaceMap> surface_map_;
