@@ -12,8 +12,15 @@
 #include <memory>
 
 #if TERRANE_TEST_DART
-#include <dart/collision/bullet/bullet.hpp>
-#include <dart/dart.hpp>
+// not dart.hpp, which includes readers of files that need other libraries
+#include <dart/collision/bullet/BulletCollisionDetector.hpp>
+#include <dart/constraint/ConstraintSolver.hpp>
+#include <dart/dynamics/FreeJoint.hpp>
+#include <dart/dynamics/HeightmapShape.hpp>
+#include <dart/dynamics/Skeleton.hpp>
+#include <dart/dynamics/SphereShape.hpp>
+#include <dart/dynamics/WeldJoint.hpp>
+#include <dart/simulation/World.hpp>
 #endif
 
 namespace terrane::adapters {
@@ -41,6 +48,9 @@ struct Simulation {
         ball = skeleton->createJointAndBodyNodePair<dart::dynamics::FreeJoint>().second;
         ball->createShapeNodeWith<dart::dynamics::CollisionAspect, dart::dynamics::DynamicsAspect>(
             std::make_shared<dart::dynamics::SphereShape>(0.5));
+        // a solid ball of 1 kg: DART's default is the inertia of a much larger body, which hardly rolls
+        ball->setInertia(dart::dynamics::Inertia(1.0, Eigen::Vector3d::Zero(),
+                                                 0.1 * Eigen::Matrix3d::Identity()));
         Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
         pose.translation() = place;
         static_cast<dart::dynamics::FreeJoint*>(skeleton->getJoint(0))->setTransform(pose);
@@ -90,7 +100,7 @@ TEST(DartEngine, RollsDownASlopeWhileTheWindowMoves) {
 
 TEST(DartEngine, IsInstalled) {
     GTEST_SKIP() << "DART and its Bullet detector were not found: apt-get install "
-                    "libdart-collision-bullet-dev";
+                    "libdart-collision-bullet-dev libdart-external-ikfast-dev";
 }
 
 #endif
