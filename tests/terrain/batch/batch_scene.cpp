@@ -11,7 +11,7 @@ double rough_height(double x, double y) {
     return 6.0 * std::sin(0.13 * x) + 4.0 * std::cos(0.17 * y + 0.05 * x) + std::sin(2.1 * x * y);
 }
 
-// A floor 20 m below cells 30 to 37 of row 50 to 53, which are replaced.
+// A floor at -20 m instead of cells 30 to 37 of rows 50 to 53, and a roof at 25 m over them.
 std::shared_ptr<const SolidSurface> make_pit(double spacing) {
     SolidTriangles pit;
     for (int row = 50; row <= 53; ++row) {
@@ -19,13 +19,15 @@ std::shared_ptr<const SolidSurface> make_pit(double spacing) {
             const auto cell = static_cast<std::uint16_t>(2 * cell_index(column, row));
             pit.replaced.push_back(cell);
             pit.replaced.push_back(static_cast<std::uint16_t>(cell + 1));
-            const auto first = static_cast<std::uint32_t>(pit.vertices_world.size());
-            for (const int corner : {0, 1, 3, 2}) {
-                pit.vertices_world.push_back(
-                    {spacing * (column + (corner & 1)), spacing * (row + (corner >> 1)), -20.0});
+            for (const double z : {-20.0, 25.0}) {
+                const auto first = static_cast<std::uint32_t>(pit.vertices_world.size());
+                for (const int corner : {0, 1, 3, 2}) {
+                    pit.vertices_world.push_back(
+                        {spacing * (column + (corner & 1)), spacing * (row + (corner >> 1)), z});
+                }
+                pit.triangles.push_back({first, first + 1, first + 2});
+                pit.triangles.push_back({first, first + 2, first + 3});
             }
-            pit.triangles.push_back({first, first + 1, first + 2});
-            pit.triangles.push_back({first, first + 2, first + 3});
         }
     }
     pit.parts.assign(pit.triangles.size(), SolidPart::cavity);

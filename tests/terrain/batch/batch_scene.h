@@ -16,7 +16,8 @@ namespace terrane::test {
 /// Metres along a side of the ground of make_batch_ground().
 inline constexpr double kBatchSide = 3.0 * kChunkCells;
 
-/// 3 x 3 chunks of rough ground with holes; chunk (1, 2) is absent, chunk (0, 0) has a pit of volumes.
+/// 3 x 3 chunks of rough ground with holes; chunk (1, 2) is absent, chunk (0, 0) has a pit of volumes
+/// under a roof.
 Ground make_batch_ground(double spacing = 1.0);
 
 /// Coordinates, x y z x y z ..., in random order and in runs: inside cells, on lines, on the borders of the ground and
