@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Bullet's bodies and its raycast vehicle on Terrane's ground, in the order of docs/adapters.md. Prints where they end.
+#include "motion_trace.h"
+
 #include <terrane/adapters/bullet_bodies.h>
 #include <terrane/adapters/bullet_contacts.h>
 #include <terrane/adapters/bullet_ground.h>
@@ -10,10 +12,12 @@
 
 #include <cstdio>
 #include <memory>
+#include <string>
 #include <vector>
 
-int main() {
+int main(int argc, char** argv) {
     using namespace terrane;
+    MotionTrace trace(argc, argv);
     const auto source = FractalHeights::create({.seed = 7}).value();
     Pager pager = Pager::create(source, {.worker_count = 0}).value();
 
@@ -76,6 +80,12 @@ int main() {
         keeper.hold(world, ground, dt);
         for (int wheel = 0; wheel < 4; ++wheel) vehicle.applyEngineForce(1000, wheel);
         world.stepSimulation(btScalar(dt), 0);
+        for (const std::size_t i : {std::size_t{0}, std::size_t{5}, bodies.size() - 1}) {
+            const WorldPos p = ground.to_world(bodies[i]->getWorldTransform().getOrigin());
+            const std::string name =
+                i + 1 == bodies.size() ? "vehicle" : "ball " + std::to_string(i);
+            trace.add(name, frame * dt, p, ground.ground()->height(p.x(), p.y()).height);
+        }
     }
 
     int below = 0;

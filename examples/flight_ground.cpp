@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The ground under an aircraft: height above ground from earth-centred positions, as JSBSim asks a FGGroundCallback,
 // and a probe in a local frame with y up, as X-Plane has it. Flies a circle over a world that lies at 47 N, 8 E.
+#include "motion_trace.h"
+
 #include <terrane/adapters/jsbsim_ground.h>
 #include <terrane/adapters/terrain_probe.h>
 #include <terrane/terrain/fractal_heights.h>
@@ -11,8 +13,9 @@
 #include <cstdio>
 #include <numbers>
 
-int main() {
+int main(int argc, char** argv) {
     using namespace terrane;
+    MotionTrace trace(argc, argv);
     const auto source = FractalHeights::create({.seed = 7, .finest_spacing_log2 = 3}).value();
     Pager pager = Pager::create(source, {.worker_count = 0}).value();
     const double degree = std::numbers::pi / 180.0;
@@ -42,6 +45,7 @@ int main() {
         probe.set_origin(WorldPos(p_world.x(), p_world.y(), 0.0));
 
         const adapters::AircraftGround::Answer below = ground.ask(p_earth);
+        trace.add("aircraft", step * 0.5, p_world, p_world.z() - below.height_above_ground);
         lowest_ft = std::min(lowest_ft, below.height_above_ground / adapters::kMetresPerFoot);
         const auto hit = probe.probe(Eigen::Vector3d(0.0, p_world.z(), 0.0));
         largest_difference = std::max(largest_difference, std::abs(p_world.z() - hit.location.y() -

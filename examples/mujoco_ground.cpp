@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // MuJoCo's bodies on Terrane's ground, in the order of docs/adapters.md. Prints where they end.
+#include "motion_trace.h"
+
 #include <terrane/adapters/mujoco_window.h>
 #include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/pager.h>
@@ -11,8 +13,9 @@
 #include <string>
 #include <vector>
 
-int main() {
+int main(int argc, char** argv) {
     using namespace terrane;
+    MotionTrace trace(argc, argv);
     const auto source = FractalHeights::create({.seed = 7}).value();
     Pager pager = Pager::create(source, {.worker_count = 0}).value();
     const Pager::Ticket start = pager.require({-60, -60, 60, 60}, 0.0);
@@ -60,14 +63,18 @@ int main() {
             needs.push_back({.centre_world = origin + 0.5 * (box.low + box.high), .radius = 0.4});
         }
         pager.update({}, needs, data->time);
-        const adapters::MujocoWindowUpdate update =
-            window.update(*model, *data, Ground(pager.resident(), pager.contact_level()), boxes);
+        const Ground now(pager.resident(), pager.contact_level());
+        const adapters::MujocoWindowUpdate update = window.update(*model, *data, now, boxes);
         if (update.has_changed) ++uploads;  // mjr_uploadHField(model, context, window.hfield_id())
         if (update.status != adapters::MujocoWindowStatus::ok || update.unsupported_boxes > 0) {
             ++held;  // the simulation waits for its ground
             continue;
         }
         mj_step(model, data);
+        for (const std::size_t i : {0u, 3u, 6u}) {
+            const WorldPos p = origin + 0.5 * (boxes[i].low + boxes[i].high);
+            trace.add("ball " + std::to_string(i), data->time, p, now.height(p.x(), p.y()).height);
+        }
     }
 
     int below = 0;

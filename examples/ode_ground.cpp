@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // ODE's bodies on Terrane's ground, in the order of docs/adapters.md. Prints where they end.
+#include "motion_trace.h"
+
 #include <terrane/adapters/ode_ground.h>
 #include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/pager.h>
@@ -9,6 +11,7 @@
 #include <array>
 #include <cstdio>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace {
@@ -33,8 +36,9 @@ void near_callback(void* data, dGeomID a, dGeomID b) {
 
 }  // namespace
 
-int main() {
+int main(int argc, char** argv) {
     using namespace terrane;
+    MotionTrace trace(argc, argv);
     const auto source = FractalHeights::create({.seed = 7}).value();
     Pager pager = Pager::create(source, {.worker_count = 0}).value();
     const Pager::Ticket start = pager.require({-60, -60, 60, 60}, 0.0);
@@ -77,6 +81,11 @@ int main() {
         dSpaceCollide(space, &simulation, &near_callback);
         dWorldQuickStep(simulation.world, dReal(dt));
         dJointGroupEmpty(simulation.joints);
+        for (const std::size_t i : {4u, 9u, 14u}) {
+            const WorldPos p = ground->to_world(dBodyGetPosition(bodies[i]));
+            trace.add((i % 2 == 0 ? "ball " : "box ") + std::to_string(i), frame * dt, p,
+                      ground->ground()->height(p.x(), p.y()).height);
+        }
     }
 
     int below = 0;

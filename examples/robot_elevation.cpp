@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 // A robot's elevation map in the layout of ROS's grid_map, which follows it over the ground; and what a grid_map_msgs
 // message of it has.
+#include "motion_trace.h"
+
 #include <terrane/adapters/elevation_map.h>
 #include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/pager.h>
@@ -9,8 +11,9 @@
 #include <cmath>
 #include <cstdio>
 
-int main() {
+int main(int argc, char** argv) {
     using namespace terrane;
+    MotionTrace trace(argc, argv);
     const auto source = FractalHeights::create({.seed = 7, .finest_spacing_log2 = -2}).value();
     Pager pager = Pager::create(source, {.worker_count = 0}).value();
     adapters::ElevationMap map =
@@ -25,6 +28,10 @@ int main() {
             map.update(Ground(pager.resident(), pager.contact_level()), x, y);
         read += update.read_cells;
         absent += update.absent_cells;
+        const auto [lowest, highest] = std::minmax_element(map.layer().begin(), map.layer().end());
+        const double z = source->height(x, y);
+        trace.add("lowest cell", step * 0.02, {x, y, static_cast<double>(*lowest)}, z);
+        trace.add("highest cell", step * 0.02, {x, y, static_cast<double>(*highest)}, z);
     }
     // info.resolution, info.length_*, info.pose.position, outer_start_index, inner_start_index, data[0].data
     std::printf("%lld x %lld cells of %.2f m around (%.1f, %.1f), start index (%lld, %lld)\n",

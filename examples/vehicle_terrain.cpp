@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Wheels that ask for height, normal and friction below a point, as Project Chrono's tyres ask a ChTerrain. With Chrono
 // the two structs below are chrono::ChVector3d and chrono::vehicle::ChTerrain, and the rest stays.
+#include "motion_trace.h"
+
 #include <terrane/adapters/chrono_terrain.h>
 #include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/pager.h>
@@ -34,8 +36,9 @@ struct Terrain {
 
 }  // namespace
 
-int main() {
+int main(int argc, char** argv) {
     using namespace terrane;
+    MotionTrace trace(argc, argv);
     const auto source = FractalHeights::create({.seed = 7}).value();
     Pager pager = Pager::create(source, {.worker_count = 0}).value();
     adapters::ChronoTerrain<Terrain, Vector> terrain(
@@ -56,6 +59,8 @@ int main() {
             const double height = as_chrono_sees_it.GetHeight(below);
             lowest = std::min(lowest, height);
             highest = std::max(highest, height);
+            trace.add(wheel < 0.0 ? "rear wheel" : "front wheel", step * dt,
+                      {x + wheel, 0.9, height}, source->height(x + wheel, 0.9));
         }
         x += speed * dt;
     }
