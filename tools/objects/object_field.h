@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -29,9 +30,10 @@ struct ObjectCounts {
 };
 
 struct ObjectFieldSettings {
-    double max_error_px = 1.0;  ///< no object is drawn whose absence is less, > 0
-    View picture;               ///< of the frames: its size and field of view
-    bool has_thread = true;     ///< false: see SquareMaker
+    double max_error_px = 1.0;               ///< no object is drawn whose absence is less, > 0
+    View picture;                            ///< of the frames: its size and field of view
+    bool has_thread = true;                  ///< false: see SquareMaker
+    std::optional<SunShadows> shadows = {};  ///< of the renderer's frames
 };
 
 /// The objects of a scene while a camera moves: squares of scatters come and go, and frames get their draws.
@@ -76,6 +78,7 @@ private:
 
     Scene scene_;
     double max_error_px_;
+    std::optional<SunShadows> shadows_;
     std::vector<std::unique_ptr<ScatteredModel>>
         scattered_;                       // addresses stay: the maker reads their scatters
     std::unique_ptr<SquareMaker> maker_;  // after scattered_: it is destroyed first
