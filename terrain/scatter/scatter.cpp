@@ -233,6 +233,7 @@ Result<std::vector<ScatterPoint>> Scatter::objects_in(const ScatterSquare& squar
         if (!height->has_value()) continue;
         ScatterPoint point;
         point.position_world = {x, y, **height};
+        if (source_->is_replaced(x, y, **height)) continue;
         point.scale =
             settings_.min_scale + (settings_.max_scale - settings_.min_scale) * numbers.next();
         // A direction that is spread evenly: a point of the disc, without its middle.

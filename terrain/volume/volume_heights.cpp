@@ -6,9 +6,18 @@
 #include <terrane/volume/volume_heights.h>
 
 #include <algorithm>
+#include <cmath>
+#include <span>
 #include <utility>
 
 namespace terrane {
+namespace {
+
+// Spacings from a volume within which its contour may cut triangles: the length of the longest edge of a tetrahedron of
+// the contour, rounded up. Distances of level sets reach at least two.
+constexpr double kReplacedWithin = 1.75;
+
+}  // namespace
 
 Result<std::shared_ptr<VolumeHeights>> VolumeHeights::create(
     std::shared_ptr<const HeightSource> heights, const Volumes& volumes) {
@@ -58,6 +67,18 @@ std::optional<SolidExtent> VolumeHeights::solid_extent(const ChunkKey& key) cons
     const auto extent = edited_->extent_of(key);
     if (!extent) return std::nullopt;
     return extent->solid;
+}
+
+bool VolumeHeights::is_replaced(double x, double y, double z) const {
+    const double side = kVolumeTileCells * volumes_.spacing();
+    const VolumeTileKey tile = {
+        static_cast<std::int64_t>(std::floor((x - lattice().origin_x) / side)),
+        static_cast<std::int64_t>(std::floor((y - lattice().origin_y) / side))};
+    const std::span<const std::uint32_t> near = volumes_.operations_at(tile);
+    return std::any_of(near.begin(), near.end(), [&](std::uint32_t index) {
+        return volumes_.operations()[index].signed_distance({x, y, z}) <
+               kReplacedWithin * volumes_.spacing();
+    });
 }
 
 std::size_t VolumeHeights::max_chunk_bytes(const ChunkKey& key) const {

@@ -51,7 +51,7 @@ Result<void> FlightOutput::add_objects(const Terrain& terrain, FrameMaker& maker
     if (terrain.objects == nullptr) return {};
     TerrainRenderer* const renderer = pictures_ ? &pictures_->renderer() : nullptr;
     Result<ObjectField> field =
-        ObjectField::create(heightfield_of(terrain), *terrain.objects,
+        ObjectField::create(terrain.source, *terrain.objects,
                             {.max_error_px = options_.max_error_px,
                              .picture = make_view(options_.size, options_.fov_deg),
                              .has_thread = options_.threads > 0,

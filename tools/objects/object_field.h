@@ -39,6 +39,7 @@ struct ObjectFieldSettings {
 /// The objects of a scene while a camera moves: squares of scatters come and go, and frames get their draws.
 class ObjectField {
 public:
+    /// @param source   ground that scattered objects stand on, volumes included: where they replace it is no object
     /// @param renderer of the frames; null where none is drawn
     ///
     /// Fails: invalid_argument as make_levels() and Scatter::create(), with the file of the mesh; for a scatter of more

@@ -147,6 +147,11 @@ public:
     /// nothing.
     virtual std::optional<SolidExtent> solid_extent(const ChunkKey& key) const;
 
+    /// Whether volumes may replace the heightfield at a point of it, of finite coordinates: where the answer is no,
+    /// the triangle of the finest spacing at the point is neither cut nor dropped. Changes at run time do not count, so
+    /// that the answer stays the same. Must answer from memory. Default: no.
+    virtual bool is_replaced(double x, double y, double z) const;
+
     /// Most bytes of a chunk: what a load claims of the byte ceiling. A chunk that turns out larger is not taken: it is
     /// loaded again at once if this is more by then, else it counts as a failed load. Default: Chunk::max_bytes().
     virtual std::size_t max_chunk_bytes(const ChunkKey& key) const;

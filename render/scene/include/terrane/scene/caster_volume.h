@@ -10,9 +10,10 @@ namespace terrane {
 
 /// Where a renderer draws shadows, for scenes that give it the casters out of view.
 struct SunShadows {
-    Eigen::Vector3d sun_direction =
-        Eigen::Vector3d::UnitZ();  ///< towards the sun, finite and not zero; of any length
-    double distance = 0.0;         ///< that shadows reach from the eye, metres; 0: no shadows
+    /// Towards the sun, finite and not zero; of any length.
+    Eigen::Vector3d sun_direction = Eigen::Vector3d::UnitZ();
+    /// That shadows reach from the eye, metres; 0: no shadows.
+    double distance = 0.0;
 };
 
 /// Whether direction and distance are in range: the distance above 0 and at most 1e9 m.
@@ -31,8 +32,11 @@ public:
     /// Requires a view that check() accepts, and has_shadows(shadows).
     CasterVolume(const View& view, const SunShadows& shadows);
 
+    /// Whether a bounding volume has a point in the set.
     bool meets(const BoundingSphere& ball_world) const;
+    /// The same of a box along the axes.
     bool meets(const Aabb& box_world) const;
+    /// The same of a box with axes of its own.
     bool meets(const OrientedBox& box_world) const;
 
 private:
