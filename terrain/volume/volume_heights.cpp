@@ -13,9 +13,8 @@
 namespace terrane {
 namespace {
 
-// Spacings from a volume within which its contour may cut triangles: the length of the longest edge of a tetrahedron of
-// the contour, rounded up. Distances of level sets reach at least two.
-constexpr double kReplacedWithin = 1.75;
+// Spacings from a volume that count as inside: more than the rounding of samples to the quantum and of level sets.
+constexpr double kInsideWithin = 0.25;
 
 }  // namespace
 
@@ -69,7 +68,7 @@ std::optional<SolidExtent> VolumeHeights::solid_extent(const ChunkKey& key) cons
     return extent->solid;
 }
 
-bool VolumeHeights::is_replaced(double x, double y, double z) const {
+bool VolumeHeights::is_in_volume(double x, double y, double z) const {
     const double side = kVolumeTileCells * volumes_.spacing();
     const VolumeTileKey tile = {
         static_cast<std::int64_t>(std::floor((x - lattice().origin_x) / side)),
@@ -77,7 +76,7 @@ bool VolumeHeights::is_replaced(double x, double y, double z) const {
     const std::span<const std::uint32_t> near = volumes_.operations_at(tile);
     return std::any_of(near.begin(), near.end(), [&](std::uint32_t index) {
         return volumes_.operations()[index].signed_distance({x, y, z}) <
-               kReplacedWithin * volumes_.spacing();
+               kInsideWithin * volumes_.spacing();
     });
 }
 
