@@ -317,6 +317,13 @@ void TerrainRenderer::remove_impostor(ImpostorId impostor) {
     state_->scene.remove_impostor(impostor);
 }
 
+std::optional<SunShadows> TerrainRenderer::shadows() const {
+    const RendererSettings& settings = state_->settings;
+    if (!(settings.shadow_distance > 0.0)) return {};
+    return SunShadows{.sun_direction = settings.sun_direction,
+                      .distance = settings.shadow_distance};
+}
+
 const DrawCounts& TerrainRenderer::counts() const { return state_->counts; }
 
 Image TerrainRenderer::read() const { return state_->picture.read(); }

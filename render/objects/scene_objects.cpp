@@ -55,8 +55,8 @@ Result<ImpostorId> SceneObjects::add_impostor(MeshId mesh, const ImpostorSetting
     return impostors_.add(*stored, settings);
 }
 
-Result<void> SceneObjects::collect(const SceneDraws& draws) {
-    for (const MeshDraw& draw : draws.meshes) {
+Result<void> SceneObjects::add_meshes(const SceneDraws& draws, std::span<const MeshDraw> meshes) {
+    for (const MeshDraw& draw : meshes) {
         const StoredMesh* mesh = meshes_.find(draw.mesh);
         if (mesh == nullptr) return no_such("mesh", static_cast<std::uint32_t>(draw.mesh));
         if (draw.level >= mesh->levels.size()) {
@@ -75,7 +75,12 @@ Result<void> SceneObjects::collect(const SceneDraws& draws) {
                           .first_instance = draw.first_instance,
                           .instance_count = draw.instance_count});
     }
-    for (const ImpostorDraw& draw : draws.impostors) {
+    return {};
+}
+
+Result<void> SceneObjects::add_impostors(const SceneDraws& draws,
+                                         std::span<const ImpostorDraw> impostors) {
+    for (const ImpostorDraw& draw : impostors) {
         const StoredImpostor* impostor = impostors_.find(draw.impostor);
         if (impostor == nullptr)
             return no_such("impostor", static_cast<std::uint32_t>(draw.impostor));
@@ -84,10 +89,20 @@ Result<void> SceneObjects::collect(const SceneDraws& draws) {
         if (draw.instance_count > 0)
             impostor_draws_.push_back({impostor, draw.first_instance, draw.instance_count});
     }
+    return {};
+}
+
+Result<void> SceneObjects::collect(const SceneDraws& draws, bool has_casters) {
+    if (auto ok = add_meshes(draws, draws.meshes); !ok) return ok;
+    if (auto ok = add_impostors(draws, draws.impostors); !ok) return ok;
     for (const StreamedDraw& streamed : draws.streamed) {
         if (auto ok = add_streamed(draws, streamed); !ok) return ok;
     }
-    return {};
+    drawn_solids_ = solid_.size();
+    drawn_impostors_ = impostor_draws_.size();
+    if (!has_casters) return {};
+    if (auto ok = add_meshes(draws, draws.caster_meshes); !ok) return ok;
+    return add_impostors(draws, draws.caster_impostors);
 }
 
 Result<void> SceneObjects::add_streamed(const SceneDraws& draws, const StreamedDraw& streamed) {
@@ -110,10 +125,10 @@ Result<void> SceneObjects::add_streamed(const SceneDraws& draws, const StreamedD
 Result<void> SceneObjects::upload(const SceneDraws& draws) {
     billboard_byte_ = aligned(draws.instances.size_bytes());
     billboard_count_ = 0;
-    for (const BillboardDraw& draw : impostor_draws_) billboard_count_ += draw.instance_count;
+    for (const BillboardDraw& draw : drawn_impostors()) billboard_count_ += draw.instance_count;
     particle_byte_ = aligned(billboard_byte_ + billboard_count_ * sizeof(ObjectInstance));
     std::size_t end = aligned(particle_byte_ + draws.particles.size_bytes());
-    const std::size_t first_streamed = solid_.size() - streamed_.size();
+    const std::size_t first_streamed = drawn_solids_ - streamed_.size();
     for (std::size_t i = 0; i < streamed_.size(); ++i) {
         SolidDraw& draw = solid_[first_streamed + i];
         draw.vertex_byte = end;
@@ -152,7 +167,7 @@ Result<void> SceneObjects::upload(const SceneDraws& draws) {
 // Copies the instances of impostors to a place of their own, of each draw the small ones first.
 void SceneObjects::sort_billboards(const SceneDraws& draws, std::byte* memory) {
     std::uint32_t copied = 0;
-    for (BillboardDraw& draw : impostor_draws_) {
+    for (BillboardDraw& draw : std::span(impostor_draws_).first(drawn_impostors_)) {
         // diameter over distance
         const double most = kSmallImpostor_px /
                             (2.0 * pixels_per_radian_ * static_cast<double>(draw.impostor->radius));
@@ -189,6 +204,7 @@ Result<void> SceneObjects::prepare(const SceneDraws& draws, const View& view,
     pixels_per_radian_ = view.pixels_per_radian();
     solid_.clear();
     impostor_draws_.clear();
+    drawn_solids_ = drawn_impostors_ = 0;
     streamed_.clear();
     particle_count_ = 0;
     object_count_ = triangle_count_ = 0;
@@ -198,7 +214,7 @@ Result<void> SceneObjects::prepare(const SceneDraws& draws, const View& view,
         return failed;
     };
     if (auto ok = check_values(draws); !ok) return give_up(ok);
-    if (auto ok = collect(draws); !ok) return give_up(ok);
+    if (auto ok = collect(draws, !cascades.empty()); !ok) return give_up(ok);
     if (is_empty() && draws.particles.empty()) return {};
     if (auto ok = make_programs(); !ok) return give_up(ok);
     if (auto ok = upload(draws); !ok) return give_up(ok);
@@ -206,11 +222,11 @@ Result<void> SceneObjects::prepare(const SceneDraws& draws, const View& view,
         if (auto ok = prepare_casters(draws, view, cascades); !ok) return give_up(ok);
     }
     particle_count_ = draws.particles.size();
-    for (const SolidDraw& draw : solid_) {
+    for (const SolidDraw& draw : drawn_solids()) {
         object_count_ += draw.instance_count;
         triangle_count_ += std::size_t{draw.instance_count} * (draw.index_count / 3);
     }
-    for (const BillboardDraw& draw : impostor_draws_) {
+    for (const BillboardDraw& draw : drawn_impostors()) {
         object_count_ += draw.instance_count;
         triangle_count_ += 2 * std::size_t{draw.instance_count};
     }
@@ -219,10 +235,10 @@ Result<void> SceneObjects::prepare(const SceneDraws& draws, const View& view,
 }
 
 void SceneObjects::draw_solid() const {
-    if (solid_.empty() && impostor_draws_.empty()) return;
+    if (drawn_solids_ + drawn_impostors_ == 0) return;
     const GLuint layout = programs_->object_layout.name();
     glUseProgram(programs_->meshes.name());
-    for (const SolidDraw& draw : solid_) {
+    for (const SolidDraw& draw : drawn_solids()) {
         bind_mesh(layout, *draw.mesh, draw.targets);
         glVertexArrayVertexBuffer(layout, 1, stream_.name(), 0, sizeof(ObjectInstance));
         if (draw.has_own_vertices) {
@@ -244,7 +260,7 @@ void SceneObjects::draw_solid() const {
 }
 
 void SceneObjects::draw_billboards() const {
-    if (impostor_draws_.empty()) return;
+    if (drawn_impostors_ == 0) return;
     glBindVertexArray(programs_->no_layout.name());
     glBindBufferRange(GL_SHADER_STORAGE_BUFFER, 1, stream_.name(),
                       static_cast<GLintptr>(billboard_byte_),
@@ -258,7 +274,7 @@ void SceneObjects::draw_billboards() const {
         glBindTextureUnit(1, impostor.shapes.name());
         glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(6 * count));
     };
-    for (const BillboardDraw& each : impostor_draws_) {
+    for (const BillboardDraw& each : drawn_impostors()) {
         draw(programs_->small_impostors, *each.impostor, each.first_copy, each.small_count);
         draw(programs_->impostors, *each.impostor, each.first_copy + each.small_count,
              each.instance_count - each.small_count);

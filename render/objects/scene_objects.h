@@ -37,7 +37,7 @@ public:
 
     /// Checks a frame's draws, and uploads what changes from frame to frame.
     ///
-    /// @param cascades maps for draw_casters(); none: no shadows
+    /// @param cascades maps for draw_casters(); none: no shadows, and the casters out of view are ignored
     ///
     /// Fails: invalid_argument, naming what it is, for a number that is not finite, a scale or radius that is not above
     ///        0, a coverage beyond -1 to 2, a mesh, level, impostor or range of instances that does not exist, or
@@ -57,6 +57,7 @@ public:
     /// After the last draw of a frame.
     void finish();
 
+    /// Of what is drawn; casters out of view are not counted.
     std::size_t object_count() const { return object_count_; }
     std::size_t triangle_count() const { return triangle_count_; }
     /// Of meshes and impostors on the device.
@@ -66,11 +67,19 @@ private:
     Result<void> make_programs();
     Result<void> prepare_casters(const SceneDraws& draws, const View& view,
                                  std::span<const SunCascade> cascades);
-    Result<void> collect(const SceneDraws& draws);
+    Result<void> collect(const SceneDraws& draws, bool has_casters);
+    Result<void> add_meshes(const SceneDraws& draws, std::span<const MeshDraw> meshes);
+    Result<void> add_impostors(const SceneDraws& draws, std::span<const ImpostorDraw> impostors);
     Result<void> add_streamed(const SceneDraws& draws, const StreamedDraw& streamed);
     Result<void> upload(const SceneDraws& draws);
     void sort_billboards(const SceneDraws& draws, std::byte* memory);
     void draw_billboards() const;
+    std::span<const SolidDraw> drawn_solids() const {
+        return std::span(solid_).first(drawn_solids_);
+    }
+    std::span<const BillboardDraw> drawn_impostors() const {
+        return std::span(impostor_draws_).first(drawn_impostors_);
+    }
 
     int sample_count_;
     std::string lighting_;
@@ -82,9 +91,10 @@ private:
 
     // Of the frame.
     double pixels_per_radian_ = 0.0;
-    std::vector<SolidDraw> solid_;
-    std::vector<BillboardDraw> impostor_draws_;
-    std::vector<const StreamedDraw*> streamed_;  // of the last draws of solid_
+    std::vector<SolidDraw> solid_;               // those that are drawn, then casters out of view
+    std::vector<BillboardDraw> impostor_draws_;  // in the same order
+    std::size_t drawn_solids_ = 0, drawn_impostors_ = 0;
+    std::vector<const StreamedDraw*> streamed_;  // of the last of the solids that are drawn
     std::size_t billboard_byte_ = 0, billboard_count_ = 0;
     std::size_t particle_byte_ = 0, particle_count_ = 0;
     std::size_t object_count_ = 0, triangle_count_ = 0;

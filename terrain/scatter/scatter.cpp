@@ -184,7 +184,7 @@ Result<std::vector<ScatterPoint>> Scatter::objects_in(const ScatterSquare& squar
     if (auto ok = source_->sample(grid, heights); !ok) return tl::unexpected(ok.error());
     const double cell_side = lattice.spacing * static_cast<double>(cell_step_);
 
-    // Height of the finest triangles at a place, none where that is no ground.
+    // Height of the finest triangles at a place, none where that is no ground or volumes replace it.
     const auto ground_at = [&](double x, double y) -> Result<std::optional<double>> {
         const double column = (x - lattice.origin_x) / lattice.spacing;
         const double row = (y - lattice.origin_y) / lattice.spacing;
@@ -197,6 +197,11 @@ Result<std::vector<ScatterPoint>> Scatter::objects_in(const ScatterSquare& squar
         if ((flags & cell_outside) != 0) return std::optional<double>();
         std::array<double, 4> z{};
         if (auto ok = source_->sample(cell, z); !ok) return tl::unexpected(ok.error());
+        for (std::size_t i = 0; i < z.size(); ++i) {
+            const double corner_x = lattice.x(corner.x + static_cast<std::int64_t>(i % 2));
+            const double corner_y = lattice.y(corner.y + static_cast<std::int64_t>(i / 2));
+            if (source_->is_in_volume(corner_x, corner_y, z[i])) return std::optional<double>();
+        }
         return std::optional(CellPlane(z, cut_to_north_east(corner.x, corner.y),
                                        column - static_cast<double>(corner.x),
                                        row - static_cast<double>(corner.y), lattice.spacing)

@@ -31,6 +31,8 @@ std::optional<SolidExtent> HeightSource::solid_extent(const ChunkKey& /*key*/) c
     return std::nullopt;
 }
 
+bool HeightSource::is_in_volume(double /*x*/, double /*y*/, double /*z*/) const { return false; }
+
 std::size_t HeightSource::max_chunk_bytes(const ChunkKey& /*key*/) const {
     return Chunk::max_bytes();
 }

@@ -6,9 +6,17 @@
 #include <terrane/volume/volume_heights.h>
 
 #include <algorithm>
+#include <cmath>
+#include <span>
 #include <utility>
 
 namespace terrane {
+namespace {
+
+// Spacings from a volume that count as inside: more than the rounding of samples to the quantum and of level sets.
+constexpr double kInsideWithin = 0.25;
+
+}  // namespace
 
 Result<std::shared_ptr<VolumeHeights>> VolumeHeights::create(
     std::shared_ptr<const HeightSource> heights, const Volumes& volumes) {
@@ -58,6 +66,18 @@ std::optional<SolidExtent> VolumeHeights::solid_extent(const ChunkKey& key) cons
     const auto extent = edited_->extent_of(key);
     if (!extent) return std::nullopt;
     return extent->solid;
+}
+
+bool VolumeHeights::is_in_volume(double x, double y, double z) const {
+    const double side = kVolumeTileCells * volumes_.spacing();
+    const VolumeTileKey tile = {
+        static_cast<std::int64_t>(std::floor((x - lattice().origin_x) / side)),
+        static_cast<std::int64_t>(std::floor((y - lattice().origin_y) / side))};
+    const std::span<const std::uint32_t> near = volumes_.operations_at(tile);
+    return std::any_of(near.begin(), near.end(), [&](std::uint32_t index) {
+        return volumes_.operations()[index].signed_distance({x, y, z}) <
+               kInsideWithin * volumes_.spacing();
+    });
 }
 
 std::size_t VolumeHeights::max_chunk_bytes(const ChunkKey& key) const {

@@ -55,8 +55,7 @@ CommandResult<Journey> Journey::create(const FlightOptions& options, const Terra
     if (!world) return pass_on(world.error());
     Result<World> obstacles = World::create({});
     if (!obstacles) return pass_on(obstacles.error());
-    Result<ObjectBodies> objects =
-        ObjectBodies::create(heightfield_of(terrain), terrain.objects.get());
+    Result<ObjectBodies> objects = ObjectBodies::create(terrain.source, terrain.objects.get());
     if (!objects) return pass_on(objects.error());
     for (const std::span<const PlacedBody> each : {std::span(terrain.bodies), objects->placed()}) {
         if (const auto added = add_bodies(each, *obstacles); !added) return pass_on(added.error());

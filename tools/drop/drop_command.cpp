@@ -228,8 +228,7 @@ CommandResult<void> run_drop(const DropOptions& options, const CLI::App& command
                           .horizon = 2.0 * options.dt,
                           .contact_spacing = options.contact_spacing_m});
     if (!pager) return pass_on(pager.error());
-    Result<ObjectBodies> objects =
-        ObjectBodies::create(heightfield_of(*terrain), terrain->objects.get());
+    Result<ObjectBodies> objects = ObjectBodies::create(terrain->source, terrain->objects.get());
     if (!objects) return pass_on(objects.error());
     CommandResult<World> world = options.restore.empty()
                                      ? make_world(with_seed, *terrain, *objects, *pager)

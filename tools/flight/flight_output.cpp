@@ -49,12 +49,14 @@ Result<FlightOutput> FlightOutput::create(const FlightOptions& options, const Te
 
 Result<void> FlightOutput::add_objects(const Terrain& terrain, FrameMaker& maker) {
     if (terrain.objects == nullptr) return {};
+    TerrainRenderer* const renderer = pictures_ ? &pictures_->renderer() : nullptr;
     Result<ObjectField> field =
-        ObjectField::create(heightfield_of(terrain), *terrain.objects,
+        ObjectField::create(terrain.source, *terrain.objects,
                             {.max_error_px = options_.max_error_px,
                              .picture = make_view(options_.size, options_.fov_deg),
-                             .has_thread = options_.threads > 0},
-                            pictures_ ? &pictures_->renderer() : nullptr);
+                             .has_thread = options_.threads > 0,
+                             .shadows = renderer != nullptr ? renderer->shadows() : std::nullopt},
+                            renderer);
     if (!field) return tl::unexpected(field.error());
     maker.set_objects(std::make_unique<ObjectField>(*std::move(field)));
     return {};

@@ -23,7 +23,7 @@ namespace terrane::tools {
 /// near dynamic bodies.
 class ObjectBodies {
 public:
-    /// @param source  heights that scattered objects stand on
+    /// @param source  ground that scattered objects stand on, volumes included: where they replace it is no object
     /// @param objects of the scene; null: none
     ///
     /// Fails: as make_mesh_body() of a mesh with static objects, and Scatter::create()

@@ -54,6 +54,7 @@ Result<void> upload(const SceneObjects& objects, std::vector<ObjectLevels>& leve
 ObjectField::ObjectField(Scene scene, const ObjectFieldSettings& settings)
     : scene_(std::move(scene)),
       max_error_px_(settings.max_error_px),
+      shadows_(settings.shadows),
       maker_(std::make_unique<SquareMaker>(settings.has_thread)) {}
 
 Result<ObjectField> ObjectField::create(std::shared_ptr<const HeightSource> source,
@@ -191,7 +192,8 @@ std::span<const TriangleDemand> ObjectField::begin_frame(const View& view) {
     // requests wait for the thread where it is behind
     if (pending_ < kMostPending) follow(view.eye_world, kSquaresAFrame);
     add_made(kSquaresAFrame * scattered_.size());
-    const std::span<const TriangleDemand> demands = scene_.begin_frame(view, max_error_px_);
+    const std::span<const TriangleDemand> demands =
+        scene_.begin_frame(view, max_error_px_, shadows_);
     counts_.ms =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
     return demands;

@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -29,14 +30,16 @@ struct ObjectCounts {
 };
 
 struct ObjectFieldSettings {
-    double max_error_px = 1.0;  ///< no object is drawn whose absence is less, > 0
-    View picture;               ///< of the frames: its size and field of view
-    bool has_thread = true;     ///< false: see SquareMaker
+    double max_error_px = 1.0;               ///< no object is drawn whose absence is less, > 0
+    View picture;                            ///< of the frames: its size and field of view
+    bool has_thread = true;                  ///< false: see SquareMaker
+    std::optional<SunShadows> shadows = {};  ///< of the renderer's frames
 };
 
 /// The objects of a scene while a camera moves: squares of scatters come and go, and frames get their draws.
 class ObjectField {
 public:
+    /// @param source   ground that scattered objects stand on, volumes included: where they replace it is no object
     /// @param renderer of the frames; null where none is drawn
     ///
     /// Fails: invalid_argument as make_levels() and Scatter::create(), with the file of the mesh; for a scatter of more
@@ -76,6 +79,7 @@ private:
 
     Scene scene_;
     double max_error_px_;
+    std::optional<SunShadows> shadows_;
     std::vector<std::unique_ptr<ScatteredModel>>
         scattered_;                       // addresses stay: the maker reads their scatters
     std::unique_ptr<SquareMaker> maker_;  // after scattered_: it is destroyed first

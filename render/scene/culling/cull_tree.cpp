@@ -84,4 +84,12 @@ void CullTree::cull(const ViewVolume& volume, CullTest test, CullMemory& memory,
     }
 }
 
+void CullTree::find_casters(const CasterVolume& volume,
+                            std::vector<std::uint32_t>& casters_out) const {
+    casters_out.clear();
+    internal::visit_leaves(
+        nodes_->nodes, [&](const Aabb& box) { return volume.meets(box); },
+        [&](std::uint32_t item) { casters_out.push_back(item); });
+}
+
 }  // namespace terrane

@@ -3,6 +3,7 @@
 // with few faces it is treated like any other: the axes that can separate it from a box are its own normals, those of
 // the box, and products of their edges (the facets of their Minkowski difference).
 #include "base/vector_math.h"
+#include "culling/extents.h"
 
 #include <terrane/scene/view_volume.h>
 #include <terrane/terrain/assert.h>
@@ -16,19 +17,14 @@ namespace {
 using internal::cross;
 using internal::dot;
 using internal::length;
+using internal::norm1;
+using internal::reach_along;
 using internal::rotated;
 
 // Tolerance of comparisons, relative to the sum of the distance from the eye, the size of the bounding volume and the
 // far distance. Rounding errors are below 2^-50 of this sum.
 constexpr double kViewMargin = 1e-14;
-constexpr int kFarPlane = 4;
-
-double reach_along(const Eigen::Vector3d& axis, const Eigen::Vector3d& half_extents) {
-    return std::abs(axis[0]) * half_extents[0] + std::abs(axis[1]) * half_extents[1] +
-           std::abs(axis[2]) * half_extents[2];
-}
-
-double norm1(const Eigen::Vector3d& v) { return std::abs(v[0]) + std::abs(v[1]) + std::abs(v[2]); }
+constexpr int kFarPlane = PlaneState::kFarPlane;
 
 }  // namespace
 

@@ -43,9 +43,16 @@ tl::unexpected<Error> no_such_node(NodeId node) {
 struct SceneGraph::State {
     // Instances with equal keys share a draw call.
     struct DrawKey {
-        bool is_impostor = false;
+        bool is_caster = false, is_impostor = false;
         std::uint32_t id = 0, level = 0;
         auto operator<=>(const DrawKey&) const = default;
+    };
+
+    // What a node takes over from those above it.
+    struct Above {
+        PlaneState planes = {};
+        float coverage = 1.0f;
+        bool is_caster = false;  // out of view
     };
 
     NodeStore nodes;
@@ -54,58 +61,66 @@ struct SceneGraph::State {
     // Of the frame.
     View view;
     double threshold_px = 1.0;
+    std::optional<ViewVolume> volume;
+    std::optional<CasterVolume> caster_volume;  // none: no casters
     std::map<DrawKey, std::vector<ObjectInstance>> of_draw;
     std::vector<ObjectInstance> instances;
-    std::vector<MeshDraw> meshes;
-    std::vector<ImpostorDraw> impostors;
+    std::vector<MeshDraw> meshes, caster_meshes;
+    std::vector<ImpostorDraw> impostors, caster_impostors;
     std::vector<Particle> particles;
 
-    void visit(NodeId id, const WorldPlace& place, PlaneState planes, const ViewVolume& volume,
-               float coverage);
-    void visit_children(const GraphNode& node, const WorldPlace& place, PlaneState planes,
-                        const ViewVolume& volume, float coverage);
+    void visit(NodeId id, const WorldPlace& place, Above above);
+    bool is_wanted(const OrientedBox& box, Above& above);
+    void visit_children(const GraphNode& node, const WorldPlace& place, const Above& above);
     void visit_switch(GraphNode& node, const SwitchNode& levels, const BoundingSphere& sphere,
-                      const WorldPlace& place, PlaneState planes, const ViewVolume& volume,
-                      float coverage);
+                      const WorldPlace& place, const Above& above);
     WorldPlace turn(const BillboardNode& billboard, const WorldPlace& place) const;
-    void draw(const GeometryNode& geometry, const WorldPlace& place, float coverage);
+    void draw(const GeometryNode& geometry, const WorldPlace& place, const Above& above);
     void draw(const ParticlesNode& of_node, const WorldPlace& place);
     void collect_draws();
+    SceneDraws draws() const;
 };
 
-void SceneGraph::State::visit(NodeId id, const WorldPlace& place, PlaneState planes,
-                              const ViewVolume& volume, float coverage) {
+// Whether a node is in view, or casts shadows into it: sets which of the two.
+bool SceneGraph::State::is_wanted(const OrientedBox& box, Above& above) {
+    if (!above.is_caster) {
+        if (volume->test_planes(box, above.planes) != Containment::outside) {
+            above.planes.first = 0;
+            return true;
+        }
+        ++counts.culled;
+        above.is_caster = true;
+    }
+    return caster_volume && caster_volume->meets(box);
+}
+
+void SceneGraph::State::visit(NodeId id, const WorldPlace& place, Above above) {
     const std::optional<Aabb>& bounds = nodes.bounds(id);
     if (!bounds) return;
     const OrientedBox box = transform(place.world_from_node, place.scale, *bounds);
-    if (volume.test_planes(box, planes) == Containment::outside) {
-        ++counts.culled;
-        return;
-    }
-    planes.first = 0;
+    if (!is_wanted(box, above)) return;
     GraphNode& node = nodes.at(id);
     if (const auto* levels = std::get_if<SwitchNode>(&node.content)) {
-        visit_switch(node, *levels, bounding_sphere(box), place, planes, volume, coverage);
+        visit_switch(node, *levels, bounding_sphere(box), place, above);
     } else if (const auto* billboard = std::get_if<BillboardNode>(&node.content)) {
-        visit_children(node, turn(*billboard, place), planes, volume, coverage);
+        visit_children(node, turn(*billboard, place), above);
     } else {
         if (const auto* geometry = std::get_if<GeometryNode>(&node.content))
-            draw(*geometry, place, coverage);
-        if (const auto* discs = std::get_if<ParticlesNode>(&node.content)) draw(*discs, place);
-        visit_children(node, place, planes, volume, coverage);
+            draw(*geometry, place, above);
+        const auto* discs = std::get_if<ParticlesNode>(&node.content);
+        if (discs != nullptr && !above.is_caster) draw(*discs, place);
+        visit_children(node, place, above);
     }
 }
 
 void SceneGraph::State::visit_children(const GraphNode& node, const WorldPlace& place,
-                                       PlaneState planes, const ViewVolume& volume,
-                                       float coverage) {
-    for (const NodeId child : node.children)
-        visit(child, place * nodes.at(child).place, planes, volume, coverage);
+                                       const Above& above) {
+    for (const NodeId child : node.children) visit(child, place * nodes.at(child).place, above);
 }
 
 void SceneGraph::State::visit_switch(GraphNode& node, const SwitchNode& levels,
                                      const BoundingSphere& sphere, const WorldPlace& place,
-                                     PlaneState planes, const ViewVolume& volume, float coverage) {
+                                     const Above& above) {
     const double distance =
         std::max((sphere.centre - view.eye_world).norm() - sphere.radius, view.near_distance);
     const SwitchChoice choice =
@@ -113,12 +128,13 @@ void SceneGraph::State::visit_switch(GraphNode& node, const SwitchNode& levels,
                                threshold_px, node.level);
     node.level = choice.level;
     // Fades do not nest: below a node that fades, the inner switch draws its finer level with the outer coverage.
-    const bool is_outermost = coverage == 1.0f;
+    const bool is_outermost = above.coverage == 1.0f;
     const auto show = [&](std::size_t level, float share) {
         if (level >= node.children.size()) return;
         const NodeId child = node.children[level];
-        visit(child, place * nodes.at(child).place, planes, volume,
-              is_outermost ? share : coverage);
+        Above of_child = above;
+        if (is_outermost) of_child.coverage = share;
+        visit(child, place * nodes.at(child).place, of_child);
     };
     show(choice.level, choice.share);
     if (choice.is_fading && is_outermost) show(choice.level + 1, choice.share - 1.0f);
@@ -145,11 +161,12 @@ WorldPlace SceneGraph::State::turn(const BillboardNode& billboard, const WorldPl
 }
 
 void SceneGraph::State::draw(const GeometryNode& geometry, const WorldPlace& place,
-                             float coverage) {
+                             const Above& above) {
     const DrawKey key =
         geometry.impostor
-            ? DrawKey{true, static_cast<std::uint32_t>(*geometry.impostor), 0}
-            : DrawKey{false, static_cast<std::uint32_t>(geometry.mesh), geometry.level};
+            ? DrawKey{above.is_caster, true, static_cast<std::uint32_t>(*geometry.impostor), 0}
+            : DrawKey{above.is_caster, false, static_cast<std::uint32_t>(geometry.mesh),
+                      geometry.level};
     const Eigen::Quaterniond rotation(place.world_from_node.rotation);
     const LocalVec offset = to_local(place.world_from_node.translation, view.eye_world);
     of_draw[key].push_back(
@@ -157,7 +174,8 @@ void SceneGraph::State::draw(const GeometryNode& geometry, const WorldPlace& pla
          .scale = static_cast<float>(place.scale),
          .rotation = {static_cast<float>(rotation.x()), static_cast<float>(rotation.y()),
                       static_cast<float>(rotation.z()), static_cast<float>(rotation.w())},
-         .coverage = coverage});
+         .coverage = above.coverage});
+    if (above.is_caster) return;
     ++counts.drawn;
     counts.triangles += geometry.triangles;
 }
@@ -180,9 +198,11 @@ void SceneGraph::State::collect_draws() {
         if (count == 0) continue;
         instances.insert(instances.end(), of_key.begin(), of_key.end());
         if (key.is_impostor) {
-            impostors.push_back({ImpostorId{key.id}, first, count});
+            (key.is_caster ? caster_impostors : impostors)
+                .push_back({ImpostorId{key.id}, first, count});
         } else {
-            meshes.push_back({MeshId{key.id}, key.level, first, count});
+            (key.is_caster ? caster_meshes : meshes)
+                .push_back({MeshId{key.id}, key.level, first, count});
         }
     }
     const auto squared = [](const Particle& p) {
@@ -191,6 +211,16 @@ void SceneGraph::State::collect_draws() {
     };
     std::stable_sort(particles.begin(), particles.end(),
                      [&](const Particle& a, const Particle& b) { return squared(a) > squared(b); });
+}
+
+SceneDraws SceneGraph::State::draws() const {
+    return {.instances = instances,
+            .meshes = meshes,
+            .streamed = {},
+            .impostors = impostors,
+            .particles = particles,
+            .caster_meshes = caster_meshes,
+            .caster_impostors = caster_impostors};
 }
 
 SceneGraph::SceneGraph() : state_(std::make_unique<State>()) {}
@@ -250,7 +280,8 @@ std::optional<Aabb> SceneGraph::bounds_world(NodeId node) const {
     return bounding_box(transform(place.world_from_node, place.scale, *bounds));
 }
 
-SceneDraws SceneGraph::collect(const View& view, double threshold_px) {
+SceneDraws SceneGraph::collect(const View& view, double threshold_px,
+                               const std::optional<SunShadows>& shadows) {
     State& state = *state_;
     state.counts = {};
     for (auto& [key, of_key] : state.of_draw) of_key.clear();
@@ -258,17 +289,18 @@ SceneDraws SceneGraph::collect(const View& view, double threshold_px) {
     state.meshes.clear();
     state.impostors.clear();
     state.particles.clear();
+    state.caster_meshes.clear();
+    state.caster_impostors.clear();
     if (!check(view)) return {};
     state.view = view;
     state.threshold_px = threshold_px;
+    state.volume.emplace(view);
+    state.caster_volume.reset();
+    if (shadows && has_shadows(*shadows)) state.caster_volume.emplace(view, *shadows);
     const WorldPlace world = WorldPlace() * state.nodes.at(root()).place;
-    state.visit(root(), world, {}, ViewVolume(view), 1.0f);
+    state.visit(root(), world, {});
     state.collect_draws();
-    return {.instances = state.instances,
-            .meshes = state.meshes,
-            .streamed = {},
-            .impostors = state.impostors,
-            .particles = state.particles};
+    return state.draws();
 }
 
 const GraphCounts& SceneGraph::counts() const { return state_->counts; }

@@ -12,6 +12,12 @@ namespace {
 // The hierarchy is built again where more clusters than this, and more than an eighth, have changed.
 constexpr std::size_t kLeastChanges = 64;
 
+// The order of insertion does not depend on the hierarchy, so that frames do not depend on earlier changes.
+void sort_by_insertion(std::vector<const ObjectCluster*>& clusters) {
+    std::sort(clusters.begin(), clusters.end(),
+              [](const ObjectCluster* a, const ObjectCluster* b) { return a->order < b->order; });
+}
+
 }  // namespace
 
 void ClusterSet::add(GroupId group, std::vector<ObjectCluster> clusters) {
@@ -68,9 +74,22 @@ void ClusterSet::cull(const ViewVolume& volume, CullTest test,
         if (test == CullTest::planes || volume.meets(cluster->bounds_world))
             visible_out.push_back(cluster);
     }
-    // The order of insertion does not depend on the hierarchy, so that frames do not depend on earlier changes.
-    std::sort(visible_out.begin(), visible_out.end(),
-              [](const ObjectCluster* a, const ObjectCluster* b) { return a->order < b->order; });
+    sort_by_insertion(visible_out);
+}
+
+void ClusterSet::find_casters(const CasterVolume& volume,
+                              std::vector<const ObjectCluster*>& casters_out) {
+    casters_out.clear();
+    if (tree_) {
+        tree_->find_casters(volume, visible_);
+        for (const std::uint32_t index : visible_) {
+            if (in_tree_[index] != nullptr) casters_out.push_back(in_tree_[index]);
+        }
+    }
+    for (const ObjectCluster* cluster : beside_) {
+        if (volume.meets(cluster->bounds_world)) casters_out.push_back(cluster);
+    }
+    sort_by_insertion(casters_out);
 }
 
 }  // namespace terrane::internal

@@ -32,6 +32,9 @@ public:
     void cull(const ViewVolume& volume, CullTest test,
               std::vector<const ObjectCluster*>& visible_out);
 
+    /// Replaces casters_out by the clusters that meet the volume, in the same order. After cull() of the same frame.
+    void find_casters(const CasterVolume& volume, std::vector<const ObjectCluster*>& casters_out);
+
 private:
     void rebuild();
 

@@ -5,6 +5,14 @@
 #include <cmath>
 
 namespace terrane::internal {
+namespace {
+
+BoundingSphere sphere_of(const ObjectCluster& cluster, std::size_t object) {
+    const Eigen::Vector3f offset(cluster.x[object], cluster.y[object], cluster.z[object]);
+    return {cluster.origin_world + offset.cast<double>(), cluster.radius[object]};
+}
+
+}  // namespace
 
 void FrameObjects::clear() {
     ranges_.clear();
@@ -46,8 +54,10 @@ void FrameObjects::compute_factors(const ObjectCluster& cluster,
     }
 }
 
-void FrameObjects::add(const ObjectCluster& cluster, const LevelChoice& choice,
-                       const ViewVolume& volume) {
+// is_wanted(index): whether an object of the cluster is one of them.
+template <class IsWanted>
+void FrameObjects::add_where(const ObjectCluster& cluster, const LevelChoice& choice,
+                             const IsWanted& is_wanted) {
     const std::size_t count = cluster.size();
     if (!choice.is_drawn(largest_factor(cluster), log2_least_)) {
         left_out_ += count;
@@ -60,18 +70,8 @@ void FrameObjects::add(const ObjectCluster& cluster, const LevelChoice& choice,
         factors_.resize(indices_.size());
     }
     const std::size_t first = object_count_;
-    PlaneState around;
-    const bool is_inside = volume.test_planes(cluster.bounds_world, around) == Containment::inside;
     for (std::size_t i = 0; i < count; ++i) {
-        if (!is_inside) {
-            PlaneState state = around;
-            const Eigen::Vector3d centre =
-                cluster.origin_world +
-                Eigen::Vector3f(cluster.x[i], cluster.y[i], cluster.z[i]).cast<double>();
-            if (volume.test_planes(BoundingSphere{centre, cluster.radius[i]}, state) ==
-                Containment::outside)
-                continue;
-        }
+        if (!is_wanted(i)) continue;
         if (!choice.is_drawn(cluster_factors_[i], log2_least_)) {
             ++left_out_;
             continue;
@@ -81,6 +81,34 @@ void FrameObjects::add(const ObjectCluster& cluster, const LevelChoice& choice,
         ++object_count_;
     }
     if (object_count_ > first) ranges_.push_back({&cluster, origin_eye, first, object_count_});
+}
+
+void FrameObjects::add(const ObjectCluster& cluster, const LevelChoice& choice,
+                       const ViewVolume& volume) {
+    PlaneState around;
+    const bool is_inside = volume.test_planes(cluster.bounds_world, around) == Containment::inside;
+    add_where(cluster, choice, [&](std::size_t i) {
+        PlaneState state = around;
+        return is_inside ||
+               volume.test_planes(sphere_of(cluster, i), state) != Containment::outside;
+    });
+}
+
+void FrameObjects::add_casters(const ObjectCluster& cluster, const LevelChoice& choice,
+                               const ViewVolume& volume, const CasterVolume& casters,
+                               bool is_in_view) {
+    // beyond the far plane no object is drawn, in view or not
+    const PlaneState far_plane{.mask = 1 << PlaneState::kFarPlane, .first = PlaneState::kFarPlane};
+    PlaneState around;
+    const Containment where = volume.test_planes(cluster.bounds_world, around);
+    if (is_in_view && where == Containment::inside) return;
+    add_where(cluster, choice, [&](std::size_t i) {
+        const BoundingSphere ball = sphere_of(cluster, i);
+        PlaneState state = around, beyond = far_plane;
+        const bool is_taken = is_in_view && volume.test_planes(ball, state) != Containment::outside;
+        return !is_taken && casters.meets(ball) &&
+               volume.test_planes(ball, beyond) != Containment::outside;
+    });
 }
 
 void FrameObjects::count_factors(std::span<FactorCounts> counts_out) const {

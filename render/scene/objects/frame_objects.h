@@ -4,6 +4,7 @@
 #include "objects/level_choice.h"
 #include "objects/object_cluster.h"
 
+#include <terrane/scene/caster_volume.h>
 #include <terrane/scene/view_volume.h>
 
 #include <array>
@@ -13,7 +14,7 @@
 
 namespace terrane::internal {
 
-/// The objects in view of one frame.
+/// Objects of one frame: those in view, or those that cast shadows from out of view.
 class FrameObjects {
 public:
     /// Forgets all objects.
@@ -23,6 +24,11 @@ public:
 
     /// Adds those of a cluster that are in view.
     void add(const ObjectCluster& cluster, const LevelChoice& choice, const ViewVolume& volume);
+
+    /// Adds those of a cluster that can cast a shadow into the view, and that add() of the view does not take.
+    /// @param is_in_view whether add() has been called for the cluster
+    void add_casters(const ObjectCluster& cluster, const LevelChoice& choice,
+                     const ViewVolume& volume, const CasterVolume& casters, bool is_in_view);
 
     std::size_t size() const { return object_count_; }
     /// Objects in view, as far as known, that are not drawn above the least threshold.
@@ -52,6 +58,9 @@ private:
 
     float largest_factor(const ObjectCluster& cluster) const;
     void compute_factors(const ObjectCluster& cluster, const Eigen::Vector3f& origin_eye);
+    template <class IsWanted>
+    void add_where(const ObjectCluster& cluster, const LevelChoice& choice,
+                   const IsWanted& is_wanted);
 
     WorldPos eye_ = WorldPos::Zero();
     float near_ = 1.0f;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "base/settings_check.h"
 #include "objects/cluster_set.h"
+#include "objects/draw_list.h"
 #include "objects/frame_objects.h"
 #include "objects/object_cluster.h"
 #include "objects/scene_ray.h"
@@ -15,9 +16,9 @@
 namespace terrane {
 namespace {
 
-using internal::ChosenLevels;
 using internal::ClusterSet;
 using internal::DemandHistogram;
+using internal::DrawList;
 using internal::FactorCounts;
 using internal::FrameObjects;
 using internal::LevelChoice;
@@ -61,92 +62,43 @@ float log2_of_threshold(double threshold_px) {
 struct Scene::State {
     explicit State(const SceneSettings& wanted) : settings(wanted) {}
 
-    // Instances that are drawn with one call.
-    struct Bucket {
-        std::uint32_t model = 0, level = 0;
-        std::uint32_t count = 0, first = 0;
-    };
-
     SceneSettings settings;
     std::vector<ObjectModel> models;
-    std::vector<LevelChoice> choices;         // [models]
-    std::vector<FactorCounts> factors;        // [models] of the frame
-    std::vector<std::uint32_t> first_bucket;  // [models]
+    std::vector<LevelChoice> choices;   // [models]
+    std::vector<FactorCounts> factors;  // [models] of the frame
     ClusterSet clusters;
     std::uint64_t last_group = 0;
 
     // Of the frame.
     double least_threshold_px = 0.0;
     SceneCounts counts;
-    std::vector<const ObjectCluster*> in_view;
-    FrameObjects objects;
+    std::vector<const ObjectCluster*> in_view, casting;  // clusters
+    FrameObjects objects, casters;
     DemandHistogram histogram;
     std::vector<TriangleDemand> demands;
-    std::vector<ChosenLevels> chosen;  // [objects in view]
-    std::vector<Bucket> buckets;       // [levels of all models]
+    DrawList drawn, cast;
     std::vector<ObjectInstance> instances;
-    std::vector<MeshDraw> mesh_draws;
-    std::vector<ImpostorDraw> impostor_draws;
 
-    void choose(float log2_threshold);
-    void lay_out();
-    void fill();
+    void clear_objects() {
+        objects.clear();
+        casters.clear();
+    }
+    void find_casters(const View& view, const ViewVolume& volume, const SunShadows& shadows);
 };
 
-void Scene::State::choose(float log2_threshold) {
-    for (Bucket& bucket : buckets) bucket.count = 0;
-    chosen.resize(objects.size());
-    std::size_t i = 0;
-    objects.visit(
-        [&](const ObjectCluster& cluster, const Eigen::Vector3f&, std::size_t, float log2_factor) {
-            const ChosenLevels levels = choices[cluster.model].choose(log2_factor, log2_threshold);
-            const std::uint32_t first = first_bucket[cluster.model];
-            const bool has_finer = levels.finer != ChosenLevels::kNone;
-            if (has_finer) ++buckets[first + levels.finer].count;
-            if (levels.coarser != ChosenLevels::kNone) ++buckets[first + levels.coarser].count;
-            counts.drawn += has_finer ? 1 : 0;
-            chosen[i++] = levels;
-        });
-    counts.left_out = counts.in_view - counts.drawn;
-}
-
-void Scene::State::lay_out() {
-    mesh_draws.clear();
-    impostor_draws.clear();
-    std::uint32_t first = 0;
-    for (Bucket& bucket : buckets) {
-        bucket.first = first;
-        first += bucket.count;
-        if (bucket.count == 0) continue;
-        const ObjectModel& model = models[bucket.model];
-        const ObjectLevel& level = model.levels[bucket.level];
-        counts.triangles += std::size_t{bucket.count} * level.triangles;
-        if (level.is_impostor) {
-            impostor_draws.push_back({*model.impostor, bucket.first, bucket.count});
-        } else {
-            mesh_draws.push_back({model.mesh, level.mesh_level, bucket.first, bucket.count});
-        }
+// The objects out of view whose shadows can fall into it.
+void Scene::State::find_casters(const View& view, const ViewVolume& volume,
+                                const SunShadows& shadows) {
+    const CasterVolume caster_volume(view, shadows);
+    clusters.find_casters(caster_volume, casting);
+    casters.begin(view, log2_of_threshold(least_threshold_px));
+    auto seen = in_view.begin();
+    for (const ObjectCluster* cluster : casting) {
+        // both lists are in the order of insertion
+        while (seen != in_view.end() && (*seen)->order < cluster->order) ++seen;
+        const bool is_in_view = seen != in_view.end() && *seen == cluster;
+        casters.add_casters(*cluster, choices[cluster->model], volume, caster_volume, is_in_view);
     }
-    instances.resize(first);
-}
-
-void Scene::State::fill() {
-    std::size_t i = 0;
-    objects.visit([&](const ObjectCluster& cluster, const Eigen::Vector3f& origin_eye,
-                      std::size_t object, float) {
-        const ChosenLevels& levels = chosen[i++];
-        const auto place = [&](std::uint32_t level, float coverage) {
-            if (level == ChosenLevels::kNone) return;
-            ObjectInstance& instance =
-                instances[buckets[first_bucket[cluster.model] + level].first++];
-            instance = cluster.instances[object];
-            for (std::size_t axis = 0; axis < 3; ++axis)
-                instance.offset_eye[axis] += origin_eye[static_cast<int>(axis)];
-            instance.coverage = coverage;
-        };
-        place(levels.finer, levels.share);
-        place(levels.coarser, levels.share - 1.0f);
-    });
 }
 
 Result<Scene> Scene::create(const SceneSettings& settings) {
@@ -168,9 +120,8 @@ Result<ModelId> Scene::add_model(const ObjectModel& model) {
     if (auto ok = check(model); !ok) return tl::unexpected(ok.error());
     State& state = *state_;
     const auto index = static_cast<std::uint32_t>(state.models.size());
-    state.first_bucket.push_back(static_cast<std::uint32_t>(state.buckets.size()));
-    for (std::uint32_t level = 0; level < model.levels.size(); ++level)
-        state.buckets.push_back({index, level, 0, 0});
+    state.drawn.add_model(model);
+    state.cast.add_model(model);
     state.choices.emplace_back(model, state.settings.fade_ratio);
     state.factors.emplace_back();
     state.models.push_back(model);
@@ -195,21 +146,20 @@ Result<GroupId> Scene::add_group(ModelId model, std::span<const PlacedObject> ob
 }
 
 void Scene::remove_group(GroupId group) {
-    state_->objects.clear();  // they refer to clusters
+    state_->clear_objects();  // they refer to clusters
     state_->clusters.remove(group);
 }
 
 std::size_t Scene::object_count() const { return state_->clusters.object_count(); }
 
-std::span<const TriangleDemand> Scene::begin_frame(const View& view, double least_threshold_px) {
+std::span<const TriangleDemand> Scene::begin_frame(const View& view, double least_threshold_px,
+                                                   const std::optional<SunShadows>& shadows) {
     State& state = *state_;
     state.counts = {};
     state.counts.objects = object_count();
     state.demands.clear();
-    if (object_count() == 0 || !check(view)) {
-        state.objects.clear();
-        return {};
-    }
+    state.clear_objects();
+    if (object_count() == 0 || !check(view)) return {};
     const ViewVolume volume(view, state.settings.far_distance);
     state.clusters.cull(volume, state.settings.cull_test, state.in_view);
     state.least_threshold_px = std::max(least_threshold_px, 0.0);
@@ -222,20 +172,28 @@ std::span<const TriangleDemand> Scene::begin_frame(const View& view, double leas
         state.choices[model].add_to(state.factors[model], state.histogram);
     state.histogram.append_to(state.demands);
     state.counts.in_view = state.objects.size() + state.objects.left_out();
+    if (shadows && has_shadows(*shadows)) state.find_casters(view, volume, *shadows);
     return state.demands;
 }
 
 SceneDraws Scene::end_frame(double threshold_px) {
     State& state = *state_;
-    state.counts.drawn = state.counts.left_out = state.counts.triangles = 0;
-    state.choose(log2_of_threshold(std::max(threshold_px, state.least_threshold_px)));
-    state.lay_out();
-    state.fill();
+    const float log2_threshold =
+        log2_of_threshold(std::max(threshold_px, state.least_threshold_px));
+    state.instances.clear();
+    state.drawn.make(state.objects, state.models, state.choices, log2_threshold, state.instances);
+    state.cast.make(state.casters, state.models, state.choices, log2_threshold, state.instances);
+    state.counts.drawn = state.drawn.object_count();
+    state.counts.left_out = state.counts.in_view - state.counts.drawn;
+    state.counts.triangles = state.drawn.triangle_count();
+    state.counts.casters = state.cast.object_count();
     return {.instances = state.instances,
-            .meshes = state.mesh_draws,
+            .meshes = state.drawn.meshes(),
             .streamed = {},
-            .impostors = state.impostor_draws,
-            .particles = {}};
+            .impostors = state.drawn.impostors(),
+            .particles = {},
+            .caster_meshes = state.cast.meshes(),
+            .caster_impostors = state.cast.impostors()};
 }
 
 const SceneCounts& Scene::counts() const { return state_->counts; }

@@ -113,6 +113,45 @@ TEST(SceneGraph, DrawsEveryMeshInViewWhereverItHangsInTheTree) {
     EXPECT_GT(culled, 1000u);
 }
 
+TEST(SceneGraph, GivesMeshesOutOfViewWhoseShadowsCanFallIntoItAsCasters) {
+    int needed = 0, casters = 0;
+    for (std::uint64_t seed = 0; seed < 50; ++seed) {
+        SCOPED_TRACE(testing::Message() << "seed " << seed);
+        Random random(seed);
+        Known known = random_tree(random);
+        for (int frame = 0; frame < 10; ++frame) {
+            const View view = random_view(random, WorldPos(0, 0, 0));
+            const SunShadows shadows{.sun_direction = random.direction(), .distance = 100.0};
+            const std::map<std::uint32_t, float> meshes = drawn(known.graph, view);
+            const GraphCounts counts = known.graph.counts();
+            const SceneDraws draws = known.graph.collect(view, 1.0, shadows);
+            ASSERT_EQ(known.graph.counts().drawn, counts.drawn);
+            ASSERT_EQ(known.graph.counts().triangles, counts.triangles);
+            ASSERT_EQ(draws.meshes.size(), meshes.size());
+            std::set<std::uint32_t> given;
+            for (const MeshDraw& draw : draws.meshes) {
+                ASSERT_TRUE(meshes.contains(static_cast<std::uint32_t>(draw.mesh)));
+                given.insert(static_cast<std::uint32_t>(draw.mesh));
+            }
+            for (const MeshDraw& draw : draws.caster_meshes) {
+                ASSERT_TRUE(given.insert(static_cast<std::uint32_t>(draw.mesh)).second);
+                ++casters;
+            }
+            const ViewVolume receivers(view, shadows.distance);
+            for (const auto& [mesh, box] : known.boxes) {
+                OrientedBox moved = box;
+                moved.frame_from_box.translation -=
+                    random.between(0.0, 200.0) * shadows.sun_direction;
+                if (!receivers.meets(moved)) continue;
+                ++needed;
+                ASSERT_TRUE(given.contains(mesh)) << mesh;
+            }
+        }
+    }
+    EXPECT_GT(needed, 1000);
+    EXPECT_GT(casters, 1000);
+}
+
 TEST(SceneGraph, BoundsFollowPlacesContentAndNodesThatGo) {
     Random random(3);
     SceneGraph graph;

@@ -4,6 +4,7 @@
 #include <terrane/render/egl_context.h>
 #include <terrane/render/image.h>
 #include <terrane/render/object_settings.h>
+#include <terrane/scene/caster_volume.h>
 #include <terrane/scene/scene_draws.h>
 #include <terrane/terrain/imagery_source.h>
 #include <terrane/terrain/triangulator.h>
@@ -36,8 +37,8 @@ struct RendererSettings {
     Colour zenith{0.22f, 0.42f, 0.72f};   ///< sky overhead
     /// Distance from the eye within which the sun casts shadows of ground and objects, metres, at most 1e6; 0: none,
     /// at no cost. They fade over its last quarter. Shadow casters are the ground's triangles of the frame, out of
-    /// view too, and the objects that are passed to draw(), except particles. Costs three more passes of triangles a
-    /// frame.
+    /// view too, and the objects that are passed to draw(), except particles; SceneDraws has lists of its own for
+    /// casters out of view. Costs three more passes of triangles a frame.
     double shadow_distance = 0.0;
     /// Texels along the side of each of the three shadow maps, 256 to 8192. A texel of the last map is about
     /// 1.5 * shadow_distance / shadow_texels wide, of the second a quarter of that, of the first a sixteenth. The maps
@@ -140,6 +141,9 @@ public:
     Result<ImpostorId> add_impostor(MeshId mesh, const ImpostorSettings& settings = {});
     /// Frees an impostor; nothing where there is none of that name.
     void remove_impostor(ImpostorId impostor);
+
+    /// Sun and distance of its shadows, for Scene::begin_frame() and SceneGraph::collect(); none where it draws none.
+    std::optional<SunShadows> shadows() const;
 
     /// Of the last frame that draw() did not fail for.
     const DrawCounts& counts() const;

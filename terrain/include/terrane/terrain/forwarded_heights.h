@@ -44,6 +44,9 @@ public:
     std::optional<SolidExtent> solid_extent(const ChunkKey& key) const override {
         return heights_->solid_extent(key);
     }
+    bool is_in_volume(double x, double y, double z) const override {
+        return heights_->is_in_volume(x, y, z);
+    }
     std::size_t max_chunk_bytes(const ChunkKey& key) const override {
         return heights_->max_chunk_bytes(key);
     }

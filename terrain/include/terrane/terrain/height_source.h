@@ -147,6 +147,11 @@ public:
     /// nothing.
     virtual std::optional<SolidExtent> solid_extent(const ChunkKey& key) const;
 
+    /// Whether a point of finite coordinates is in a volume, or so near that rounding may decide: a triangle of the
+    /// finest spacing is part of the surface where none of its corners is. Changes at run time do not count, so that
+    /// the answer stays the same. Must answer from memory. Default: no.
+    virtual bool is_in_volume(double x, double y, double z) const;
+
     /// Most bytes of a chunk: what a load claims of the byte ceiling. A chunk that turns out larger is not taken: it is
     /// loaded again at once if this is more by then, else it counts as a failed load. Default: Chunk::max_bytes().
     virtual std::size_t max_chunk_bytes(const ChunkKey& key) const;

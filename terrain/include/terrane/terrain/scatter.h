@@ -82,8 +82,8 @@ public:
     double distance_to(const ScatterSquare& square, const WorldPos& p_world) const;
 
     /// The objects of a square, in the order of their cells. Slopes and heights are those of the candidate's cell,
-    /// whose two triangles are cut as those of a chunk; objects on cells that are no ground, or outside the extent,
-    /// are left out.
+    /// whose two triangles are cut as those of a chunk; objects outside the extent, on cells that are no ground, and on
+    /// cells of the finest spacing with a corner in a volume (HeightSource::is_in_volume()), are left out.
     ///
     /// Fails: as HeightSource::sample(); bad_data for heights that are not finite
     /// Cost:  about one sample of the source for each candidate, and four for each object

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <terrane/scene/caster_volume.h>
 #include <terrane/scene/view_volume.h>
 #include <terrane/terrain/aabb.h>
 
@@ -50,6 +51,12 @@ public:
     /// Allocates: nothing once the outputs are large enough
     void cull(const ViewVolume& volume, CullTest test, CullMemory& memory,
               std::vector<std::uint32_t>& visible_out) const;
+
+    /// Replaces casters_out by the indices of the objects whose boxes, and all boxes of nodes around them, meet the
+    /// volume, in the same order.
+    ///
+    /// Allocates: nothing once the output is large enough
+    void find_casters(const CasterVolume& volume, std::vector<std::uint32_t>& casters_out) const;
 
 private:
     struct Nodes;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <terrane/scene/caster_volume.h>
 #include <terrane/scene/cull_tree.h>
 #include <terrane/scene/object_model.h>
 #include <terrane/scene/scene_draws.h>
@@ -45,6 +46,7 @@ struct SceneCounts {
     std::size_t left_out =
         0;  ///< those of them whose absence is an error below the threshold: not drawn
     std::size_t triangles = 0;  ///< of the frame; objects that change levels count twice
+    std::size_t casters = 0;    ///< not in view, and given as casters: in none of the other counts
 };
 
 /// Names a model of a Scene.
@@ -106,10 +108,14 @@ public:
     ///
     /// @param least_threshold_px end_frame() uses no smaller threshold: objects whose absence is not above it cost
     ///                           nearly nothing. 0: none such
+    /// @param shadows            end_frame() also gives the objects out of view whose shadows can fall into it, as
+    ///                           casters, at the levels that they would be drawn with in view; no demand counts them.
+    ///                           None, or a distance or direction out of range: no casters, at no cost
     ///
     /// Allocates: nothing once the buffers are large enough
     /// Cost:      with end_frame() some 20 ns an object in view: `scene_benchmark`
-    std::span<const TriangleDemand> begin_frame(const View& view, double least_threshold_px = 0.0);
+    std::span<const TriangleDemand> begin_frame(const View& view, double least_threshold_px = 0.0,
+                                                const std::optional<SunShadows>& shadows = {});
 
     /// Chooses the levels of the objects of begin_frame(). Valid until the next call.
     ///

@@ -69,6 +69,9 @@ struct SceneDraws {
     std::span<const StreamedDraw> streamed = {};     ///< objects with triangles of their own
     std::span<const ImpostorDraw> impostors = {};    ///< billboards
     std::span<const Particle> particles = {};        ///< from far to near
+    /// Shadow casters out of view: drawn into shadow maps only, and not where there are none.
+    std::span<const MeshDraw> caster_meshes = {};
+    std::span<const ImpostorDraw> caster_impostors = {};  ///< the same of billboards
 };
 
 }  // namespace terrane

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <terrane/scene/caster_volume.h>
 #include <terrane/scene/object_model.h>
 #include <terrane/scene/scene_draws.h>
 #include <terrane/terrain/aabb.h>
@@ -123,7 +124,10 @@ public:
     /// next call that is not const. An invalid view draws nothing.
     ///
     /// @param threshold_px of switches by error
-    SceneDraws collect(const View& view, double threshold_px);
+    /// @param shadows      also gives the geometry out of view whose shadows can fall into it, as casters, which
+    ///                     counts() has not. None, or a distance or direction out of range: no casters, at no cost
+    SceneDraws collect(const View& view, double threshold_px,
+                       const std::optional<SunShadows>& shadows = {});
     /// Of the last collect().
     const GraphCounts& counts() const;
 

@@ -22,6 +22,7 @@ enum class Containment : std::uint8_t {
 /// Planes left to test, inherited from enclosing bounding volumes, and the plane to begin with.
 struct PlaneState {
     static constexpr std::uint8_t kAll = 0b11111;  ///< mask of all planes
+    static constexpr std::uint8_t kFarPlane = 4;   ///< number of the far plane
     /// Bit i: plane i is not yet known to have all of it on its inner side.
     std::uint8_t mask = kAll;
     std::uint8_t first = 0;  ///< plane that is tested first: the one that excluded it last, 0 to 4
@@ -51,6 +52,12 @@ public:
 
     /// The apex.
     const WorldPos& eye_world() const { return eye_; }
+    /// Inward unit normals of its planes: left, right, bottom, top, and far where there is a far plane.
+    std::span<const Eigen::Vector3d> normals() const {
+        return std::span(normals_).first(static_cast<std::size_t>(plane_count_));
+    }
+    /// Corners of the far plane relative to the eye, in order around the picture; 0 where there is none.
+    const std::array<Eigen::Vector3d, 4>& far_corners() const { return far_corners_; }
 
     /// Tests the planes of state.mask, state.first first. `outside`: state.first is set to the plane that excludes it.
     /// Else the planes that have all of it on their inner side are removed from state.mask.

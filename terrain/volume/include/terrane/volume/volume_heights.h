@@ -41,6 +41,8 @@ public:
     Result<std::shared_ptr<const Chunk>> stored_chunk(const ChunkKey& key,
                                                       const std::stop_token& stop) const override;
     std::optional<SolidExtent> solid_extent(const ChunkKey& key) const override;
+    /// Within a quarter of the finest spacing of a volume, or in one. Digs and fills at run time do not count.
+    bool is_in_volume(double x, double y, double z) const override;
     /// From the area of the volumes' surfaces; where that was too little, what the chunk has turned out to need.
     std::size_t max_chunk_bytes(const ChunkKey& key) const override;
     /// Whether no change that touches the chunk has come into force since it was made.
