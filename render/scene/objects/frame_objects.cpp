@@ -10,6 +10,7 @@ void FrameObjects::clear() {
     ranges_.clear();
     object_count_ = 0;
     left_out_ = 0;
+    occluded_ = 0;
 }
 
 void FrameObjects::begin(const View& view, float log2_least) {
@@ -47,10 +48,14 @@ void FrameObjects::compute_factors(const ObjectCluster& cluster,
 }
 
 void FrameObjects::add(const ObjectCluster& cluster, const LevelChoice& choice,
-                       const ViewVolume& volume) {
+                       const ViewVolume& volume, const HorizonMap* horizon) {
     const std::size_t count = cluster.size();
     if (!choice.is_drawn(largest_factor(cluster), log2_least_)) {
         left_out_ += count;
+        return;
+    }
+    if (horizon != nullptr && horizon->hides(cluster.bounds_world)) {
+        occluded_ += count;
         return;
     }
     const Eigen::Vector3f origin_eye = to_local(cluster.origin_world, eye_);
@@ -63,17 +68,20 @@ void FrameObjects::add(const ObjectCluster& cluster, const LevelChoice& choice,
     PlaneState around;
     const bool is_inside = volume.test_planes(cluster.bounds_world, around) == Containment::inside;
     for (std::size_t i = 0; i < count; ++i) {
+        const auto sphere = [&] {
+            const Eigen::Vector3f centre(cluster.x[i], cluster.y[i], cluster.z[i]);
+            return BoundingSphere{cluster.origin_world + centre.cast<double>(), cluster.radius[i]};
+        };
         if (!is_inside) {
             PlaneState state = around;
-            const Eigen::Vector3d centre =
-                cluster.origin_world +
-                Eigen::Vector3f(cluster.x[i], cluster.y[i], cluster.z[i]).cast<double>();
-            if (volume.test_planes(BoundingSphere{centre, cluster.radius[i]}, state) ==
-                Containment::outside)
-                continue;
+            if (volume.test_planes(sphere(), state) == Containment::outside) continue;
         }
         if (!choice.is_drawn(cluster_factors_[i], log2_least_)) {
             ++left_out_;
+            continue;
+        }
+        if (horizon != nullptr && horizon->hides(sphere())) {
+            ++occluded_;
             continue;
         }
         indices_[object_count_] = static_cast<std::uint16_t>(i);

@@ -4,6 +4,7 @@
 #include "objects/level_choice.h"
 #include "objects/object_cluster.h"
 
+#include <terrane/scene/horizon_map.h>
 #include <terrane/scene/view_volume.h>
 
 #include <array>
@@ -21,12 +22,16 @@ public:
     /// @param log2_least of the least threshold in pixels: objects that are not drawn above it are left out
     void begin(const View& view, float log2_least);
 
-    /// Adds those of a cluster that are in view.
-    void add(const ObjectCluster& cluster, const LevelChoice& choice, const ViewVolume& volume);
+    /// Adds those of a cluster that are in view and that the ground does not hide.
+    /// @param horizon null: it hides none
+    void add(const ObjectCluster& cluster, const LevelChoice& choice, const ViewVolume& volume,
+             const HorizonMap* horizon);
 
     std::size_t size() const { return object_count_; }
     /// Objects in view, as far as known, that are not drawn above the least threshold.
     std::size_t left_out() const { return left_out_; }
+    /// Objects that the ground hides.
+    std::size_t occluded() const { return occluded_; }
 
     /// Counts the factors of each model's objects. @param counts_out [models]
     void count_factors(std::span<FactorCounts> counts_out) const;
@@ -58,6 +63,7 @@ private:
     float log2_pixels_ = 0.0f;  // per radian
     float log2_least_ = 0.0f;
     std::size_t left_out_ = 0;
+    std::size_t occluded_ = 0;
     std::vector<Range> ranges_;
     std::size_t object_count_ = 0;
     std::vector<std::uint16_t> indices_;  // [objects] in their clusters

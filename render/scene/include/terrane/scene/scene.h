@@ -2,6 +2,7 @@
 #pragma once
 
 #include <terrane/scene/cull_tree.h>
+#include <terrane/scene/horizon_map.h>
 #include <terrane/scene/object_model.h>
 #include <terrane/scene/scene_draws.h>
 #include <terrane/terrain/triangulator.h>
@@ -41,7 +42,10 @@ struct SceneSettings {
 struct SceneCounts {
     std::size_t objects = 0;  ///< in the scene
     std::size_t in_view = 0;  ///< not culled
-    std::size_t drawn = 0;    ///< those of them that are drawn
+    /// Culled because the ground hides them. Of clusters of objects that are hidden as a whole, all: also those that are
+    /// out of view or too small.
+    std::size_t occluded = 0;
+    std::size_t drawn = 0;  ///< those of them that are drawn
     std::size_t left_out =
         0;  ///< those of them whose absence is an error below the threshold: not drawn
     std::size_t triangles = 0;  ///< of the frame; objects that change levels count twice
@@ -106,10 +110,13 @@ public:
     ///
     /// @param least_threshold_px end_frame() uses no smaller threshold: objects whose absence is not above it cost
     ///                           nearly nothing. 0: none such
+    /// @param horizon what the ground hides is culled too; null, or a map of another view: nothing is. For frames
+    ///                without shadows, because what is hidden casts none
     ///
     /// Allocates: nothing once the buffers are large enough
     /// Cost:      with end_frame() some 20 ns an object in view: `scene_benchmark`
-    std::span<const TriangleDemand> begin_frame(const View& view, double least_threshold_px = 0.0);
+    std::span<const TriangleDemand> begin_frame(const View& view, double least_threshold_px = 0.0,
+                                                const HorizonMap* horizon = nullptr);
 
     /// Chooses the levels of the objects of begin_frame(). Valid until the next call.
     ///
