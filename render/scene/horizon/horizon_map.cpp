@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
-// Why what is below the horizon is hidden. Slopes are rises over horizontal distances from the eye; e is the error of the
-// drawn ground as an angle, ground_error_px over pixels per radian.
+// Why what is below the horizon is hidden. Slopes are rises over horizontal distances from the eye; e is the error of
+// the drawn ground as an angle, ground_error_px over pixels per radian.
 //
 //   1. A ray of slope t has an azimuth in a sector whose horizon U satisfies U - e sqrt(1 + U^2) > t. Along its azimuth
 //      the slope of the true surface goes from -infinity below the eye to at least U, continuously, as all is ground.
 //   2. So somewhere it has the slope u between t and U with u - e sqrt(1 + u^2) = t. The true surface there is
-//      e sqrt(1 + u^2) times the horizontal distance above the ray.
-//   3. If that point of the true surface is in view, the drawn one is at most e times its distance from it (see
-//      docs/triangulation.md), so not below the ray. Distances are not below near_distance, because the ground is farther
-//      than that from the eye.
+//      e sqrt(1 + u^2) times the horizontal distance above the ray: e times its distance from the eye.
+//   3. If that point of the true surface is in view, the drawn one is at most as much below it (the certificate of
+//      docs/triangulation.md), so not below the ray. Distances are not below near_distance, because the ground is
+//      farther than that from the eye.
 //   4. The ray begins above the drawn ground and is not above it in 3: it has met it, before the object.
 //
 // For "in view" in 3 the object, raised by that much, must be within the planes of the view that face down.
@@ -25,6 +25,7 @@
 namespace terrane {
 namespace {
 
+using internal::azimuth_of;
 using internal::HorizonRows;
 using internal::kSectors;
 using internal::ring_of;
@@ -146,10 +147,13 @@ bool HorizonMap::State::hides(const Occludee& object, const Reach& reach) const 
     const double most_slope = object.high / (object.high >= 0.0 ? nearest : farthest);
     const double least_slope = object.low / (object.low >= 0.0 ? farthest : nearest);
 
+    // most objects are above the horizon of the sector of their centre
+    const HorizonRows::Row& row = rows.row(ring);
+    const auto middle = static_cast<std::size_t>(azimuth_of(centre.x(), centre.y())) % kSectors;
+    if (!(static_cast<double>(row[middle]) > most_slope)) return false;
     const double sine = object.radius / distance, cosine = std::sqrt(1.0 - sine * sine);
     const Eigen::Vector2d across(-centre.y(), centre.x());
     const Wedge wedge{cosine * centre - sine * across, cosine * centre + sine * across};
-    const HorizonRows::Row& row = rows.row(ring);
     float lowest = std::numeric_limits<float>::max();
     wedge.touched().visit([&](std::size_t sector) { lowest = std::min(lowest, row[sector]); });
     const auto horizon = static_cast<double>(lowest);

@@ -19,9 +19,9 @@
 namespace terrane::internal {
 namespace {
 
-// A square is divided while its side is more than this part of its distance: about eight sectors. Measured over
-// fractal hills: half of it takes three times as long and hides 2 % more.
-constexpr double kSideShare = 0.05;
+// A square is divided while its side is more than this part of its distance: about thirteen sectors. Measured by
+// horizon_benchmark: 0.05 takes 1.6 times as long, and hides 3 % more from 20 m above the ground and 12 % from 100 m.
+constexpr double kSideShare = 0.08;
 
 constexpr float kNothing = -std::numeric_limits<float>::infinity();
 

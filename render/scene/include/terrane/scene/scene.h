@@ -42,8 +42,8 @@ struct SceneSettings {
 struct SceneCounts {
     std::size_t objects = 0;  ///< in the scene
     std::size_t in_view = 0;  ///< not culled
-    /// Culled because the ground hides them. Of clusters of objects that are hidden as a whole, all: also those that are
-    /// out of view or too small.
+    /// Culled because the ground hides them. Of clusters of objects that are hidden as a whole, all: also those that
+    /// are out of view or too small.
     std::size_t occluded = 0;
     std::size_t drawn = 0;  ///< those of them that are drawn
     std::size_t left_out =
