@@ -53,8 +53,7 @@ Result<void> FlightOutput::add_objects(const Terrain& terrain, FrameMaker& maker
         ObjectField::create(heightfield_of(terrain), *terrain.objects,
                             {.max_error_px = options_.max_error_px,
                              .picture = make_view(options_.size, options_.fov_deg),
-                             .has_thread = options_.threads > 0,
-                             .has_horizon = options_.shadows == 0.0},
+                             .has_thread = options_.threads > 0},
                             pictures_ ? &pictures_->renderer() : nullptr);
     if (!field) return tl::unexpected(field.error());
     maker.set_objects(std::make_unique<ObjectField>(*std::move(field)));

@@ -10,12 +10,6 @@
 #include <utility>
 
 namespace terrane::tools {
-namespace {
-
-// How much larger the error of a mesh may be than that of the frame before.
-constexpr double kErrorGrowth = 1.25;
-
-}  // namespace
 
 FrameMaker::FrameMaker(Pager pager, Triangulator triangulator)
     : pager_(std::move(pager)), triangulator_(std::move(triangulator)) {}
@@ -36,28 +30,19 @@ Result<FrameMaker> FrameMaker::create(std::shared_ptr<const HeightSource> source
 }
 
 // The demands of objects, and the part of the triangulator's budget that the governor keeps free.
-std::span<const TriangleDemand> FrameMaker::with_governor(std::span<const TriangleDemand> demands) {
-    if (!governor_) return demands;
-    demands_.assign(demands.begin(), demands.end());
-    const std::size_t kept_free = budget_ - std::min(budget_, governor_->budget());
-    demands_.push_back(
-        {std::numeric_limits<double>::infinity(), static_cast<std::uint32_t>(kept_free)});
-    return demands_;
-}
-
-// Objects behind the ground are left out by the error that the mesh is expected to have. Where it has a larger one, it
-// is made again with all objects.
-TerrainMesh FrameMaker::make_mesh(const View& view) {
-    const std::shared_ptr<const ResidentSet> resident = pager_.resident();
-    std::span<const TriangleDemand> demands;
-    if (objects_) demands = objects_->begin_frame(view, resident, ground_error_px_);
-    TerrainMesh mesh = triangulator_.update(resident, view, with_governor(demands));
-    if (objects_ && objects_->counts().occluded > 0 && !(mesh.error_px <= ground_error_px_)) {
-        demands = objects_->begin_again(view);
-        mesh = triangulator_.update(resident, view, with_governor(demands));
+std::span<const TriangleDemand> FrameMaker::begin_frame(const View& view) {
+    demands_.clear();
+    if (objects_) {
+        const std::span<const TriangleDemand> demands = objects_->begin_frame(view);
+        if (!governor_) return demands;
+        demands_.assign(demands.begin(), demands.end());
     }
-    ground_error_px_ = kErrorGrowth * mesh.error_px;
-    return mesh;
+    if (governor_) {
+        const std::size_t kept_free = budget_ - std::min(budget_, governor_->budget());
+        demands_.push_back(
+            {std::numeric_limits<double>::infinity(), static_cast<std::uint32_t>(kept_free)});
+    }
+    return demands_;
 }
 
 void FrameMaker::add_frame_time(const FrameRecord& frame) {
@@ -77,7 +62,7 @@ void FrameMaker::load_until_stable(const View& view, std::span<const BodyNeed> b
         const std::array cameras{CameraNeed{.view = view, .threshold_px = threshold_px_}};
         pager_.update(cameras, bodies, time);
         pager_.finish();
-        const TerrainMesh mesh = make_mesh(view);
+        const TerrainMesh mesh = triangulator_.update(pager_.resident(), view, begin_frame(view));
         const bool is_settled =
             mesh.threshold_px >= threshold_px_ && mesh.resident->epoch() == last_epoch;
         if (is_settled || pager_.stats().late_chunks > 0) return;
@@ -93,7 +78,7 @@ MadeFrame FrameMaker::make(CameraNeed camera, std::span<const BodyNeed> bodies, 
     camera.threshold_px = threshold_px_;
     const Clock::time_point start = Clock::now();
     pager_.update({&camera, 1}, bodies, time);
-    frame.mesh = make_mesh(view);
+    frame.mesh = triangulator_.update(pager_.resident(), view, begin_frame(view));
     if (objects_) frame.draws = objects_->end_frame(frame.mesh.others_threshold_px);
     const std::chrono::duration<double, std::milli> taken = Clock::now() - start;
     threshold_px_ = frame.mesh.threshold_px;
@@ -108,7 +93,6 @@ MadeFrame FrameMaker::make(CameraNeed camera, std::span<const BodyNeed> bodies, 
         record.triangles += counts.triangles;
         record.objects_drawn = counts.drawn;
         record.objects_culled = counts.culled;
-        record.objects_occluded = counts.occluded;
         record.objects_left_out = counts.left_out;
         record.object_triangles = counts.triangles;
         record.objects_ms = counts.ms;

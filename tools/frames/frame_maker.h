@@ -66,8 +66,7 @@ public:
 
 private:
     FrameMaker(Pager pager, Triangulator triangulator);
-    std::span<const TriangleDemand> with_governor(std::span<const TriangleDemand> demands);
-    TerrainMesh make_mesh(const View& view);
+    std::span<const TriangleDemand> begin_frame(const View& view);
 
     Pager pager_;
     Triangulator triangulator_;
@@ -78,7 +77,6 @@ private:
     std::size_t budget_ = 0;
     double max_error_px_ = 1.0;
     double threshold_px_ = 1.0;
-    double ground_error_px_ = 0.0;  // assumed of the next mesh: see HorizonMap::build()
 };
 
 }  // namespace terrane::tools

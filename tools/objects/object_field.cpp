@@ -49,19 +49,12 @@ Result<void> upload(const SceneObjects& objects, std::vector<ObjectLevels>& leve
     return {};
 }
 
-double ms_since(std::chrono::steady_clock::time_point start) {
-    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
-        .count();
-}
-
 }  // namespace
 
 ObjectField::ObjectField(Scene scene, const ObjectFieldSettings& settings)
     : scene_(std::move(scene)),
       max_error_px_(settings.max_error_px),
-      maker_(std::make_unique<SquareMaker>(settings.has_thread)) {
-    if (settings.has_horizon) horizon_.emplace();
-}
+      maker_(std::make_unique<SquareMaker>(settings.has_thread)) {}
 
 Result<ObjectField> ObjectField::create(std::shared_ptr<const HeightSource> source,
                                         const SceneObjects& objects,
@@ -193,32 +186,22 @@ void ObjectField::load_all(const View& view) {
     add_made(kAll);
 }
 
-std::span<const TriangleDemand> ObjectField::begin_frame(
-    const View& view, const std::shared_ptr<const ResidentSet>& resident, double ground_error_px) {
+std::span<const TriangleDemand> ObjectField::begin_frame(const View& view) {
     const auto start = std::chrono::steady_clock::now();
     // requests wait for the thread where it is behind
     if (pending_ < kMostPending) follow(view.eye_world, kSquaresAFrame);
     add_made(kSquaresAFrame * scattered_.size());
-    if (horizon_) horizon_->build(resident, view, ground_error_px);
-    const std::span<const TriangleDemand> demands =
-        scene_.begin_frame(view, max_error_px_, horizon_ ? &*horizon_ : nullptr);
-    counts_.occluded = scene_.counts().occluded;
-    counts_.ms = ms_since(start);
-    return demands;
-}
-
-std::span<const TriangleDemand> ObjectField::begin_again(const View& view) {
-    const auto start = std::chrono::steady_clock::now();
     const std::span<const TriangleDemand> demands = scene_.begin_frame(view, max_error_px_);
-    counts_.occluded = 0;
-    counts_.ms += ms_since(start);
+    counts_.ms =
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
     return demands;
 }
 
 SceneDraws ObjectField::end_frame(double threshold_px) {
     const auto start = std::chrono::steady_clock::now();
     const SceneDraws draws = scene_.end_frame(threshold_px);
-    counts_.ms += ms_since(start);
+    counts_.ms +=
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
     const SceneCounts& counts = scene_.counts();
     counts_.drawn = counts.drawn;
     counts_.culled = counts.objects - counts.in_view;

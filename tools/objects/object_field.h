@@ -12,7 +12,6 @@
 #include <cstddef>
 #include <map>
 #include <memory>
-#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -22,8 +21,7 @@ namespace terrane::tools {
 /// Statistics of the objects of a frame.
 struct ObjectCounts {
     std::size_t drawn = 0;
-    std::size_t culled = 0;    ///< out of view or behind the ground
-    std::size_t occluded = 0;  ///< those of them that are behind the ground: SceneCounts::occluded
+    std::size_t culled = 0;    ///< out of view
     std::size_t left_out = 0;  ///< in view, too small for the threshold
     std::size_t triangles = 0;
     std::size_t failed_squares = 0;  ///< so far: their heights could not be read
@@ -34,8 +32,6 @@ struct ObjectFieldSettings {
     double max_error_px = 1.0;  ///< no object is drawn whose absence is less, > 0
     View picture;               ///< of the frames: its size and field of view
     bool has_thread = true;     ///< false: see SquareMaker
-    bool has_horizon =
-        false;  ///< objects that the ground hides are culled: for frames without shadows
 };
 
 /// The objects of a scene while a camera moves: squares of scatters come and go, and frames get their draws.
@@ -54,19 +50,11 @@ public:
     void load_all(const View& view);
 
     /// Begins a frame: squares, culling. A square whose heights cannot be read stays empty, and is counted.
-    ///
-    /// @param resident        of the frame
-    /// @param ground_error_px see HorizonMap::build(). Where the frame's mesh has a larger error, and
-    ///                        counts().occluded is not 0, begin_again()
-    std::span<const TriangleDemand> begin_frame(const View& view,
-                                                const std::shared_ptr<const ResidentSet>& resident,
-                                                double ground_error_px);
-    /// Begins the same frame again: with the objects that the ground hides.
-    std::span<const TriangleDemand> begin_again(const View& view);
+    std::span<const TriangleDemand> begin_frame(const View& view);
     /// Ends it: see Scene::end_frame().
     SceneDraws end_frame(double threshold_px);
 
-    /// Of the last frame; `occluded` from begin_frame() on.
+    /// Of the last frame.
     const ObjectCounts& counts() const { return counts_; }
 
 private:
@@ -88,7 +76,6 @@ private:
 
     Scene scene_;
     double max_error_px_;
-    std::optional<HorizonMap> horizon_;
     std::vector<std::unique_ptr<ScatteredModel>>
         scattered_;                       // addresses stay: the maker reads their scatters
     std::unique_ptr<SquareMaker> maker_;  // after scattered_: it is destroyed first

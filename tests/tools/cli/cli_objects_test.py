@@ -36,14 +36,6 @@ class Objects(Folder):
             self.assertTrue((rows["objects_ms"] <= rows["update_ms"]).all())
         self.assertGreater(summary["objects_drawn_max"], 50)
 
-    def test_the_ground_hides_objects_where_no_shadows_are_drawn(self):
-        forest = [{"scatter": {"mesh": PINE, "per_km2": 3000, "seed": 2}}]
-        _, rows = self.fly(self.scene(forest), "--altitude", 5, "--budget", 50000)
-        self.assertGreater(rows["objects_occluded"].max(), 0)
-        self.assertTrue((rows["objects_occluded"] <= rows["objects_culled"]).all())
-        _, rows = self.fly(self.scene(forest), "--altitude", 5, "--budget", 50000, "--png", "--shadows", 500)
-        self.assertEqual(rows["objects_occluded"].max(), 0)
-
     def test_a_small_budget_leaves_objects_out_and_says_how_many(self):
         forest = [{"scatter": {"mesh": PINE, "per_km2": 20000, "seed": 2}}]
         small, _ = self.fly(self.scene(forest), "--budget", 3000)

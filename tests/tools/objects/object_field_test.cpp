@@ -117,7 +117,7 @@ TEST(ObjectField, HasTheObjectsOfAllSquaresInRangeOnceTheyAreLoaded) {
     View view = view_along({0.0, -300.0, 90.0});
     ObjectField field = make_field(source, objects, 1.0, view);
     field.load_all(view);
-    field.begin_frame(view, nullptr, 0.0);
+    field.begin_frame(view);
     field.end_frame(1.0);
     const ObjectCounts all = field.counts();
     // every object of the scatter that the view must show, found without squares' ranges
@@ -154,14 +154,14 @@ TEST(ObjectField, SquaresComeInAFewAFrameAndAFlightEndsAsIfLoadedAtOnce) {
     flown.load_all(view);
     for (int frame = 0; frame < 150; ++frame) {
         view.eye_world.x() += 10.0;
-        flown.begin_frame(view, nullptr, 0.0);
+        flown.begin_frame(view);
         flown.end_frame(4.0);
     }
-    for (int frame = 0; frame < 50; ++frame) flown.begin_frame(view, nullptr, 0.0);
+    for (int frame = 0; frame < 50; ++frame) flown.begin_frame(view);
     flown.end_frame(4.0);
     ObjectField fresh = make_field(source, objects, 4.0, view);
     fresh.load_all(view);
-    fresh.begin_frame(view, nullptr, 0.0);
+    fresh.begin_frame(view);
     fresh.end_frame(4.0);
     EXPECT_EQ(flown.counts().drawn, fresh.counts().drawn);
     EXPECT_EQ(flown.counts().triangles, fresh.counts().triangles);
@@ -178,16 +178,16 @@ TEST(ObjectField, FramesDoNotWaitForTheSourceAndSquaresComeWhenItAnswers) {
     // each of these frames would hang if it asked the source
     for (int frame = 0; frame < 100; ++frame) {
         view.eye_world.x() += 15.0;
-        field.begin_frame(view, nullptr, 0.0);
+        field.begin_frame(view);
         field.end_frame(4.0);
     }
     source->open();
     field.load_all(view);
-    field.begin_frame(view, nullptr, 0.0);
+    field.begin_frame(view);
     field.end_frame(4.0);
     ObjectField fresh = make_field(source, objects, 4.0, view);
     fresh.load_all(view);
-    fresh.begin_frame(view, nullptr, 0.0);
+    fresh.begin_frame(view);
     fresh.end_frame(4.0);
     EXPECT_EQ(field.counts().drawn, fresh.counts().drawn);
     EXPECT_GT(fresh.counts().drawn, 50u);
@@ -200,7 +200,7 @@ TEST(ObjectField, EndsWhileItsThreadWaitsForTheSource) {
     std::jthread opener;
     {
         ObjectField field = make_field(source, forest(400.0), 1.0, view, true);
-        field.begin_frame(view, nullptr, 0.0);
+        field.begin_frame(view);
         opener = std::jthread([&] { source->open(); });
     }
 }
@@ -210,13 +210,13 @@ TEST(ObjectField, HasNoObjectsFarFromTheWorldAndHoldsAtTinyTargets) {
     View view = view_along({1e12, -1e12, 0.0});
     ObjectField far = make_field(source, forest(400.0), 1.0, view);
     far.load_all(view);
-    far.begin_frame(view, nullptr, 0.0);
+    far.begin_frame(view);
     far.end_frame(1.0);
     EXPECT_EQ(far.counts().triangles, 0u);
     view.eye_world.setZero();
     ObjectField near = make_field(source, forest(5.0), 1e-30, view);
     near.load_all(view);
-    near.begin_frame(view, nullptr, 0.0);
+    near.begin_frame(view);
     near.end_frame(1e-30);
     EXPECT_GT(near.counts().drawn, 1u);
     EXPECT_EQ(near.counts().left_out, 0u);
