@@ -18,6 +18,7 @@ void FrameObjects::clear() {
     ranges_.clear();
     object_count_ = 0;
     left_out_ = 0;
+    occluded_ = 0;
 }
 
 void FrameObjects::begin(const View& view, float log2_least) {
@@ -54,13 +55,17 @@ void FrameObjects::compute_factors(const ObjectCluster& cluster,
     }
 }
 
-// is_wanted(index): whether an object of the cluster is one of them.
+// is_wanted(index): whether an object of the cluster is one of them, if the ground does not hide it.
 template <class IsWanted>
 void FrameObjects::add_where(const ObjectCluster& cluster, const LevelChoice& choice,
-                             const IsWanted& is_wanted) {
+                             const HorizonMap* horizon, const IsWanted& is_wanted) {
     const std::size_t count = cluster.size();
     if (!choice.is_drawn(largest_factor(cluster), log2_least_)) {
         left_out_ += count;
+        return;
+    }
+    if (horizon != nullptr && horizon->hides(cluster.bounds_world)) {
+        occluded_ += count;
         return;
     }
     const Eigen::Vector3f origin_eye = to_local(cluster.origin_world, eye_);
@@ -76,6 +81,10 @@ void FrameObjects::add_where(const ObjectCluster& cluster, const LevelChoice& ch
             ++left_out_;
             continue;
         }
+        if (horizon != nullptr && horizon->hides(sphere_of(cluster, i))) {
+            ++occluded_;
+            continue;
+        }
         indices_[object_count_] = static_cast<std::uint16_t>(i);
         factors_[object_count_] = cluster_factors_[i];
         ++object_count_;
@@ -84,10 +93,10 @@ void FrameObjects::add_where(const ObjectCluster& cluster, const LevelChoice& ch
 }
 
 void FrameObjects::add(const ObjectCluster& cluster, const LevelChoice& choice,
-                       const ViewVolume& volume) {
+                       const ViewVolume& volume, const HorizonMap* horizon) {
     PlaneState around;
     const bool is_inside = volume.test_planes(cluster.bounds_world, around) == Containment::inside;
-    add_where(cluster, choice, [&](std::size_t i) {
+    add_where(cluster, choice, horizon, [&](std::size_t i) {
         PlaneState state = around;
         return is_inside ||
                volume.test_planes(sphere_of(cluster, i), state) != Containment::outside;
@@ -102,7 +111,7 @@ void FrameObjects::add_casters(const ObjectCluster& cluster, const LevelChoice& 
     PlaneState around;
     const Containment where = volume.test_planes(cluster.bounds_world, around);
     if (is_in_view && where == Containment::inside) return;
-    add_where(cluster, choice, [&](std::size_t i) {
+    add_where(cluster, choice, nullptr, [&](std::size_t i) {
         const BoundingSphere ball = sphere_of(cluster, i);
         PlaneState state = around, beyond = far_plane;
         const bool is_taken = is_in_view && volume.test_planes(ball, state) != Containment::outside;

@@ -5,6 +5,7 @@
 #include "objects/object_cluster.h"
 
 #include <terrane/scene/caster_volume.h>
+#include <terrane/scene/horizon_map.h>
 #include <terrane/scene/view_volume.h>
 
 #include <array>
@@ -22,8 +23,10 @@ public:
     /// @param log2_least of the least threshold in pixels: objects that are not drawn above it are left out
     void begin(const View& view, float log2_least);
 
-    /// Adds those of a cluster that are in view.
-    void add(const ObjectCluster& cluster, const LevelChoice& choice, const ViewVolume& volume);
+    /// Adds those of a cluster that are in view and that the ground does not hide.
+    /// @param horizon null: it hides none
+    void add(const ObjectCluster& cluster, const LevelChoice& choice, const ViewVolume& volume,
+             const HorizonMap* horizon);
 
     /// Adds those of a cluster that can cast a shadow into the view, and that add() of the view does not take.
     /// @param is_in_view whether add() has been called for the cluster
@@ -33,6 +36,8 @@ public:
     std::size_t size() const { return object_count_; }
     /// Objects in view, as far as known, that are not drawn above the least threshold.
     std::size_t left_out() const { return left_out_; }
+    /// Objects that the ground hides.
+    std::size_t occluded() const { return occluded_; }
 
     /// Counts the factors of each model's objects. @param counts_out [models]
     void count_factors(std::span<FactorCounts> counts_out) const;
@@ -60,13 +65,14 @@ private:
     void compute_factors(const ObjectCluster& cluster, const Eigen::Vector3f& origin_eye);
     template <class IsWanted>
     void add_where(const ObjectCluster& cluster, const LevelChoice& choice,
-                   const IsWanted& is_wanted);
+                   const HorizonMap* horizon, const IsWanted& is_wanted);
 
     WorldPos eye_ = WorldPos::Zero();
     float near_ = 1.0f;
     float log2_pixels_ = 0.0f;  // per radian
     float log2_least_ = 0.0f;
     std::size_t left_out_ = 0;
+    std::size_t occluded_ = 0;
     std::vector<Range> ranges_;
     std::size_t object_count_ = 0;
     std::vector<std::uint16_t> indices_;  // [objects] in their clusters

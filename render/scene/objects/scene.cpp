@@ -153,7 +153,8 @@ void Scene::remove_group(GroupId group) {
 std::size_t Scene::object_count() const { return state_->clusters.object_count(); }
 
 std::span<const TriangleDemand> Scene::begin_frame(const View& view, double least_threshold_px,
-                                                   const std::optional<SunShadows>& shadows) {
+                                                   const std::optional<SunShadows>& shadows,
+                                                   const HorizonMap* horizon) {
     State& state = *state_;
     state.counts = {};
     state.counts.objects = object_count();
@@ -164,15 +165,18 @@ std::span<const TriangleDemand> Scene::begin_frame(const View& view, double leas
     state.clusters.cull(volume, state.settings.cull_test, state.in_view);
     state.least_threshold_px = std::max(least_threshold_px, 0.0);
     state.objects.begin(view, log2_of_threshold(state.least_threshold_px));
+    const bool has_casters = shadows && has_shadows(*shadows);
+    if (has_casters || (horizon != nullptr && !horizon->is_of(view))) horizon = nullptr;
     for (const ObjectCluster* cluster : state.in_view)
-        state.objects.add(*cluster, state.choices[cluster->model], volume);
+        state.objects.add(*cluster, state.choices[cluster->model], volume, horizon);
     state.histogram.clear();
     state.objects.count_factors(state.factors);
     for (std::size_t model = 0; model < state.choices.size(); ++model)
         state.choices[model].add_to(state.factors[model], state.histogram);
     state.histogram.append_to(state.demands);
     state.counts.in_view = state.objects.size() + state.objects.left_out();
-    if (shadows && has_shadows(*shadows)) state.find_casters(view, volume, *shadows);
+    state.counts.occluded = state.objects.occluded();
+    if (has_casters) state.find_casters(view, volume, *shadows);
     return state.demands;
 }
 

@@ -3,6 +3,7 @@
 
 #include <terrane/scene/caster_volume.h>
 #include <terrane/scene/cull_tree.h>
+#include <terrane/scene/horizon_map.h>
 #include <terrane/scene/object_model.h>
 #include <terrane/scene/scene_draws.h>
 #include <terrane/terrain/triangulator.h>
@@ -42,7 +43,10 @@ struct SceneSettings {
 struct SceneCounts {
     std::size_t objects = 0;  ///< in the scene
     std::size_t in_view = 0;  ///< not culled
-    std::size_t drawn = 0;    ///< those of them that are drawn
+    /// Culled because the ground hides them. Of clusters of objects that are hidden as a whole, all: also those that
+    /// are out of view or too small.
+    std::size_t occluded = 0;
+    std::size_t drawn = 0;  ///< those of them that are drawn
     std::size_t left_out =
         0;  ///< those of them whose absence is an error below the threshold: not drawn
     std::size_t triangles = 0;  ///< of the frame; objects that change levels count twice
@@ -111,11 +115,14 @@ public:
     /// @param shadows            end_frame() also gives the objects out of view whose shadows can fall into it, as
     ///                           casters, at the levels that they would be drawn with in view; no demand counts them.
     ///                           None, or a distance or direction out of range: no casters, at no cost
+    /// @param horizon            what the ground hides is culled too; null, or a map of another view, or with
+    ///                           shadows, which what is hidden may cast: nothing is
     ///
     /// Allocates: nothing once the buffers are large enough
     /// Cost:      with end_frame() some 20 ns an object in view: `scene_benchmark`
     std::span<const TriangleDemand> begin_frame(const View& view, double least_threshold_px = 0.0,
-                                                const std::optional<SunShadows>& shadows = {});
+                                                const std::optional<SunShadows>& shadows = {},
+                                                const HorizonMap* horizon = nullptr);
 
     /// Chooses the levels of the objects of begin_frame(). Valid until the next call.
     ///

@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: MIT
+// Why what is below the horizon is hidden. Slopes are rises over horizontal distances from the eye; e is the error of
+// the drawn ground as an angle, ground_error_px over pixels per radian.
+//
+//   1. A ray of slope t has an azimuth in a sector whose horizon U satisfies U - e sqrt(1 + U^2) > t. Along its azimuth
+//      the slope of the true surface goes from -infinity below the eye to at least U, continuously, as all is ground.
+//   2. So somewhere it has the slope u between t and U with u - e sqrt(1 + u^2) = t. The true surface there is
+//      e sqrt(1 + u^2) times the horizontal distance above the ray: e times its distance from the eye.
+//   3. If that point of the true surface is in view, the drawn one is at most as much below it (the certificate of
+//      docs/triangulation.md), so not below the ray. Distances are not below near_distance, because the ground is
+//      farther than that from the eye.
+//   4. The ray begins above the drawn ground and is not above it in 3: it has met it, before the object.
+//
+// For "in view" in 3 the object, raised by that much, must be within the planes of the view that face down.
+#include "base/vector_math.h"
+#include "horizon/horizon_rows.h"
+
+#include <terrane/scene/horizon_map.h>
+#include <terrane/terrain/ground.h>
+
+#include <cmath>
+#include <limits>
+#include <optional>
+
+namespace terrane {
+namespace {
+
+using internal::azimuth_of;
+using internal::HorizonRows;
+using internal::kSectors;
+using internal::ring_of;
+using internal::SectorRange;
+using internal::Wedge;
+
+// Left for rounding to float on the GPU.
+constexpr double kMargin_px = 1.0;
+// Largest error as an angle, radians.
+constexpr double kMostError = 0.25;
+// A direction closer to the vertical has no certain azimuth.
+constexpr double kLeastHorizontal = 1e-6;
+// Cells along a side of the square below the eye whose errors are read.
+constexpr double kMostCells = 64.0;
+
+double cross2(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+    return a.x() * b.y() - a.y() * b.x();
+}
+
+// The sectors that a view shows: all where it shows the nadir or the zenith.
+SectorRange sectors_of(const View& view, const Frustum& frustum) {
+    bool shows_nadir = true, shows_zenith = true;
+    for (const Eigen::Vector3d& normal : frustum.normals) {
+        shows_nadir = shows_nadir && normal.z() <= kLeastHorizontal;
+        shows_zenith = shows_zenith && normal.z() >= -kLeastHorizontal;
+    }
+    if (shows_nadir || shows_zenith) return SectorRange::all();
+    // the projection of a convex cone is convex: its ends are those of corners
+    std::array<Eigen::Vector2d, 4> corners;
+    for (std::size_t i = 0; i < 4; ++i) {
+        const Eigen::Vector3d direction = direction_through(
+            view, (i & 1) != 0 ? view.width_px : 0.0, (i & 2) != 0 ? view.height_px : 0.0);
+        corners[i] = {direction.x(), direction.y()};
+        if (!(corners[i].squaredNorm() > kLeastHorizontal * kLeastHorizontal))
+            return SectorRange::all();
+    }
+    Wedge wedge{corners[0], corners[0]};
+    for (const Eigen::Vector2d& corner : corners) {
+        if (cross2(corner, wedge.right) > 0.0) wedge.right = corner;
+        if (cross2(wedge.left, corner) > 0.0) wedge.left = corner;
+    }
+    for (const Eigen::Vector2d& corner : corners) {
+        if (cross2(wedge.right, corner) < 0.0 || cross2(corner, wedge.left) < 0.0)
+            return SectorRange::all();  // rounding, at nearly half a turn
+    }
+    return wedge.touched();
+}
+
+// Cells of a level around a place.
+CellRange cells_around(const Ground& ground, const WorldPos& eye, double reach) {
+    return {ground.column_at(eye.x() - reach), ground.row_at(eye.y() - reach),
+            ground.column_at(eye.x() + reach), ground.row_at(eye.y() + reach)};
+}
+
+// The finest level at which all cells around a place are resident ground, and no more than kMostCells along a side.
+std::optional<int> level_around(const std::shared_ptr<const ResidentSet>& resident,
+                                const WorldPos& eye, double reach) {
+    for (int level = resident->lattice().finest_level; level >= 0; --level) {
+        const Ground ground(resident, level);
+        if (2.0 * reach > kMostCells * ground.spacing()) continue;
+        if (GroundReader(ground).is_all_ground(cells_around(ground, eye, reach))) return level;
+    }
+    return std::nullopt;
+}
+
+// Whether the true surface within a horizontal distance of the eye is lower than it by more than that distance.
+bool is_above_ground(const std::shared_ptr<const ResidentSet>& resident, const WorldPos& eye,
+                     double distance) {
+    const std::optional<int> level = level_around(resident, eye, distance);
+    if (!level) return false;
+    const Ground ground(resident, *level);
+    const CellRange cells = cells_around(ground, eye, distance);
+    GroundReader reader(ground);
+    // squares at least as wide as the distance: at most three along a side
+    int log2_side = 0;
+    while (log2_side < 7 && static_cast<double>(1 << log2_side) * ground.spacing() < distance)
+        ++log2_side;
+    const std::int64_t side = std::int64_t{1} << log2_side;
+    double highest = -std::numeric_limits<double>::infinity();
+    for (std::int64_t row = cells.south & -side; row <= cells.north; row += side) {
+        for (std::int64_t column = cells.west & -side; column <= cells.east; column += side) {
+            const RangeAnswer range = reader.square(column, row, log2_side);
+            highest = std::max(highest, ground.lattice().quantum * range.high);
+        }
+    }
+    return highest + static_cast<double>(reader.error(cells)) < eye.z() - distance;
+}
+
+// What the tests need of a bounding volume, relative to the eye.
+struct Occludee {
+    Eigen::Vector3d centre;
+    double radius = 0.0;  // of its horizontal disc
+    double low = 0.0, high = 0.0;
+};
+
+}  // namespace
+
+struct HorizonMap::State {
+    bool is_clear = true;
+    View view;
+    Frustum frustum;
+    double error = 0.0;  // radians
+    HorizonRows rows;
+
+    template <class Reach>
+    bool hides(const Occludee& object, const Reach& reach) const;
+};
+
+// reach(normal): largest distance of a point from the centre along a normal.
+template <class Reach>
+bool HorizonMap::State::hides(const Occludee& object, const Reach& reach) const {
+    const Eigen::Vector2d centre(object.centre.x(), object.centre.y());
+    const double distance = centre.norm();
+    const double nearest = distance - object.radius, farthest = distance + object.radius;
+    if (!(nearest > 0.0) || !std::isfinite(farthest) || !std::isfinite(object.centre.z()))
+        return false;
+    const int ring = ring_of(nearest) - 1;
+    if (ring < 0) return false;
+    const double most_slope = object.high / (object.high >= 0.0 ? nearest : farthest);
+    const double least_slope = object.low / (object.low >= 0.0 ? farthest : nearest);
+
+    // most objects are above the horizon of the sector of their centre
+    const HorizonRows::Row& row = rows.row(ring);
+    const auto middle = static_cast<std::size_t>(azimuth_of(centre.x(), centre.y())) % kSectors;
+    if (!(static_cast<double>(row[middle]) > most_slope)) return false;
+    const double sine = object.radius / distance, cosine = std::sqrt(1.0 - sine * sine);
+    const Eigen::Vector2d across(-centre.y(), centre.x());
+    const Wedge wedge{cosine * centre - sine * across, cosine * centre + sine * across};
+    float lowest = std::numeric_limits<float>::max();
+    wedge.touched().visit([&](std::size_t sector) { lowest = std::min(lowest, row[sector]); });
+    const auto horizon = static_cast<double>(lowest);
+    if (!(horizon - error * std::sqrt(1.0 + horizon * horizon) > most_slope)) return false;
+
+    const double steepest = std::max(std::abs(least_slope), std::abs(horizon));
+    const double raise = error * std::sqrt(1.0 + steepest * steepest) * farthest;
+    for (const Eigen::Vector3d& normal : frustum.normals) {
+        if (normal.z() >= 0.0) continue;
+        if (!(internal::dot(normal, object.centre) - reach(normal) + normal.z() * raise >= 0.0))
+            return false;
+    }
+    return true;
+}
+
+HorizonMap::HorizonMap() : state_(std::make_unique<State>()) {}
+HorizonMap::HorizonMap(HorizonMap&&) noexcept = default;
+HorizonMap& HorizonMap::operator=(HorizonMap&&) noexcept = default;
+HorizonMap::~HorizonMap() = default;
+
+void HorizonMap::clear() { state_->is_clear = true; }
+
+void HorizonMap::build(const std::shared_ptr<const ResidentSet>& resident, const View& view,
+                       double ground_error_px) {
+    State& state = *state_;
+    state.is_clear = true;
+    if (resident == nullptr || !check(view) || !(ground_error_px >= 0.0)) return;
+    state.error = (ground_error_px + kMargin_px) / view.pixels_per_radian();
+    if (!(state.error < kMostError) || !resident->has_roots()) return;
+    for (const ResidentChunk& chunk : resident->chunks()) {
+        if (chunk->key.level > 0) break;
+        if (!chunk->is_certified) return;
+    }
+    const WorldPos& eye = view.eye_world;
+    if (!resident->extent().contains(eye.x(), eye.y()) ||
+        !is_above_ground(resident, eye, view.near_distance))
+        return;
+    state.view = view;
+    state.frustum = make_frustum(view);
+    state.rows.build(*resident, eye, sectors_of(view, state.frustum));
+    state.is_clear = false;
+}
+
+bool HorizonMap::is_of(const View& view) const {
+    const State& state = *state_;
+    const View& own = state.view;
+    return !state.is_clear && own.eye_world == view.eye_world && own.forward == view.forward &&
+           own.up == view.up && own.vertical_fov == view.vertical_fov &&
+           own.width_px == view.width_px && own.height_px == view.height_px &&
+           own.near_distance == view.near_distance;
+}
+
+bool HorizonMap::hides(const BoundingSphere& ball_world) const {
+    const State& state = *state_;
+    if (state.is_clear) return false;
+    const Eigen::Vector3d centre = ball_world.centre - state.view.eye_world;
+    const double radius = ball_world.radius;
+    return state.hides({centre, radius, centre.z() - radius, centre.z() + radius},
+                       [&](const Eigen::Vector3d&) { return radius; });
+}
+
+bool HorizonMap::hides(const Aabb& box_world) const {
+    const State& state = *state_;
+    if (state.is_clear) return false;
+    const Eigen::Vector3d low = box_world.low - state.view.eye_world;
+    const Eigen::Vector3d high = box_world.high - state.view.eye_world;
+    const Eigen::Vector3d half = 0.5 * (high - low);
+    return state.hides({0.5 * (low + high), std::sqrt(half.x() * half.x() + half.y() * half.y()),
+                        low.z(), high.z()},
+                       [&](const Eigen::Vector3d& normal) {
+                           return std::abs(normal.x()) * half.x() +
+                                  std::abs(normal.y()) * half.y() + std::abs(normal.z()) * half.z();
+                       });
+}
+
+}  // namespace terrane
