@@ -15,7 +15,8 @@ namespace terrane::tools {
 
 /// A mesh that stands somewhere.
 struct SceneObject {
-    std::size_t mesh = 0;  ///< index of SceneObjects::meshes
+    std::size_t entry = 0;  ///< index in the scene's list
+    std::size_t mesh = 0;   ///< index of SceneObjects::meshes
     Pose world_from_object;
     double scale = 1.0;
     /// Of a collision proxy that bodies collide with, metres at scale 1; none: nothing collides.
@@ -24,7 +25,8 @@ struct SceneObject {
 
 /// A mesh that is scattered over the ground.
 struct SceneScatter {
-    std::size_t mesh = 0;  ///< index of SceneObjects::meshes
+    std::size_t entry = 0;  ///< index in the scene's list
+    std::size_t mesh = 0;   ///< index of SceneObjects::meshes
     ScatterSettings settings;
     std::optional<double> proxy_error = {};  ///< as SceneObject::proxy_error
 };
@@ -33,6 +35,7 @@ struct SceneScatter {
 struct SceneObjects {
     std::vector<TriangleMesh> meshes;
     std::vector<std::string> files;  ///< [meshes] where they were read from
+    std::vector<std::string> names;  ///< [meshes] the files as the scene names them
     std::vector<SceneObject> objects;
     std::vector<SceneScatter> scatters;
 };
