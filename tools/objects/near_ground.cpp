@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <utility>
 
 namespace terrane::tools {
 namespace {
@@ -66,10 +65,10 @@ std::optional<SegmentPart> near_ground(const WorldPos& from_world, const WorldPo
             if (from_world[axis] < low[a] || from_world[axis] > high[a]) return std::nullopt;
             continue;
         }
-        const auto [enter, leave] = std::minmax((low[a] - from_world[axis]) / displacement[axis],
-                                                (high[a] - from_world[axis]) / displacement[axis]);
-        part.begin = std::max(part.begin, enter);
-        part.end = std::min(part.end, leave);
+        const double t0 = (low[a] - from_world[axis]) / displacement[axis];
+        const double t1 = (high[a] - from_world[axis]) / displacement[axis];
+        part.begin = std::max(part.begin, std::min(t0, t1));
+        part.end = std::min(part.end, std::max(t0, t1));
     }
     if (!(part.begin <= part.end)) return std::nullopt;
     const NearSearch search(from_world, displacement, source, margin);

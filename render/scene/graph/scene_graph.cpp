@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
+#include "graph/graph_ray.h"
 #include "graph/level_switch.h"
 #include "graph/node_checks.h"
 #include "graph/node_store.h"
+#include "graph/world_place.h"
 
 #include <terrane/scene/scene_graph.h>
 #include <terrane/scene/view_volume.h>
@@ -19,19 +21,7 @@ namespace {
 using internal::GraphNode;
 using internal::NodeStore;
 using internal::SwitchChoice;
-
-// Transform from a node's frame to the world frame.
-struct WorldPlace {
-    Pose world_from_node;
-    double scale = 1.0;
-
-    WorldPlace operator*(const NodePlace& place) const {
-        const Pose& inner = place.parent_from_node;
-        return {{world_from_node.rotation * inner.rotation,
-                 world_from_node * Eigen::Vector3d(scale * inner.translation)},
-                scale * place.scale};
-    }
-};
+using internal::WorldPlace;
 
 tl::unexpected<Error> no_such_node(NodeId node) {
     return fail(ErrorCode::invalid_argument,
@@ -53,6 +43,7 @@ struct SceneGraph::State {
 
     // Of the frame.
     View view;
+    bool has_view = false;
     double threshold_px = 1.0;
     std::map<DrawKey, std::vector<ObjectInstance>> of_draw;
     std::vector<ObjectInstance> instances;
@@ -67,7 +58,6 @@ struct SceneGraph::State {
     void visit_switch(GraphNode& node, const SwitchNode& levels, const BoundingSphere& sphere,
                       const WorldPlace& place, PlaneState planes, const ViewVolume& volume,
                       float coverage);
-    WorldPlace turn(const BillboardNode& billboard, const WorldPlace& place) const;
     void draw(const GeometryNode& geometry, const WorldPlace& place, float coverage);
     void draw(const ParticlesNode& of_node, const WorldPlace& place);
     void collect_draws();
@@ -87,7 +77,7 @@ void SceneGraph::State::visit(NodeId id, const WorldPlace& place, PlaneState pla
     if (const auto* levels = std::get_if<SwitchNode>(&node.content)) {
         visit_switch(node, *levels, bounding_sphere(box), place, planes, volume, coverage);
     } else if (const auto* billboard = std::get_if<BillboardNode>(&node.content)) {
-        visit_children(node, turn(*billboard, place), planes, volume, coverage);
+        visit_children(node, turned(*billboard, place, view), planes, volume, coverage);
     } else {
         if (const auto* geometry = std::get_if<GeometryNode>(&node.content))
             draw(*geometry, place, coverage);
@@ -122,26 +112,6 @@ void SceneGraph::State::visit_switch(GraphNode& node, const SwitchNode& levels,
     };
     show(choice.level, choice.share);
     if (choice.is_fading && is_outermost) show(choice.level + 1, choice.share - 1.0f);
-}
-
-WorldPlace SceneGraph::State::turn(const BillboardNode& billboard, const WorldPlace& place) const {
-    WorldPlace turned = place;
-    Eigen::Matrix3d& axes = turned.world_from_node.rotation;
-    if (billboard.axis == BillboardNode::Axis::screen) {
-        axes.col(0) = view.right();
-        axes.col(1) = view.up;
-        axes.col(2) = -view.forward;
-        return turned;
-    }
-    const Eigen::Vector3d up = axes.col(2);
-    const Eigen::Vector3d towards = view.eye_world - place.world_from_node.translation;
-    const Eigen::Vector3d level = towards - up * up.dot(towards);
-    const double length = level.norm();
-    // The eye is on the axis: no rotation faces it, and the node keeps its own.
-    if (!(length > 1e-9 * towards.norm())) return turned;
-    axes.col(0) = level / length;
-    axes.col(1) = up.cross(Eigen::Vector3d(axes.col(0)));
-    return turned;
 }
 
 void SceneGraph::State::draw(const GeometryNode& geometry, const WorldPlace& place,
@@ -260,6 +230,7 @@ SceneDraws SceneGraph::collect(const View& view, double threshold_px) {
     state.particles.clear();
     if (!check(view)) return {};
     state.view = view;
+    state.has_view = true;
     state.threshold_px = threshold_px;
     const WorldPlace world = WorldPlace() * state.nodes.at(root()).place;
     state.visit(root(), world, {}, ViewVolume(view), 1.0f);
@@ -269,6 +240,11 @@ SceneDraws SceneGraph::collect(const View& view, double threshold_px) {
             .streamed = {},
             .impostors = state.impostors,
             .particles = state.particles};
+}
+
+std::optional<NodeHit> SceneGraph::ray(const WorldPos& from_world, const WorldPos& to_world) const {
+    return internal::find_hit(state_->nodes, state_->has_view ? &state_->view : nullptr, from_world,
+                              to_world);
 }
 
 const GraphCounts& SceneGraph::counts() const { return state_->counts; }
