@@ -15,20 +15,20 @@ namespace terrane::tools {
 
 /// A mesh that stands somewhere.
 struct SceneObject {
-    std::size_t entry = 0;  ///< index in the scene's list
-    std::size_t mesh = 0;   ///< index of SceneObjects::meshes
+    std::size_t mesh = 0;  ///< index of SceneObjects::meshes
     Pose world_from_object;
     double scale = 1.0;
     /// Of a collision proxy that bodies collide with, metres at scale 1; none: nothing collides.
     std::optional<double> proxy_error = {};
+    std::size_t entry = 0;  ///< index in the scene's list
 };
 
 /// A mesh that is scattered over the ground.
 struct SceneScatter {
-    std::size_t entry = 0;  ///< index in the scene's list
-    std::size_t mesh = 0;   ///< index of SceneObjects::meshes
+    std::size_t mesh = 0;  ///< index of SceneObjects::meshes
     ScatterSettings settings;
     std::optional<double> proxy_error = {};  ///< as SceneObject::proxy_error
+    std::size_t entry = 0;                   ///< index in the scene's list
 };
 
 /// `objects` of a scene.

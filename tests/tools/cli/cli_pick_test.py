@@ -108,7 +108,8 @@ class Pick(Folder):
             eye = np.array([*random.uniform(-100, 100, 2), random.uniform(101, 160)])
             aim = (objects + bodies)[random.integers(25)].get("position", [0, 0, 95])
             look = np.array(aim) + random.uniform(-5, 5, 3)
-            pixel = random.uniform(0.4, 0.6, 2) * self.SIZE if random.random() < 0.7 else random.uniform([0, 0], self.SIZE)
+            share = 0.1 if random.random() < 0.7 else 0.5
+            pixel = random.uniform(0.5 - share, 0.5 + share, 2) * self.SIZE
             right, up, forward = axes(look - eye)
             scale = self.SIZE[1] / 2 / np.tan(np.radians(30))
             direction = unit(forward * scale + right * (pixel[0] - 320) - up * (pixel[1] - 180))
@@ -122,7 +123,8 @@ class Pick(Folder):
             for i, each in enumerate(bodies):
                 distances["body", i] = meet_ball(eye, direction, np.array(each["position"]),
                                                  each["shape"]["sphere"]["radius"])
-            inside = any(np.linalg.norm(eye - each["position"]) < 9.5 for each in objects + bodies if "position" in each)
+            inside = any(np.linalg.norm(eye - each["position"]) < 9.5
+                         for each in objects + bodies if "position" in each)
             first, second = sorted(distances.values())[:2]
             beside = max(abs(eye + min(first, far) * direction)[:2]) > 290
             if inside or beside or second - first < 1e-6 or abs(first - far) < 1e-6:
