@@ -17,7 +17,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Relative: widens the part of a ray that is near a body, beyond the rounding of its radius.
+// Metres: widens the part of a ray that is near a body, beyond the rounding of coordinates up to 1e9.
 constexpr double kPartSlack = 1e-6;
 // Of the coordinates: how far the triangle that a ray met may be from the point of the answer.
 constexpr double kPointSlack = 1e-11;
@@ -90,8 +90,7 @@ void pick_bodies(const std::vector<PlacedBody>& bodies, Pick& pick) {
         // only the part near the body: its rounding does not grow with the far distance
         const double middle =
             (pose.translation - pick.from_world).dot(pick.displacement) / (length * length);
-        const double half =
-            bounding_radius(shape) * (1.0 + kPartSlack) / length + kPartSlack / length;
+        const double half = (bounding_radius(shape) + kPartSlack) / length;
         const double begin = std::max(0.0, middle - half), end = std::min(1.0, middle + half);
         if (!(begin <= end)) continue;
         const ShapeRayAnswer found = cast_ray(shape, pose, pick.at(begin), pick.at(end));

@@ -82,7 +82,8 @@ std::vector<Placed> place_all(const SceneObjects& objects, double reach) {
         const ScatterRange range = scatter.squares_within(WorldPos::Zero(), reach).value();
         for (std::int32_t y = range.low.y; y <= range.high.y; ++y) {
             for (std::int32_t x = range.low.x; x <= range.high.x; ++x) {
-                for (const ScatterPoint& point : scatter.objects_in({x, y}).value()) {
+                const std::vector<ScatterPoint> points = scatter.objects_in({x, y}).value();
+                for (const ScatterPoint& point : points) {
                     const double angle =
                         2.0 * std::atan2(point.half_turn_sine, point.half_turn_cosine);
                     all.push_back(place(objects.meshes[wanted.mesh], wanted.entry,
